@@ -1,0 +1,77 @@
+//! Signs that a run has gone wrong. Looked for whenever the neighbour list is rebuilt, which no
+//! grain can avoid by moving, and whenever the kinetic energy is computed.
+
+use super::state::{Constants, State};
+use crate::tables::Punch;
+
+/// What went wrong, with the grain.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Trouble {
+    #[error("grain {grain} has a position or velocity that is not a finite number")]
+    NotFinite { grain: u32 },
+    #[error("grain {grain} has left the box: its centre is at x={x} m, z={z} m")]
+    Lost { grain: u32, x: f64, z: f64 },
+    #[error("the centre of grain {grain} is inside the punch")]
+    InsidePunch { grain: u32 },
+    #[error(
+        "the kinetic energy has grown to {energy} J, more than the {limit} J that this \
+         scene can give; grain {grain} is the fastest"
+    )]
+    EnergyBlownUp { grain: u32, energy: f64, limit: f64 },
+}
+
+/// Every grain finite and inside the box.
+pub fn check(state: &State, constants: &Constants) -> Result<(), Trouble> {
+    for (id, (position, velocity)) in state.position.iter().zip(&state.velocity).enumerate() {
+        let grain = id as u32;
+        let [x, z] = *position;
+        if ![x, z, velocity[0], velocity[1]].iter().all(|v| v.is_finite()) {
+            return Err(Trouble::NotFinite { grain });
+        }
+        if x <= 0.0 || x >= constants.width || z <= 0.0 {
+            return Err(Trouble::Lost { grain, x, z });
+        }
+    }
+    Ok(())
+}
+
+/// The centre of this grain is not inside the punch, where the contact law ends.
+pub fn check_outside(state: &State, punch: &Punch, id: usize) -> Result<(), Trouble> {
+    let position = state.position[id];
+    let inside =
+        (0..2).all(|axis| (position[axis] - punch.centre[axis]).abs() <= punch.half_extents[axis]);
+    if inside {
+        return Err(Trouble::InsidePunch { grain: id as u32 });
+    }
+    Ok(())
+}
+
+/// Ten times all the energy that a run can turn into motion, J: what it has, what falling to the
+/// floor gives and `work`, what is stored in overlaps and what the punch may do.
+pub fn energy_limit(state: &State, constants: &Constants, work: f64) -> f64 {
+    let fall: f64 = state
+        .mass
+        .iter()
+        .zip(&state.position)
+        .map(|(mass, position)| mass * constants.gravity * position[1])
+        .sum();
+    10.0 * (state.kinetic_energy() + fall + work)
+}
+
+/// The kinetic energy is below its limit.
+pub fn check_energy(state: &State, energy: f64, limit: f64) -> Result<(), Trouble> {
+    if energy <= limit {
+        return Ok(());
+    }
+    let speed = |v: &[f64; 2]| v[0] * v[0] + v[1] * v[1];
+    let fastest = state
+        .velocity
+        .iter()
+        .enumerate()
+        .max_by(|(_, a), (_, b)| speed(a).total_cmp(&speed(b)));
+    Err(Trouble::EnergyBlownUp {
+        grain: fastest.map_or(0, |(id, _)| id as u32),
+        energy,
+        limit,
+    })
+}

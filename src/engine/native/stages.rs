@@ -1,0 +1,253 @@
+//! The stages of the experiment and the rules that end them.
+
+use std::time::Instant;
+
+use cpu_time::ThreadTime;
+
+use super::health::{self, Trouble};
+use super::kernel::Dynamics;
+use super::perturb::Perturbation;
+use super::state::{Constants, State};
+use crate::engine::{Observer, Outcome, StageReport, Task, Until};
+use crate::scene::Scene;
+use crate::tables::{Punch, Snapshot, Stage, StopReason};
+
+/// How the native engine goes about it; none of it is physics.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Skin of the neighbour list, m; the bits do not depend on it. `None`: a share of the mean radius.
+    pub skin: Option<f64>,
+    /// A deliberate fault.
+    pub perturbation: Option<Perturbation>,
+}
+
+/// Skin over mean radius: near the fastest for the paper's bed, poured or settled.
+const SKIN_OVER_RADIUS: f64 = 0.2;
+
+/// The native engine could not finish.
+#[derive(Debug, thiserror::Error)]
+#[error("native engine stopped in step {step} of stage {}: {trouble}", .stage.name())]
+pub struct NativeError {
+    pub stage: Stage,
+    pub step: u64,
+    pub trouble: Trouble,
+}
+
+/// Runs the task; the observer sees the moments that the scene asks for.
+pub fn run(
+    scene: &Scene,
+    task: &Task,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Outcome, NativeError> {
+    let constants = Constants::new(scene, options.perturbation.as_ref());
+    let state = State::new(&task.start.bodies, task.start.punch);
+    let skin = options
+        .skin
+        .unwrap_or(SKIN_OVER_RADIUS * 0.5 * scene.particles.mean_diameter);
+    let start = &task.start;
+    let at_start = |trouble| NativeError {
+        stage: start.stage,
+        step: start.step,
+        trouble,
+    };
+    let dynamics = Dynamics::new(state, constants, skin).map_err(at_start)?;
+    let mut runner = Runner {
+        scene,
+        dynamics,
+        stage: start.stage,
+        step: start.step,
+        observer,
+        energy_limit: 0.0,
+        reports: Vec::new(),
+    };
+    runner.energy_limit = runner.energy_limit();
+    runner.run(task)
+}
+
+struct Runner<'a> {
+    scene: &'a Scene,
+    dynamics: Dynamics,
+    stage: Stage,
+    step: u64,
+    observer: &'a mut dyn Observer,
+    energy_limit: f64,
+    reports: Vec<StageReport>,
+}
+
+impl Runner<'_> {
+    fn run(mut self, task: &Task) -> Result<Outcome, NativeError> {
+        let mut settled = None;
+        let exactly = match task.until {
+            Until::Step(step) => Some(step),
+            Until::EndOfLoading => None,
+        };
+        if self.stage == Stage::Settle {
+            let stop = self.stage_loop(exactly, Self::settle_rule)?;
+            if stop != StopReason::Settled {
+                return Ok(self.outcome(None));
+            }
+            settled = Some(self.snapshot());
+            self.stage = Stage::Load;
+            self.step = 0;
+        }
+        if self.dynamics.state.punch.is_none() {
+            self.lower_punch()?;
+        }
+        self.stage_loop(exactly, Self::load_rule)?;
+        Ok(self.outcome(settled))
+    }
+
+    fn stage_loop(
+        &mut self,
+        exactly: Option<u64>,
+        mut rule: impl FnMut(&mut Self, &mut f64) -> Result<Option<StopReason>, NativeError>,
+    ) -> Result<StopReason, NativeError> {
+        let (wall, cpu) = (Instant::now(), ThreadTime::now());
+        let every = self.scene.measurement.history_every;
+        let mut peak = 0.0;
+        self.observe();
+        let stop = loop {
+            if exactly == Some(self.step) {
+                break StopReason::StepsDone;
+            }
+            self.dynamics
+                .step()
+                .map_err(|trouble| self.error(self.step + 1, trouble))?;
+            self.step += 1;
+            if let Some(stop) = rule(self, &mut peak)?
+                && exactly.is_none()
+            {
+                break stop;
+            }
+            if self.step.is_multiple_of(every) {
+                self.observe();
+            }
+        };
+        if !self.step.is_multiple_of(every) {
+            self.observe();
+        } else if !matches!(stop, StopReason::StepsDone) {
+            self.observe();
+        }
+        self.reports.push(StageReport {
+            stage: self.stage,
+            steps: self.step,
+            stop,
+            wall_seconds: wall.elapsed().as_secs_f64(),
+            cpu_seconds: cpu.elapsed().as_secs_f64(),
+        });
+        Ok(stop)
+    }
+
+    /// Settled when the kinetic energy is at most the scene's share of its peak.
+    fn settle_rule(&mut self, peak: &mut f64) -> Result<Option<StopReason>, NativeError> {
+        let settle = &self.scene.settle;
+        if !self.step.is_multiple_of(settle.check_every) {
+            return Ok((self.step >= settle.max_steps).then_some(StopReason::MaxSteps));
+        }
+        let energy = self.checked_energy()?;
+        *peak = peak.max(energy);
+        if energy <= settle.kinetic_energy_fraction * *peak {
+            return Ok(Some(StopReason::Settled));
+        }
+        Ok((self.step >= settle.max_steps).then_some(StopReason::MaxSteps))
+    }
+
+    /// The force is reached, or the punch is too deep.
+    fn load_rule(&mut self, _: &mut f64) -> Result<Option<StopReason>, NativeError> {
+        if self.step.is_multiple_of(self.scene.settle.check_every) {
+            self.checked_energy()?;
+        }
+        let Some(punch) = &self.dynamics.state.punch else {
+            return Ok(None);
+        };
+        if punch.force >= self.scene.target_force() {
+            return Ok(Some(StopReason::Reached));
+        }
+        let too_deep = punch.depth() >= self.scene.loading.give_up_depth;
+        Ok(too_deep.then_some(StopReason::SankToGiveUpDepth))
+    }
+
+    /// Sets the punch on the highest grain below it, moving down at its constant speed.
+    fn lower_punch(&mut self) -> Result<(), NativeError> {
+        let state = &self.dynamics.state;
+        self.dynamics.state.punch = Some(first_contact_punch(self.scene, &state.bodies()));
+        self.dynamics
+            .list_neighbours()
+            .map_err(|trouble| self.error(self.step, trouble))
+    }
+
+    fn checked_energy(&mut self) -> Result<f64, NativeError> {
+        let energy = self.dynamics.state.kinetic_energy();
+        self.observer.progress(self.stage, self.step);
+        health::check_energy(&self.dynamics.state, energy, self.energy_limit)
+            .map_err(|trouble| self.error(self.step, trouble))?;
+        Ok(energy)
+    }
+
+    fn energy_limit(&self) -> f64 {
+        let stored: f64 = self
+            .snapshot()
+            .contacts
+            .iter()
+            .map(|contact| 0.5 * contact.normal_force * contact.overlap)
+            .sum();
+        let by_punch = self.scene.target_force() * self.scene.loading.give_up_depth;
+        let Dynamics {
+            state, constants, ..
+        } = &self.dynamics;
+        health::energy_limit(state, constants, stored + by_punch)
+    }
+
+    fn observe(&mut self) {
+        let snapshot = self.snapshot();
+        self.observer.snapshot(&snapshot);
+    }
+
+    fn snapshot(&self) -> Snapshot {
+        let Dynamics {
+            state,
+            constants,
+            neighbours,
+            ..
+        } = &self.dynamics;
+        state.snapshot(constants, neighbours.pairs(), self.stage, self.step)
+    }
+
+    fn outcome(self, settled: Option<Snapshot>) -> Outcome {
+        let last = self.snapshot();
+        Outcome {
+            stages: self.reports,
+            settled,
+            last,
+        }
+    }
+
+    fn error(&self, step: u64, trouble: Trouble) -> NativeError {
+        NativeError {
+            stage: self.stage,
+            step,
+            trouble,
+        }
+    }
+}
+
+/// The punch at the start of loading: its axis in the middle of the box, its bottom at the top of
+/// the highest grain below it.
+pub fn first_contact_punch(scene: &Scene, bodies: &crate::tables::Bodies) -> Punch {
+    let axis = scene.punch_axis();
+    let half_extents = [scene.loading.half_width, 0.5 * scene.loading.punch_height];
+    let mut top = 0.0f64;
+    for ((x, z), radius) in bodies.x.iter().zip(&bodies.z).zip(&bodies.radius) {
+        if (x - axis).abs() < half_extents[0] + radius {
+            top = top.max(z + radius);
+        }
+    }
+    Punch {
+        centre: [axis, top + half_extents[1]],
+        half_extents,
+        start: top,
+        velocity: -scene.loading.speed,
+        force: 0.0,
+    }
+}

@@ -1,0 +1,136 @@
+//! Files: bounded reading, writing aside and renaming, digests. Nothing here knows what is in them.
+
+use std::fs;
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+/// A file or folder could not be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    #[error("cannot {action} {path}: {source}")]
+    Io {
+        action: &'static str,
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("{path} is larger than {limit} bytes, the most that such a file may have")]
+    TooLarge { path: PathBuf, limit: u64 },
+    #[error("{path} is not UTF-8 text")]
+    NotText { path: PathBuf },
+    #[error("{path} exists already; name a folder that does not, nothing is overwritten")]
+    Exists { path: PathBuf },
+}
+
+/// Wraps an I/O error with what was being done to which path.
+pub fn failed(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) -> FileError {
+    let path = path.to_owned();
+    move |source| FileError::Io {
+        action,
+        path,
+        source,
+    }
+}
+
+/// Reads at most `limit` bytes of text. A name that ends in `.gz` is unpacked, the limit then
+/// holding for the unpacked text.
+pub fn read_text(path: &Path, limit: u64) -> Result<String, FileError> {
+    let file = fs::File::open(path).map_err(failed("open", path))?;
+    let mut bytes = Vec::new();
+    let mut bounded: Box<dyn Read> = if path.extension().is_some_and(|end| end == "gz") {
+        Box::new(flate2::read::GzDecoder::new(file).take(limit + 1))
+    } else {
+        Box::new(file.take(limit + 1))
+    };
+    bounded
+        .read_to_end(&mut bytes)
+        .map_err(failed("read", path))?;
+    if bytes.len() as u64 > limit {
+        return Err(FileError::TooLarge {
+            path: path.to_owned(),
+            limit,
+        });
+    }
+    String::from_utf8(bytes).map_err(|_| FileError::NotText {
+        path: path.to_owned(),
+    })
+}
+
+/// Writes a file aside and renames it into place, so that a reader sees all of it or none.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    let folder = parent_of(path);
+    let mut aside =
+        tempfile::NamedTempFile::new_in(&folder).map_err(failed("write into", &folder))?;
+    aside.write_all(bytes).map_err(failed("write", path))?;
+    aside.as_file().sync_all().map_err(failed("write", path))?;
+    readable_by_all(aside.path());
+    aside
+        .persist(path)
+        .map_err(|error| failed("rename into place", path)(error.error))?;
+    Ok(())
+}
+
+/// Builds a folder aside with `fill` and renames it into place; an existing folder is never touched.
+pub fn write_folder<E: From<FileError>>(
+    path: &Path,
+    fill: impl FnOnce(&Path) -> Result<(), E>,
+) -> Result<(), E> {
+    refuse_existing(path)?;
+    let parent = parent_of(path);
+    fs::create_dir_all(&parent).map_err(failed("create", &parent))?;
+    let aside = tempfile::Builder::new()
+        .prefix(".crossgrain.partial-")
+        .tempdir_in(&parent)
+        .map_err(failed("write into", &parent))?;
+    fill(aside.path())?;
+    readable_by_all(aside.path());
+    refuse_existing(path)?;
+    let built = aside.keep();
+    fs::rename(&built, path).map_err(failed("rename into place", path))?;
+    Ok(())
+}
+
+/// An error if something is there already.
+pub fn refuse_existing(path: &Path) -> Result<(), FileError> {
+    if path.symlink_metadata().is_ok() {
+        return Err(FileError::Exists {
+            path: path.to_owned(),
+        });
+    }
+    Ok(())
+}
+
+/// SHA-256 in hexadecimal.
+pub fn sha256_hex(bytes: &[u8]) -> String {
+    hex(&Sha256::digest(bytes))
+}
+
+/// The first 64 bits of a running SHA-256, in hexadecimal.
+pub fn short_hex(hash: Sha256) -> String {
+    hex(&hash.finalize()[..8])
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn parent_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.to_owned(),
+        _ => PathBuf::from("."),
+    }
+}
+
+/// Temporary files are private to their owner; results are not secrets.
+fn readable_by_all(path: &Path) {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let mode = if path.is_dir() { 0o755 } else { 0o644 };
+        // A file system without modes is no reason to lose a result.
+        let _ = fs::set_permissions(path, fs::Permissions::from_mode(mode));
+    }
+    #[cfg(not(unix))]
+    let _ = path;
+}

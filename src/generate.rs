@@ -1,0 +1,56 @@
+//! Initial grains as a pure function of the scene: the same bits on every machine.
+//!
+//! Randomness is ChaCha8 with the realization as its stream; numbers are made from its bits with
+//! exact operations only (no transcendental function), and grains are numbered row by row from the
+//! floor up, so that neighbours stand near each other in memory.
+
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
+
+use crate::scene::{Cloud, Scene};
+use crate::tables::Bodies;
+
+/// Key of the random numbers; the realization selects the stream under it.
+const KEY: &[u8; 32] = b"crossgrain: the cloud of grains ";
+
+/// The cloud that is poured: positions, velocities, radii and masses of `scene.particles.count` grains.
+pub fn initial_bodies(scene: &Scene) -> Bodies {
+    let Cloud::JitteredLattice {
+        columns,
+        jitter,
+        speed,
+    } = scene.cloud;
+    let mut random = ChaCha8Rng::from_seed(*KEY);
+    random.set_stream(scene.realization);
+    let count = scene.particles.count as usize;
+    let pitch = scene.container.width / f64::from(columns);
+    let mean_radius = 0.5 * scene.particles.mean_diameter;
+    let largest = mean_radius * (1.0 + scene.particles.dispersion);
+    let play = jitter * (0.5 * pitch - largest);
+
+    let mut bodies = Bodies::with_capacity(count);
+    for index in 0..count {
+        let column = (index % columns as usize) as f64;
+        let row = (index / columns as usize) as f64;
+        let radius = mean_radius * (1.0 + scene.particles.dispersion * symmetric(&mut random));
+        bodies.push(
+            [
+                (column + 0.5) * pitch + play * symmetric(&mut random),
+                (row + 0.5) * pitch + play * symmetric(&mut random),
+            ],
+            [
+                speed * symmetric(&mut random),
+                speed * symmetric(&mut random),
+            ],
+            radius,
+            scene.grain_mass(radius),
+        );
+    }
+    bodies
+}
+
+/// Uniform in [−1, 1): 53 random bits, scaled exactly.
+fn symmetric(random: &mut ChaCha8Rng) -> f64 {
+    let bits = random.next_u64() >> 11;
+    bits as f64 * (2.0 / (1u64 << 53) as f64) - 1.0
+}

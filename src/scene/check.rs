@@ -1,0 +1,280 @@
+//! Reading and validating a scene: every problem at once, each with its place and what would be right.
+
+use std::fmt;
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::model::*;
+use super::paper_scene::OPEN_CHOICES;
+use crate::files::{FileError, read_text};
+
+/// A scene file larger than this is not one of ours.
+const LARGEST_SCENE: u64 = 1 << 20;
+
+/// One thing wrong with a scene.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Problem {
+    /// JSON pointer of the key.
+    pub place: String,
+    /// What stands there.
+    pub found: String,
+    /// What would be right.
+    pub wanted: String,
+}
+
+impl Problem {
+    /// A problem with the value at `place`; long values are cut.
+    pub fn new(place: &str, found: &Value, wanted: String) -> Self {
+        let mut found = found.to_string();
+        if found.chars().count() > 60 {
+            found = found.chars().take(57).collect::<String>() + "...";
+        }
+        Problem {
+            place: place.to_owned(),
+            found,
+            wanted,
+        }
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let place = if self.place.is_empty() {
+            "/"
+        } else {
+            &self.place
+        };
+        write!(out, "{place}: found {}, wanted {}", self.found, self.wanted)
+    }
+}
+
+/// A scene that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    #[error(transparent)]
+    File(#[from] FileError),
+    #[error("the scene is not JSON: {0}")]
+    Syntax(String),
+    #[error("the scene has format version {found}, this program reads version {SCENE_VERSION}")]
+    Version { found: String },
+    #[error("the scene has {} problem(s):\n{}", .0.len(), lines(.0))]
+    Problems(Vec<Problem>),
+}
+
+fn lines(problems: &[Problem]) -> String {
+    let lines: Vec<String> = problems.iter().map(|p| format!("  {p}")).collect();
+    lines.join("\n")
+}
+
+/// Reads and validates a scene file.
+pub fn read_scene(path: &Path) -> Result<Scene, SceneError> {
+    parse_scene(&read_text(path, LARGEST_SCENE)?)
+}
+
+/// Validates the text of a scene.
+pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
+    let value: Value =
+        serde_json::from_str(text).map_err(|error| SceneError::Syntax(error.to_string()))?;
+    if let Some(version) = value.get("version")
+        && version.as_u64() != Some(u64::from(SCENE_VERSION))
+    {
+        return Err(SceneError::Version {
+            found: version.to_string(),
+        });
+    }
+    let misfits = super::structure::misfits(&super::json_schema(), &value);
+    if !misfits.is_empty() {
+        return Err(SceneError::Problems(misfits));
+    }
+    // From the text, not from the value: a key given twice is refused here.
+    let scene: Scene =
+        serde_json::from_str(text).map_err(|error| SceneError::Syntax(error.to_string()))?;
+    let problems = impossible(&scene);
+    if problems.is_empty() {
+        Ok(scene)
+    } else {
+        Err(SceneError::Problems(problems))
+    }
+}
+
+/// Values that have the right type and cannot be meant.
+fn impossible(scene: &Scene) -> Vec<Problem> {
+    let mut found = Findings(Vec::new());
+    grains(scene, &mut found);
+    dynamics(scene, &mut found);
+    loading(scene, &mut found);
+    measurement(scene, &mut found);
+    for (key, _) in OPEN_CHOICES {
+        let reason = scene.choices.get(*key).map_or("", |reason| reason.trim());
+        found.unless(
+            !reason.is_empty(),
+            &format!("/choices/{}", key.replace('/', "~1")),
+            &reason,
+            "one line of reason: the paper leaves this open",
+        );
+    }
+    if let Ok(value) = serde_json::to_value(scene) {
+        for key in scene.choices.keys() {
+            found.unless(
+                value.pointer(key).is_some(),
+                &format!("/choices/{}", key.replace('/', "~1")),
+                key,
+                "the JSON pointer of a key of this scene",
+            );
+        }
+    }
+    found.0
+}
+
+fn grains(scene: &Scene, found: &mut Findings) {
+    let particles = &scene.particles;
+    found.positive("/particles/mean_diameter", particles.mean_diameter);
+    found.unless(
+        (0.0..1.0).contains(&particles.dispersion),
+        "/particles/dispersion",
+        &particles.dispersion,
+        "a number in [0, 1)",
+    );
+    found.positive("/material/youngs_modulus", scene.material.youngs_modulus);
+    found.positive("/material/density", scene.material.density);
+    found.positive("/material/stiffness_ratio", scene.material.stiffness_ratio);
+    found.unless(
+        scene.material.friction_angle == 0.0,
+        "/material/friction_angle",
+        &scene.material.friction_angle,
+        "0: this version has frictionless contacts only",
+    );
+    found.positive("/box/width", scene.container.width);
+    let Cloud::JitteredLattice {
+        columns,
+        jitter,
+        speed,
+    } = scene.cloud;
+    found.unless(
+        (0.0..=1.0).contains(&jitter),
+        "/cloud/jitter",
+        &jitter,
+        "a number in [0, 1]",
+    );
+    found.unless(
+        speed.is_finite() && speed >= 0.0,
+        "/cloud/speed",
+        &speed,
+        "a finite number, 0 or more",
+    );
+    let largest = particles.mean_diameter * (1.0 + particles.dispersion);
+    let fits = (scene.container.width / largest).floor();
+    found.unless(
+        f64::from(columns) <= fits,
+        "/cloud/columns",
+        &columns,
+        &format!("at most {fits}, so that the largest grain fits into a cell"),
+    );
+}
+
+fn dynamics(scene: &Scene, found: &mut Findings) {
+    let alpha = scene.damping.alpha();
+    found.unless(
+        (0.0..1.0).contains(&alpha),
+        "/damping/alpha",
+        &alpha,
+        "a number in [0, 1)",
+    );
+    found.unless(
+        scene.gravity.is_finite() && scene.gravity >= 0.0,
+        "/gravity",
+        &scene.gravity,
+        "a finite number, 0 or more",
+    );
+    match scene.time_step {
+        TimeStep::Absolute { seconds } => found.positive("/time_step/seconds", seconds),
+        TimeStep::Fraction { of_sqrt_m_over_k } => {
+            found.positive("/time_step/of_sqrt_m_over_k", of_sqrt_m_over_k);
+        }
+    }
+    let fraction = scene.settle.kinetic_energy_fraction;
+    found.unless(
+        fraction > 0.0 && fraction < 1.0,
+        "/settle/kinetic_energy_fraction",
+        &fraction,
+        "a number in (0, 1)",
+    );
+}
+
+fn loading(scene: &Scene, found: &mut Findings) {
+    let loading = &scene.loading;
+    found.positive("/loading/half_width", loading.half_width);
+    found.unless(
+        2.0 * loading.half_width < scene.container.width,
+        "/loading/half_width",
+        &loading.half_width,
+        "less than half the box's width",
+    );
+    found.positive("/loading/pressure", loading.pressure);
+    found.positive("/loading/speed", loading.speed);
+    found.positive("/loading/give_up_depth", loading.give_up_depth);
+    found.unless(
+        loading.punch_height.is_finite() && loading.punch_height > loading.give_up_depth,
+        "/loading/punch_height",
+        &loading.punch_height,
+        "a finite number larger than /loading/give_up_depth",
+    );
+}
+
+fn measurement(scene: &Scene, found: &mut Findings) {
+    let measurement = &scene.measurement;
+    found.positive(
+        "/measurement/control_volume_side",
+        measurement.control_volume_side,
+    );
+    found.positive("/measurement/local_radius", measurement.local_radius);
+    found.unless(
+        (1..=100).contains(&scene.control_points.len()),
+        "/control_points",
+        &scene.control_points.len(),
+        "1 to 100 points",
+    );
+    for (index, point) in scene.control_points.iter().enumerate() {
+        let place = format!("/control_points/{index}");
+        found.unless(
+            point.offset.is_finite() && point.offset.abs() < 0.5 * scene.container.width,
+            &format!("{place}/offset"),
+            &point.offset,
+            "a place inside the box",
+        );
+        found.positive(&format!("{place}/depth"), point.depth);
+        let twice = scene.control_points[..index]
+            .iter()
+            .any(|other| other.name == point.name);
+        found.unless(
+            !twice,
+            &format!("{place}/name"),
+            &point.name,
+            "a name of its own",
+        );
+    }
+}
+
+struct Findings(Vec<Problem>);
+
+impl Findings {
+    fn unless(&mut self, holds: bool, place: &str, value: &dyn fmt::Debug, wanted: &str) {
+        if !holds {
+            self.0.push(Problem {
+                place: place.to_owned(),
+                found: format!("{value:?}"),
+                wanted: wanted.to_owned(),
+            });
+        }
+    }
+
+    fn positive(&mut self, place: &str, value: f64) {
+        self.unless(
+            value.is_finite() && value > 0.0,
+            place,
+            &value,
+            "a finite number above 0",
+        );
+    }
+}
