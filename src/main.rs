@@ -1,18 +1,27 @@
-use crossgrain::{scene::*,generate::*,engine::{self,*,native},tables::*};
-struct O(u64);
-impl Observer for O{ fn snapshot(&mut self,s:&Snapshot){
- let ke:f64=s.bodies.mass.iter().zip(s.bodies.vx.iter().zip(&s.bodies.vz)).map(|(m,(a,b))|0.5*m*(a*a+b*b)).sum();
- if s.step%self.0==0 {println!("{} {} t={:.3} KE={:.4} c={} {} F={:.1} d={:.4}",s.stage.name(),s.step,s.time,ke,s.contacts.len(),s.bodies.digest(),s.punch.map_or(0.0,|p|p.force),s.punch.map_or(0.0,|p|p.depth()));}
-}}
+use crossgrain::{scene::*,generate::*,engine::{*,native,yade},tables::*};
+#[derive(Default)]
+struct O(Vec<Snapshot>);
+impl Observer for O{ fn snapshot(&mut self,s:&Snapshot){ self.0.push(s.clone()); } }
 fn main(){
  let a:Vec<String>=std::env::args().collect();
- let mut s=paper_scene(a[1].parse().unwrap(),5000);
- if let Some(v)=a.get(2){ s.loading.speed=v.parse().unwrap(); }
- if let Some(v)=a.get(3){ s.damping=Damping::Cundall{alpha:v.parse().unwrap()}; }
- if let Some(v)=a.get(4){ s.settle.kinetic_energy_fraction=v.parse().unwrap(); }
- let o=native::run(&s,&Task::whole(initial_bodies(&s)),&native::Options{skin:a.get(5).map(|v|v.parse().unwrap()),perturbation:None},&mut O(5000)).unwrap();
- println!("{:?} us/step {:?}",o.stages,o.stages.iter().map(|r|r.cpu_seconds/r.steps as f64*1e6).collect::<Vec<_>>());
- let h:f64=o.settled.as_ref().map_or(0.0,|s|2.0*s.bodies.z.iter().zip(&s.bodies.mass).map(|(z,m)|z*m).sum::<f64>()/s.bodies.mass.iter().sum::<f64>());
- println!("H2cm {h}");
- engine::native::first_contact_punch(&s,&o.last.bodies);
+ let mut s=paper_scene(a[1].parse().unwrap(),a[2].parse().unwrap());
+ if let Some(w)=a.get(4) {s.container.width=w.parse().unwrap(); s.cloud=Cloud::JitteredLattice{columns:(s.container.width*80.0) as u32,jitter:0.9,speed:0.3};}
+ let steps:u64=a[3].parse().unwrap();
+ let init=initial_bodies(&s);
+ let task=if steps>0{Task::pour(init,steps)}else{Task::whole(init)};
+ let mut on=O::default(); let mut oy=O::default();
+ let n=native::run(&s,&task,&native::Options{skin:None,perturbation:None},&mut on).unwrap();
+ println!("{:?}",n.stages);
+ let w=tempfile::tempdir().unwrap();
+ let y=yade::run(&s,&task,&yade::Options::default(),w.path(),&mut oy);
+ let y=match y{Ok(y)=>y,Err(e)=>{println!("{e}");return}};
+ println!("{:?}",y.outcome.stages);
+ println!("frames {} {}",on.0.len(),oy.0.len());
+ for (a,b) in on.0.iter().zip(&oy.0){
+  let d=a.bodies==b.bodies; let p=a.punch==b.punch; let nc=(a.contacts.len(),b.contacts.len());
+  let dc=a.contacts.iter().zip(&b.contacts).filter(|(a,b)|a!=b).count();
+  println!("{} {} bodies {} punch {} contacts {:?} differ {}",a.stage.name(),a.step,d,p,nc,dc);
+  if !p {println!("{:?} {:?}",a.punch,b.punch);}
+  for (x,y) in a.contacts.iter().zip(&b.contacts).filter(|(a,b)|a!=b).take(3){println!("  {x:?}\n  {y:?}");}
+ }
 }

@@ -1,5 +1,7 @@
 //! The tables that every engine takes and returns. SI units; x across, z up.
 
+pub mod text;
+
 use sha2::{Digest, Sha256};
 
 /// Grains, column by column; all columns have the same length and the row is the grain's id.

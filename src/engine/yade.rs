@@ -1,1 +1,100 @@
-//! The YADE driver.
+//! The YADE driver: finds Debian's YADE, runs the fixed script on a job folder without any
+//! listening socket, and believes only what the tables prove.
+
+mod child;
+mod find;
+mod frames;
+mod job;
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use crate::engine::{Observer, Outcome, Task};
+use crate::files::FileError;
+use crate::scene::Scene;
+
+pub use find::{Installation, find};
+
+/// The oldest YADE whose options this driver relies on.
+pub const OLDEST_VERSION: (u32, u32) = (2023, 2);
+
+/// How YADE is run; none of it is physics, all of it may change bits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// Visit interactions in the order of their ids (slower): the mode that has the native
+    /// engine's bits.
+    pub sorted: bool,
+    /// YADE's `verletDist`, m. In sorted mode the bits do not depend on it.
+    pub verlet_distance: f64,
+    /// The whole run may take so long.
+    pub time_limit: Duration,
+    /// YADE counts as hung when it has not moved on for so long.
+    pub stall_limit: Duration,
+    /// The `yade` to use instead of the one on the path.
+    pub program: Option<PathBuf>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            sorted: true,
+            verlet_distance: 1.0e-4,
+            time_limit: Duration::from_secs(4 * 3600),
+            stall_limit: Duration::from_secs(120),
+            program: None,
+        }
+    }
+}
+
+/// YADE did not give a run that can be used.
+#[derive(Debug, thiserror::Error)]
+pub enum YadeError {
+    #[error(
+        "YADE is missing: {0}; on Debian 12 install it with \
+         `apt-get install --no-install-recommends yade`"
+    )]
+    Missing(String),
+    #[error(
+        "YADE {found} is too old: this driver needs {}.{:02} or later, as in Debian 12",
+        OLDEST_VERSION.0, OLDEST_VERSION.1
+    )]
+    TooOld { found: String },
+    #[error("YADE crashed ({status}); the end of its log:\n{log}")]
+    Crashed { status: String, log: String },
+    #[error("YADE hung: {reason}; it was ended. The end of its log:\n{log}")]
+    Hung { reason: String, log: String },
+    #[error("YADE wrote nonsense: {0}")]
+    Nonsense(String),
+    #[error(transparent)]
+    File(#[from] FileError),
+}
+
+/// A finished run of YADE.
+#[derive(Debug)]
+pub struct YadeRun {
+    pub outcome: Outcome,
+    /// As YADE prints it.
+    pub version: String,
+    /// What YADE wrote on its standard output and error.
+    pub log: String,
+}
+
+/// Runs the task in YADE. `work` is an empty folder on a disk with room for about 1 MB a moment
+/// of history.
+pub fn run(
+    scene: &Scene,
+    task: &Task,
+    options: &Options,
+    work: &Path,
+    observer: &mut dyn Observer,
+) -> Result<YadeRun, YadeError> {
+    let installation = find(options.program.as_deref())?;
+    job::write(work, scene, task, options)?;
+    let finished = child::run(&installation, work, options, observer)?;
+    let outcome = frames::read(work, scene, task, observer)?;
+    Ok(YadeRun {
+        outcome,
+        version: finished.version,
+        log: finished.log,
+    })
+}

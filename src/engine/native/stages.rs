@@ -107,6 +107,7 @@ impl Runner<'_> {
         let every = self.scene.measurement.history_every;
         let mut peak = 0.0;
         self.observe();
+        let mut observed = self.step;
         let stop = loop {
             if exactly == Some(self.step) {
                 break StopReason::StepsDone;
@@ -122,11 +123,10 @@ impl Runner<'_> {
             }
             if self.step.is_multiple_of(every) {
                 self.observe();
+                observed = self.step;
             }
         };
-        if !self.step.is_multiple_of(every) {
-            self.observe();
-        } else if !matches!(stop, StopReason::StepsDone) {
+        if observed != self.step {
             self.observe();
         }
         self.reports.push(StageReport {

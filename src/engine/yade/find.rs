@@ -1,0 +1,51 @@
+//! Where YADE is: the program on the path and the interpreter that its first line names.
+
+use std::env;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+
+use super::YadeError;
+
+/// A YADE that can be started.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Installation {
+    /// The `yade` program, itself a Python file that can be imported.
+    pub program: PathBuf,
+    /// The Python that it was built for.
+    pub interpreter: PathBuf,
+}
+
+/// Finds YADE: `program` if given, else the variable `CROSSGRAIN_YADE`, else `yade` on the path.
+pub fn find(program: Option<&Path>) -> Result<Installation, YadeError> {
+    let program = match (program, env::var_os("CROSSGRAIN_YADE")) {
+        (Some(program), _) => program.to_owned(),
+        (None, Some(named)) if !named.is_empty() => PathBuf::from(named),
+        _ => on_path().ok_or_else(|| {
+            YadeError::Missing("there is no program `yade` on the path".to_owned())
+        })?,
+    };
+    let missing = |why: &str| YadeError::Missing(format!("{} {why}", program.display()));
+    let program = fs::canonicalize(&program).map_err(|_| missing("does not exist"))?;
+    let file = fs::File::open(&program).map_err(|_| missing("cannot be opened"))?;
+    let mut first = String::new();
+    BufReader::new(file)
+        .read_line(&mut first)
+        .map_err(|_| missing("is not the Python file that Debian's yade is"))?;
+    let interpreter = first
+        .strip_prefix("#!")
+        .and_then(|command| command.split_whitespace().next())
+        .map(PathBuf::from)
+        .filter(|interpreter| interpreter.is_file())
+        .ok_or_else(|| missing("does not name a Python interpreter in its first line"))?;
+    Ok(Installation {
+        program,
+        interpreter,
+    })
+}
+
+fn on_path() -> Option<PathBuf> {
+    env::split_paths(&env::var_os("PATH")?)
+        .map(|folder| folder.join("yade"))
+        .find(|program| program.is_file())
+}

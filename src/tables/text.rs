@@ -1,0 +1,202 @@
+//! The tables as CSV text: the shortest decimal that reads back to the same bits.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+use super::{Bodies, Contact};
+use crate::files::{FileError, read_text, write_whole};
+
+/// The most text that one table may hold, unpacked: room for a million grains.
+pub const LARGEST_TABLE: u64 = 1 << 30;
+
+/// A table that cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum TableError {
+    #[error(transparent)]
+    File(#[from] FileError),
+    #[error("{path} is not a table of the expected columns: {reason}")]
+    Format { path: PathBuf, reason: String },
+    #[error("{path}: row {row} has {key} = {value}, which must be {wanted}")]
+    Value {
+        path: PathBuf,
+        row: usize,
+        key: &'static str,
+        value: String,
+        wanted: &'static str,
+    },
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BodyRow {
+    id: u32,
+    x: f64,
+    z: f64,
+    vx: f64,
+    vz: f64,
+    radius: f64,
+    mass: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ContactRow {
+    id1: u32,
+    id2: u32,
+    overlap: f64,
+    r#fn: f64,
+    ft: f64,
+    nx: f64,
+    nz: f64,
+    x: f64,
+    z: f64,
+}
+
+/// Writes grains with the columns `id,x,z,vx,vz,radius,mass`.
+pub fn write_bodies(path: &Path, bodies: &Bodies) -> Result<(), TableError> {
+    let rows = (0..bodies.len()).map(|row| BodyRow {
+        id: row as u32,
+        x: bodies.x[row],
+        z: bodies.z[row],
+        vx: bodies.vx[row],
+        vz: bodies.vz[row],
+        radius: bodies.radius[row],
+        mass: bodies.mass[row],
+    });
+    write_rows(path, rows)
+}
+
+/// Reads grains; ids must be 0, 1, 2, … and every value finite, radii and masses above 0.
+pub fn read_bodies(path: &Path) -> Result<Bodies, TableError> {
+    let rows: Vec<BodyRow> = read_rows(path)?;
+    let mut bodies = Bodies::with_capacity(rows.len());
+    for (row, of) in rows.iter().enumerate() {
+        let bad = |key, value: String, wanted| {
+            Err(TableError::Value {
+                path: path.to_owned(),
+                row: row + 1,
+                key,
+                value,
+                wanted,
+            })
+        };
+        if of.id as usize != row {
+            return bad("id", of.id.to_string(), "the row's number, from 0 on");
+        }
+        for (key, value) in [("x", of.x), ("z", of.z), ("vx", of.vx), ("vz", of.vz)] {
+            if !value.is_finite() {
+                return bad(key, value.to_string(), "finite");
+            }
+        }
+        for (key, value) in [("radius", of.radius), ("mass", of.mass)] {
+            if !(value.is_finite() && value > 0.0) {
+                return bad(key, value.to_string(), "finite and above 0");
+            }
+        }
+        bodies.push([of.x, of.z], [of.vx, of.vz], of.radius, of.mass);
+    }
+    Ok(bodies)
+}
+
+/// Writes contacts with the columns `id1,id2,overlap,fn,ft,nx,nz,x,z`.
+pub fn write_contacts(path: &Path, contacts: &[Contact]) -> Result<(), TableError> {
+    let rows = contacts.iter().map(|contact| ContactRow {
+        id1: contact.id1,
+        id2: contact.id2,
+        overlap: contact.overlap,
+        r#fn: contact.normal_force,
+        ft: contact.tangential_force,
+        nx: contact.normal[0],
+        nz: contact.normal[1],
+        x: contact.point[0],
+        z: contact.point[1],
+    });
+    write_rows(path, rows)
+}
+
+/// Reads contacts among `bodies` bodies (grains, walls and punch).
+pub fn read_contacts(path: &Path, bodies: u32) -> Result<Vec<Contact>, TableError> {
+    let rows: Vec<ContactRow> = read_rows(path)?;
+    let mut contacts = Vec::with_capacity(rows.len());
+    for (row, of) in rows.iter().enumerate() {
+        let bad = |key, value: String, wanted| {
+            Err(TableError::Value {
+                path: path.to_owned(),
+                row: row + 1,
+                key,
+                value,
+                wanted,
+            })
+        };
+        for (key, id) in [("id1", of.id1), ("id2", of.id2)] {
+            if id >= bodies {
+                return bad(key, id.to_string(), "the id of a grain, a wall or the punch");
+            }
+        }
+        let numbers = [
+            ("overlap", of.overlap),
+            ("fn", of.r#fn),
+            ("ft", of.ft),
+            ("nx", of.nx),
+            ("nz", of.nz),
+            ("x", of.x),
+            ("z", of.z),
+        ];
+        for (key, value) in numbers {
+            if !value.is_finite() {
+                return bad(key, value.to_string(), "finite");
+            }
+        }
+        contacts.push(Contact {
+            id1: of.id1,
+            id2: of.id2,
+            overlap: of.overlap,
+            normal_force: of.r#fn,
+            tangential_force: of.ft,
+            normal: [of.nx, of.nz],
+            point: [of.x, of.z],
+        });
+    }
+    Ok(contacts)
+}
+
+/// Writes rows with a header of their field names.
+pub fn write_rows<T: Serialize>(
+    path: &Path,
+    rows: impl Iterator<Item = T>,
+) -> Result<(), TableError> {
+    let format = |error: String| TableError::Format {
+        path: path.to_owned(),
+        reason: error,
+    };
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        writer
+            .serialize(row)
+            .map_err(|error| format(error.to_string()))?;
+    }
+    let bytes = writer
+        .into_inner()
+        .map_err(|error| format(error.to_string()))?;
+    Ok(write_whole(path, &bytes)?)
+}
+
+/// Reads rows by the names in their header.
+pub fn read_rows<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, TableError> {
+    let text = read_text(path, LARGEST_TABLE)?;
+    let format = |reason: String| TableError::Format {
+        path: path.to_owned(),
+        reason,
+    };
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let mut rows = Vec::new();
+    for row in reader.deserialize() {
+        rows.push(row.map_err(|error: csv::Error| format(error.to_string()))?);
+    }
+    // A file cut inside its last number would still parse.
+    if !text.ends_with('\n') {
+        return Err(format("its last line has no end; it was cut off".to_owned()));
+    }
+    Ok(rows)
+}
