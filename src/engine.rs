@@ -62,9 +62,9 @@ pub trait Observer {
     /// A moment of the run: the start, every `history_every` steps of a stage, and a stage's end.
     fn snapshot(&mut self, snapshot: &Snapshot);
 
-    /// How far the stage is: its step, and the kinetic energy or the share of the punch force.
-    fn progress(&mut self, stage: Stage, step: u64) {
-        let _ = (stage, step);
+    /// How far the stage is: its step, and roughly which share of it is done (0 to 1).
+    fn progress(&mut self, stage: Stage, step: u64, share: f64) {
+        let _ = (stage, step, share);
     }
 }
 

@@ -1,7 +1,7 @@
 //! crossgrain: a validation harness for discrete-element engines.
 //!
-//! Data flows one way, and imports only point back along it:
-//! scene → generate → engine (native | yade) → measure → compare → report.
+//! Data flows one way, and imports point back along it only:
+//! scene → generate → engine (native | yade) → measure → run → compare → report.
 
 pub mod files;
 
@@ -12,3 +12,17 @@ pub mod tables;
 pub mod generate;
 
 pub mod engine;
+
+pub mod measure;
+
+pub mod folder;
+
+pub mod run;
+
+pub mod compare;
+
+pub mod progress;
+
+pub mod error;
+
+pub mod cli;

@@ -195,10 +195,10 @@ def frame(stage, step):
     )
 
 
-def beat(stage, step):
+def beat(stage, step, share):
     if os.getppid() != parent:
         os._exit(1)  # whoever asked for this run is gone
-    heartbeat.write("%s %d\n" % (stage, step))
+    heartbeat.write("%s %d %.4f\n" % (stage, step, share))
     heartbeat.flush()
 
 
@@ -224,6 +224,7 @@ def settle_rule(step, memory):
         memory["peak"] = max(memory["peak"], energy)
         if energy <= settle["kinetic_energy_fraction"] * memory["peak"]:
             return "settled"
+        memory["share"] = math.log(energy / memory["peak"]) / math.log(settle["kinetic_energy_fraction"])
     return "max_steps" if step >= settle["max_steps"] else None
 
 
@@ -234,12 +235,13 @@ def load_rule(step, memory):
     if force >= target_force:
         return "reached"
     depth = punch["start"] - (punch["state"].pos[2] - half_height)
+    memory["share"] = max(force / target_force, depth / loading["give_up_depth"])
     return "sank_to_give_up_depth" if depth >= loading["give_up_depth"] else None
 
 
 def run_stage(stage, step, rule):
     wall, cpu = time.monotonic(), time.process_time()
-    memory = {"peak": 0.0}
+    memory = {"peak": 0.0, "share": 0.0}
     last_beat = wall
     frame(stage, step)
     framed = step
@@ -257,7 +259,7 @@ def run_stage(stage, step, rule):
             framed = step
         if time.monotonic() - last_beat > 0.2:
             last_beat = time.monotonic()
-            beat(stage, step)
+            beat(stage, step, memory["share"])
     if framed != step:
         frame(stage, step)
     line(

@@ -116,7 +116,7 @@ pub fn paper_scene(realization: u64, particles: u32) -> Scene {
             cell: Cell::Radical,
             control_volume_side: 0.005,
             local_radius: 0.02,
-            history_every: 500,
+            history_every: 250,
         },
         control_points: [("O", 0.0), ("A", 0.08), ("B", 0.15)]
             .into_iter()

@@ -131,7 +131,11 @@ pub fn read_contacts(path: &Path, bodies: u32) -> Result<Vec<Contact>, TableErro
         };
         for (key, id) in [("id1", of.id1), ("id2", of.id2)] {
             if id >= bodies {
-                return bad(key, id.to_string(), "the id of a grain, a wall or the punch");
+                return bad(
+                    key,
+                    id.to_string(),
+                    "the id of a grain, a wall or the punch",
+                );
             }
         }
         let numbers = [
@@ -196,7 +200,9 @@ pub fn read_rows<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, TableError>
     }
     // A file cut inside its last number would still parse.
     if !text.ends_with('\n') {
-        return Err(format("its last line has no end; it was cut off".to_owned()));
+        return Err(format(
+            "its last line has no end; it was cut off".to_owned(),
+        ));
     }
     Ok(rows)
 }

@@ -25,7 +25,10 @@ pub fn check(state: &State, constants: &Constants) -> Result<(), Trouble> {
     for (id, (position, velocity)) in state.position.iter().zip(&state.velocity).enumerate() {
         let grain = id as u32;
         let [x, z] = *position;
-        if ![x, z, velocity[0], velocity[1]].iter().all(|v| v.is_finite()) {
+        if ![x, z, velocity[0], velocity[1]]
+            .iter()
+            .all(|v| v.is_finite())
+        {
             return Err(Trouble::NotFinite { grain });
         }
         if x <= 0.0 || x >= constants.width || z <= 0.0 {

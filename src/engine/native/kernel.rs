@@ -135,8 +135,16 @@ fn pair_forces(position: &[[f64; 2]], list: &Neighbours, out: &mut [[f64; 2]]) {
             let overlap = reach[lane] - distance;
             let force = stiffness[lane] * overlap;
             let touching = overlap >= 0.0;
-            x[lane] = if touching { force * (dx / distance) } else { 0.0 };
-            z[lane] = if touching { force * (dz / distance) } else { 0.0 };
+            x[lane] = if touching {
+                force * (dx / distance)
+            } else {
+                0.0
+            };
+            z[lane] = if touching {
+                force * (dz / distance)
+            } else {
+                0.0
+            };
         }
         for ((out, x), z) in out.iter_mut().zip(&x).zip(&z) {
             *out = [*x, *z];

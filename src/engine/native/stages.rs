@@ -142,25 +142,35 @@ impl Runner<'_> {
     /// Settled when the kinetic energy is at most the scene's share of its peak.
     fn settle_rule(&mut self, peak: &mut f64) -> Result<Option<StopReason>, NativeError> {
         let settle = &self.scene.settle;
-        if !self.step.is_multiple_of(settle.check_every) {
-            return Ok((self.step >= settle.max_steps).then_some(StopReason::MaxSteps));
-        }
-        let energy = self.checked_energy()?;
-        *peak = peak.max(energy);
-        if energy <= settle.kinetic_energy_fraction * *peak {
-            return Ok(Some(StopReason::Settled));
+        if self.step.is_multiple_of(settle.check_every) {
+            let energy = self.checked_energy()?;
+            *peak = peak.max(energy);
+            if energy <= settle.kinetic_energy_fraction * *peak {
+                return Ok(Some(StopReason::Settled));
+            }
+            self.settled_share(energy / *peak);
         }
         Ok((self.step >= settle.max_steps).then_some(StopReason::MaxSteps))
     }
 
+    /// The energy falls about exponentially, so its logarithm tells how far settling is.
+    fn settled_share(&mut self, of_peak: f64) {
+        let share = of_peak.ln() / self.scene.settle.kinetic_energy_fraction.ln();
+        self.observer.progress(self.stage, self.step, share);
+    }
+
     /// The force is reached, or the punch is too deep.
     fn load_rule(&mut self, _: &mut f64) -> Result<Option<StopReason>, NativeError> {
-        if self.step.is_multiple_of(self.scene.settle.check_every) {
-            self.checked_energy()?;
-        }
-        let Some(punch) = &self.dynamics.state.punch else {
+        let Some(punch) = self.dynamics.state.punch else {
             return Ok(None);
         };
+        let of_force = punch.force / self.scene.target_force();
+        let of_depth = punch.depth() / self.scene.loading.give_up_depth;
+        if self.step.is_multiple_of(self.scene.settle.check_every) {
+            self.checked_energy()?;
+            self.observer
+                .progress(self.stage, self.step, of_force.max(of_depth));
+        }
         if punch.force >= self.scene.target_force() {
             return Ok(Some(StopReason::Reached));
         }
@@ -179,7 +189,6 @@ impl Runner<'_> {
 
     fn checked_energy(&mut self) -> Result<f64, NativeError> {
         let energy = self.dynamics.state.kinetic_energy();
-        self.observer.progress(self.stage, self.step);
         health::check_energy(&self.dynamics.state, energy, self.energy_limit)
             .map_err(|trouble| self.error(self.step, trouble))?;
         Ok(energy)

@@ -119,12 +119,7 @@ impl State {
     }
 
     /// The contact of grain `id` with a wall.
-    pub fn wall_contact(
-        &self,
-        constants: &Constants,
-        wall: &Wall,
-        id: usize,
-    ) -> Option<PairForce> {
+    pub fn wall_contact(&self, constants: &Constants, wall: &Wall, id: usize) -> Option<PairForce> {
         let radius = self.radius[id];
         let stiffness = constants.stiffness(radius, radius);
         contact::wall(wall.axis, wall.place, self.position[id], radius, stiffness)

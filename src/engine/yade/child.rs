@@ -192,8 +192,8 @@ impl Heart {
             self.size = size;
             self.changed = Instant::now();
         }
-        if let Some((stage, step)) = self.last_beat(work) {
-            observer.progress(stage, step);
+        if let Some((stage, step, share)) = self.last_beat(work) {
+            observer.progress(stage, step, share);
         }
     }
 
@@ -203,18 +203,23 @@ impl Heart {
 
     /// The newest whole line since the last look. The heartbeat is for display only, so what
     /// cannot be read is passed over.
-    fn last_beat(&mut self, work: &Path) -> Option<(Stage, u64)> {
+    fn last_beat(&mut self, work: &Path) -> Option<(Stage, u64, f64)> {
         let mut file = fs::File::open(work.join("heartbeat")).ok()?;
         file.seek(SeekFrom::Start(self.read)).ok()?;
         let mut new = String::new();
         file.take(1 << 16).read_to_string(&mut new).ok()?;
         let whole = new.rfind('\n')? + 1;
         self.read += whole as u64;
-        let (stage, step) = new[..whole].lines().last()?.split_once(' ')?;
+        let mut words = new[..whole].lines().last()?.split(' ');
+        let name = words.next()?;
         let stage = [Stage::Settle, Stage::Load]
             .into_iter()
-            .find(|of| of.name() == stage)?;
-        Some((stage, step.parse().ok()?))
+            .find(|stage| stage.name() == name)?;
+        Some((
+            stage,
+            words.next()?.parse().ok()?,
+            words.next()?.parse().ok()?,
+        ))
     }
 }
 

@@ -68,7 +68,9 @@ pub fn read(
         let line = line.map_err(|error| nonsense(format!("frames.jsonl: {error}")))?;
         if line.starts_with(r#"{"end""#) {
             let report = end(&line)?;
-            let now = last.as_ref().map(|snapshot| (snapshot.stage, snapshot.step));
+            let now = last
+                .as_ref()
+                .map(|snapshot| (snapshot.stage, snapshot.step));
             if now != Some((report.stage, report.steps)) {
                 return Err(nonsense(format!(
                     "the last moment of stage {} is not its end",
@@ -107,9 +109,7 @@ fn check_steps(task: &Task, stages: &[StageReport]) -> Result<(), YadeError> {
                 step, end.steps
             )))
         }
-        Until::EndOfLoading
-            if end.stage == Stage::Settle && end.stop != StopReason::MaxSteps =>
-        {
+        Until::EndOfLoading if end.stage == Stage::Settle && end.stop != StopReason::MaxSteps => {
             Err(nonsense("the run ended before loading".to_owned()))
         }
         _ => Ok(()),
@@ -245,7 +245,9 @@ impl Frames<'_> {
         let mut more = [0; 1];
         match self.binary.read(&mut more) {
             Ok(0) => Ok(()),
-            _ => Err(nonsense("frames.bin goes on after the last moment".to_owned())),
+            _ => Err(nonsense(
+                "frames.bin goes on after the last moment".to_owned(),
+            )),
         }
     }
 }

@@ -67,12 +67,10 @@ pub fn write(work: &Path, scene: &Scene, task: &Task, options: &Options) -> Resu
     write_whole(&work.join("run_scene.py"), SCRIPT.as_bytes())?;
     write_json(&work.join("scene.json"), scene)?;
     write_json(&work.join("job.json"), &job)?;
-    text::write_bodies(&work.join("initial.csv"), &task.start.bodies).map_err(
-        |error| match error {
-            text::TableError::File(error) => YadeError::File(error),
-            other => YadeError::Nonsense(other.to_string()),
-        },
-    )
+    text::write_bodies(&work.join("initial.csv"), &task.start.bodies).map_err(|error| match error {
+        text::TableError::File(error) => YadeError::File(error),
+        other => YadeError::Nonsense(other.to_string()),
+    })
 }
 
 fn write_json(path: &Path, value: &impl Serialize) -> Result<(), YadeError> {

@@ -1,0 +1,67 @@
+//! The command line: one verb a file. Arguments in, one library call, an exit code out.
+
+mod compare;
+mod paper;
+mod reproduce;
+mod run;
+mod scene;
+
+use clap::{Parser, Subcommand};
+
+use crate::error::Error;
+
+/// Pours, settles and presses discs in two engines, and says whether they agree.
+#[derive(Debug, Parser)]
+#[command(name = "crossgrain", version, about, max_term_width = 100)]
+#[command(
+    after_help = "Exit codes: 0 agreed or done; 1 a check failed; 2 usage, or a bad scene or run \
+    folder; 3 incomplete; 4 an engine failed; 75 try again."
+)]
+pub struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Every published number that needs no simulation: published, recomputed, verdict, how
+    Paper(paper::Arguments),
+    /// Print the paper's scene, check a scene file, print the JSON Schema of scenes
+    #[command(subcommand)]
+    Scene(scene::Verb),
+    /// Run one scene in one engine and write a run folder
+    Run(run::Arguments),
+    /// Compare two run folders: bits, first difference, every measured quantity
+    Compare(compare::Arguments),
+    /// The main job: the paper's experiment in both engines, compared, with a report
+    Reproduce(reproduce::Arguments),
+}
+
+impl Arguments {
+    /// Does what was asked; the value is the exit code.
+    pub fn execute(self) -> Result<u8, Error> {
+        match self.command {
+            Command::Paper(arguments) => arguments.execute(),
+            Command::Scene(verb) => verb.execute(),
+            Command::Run(arguments) => arguments.execute(),
+            Command::Compare(arguments) => arguments.execute(),
+            Command::Reproduce(arguments) => arguments.execute(),
+        }
+    }
+}
+
+/// Prints to standard output; a reader that has gone away is an error, not a panic.
+fn print(text: &str) -> Result<(), Error> {
+    use std::io::Write;
+    let mut out = std::io::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    out.flush()?;
+    Ok(())
+}
+
+/// A value as pretty JSON with a newline.
+fn json(value: &impl serde::Serialize) -> Result<String, Error> {
+    serde_json::to_string_pretty(value)
+        .map(|text| text + "\n")
+        .map_err(|error| Error::Report(error.to_string()))
+}

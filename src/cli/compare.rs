@@ -1,0 +1,122 @@
+//! `crossgrain compare`: two run folders side by side.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::run::YadeLimits;
+use super::{json, print};
+use crate::compare::first_difference::Locator;
+use crate::compare::spread::{TWINS, of_twins};
+use crate::compare::{Comparison, Verdict, Yardstick, compare};
+use crate::error::{Error, exit};
+use crate::folder::RunFolder;
+use crate::progress::Display;
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Where both runs add forces in the same order (native, YADE sorted), every bit must \
+    agree; if not, both engines are run again to find the first step and grain.\nWhere they do not, give \
+    --control: a YADE run that differs from the second folder only in verletDist. Its separation, and the \
+    scatter of twelve native twins, are the yardstick.\n\nExamples:\n  crossgrain compare native yade\n  \
+    crossgrain compare native yade-a --control yade-b"
+)]
+pub struct Arguments {
+    /// A run folder
+    a: PathBuf,
+    /// A run folder
+    b: PathBuf,
+    /// A run that differs from the second one only in YADE's verletDist
+    #[arg(long)]
+    control: Option<PathBuf>,
+    /// Do not run engines again to find the first difference
+    #[arg(long)]
+    no_locate: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    limits: YadeLimits,
+}
+
+impl Arguments {
+    pub fn execute(self) -> Result<u8, Error> {
+        let a = RunFolder::read(&self.a)?;
+        let b = RunFolder::read(&self.b)?;
+        let control = self.control.as_deref().map(RunFolder::read).transpose()?;
+        let display = Display::new(false);
+        let spread = match &control {
+            None => None,
+            Some(_) => {
+                let task = display.task("rounding twins");
+                let done = std::sync::atomic::AtomicUsize::new(0);
+                let spread = of_twins(&a.scene, a.record.protocol, &a.initial, &|| {
+                    let done = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+                    task.share(done as f64 / TWINS as f64, &format!("{done} of {TWINS}"));
+                })?;
+                task.done("done");
+                Some(spread)
+            }
+        };
+        let yardstick = control
+            .as_ref()
+            .zip(spread.as_ref())
+            .map(|(control, spread)| Yardstick { control, spread });
+        let locator = (!self.no_locate).then(|| Locator {
+            yade: self.limits.options(),
+        });
+        let comparison = compare(&a, &b, yardstick, locator.as_ref());
+        if self.json {
+            print(&json(&comparison)?)?;
+        } else {
+            print(&in_words(&comparison))?;
+        }
+        Ok(if comparison.agrees() {
+            exit::AGREED
+        } else {
+            exit::CHECK_FAILED
+        })
+    }
+}
+
+/// The comparison as lines for a terminal.
+pub fn in_words(comparison: &Comparison) -> String {
+    let mut text = format!("A: {}\nB: {}\n\n", comparison.a, comparison.b);
+    for check in &comparison.checks {
+        text += &format!("{} {}: {}\n", mark(check.verdict), check.name, check.found);
+    }
+    if let Some(first) = &comparison.first_difference {
+        text += &format!("\nfirst difference: {first}\n");
+    }
+    text += &format!(
+        "\n{:>8}  {:<42} {:>15} {:>15} {:>10} {:>10}\n",
+        "", "quantity", "A", "B", "|A-B|", "allowed"
+    );
+    for pair in &comparison.quantities {
+        let number = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.8e}"));
+        let short = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.2e}"));
+        text += &format!(
+            "{} {:<42} {:>15} {:>15} {:>10} {:>10}\n",
+            mark(pair.verdict),
+            format!("{} [{}]", pair.key, pair.unit),
+            number(pair.a),
+            number(pair.b),
+            short(pair.difference),
+            short(pair.allowed)
+        );
+    }
+    let verdict = if comparison.agrees() {
+        "AGREED"
+    } else {
+        "DIFFERENT"
+    };
+    text + &format!("\n{verdict}\n")
+}
+
+fn mark(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Pass => "    pass",
+        Verdict::Fail => "    FAIL",
+        Verdict::NotMade => "not made",
+    }
+}

@@ -1,0 +1,231 @@
+//! `crossgrain run`: one scene, one engine, one run folder.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::{Args, ValueEnum};
+
+use super::print;
+use crate::engine::native::{self, Perturbation};
+use crate::engine::yade::{self, YadeError};
+use crate::error::{Error, exit};
+use crate::files::{failed, refuse_existing, write_whole};
+use crate::folder::RunFolder;
+use crate::folder::record::Protocol;
+use crate::generate::initial_bodies;
+use crate::progress::Display;
+use crate::run::{Engine, EngineError, recorded};
+use crate::scene::{Scene, read_scene};
+use crate::tables::StopReason;
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum EngineName {
+    Native,
+    Yade,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LoopOrder {
+    /// Interactions in the order of their ids: slower, and the native engine's bits
+    Sorted,
+    /// YADE's own order
+    Ordinary,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  crossgrain scene paper > scene.json\n  \
+    crossgrain run scene.json --engine native --out native\n  \
+    crossgrain run scene.json --engine yade --steps 20000 --out yade")]
+pub struct Arguments {
+    /// The scene file
+    scene: PathBuf,
+    #[arg(long, value_enum)]
+    engine: EngineName,
+    /// Exactly this many steps of pouring, no stop rule
+    #[arg(long)]
+    steps: Option<u64>,
+    /// Another realization than the scene's
+    #[arg(long)]
+    seed: Option<u64>,
+    /// The run folder to write; must not exist
+    #[arg(long)]
+    out: PathBuf,
+    /// Native: put in a deliberate fault, such as stiffness=1e-12, gravity=S, damping=S, wall=S,
+    /// wall=missing or sums=reversed
+    #[arg(long)]
+    perturb: Option<Perturbation>,
+    #[command(flatten)]
+    yade: YadeArguments,
+    /// No progress
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct YadeArguments {
+    /// YADE: order in which interactions are visited
+    #[arg(long = "loop", value_enum, default_value = "sorted")]
+    order: LoopOrder,
+    /// YADE: verletDist, m
+    #[arg(long, default_value_t = yade::Options::default().verlet_distance)]
+    verlet_distance: f64,
+    #[command(flatten)]
+    pub limits: YadeLimits,
+}
+
+#[derive(Debug, Args)]
+pub struct YadeLimits {
+    /// YADE: the program, instead of the one on the path (or CROSSGRAIN_YADE)
+    #[arg(long)]
+    yade: Option<PathBuf>,
+    /// YADE: longest time for a run, s
+    #[arg(long, default_value_t = yade::Options::default().time_limit.as_secs())]
+    time_limit: u64,
+    /// YADE: longest time without a sign of life, s
+    #[arg(long, default_value_t = yade::Options::default().stall_limit.as_secs())]
+    stall_limit: u64,
+}
+
+impl YadeLimits {
+    /// Options with these limits and the default order.
+    pub fn options(&self) -> yade::Options {
+        yade::Options {
+            time_limit: Duration::from_secs(self.time_limit),
+            stall_limit: Duration::from_secs(self.stall_limit),
+            program: self.yade.clone(),
+            ..yade::Options::default()
+        }
+    }
+}
+
+impl Arguments {
+    pub fn execute(self) -> Result<u8, Error> {
+        let mut scene = read_scene(&self.scene)?;
+        if let Some(seed) = self.seed {
+            scene.realization = seed;
+        }
+        refuse_existing(&self.out)?;
+        let engine = self.engine()?;
+        let protocol = match self.steps {
+            Some(steps) => Protocol::Steps { steps },
+            None => Protocol::Whole,
+        };
+        let display = Display::new(self.quiet);
+        let run = run_and_write(&scene, &engine, protocol, &self.out, &display)?;
+        print(&summary(&run, &self.out))?;
+        Ok(match run.record.stop() {
+            Some(StopReason::MaxSteps) => exit::INCOMPLETE,
+            _ => exit::AGREED,
+        })
+    }
+
+    fn engine(&self) -> Result<Engine, Error> {
+        match self.engine {
+            EngineName::Native => Ok(Engine::Native(native::Options {
+                skin: None,
+                perturbation: self.perturb,
+            })),
+            EngineName::Yade if self.perturb.is_some() => Err(Error::Usage(
+                "--perturb puts a fault into the native engine; YADE has no such thing".to_owned(),
+            )),
+            EngineName::Yade => {
+                let distance = self.yade.verlet_distance;
+                if !(distance.is_finite() && distance >= 0.0) {
+                    return Err(Error::Usage(format!(
+                        "--verlet-distance is {distance}, and must be a length of 0 or more"
+                    )));
+                }
+                Ok(Engine::Yade(yade::Options {
+                    sorted: self.yade.order == LoopOrder::Sorted,
+                    verlet_distance: distance,
+                    ..self.yade.limits.options()
+                }))
+            }
+        }
+    }
+}
+
+/// Runs the scene and writes its folder. When YADE fails, its log is kept beside.
+pub fn run_and_write(
+    scene: &Scene,
+    engine: &Engine,
+    protocol: Protocol,
+    out: &Path,
+    display: &Display,
+) -> Result<RunFolder, Error> {
+    let name = match engine {
+        Engine::Native(_) => "native".to_owned(),
+        Engine::Yade(options) if options.sorted => "YADE sorted".to_owned(),
+        Engine::Yade(options) => format!("YADE ordinary {:?}", options.verlet_distance),
+    };
+    let task = display.task(&name);
+    let parent = match out.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    std::fs::create_dir_all(parent).map_err(failed("create", parent))?;
+    let work = tempfile::Builder::new()
+        .prefix(".crossgrain.partial-")
+        .tempdir_in(parent)
+        .map_err(failed("write into", parent))?;
+    let initial = initial_bodies(scene);
+    let run = recorded(
+        scene,
+        engine,
+        protocol,
+        initial,
+        work.path(),
+        &mut |stage, step, share| task.run(stage, step, share),
+    );
+    let run = match run {
+        Ok(run) => run,
+        Err(error) => {
+            task.done("failed");
+            keep_log(&error, work.path(), out, display);
+            return Err(error.into());
+        }
+    };
+    run.write(out)?;
+    task.done(&stages_in_words(&run));
+    Ok(run)
+}
+
+/// A failed YADE leaves its whole log beside where its run folder would have been.
+fn keep_log(error: &EngineError, work: &Path, out: &Path, display: &Display) {
+    if !matches!(error, EngineError::Yade(error) if !matches!(error, YadeError::Missing(_))) {
+        return;
+    }
+    let mut kept = out.as_os_str().to_owned();
+    kept.push(".yade.log");
+    let kept = PathBuf::from(kept);
+    let log = std::fs::read(work.join("yade.log")).unwrap_or_default();
+    if write_whole(&kept, &log).is_ok() {
+        display.line(&format!("YADE's log is kept in {}", kept.display()));
+    }
+}
+
+/// `settle 42000 steps (settled), load 6435 steps (reached)`
+pub fn stages_in_words(run: &RunFolder) -> String {
+    let of = |stage: &crate::engine::StageReport| {
+        let stop = serde_json::to_value(stage.stop).unwrap_or_default();
+        let stop = stop.as_str().unwrap_or_default().replace('_', " ");
+        format!("{} {} steps ({stop})", stage.stage.name(), stage.steps)
+    };
+    let stages: Vec<String> = run.record.stages.iter().map(of).collect();
+    stages.join(", ")
+}
+
+fn summary(run: &RunFolder, out: &Path) -> String {
+    let mut text = format!(
+        "{}: {}\n{:.1} µs a step; wrote {}\n",
+        run.record.engine.label(),
+        stages_in_words(run),
+        1e6 * run.record.seconds_per_step(),
+        out.display()
+    );
+    if run.record.stop() == Some(StopReason::MaxSteps) {
+        text += "not settled within the scene's /settle/max_steps: raise it, or relax \
+                 /settle/kinetic_energy_fraction\n";
+    }
+    text
+}

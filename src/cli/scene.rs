@@ -1,0 +1,47 @@
+//! `crossgrain scene`: print, check, schema.
+
+use std::path::PathBuf;
+
+use clap::Subcommand;
+
+use super::{json, print};
+use crate::error::{Error, exit};
+use crate::scene::{json_schema, paper_scene, read_scene};
+
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Print the paper's scene as JSON: complete, no default left implicit
+    Paper {
+        /// Realization number
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// Number of grains
+        #[arg(long, default_value_t = 5000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+        particles: u32,
+    },
+    /// Validate a scene file: every problem at once, each with its place and what would be right
+    Check {
+        /// The scene
+        file: PathBuf,
+    },
+    /// Print the JSON Schema of scene files
+    Schema,
+}
+
+impl Verb {
+    pub fn execute(self) -> Result<u8, Error> {
+        match self {
+            Verb::Paper { seed, particles } => print(&json(&paper_scene(seed, particles))?)?,
+            Verb::Check { file } => {
+                let scene = read_scene(&file)?;
+                print(&format!(
+                    "{}: a valid scene, digest {}\n",
+                    file.display(),
+                    scene.digest()
+                ))?;
+            }
+            Verb::Schema => print(&json(&json_schema())?)?,
+        }
+        Ok(exit::AGREED)
+    }
+}

@@ -1,0 +1,284 @@
+//! Two run folders side by side: bits, the first difference, then every measured quantity.
+
+pub mod bits;
+pub mod first_difference;
+pub mod separation;
+pub mod spread;
+
+use serde::Serialize;
+
+use crate::folder::RunFolder;
+use crate::measure::Quantity;
+use bits::TableBits;
+use first_difference::{FirstDifference, Locator};
+use separation::Horizons;
+use spread::Spread;
+
+/// What a check found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    Pass,
+    Fail,
+    /// The check could not be made, or nothing was expected of it; never counted as passed.
+    NotMade,
+}
+
+/// One check with what it rests on.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Check {
+    pub name: String,
+    pub verdict: Verdict,
+    /// What was found, in words and figures.
+    pub found: String,
+}
+
+/// A measured quantity in both runs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct QuantityPair {
+    pub key: String,
+    pub unit: String,
+    pub a: Option<f64>,
+    pub b: Option<f64>,
+    /// |a − b|.
+    pub difference: Option<f64>,
+    /// The difference within the control pair, if there is one.
+    pub control_difference: Option<f64>,
+    /// The most that |a − b| may be; none where nothing is judged.
+    pub allowed: Option<f64>,
+    pub verdict: Verdict,
+}
+
+/// The comparison of run A with run B.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Comparison {
+    pub a: String,
+    pub b: String,
+    /// Both runs add forces in the same order, so every bit is expected to agree.
+    pub bits_expected: bool,
+    pub checks: Vec<Check>,
+    pub tables: Vec<TableBits>,
+    pub first_difference: Option<FirstDifference>,
+    pub horizons: Option<Horizons>,
+    pub quantities: Vec<QuantityPair>,
+}
+
+/// What a run in another order of sums is judged against.
+#[derive(Debug, Clone, Copy)]
+pub struct Yardstick<'a> {
+    /// A run that differs from B only in the order of sums (YADE with another `verletDist`).
+    pub control: &'a RunFolder,
+    /// How far runs part that differ in one last bit at the start.
+    pub spread: &'a Spread,
+}
+
+impl Comparison {
+    /// Whether no check failed.
+    pub fn agrees(&self) -> bool {
+        let checks = self.checks.iter().map(|check| check.verdict);
+        let quantities = self.quantities.iter().map(|pair| pair.verdict);
+        checks
+            .chain(quantities)
+            .all(|verdict| verdict != Verdict::Fail)
+    }
+
+    fn check(&mut self, name: &str, verdict: Verdict, found: impl Into<String>) {
+        self.checks.push(Check {
+            name: name.to_owned(),
+            verdict,
+            found: found.into(),
+        });
+    }
+}
+
+fn pass_if(holds: bool) -> Verdict {
+    if holds { Verdict::Pass } else { Verdict::Fail }
+}
+
+/// Compares two runs. Where bits are expected and differ, `locator` finds the first step and grain.
+/// Where they are not expected, the runs are judged by the yardstick, if there is one.
+pub fn compare(
+    a: &RunFolder,
+    b: &RunFolder,
+    yardstick: Option<Yardstick<'_>>,
+    locator: Option<&Locator>,
+) -> Comparison {
+    let bits_expected = a.record.engine.keeps_order() && b.record.engine.keeps_order();
+    let mut comparison = Comparison {
+        a: a.record.engine.label(),
+        b: b.record.engine.label(),
+        bits_expected,
+        checks: Vec::new(),
+        tables: Vec::new(),
+        first_difference: None,
+        horizons: None,
+        quantities: Vec::new(),
+    };
+    same_question(a, b, &mut comparison);
+    if a.scene.particles.count != b.scene.particles.count {
+        return comparison;
+    }
+    comparison.tables = bits::tables(a, b);
+    if bits_expected {
+        expect_bits(a, b, locator, &mut comparison);
+        quantities(a, b, None, &mut comparison);
+    } else {
+        expect_spread(a, b, yardstick, &mut comparison);
+        quantities(a, b, yardstick, &mut comparison);
+    }
+    comparison
+}
+
+/// Scene, start and protocol are the same in both.
+fn same_question(a: &RunFolder, b: &RunFolder, comparison: &mut Comparison) {
+    let differing = bits::differing_keys(&a.scene, &b.scene);
+    comparison.check(
+        "same scene",
+        pass_if(differing.is_empty()),
+        if differing.is_empty() {
+            format!("digest {}", &a.record.scene_digest[..16])
+        } else {
+            format!("the scenes differ in {}", differing.join(", "))
+        },
+    );
+    comparison.check(
+        "same start",
+        pass_if(a.record.initial_digest == b.record.initial_digest),
+        format!(
+            "initial states {} and {}",
+            a.record.initial_digest, b.record.initial_digest
+        ),
+    );
+    comparison.check(
+        "same protocol",
+        pass_if(a.record.protocol == b.record.protocol),
+        format!("{:?} and {:?}", a.record.protocol, b.record.protocol),
+    );
+}
+
+fn expect_bits(
+    a: &RunFolder,
+    b: &RunFolder,
+    locator: Option<&Locator>,
+    comparison: &mut Comparison,
+) {
+    let stages = |run: &RunFolder| -> Vec<String> {
+        let of = |stage: &crate::engine::StageReport| {
+            format!("{} {} ({:?})", stage.stage.name(), stage.steps, stage.stop)
+        };
+        run.record.stages.iter().map(of).collect()
+    };
+    let (of_a, of_b) = (stages(a), stages(b));
+    comparison.check(
+        "same stages",
+        pass_if(of_a == of_b),
+        if of_a == of_b {
+            of_a.join(", ")
+        } else {
+            format!("{} against {}", of_a.join(", "), of_b.join(", "))
+        },
+    );
+    for table in comparison.tables.clone() {
+        comparison.check(
+            &format!("bits of {}", table.table),
+            pass_if(table.agrees()),
+            table.to_string(),
+        );
+    }
+    let history = bits::history(a, b);
+    comparison.check(
+        "bits along the way",
+        pass_if(history.agrees()),
+        history.to_string(),
+    );
+    let agree = comparison.agrees();
+    if agree {
+        return;
+    }
+    match locator {
+        Some(locator) => match locator.locate(a, b) {
+            Ok(found) => comparison.first_difference = found,
+            Err(reason) => comparison.check("first difference", Verdict::NotMade, reason),
+        },
+        None => comparison.check("first difference", Verdict::NotMade, "not asked for"),
+    }
+}
+
+fn expect_spread(
+    a: &RunFolder,
+    b: &RunFolder,
+    yardstick: Option<Yardstick<'_>>,
+    comparison: &mut Comparison,
+) {
+    let equal = comparison.tables.iter().all(TableBits::agrees);
+    comparison.check(
+        "bits",
+        Verdict::NotMade,
+        if equal {
+            "all bits agree, though the order of sums is not the same"
+        } else {
+            "not expected to agree: the order of sums is not the same"
+        },
+    );
+    let Some(yardstick) = yardstick else {
+        comparison.check(
+            "spread",
+            Verdict::NotMade,
+            "give a control run (--control) that differs from the second one only in verletDist",
+        );
+        return;
+    };
+    let horizons = separation::horizons(a, b, yardstick.control);
+    comparison.check(
+        "parting no sooner than the control pair",
+        horizons.verdict(),
+        horizons.to_string(),
+    );
+    comparison.horizons = Some(horizons);
+}
+
+/// Pairs the quantities of both runs; exact where bits are expected, else judged by the yardstick.
+fn quantities(
+    a: &RunFolder,
+    b: &RunFolder,
+    yardstick: Option<Yardstick<'_>>,
+    comparison: &mut Comparison,
+) {
+    let exact = comparison.bits_expected;
+    let (of_a, of_b) = (spread::quantities(a), spread::quantities(b));
+    let of_control = yardstick.map(|yardstick| spread::quantities(yardstick.control));
+    let find = |list: &[Quantity], key: &str| {
+        list.iter()
+            .find(|quantity| quantity.key == key)
+            .map(|quantity| quantity.value)
+    };
+    let mut all: Vec<&Quantity> = of_a.iter().collect();
+    all.extend(of_b.iter().filter(|of| find(&of_a, &of.key).is_none()));
+    for quantity in all {
+        let key = &quantity.key;
+        let (in_a, in_b) = (find(&of_a, key), find(&of_b, key));
+        let difference = in_a.zip(in_b).map(|(a, b)| (a - b).abs());
+        let in_control = of_control.as_deref().and_then(|of| find(of, key));
+        let allowed = if exact {
+            Some(0.0)
+        } else {
+            yardstick.and_then(|yardstick| yardstick.spread.allowed(key))
+        };
+        let verdict = match (difference, allowed) {
+            (Some(difference), Some(allowed)) => pass_if(difference <= allowed),
+            // Bits are expected, and one run has a measure that the other has not.
+            (None, Some(_)) => Verdict::Fail,
+            _ => Verdict::NotMade,
+        };
+        comparison.quantities.push(QuantityPair {
+            key: key.clone(),
+            unit: quantity.unit.clone(),
+            a: in_a,
+            b: in_b,
+            difference,
+            control_difference: in_b.zip(in_control).map(|(b, c)| (b - c).abs()),
+            allowed,
+            verdict,
+        });
+    }
+}

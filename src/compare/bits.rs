@@ -1,0 +1,280 @@
+//! Agreement to the last bit: tables number by number, histories state by state.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use crate::folder::{Moment, RunFolder};
+use crate::scene::Scene;
+use crate::tables::{Bodies, Contact, Stage};
+
+/// A table of both runs, number by number.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TableBits {
+    /// What the table is.
+    pub table: String,
+    /// How many numbers were compared.
+    pub numbers: usize,
+    /// How many of them differ in any bit; all, if the tables have not the same rows.
+    pub differing: usize,
+    /// The differing number of the lowest id.
+    pub first: Option<NumberPair>,
+}
+
+/// A number that differs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NumberPair {
+    /// Grain, or the pair of a contact.
+    pub id: String,
+    pub key: &'static str,
+    pub a: f64,
+    pub b: f64,
+    /// How many floating-point numbers further b is than a.
+    pub ulps: u64,
+}
+
+impl fmt::Display for NumberPair {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let NumberPair {
+            id,
+            key,
+            a,
+            b,
+            ulps,
+        } = self;
+        write!(out, "{key} of {id}: {a:e} against {b:e}, {ulps} ulp apart")
+    }
+}
+
+impl TableBits {
+    /// Whether every bit is the same.
+    pub fn agrees(&self) -> bool {
+        self.differing == 0
+    }
+}
+
+impl fmt::Display for TableBits {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{} of {} numbers differ", self.differing, self.numbers)?;
+        match &self.first {
+            Some(first) => write!(out, ", first {first}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Every table that both runs have.
+pub fn tables(a: &RunFolder, b: &RunFolder) -> Vec<TableBits> {
+    let mut tables = vec![bodies("initial grains", &a.initial, &b.initial)];
+    let mut moment = |when: &str, a: &Moment, b: &Moment| {
+        tables.push(bodies(&format!("{when} grains"), &a.bodies, &b.bodies));
+        tables.push(contacts(
+            &format!("{when} contacts"),
+            &a.contacts,
+            &b.contacts,
+        ));
+    };
+    if let (Some(a), Some(b)) = (&a.settled, &b.settled) {
+        moment("settled", a, b);
+    }
+    moment("last", &a.last, &b.last);
+    tables
+}
+
+/// Positions and velocities of every grain.
+pub fn bodies(table: &str, a: &Bodies, b: &Bodies) -> TableBits {
+    let numbers = 4 * a.len().max(b.len());
+    let mut first: Option<(usize, NumberPair)> = None;
+    let mut differing = 4 * a.len().abs_diff(b.len());
+    for ((key, of_a), (_, of_b)) in a.motion().into_iter().zip(b.motion()) {
+        for (id, (in_a, in_b)) in of_a.iter().zip(of_b).enumerate() {
+            if in_a.to_bits() == in_b.to_bits() {
+                continue;
+            }
+            differing += 1;
+            if first.as_ref().is_none_or(|(lowest, _)| id < *lowest) {
+                first = Some((id, pair(format!("grain {id}"), key, *in_a, *in_b)));
+            }
+        }
+    }
+    TableBits {
+        table: table.to_owned(),
+        numbers,
+        differing,
+        first: first.map(|(_, pair)| pair),
+    }
+}
+
+fn contacts(table: &str, a: &[Contact], b: &[Contact]) -> TableBits {
+    const COLUMNS: usize = 7;
+    let columns = |contact: &Contact| -> [(&'static str, f64); COLUMNS] {
+        [
+            ("overlap", contact.overlap),
+            ("fn", contact.normal_force),
+            ("ft", contact.tangential_force),
+            ("nx", contact.normal[0]),
+            ("nz", contact.normal[1]),
+            ("x", contact.point[0]),
+            ("z", contact.point[1]),
+        ]
+    };
+    let numbers = COLUMNS * a.len().max(b.len());
+    let same_pairs = a.len() == b.len()
+        && a.iter()
+            .zip(b)
+            .all(|(a, b)| (a.id1, a.id2) == (b.id1, b.id2));
+    let mut result = TableBits {
+        table: table.to_owned(),
+        numbers,
+        differing: if same_pairs { 0 } else { numbers },
+        first: None,
+    };
+    if !same_pairs {
+        return result;
+    }
+    for (a, b) in a.iter().zip(b) {
+        for ((key, in_a), (_, in_b)) in columns(a).into_iter().zip(columns(b)) {
+            // A zero of either sign is the same absence of a tangential force.
+            if in_a.to_bits() != in_b.to_bits() && !(in_a == 0.0 && in_b == 0.0) {
+                result.differing += 1;
+                result.first.get_or_insert_with(|| {
+                    pair(format!("contact {}-{}", a.id1, a.id2), key, in_a, in_b)
+                });
+            }
+        }
+    }
+    result
+}
+
+fn pair(id: String, key: &'static str, a: f64, b: f64) -> NumberPair {
+    NumberPair {
+        id,
+        key,
+        a,
+        b,
+        ulps: ulps_between(a, b),
+    }
+}
+
+/// How many steps of the floating-point number line lie between two finite numbers.
+pub fn ulps_between(a: f64, b: f64) -> u64 {
+    let place = |value: f64| {
+        let bits = value.to_bits() as i64;
+        if bits < 0 { i64::MIN - bits } else { bits }
+    };
+    place(a).abs_diff(place(b))
+}
+
+/// Agreement of the states along two runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HistoryBits {
+    /// Moments that both runs have.
+    pub moments: usize,
+    /// Moments whose states have the same bits.
+    pub agreeing: usize,
+    /// The last moment before the first disagreement.
+    pub last_equal: Option<(Stage, u64)>,
+    /// The first moment that disagrees.
+    pub first_unequal: Option<(Stage, u64)>,
+    /// The runs have not the same moments.
+    pub unpaired: usize,
+}
+
+impl HistoryBits {
+    /// Whether all moments agree.
+    pub fn agrees(&self) -> bool {
+        self.first_unequal.is_none() && self.unpaired == 0
+    }
+}
+
+impl fmt::Display for HistoryBits {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            out,
+            "{} of {} states agree in every bit",
+            self.agreeing, self.moments
+        )?;
+        if let Some((stage, step)) = self.first_unequal {
+            write!(out, "; the first that does not: {} {step}", stage.name())?;
+        }
+        if self.unpaired > 0 {
+            write!(out, "; {} moments are in one run only", self.unpaired)?;
+        }
+        Ok(())
+    }
+}
+
+/// Pairs the moments of two histories by stage and step.
+pub fn history(a: &RunFolder, b: &RunFolder) -> HistoryBits {
+    let moment = |row: &crate::measure::history::HistoryRow| (row.stage, row.step);
+    let mut result = HistoryBits {
+        moments: 0,
+        agreeing: 0,
+        last_equal: None,
+        first_unequal: None,
+        unpaired: 0,
+    };
+    for row in &a.history {
+        let Some(other) = b.history.iter().find(|other| moment(other) == moment(row)) else {
+            result.unpaired += 1;
+            continue;
+        };
+        result.moments += 1;
+        if row.state == other.state {
+            result.agreeing += 1;
+            if result.first_unequal.is_none() {
+                result.last_equal = Some(moment(row));
+            }
+        } else if result.first_unequal.is_none() {
+            result.first_unequal = Some(moment(row));
+        }
+    }
+    result.unpaired += b.history.len() - result.moments;
+    result
+}
+
+/// JSON pointers of the keys in which two scenes differ.
+pub fn differing_keys(a: &Scene, b: &Scene) -> Vec<String> {
+    let mut keys = Vec::new();
+    if let (Ok(a), Ok(b)) = (serde_json::to_value(a), serde_json::to_value(b)) {
+        walk("", &a, &b, &mut keys);
+    }
+    keys
+}
+
+fn walk(place: &str, a: &serde_json::Value, b: &serde_json::Value, keys: &mut Vec<String>) {
+    match (a.as_object(), b.as_object()) {
+        (Some(of_a), Some(of_b)) => {
+            let names: std::collections::BTreeSet<&String> =
+                of_a.keys().chain(of_b.keys()).collect();
+            for name in names {
+                let nothing = serde_json::Value::Null;
+                walk(
+                    &format!("{place}/{name}"),
+                    of_a.get(name).unwrap_or(&nothing),
+                    of_b.get(name).unwrap_or(&nothing),
+                    keys,
+                );
+            }
+        }
+        _ if a != b => keys.push(place.to_owned()),
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::ulps_between;
+
+    #[test]
+    fn ulps_count_numbers_across_zero() {
+        assert_eq!(ulps_between(1.0, 1.0 + f64::EPSILON), 1);
+        assert_eq!(ulps_between(-1.0, -1.0), 0);
+        assert_eq!(ulps_between(0.0, -0.0), 0);
+        assert_eq!(
+            ulps_between(f64::from_bits(1), -f64::from_bits(1)),
+            2,
+            "one step up from zero and one down"
+        );
+    }
+}

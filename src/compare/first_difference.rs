@@ -1,0 +1,224 @@
+//! The first step and grain in which two engines part, found by halving.
+//!
+//! The histories say between which two moments it is. The state at the earlier one is made anew
+//! with the native engine (or with A's own) and proved by its digest; from there both engines are
+//! run again over halved distances, each from the last state that both had.
+
+use serde::Serialize;
+
+use super::bits::{self, NumberPair};
+use crate::engine::native;
+use crate::engine::yade;
+use crate::engine::{Start, Task, Until};
+use crate::folder::RunFolder;
+use crate::folder::record::EngineRecord;
+use crate::run::{Engine, bare};
+use crate::scene::Scene;
+use crate::tables::Stage;
+
+/// Where two runs part.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FirstDifference {
+    pub stage: Stage,
+    /// The first step after which the states differ; all before agree in every bit.
+    pub step: u64,
+    /// How many positions and velocities differ after it.
+    pub differing: usize,
+    /// The differing number of the grain with the lowest id.
+    pub number: NumberPair,
+    /// How many times an engine was started to find it.
+    pub engine_starts: usize,
+}
+
+impl std::fmt::Display for FirstDifference {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            out,
+            "step {} of stage {}: {} ({} numbers differ after this step)",
+            self.step,
+            self.stage.name(),
+            self.number,
+            self.differing
+        )
+    }
+}
+
+/// Runs engines again to find where they part.
+#[derive(Debug, Clone, Default)]
+pub struct Locator {
+    /// How YADE is started; order and distance are taken from the runs.
+    pub yade: yade::Options,
+}
+
+impl Locator {
+    /// The first difference of two runs of the same start; none if there is none.
+    pub fn locate(&self, a: &RunFolder, b: &RunFolder) -> Result<Option<FirstDifference>, String> {
+        let at_start = bits::bodies("initial grains", &a.initial, &b.initial);
+        if let Some(number) = at_start.first {
+            return Ok(Some(FirstDifference {
+                stage: Stage::Settle,
+                step: 0,
+                differing: at_start.differing,
+                number,
+                engine_starts: 0,
+            }));
+        }
+        let history = bits::history(a, b);
+        let Some((stage, unequal)) = history.first_unequal else {
+            return Ok(None);
+        };
+        let mut search = Search {
+            a: Side::new(a, &self.yade),
+            b: Side::new(b, &self.yade),
+            starts: 0,
+        };
+        let equal = match history.last_equal {
+            Some((of_stage, step)) if of_stage == stage => step,
+            _ => 0,
+        };
+        let proof = a
+            .history
+            .iter()
+            .find(|row| (row.stage, row.step) == (stage, equal))
+            .map(|row| row.state.as_str());
+        let start = search.state_at(a, stage, equal, proof)?;
+        search.halve(start, unequal).map(Some)
+    }
+}
+
+/// One of the two engines, ready to be run again.
+struct Side<'a> {
+    scene: &'a Scene,
+    engine: Engine,
+}
+
+impl<'a> Side<'a> {
+    fn new(run: &'a RunFolder, limits: &yade::Options) -> Self {
+        let engine = match &run.record.engine {
+            EngineRecord::Native { perturbation, .. } => Engine::Native(native::Options {
+                skin: None,
+                perturbation: *perturbation,
+            }),
+            EngineRecord::Yade {
+                sorted,
+                verlet_distance,
+                ..
+            } => Engine::Yade(yade::Options {
+                sorted: *sorted,
+                verlet_distance: *verlet_distance,
+                ..limits.clone()
+            }),
+        };
+        Side {
+            scene: &run.scene,
+            engine,
+        }
+    }
+
+    /// The state after `step`, from an earlier one.
+    fn advance(&self, start: &Start, step: u64) -> Result<Start, String> {
+        let work = tempfile::tempdir().map_err(|error| error.to_string())?;
+        let task = Task {
+            start: start.clone(),
+            until: Until::Step(step),
+        };
+        let (outcome, _, _) = bare(self.scene, &self.engine, &task, work.path(), &mut ())
+            .map_err(|error| error.to_string())?;
+        Ok(Start {
+            stage: outcome.last.stage,
+            step: outcome.last.step,
+            bodies: outcome.last.bodies,
+            punch: outcome.last.punch,
+        })
+    }
+}
+
+struct Search<'a> {
+    a: Side<'a>,
+    b: Side<'a>,
+    starts: usize,
+}
+
+impl Search<'_> {
+    /// The state of run A at a moment, proved by its digest.
+    fn state_at(
+        &mut self,
+        run: &RunFolder,
+        stage: Stage,
+        step: u64,
+        proof: Option<&str>,
+    ) -> Result<Start, String> {
+        let bodies = match (stage, &run.settled) {
+            (Stage::Settle, _) => run.initial.clone(),
+            (Stage::Load, Some(settled)) => settled.bodies.clone(),
+            (Stage::Load, None) => return Err("the folder has no settled state".to_owned()),
+        };
+        let start = Start {
+            stage,
+            step: 0,
+            bodies,
+            punch: None,
+        };
+        if step == 0 {
+            return Ok(start);
+        }
+        let native = Side {
+            scene: &run.scene,
+            engine: Engine::Native(native::Options {
+                skin: None,
+                perturbation: None,
+            }),
+        };
+        let proved = |state: &Start| proof.is_none_or(|proof| state.bodies.digest() == proof);
+        self.starts += 1;
+        if let Ok(state) = native.advance(&start, step)
+            && proved(&state)
+        {
+            return Ok(state);
+        }
+        self.starts += 1;
+        let state = self.a.advance(&start, step)?;
+        if proved(&state) {
+            Ok(state)
+        } else {
+            Err(format!(
+                "the state at step {step} of stage {} cannot be made again with the same bits",
+                stage.name()
+            ))
+        }
+    }
+
+    /// Both agree in `start` and differ after step `unequal`.
+    fn halve(&mut self, mut start: Start, mut unequal: u64) -> Result<FirstDifference, String> {
+        let stage = start.stage;
+        loop {
+            // The last round takes a single step, whose outcome is then looked at number by number.
+            let middle = start.step + (unequal - start.step).div_ceil(2);
+            self.starts += 2;
+            let after_a = self.a.advance(&start, middle)?;
+            let after_b = self.b.advance(&start, middle)?;
+            let table = bits::bodies("grains", &after_a.bodies, &after_b.bodies);
+            match table.first {
+                None if middle == unequal => {
+                    return Err(format!(
+                        "the runs part between steps {} and {unequal} of stage {}, but agree when \
+                         started again from the state before",
+                        start.step,
+                        stage.name()
+                    ));
+                }
+                None => start = after_a,
+                Some(number) if middle == start.step + 1 => {
+                    return Ok(FirstDifference {
+                        stage,
+                        step: middle,
+                        differing: table.differing,
+                        number,
+                        engine_starts: self.starts,
+                    });
+                }
+                Some(_) => unequal = middle,
+            }
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! Every way in which the program can fail, and its exit code.
+
+use crate::engine::yade::YadeError;
+use crate::files::FileError;
+use crate::folder::FolderError;
+use crate::run::EngineError;
+use crate::scene::SceneError;
+use crate::tables::text::TableError;
+
+/// Exit codes; scripts rely on them.
+pub mod exit {
+    /// Everything agreed, or was done.
+    pub const AGREED: u8 = 0;
+    /// A check failed.
+    pub const CHECK_FAILED: u8 = 1;
+    /// The command line, a scene or a run folder cannot be used.
+    pub const USAGE: u8 = 2;
+    /// The run or the comparison is incomplete.
+    pub const INCOMPLETE: u8 = 3;
+    /// An engine failed.
+    pub const ENGINE_FAILED: u8 = 4;
+    /// The surroundings failed (a full disk, no permission to write): try again.
+    pub const TRY_AGAIN: u8 = 75;
+}
+
+/// Any failure of the program.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+    #[error(transparent)]
+    File(#[from] FileError),
+    #[error("cannot write to the output: {0}")]
+    Output(#[from] std::io::Error),
+    #[error("{0}")]
+    Usage(String),
+    #[error("the report cannot be made: {0}")]
+    Report(String),
+}
+
+impl Error {
+    /// The exit code that tells a script what kind of failure this is.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Error::Usage(_) => exit::USAGE,
+            Error::Scene(SceneError::File(error)) | Error::File(error) => of_file(error),
+            Error::Scene(_) => exit::USAGE,
+            Error::Folder(error) => of_folder(error),
+            Error::Engine(EngineError::Yade(YadeError::File(_))) => exit::TRY_AGAIN,
+            Error::Engine(_) => exit::ENGINE_FAILED,
+            Error::Output(_) | Error::Report(_) => exit::TRY_AGAIN,
+        }
+    }
+}
+
+fn of_folder(error: &FolderError) -> u8 {
+    match error {
+        FolderError::File(error)
+        | FolderError::Table(TableError::File(error))
+        | FolderError::Scene {
+            source: SceneError::File(error),
+            ..
+        } => of_file(error),
+        _ => exit::USAGE,
+    }
+}
+
+/// What cannot be read was named wrongly; what cannot be written may work another time.
+fn of_file(error: &FileError) -> u8 {
+    match error {
+        FileError::Io { action, .. } if !matches!(*action, "open" | "read" | "find") => {
+            exit::TRY_AGAIN
+        }
+        _ => exit::USAGE,
+    }
+}

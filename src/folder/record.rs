@@ -1,0 +1,117 @@
+//! What `run.json` and `trace.csv` say.
+
+use serde::{Deserialize, Serialize};
+
+use crate::engine::StageReport;
+use crate::engine::native::Perturbation;
+use crate::measure;
+use crate::tables::{Stage, StopReason};
+
+/// The version of `run.json` that this program writes and reads.
+pub const RECORD_VERSION: u32 = 1;
+
+/// Which engine ran, as it is recorded.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "name", rename_all = "snake_case", deny_unknown_fields)]
+pub enum EngineRecord {
+    Native {
+        version: String,
+        /// The deliberate fault that was put in.
+        perturbation: Option<Perturbation>,
+    },
+    Yade {
+        version: String,
+        /// Interactions visited in the order of their ids: the mode with the native engine's bits.
+        sorted: bool,
+        verlet_distance: f64,
+    },
+}
+
+impl EngineRecord {
+    /// Whether this run is meant to have the native engine's bits.
+    pub fn keeps_order(&self) -> bool {
+        match self {
+            EngineRecord::Native { .. } => true,
+            EngineRecord::Yade { sorted, .. } => *sorted,
+        }
+    }
+
+    /// The engine in a few words.
+    pub fn label(&self) -> String {
+        match self {
+            EngineRecord::Native {
+                perturbation: None, ..
+            } => "native".to_owned(),
+            EngineRecord::Native {
+                perturbation: Some(fault),
+                ..
+            } => format!("native with {fault}"),
+            EngineRecord::Yade {
+                version,
+                sorted,
+                verlet_distance,
+            } => {
+                let order = if *sorted { "sorted" } else { "ordinary" };
+                format!("YADE {version}, {order} loop, verletDist {verlet_distance:e}")
+            }
+        }
+    }
+}
+
+/// What was asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Protocol {
+    /// Pouring, settling and loading, each ended by its rule.
+    Whole,
+    /// Exactly so many steps of pouring.
+    Steps { steps: u64 },
+}
+
+/// `run.json`: everything about a run that is not a table.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunRecord {
+    pub version: u32,
+    /// Version of crossgrain.
+    pub crossgrain: String,
+    pub engine: EngineRecord,
+    /// SHA-256 of the scene's canonical JSON.
+    pub scene_digest: String,
+    /// Digest of the initial positions and velocities.
+    pub initial_digest: String,
+    pub protocol: Protocol,
+    /// The command that does this run again, in a folder that holds `scene.json`.
+    pub command: String,
+    /// s.
+    pub time_step: f64,
+    pub stages: Vec<StageReport>,
+    /// Largest resident memory of this program during the run, bytes, where the system tells.
+    pub peak_memory: Option<u64>,
+    pub measures: Vec<measure::Quantity>,
+}
+
+impl RunRecord {
+    /// Why the last stage ended.
+    pub fn stop(&self) -> Option<StopReason> {
+        self.stages.last().map(|stage| stage.stop)
+    }
+
+    /// Wall time per step over all stages, s.
+    pub fn seconds_per_step(&self) -> f64 {
+        let wall: f64 = self.stages.iter().map(|stage| stage.wall_seconds).sum();
+        let steps: u64 = self.stages.iter().map(|stage| stage.steps).sum();
+        wall / steps.max(1) as f64
+    }
+}
+
+/// The path of a marked grain.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TraceRow {
+    pub stage: Stage,
+    pub step: u64,
+    pub id: u32,
+    pub x: f64,
+    pub z: f64,
+}

@@ -1,0 +1,54 @@
+//! The time series of a run: one row a moment.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Bed, energy, unbalanced_force};
+use crate::scene::Scene;
+use crate::tables::{Snapshot, Stage};
+
+/// One moment of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HistoryRow {
+    pub stage: Stage,
+    /// Steps since the start of the stage.
+    pub step: u64,
+    /// s since the start of the stage.
+    pub time: f64,
+    /// J.
+    pub kinetic_energy: f64,
+    /// J, above the floor.
+    pub potential_energy: f64,
+    /// J.
+    pub elastic_energy: f64,
+    /// Empty without contacts.
+    pub unbalanced_force: Option<f64>,
+    pub contacts: u64,
+    /// m, empty without a punch.
+    pub punch_depth: Option<f64>,
+    /// N, positive upwards, empty without a punch.
+    pub punch_force: Option<f64>,
+    /// Digest of the bits of every position and velocity.
+    pub state: String,
+}
+
+/// The row of a moment.
+pub fn row(scene: &Scene, snapshot: &Snapshot) -> HistoryRow {
+    let bed = Bed {
+        bodies: &snapshot.bodies,
+        contacts: &snapshot.contacts,
+    };
+    HistoryRow {
+        stage: snapshot.stage,
+        step: snapshot.step,
+        time: snapshot.time,
+        kinetic_energy: energy::kinetic(bed.bodies),
+        potential_energy: energy::potential(scene, bed.bodies),
+        elastic_energy: energy::elastic(bed.contacts),
+        unbalanced_force: unbalanced_force::of(scene, bed),
+        contacts: bed.contacts.len() as u64,
+        punch_depth: snapshot.punch.map(|punch| punch.depth()),
+        punch_force: snapshot.punch.map(|punch| punch.force),
+        state: snapshot.bodies.digest(),
+    }
+}

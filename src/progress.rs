@@ -1,0 +1,131 @@
+//! How far long work is: a bar with the time left on a terminal, a line now and then elsewhere.
+
+use std::io::IsTerminal;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+
+use crate::tables::Stage;
+
+/// Without a terminal, a line so often.
+const LINE_EVERY: Duration = Duration::from_secs(15);
+/// Bar positions; shares are rounded to this.
+const TICKS: u64 = 1000;
+
+/// All work of a command.
+#[derive(Debug)]
+pub struct Display {
+    bars: Option<MultiProgress>,
+}
+
+impl Display {
+    /// Bars if standard error is a terminal, lines if not, nothing if `quiet`.
+    pub fn new(quiet: bool) -> Self {
+        let bars = std::io::stderr().is_terminal().then(MultiProgress::new);
+        if quiet && let Some(bars) = &bars {
+            bars.set_draw_target(indicatif::ProgressDrawTarget::hidden());
+        }
+        let bars = if quiet {
+            Some(bars.unwrap_or_else(|| {
+                MultiProgress::with_draw_target(indicatif::ProgressDrawTarget::hidden())
+            }))
+        } else {
+            bars
+        };
+        Display { bars }
+    }
+
+    /// A piece of work with a name.
+    pub fn task(&self, name: &str) -> Task {
+        let bar = self.bars.as_ref().map(|bars| {
+            let bar = bars.add(ProgressBar::new(TICKS));
+            let style = ProgressStyle::with_template(
+                "{prefix:28} {bar:30} {percent:>3} %  {elapsed_precise}, {eta} left  {msg}",
+            );
+            if let Ok(style) = style {
+                bar.set_style(style);
+            }
+            bar.set_prefix(name.to_owned());
+            bar.enable_steady_tick(Duration::from_millis(500));
+            bar
+        });
+        Task {
+            name: name.to_owned(),
+            began: Instant::now(),
+            said: Mutex::new(Instant::now()),
+            bar,
+        }
+    }
+
+    /// A line that stays.
+    pub fn line(&self, text: &str) {
+        match &self.bars {
+            // A terminal that is gone loses the line, and nothing else.
+            Some(bars) => drop(bars.println(text)),
+            None => eprintln!("{text}"),
+        }
+    }
+}
+
+/// One piece of work.
+#[derive(Debug)]
+pub struct Task {
+    name: String,
+    began: Instant,
+    said: Mutex<Instant>,
+    bar: Option<ProgressBar>,
+}
+
+impl Task {
+    /// A run's stage and the share of it that is done. Settling counts as three quarters of the
+    /// whole, which is about what it takes.
+    pub fn run(&self, stage: Stage, step: u64, share: f64) {
+        let whole = match stage {
+            Stage::Settle => 0.75 * share,
+            Stage::Load => 0.75 + 0.25 * share,
+        };
+        self.share(whole, &format!("{} step {step}", stage.name()));
+    }
+
+    /// The share of the work that is done; never goes back.
+    pub fn share(&self, share: f64, at: &str) {
+        match &self.bar {
+            Some(bar) => {
+                let position = (share * TICKS as f64) as u64;
+                if position > bar.position() {
+                    bar.set_position(position.min(TICKS));
+                }
+                bar.set_message(at.to_owned());
+            }
+            None => {
+                let mut said = match self.said.lock() {
+                    Ok(said) => said,
+                    Err(poisoned) => poisoned.into_inner(),
+                };
+                if said.elapsed() >= LINE_EVERY {
+                    *said = Instant::now();
+                    let elapsed = self.began.elapsed().as_secs_f64();
+                    let left = elapsed * (1.0 / share.max(1e-3) - 1.0);
+                    eprintln!(
+                        "{}: {at}, {:.0} % done, about {left:.0} s left",
+                        self.name,
+                        100.0 * share
+                    );
+                }
+            }
+        }
+    }
+
+    /// The work is done.
+    pub fn done(&self, what: &str) {
+        match &self.bar {
+            Some(bar) => bar.finish_with_message(what.to_owned()),
+            None => eprintln!(
+                "{}: {what} after {:.1} s",
+                self.name,
+                self.began.elapsed().as_secs_f64()
+            ),
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! One run: a scene through an engine, its history recorded and its beds measured on the way.
+
+use std::path::Path;
+
+use crate::engine::native::{self, NativeError};
+use crate::engine::yade::{self, YadeError};
+use crate::engine::{Observer, Outcome, Task, Until};
+use crate::folder::record::{EngineRecord, Protocol, RECORD_VERSION, RunRecord, TraceRow};
+use crate::folder::{Moment, RunFolder};
+use crate::measure;
+use crate::measure::history::{self, HistoryRow};
+use crate::scene::Scene;
+use crate::tables::{Bodies, Snapshot, Stage};
+
+/// Every so many grains one is marked, and its path kept in the trace.
+const MARK_EVERY: usize = 50;
+
+/// Which engine, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Engine {
+    Native(native::Options),
+    Yade(yade::Options),
+}
+
+/// An engine did not finish.
+#[derive(Debug, thiserror::Error)]
+pub enum EngineError {
+    #[error(transparent)]
+    Native(#[from] NativeError),
+    #[error(transparent)]
+    Yade(#[from] YadeError),
+}
+
+/// Runs the task without recording anything; `work` is an empty folder for YADE's use.
+pub fn bare(
+    scene: &Scene,
+    engine: &Engine,
+    task: &Task,
+    work: &Path,
+    observer: &mut dyn Observer,
+) -> Result<(Outcome, EngineRecord, String), EngineError> {
+    match engine {
+        Engine::Native(options) => {
+            let outcome = native::run(scene, task, options, observer)?;
+            let record = EngineRecord::Native {
+                version: env!("CARGO_PKG_VERSION").to_owned(),
+                perturbation: options.perturbation,
+            };
+            Ok((outcome, record, String::new()))
+        }
+        Engine::Yade(options) => {
+            let run = yade::run(scene, task, options, work, observer)?;
+            let record = EngineRecord::Yade {
+                version: run.version,
+                sorted: options.sorted,
+                verlet_distance: options.verlet_distance,
+            };
+            Ok((run.outcome, record, run.log))
+        }
+    }
+}
+
+/// Runs the scene from the poured cloud on and returns everything that a run folder holds.
+/// `progress` hears how far it is.
+pub fn recorded(
+    scene: &Scene,
+    engine: &Engine,
+    protocol: Protocol,
+    initial: Bodies,
+    work: &Path,
+    progress: &mut dyn FnMut(Stage, u64, f64),
+) -> Result<RunFolder, EngineError> {
+    let task = match protocol {
+        Protocol::Whole => Task::whole(initial),
+        Protocol::Steps { steps } => Task::pour(initial, steps),
+    };
+    let mut recorder = Recorder {
+        scene,
+        history: Vec::new(),
+        trace: Vec::new(),
+        progress,
+        steps: match task.until {
+            Until::Step(steps) => Some(steps),
+            Until::EndOfLoading => None,
+        },
+    };
+    let (outcome, record, log) = bare(scene, engine, &task, work, &mut recorder)?;
+    let (history, trace) = (recorder.history, recorder.trace);
+    // A bed that was settled at the very end of a run without loading is its last moment anyway.
+    let settled = outcome.settled.map(Moment::from);
+    let last = Moment::from(outcome.last);
+    let record = RunRecord {
+        version: RECORD_VERSION,
+        crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
+        engine: record,
+        scene_digest: scene.digest(),
+        initial_digest: task.start.bodies.digest(),
+        protocol,
+        command: command(engine, protocol),
+        time_step: scene.time_step_seconds(),
+        stages: outcome.stages,
+        peak_memory: peak_memory(),
+        measures: measure::all(scene, settled.as_ref().map(Moment::bed), last.bed()),
+    };
+    Ok(RunFolder {
+        scene: scene.clone(),
+        record,
+        initial: task.start.bodies,
+        settled,
+        last,
+        history,
+        trace,
+        log,
+    })
+}
+
+struct Recorder<'a> {
+    scene: &'a Scene,
+    history: Vec<HistoryRow>,
+    trace: Vec<TraceRow>,
+    progress: &'a mut dyn FnMut(Stage, u64, f64),
+    steps: Option<u64>,
+}
+
+impl Observer for Recorder<'_> {
+    fn snapshot(&mut self, snapshot: &Snapshot) {
+        self.history.push(history::row(self.scene, snapshot));
+        let bodies = &snapshot.bodies;
+        for id in (0..bodies.len()).step_by(MARK_EVERY) {
+            self.trace.push(TraceRow {
+                stage: snapshot.stage,
+                step: snapshot.step,
+                id: id as u32,
+                x: bodies.x[id],
+                z: bodies.z[id],
+            });
+        }
+    }
+
+    fn progress(&mut self, stage: Stage, step: u64, share: f64) {
+        let share = match self.steps {
+            Some(steps) => step as f64 / steps.max(1) as f64,
+            None => share,
+        };
+        (self.progress)(stage, step, share.clamp(0.0, 1.0));
+    }
+}
+
+/// The command that repeats the run, paths left out: they belong to a machine.
+fn command(engine: &Engine, protocol: Protocol) -> String {
+    let mut words = "crossgrain run scene.json".to_owned();
+    match engine {
+        Engine::Native(options) => {
+            words += " --engine native";
+            if let Some(fault) = options.perturbation {
+                words += &format!(" --perturb {fault}");
+            }
+        }
+        Engine::Yade(options) => {
+            let order = if options.sorted { "sorted" } else { "ordinary" };
+            words += &format!(
+                " --engine yade --loop {order} --verlet-distance {:?}",
+                options.verlet_distance
+            );
+        }
+    }
+    if let Protocol::Steps { steps } = protocol {
+        words += &format!(" --steps {steps}");
+    }
+    words + " --out DIR"
+}
+
+/// The high-water mark of this process, on Linux.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    let kibibytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kibibytes * 1024)
+}
