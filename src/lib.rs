@@ -19,6 +19,8 @@ pub mod folder;
 
 pub mod run;
 
+pub mod paper;
+
 pub mod compare;
 
 pub mod progress;
