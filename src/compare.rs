@@ -11,7 +11,7 @@ use crate::folder::RunFolder;
 use crate::measure::Quantity;
 use bits::TableBits;
 use first_difference::{FirstDifference, Locator};
-use separation::Horizons;
+use separation::{CommonStart, Partings};
 use spread::Spread;
 
 /// What a check found.
@@ -59,7 +59,7 @@ pub struct Comparison {
     pub checks: Vec<Check>,
     pub tables: Vec<TableBits>,
     pub first_difference: Option<FirstDifference>,
-    pub horizons: Option<Horizons>,
+    pub partings: Option<Partings>,
     pub quantities: Vec<QuantityPair>,
 }
 
@@ -111,7 +111,7 @@ pub fn compare(
         checks: Vec::new(),
         tables: Vec::new(),
         first_difference: None,
-        horizons: None,
+        partings: None,
         quantities: Vec::new(),
     };
     same_question(a, b, &mut comparison);
@@ -220,21 +220,32 @@ fn expect_spread(
             "not expected to agree: the order of sums is not the same"
         },
     );
+    match CommonStart::of(a, b) {
+        Ok(common) => comparison.check(
+            "same bits before the order of sums can matter",
+            common.verdict(),
+            common.to_string(),
+        ),
+        Err(reason) => comparison.check(
+            "same bits before the order of sums can matter",
+            Verdict::NotMade,
+            reason,
+        ),
+    }
     let Some(yardstick) = yardstick else {
         comparison.check(
-            "spread",
+            "parting as the control pair does",
             Verdict::NotMade,
             "give a control run (--control) that differs from the second one only in verletDist",
         );
         return;
     };
-    let horizons = separation::horizons(a, b, yardstick.control);
-    comparison.check(
-        "parting no sooner than the control pair",
-        horizons.verdict(),
-        horizons.to_string(),
-    );
-    comparison.horizons = Some(horizons);
+    let partings = Partings::of(a, b, yardstick.control);
+    let (verdict, found) = partings.growth();
+    comparison.check("growth of rounding differences", verdict, found);
+    let (verdict, found) = partings.settled();
+    comparison.check("no further apart than the control pair", verdict, found);
+    comparison.partings = Some(partings);
 }
 
 /// Pairs the quantities of both runs; exact where bits are expected, else judged by the yardstick.

@@ -78,6 +78,17 @@ impl RunFolder {
         write_folder(path, |aside| self.fill(aside))
     }
 
+    /// `settle 42000 steps (settled), load 6435 steps (reached)`
+    pub fn stages_in_words(&self) -> String {
+        let of = |stage: &crate::engine::StageReport| {
+            let stop = serde_json::to_value(stage.stop).unwrap_or_default();
+            let stop = stop.as_str().unwrap_or_default().replace('_', " ");
+            format!("{} {} steps ({stop})", stage.stage.name(), stage.steps)
+        };
+        let stages: Vec<String> = self.record.stages.iter().map(of).collect();
+        stages.join(", ")
+    }
+
     fn fill(&self, folder: &Path) -> Result<(), FolderError> {
         let json = |name: &str, text: serde_json::Result<String>| {
             let path = folder.join(name);

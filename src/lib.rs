@@ -23,8 +23,12 @@ pub mod paper;
 
 pub mod compare;
 
+pub mod error;
+
 pub mod progress;
 
-pub mod error;
+pub mod reproduce;
+
+pub mod report;
 
 pub mod cli;

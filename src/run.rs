@@ -1,5 +1,7 @@
 //! One run: a scene through an engine, its history recorded and its beds measured on the way.
 
+pub mod kept;
+
 use std::path::Path;
 
 use crate::engine::native::{self, NativeError};
@@ -147,7 +149,7 @@ impl Observer for Recorder<'_> {
 }
 
 /// The command that repeats the run, paths left out: they belong to a machine.
-fn command(engine: &Engine, protocol: Protocol) -> String {
+pub fn command(engine: &Engine, protocol: Protocol) -> String {
     let mut words = "crossgrain run scene.json".to_owned();
     match engine {
         Engine::Native(options) => {

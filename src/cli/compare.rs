@@ -8,7 +8,7 @@ use super::run::YadeLimits;
 use super::{json, print};
 use crate::compare::first_difference::Locator;
 use crate::compare::spread::{TWINS, of_twins};
-use crate::compare::{Comparison, Verdict, Yardstick, compare};
+use crate::compare::{Check, Comparison, Verdict, Yardstick, compare};
 use crate::error::{Error, exit};
 use crate::folder::RunFolder;
 use crate::progress::Display;
@@ -83,7 +83,7 @@ impl Arguments {
 pub fn in_words(comparison: &Comparison) -> String {
     let mut text = format!("A: {}\nB: {}\n\n", comparison.a, comparison.b);
     for check in &comparison.checks {
-        text += &format!("{} {}: {}\n", mark(check.verdict), check.name, check.found);
+        text += &check_line(check);
     }
     if let Some(first) = &comparison.first_difference {
         text += &format!("\nfirst difference: {first}\n");
@@ -111,6 +111,11 @@ pub fn in_words(comparison: &Comparison) -> String {
         "DIFFERENT"
     };
     text + &format!("\n{verdict}\n")
+}
+
+/// A check as a line.
+pub fn check_line(check: &Check) -> String {
+    format!("{} {}: {}\n", mark(check.verdict), check.name, check.found)
 }
 
 fn mark(verdict: Verdict) -> &'static str {

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::{json, print};
 use crate::error::{Error, exit};
-use crate::paper::{Finding, Number, TextFault, numbers, text_faults};
+use crate::paper::{Finding, Number, TextFault, numbers, short, text_faults};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -74,29 +74,10 @@ fn in_words(output: &Output) -> String {
 }
 
 /// A verdict in one word.
-pub fn finding(finding: Finding) -> &'static str {
+fn finding(finding: Finding) -> &'static str {
     match finding {
         Finding::Agrees => "agrees",
         Finding::Differs => "DIFFERS",
         Finding::Misprint => "MISPRINT",
-    }
-}
-
-/// Six significant digits, without trailing noise.
-pub fn short(value: f64) -> String {
-    if value == 0.0 || (1e-4..1e7).contains(&value.abs()) {
-        let digits = if value == 0.0 {
-            0
-        } else {
-            (5 - value.abs().log10().floor() as i32).max(0) as usize
-        };
-        let text = format!("{value:.digits$}");
-        if text.contains('.') {
-            text.trim_end_matches('0').trim_end_matches('.').to_owned()
-        } else {
-            text
-        }
-    } else {
-        format!("{value:.3e}")
     }
 }

@@ -7,15 +7,15 @@ use clap::{Args, ValueEnum};
 
 use super::print;
 use crate::engine::native::{self, Perturbation};
-use crate::engine::yade::{self, YadeError};
+use crate::engine::yade;
 use crate::error::{Error, exit};
-use crate::files::{failed, refuse_existing, write_whole};
+use crate::files::refuse_existing;
 use crate::folder::RunFolder;
 use crate::folder::record::Protocol;
-use crate::generate::initial_bodies;
 use crate::progress::Display;
-use crate::run::{Engine, EngineError, recorded};
-use crate::scene::{Scene, read_scene};
+use crate::run::Engine;
+use crate::run::kept::to_folder;
+use crate::scene::read_scene;
 use crate::tables::StopReason;
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -111,7 +111,7 @@ impl Arguments {
             None => Protocol::Whole,
         };
         let display = Display::new(self.quiet);
-        let run = run_and_write(&scene, &engine, protocol, &self.out, &display)?;
+        let run = to_folder(&scene, &engine, protocol, &self.out, &display)?;
         print(&summary(&run, &self.out))?;
         Ok(match run.record.stop() {
             Some(StopReason::MaxSteps) => exit::INCOMPLETE,
@@ -145,81 +145,11 @@ impl Arguments {
     }
 }
 
-/// Runs the scene and writes its folder. When YADE fails, its log is kept beside.
-pub fn run_and_write(
-    scene: &Scene,
-    engine: &Engine,
-    protocol: Protocol,
-    out: &Path,
-    display: &Display,
-) -> Result<RunFolder, Error> {
-    let name = match engine {
-        Engine::Native(_) => "native".to_owned(),
-        Engine::Yade(options) if options.sorted => "YADE sorted".to_owned(),
-        Engine::Yade(options) => format!("YADE ordinary {:?}", options.verlet_distance),
-    };
-    let task = display.task(&name);
-    let parent = match out.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    std::fs::create_dir_all(parent).map_err(failed("create", parent))?;
-    let work = tempfile::Builder::new()
-        .prefix(".crossgrain.partial-")
-        .tempdir_in(parent)
-        .map_err(failed("write into", parent))?;
-    let initial = initial_bodies(scene);
-    let run = recorded(
-        scene,
-        engine,
-        protocol,
-        initial,
-        work.path(),
-        &mut |stage, step, share| task.run(stage, step, share),
-    );
-    let run = match run {
-        Ok(run) => run,
-        Err(error) => {
-            task.done("failed");
-            keep_log(&error, work.path(), out, display);
-            return Err(error.into());
-        }
-    };
-    run.write(out)?;
-    task.done(&stages_in_words(&run));
-    Ok(run)
-}
-
-/// A failed YADE leaves its whole log beside where its run folder would have been.
-fn keep_log(error: &EngineError, work: &Path, out: &Path, display: &Display) {
-    if !matches!(error, EngineError::Yade(error) if !matches!(error, YadeError::Missing(_))) {
-        return;
-    }
-    let mut kept = out.as_os_str().to_owned();
-    kept.push(".yade.log");
-    let kept = PathBuf::from(kept);
-    let log = std::fs::read(work.join("yade.log")).unwrap_or_default();
-    if write_whole(&kept, &log).is_ok() {
-        display.line(&format!("YADE's log is kept in {}", kept.display()));
-    }
-}
-
-/// `settle 42000 steps (settled), load 6435 steps (reached)`
-pub fn stages_in_words(run: &RunFolder) -> String {
-    let of = |stage: &crate::engine::StageReport| {
-        let stop = serde_json::to_value(stage.stop).unwrap_or_default();
-        let stop = stop.as_str().unwrap_or_default().replace('_', " ");
-        format!("{} {} steps ({stop})", stage.stage.name(), stage.steps)
-    };
-    let stages: Vec<String> = run.record.stages.iter().map(of).collect();
-    stages.join(", ")
-}
-
 fn summary(run: &RunFolder, out: &Path) -> String {
     let mut text = format!(
         "{}: {}\n{:.1} µs a step; wrote {}\n",
         run.record.engine.label(),
-        stages_in_words(run),
+        run.stages_in_words(),
         1e6 * run.record.seconds_per_step(),
         out.display()
     );

@@ -233,7 +233,7 @@ pub fn history(a: &RunFolder, b: &RunFolder) -> HistoryBits {
     result
 }
 
-/// JSON pointers of the keys in which two scenes differ.
+/// JSON pointers of the keys in which two scenes differ; name and reasons do not count.
 pub fn differing_keys(a: &Scene, b: &Scene) -> Vec<String> {
     let mut keys = Vec::new();
     if let (Ok(a), Ok(b)) = (serde_json::to_value(a), serde_json::to_value(b)) {
@@ -248,6 +248,9 @@ fn walk(place: &str, a: &serde_json::Value, b: &serde_json::Value, keys: &mut Ve
             let names: std::collections::BTreeSet<&String> =
                 of_a.keys().chain(of_b.keys()).collect();
             for name in names {
+                if place.is_empty() && matches!(name.as_str(), "name" | "choices") {
+                    continue;
+                }
                 let nothing = serde_json::Value::Null;
                 walk(
                     &format!("{place}/{name}"),

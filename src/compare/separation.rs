@@ -1,114 +1,251 @@
-//! How fast two runs part that add the same forces in another order.
+//! How runs part that add the same forces in another order.
 //!
-//! Rounding differences grow exponentially while grains collide, so such runs part for good after
-//! some thousand steps. What can be asked is that two engines part no sooner than one engine from
-//! itself.
+//! Two such runs have the same bits until some grain first bears three forces at once: the sum of two does
+//! not depend on their order. From then on rounding differences grow exponentially while grains
+//! collide, until the runs are as far apart as two realizations. So three things can be asked of an
+//! engine against YADE's ordinary loop: the same bits up to that step; growth as fast as between two
+//! YADE runs that differ in `verletDist` only; and no larger separation in the end.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::Serialize;
 
 use super::Verdict;
+use crate::engine::native;
+use crate::engine::{Observer, Task};
 use crate::folder::RunFolder;
-use crate::tables::Stage;
+use crate::folder::record::TraceRow;
+use crate::scene::{Measurement, Scene};
+use crate::tables::{BodyIds, Snapshot, Stage};
 
-/// Runs count as parted once a marked grain is this share of the mean radius off.
-pub const PARTED: f64 = 1.0e-6;
+/// Growth is measured from the first separation above this share of the mean radius …
+const GROWING: f64 = 1.0e-13;
+/// … to the first above this one.
+const GROWN: f64 = 1.0e-3;
 
-/// The engines may part this much sooner than the control pair, as a share of its horizon: the
-/// onset depends on a single rounding, so it varies from pair to pair.
-pub const SOONER: f64 = 0.8;
+/// Growth rate and settled separation may be this many times those of the control pair, or this
+/// share of them: each is known to tens of per cent from a hundred marked grains and two pairs.
+pub const MARGIN: f64 = 2.0;
 
-/// The largest separation of a marked grain at one moment of pouring.
+/// Separation of the marked grains at one moment of pouring, over the mean radius.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Separation {
     pub step: u64,
-    /// max |Δx| over marked grains, over the mean radius.
-    pub engines: f64,
-    /// The same within the control pair.
-    pub control: f64,
+    pub largest: f64,
+    pub median: f64,
 }
 
-/// When runs part.
+/// How one pair of runs parts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Horizons {
+pub struct Parting {
     pub curve: Vec<Separation>,
-    /// First step of pouring at which A and B are more than [`PARTED`] apart.
-    pub engines: Option<u64>,
-    /// The same for B and its control.
-    pub control: Option<u64>,
+    /// Steps in which the largest separation grows by a factor of e; none if it does not grow up.
+    pub steps_per_e: Option<f64>,
+    /// Median separation at the last moment of pouring that both have, over the mean radius.
+    pub settled_median: f64,
 }
 
-impl Horizons {
-    /// Passed if the engines part no sooner than the control pair, within [`SOONER`]. Where the
-    /// control pair does not part there is no yardstick: then only parting engines are a finding.
-    pub fn verdict(&self) -> Verdict {
-        match (self.engines, self.control) {
-            (Some(engines), Some(control)) if (engines as f64) < SOONER * control as f64 => {
-                Verdict::Fail
-            }
-            (Some(_), None) => Verdict::Fail,
-            (None, None) => Verdict::NotMade,
-            _ => Verdict::Pass,
+/// Engines against control.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Partings {
+    pub engines: Parting,
+    pub control: Parting,
+}
+
+impl Partings {
+    /// Runs A and B, and B with its control.
+    pub fn of(a: &RunFolder, b: &RunFolder, control: &RunFolder) -> Self {
+        Partings {
+            engines: Parting::of(a, b),
+            control: Parting::of(b, control),
+        }
+    }
+
+    /// Growth as fast as the control pair's, within [`MARGIN`]; not made where either does not grow up.
+    pub fn growth(&self) -> (Verdict, String) {
+        let (engines, control) = (self.engines.steps_per_e, self.control.steps_per_e);
+        let verdict = match (engines, control) {
+            (Some(engines), Some(control)) => within_margin(engines / control),
+            _ => Verdict::NotMade,
+        };
+        let steps = |of: Option<f64>| of.map_or("no growth seen".to_owned(), |s| format!("{s:.0}"));
+        let found = format!(
+            "steps to grow by a factor of e: engines {}, control pair {} (allowed: a factor of {MARGIN})",
+            steps(engines),
+            steps(control)
+        );
+        (verdict, found)
+    }
+
+    /// No further apart in the end than the control pair, within [`MARGIN`].
+    pub fn settled(&self) -> (Verdict, String) {
+        let (engines, control) = (self.engines.settled_median, self.control.settled_median);
+        let verdict = if self.engines.steps_per_e.is_none() || self.control.steps_per_e.is_none() {
+            Verdict::NotMade
+        } else if engines <= MARGIN * control {
+            Verdict::Pass
+        } else {
+            Verdict::Fail
+        };
+        let found = format!(
+            "median separation of marked grains at the end of pouring: engines {engines:.2} R, \
+             control pair {control:.2} R (allowed: {MARGIN} times)"
+        );
+        (verdict, found)
+    }
+}
+
+fn within_margin(ratio: f64) -> Verdict {
+    if (1.0 / MARGIN..=MARGIN).contains(&ratio) {
+        Verdict::Pass
+    } else {
+        Verdict::Fail
+    }
+}
+
+impl Parting {
+    /// How two runs of the same start part while pouring.
+    pub fn of(a: &RunFolder, b: &RunFolder) -> Self {
+        let curve = curve(a, b);
+        let first = |above: f64| curve.iter().find(|moment| moment.largest > above);
+        let steps_per_e = first(GROWING).zip(first(GROWN)).and_then(|(from, to)| {
+            let growth = (to.largest / from.largest).ln();
+            (growth > 0.0).then(|| (to.step - from.step) as f64 / growth)
+        });
+        Parting {
+            steps_per_e,
+            settled_median: curve.last().map_or(0.0, |moment| moment.median),
+            curve,
         }
     }
 }
 
-impl fmt::Display for Horizons {
+fn curve(a: &RunFolder, b: &RunFolder) -> Vec<Separation> {
+    let radius = 0.5 * a.scene.particles.mean_diameter;
+    let pouring = |row: &&TraceRow| row.stage == Stage::Settle;
+    let places: BTreeMap<(u64, u32), [f64; 2]> = b
+        .trace
+        .iter()
+        .filter(pouring)
+        .map(|row| ((row.step, row.id), [row.x, row.z]))
+        .collect();
+    let mut apart: BTreeMap<u64, Vec<f64>> = BTreeMap::new();
+    for row in a.trace.iter().filter(pouring) {
+        if let Some([x, z]) = places.get(&(row.step, row.id)) {
+            let distance = (row.x - x).hypot(row.z - z) / radius;
+            apart.entry(row.step).or_default().push(distance);
+        }
+    }
+    apart
+        .into_iter()
+        .map(|(step, mut distances)| {
+            distances.sort_by(f64::total_cmp);
+            Separation {
+                step,
+                largest: distances.last().copied().unwrap_or(0.0),
+                median: distances[distances.len() / 2],
+            }
+        })
+        .collect()
+}
+
+/// The bits that no order of sums can change.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct CommonStart {
+    /// First step of pouring whose state has a grain with three contacts; states up to here
+    /// must agree. None if there is none up to the first disagreement.
+    pub three_forces: Option<u64>,
+    /// The last moment of the histories before the first disagreement.
+    pub last_equal: Option<u64>,
+    /// The first moment that disagrees; none if none does.
+    pub first_unequal: Option<u64>,
+}
+
+impl CommonStart {
+    /// From the histories, and from a native run that is watched step by step.
+    pub fn of(a: &RunFolder, b: &RunFolder) -> Result<Self, String> {
+        let history = super::bits::history(a, b);
+        let pouring = |moment: Option<(Stage, u64)>| {
+            moment.and_then(|(stage, step)| (stage == Stage::Settle).then_some(step))
+        };
+        let first_unequal = pouring(history.first_unequal);
+        let three_forces = match first_unequal {
+            Some(steps) => first_sum_of_three(&a.scene, a.initial.clone(), steps)?,
+            None => None,
+        };
+        Ok(CommonStart {
+            three_forces,
+            last_equal: pouring(history.last_equal),
+            first_unequal,
+        })
+    }
+
+    /// No state differs before a grain has borne three forces.
+    pub fn verdict(&self) -> Verdict {
+        match (self.first_unequal, self.three_forces) {
+            (None, _) => Verdict::Pass,
+            (Some(unequal), Some(three)) if unequal > three => Verdict::Pass,
+            _ => Verdict::Fail,
+        }
+    }
+}
+
+impl fmt::Display for CommonStart {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let step = |step: Option<u64>| step.map_or("never".to_owned(), |s| format!("step {s}"));
         write!(
             out,
-            "{PARTED:e} R apart: the engines at {}, the control pair at {} (allowed from {SOONER} of it)",
-            step(self.engines),
-            step(self.control)
+            "the order of sums can matter after {}; states agree in every bit up to {}, first differ \
+             at {}",
+            step(self.three_forces),
+            step(self.last_equal),
+            step(self.first_unequal)
         )
     }
 }
 
-/// Separation of the marked grains over pouring: A from B, and B from its control.
-pub fn horizons(a: &RunFolder, b: &RunFolder, control: &RunFolder) -> Horizons {
-    let radius = 0.5 * a.scene.particles.mean_diameter;
-    let engines = apart(a, b, radius);
-    let control = apart(b, control, radius);
-    let parted = |curve: &[(u64, f64)]| {
-        curve
-            .iter()
-            .find(|(_, apart)| *apart > PARTED)
-            .map(|(step, _)| *step)
-    };
-    Horizons {
-        engines: parted(&engines),
-        control: parted(&control),
-        curve: engines
-            .iter()
-            .filter_map(|(step, engines)| {
-                let (_, control) = control.iter().find(|(other, _)| other == step)?;
-                Some(Separation {
-                    step: *step,
-                    engines: *engines,
-                    control: *control,
-                })
-            })
-            .collect(),
-    }
-}
-
-/// Steps of pouring that both traces have, with the largest separation over the radius.
-fn apart(a: &RunFolder, b: &RunFolder, radius: f64) -> Vec<(u64, f64)> {
-    let mut curve: Vec<(u64, f64)> = Vec::new();
-    let key = |row: &crate::folder::record::TraceRow| (row.stage, row.step, row.id);
-    let mut others = b.trace.iter().peekable();
-    for row in a.trace.iter().filter(|row| row.stage == Stage::Settle) {
-        while others.next_if(|other| key(other) < key(row)).is_some() {}
-        let Some(other) = others.peek().filter(|other| key(other) == key(row)) else {
-            continue;
-        };
-        let apart = (row.x - other.x).hypot(row.z - other.z) / radius;
-        match curve.last_mut() {
-            Some((step, largest)) if *step == row.step => *largest = largest.max(apart),
-            _ => curve.push((row.step, apart)),
+/// The first step of pouring, up to `steps`, whose state has a grain with three contacts.
+fn first_sum_of_three(
+    scene: &Scene,
+    initial: crate::tables::Bodies,
+    steps: u64,
+) -> Result<Option<u64>, String> {
+    struct Watch(Option<u64>);
+    impl Observer for Watch {
+        fn snapshot(&mut self, snapshot: &Snapshot) {
+            if self.0.is_some() {
+                return;
+            }
+            let ids = BodyIds {
+                grains: snapshot.bodies.len() as u32,
+            };
+            let mut forces = vec![0u8; snapshot.bodies.len()];
+            for contact in &snapshot.contacts {
+                for id in [contact.id1, contact.id2] {
+                    if ids.is_grain(id) {
+                        forces[id as usize] = forces[id as usize].saturating_add(1);
+                    }
+                }
+            }
+            if forces.iter().any(|count| *count >= 3) {
+                self.0 = Some(snapshot.step);
+            }
         }
     }
-    curve
+    let every_step = Scene {
+        measurement: Measurement {
+            history_every: 1,
+            ..scene.measurement.clone()
+        },
+        ..scene.clone()
+    };
+    let mut watch = Watch(None);
+    let options = native::Options {
+        skin: None,
+        perturbation: None,
+    };
+    let task = Task::pour(initial, steps);
+    native::run(&every_step, &task, &options, &mut watch).map_err(|error| error.to_string())?;
+    Ok(watch.0)
 }

@@ -36,6 +36,13 @@ impl EngineRecord {
         }
     }
 
+    /// Version of the engine.
+    pub fn version(&self) -> &str {
+        match self {
+            EngineRecord::Native { version, .. } | EngineRecord::Yade { version, .. } => version,
+        }
+    }
+
     /// The engine in a few words.
     pub fn label(&self) -> String {
         match self {

@@ -23,5 +23,5 @@ pub fn elastic(contacts: &[Contact]) -> f64 {
     contacts
         .iter()
         .map(|contact| 0.5 * contact.normal_force * contact.overlap)
-        .sum()
+        .fold(0.0, |sum, energy| sum + energy)
 }

@@ -262,9 +262,15 @@ impl Scene {
         0.5 * self.container.width
     }
 
-    /// SHA-256 of the scene's canonical JSON, in hexadecimal.
+    /// SHA-256 of the canonical JSON of all that a run depends on, in hexadecimal: the name and the
+    /// reasons are left out.
     pub fn digest(&self) -> String {
-        let text = serde_json::to_string(self).unwrap_or_default();
+        let physics = Scene {
+            name: String::new(),
+            choices: BTreeMap::new(),
+            ..self.clone()
+        };
+        let text = serde_json::to_string(&physics).unwrap_or_default();
         crate::files::sha256_hex(text.as_bytes())
     }
 }

@@ -1,0 +1,5 @@
+//! The report: one page that opens offline, and the pictures and charts on it.
+
+pub mod chart;
+pub mod packing;
+pub mod page;

@@ -1,0 +1,161 @@
+//! Line charts as SVG.
+
+use std::sync::Once;
+
+use plotters::prelude::*;
+use plotters::style::{FontStyle, register_font};
+
+use crate::error::Error;
+
+/// Labels are laid out with this font; the page shows them in the reader's own.
+const FONT: &[u8] = include_bytes!("../../assets/DejaVuSans-subset.ttf");
+
+/// Colours that colour-blind readers can tell apart (Okabe and Ito).
+pub const BLUE: RGBColor = RGBColor(0, 114, 178);
+/// See [`BLUE`].
+pub const VERMILION: RGBColor = RGBColor(213, 94, 0);
+/// See [`BLUE`].
+pub const GREEN: RGBColor = RGBColor(0, 158, 115);
+
+/// How a series is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mark {
+    Line,
+    Circles,
+}
+
+/// Points with a name.
+#[derive(Debug, Clone)]
+pub struct Series {
+    pub name: String,
+    pub colour: RGBColor,
+    pub mark: Mark,
+    pub points: Vec<(f64, f64)>,
+}
+
+/// A chart of one quantity over another.
+#[derive(Debug, Clone)]
+pub struct Chart {
+    pub x: String,
+    pub y: String,
+    /// Powers of ten on the vertical axis; points at or below zero are left out.
+    pub logarithmic: bool,
+    pub series: Vec<Series>,
+}
+
+const SIZE: (u32, u32) = (640, 360);
+
+impl Chart {
+    /// The chart as an SVG element.
+    pub fn svg(&self) -> Result<String, Error> {
+        static REGISTERED: Once = Once::new();
+        REGISTERED.call_once(|| {
+            // Fails only for a broken font file, and then drawing says so.
+            let _ = register_font("sans-serif", FontStyle::Normal, FONT);
+        });
+        let mut text = String::new();
+        self.draw(&mut text)
+            .map_err(|reason| Error::Report(format!("the chart of {}: {reason}", self.y)))?;
+        // Scales with the page instead of having a fixed size.
+        let (width, height) = SIZE;
+        Ok(text.replacen(
+            &format!("width=\"{width}\" height=\"{height}\""),
+            "class=\"chart\"",
+            1,
+        ))
+    }
+
+    fn draw(&self, text: &mut String) -> Result<(), String> {
+        let wanted = |point: &(f64, f64)| {
+            point.0.is_finite() && point.1.is_finite() && (!self.logarithmic || point.1 > 0.0)
+        };
+        let points = || {
+            self.series
+                .iter()
+                .flat_map(|s| s.points.iter().filter(|p| wanted(p)))
+        };
+        let range = |of: fn(&(f64, f64)) -> f64| {
+            let low = points().map(of).fold(f64::INFINITY, f64::min);
+            let high = points().map(of).fold(f64::NEG_INFINITY, f64::max);
+            if low < high {
+                Ok(low..high)
+            } else {
+                Err("has no points to show".to_owned())
+            }
+        };
+        let (xs, ys) = (range(|p| p.0)?, range(|p| p.1)?);
+        let failed = |error: DrawingAreaErrorKind<_>| format!("{error}");
+        let area = SVGBackend::with_string(text, SIZE).into_drawing_area();
+        let mut builder = ChartBuilder::on(&area);
+        builder
+            .margin(12)
+            .x_label_area_size(44)
+            .y_label_area_size(64);
+        if self.logarithmic {
+            let ys = (0.5 * ys.start)..(2.0 * ys.end);
+            let mut chart = builder
+                .build_cartesian_2d(xs, ys.log_scale())
+                .map_err(failed)?;
+            self.mesh_and_series(&mut chart, wanted, |y| format!("{y:.0e}"))
+        } else {
+            let room = 0.05 * (ys.end - ys.start);
+            let ys = (ys.start - room)..(ys.end + room);
+            let mut chart = builder.build_cartesian_2d(xs, ys).map_err(failed)?;
+            self.mesh_and_series(&mut chart, wanted, |y| format!("{y}"))
+        }?;
+        area.present().map_err(failed)
+    }
+
+    fn mesh_and_series<'a, Y>(
+        &self,
+        chart: &mut ChartContext<
+            'a,
+            SVGBackend<'a>,
+            Cartesian2d<plotters::coord::types::RangedCoordf64, Y>,
+        >,
+        wanted: impl Fn(&(f64, f64)) -> bool,
+        label: impl Fn(&f64) -> String,
+    ) -> Result<(), String>
+    where
+        Y: Ranged<ValueType = f64> + plotters::coord::ranged1d::ValueFormatter<f64>,
+    {
+        let failed = |error: DrawingAreaErrorKind<_>| format!("{error}");
+        chart
+            .configure_mesh()
+            .x_desc(self.x.as_str())
+            .y_desc(self.y.as_str())
+            .y_label_formatter(&label)
+            .label_style(("sans-serif", 13))
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(BLACK.mix(0.12))
+            .draw()
+            .map_err(failed)?;
+        for series in &self.series {
+            let points = series.points.iter().copied().filter(|point| wanted(point));
+            let colour = series.colour;
+            let drawn = match series.mark {
+                Mark::Line => chart
+                    .draw_series(LineSeries::new(points, colour.stroke_width(2)))
+                    .map_err(failed)?
+                    .label(series.name.as_str())
+                    .legend(move |(x, y)| {
+                        PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2))
+                    }),
+                Mark::Circles => chart
+                    .draw_series(points.map(|point| Circle::new(point, 3, colour.stroke_width(1))))
+                    .map_err(failed)?
+                    .label(series.name.as_str())
+                    .legend(move |(x, y)| Circle::new((x + 9, y), 3, colour.stroke_width(1))),
+            };
+            let _ = drawn;
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperRight)
+            .label_font(("sans-serif", 13))
+            .background_style(WHITE.mix(0.85))
+            .border_style(BLACK.mix(0.2))
+            .draw()
+            .map_err(failed)
+    }
+}

@@ -1,0 +1,266 @@
+//! `report.html`: one page, self-contained, verdict first.
+
+use minijinja::Environment;
+use serde::Serialize;
+
+use super::chart::{BLUE, Chart, GREEN, Mark, Series, VERMILION};
+use super::packing;
+use crate::compare::separation::Separation;
+use crate::error::Error;
+use crate::folder::{Moment, RunFolder};
+use crate::measure::history::HistoryRow;
+use crate::reproduce::{Reproduction, Runs};
+use crate::tables::Stage;
+
+const TEMPLATE: &str = include_str!("page.html");
+
+/// A picture or chart with its words.
+#[derive(Debug, Serialize)]
+struct Figure {
+    svg: String,
+    caption: String,
+}
+
+/// The page as HTML.
+pub fn render(reproduction: &Reproduction, runs: &Runs) -> Result<String, Error> {
+    let failed = |error: minijinja::Error| Error::Report(error.to_string());
+    let mut environment = Environment::new();
+    environment.add_filter("short", crate::paper::short);
+    environment.add_filter("exp", |value: f64| format!("{value:.2e}"));
+    environment
+        .add_template("page.html", TEMPLATE)
+        .map_err(failed)?;
+    let template = environment.get_template("page.html").map_err(failed)?;
+    let page = Page {
+        r: reproduction,
+        summary: Summary::of(reproduction),
+        choices: choices(&runs.native),
+        packings: packings(runs),
+        histories: histories(runs)?,
+        separation: separation(reproduction)?,
+    };
+    template
+        .render(minijinja::value::Serde(&page))
+        .map_err(failed)
+}
+
+/// What the template is given.
+#[derive(Debug, Serialize)]
+struct Page<'a> {
+    r: &'a Reproduction,
+    summary: Summary,
+    choices: Vec<Choice>,
+    packings: Vec<Figure>,
+    histories: Vec<Figure>,
+    separation: Option<Figure>,
+}
+
+/// The verdict in figures.
+#[derive(Debug, Serialize)]
+struct Summary {
+    passed: usize,
+    failed: usize,
+    not_made: usize,
+    faults_found: usize,
+}
+
+impl Summary {
+    fn of(reproduction: &Reproduction) -> Self {
+        let tally = reproduction.tally();
+        Summary {
+            passed: tally.passed,
+            failed: tally.failed,
+            not_made: tally.not_made,
+            faults_found: reproduction.faults.iter().filter(|f| f.detected).count(),
+        }
+    }
+}
+
+/// An open choice: where, what was chosen, why.
+#[derive(Debug, Serialize)]
+struct Choice {
+    key: String,
+    value: String,
+    reason: String,
+}
+
+fn choices(run: &RunFolder) -> Vec<Choice> {
+    let scene = serde_json::to_value(&run.scene).unwrap_or_default();
+    let choice = |(key, reason): (&String, &String)| Choice {
+        key: key.clone(),
+        value: scene.pointer(key).map_or(String::new(), |v| v.to_string()),
+        reason: reason.clone(),
+    };
+    run.scene.choices.iter().map(choice).collect()
+}
+
+/// Before and after loading, native and YADE, all with the same scale of forces.
+fn packings(runs: &Runs) -> Vec<Figure> {
+    let moments = |run: &RunFolder, engine: &str| {
+        let bottom = punch_bottom(run);
+        let mut moments = Vec::new();
+        if let Some(settled) = &run.settled {
+            moments.push((settled.clone(), None, format!("{engine}, settled")));
+        }
+        moments.push((
+            run.last.clone(),
+            bottom,
+            format!("{engine}, at the end: {}", run.stages_in_words()),
+        ));
+        moments
+    };
+    let mut all: Vec<(Moment, Option<f64>, String)> = moments(&runs.native, "native");
+    if let Some(yade) = &runs.yade {
+        all.extend(moments(yade, &yade.record.engine.label()));
+    }
+    let strong = packing::strong_force(all.iter().map(|(moment, _, _)| moment.bed()));
+    let top = all
+        .iter()
+        .map(|(moment, _, _)| crate::measure::height::highest_grain(&moment.bodies))
+        .fold(0.0, f64::max)
+        + 0.02;
+    all.iter()
+        .map(|(moment, bottom, caption)| Figure {
+            svg: packing::picture(
+                &runs.native.scene,
+                moment.bed(),
+                *bottom,
+                strong,
+                top,
+                caption,
+            ),
+            caption: format!("{caption}; the thickest lines bear {strong:.0} N or more"),
+        })
+        .collect()
+}
+
+/// Where the punch's bottom is at the end, m.
+fn punch_bottom(run: &RunFolder) -> Option<f64> {
+    let depth = run.history.last()?.punch_depth?;
+    let settled = run.settled.as_ref()?;
+    let start = crate::engine::native::first_contact_punch(&run.scene, &settled.bodies).start;
+    Some(start - depth)
+}
+
+/// Histories of native and YADE on top of each other.
+fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
+    let column = |stage: Stage, of: fn(&HistoryRow) -> Option<(f64, f64)>| {
+        let points = |run: &RunFolder, every: usize| {
+            let rows = run.history.iter().filter(|row| row.stage == stage);
+            rows.step_by(every).filter_map(of).collect::<Vec<_>>()
+        };
+        let mut series = vec![Series {
+            name: "native".to_owned(),
+            colour: BLUE,
+            mark: Mark::Line,
+            points: points(&runs.native, 1),
+        }];
+        if let Some(yade) = &runs.yade {
+            series.push(Series {
+                name: "YADE, sorted loop".to_owned(),
+                colour: VERMILION,
+                mark: Mark::Circles,
+                points: points(yade, 4),
+            });
+        }
+        if let Some(ordinary) = &runs.ordinary {
+            series.push(Series {
+                name: "YADE, ordinary loop".to_owned(),
+                colour: GREEN,
+                mark: Mark::Line,
+                points: points(ordinary, 1),
+            });
+        }
+        series
+    };
+    let mut figures = vec![
+        (
+            Chart {
+                x: "time since pouring began, s".to_owned(),
+                y: "kinetic energy, J".to_owned(),
+                logarithmic: true,
+                series: column(Stage::Settle, |row| Some((row.time, row.kinetic_energy))),
+            },
+            "Settling: the kinetic energy falls until the settle rule holds",
+        ),
+        (
+            Chart {
+                x: "time since pouring began, s".to_owned(),
+                y: "unbalanced force".to_owned(),
+                logarithmic: true,
+                series: column(Stage::Settle, |row| {
+                    row.unbalanced_force.map(|force| (row.time, force))
+                }),
+            },
+            "Settling: mean net force on a grain over mean contact force",
+        ),
+    ];
+    if runs.native.record.stages.len() > 1 {
+        figures.push((
+            Chart {
+                x: "punch depth, mm".to_owned(),
+                y: "force on the punch, N".to_owned(),
+                logarithmic: false,
+                series: column(Stage::Load, |row| {
+                    row.punch_depth
+                        .zip(row.punch_force)
+                        .map(|(depth, force)| (1e3 * depth, force))
+                }),
+            },
+            "Loading: the force of the grains on the punch",
+        ));
+    }
+    figures
+        .into_iter()
+        .map(|(chart, caption)| {
+            Ok(Figure {
+                svg: chart.svg()?,
+                caption: caption.to_owned(),
+            })
+        })
+        .collect()
+}
+
+/// How rounding differences grow, where an ordinary pair was run.
+fn separation(reproduction: &Reproduction) -> Result<Option<Figure>, Error> {
+    let partings = reproduction
+        .comparisons
+        .iter()
+        .find_map(|named| named.comparison.partings.as_ref());
+    let Some(partings) = partings else {
+        return Ok(None);
+    };
+    let largest = |curve: &[Separation]| {
+        curve
+            .iter()
+            .map(|moment| (moment.step as f64, moment.largest))
+            .filter(|(_, apart)| *apart > 0.0)
+            .collect::<Vec<_>>()
+    };
+    let series = |name: &str, colour, curve: &[Separation]| Series {
+        name: name.to_owned(),
+        colour,
+        mark: Mark::Line,
+        points: largest(curve),
+    };
+    let chart = Chart {
+        x: "step of pouring".to_owned(),
+        y: "largest separation over R".to_owned(),
+        logarithmic: true,
+        series: vec![
+            series("native, YADE", BLUE, &partings.engines.curve),
+            series("YADE, YADE", VERMILION, &partings.control.curve),
+        ],
+    };
+    // A scene too short for rounding to matter has no curve to draw.
+    if chart.series.iter().all(|series| series.points.len() < 2) {
+        return Ok(None);
+    }
+    Ok(Some(Figure {
+        svg: chart.svg()?,
+        caption:
+            "Rounding differences grow: native against YADE's ordinary loop, and two ordinary \
+                  YADE runs that differ in verletDist only (before the curves begin the bits agree)"
+                .to_owned(),
+    }))
+}

@@ -1,0 +1,451 @@
+//! The main job: the paper's experiment in the native engine and in YADE, recorded and live, compared.
+
+pub mod claims;
+pub mod faults;
+pub mod recorded;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+use std::time::Instant;
+
+use serde::Serialize;
+
+use crate::compare::first_difference::Locator;
+use crate::compare::spread::{Spread, TWINS, of_twins};
+use crate::compare::{Comparison, Verdict, Yardstick, compare};
+use crate::engine::{native, yade};
+use crate::error::Error;
+use crate::folder::RunFolder;
+use crate::folder::record::Protocol;
+use crate::paper;
+use crate::progress::Display;
+use crate::run::Engine;
+use crate::run::kept::to_folder;
+use crate::scene::Scene;
+use claims::Claim;
+use faults::FaultCheck;
+
+/// The version of the reproduction's `run.json`.
+pub const REPRODUCTION_VERSION: u32 = 1;
+
+/// What is to be reproduced, and where to.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// The folder that everything goes into.
+    pub out: PathBuf,
+    pub scene: Scene,
+    /// Further realizations in YADE's sorted mode.
+    pub full: bool,
+    /// How YADE is started.
+    pub yade: yade::Options,
+    /// The command as it was given.
+    pub command: String,
+}
+
+/// `verletDist` of the second ordinary run, over that of the first.
+const CONTROL_DISTANCE: f64 = 2.0;
+
+/// Realizations that `--full` adds.
+const FURTHER_REALIZATIONS: u64 = 2;
+
+/// The result of the main job.
+#[derive(Debug, Clone, Serialize)]
+pub struct Reproduction {
+    pub version: u32,
+    pub crossgrain: String,
+    pub command: String,
+    pub scene_digest: String,
+    /// The version of the YADE that ran live.
+    pub yade: Option<String>,
+    /// No check failed. What could not be checked is in `not_made`.
+    pub agreed: bool,
+    pub comparisons: Vec<NamedComparison>,
+    /// Deliberate faults, each of which the comparison must find.
+    pub faults: Vec<FaultCheck>,
+    pub not_made: Vec<NotMade>,
+    pub claims: Vec<Claim>,
+    pub numbers: Vec<paper::Number>,
+    pub text_faults: Vec<paper::TextFault>,
+    pub runs: Vec<RunSummary>,
+    pub seconds: f64,
+}
+
+/// How many checks fared how.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tally {
+    pub passed: usize,
+    pub failed: usize,
+    pub not_made: usize,
+}
+
+impl Reproduction {
+    /// Counts the checks of all comparisons, each measured quantity and each fault among them.
+    pub fn tally(&self) -> Tally {
+        let mut verdicts = Vec::new();
+        for named in &self.comparisons {
+            verdicts.extend(named.comparison.checks.iter().map(|check| check.verdict));
+            verdicts.extend(named.comparison.quantities.iter().map(|pair| pair.verdict));
+        }
+        verdicts.extend(self.faults.iter().map(|fault| match fault.detected {
+            true => Verdict::Pass,
+            false => Verdict::Fail,
+        }));
+        let count = |of: Verdict| verdicts.iter().filter(|verdict| **verdict == of).count();
+        Tally {
+            passed: count(Verdict::Pass),
+            failed: count(Verdict::Fail),
+            not_made: count(Verdict::NotMade) + self.not_made.len(),
+        }
+    }
+}
+
+/// A comparison with the folders it was made from.
+#[derive(Debug, Clone, Serialize)]
+pub struct NamedComparison {
+    pub title: String,
+    pub folders: Vec<String>,
+    pub comparison: Comparison,
+}
+
+/// A check that was not made, and why.
+#[derive(Debug, Clone, Serialize)]
+pub struct NotMade {
+    pub what: String,
+    pub why: String,
+}
+
+/// A run in one line.
+#[derive(Debug, Clone, Serialize)]
+pub struct RunSummary {
+    pub folder: String,
+    pub engine: String,
+    pub stages: String,
+    pub microseconds_per_step: f64,
+    pub wall_seconds: f64,
+    pub command: String,
+}
+
+/// The runs that the page draws.
+#[derive(Debug)]
+pub struct Runs {
+    pub native: RunFolder,
+    /// YADE in sorted mode: live if there is one, else recorded.
+    pub yade: Option<RunFolder>,
+    pub ordinary: Option<RunFolder>,
+}
+
+/// Does the whole job; runs that `out` already holds are taken over.
+pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, Runs), Error> {
+    let began = Instant::now();
+    let mut job = Job {
+        options,
+        display,
+        comparisons: Vec::new(),
+        not_made: Vec::new(),
+        runs: Vec::new(),
+    };
+    let native = job.run(&options.scene, "native", &native_engine())?;
+    let recorded = job.recorded()?;
+    if let Some(recorded) = &recorded {
+        job.compare(
+            "native against YADE's sorted loop, recorded",
+            &["native", recorded::FOLDER],
+            compare(&native, recorded, None, Some(&job.locator())),
+        );
+    }
+    let live = job.live(&native)?;
+    let faults = faults::check_all(&options.scene, display)?;
+    let agreed = job
+        .comparisons
+        .iter()
+        .all(|named| named.comparison.agrees())
+        && faults.iter().all(|fault| fault.detected);
+    let (sorted, ordinary) = match live {
+        Some(live) => (Some(live.sorted), Some(live.ordinary)),
+        None => (None, None),
+    };
+    let version = sorted.as_ref().map(|run| run.record.engine.version());
+    let reproduction = Reproduction {
+        version: REPRODUCTION_VERSION,
+        crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
+        command: options.command.clone(),
+        scene_digest: options.scene.digest(),
+        yade: version.map(str::to_owned),
+        agreed,
+        comparisons: job.comparisons,
+        faults,
+        not_made: job.not_made,
+        claims: claims::of(&native),
+        numbers: paper::numbers(),
+        text_faults: paper::text_faults(),
+        runs: job.runs,
+        seconds: began.elapsed().as_secs_f64(),
+    };
+    let runs = Runs {
+        native,
+        yade: sorted.or(recorded),
+        ordinary,
+    };
+    Ok((reproduction, runs))
+}
+
+fn native_engine() -> Engine {
+    Engine::Native(native::Options {
+        skin: None,
+        perturbation: None,
+    })
+}
+
+struct Job<'a> {
+    options: &'a Options,
+    display: &'a Display,
+    comparisons: Vec<NamedComparison>,
+    not_made: Vec<NotMade>,
+    runs: Vec<RunSummary>,
+}
+
+/// The live runs of YADE.
+struct Live {
+    sorted: RunFolder,
+    ordinary: RunFolder,
+}
+
+impl Job<'_> {
+    fn run(&mut self, scene: &Scene, name: &str, engine: &Engine) -> Result<RunFolder, Error> {
+        let run = run_or_take_over(self.options, self.display, scene, name, engine)?;
+        self.runs.push(summary(name, &run));
+        Ok(run)
+    }
+
+    fn compare(&mut self, title: &str, folders: &[&str], comparison: Comparison) {
+        self.comparisons.push(NamedComparison {
+            title: title.to_owned(),
+            folders: folders.iter().map(|name| (*name).to_owned()).collect(),
+            comparison,
+        });
+    }
+
+    fn not_made(&mut self, what: &str, why: &str) {
+        self.not_made.push(NotMade {
+            what: what.to_owned(),
+            why: why.to_owned(),
+        });
+    }
+
+    fn locator(&self) -> Locator {
+        Locator {
+            yade: self.options.yade.clone(),
+        }
+    }
+
+    /// The recorded run of YADE, if it is one of this scene.
+    fn recorded(&mut self) -> Result<Option<RunFolder>, Error> {
+        let folder = self.options.out.join(recorded::FOLDER);
+        if !folder.exists() {
+            recorded::unpack(&folder)?;
+        }
+        let recorded = RunFolder::read(&folder)?;
+        if recorded.record.scene_digest != self.options.scene.digest() {
+            self.not_made(
+                "native against YADE's sorted loop, recorded",
+                "the recorded run is of the paper's scene, this is another",
+            );
+            return Ok(None);
+        }
+        self.runs.push(summary(recorded::FOLDER, &recorded));
+        Ok(Some(recorded))
+    }
+
+    /// YADE live: sorted on one core; the ordinary pair and the yardstick on the other.
+    fn live(&mut self, native: &RunFolder) -> Result<Option<Live>, Error> {
+        let sorted_title = "native against YADE's sorted loop, live";
+        let ordinary_title = "native against YADE's ordinary loop, live";
+        if let Err(missing) = yade::find(self.options.yade.program.as_deref()) {
+            self.not_made(sorted_title, &missing.to_string());
+            self.not_made(ordinary_title, &missing.to_string());
+            return Ok(None);
+        }
+        let (options, display) = (self.options, self.display);
+        let yade_run = |scene: &Scene, name: &str, sorted: bool, distance: f64| {
+            let engine = Engine::Yade(yade::Options {
+                sorted,
+                verlet_distance: distance * options.yade.verlet_distance,
+                ..options.yade.clone()
+            });
+            run_or_take_over(options, display, scene, name, &engine)
+        };
+        let (sorted, others) = thread::scope(|scope| {
+            let others = scope.spawn(|| {
+                let ordinary = yade_run(&options.scene, "yade-ordinary", false, 1.0)?;
+                let control = yade_run(
+                    &options.scene,
+                    "yade-ordinary-control",
+                    false,
+                    CONTROL_DISTANCE,
+                )?;
+                let spread = rounding_spread(native, display)?;
+                Ok::<_, Error>((ordinary, control, spread))
+            });
+            let sorted = yade_run(&options.scene, "yade-sorted", true, 1.0);
+            let others = match others.join() {
+                Ok(others) => others,
+                Err(panic) => std::panic::resume_unwind(panic),
+            };
+            (sorted, others)
+        });
+        let sorted = sorted?;
+        let (ordinary, control, spread) = others?;
+        for (name, run) in [
+            ("yade-sorted", &sorted),
+            ("yade-ordinary", &ordinary),
+            ("yade-ordinary-control", &control),
+        ] {
+            self.runs.push(summary(name, run));
+        }
+        let locator = self.locator();
+        self.compare(
+            sorted_title,
+            &["native", "yade-sorted"],
+            compare(native, &sorted, None, Some(&locator)),
+        );
+        let yardstick = Yardstick {
+            control: &control,
+            spread: &spread,
+        };
+        self.compare(
+            ordinary_title,
+            &["native", "yade-ordinary", "yade-ordinary-control"],
+            compare(native, &ordinary, Some(yardstick), None),
+        );
+        if options.full {
+            self.further_realizations(&yade_run)?;
+        } else {
+            self.not_made(
+                "further realizations, whole, against YADE's sorted loop",
+                "asked for with --full only",
+            );
+        }
+        Ok(Some(Live { sorted, ordinary }))
+    }
+
+    fn further_realizations(
+        &mut self,
+        yade_run: &(dyn Fn(&Scene, &str, bool, f64) -> Result<RunFolder, Error> + Sync),
+    ) -> Result<(), Error> {
+        let first = self.options.scene.realization + 1;
+        let realizations: Vec<Scene> = (first..first + FURTHER_REALIZATIONS)
+            .map(|realization| Scene {
+                realization,
+                ..self.options.scene.clone()
+            })
+            .collect();
+        let name = |engine: &str, scene: &Scene| format!("{engine}-{}", scene.realization);
+        let sorted: Vec<Result<RunFolder, Error>> = thread::scope(|scope| {
+            let handles: Vec<_> = realizations
+                .iter()
+                .map(|scene| {
+                    scope.spawn(move || yade_run(scene, &name("yade-sorted", scene), true, 1.0))
+                })
+                .collect();
+            handles
+                .into_iter()
+                .map(|handle| match handle.join() {
+                    Ok(run) => run,
+                    Err(panic) => std::panic::resume_unwind(panic),
+                })
+                .collect()
+        });
+        for (scene, sorted) in realizations.iter().zip(sorted) {
+            let (native_name, sorted_name) = (name("native", scene), name("yade-sorted", scene));
+            let native = self.run(scene, &native_name, &native_engine())?;
+            let sorted = sorted?;
+            self.runs.push(summary(&sorted_name, &sorted));
+            self.compare(
+                &format!(
+                    "native against YADE's sorted loop, live, realization {}",
+                    scene.realization
+                ),
+                &[&native_name, &sorted_name],
+                compare(&native, &sorted, None, Some(&self.locator())),
+            );
+        }
+        Ok(())
+    }
+}
+
+/// Runs, or reads the folder that an earlier, interrupted job has left.
+fn run_or_take_over(
+    options: &Options,
+    display: &Display,
+    scene: &Scene,
+    name: &str,
+    engine: &Engine,
+) -> Result<RunFolder, Error> {
+    let folder = options.out.join(name);
+    if !folder.exists() {
+        return to_folder(scene, engine, Protocol::Whole, &folder, display);
+    }
+    let run = RunFolder::read(&folder)?;
+    let same = run.record.scene_digest == scene.digest()
+        && run.record.crossgrain == env!("CARGO_PKG_VERSION")
+        && run.record.command == crate::run::command(engine, Protocol::Whole);
+    if !same {
+        return Err(Error::Usage(format!(
+            "{} holds another run than this job needs; name another folder with --out",
+            folder.display()
+        )));
+    }
+    display.line(&format!("{name}: taken over from an earlier job"));
+    Ok(run)
+}
+
+/// The scatter of twins of the native run, with progress.
+fn rounding_spread(native: &RunFolder, display: &Display) -> Result<Spread, Error> {
+    let task = display.task("rounding twins");
+    let done = AtomicUsize::new(0);
+    let spread = of_twins(
+        &native.scene,
+        native.record.protocol,
+        &native.initial,
+        &|| {
+            let done = 1 + done.fetch_add(1, Ordering::Relaxed);
+            task.share(done as f64 / TWINS as f64, &format!("{done} of {TWINS}"));
+        },
+    )?;
+    task.done("done");
+    Ok(spread)
+}
+
+fn summary(folder: &str, run: &RunFolder) -> RunSummary {
+    RunSummary {
+        folder: folder.to_owned(),
+        engine: run.record.engine.label(),
+        stages: run.stages_in_words(),
+        microseconds_per_step: 1e6 * run.record.seconds_per_step(),
+        wall_seconds: run
+            .record
+            .stages
+            .iter()
+            .map(|stage| stage.wall_seconds)
+            .sum(),
+        command: run.record.command.clone(),
+    }
+}
+
+/// A folder beside `wanted` that is free: `wanted`, `wanted-2`, `wanted-3`, … A folder without a
+/// finished job in it counts as free: the job is taken up again.
+pub fn free_folder(wanted: &Path) -> PathBuf {
+    let taken = |folder: &Path| folder.join("run.json").exists();
+    if !taken(wanted) {
+        return wanted.to_owned();
+    }
+    (2..)
+        .map(|number| {
+            let mut name = wanted.as_os_str().to_owned();
+            name.push(format!("-{number}"));
+            PathBuf::from(name)
+        })
+        .find(|folder| !taken(folder))
+        .unwrap_or_else(|| wanted.to_owned())
+}

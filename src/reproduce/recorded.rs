@@ -1,0 +1,42 @@
+//! The recorded run of YADE, carried in the program. `reference_data/README.md` says how it was made.
+
+use std::path::Path;
+
+use crate::error::Error;
+use crate::files::{FileError, write_folder, write_whole};
+
+/// The folder that it is unpacked into.
+pub const FOLDER: &str = "yade-recorded";
+
+macro_rules! recorded_files {
+    ($($name:literal),* $(,)?) => {
+        &[$((
+            $name,
+            include_bytes!(concat!("../../reference_data/yade-paper-1/", $name)) as &[u8],
+        )),*]
+    };
+}
+
+const FILES: &[(&str, &[u8])] = recorded_files![
+    "run.json",
+    "scene.json",
+    "initial.csv.gz",
+    "bodies.csv.gz",
+    "contacts.csv.gz",
+    "settled-bodies.csv.gz",
+    "settled-contacts.csv.gz",
+    "history.csv.gz",
+    "trace.csv.gz",
+    "yade.log",
+];
+
+/// Writes the recorded run folder.
+pub fn unpack(folder: &Path) -> Result<(), Error> {
+    write_folder(folder, |aside| {
+        for (name, bytes) in FILES {
+            write_whole(&aside.join(name), bytes)?;
+        }
+        Ok::<(), FileError>(())
+    })?;
+    Ok(())
+}

@@ -1,0 +1,72 @@
+//! A run that is watched and kept: progress shown, the folder written, a failed YADE's log saved.
+
+use std::path::{Path, PathBuf};
+
+use super::{Engine, EngineError, recorded};
+use crate::engine::yade::YadeError;
+use crate::error::Error;
+use crate::files::{failed, write_whole};
+use crate::folder::RunFolder;
+use crate::folder::record::Protocol;
+use crate::generate::initial_bodies;
+use crate::progress::Display;
+use crate::scene::Scene;
+
+/// Runs the scene and writes its folder. When YADE fails, its log is kept beside.
+pub fn to_folder(
+    scene: &Scene,
+    engine: &Engine,
+    protocol: Protocol,
+    out: &Path,
+    display: &Display,
+) -> Result<RunFolder, Error> {
+    let name = match engine {
+        Engine::Native(_) => "native".to_owned(),
+        Engine::Yade(options) if options.sorted => "YADE sorted".to_owned(),
+        Engine::Yade(options) => format!("YADE ordinary {:?}", options.verlet_distance),
+    };
+    let task = display.task(&name);
+    let parent = match out.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    std::fs::create_dir_all(parent).map_err(failed("create", parent))?;
+    let work = tempfile::Builder::new()
+        .prefix(".crossgrain.partial-")
+        .tempdir_in(parent)
+        .map_err(failed("write into", parent))?;
+    let initial = initial_bodies(scene);
+    let run = recorded(
+        scene,
+        engine,
+        protocol,
+        initial,
+        work.path(),
+        &mut |stage, step, share| task.run(stage, step, share),
+    );
+    let run = match run {
+        Ok(run) => run,
+        Err(error) => {
+            task.done("failed");
+            keep_log(&error, work.path(), out, display);
+            return Err(error.into());
+        }
+    };
+    run.write(out)?;
+    task.done(&run.stages_in_words());
+    Ok(run)
+}
+
+/// A failed YADE leaves its whole log beside where its run folder would have been.
+fn keep_log(error: &EngineError, work: &Path, out: &Path, display: &Display) {
+    if !matches!(error, EngineError::Yade(error) if !matches!(error, YadeError::Missing(_))) {
+        return;
+    }
+    let mut kept = out.as_os_str().to_owned();
+    kept.push(".yade.log");
+    let kept = PathBuf::from(kept);
+    let log = std::fs::read(work.join("yade.log")).unwrap_or_default();
+    if write_whole(&kept, &log).is_ok() {
+        display.line(&format!("YADE's log is kept in {}", kept.display()));
+    }
+}

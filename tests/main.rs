@@ -1,0 +1,23 @@
+//! One binary; the modules say what they prove.
+
+mod support;
+
+mod scene;
+
+mod generate;
+
+mod native;
+
+mod measure;
+
+mod paper;
+
+mod folder;
+
+mod compare;
+
+mod cli;
+
+mod yade_driver;
+
+mod yade_live;

@@ -1,0 +1,114 @@
+//! What several tests need.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use crossgrain::engine::native::{self, Perturbation};
+use crossgrain::engine::{Observer, Outcome, Task};
+use crossgrain::folder::RunFolder;
+use crossgrain::folder::record::Protocol;
+use crossgrain::generate::initial_bodies;
+use crossgrain::run::{Engine, recorded};
+use crossgrain::scene::{Cloud, Scene, paper_scene};
+use crossgrain::tables::Snapshot;
+
+/// The paper's scene, 0.3 m wide with 300 grains: the same physics in a second.
+pub fn small_scene() -> Scene {
+    let mut scene = paper_scene(1, 300);
+    scene.container.width = 0.3;
+    scene.cloud = Cloud::JitteredLattice {
+        columns: 24,
+        jitter: 0.9,
+        speed: 0.3,
+    };
+    for point in &mut scene.control_points {
+        point.offset *= 0.5;
+        point.depth = 0.05;
+    }
+    scene
+}
+
+/// The native engine as it is.
+pub fn sound() -> native::Options {
+    native::Options {
+        skin: None,
+        perturbation: None,
+    }
+}
+
+/// The native engine with a fault.
+pub fn faulty(fault: &str) -> native::Options {
+    let fault: Perturbation = fault.parse().expect("a fault that the engine knows");
+    native::Options {
+        skin: None,
+        perturbation: Some(fault),
+    }
+}
+
+/// A native run with everything that a folder holds.
+pub fn native_run(scene: &Scene, options: native::Options, protocol: Protocol) -> RunFolder {
+    recorded(
+        scene,
+        &Engine::Native(options),
+        protocol,
+        initial_bodies(scene),
+        Path::new(""),
+        &mut |_, _, _| {},
+    )
+    .expect("a native run that finishes")
+}
+
+/// Keeps every moment.
+#[derive(Default)]
+pub struct Keep(pub Vec<Snapshot>);
+
+impl Observer for Keep {
+    fn snapshot(&mut self, snapshot: &Snapshot) {
+        self.0.push(snapshot.clone());
+    }
+}
+
+/// A bare native run.
+pub fn native_outcome(scene: &Scene, task: &Task, skin: Option<f64>) -> (Outcome, Keep) {
+    let mut keep = Keep::default();
+    let options = native::Options {
+        skin,
+        perturbation: None,
+    };
+    let outcome =
+        native::run(scene, task, &options, &mut keep).expect("a native run that finishes");
+    (outcome, keep)
+}
+
+/// The program under test.
+pub fn crossgrain(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+        .args(arguments)
+        .current_dir(folder)
+        .env_remove("CROSSGRAIN_YADE")
+        .output()
+        .expect("the program starts")
+}
+
+/// Exit code, standard output, standard error.
+pub fn told(output: &Output) -> (i32, String, String) {
+    (
+        output.status.code().unwrap_or(-1),
+        String::from_utf8_lossy(&output.stdout).into_owned(),
+        String::from_utf8_lossy(&output.stderr).into_owned(),
+    )
+}
+
+/// Writes a scene as JSON.
+pub fn write_scene(scene: &Scene, path: &Path) {
+    let text = serde_json::to_string_pretty(scene).expect("a scene is JSON");
+    std::fs::write(path, text).expect("a writable folder");
+}
+
+/// A folder that goes away, with a scene in it.
+pub fn folder_with(scene: &Scene) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("scene.json");
+    write_scene(scene, &path);
+    (folder, path)
+}
