@@ -241,10 +241,14 @@ fn expect_spread(
         return;
     };
     let partings = Partings::of(a, b, yardstick.control);
-    let (verdict, found) = partings.growth();
+    let (verdict, found) = partings.growth(yardstick.spread);
     comparison.check("growth of rounding differences", verdict, found);
-    let (verdict, found) = partings.settled();
-    comparison.check("no further apart than the control pair", verdict, found);
+    let (verdict, found) = partings.settled(yardstick.spread);
+    comparison.check(
+        "as far apart in the end as the control pair",
+        verdict,
+        found,
+    );
     comparison.partings = Some(partings);
 }
 

@@ -21,7 +21,8 @@ pub struct Start {
     /// Steps of the stage that are behind this state.
     pub step: u64,
     pub bodies: Bodies,
-    /// The punch, if it is there already. A loading stage at step 0 makes it.
+    /// The punch, if it is there already; its speed is always the scene's. A loading stage at step 0
+    /// makes it.
     pub punch: Option<Punch>,
 }
 

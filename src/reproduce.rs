@@ -404,15 +404,10 @@ fn run_or_take_over(
 fn rounding_spread(native: &RunFolder, display: &Display) -> Result<Spread, Error> {
     let task = display.task("rounding twins");
     let done = AtomicUsize::new(0);
-    let spread = of_twins(
-        &native.scene,
-        native.record.protocol,
-        &native.initial,
-        &|| {
-            let done = 1 + done.fetch_add(1, Ordering::Relaxed);
-            task.share(done as f64 / TWINS as f64, &format!("{done} of {TWINS}"));
-        },
-    )?;
+    let spread = of_twins(native, &|| {
+        let done = 1 + done.fetch_add(1, Ordering::Relaxed);
+        task.share(done as f64 / TWINS as f64, &format!("{done} of {TWINS}"));
+    })?;
     task.done("done");
     Ok(spread)
 }

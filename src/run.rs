@@ -14,8 +14,8 @@ use crate::measure::history::{self, HistoryRow};
 use crate::scene::Scene;
 use crate::tables::{Bodies, Snapshot, Stage};
 
-/// Every so many grains one is marked, and its path kept in the trace.
-const MARK_EVERY: usize = 50;
+/// About so many grains are marked, evenly by id, and their paths kept in the trace.
+const MARKED: usize = 100;
 
 /// Which engine, and how.
 #[derive(Debug, Clone, PartialEq)]
@@ -128,7 +128,7 @@ impl Observer for Recorder<'_> {
     fn snapshot(&mut self, snapshot: &Snapshot) {
         self.history.push(history::row(self.scene, snapshot));
         let bodies = &snapshot.bodies;
-        for id in (0..bodies.len()).step_by(MARK_EVERY) {
+        for id in (0..bodies.len()).step_by((bodies.len() / MARKED).max(1)) {
             self.trace.push(TraceRow {
                 stage: snapshot.stage,
                 step: snapshot.step,
@@ -144,7 +144,7 @@ impl Observer for Recorder<'_> {
             Some(steps) => step as f64 / steps.max(1) as f64,
             None => share,
         };
-        (self.progress)(stage, step, share.clamp(0.0, 1.0));
+        (self.progress)(stage, step, share.clamp(0.0, 1.0).abs());
     }
 }
 

@@ -252,9 +252,8 @@ fn collisions_keep_momentum_and_a_settled_bed_weighs_what_it_weighs() {
         cloud.push([x, 0.1 + 0.1 * x], [vx, 0.1 * vx], 0.005, 0.2 + x);
     }
     scene.particles.count = 4;
-    let momentum = |bodies: &Bodies| -> f64 {
-        bodies.mass.iter().zip(&bodies.vx).map(|(m, v)| m * v).sum()
-    };
+    let momentum =
+        |bodies: &Bodies| -> f64 { bodies.mass.iter().zip(&bodies.vx).map(|(m, v)| m * v).sum() };
     let before = momentum(&cloud);
     let (outcome, _) = native_outcome(&scene, &Task::pour(cloud.clone(), 1000), None);
     assert!((momentum(&outcome.last.bodies) - before).abs() < 1e-14);
@@ -304,11 +303,17 @@ fn troubles_name_step_and_grain() {
     };
     // Through the wall between two steps.
     let error = trouble(&scene, two(0.2, 2.0e4));
-    assert!(matches!(error.trouble, Trouble::Lost { grain: 1, .. }), "{error}");
+    assert!(
+        matches!(error.trouble, Trouble::Lost { grain: 1, .. }),
+        "{error}"
+    );
     assert!(error.step > 0 && error.step < 100);
     // Two grains at the same place have no normal.
     let error = trouble(&scene, two(0.1, 0.0));
-    assert!(matches!(error.trouble, Trouble::NotFinite { .. }), "{error}");
+    assert!(
+        matches!(error.trouble, Trouble::NotFinite { .. }),
+        "{error}"
+    );
     // A start that is not a number.
     let error = trouble(&scene, two(f64::NAN, 0.0));
     assert_eq!(error.trouble, Trouble::NotFinite { grain: 1 });

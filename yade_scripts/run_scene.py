@@ -85,7 +85,7 @@ target_force = 2.0 * half_width * loading["pressure"]
 punch = None
 
 
-def add_punch(centre_x, centre_z, start, velocity):
+def add_punch(centre_x, centre_z, start):
     global punch
     body = utils.box(
         (centre_x, 0.0, centre_z),
@@ -95,7 +95,7 @@ def add_punch(centre_x, centre_z, start, velocity):
         color=grey,
     )
     body.state.blockedDOFs = "xyzXYZ"
-    body.state.vel = (0.0, 0.0, velocity)
+    body.state.vel = (0.0, 0.0, -loading["speed"])
     punch = {"id": O.bodies.append(body), "state": body.state, "start": start}
 
 
@@ -106,7 +106,7 @@ def lower_punch():
     for state, radius in zip(states, radii):
         if abs(state.pos[0] - axis) < half_width + radius:
             top = max(top, state.pos[2] + radius)
-    add_punch(axis, top + half_height, top, -loading["speed"])
+    add_punch(axis, top + half_height, top)
 
 
 # --- the engines ----------------------------------------------------------------------------
@@ -277,7 +277,7 @@ def run_stage(stage, step, rule):
 start = job["start"]
 if start["punch"] is not None:
     at = start["punch"]
-    add_punch(at["centre"][0], at["centre"][1], at["start"], at["velocity"])
+    add_punch(at["centre"][0], at["centre"][1], at["start"])
 
 newton.dead = True  # evaluate the forces at the start without moving anything
 O.step()

@@ -50,7 +50,7 @@ impl Arguments {
             Some(_) => {
                 let task = display.task("rounding twins");
                 let done = std::sync::atomic::AtomicUsize::new(0);
-                let spread = of_twins(&a.scene, a.record.protocol, &a.initial, &|| {
+                let spread = of_twins(&a, &|| {
                     let done = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
                     task.share(done as f64 / TWINS as f64, &format!("{done} of {TWINS}"));
                 })?;

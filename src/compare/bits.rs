@@ -146,7 +146,8 @@ fn contacts(table: &str, a: &[Contact], b: &[Contact]) -> TableBits {
     result
 }
 
-fn pair(id: String, key: &'static str, a: f64, b: f64) -> NumberPair {
+/// A number that differs, with its distance.
+pub fn pair(id: String, key: &'static str, a: f64, b: f64) -> NumberPair {
     NumberPair {
         id,
         key,

@@ -6,7 +6,7 @@
 
 use serde::Serialize;
 
-use super::bits::{self, NumberPair};
+use super::bits::{self, NumberPair, TableBits};
 use crate::engine::native;
 use crate::engine::yade;
 use crate::engine::{Start, Task, Until};
@@ -197,7 +197,7 @@ impl Search<'_> {
             self.starts += 2;
             let after_a = self.a.advance(&start, middle)?;
             let after_b = self.b.advance(&start, middle)?;
-            let table = bits::bodies("grains", &after_a.bodies, &after_b.bodies);
+            let table = states(&after_a, &after_b);
             match table.first {
                 None if middle == unequal => {
                     return Err(format!(
@@ -221,4 +221,19 @@ impl Search<'_> {
             }
         }
     }
+}
+
+/// Grains and punch of two states.
+fn states(a: &Start, b: &Start) -> TableBits {
+    let mut table = bits::bodies("state", &a.bodies, &b.bodies);
+    let height = |start: &Start| start.punch.map(|punch| punch.centre[1]);
+    if let (Some(of_a), Some(of_b)) = (height(a), height(b)) {
+        table.numbers += 1;
+        if of_a.to_bits() != of_b.to_bits() {
+            table.differing += 1;
+            let punch = || bits::pair("the punch".to_owned(), "z", of_a, of_b);
+            table.first.get_or_insert_with(punch);
+        }
+    }
+    table
 }

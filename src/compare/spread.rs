@@ -4,12 +4,11 @@
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+use super::separation::Parting;
 use crate::engine::native;
-use crate::folder::record::Protocol;
 use crate::folder::{Moment, RunFolder};
 use crate::measure::{self, Quantity};
 use crate::run::{Engine, EngineError, recorded};
-use crate::scene::Scene;
 use crate::tables::Bodies;
 
 /// Twins that the spread is estimated from.
@@ -106,14 +105,10 @@ pub fn quantities(run: &RunFolder) -> Vec<Quantity> {
     quantities
 }
 
-/// Runs `TWINS` native twins of a run: twin k starts with grain 0 moved by k+1 floating-point numbers
-/// in x. Two at a time; `done` hears of each that is finished.
-pub fn of_twins(
-    scene: &Scene,
-    protocol: Protocol,
-    initial: &Bodies,
-    done: &(dyn Fn() + Sync),
-) -> Result<Spread, EngineError> {
+/// Runs `TWINS` native twins of a native run: twin k starts with grain 0 moved by k+1 floating-point
+/// numbers in x. Scatters their measures, and how each parts from the run. `done` hears of each
+/// that is finished.
+pub fn of_twins(run: &RunFolder, done: &(dyn Fn() + Sync)) -> Result<Spread, EngineError> {
     let threads = std::thread::available_parallelism().map_or(1, |count| count.get().min(TWINS));
     let next = std::sync::atomic::AtomicUsize::new(0);
     let worker = || -> Result<Vec<(usize, Vec<Quantity>)>, EngineError> {
@@ -127,11 +122,20 @@ pub fn of_twins(
                 skin: None,
                 perturbation: None,
             });
-            let start = nudged(initial, twin as u64 + 1);
+            let start = nudged(&run.initial, twin as u64 + 1);
             // The native engine leaves nothing in its work folder.
             let nowhere = std::path::Path::new("");
-            let run = recorded(scene, &engine, protocol, start, nowhere, &mut |_, _, _| {})?;
-            mine.push((twin, quantities(&run)));
+            let of_twin = recorded(
+                &run.scene,
+                &engine,
+                run.record.protocol,
+                start,
+                nowhere,
+                &mut |_, _, _| {},
+            )?;
+            let mut measured = quantities(&of_twin);
+            measured.extend(Parting::of(run, &of_twin).quantities());
+            mine.push((twin, measured));
             done();
         }
     };

@@ -41,7 +41,11 @@ pub fn run(
     observer: &mut dyn Observer,
 ) -> Result<Outcome, NativeError> {
     let constants = Constants::new(scene, options.perturbation.as_ref());
-    let state = State::new(&task.start.bodies, task.start.punch);
+    let punch = task.start.punch.map(|punch| Punch {
+        velocity: -scene.loading.speed,
+        ..punch
+    });
+    let state = State::new(&task.start.bodies, punch);
     let skin = options
         .skin
         .unwrap_or(SKIN_OVER_RADIUS * 0.5 * scene.particles.mean_diameter);

@@ -38,7 +38,6 @@ struct Start {
 struct StartPunch {
     centre: [f64; 2],
     start: f64,
-    velocity: f64,
 }
 
 /// Writes script, scene, grains and job into `work`.
@@ -58,7 +57,6 @@ pub fn write(work: &Path, scene: &Scene, task: &Task, options: &Options) -> Resu
             punch: task.start.punch.map(|punch| StartPunch {
                 centre: punch.centre,
                 start: punch.start,
-                velocity: punch.velocity,
             }),
         },
     };

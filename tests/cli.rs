@@ -1,0 +1,215 @@
+//! The command line: exit codes, messages, and the main job without YADE.
+
+use std::fs;
+
+use crossgrain::scene::paper_scene;
+
+use crate::support::{crossgrain, folder_with, small_scene, told, write_scene};
+
+#[test]
+fn usage_errors_exit_with_2() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for arguments in [
+        vec![],
+        vec!["dance"],
+        vec!["run", "scene.json"],
+        vec![
+            "run",
+            "no-such-scene.json",
+            "--engine",
+            "native",
+            "--out",
+            "o",
+        ],
+        vec!["scene", "paper", "--particles", "0"],
+        vec!["compare", "one"],
+        vec!["reproduce", "--scene", "no-such-scene.json"],
+    ] {
+        let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
+        assert_eq!(code, 2, "{arguments:?}: {errors}");
+        assert!(!errors.is_empty());
+    }
+    let (folder, _) = folder_with(&small_scene());
+    let arguments = [
+        "run",
+        "scene.json",
+        "--engine",
+        "native",
+        "--perturb",
+        "luck=1",
+        "--out",
+        "o",
+    ];
+    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 2);
+    assert!(errors.contains("unknown perturbation"), "{errors}");
+}
+
+#[test]
+fn the_printed_scene_is_a_valid_one_of_the_wanted_realization() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let arguments = ["scene", "paper", "--seed", "42", "--particles", "123"];
+    let (code, out, _) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 0);
+    let scene = crossgrain::scene::parse_scene(&out).expect("a valid scene");
+    assert_eq!(scene, paper_scene(42, 123));
+}
+
+#[test]
+fn a_bed_that_does_not_settle_is_incomplete() {
+    let mut scene = small_scene();
+    scene.settle.max_steps = 2000;
+    let (folder, _) = folder_with(&scene);
+    let arguments = ["run", "scene.json", "--engine", "native", "--out", "o"];
+    let (code, out, _) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 3, "{out}");
+    assert!(out.contains("not settled"), "{out}");
+    assert!(folder.path().join("o/run.json").is_file());
+}
+
+#[test]
+fn an_engine_that_fails_exits_with_4_and_names_step_and_grain() {
+    let mut scene = small_scene();
+    scene.time_step = crossgrain::scene::TimeStep::Fraction {
+        of_sqrt_m_over_k: 50.0,
+    };
+    let (folder, _) = folder_with(&scene);
+    let arguments = ["run", "scene.json", "--engine", "native", "--out", "o"];
+    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 4, "{errors}");
+    assert!(
+        errors.contains("in step ") && errors.contains("grain "),
+        "{errors}"
+    );
+    assert!(!folder.path().join("o").exists());
+}
+
+/// Where a job without YADE is wanted, it is pointed at a YADE that is not there.
+const NO_YADE: [&str; 2] = ["--yade", "/nowhere/yade"];
+
+#[test]
+fn the_main_job_without_yade_says_what_it_did_not_make() {
+    let (folder, _) = folder_with(&small_scene());
+    let mut arguments = vec!["reproduce", "--scene", "scene.json", "--out", "o"];
+    arguments.extend(NO_YADE);
+    let (code, out, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 0, "{out}{errors}");
+    assert!(out.contains("YADE is missing"), "{out}");
+    assert!(out.contains("not made"), "{out}");
+    let page = fs::read_to_string(folder.path().join("o/report.html")).expect("a report");
+    for part in [
+        "not made",
+        "class=\"packing\"",
+        "class=\"chart\"",
+        "stiffness=1e-12",
+        "7776",
+        "crossgrain run scene.json --engine native",
+    ] {
+        assert!(page.contains(part), "the page lacks {part}");
+    }
+    for remote in ["http://", "https://", "<script"] {
+        let of_namespaces = page.replace("http://www.w3.org/", "");
+        assert!(
+            !of_namespaces.contains(remote),
+            "the page asks for {remote}"
+        );
+    }
+    let text = fs::read_to_string(folder.path().join("o/run.json")).expect("a record");
+    let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(record["agreed"], true);
+    assert_eq!(record["yade"], serde_json::Value::Null);
+    assert!(
+        record["not_made"]
+            .as_array()
+            .is_some_and(|of| of.len() >= 3)
+    );
+
+    // A finished job is not overwritten.
+    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 2);
+    assert!(errors.contains("finished job"), "{errors}");
+    // An unfinished one is taken up: the native run is not made again.
+    fs::remove_file(folder.path().join("o/run.json")).expect("a file");
+    let before = fs::metadata(folder.path().join("o/native/run.json"))
+        .and_then(|of| of.modified())
+        .expect("a time");
+    let (code, _, _) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 0);
+    let after = fs::metadata(folder.path().join("o/native/run.json"))
+        .and_then(|of| of.modified())
+        .expect("a time");
+    assert_eq!(before, after);
+}
+
+/// The paper's own scene against the recorded run of YADE: every bit, along the whole way.
+#[test]
+fn the_papers_scene_agrees_with_the_recorded_yade_run() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut arguments = vec!["reproduce", "--out", "o"];
+    arguments.extend(NO_YADE);
+    let (code, out, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 0, "{out}{errors}");
+    assert!(out.contains("recorded: agreed"), "{out}");
+    assert!(
+        out.contains("bits of last grains: 0 of 20000 numbers differ"),
+        "{out}"
+    );
+    let text = fs::read_to_string(folder.path().join("o/run.json")).expect("a record");
+    let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let checks = record["comparisons"][0]["comparison"]["checks"]
+        .as_array()
+        .expect("checks");
+    assert_eq!(checks.len(), 10);
+    assert!(
+        checks.iter().all(|check| check["verdict"] == "pass"),
+        "{checks:?}"
+    );
+}
+
+/// The recorded run is judged like any other: with a fault in the native engine it must disagree.
+#[test]
+fn a_faulty_native_run_disagrees_with_the_recorded_yade_run() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    write_scene(&paper_scene(1, 5000), &folder.path().join("scene.json"));
+    crossgrain::reproduce::recorded::unpack(&folder.path().join("yade")).expect("writable");
+    let arguments = [
+        "run",
+        "scene.json",
+        "--engine",
+        "native",
+        "--perturb",
+        "stiffness=1e-12",
+        "--quiet",
+        "--out",
+        "native",
+    ];
+    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 0, "{errors}");
+    let arguments = ["compare", "native", "yade", "--no-locate"];
+    let (code, out, _) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 1, "{out}");
+    assert!(out.contains("FAIL bits along the way"), "{out}");
+}
+
+#[test]
+fn a_run_of_5000_grains_stays_small() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    write_scene(&paper_scene(1, 5000), &folder.path().join("scene.json"));
+    let arguments = [
+        "run",
+        "scene.json",
+        "--engine",
+        "native",
+        "--steps",
+        "4000",
+        "--quiet",
+        "--out",
+        "o",
+    ];
+    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 0, "{errors}");
+    let text = fs::read_to_string(folder.path().join("o/run.json")).expect("a record");
+    let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let peak = record["peak_memory"].as_u64().expect("Linux tells");
+    assert!(peak > 1 << 20 && peak < 100 * 1_000_000, "{peak} bytes");
+}

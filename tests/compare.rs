@@ -1,0 +1,210 @@
+//! The comparison: agrees where it should, and can fail.
+
+use crossgrain::compare::first_difference::Locator;
+use crossgrain::compare::separation::{CommonStart, Parting};
+use crossgrain::compare::spread::{Spread, of_twins, quantities};
+use crossgrain::compare::{Comparison, Verdict, compare};
+use crossgrain::folder::RunFolder;
+use crossgrain::folder::record::Protocol;
+use crossgrain::measure::Quantity;
+use crossgrain::tables::Stage;
+
+use crate::support::{crossgrain, faulty, folder_with, native_run, small_scene, sound, told};
+
+const POUR: Protocol = Protocol::Steps { steps: 4000 };
+
+fn located(a: &RunFolder, b: &RunFolder) -> Comparison {
+    compare(a, b, None, Some(&Locator::default()))
+}
+
+#[test]
+fn a_run_agrees_with_itself_in_every_check() {
+    let scene = small_scene();
+    let a = native_run(&scene, sound(), Protocol::Whole);
+    let b = native_run(&scene, sound(), Protocol::Whole);
+    let comparison = located(&a, &b);
+    assert!(comparison.agrees());
+    assert!(comparison.first_difference.is_none());
+    for check in &comparison.checks {
+        assert_eq!(check.verdict, Verdict::Pass, "{}", check.name);
+    }
+    assert!(comparison.quantities.len() > 40);
+    for pair in &comparison.quantities {
+        assert_eq!(pair.verdict, Verdict::Pass, "{}", pair.key);
+        assert_eq!(pair.difference, Some(0.0), "{}", pair.key);
+    }
+}
+
+/// Each fault of the list, a part in 10¹² where it has a size: found, with step and grain.
+#[test]
+fn every_fault_is_found_with_its_step_and_grain() {
+    let scene = small_scene();
+    let good = native_run(&scene, sound(), POUR);
+    for fault in [
+        "stiffness=1e-12",
+        "gravity=1e-12",
+        "damping=1e-12",
+        "wall=1e-12",
+        "sums=reversed",
+    ] {
+        let bad = native_run(&scene, faulty(fault), POUR);
+        let comparison = located(&good, &bad);
+        assert!(!comparison.agrees(), "{fault} was not found");
+        let first = comparison.first_difference.expect("a first difference");
+        assert_eq!(first.stage, Stage::Settle);
+        // The step before agrees in every bit and the step itself does not.
+        for (steps, agree) in [(first.step - 1, true), (first.step, false)] {
+            let protocol = Protocol::Steps { steps };
+            let a = native_run(&scene, sound(), protocol);
+            let b = native_run(&scene, faulty(fault), protocol);
+            let same = a.last.bodies.digest() == b.last.bodies.digest();
+            assert_eq!(same, agree, "{fault} at step {steps}");
+        }
+        assert!(first.number.id.starts_with("grain "), "{}", first.number.id);
+        assert_ne!(first.number.a, first.number.b);
+    }
+}
+
+#[test]
+fn a_fault_that_shows_under_the_punch_is_found_there() {
+    // Pouring never touches the right wall's fault if the fault comes after it: the scenes are the
+    // same up to loading, then the punch's speed differs by one part in 10⁹. (One in 10¹² would round away in each step.)
+    let scene = small_scene();
+    let mut other = scene.clone();
+    other.loading.speed *= 1.0 + 1e-9;
+    let a = native_run(&scene, sound(), Protocol::Whole);
+    let b = native_run(&other, sound(), Protocol::Whole);
+    let comparison = located(&a, &b);
+    let same_scene = &comparison.checks[0];
+    assert_eq!(same_scene.verdict, Verdict::Fail);
+    assert!(
+        same_scene.found.contains("/loading/speed"),
+        "{}",
+        same_scene.found
+    );
+    let first = comparison.first_difference.expect("a first difference");
+    assert_eq!(first.stage, Stage::Load);
+    assert!(first.step > 0);
+}
+
+#[test]
+fn one_last_bit_in_one_number_is_found() {
+    let scene = small_scene();
+    let a = native_run(&scene, sound(), POUR);
+    let mut b = a.clone();
+    b.last.bodies.vz[123] = f64::from_bits(b.last.bodies.vz[123].to_bits() ^ 1);
+    let comparison = compare(&a, &b, None, None);
+    assert!(!comparison.agrees());
+    let table = comparison
+        .tables
+        .iter()
+        .find(|table| table.table == "last grains")
+        .expect("the table");
+    assert_eq!((table.differing, table.numbers), (1, 1200));
+    let first = table.first.as_ref().expect("the number");
+    assert_eq!(
+        (first.id.as_str(), first.key, first.ulps),
+        ("grain 123", "vz", 1)
+    );
+}
+
+#[test]
+fn the_command_says_agreed_or_different_and_exits_so() {
+    let (folder, _) = folder_with(&small_scene());
+    let run = |out: &str, more: &[&str]| {
+        let mut arguments = vec![
+            "run",
+            "scene.json",
+            "--engine",
+            "native",
+            "--steps",
+            "1000",
+            "--quiet",
+            "--out",
+            out,
+        ];
+        arguments.extend(more);
+        let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
+        assert_eq!(code, 0, "{errors}");
+    };
+    run("a", &[]);
+    run("b", &[]);
+    run("c", &["--perturb", "stiffness=1e-12"]);
+    run("d", &["--seed", "2"]);
+    let (code, out, _) = told(&crossgrain(&["compare", "a", "b"], folder.path()));
+    assert_eq!(code, 0, "{out}");
+    assert!(out.ends_with("AGREED\n"), "{out}");
+    let (code, out, _) = told(&crossgrain(&["compare", "a", "c"], folder.path()));
+    assert_eq!(code, 1, "{out}");
+    assert!(out.contains("first difference: step "), "{out}");
+    let (code, out, _) = told(&crossgrain(&["compare", "a", "c", "--json"], folder.path()));
+    assert_eq!(code, 1);
+    let value: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    assert!(value["first_difference"]["step"].as_u64() > Some(0));
+    let (code, out, _) = told(&crossgrain(&["compare", "a", "d"], folder.path()));
+    assert_eq!(code, 1);
+    assert!(out.contains("/realization"), "{out}");
+}
+
+/// The sum of two forces does not depend on their order, so reversing the sums changes nothing
+/// until a grain bears three; a fault in the law shows before.
+#[test]
+fn bits_agree_until_the_order_of_sums_can_matter() {
+    let scene = small_scene();
+    let good = native_run(&scene, sound(), POUR);
+    let reversed = native_run(&scene, faulty("sums=reversed"), POUR);
+    let common = CommonStart::of(&good, &reversed).expect("runs");
+    assert_eq!(common.verdict(), Verdict::Pass, "{common}");
+    assert!(common.three_forces.is_some() && common.first_unequal.is_some());
+    let stiff = native_run(&scene, faulty("stiffness=1e-12"), POUR);
+    let common = CommonStart::of(&good, &stiff).expect("runs");
+    assert_eq!(common.verdict(), Verdict::Fail, "{common}");
+}
+
+#[test]
+fn twins_part_and_their_scatter_allows_what_it_should() {
+    let mut scene = small_scene();
+    scene.settle.kinetic_energy_fraction = 1.0e-2;
+    let run = native_run(&scene, sound(), Protocol::Whole);
+    let spread = of_twins(&run, &|| {}).expect("twins");
+    let mean_surface = "settled.height.mean_surface";
+    let allowed = spread.allowed(mean_surface).expect("a known quantity");
+    assert!(allowed > 0.0 && allowed < 0.1, "{allowed}");
+    assert_eq!(spread.allowed("no.such.quantity"), None);
+    let reversed = native_run(&scene, faulty("sums=reversed"), Protocol::Whole);
+    let value = |run: &RunFolder| {
+        quantities(run)
+            .into_iter()
+            .find(|of| of.key == mean_surface)
+            .expect("measured")
+            .value
+    };
+    assert!((value(&run) - value(&reversed)).abs() <= allowed);
+    let parting = Parting::of(&run, &reversed);
+    assert!(parting.steps_per_e.expect("growth") > 1.0);
+}
+
+/// Student's t with 11 degrees of freedom at 0.5 % in each tail is 3.1058 (tables).
+#[test]
+fn the_allowed_difference_is_students_interval() {
+    let twin = |value: f64| {
+        vec![Quantity {
+            key: "q".to_owned(),
+            value,
+            unit: "1".to_owned(),
+        }]
+    };
+    let twins: Vec<_> = (0..12).map(|k| twin(f64::from(k % 2) * 2.0)).collect();
+    let spread = Spread::of(&twins);
+    let deviation = (12.0f64 / 11.0).sqrt();
+    let expected = 3.1058 * deviation * 2f64.sqrt();
+    let allowed = spread.allowed("q").expect("known");
+    assert!(
+        (allowed / expected - 1.0).abs() < 1e-4,
+        "{allowed} {expected}"
+    );
+    // A quantity that one twin lacks has no scatter.
+    let mut some = twins;
+    some[3].clear();
+    assert_eq!(Spread::of(&some).allowed("q"), None);
+}

@@ -1,0 +1,260 @@
+//! Run folders: written whole or not at all, read back to the bit, refused when they are not sound.
+
+use std::fs;
+use std::path::Path;
+
+use crossgrain::folder::RunFolder;
+use crossgrain::folder::record::Protocol;
+
+use crate::support::{crossgrain, folder_with, native_run, small_scene, sound, told};
+
+fn small_run() -> RunFolder {
+    native_run(&small_scene(), sound(), Protocol::Steps { steps: 3000 })
+}
+
+#[test]
+fn a_folder_reads_back_to_the_same_bits() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let run = native_run(&small_scene(), sound(), Protocol::Whole);
+    let path = folder.path().join("run");
+    run.write(&path).expect("a writable folder");
+    let back = RunFolder::read(&path).expect("a sound folder");
+    assert_eq!(back, run);
+    assert!(run.settled.is_some());
+    for name in [
+        "scene.json",
+        "initial.csv",
+        "bodies.csv",
+        "contacts.csv",
+        "history.csv",
+        "trace.csv",
+        "run.json",
+        "settled-bodies.csv",
+        "settled-contacts.csv",
+    ] {
+        assert!(path.join(name).is_file(), "{name}");
+    }
+    let header = |name: &str| {
+        let text = fs::read_to_string(path.join(name)).expect("text");
+        text.lines().next().expect("a header").to_owned()
+    };
+    assert_eq!(header("initial.csv"), "id,x,z,vx,vz,radius,mass");
+    assert_eq!(header("bodies.csv"), "id,x,z,vx,vz,radius,mass");
+    assert_eq!(header("contacts.csv"), "id1,id2,overlap,fn,ft,nx,nz,x,z");
+}
+
+#[test]
+fn nothing_existing_is_overwritten() {
+    let (folder, _) = folder_with(&small_scene());
+    let out = folder.path().join("out");
+    fs::create_dir(&out).expect("a writable folder");
+    fs::write(out.join("precious"), "mine").expect("a writable folder");
+    let arguments = [
+        "run",
+        "scene.json",
+        "--engine",
+        "native",
+        "--steps",
+        "10",
+        "--out",
+        "out",
+    ];
+    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 2, "{errors}");
+    assert!(errors.contains("exists already"), "{errors}");
+    assert_eq!(
+        fs::read_to_string(out.join("precious")).expect("still there"),
+        "mine"
+    );
+    assert_eq!(fs::read_dir(&out).expect("a folder").count(), 1);
+}
+
+#[test]
+fn a_killed_run_leaves_no_folder_under_its_name() {
+    let mut scene = small_scene();
+    // Never settled, so it runs until it is killed.
+    scene.settle.kinetic_energy_fraction = 1.0e-300;
+    scene.settle.max_steps = 1_000_000_000;
+    let (folder, _) = folder_with(&scene);
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+        .args(["run", "scene.json", "--engine", "native", "--out", "out"])
+        .current_dir(folder.path())
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    assert_eq!(child.try_wait().expect("a child"), None, "it is running");
+    child.kill().expect("a child to kill");
+    child.wait().expect("an ended child");
+    assert!(!folder.path().join("out").exists());
+}
+
+/// Does something bad to a sound folder and returns exit code and message of a comparison with it.
+fn spoiled(spoil: impl FnOnce(&Path)) -> (i32, String) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let run = small_run();
+    run.write(&folder.path().join("good")).expect("writable");
+    run.write(&folder.path().join("bad")).expect("writable");
+    spoil(&folder.path().join("bad"));
+    let output = crossgrain(&["compare", "good", "bad", "--no-locate"], folder.path());
+    let (code, out, errors) = told(&output);
+    (code, out + &errors)
+}
+
+fn change(path: &Path, how: impl FnOnce(String) -> String) {
+    let text = fs::read_to_string(path).expect("text");
+    fs::write(path, how(text)).expect("writable");
+}
+
+#[test]
+fn unsound_folders_are_refused_with_exit_2() {
+    type Spoil = fn(&Path);
+    let cases: [(&str, Spoil, &str); 12] = [
+        (
+            "missing",
+            |bad| fs::remove_dir_all(bad).expect("a folder"),
+            "cannot open",
+        ),
+        (
+            "no bodies",
+            |bad| fs::remove_file(bad.join("bodies.csv")).expect("a file"),
+            "bodies.csv",
+        ),
+        (
+            "cut",
+            |bad| {
+                change(&bad.join("bodies.csv"), |text| {
+                    text[..text.len() - 9].to_owned()
+                })
+            },
+            "bodies.csv",
+        ),
+        (
+            "cut at a line",
+            |bad| {
+                change(&bad.join("bodies.csv"), |text| {
+                    let lines: Vec<&str> = text.lines().collect();
+                    lines[..lines.len() - 3].join("\n") + "\n"
+                });
+            },
+            "has 297 grains, the scene 300",
+        ),
+        (
+            "empty",
+            |bad| fs::write(bad.join("bodies.csv"), "").expect("writable"),
+            "bodies.csv",
+        ),
+        (
+            "NaN",
+            |bad| {
+                change(&bad.join("bodies.csv"), |text| {
+                    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+                    lines[5] = "4,NaN,0.1,0,0,0.005,0.2".to_owned();
+                    lines.join("\n") + "\n"
+                });
+            },
+            "x = NaN, which must be finite",
+        ),
+        (
+            "contact with nobody",
+            |bad| {
+                change(&bad.join("contacts.csv"), |text| {
+                    text + "3,100000,1e-6,1,0,1,0,0.1,0.1\n"
+                });
+            },
+            "id2 = 100000",
+        ),
+        (
+            "other version",
+            |bad| {
+                change(&bad.join("run.json"), |text| {
+                    text.replacen("\"version\": 1", "\"version\": 99", 1)
+                });
+            },
+            "version 99",
+        ),
+        (
+            "other scene",
+            |bad| {
+                change(&bad.join("scene.json"), |text| {
+                    text.replacen("\"gravity\": 9.81", "\"gravity\": 9.8", 1)
+                });
+            },
+            "not the scene of run.json",
+        ),
+        (
+            "not JSON",
+            |bad| fs::write(bad.join("run.json"), "{").expect("writable"),
+            "run.json",
+        ),
+        (
+            "not text",
+            |bad| fs::write(bad.join("history.csv"), [0xff, 0xfe, 0]).expect("writable"),
+            "not UTF-8",
+        ),
+        (
+            "other end",
+            |bad| {
+                change(&bad.join("history.csv"), |text| {
+                    let lines: Vec<&str> = text.lines().collect();
+                    lines[..lines.len() - 1].join("\n") + "\n"
+                });
+            },
+            "last row of history.csv",
+        ),
+    ];
+    for (name, spoil, message) in cases {
+        let (code, told) = spoiled(spoil);
+        assert_eq!(code, 2, "{name}: {told}");
+        assert!(told.contains(message), "{name}: {told}");
+    }
+}
+
+#[test]
+fn packed_tables_are_read_and_packed_bombs_are_not() {
+    use flate2::{Compression, write::GzEncoder};
+    use std::io::Write;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let run = small_run();
+    let path = folder.path().join("run");
+    run.write(&path).expect("writable");
+    let table = path.join("trace.csv");
+    let text = fs::read(&table).expect("text");
+    let packed = fs::File::create(path.join("trace.csv.gz")).expect("writable");
+    let mut encoder = GzEncoder::new(packed, Compression::best());
+    encoder.write_all(&text).expect("writable");
+    encoder.finish().expect("writable");
+    fs::remove_file(&table).expect("a file");
+    assert_eq!(RunFolder::read(&path).expect("a sound folder"), run);
+
+    let bomb = fs::File::create(path.join("bomb.gz")).expect("writable");
+    let mut encoder = GzEncoder::new(bomb, Compression::best());
+    for _ in 0..64 {
+        encoder.write_all(&[b'0'; 1 << 16]).expect("writable");
+    }
+    encoder.finish().expect("writable");
+    let error = crossgrain::files::read_text(&path.join("bomb.gz"), 1 << 20)
+        .expect_err("more than the limit");
+    assert!(error.to_string().contains("larger than"), "{error}");
+}
+
+/// A folder that cannot be written to: nothing half-written, exit code 75.
+#[test]
+fn a_full_disk_says_try_again() {
+    let (folder, _) = folder_with(&small_scene());
+    // /proc takes no files, whoever asks; it stands for any disk that refuses.
+    let arguments = [
+        "run",
+        "scene.json",
+        "--engine",
+        "native",
+        "--steps",
+        "10",
+        "--out",
+        "/proc/out",
+    ];
+    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 75, "{errors}");
+    assert!(errors.contains("cannot write into /proc"), "{errors}");
+}

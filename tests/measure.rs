@@ -1,0 +1,219 @@
+//! Measures against cases that can be worked out by hand.
+
+use std::f64::consts::PI;
+
+use assert_approx_eq::assert_approx_eq;
+use crossgrain::measure::porosity::{self, Window};
+use crossgrain::measure::{
+    Bed, cells, control_stress, coordination, energy, extensive_stress, height, unbalanced_force,
+};
+use crossgrain::scene::{Scene, paper_scene};
+use crossgrain::tables::{Bodies, Contact};
+
+fn contact(id1: u32, id2: u32, normal: [f64; 2], force: f64, point: [f64; 2]) -> Contact {
+    Contact {
+        id1,
+        id2,
+        overlap: 1.0e-6,
+        normal_force: force,
+        tangential_force: 0.0,
+        normal,
+        point,
+    }
+}
+
+/// The disc of Figure 4: R = 1 m, vertical line forces of 1 N/m, horizontal ones of 0.5 N/m. Table 3
+/// says Σ_zz = 2, Σ_xx = 1, no shear.
+#[test]
+fn the_disc_of_figure_4_has_the_extensive_stress_of_table_3() {
+    let mut bodies = Bodies::default();
+    bodies.push([0.0, 0.0], [0.0, 0.0], 1.0, 1.0);
+    for place in [[0.0, 2.0], [0.0, -2.0], [2.0, 0.0], [-2.0, 0.0]] {
+        bodies.push(place, [0.0, 0.0], 1.0, 1.0);
+    }
+    let contacts = [
+        contact(0, 1, [0.0, 1.0], 1.0, [0.0, 1.0]),
+        contact(0, 2, [0.0, -1.0], 1.0, [0.0, -1.0]),
+        contact(0, 3, [1.0, 0.0], 0.5, [1.0, 0.0]),
+        contact(0, 4, [-1.0, 0.0], 0.5, [-1.0, 0.0]),
+    ];
+    let bed = Bed {
+        bodies: &bodies,
+        contacts: &contacts,
+    };
+    let stress = extensive_stress::of_grains(bed)[0];
+    assert_approx_eq!(stress[(0, 0)], 1.0);
+    assert_approx_eq!(stress[(1, 1)], 2.0);
+    assert_approx_eq!(stress[(0, 1)], 0.0);
+    // The same from the other side of each contact: body 1 and body 2 swapped.
+    let swapped: Vec<Contact> = contacts
+        .iter()
+        .map(|c| {
+            contact(
+                c.id2,
+                c.id1,
+                [-c.normal[0], -c.normal[1]],
+                c.normal_force,
+                c.point,
+            )
+        })
+        .collect();
+    let bed = Bed {
+        bodies: &bodies,
+        contacts: &swapped,
+    };
+    assert_approx_eq!(extensive_stress::of_grains(bed)[0][(1, 1)], 2.0);
+}
+
+/// n columns of m discs, touching, in a box that fits them.
+fn square_packing(columns: u32, rows: u32) -> (Scene, Bodies, Vec<Contact>) {
+    let mut scene = paper_scene(1, columns * rows);
+    scene.container.width = f64::from(columns) * 0.01;
+    let (left, right, floor) = (columns * rows, columns * rows + 1, columns * rows + 2);
+    let mut bodies = Bodies::default();
+    let mut contacts = Vec::new();
+    let weight = scene.grain_mass(0.005) * scene.gravity;
+    for row in 0..rows {
+        for column in 0..columns {
+            let id = row * columns + column;
+            let place = [
+                0.005 + 0.01 * f64::from(column),
+                0.005 + 0.01 * f64::from(row),
+            ];
+            bodies.push(place, [0.0, 0.0], 0.005, scene.grain_mass(0.005));
+            let above = f64::from(rows - row);
+            let below = [place[0], place[1] - 0.005];
+            let partner = if row == 0 { floor } else { id - columns };
+            contacts.push(contact(partner, id, [0.0, 1.0], weight * above, below));
+            if column == 0 {
+                contacts.push(contact(left, id, [1.0, 0.0], 3.0, [0.0, place[1]]));
+            } else {
+                let between = [place[0] - 0.005, place[1]];
+                contacts.push(contact(id - 1, id, [1.0, 0.0], 3.0, between));
+            }
+            if column == columns - 1 {
+                let at = [place[0] + 0.005, place[1]];
+                contacts.push(contact(right, id, [-1.0, 0.0], 3.0, at));
+            }
+        }
+    }
+    (scene, bodies, contacts)
+}
+
+#[test]
+fn a_square_packing_has_its_heights_porosities_and_cells() {
+    let (scene, bodies, _) = square_packing(30, 20);
+    let porosity = 1.0 - PI / 4.0;
+    assert_approx_eq!(height::highest_grain(&bodies), 0.2, 1e-12);
+    assert_approx_eq!(height::mean_surface(&scene, &bodies), 0.2, 1e-12);
+    assert_approx_eq!(height::twice_centre_of_mass(&bodies), 0.2, 1e-12);
+    assert_approx_eq!(
+        porosity::from_height(&bodies, 0.3, height::highest_grain(&bodies)),
+        porosity,
+        1e-12
+    );
+    let window = Window::interior(&scene, 0.2);
+    let in_window = porosity::in_window(&bodies, &window).expect("an interior");
+    assert_approx_eq!(in_window, porosity, 1e-12);
+    let cells = cells::radical(&scene, &bodies);
+    for area in &cells.area {
+        assert_approx_eq!(area, &1.0e-4, 1e-13);
+    }
+    let of_cells = porosity::of_cells(&bodies, &cells, &window).expect("an interior");
+    assert_approx_eq!(of_cells, porosity, 1e-12);
+    // A bed too low to have an interior has no such porosity.
+    assert_eq!(
+        porosity::in_window(&bodies, &Window::interior(&scene, 0.08)),
+        None
+    );
+}
+
+#[test]
+fn a_hollow_surface_lowers_the_mean_height_only() {
+    let (scene, mut bodies, _) = square_packing(30, 20);
+    // The last grain leaves the top row: a hole one column wide, into which its neighbour reaches
+    // with the height of its centre.
+    let last = bodies.len() - 1;
+    bodies.z[last] = 0.1;
+    assert_approx_eq!(height::highest_grain(&bodies), 0.2, 1e-12);
+    let mean = height::mean_surface(&scene, &bodies);
+    assert_approx_eq!(mean, 0.2 - 0.005 / 30.0, 1e-9);
+}
+
+#[test]
+fn a_standing_square_packing_bears_its_weight_in_its_stress() {
+    let (scene, bodies, contacts) = square_packing(30, 20);
+    let bed = Bed {
+        bodies: &bodies,
+        contacts: &contacts,
+    };
+    let weight = scene.grain_mass(0.005) * scene.gravity;
+    let all = control_stress::all(&scene, bed, &cells::radical(&scene, &bodies), 0.2);
+    // 0.11 m down: 11 rows above the grain's centre-line, the point lies between rows 8 and 9.
+    let at_o = &all[0];
+    assert_eq!(at_o.name, "O");
+    let row = at_o.grain / 30;
+    let mean_force = weight * (f64::from(20 - row) + f64::from(20 - row - 1)) / 2.0;
+    assert_approx_eq!(at_o.grain_stress.zz, mean_force / 0.01, 1e-6);
+    assert_approx_eq!(at_o.grain_stress.xx, 3.0 / 0.01, 1e-6);
+    assert_approx_eq!(at_o.grain_stress.xz, 0.0, 1e-9);
+    assert_approx_eq!(at_o.control_volume_zz, at_o.grain_stress.zz * 2.5e-5, 1e-12);
+    let local = at_o.local_mean.expect("grains nearby");
+    assert_approx_eq!(local.xx, 300.0, 1e-6);
+    // Depth by weight: rows above times weight over the width of a column.
+    assert!((local.zz - 11.0 * weight / 0.01).abs() < 1.0 * weight / 0.01);
+
+    let coordination = coordination::of(bed);
+    // Four contacts each, but the top row has three.
+    assert_approx_eq!(coordination.mean, (4.0 * 570.0 + 3.0 * 30.0) / 600.0, 1e-12);
+    assert_approx_eq!(coordination.rattler_share, 0.0);
+    assert!(unbalanced_force::of(&scene, bed).expect("contacts") < 1e-12);
+    assert_approx_eq!(
+        energy::elastic(&contacts[..1]),
+        0.5 * 20.0 * weight * 1e-6,
+        1e-12
+    );
+}
+
+#[test]
+fn rattlers_and_what_is_unbalanced_show() {
+    let (scene, mut bodies, mut contacts) = square_packing(5, 4);
+    bodies.push([0.025, 0.3], [0.0, 0.0], 0.005, scene.grain_mass(0.005));
+    // The new grain takes an id that a wall had.
+    for contact in &mut contacts {
+        for id in [&mut contact.id1, &mut contact.id2] {
+            if *id >= 20 {
+                *id += 1;
+            }
+        }
+    }
+    let bed = Bed {
+        bodies: &bodies,
+        contacts: &contacts,
+    };
+    let coordination = coordination::of(bed);
+    assert_approx_eq!(coordination.rattler_share, 1.0 / 21.0);
+    assert_approx_eq!(
+        coordination.mean_without_rattlers.expect("grains"),
+        75.0 / 20.0
+    );
+    // One grain falls with its weight; all others are at rest.
+    let weight = scene.grain_mass(0.005) * scene.gravity;
+    let forces: f64 = contacts.iter().map(|c| c.normal_force).sum();
+    assert_approx_eq!(
+        unbalanced_force::of(&scene, bed).expect("contacts"),
+        weight / 21.0 / (forces / contacts.len() as f64),
+        1e-9
+    );
+}
+
+#[test]
+fn control_points_outside_the_bed_have_no_stress() {
+    let (scene, bodies, contacts) = square_packing(30, 5);
+    let bed = Bed {
+        bodies: &bodies,
+        contacts: &contacts,
+    };
+    let all = control_stress::all(&scene, bed, &cells::radical(&scene, &bodies), 0.05);
+    assert!(all.is_empty());
+}

@@ -1,0 +1,75 @@
+//! The paper's numbers: our routes against each other and against what is known to be misprinted.
+
+use crossgrain::paper::continuum::strip_load;
+use crossgrain::paper::{Finding, numbers, text_faults};
+
+use crate::support::{crossgrain, told};
+
+#[test]
+fn the_integral_of_flamants_solution_is_the_closed_form() {
+    for offset in [0.0, 0.03, 0.08, 0.15, 0.4] {
+        for depth in [0.02, 0.11, 0.5] {
+            let (pressure, half) = (44.4e3, 0.0225);
+            let angle = |edge: f64| ((edge - offset) / depth).atan();
+            let (right, left) = (angle(half), angle(-half));
+            let closed = pressure / std::f64::consts::PI
+                * ((right - left) + right.sin() * right.cos() - left.sin() * left.cos());
+            let integral = strip_load(pressure, half, offset, depth);
+            assert!(
+                (integral - closed).abs() < 1e-7 * pressure,
+                "{offset} {depth}: {integral} {closed}"
+            );
+        }
+    }
+}
+
+#[test]
+fn what_is_misprinted_is_found_and_the_tables_agree() {
+    let numbers = numbers();
+    let finding = |what: &str| {
+        let number = numbers.iter().find(|number| number.what == what);
+        number
+            .unwrap_or_else(|| panic!("no number «{what}»"))
+            .finding
+    };
+    assert_eq!(
+        finding("variations of 6 loads over 5 piles"),
+        Finding::Misprint
+    );
+    assert_eq!(finding("cases left by a moment balance"), Finding::Differs);
+    assert_eq!(
+        finding("Eq. 3 as printed at A against Table 4"),
+        Finding::Misprint
+    );
+    for number in &numbers {
+        if number.place.starts_with("Table") {
+            assert_eq!(number.finding, Finding::Agrees, "{}", number.what);
+        }
+        assert!(number.recomputed.is_finite(), "{}", number.what);
+        if number.finding != Finding::Agrees {
+            assert!(!number.remark.is_empty(), "{} has no remark", number.what);
+        }
+    }
+    // Table 1: 7 rows, Table 3: 9 values, Table 4: 4 columns for 3 points and V_c.
+    let rows = |place: &str| numbers.iter().filter(|n| n.place == place).count();
+    assert_eq!(
+        (rows("Table 1"), rows("Table 3"), rows("Table 4")),
+        (8, 9, 13)
+    );
+    assert!(text_faults().iter().any(|fault| fault.place == "Eq. 5"));
+}
+
+#[test]
+fn the_command_prints_json_that_says_the_same() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (code, out, _) = told(&crossgrain(&["paper", "--json"], folder.path()));
+    assert_eq!(code, 0);
+    let value: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    assert_eq!(
+        value["numbers"].as_array().map(Vec::len),
+        Some(numbers().len())
+    );
+    let (code, out, _) = told(&crossgrain(&["paper"], folder.path()));
+    assert_eq!(code, 0);
+    assert!(out.contains("7776"), "{out}");
+}

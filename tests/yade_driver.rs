@@ -1,0 +1,214 @@
+//! The YADE driver against programs that are not YADE: each way to fail is its own error, and none
+//! leaves a run folder. Needs a Python, not YADE.
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+
+use crate::support::{crossgrain, folder_with, small_scene, told};
+
+/// Frames of the two grains of the scene below, `{numbers}` doubles, and the files around them.
+const WRITES: &str = r#"
+import json, os, struct, sys, time
+job = os.environ["CROSSGRAIN_JOB"]
+def put(name, text):
+    with open(os.path.join(job, name), "w") as file:
+        file.write(text)
+def frames(values, lines):
+    put("hello.json", json.dumps({"version": "2023.02a"}))
+    with open(os.path.join(job, "frames.bin"), "wb") as file:
+        file.write(struct.pack("%dd" % len(values), *values))
+    put("frames.jsonl", "".join(json.dumps(line) + "\n" for line in lines))
+    put("done.json", "{}")
+    os._exit(0)
+def frame(step, contacts=0, bodies=2, out=0.0):
+    return {"frame": "settle", "step": step, "bodies": bodies, "contacts": contacts,
+            "out_of_plane": out, "punch": None}
+def end(steps, stop="steps_done"):
+    return {"end": "settle", "steps": steps, "stop": stop, "wall_seconds": 1.0, "cpu_seconds": 1.0}
+fine = [0.1, 0.2, 0.1, 0.1, 0.0, 0.0, 0.0, 0.0]
+"#;
+
+/// Runs a scene of two grains for ten steps with this program for YADE.
+fn with(program: &str) -> (i32, String, bool) {
+    let mut scene = small_scene();
+    scene.particles.count = 2;
+    let (folder, _) = folder_with(&scene);
+    let path = folder.path().join("yade");
+    fs::write(&path, format!("#!/usr/bin/python3\n{WRITES}\n{program}\n")).expect("writable");
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("ours");
+    run(folder.path(), &path)
+}
+
+fn run(folder: &Path, yade: &Path) -> (i32, String, bool) {
+    let arguments = [
+        "run",
+        "scene.json",
+        "--engine",
+        "yade",
+        "--steps",
+        "10",
+        "--stall-limit",
+        "2",
+        "--out",
+        "out",
+        "--yade",
+        &yade.to_string_lossy(),
+    ];
+    let (code, _, errors) = told(&crossgrain(&arguments, folder));
+    let left: Vec<String> = fs::read_dir(folder)
+        .expect("a folder")
+        .map(|entry| {
+            entry
+                .expect("readable")
+                .file_name()
+                .to_string_lossy()
+                .into_owned()
+        })
+        .filter(|name| name.starts_with(".crossgrain"))
+        .collect();
+    assert!(left.is_empty(), "left behind: {left:?}");
+    (code, errors, folder.join("out").exists())
+}
+
+fn fails(program: &str, messages: &[&str]) {
+    let (code, errors, left) = with(program);
+    assert_eq!(code, 4, "{program}: {errors}");
+    assert!(!left, "{program} left a run folder");
+    for message in messages {
+        assert!(errors.contains(message), "«{message}» is missing: {errors}");
+    }
+}
+
+#[test]
+fn a_program_that_writes_what_it_should_is_believed() {
+    let (code, errors, left) = with("frames(fine + fine, [frame(0), frame(10), end(10)])");
+    assert_eq!(code, 0, "{errors}");
+    assert!(left);
+}
+
+#[test]
+fn missing() {
+    let (folder, _) = folder_with(&small_scene());
+    let (code, errors, _) = run(folder.path(), Path::new("/nowhere/yade"));
+    assert_eq!(code, 4);
+    for message in [
+        "YADE is missing",
+        "apt-get install --no-install-recommends yade",
+    ] {
+        assert!(errors.contains(message), "{errors}");
+    }
+    let path = folder.path().join("not-python");
+    fs::write(&path, "just text\n").expect("writable");
+    let (code, errors, _) = run(folder.path(), &path);
+    assert_eq!(code, 4);
+    assert!(
+        errors.contains("does not name a Python interpreter"),
+        "{errors}"
+    );
+}
+
+#[test]
+fn too_old() {
+    fails(
+        r#"put("hello.json", json.dumps({"version": "2018.02b"})); time.sleep(60)"#,
+        &["YADE 2018.02b is too old", "2023.02"],
+    );
+}
+
+#[test]
+fn crashed() {
+    fails("os.abort()", &["YADE crashed", "signal"]);
+    fails(
+        r#"raise RuntimeError("no functor for that")"#,
+        &["YADE crashed", "exit status: 1", "no functor for that"],
+    );
+}
+
+#[test]
+fn hung() {
+    fails("time.sleep(600)", &["YADE hung", "no sign of life"]);
+}
+
+#[test]
+fn its_log_is_kept() {
+    let mut scene = small_scene();
+    scene.particles.count = 2;
+    let (folder, _) = folder_with(&scene);
+    let path = folder.path().join("yade");
+    fs::write(
+        &path,
+        "#!/usr/bin/python3\nprint('last words')\nraise SystemExit(3)\n",
+    )
+    .expect("writable");
+    run(folder.path(), &path);
+    let log = fs::read_to_string(folder.path().join("out.yade.log")).expect("the log");
+    assert!(log.contains("last words"), "{log}");
+}
+
+#[test]
+fn nonsense() {
+    let cases = [
+        ("os._exit(0)", "without saying its version"),
+        (
+            r#"put("hello.json", json.dumps({"version": "2023.02a"})); os._exit(0)"#,
+            "before the run was done",
+        ),
+        (
+            r#"put("hello.json", "{"); put("done.json", "{}"); os._exit(0)"#,
+            "hello.json",
+        ),
+        (
+            "frames([float('nan')] + fine[1:] + fine, [frame(0), frame(10), end(10)])",
+            "a NaN among its numbers",
+        ),
+        (
+            "frames(fine + fine[:3], [frame(0), frame(10), end(10)])",
+            "cut off",
+        ),
+        (
+            "frames(fine + fine + fine, [frame(0), frame(10), end(10)])",
+            "goes on after the last moment",
+        ),
+        (
+            "frames(fine + fine, [frame(0), frame(7), end(7)])",
+            "10 steps were asked for and 7 were done",
+        ),
+        (
+            "frames(fine + fine, [frame(0), frame(9), end(10)])",
+            "is not its end",
+        ),
+        (
+            "frames(fine + fine, [frame(0), frame(10)])",
+            "not one stage was finished",
+        ),
+        (
+            "frames(fine, [frame(0), end(10, 'not_finite')])",
+            "not finite in step 10",
+        ),
+        (
+            "frames(fine, [frame(0), end(10, 'bored')])",
+            "the stop reason",
+        ),
+        (
+            "frames(fine, [frame(0, bodies=3), end(0)])",
+            "3 grains instead of 2",
+        ),
+        (
+            "frames(fine, [frame(0, out=1e-9), end(0)])",
+            "left the plane",
+        ),
+        (
+            "frames(fine + [1, 77, 0, 1, 0, 0, 0, 0, 0], [frame(0, contacts=1), end(0)])",
+            "bodies that do not exist",
+        ),
+        (
+            "frames(fine, [frame(0, contacts=10**12), end(0)])",
+            "contacts",
+        ),
+        ("frames(fine, [{'colour': 'red'}])", "frames.jsonl"),
+    ];
+    for (program, message) in cases {
+        fails(program, &["YADE wrote nonsense", message]);
+    }
+}

@@ -1,0 +1,303 @@
+//! Checks against the real YADE. Without the feature `yade` they are listed as ignored and not made;
+//! with it a missing YADE is a failure. `ci/test` runs them all.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crossgrain::compare::first_difference::Locator;
+use crossgrain::compare::{Verdict, compare};
+use crossgrain::engine::yade;
+use crossgrain::folder::RunFolder;
+use crossgrain::folder::record::Protocol;
+use crossgrain::generate::initial_bodies;
+use crossgrain::run::{Engine, recorded};
+use crossgrain::scene::{Damping, Scene, paper_scene};
+use crossgrain::tables::Stage;
+
+use crate::support::{faulty, folder_with, native_run, small_scene, sound};
+
+fn yade_run(scene: &Scene, options: yade::Options, protocol: Protocol) -> RunFolder {
+    let work = tempfile::tempdir().expect("a temporary folder");
+    let engine = Engine::Yade(options);
+    let initial = initial_bodies(scene);
+    recorded(
+        scene,
+        &engine,
+        protocol,
+        initial,
+        work.path(),
+        &mut |_, _, _| {},
+    )
+    .expect("a YADE run that finishes")
+}
+
+fn sorted() -> yade::Options {
+    yade::Options::default()
+}
+
+fn all_pass(a: &RunFolder, b: &RunFolder) {
+    let comparison = compare(a, b, None, None);
+    for check in &comparison.checks {
+        assert_eq!(
+            check.verdict,
+            Verdict::Pass,
+            "{}: {}",
+            check.name,
+            check.found
+        );
+    }
+    assert!(comparison.agrees());
+}
+
+/// What must hold: 20,000 steps of pouring the paper's 5,000 grains, 0 of 20,000 numbers differ.
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE: cargo test --features yade"
+)]
+fn pouring_5000_grains_for_20000_steps_gives_the_same_bits() {
+    let scene = paper_scene(1, 5000);
+    let protocol = Protocol::Steps { steps: 20_000 };
+    let native = native_run(&scene, sound(), protocol);
+    let yade = yade_run(&scene, sorted(), protocol);
+    let comparison = compare(&native, &yade, None, None);
+    let last = comparison
+        .tables
+        .iter()
+        .find(|table| table.table == "last grains")
+        .expect("the table");
+    assert_eq!((last.differing, last.numbers), (0, 20_000));
+    assert!(native.last.contacts.len() > 5000, "the bed has formed");
+    all_pass(&native, &yade);
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE: cargo test --features yade"
+)]
+fn a_whole_experiment_gives_the_same_bits_for_several_scenes() {
+    let mut slow = small_scene();
+    slow.realization = 5;
+    slow.damping = Damping::Cundall { alpha: 0.7 };
+    slow.loading.speed = 0.02;
+    slow.loading.give_up_depth = 0.004;
+    slow.loading.pressure = 1.0e9;
+    let mut spheres = small_scene();
+    spheres.particles.shape = crossgrain::scene::Shape::Sphere;
+    spheres.particles.dispersion = 0.3;
+    spheres.cloud = crossgrain::scene::Cloud::JitteredLattice {
+        columns: 20,
+        jitter: 1.0,
+        speed: 0.1,
+    };
+    for scene in [small_scene(), slow, spheres] {
+        let native = native_run(&scene, sound(), Protocol::Whole);
+        let yade = yade_run(&scene, sorted(), Protocol::Whole);
+        all_pass(&native, &yade);
+        assert_eq!(native.record.stages.len(), 2);
+    }
+}
+
+/// The punch driven deep into the bed: faces, edges and corners under large forces.
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE: cargo test --features yade"
+)]
+fn a_punch_driven_to_the_floor_gives_the_same_bits() {
+    let mut scene = small_scene();
+    scene.loading.pressure = 1.0e9;
+    scene.loading.speed = 0.4;
+    scene.loading.give_up_depth = 0.07;
+    let native = native_run(&scene, sound(), Protocol::Whole);
+    let yade = yade_run(&scene, sorted(), Protocol::Whole);
+    all_pass(&native, &yade);
+    let deepest = native.history.last().and_then(|row| row.punch_depth);
+    assert!(deepest.is_some_and(|depth| depth >= 0.07));
+    let punch = scene.particles.count + 3;
+    let at_corners = |run: &RunFolder| {
+        run.last
+            .contacts
+            .iter()
+            .filter(|c| c.id1 == punch && c.normal[0] != 0.0)
+            .count()
+    };
+    assert!(
+        at_corners(&native) > 0,
+        "grains lean on its sides or corners"
+    );
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE: cargo test --features yade"
+)]
+fn sorted_bits_do_not_depend_on_verlet_distance() {
+    let scene = small_scene();
+    let near = yade_run(&scene, sorted(), Protocol::Whole);
+    let far = yade_run(
+        &scene,
+        yade::Options {
+            verlet_distance: 1.0e-3,
+            ..sorted()
+        },
+        Protocol::Whole,
+    );
+    all_pass(&near, &far);
+}
+
+/// The comparison can fail against the real YADE too, and says where, by starting both engines again.
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE: cargo test --features yade"
+)]
+fn faults_are_located_against_yade() {
+    let scene = small_scene();
+    let protocol = Protocol::Steps { steps: 4000 };
+    let good = native_run(&scene, sound(), protocol);
+    let yade = yade_run(&scene, sorted(), protocol);
+    for fault in [
+        "stiffness=1e-12",
+        "gravity=1e-12",
+        "damping=1e-12",
+        "wall=1e-12",
+        "sums=reversed",
+    ] {
+        let bad = native_run(&scene, faulty(fault), protocol);
+        let among_natives = compare(&good, &bad, None, Some(&Locator::default()));
+        let against_yade = compare(&bad, &yade, None, Some(&Locator::default()));
+        assert!(!against_yade.agrees(), "{fault} was not found");
+        let expected = among_natives.first_difference.expect("found among natives");
+        let found = against_yade.first_difference.expect("found against YADE");
+        assert_eq!(found.step, expected.step, "{fault}");
+        assert_eq!(found.number.id, expected.number.id, "{fault}");
+        assert_eq!(found.differing, expected.differing, "{fault}");
+    }
+}
+
+/// Starting anew from a state in the middle of loading, as the search for a difference does, goes on
+/// with the same bits.
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE: cargo test --features yade"
+)]
+fn a_fault_under_the_punch_is_located_against_yade() {
+    let scene = small_scene();
+    let mut other = scene.clone();
+    other.loading.speed *= 1.0 + 1e-9;
+    let native = native_run(&other, sound(), Protocol::Whole);
+    let yade = yade_run(&scene, sorted(), Protocol::Whole);
+    let comparison = compare(&native, &yade, None, Some(&Locator::default()));
+    let first = comparison.first_difference.expect("a first difference");
+    assert_eq!(first.stage, Stage::Load);
+}
+
+/// YADE's ordinary loop: other bits, yet the same until a grain bears three forces.
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE: cargo test --features yade"
+)]
+fn the_ordinary_loop_parts_only_where_the_order_of_sums_matters() {
+    use crossgrain::compare::separation::CommonStart;
+    let scene = small_scene();
+    let protocol = Protocol::Steps { steps: 6000 };
+    let ordinary = yade::Options {
+        sorted: false,
+        ..sorted()
+    };
+    let yade = yade_run(&scene, ordinary, protocol);
+    let native = native_run(&scene, sound(), protocol);
+    let common = CommonStart::of(&native, &yade).expect("runs");
+    assert_eq!(common.verdict(), Verdict::Pass, "{common}");
+    assert!(common.first_unequal.is_some(), "the loops do differ");
+    let stiff = native_run(&scene, faulty("stiffness=1e-12"), protocol);
+    let common = CommonStart::of(&stiff, &yade).expect("runs");
+    assert_eq!(common.verdict(), Verdict::Fail, "{common}");
+}
+
+/// A watched child: the program, and whether any process below it holds a socket.
+struct Watched(Child);
+
+impl Drop for Watched {
+    fn drop(&mut self) {
+        // Both fail only when it has ended already.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE: cargo test --features yade"
+)]
+fn yade_holds_no_socket_and_does_not_outlive_the_program() {
+    let mut scene = small_scene();
+    scene.settle.kinetic_energy_fraction = 1.0e-300;
+    scene.settle.max_steps = 1_000_000_000;
+    let (folder, _) = folder_with(&scene);
+    let child = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+        .args(["run", "scene.json", "--engine", "yade", "--out", "out"])
+        .current_dir(folder.path())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    let mut child = Watched(child);
+    let program = child.0.id();
+    let began = Instant::now();
+    let mut yade = None;
+    let mut looks = 0;
+    while looks < 40 && began.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(50));
+        yade = yade.or_else(|| child_of(program));
+        let Some(pid) = yade else { continue };
+        // Looked at from its first moments on, long after its start-up of about a second.
+        looks += 1;
+        assert_eq!(sockets_of(pid), 0, "YADE opened a socket");
+    }
+    let pid = yade.expect("YADE was started");
+    assert_eq!(looks, 40);
+    assert!(Path::new(&format!("/proc/{pid}")).exists(), "it is at work");
+    child.0.kill().expect("a running program");
+    child.0.wait().expect("an ended program");
+    let killed = Instant::now();
+    while is_running(pid) && killed.elapsed() < Duration::from_secs(30) {
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    assert!(!is_running(pid), "YADE goes on though nobody waits for it");
+}
+
+fn status_of(pid: u32, key: &str) -> Option<String> {
+    let status = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
+    let line = status.lines().find(|line| line.starts_with(key))?;
+    Some(line.split_whitespace().nth(1)?.to_owned())
+}
+
+fn child_of(parent: u32) -> Option<u32> {
+    fs::read_dir("/proc")
+        .expect("Linux")
+        .filter_map(|entry| entry.ok()?.file_name().to_string_lossy().parse().ok())
+        .find(|pid| status_of(*pid, "PPid:").is_some_and(|of| of == parent.to_string()))
+}
+
+fn is_running(pid: u32) -> bool {
+    status_of(pid, "State:").is_some_and(|state| state != "Z" && state != "X")
+}
+
+fn sockets_of(pid: u32) -> usize {
+    let Ok(files) = fs::read_dir(format!("/proc/{pid}/fd")) else {
+        return 0;
+    };
+    files
+        .filter_map(|file| fs::read_link(file.ok()?.path()).ok())
+        .filter(|target| target.to_string_lossy().starts_with("socket:"))
+        .count()
+}
