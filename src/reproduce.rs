@@ -267,27 +267,22 @@ impl Job<'_> {
             return Ok(None);
         }
         let (options, display) = (self.options, self.display);
-        let yade_run = |scene: &Scene, name: &str, sorted: bool, distance: f64| {
+        let ordinary_run = |name: &str, distance: f64| {
             let engine = Engine::Yade(yade::Options {
-                sorted,
+                sorted: false,
                 verlet_distance: distance * options.yade.verlet_distance,
                 ..options.yade.clone()
             });
-            run_or_take_over(options, display, scene, name, &engine)
+            run_or_take_over(options, display, &options.scene, name, &engine)
         };
         let (sorted, others) = thread::scope(|scope| {
             let others = scope.spawn(|| {
-                let ordinary = yade_run(&options.scene, "yade-ordinary", false, 1.0)?;
-                let control = yade_run(
-                    &options.scene,
-                    "yade-ordinary-control",
-                    false,
-                    CONTROL_DISTANCE,
-                )?;
+                let ordinary = ordinary_run("yade-ordinary", 1.0)?;
+                let control = ordinary_run("yade-ordinary-control", CONTROL_DISTANCE)?;
                 let spread = rounding_spread(native, display)?;
                 Ok::<_, Error>((ordinary, control, spread))
             });
-            let sorted = yade_run(&options.scene, "yade-sorted", true, 1.0);
+            let sorted = sorted_run(options, display, &options.scene, "yade-sorted");
             let others = match others.join() {
                 Ok(others) => others,
                 Err(panic) => std::panic::resume_unwind(panic),
@@ -319,7 +314,7 @@ impl Job<'_> {
             compare(native, &ordinary, Some(yardstick), None),
         );
         if options.full {
-            self.further_realizations(&yade_run)?;
+            self.further_realizations()?;
         } else {
             self.not_made(
                 "further realizations, whole, against YADE's sorted loop",
@@ -329,10 +324,8 @@ impl Job<'_> {
         Ok(Some(Live { sorted, ordinary }))
     }
 
-    fn further_realizations(
-        &mut self,
-        yade_run: &(dyn Fn(&Scene, &str, bool, f64) -> Result<RunFolder, Error> + Sync),
-    ) -> Result<(), Error> {
+    fn further_realizations(&mut self) -> Result<(), Error> {
+        let (options, display) = (self.options, self.display);
         let first = self.options.scene.realization + 1;
         let realizations: Vec<Scene> = (first..first + FURTHER_REALIZATIONS)
             .map(|realization| Scene {
@@ -345,7 +338,8 @@ impl Job<'_> {
             let handles: Vec<_> = realizations
                 .iter()
                 .map(|scene| {
-                    scope.spawn(move || yade_run(scene, &name("yade-sorted", scene), true, 1.0))
+                    let name = name("yade-sorted", scene);
+                    scope.spawn(move || sorted_run(options, display, scene, &name))
                 })
                 .collect();
             handles
@@ -372,6 +366,20 @@ impl Job<'_> {
         }
         Ok(())
     }
+}
+
+/// A whole run of YADE in sorted mode.
+fn sorted_run(
+    options: &Options,
+    display: &Display,
+    scene: &Scene,
+    name: &str,
+) -> Result<RunFolder, Error> {
+    let engine = Engine::Yade(yade::Options {
+        sorted: true,
+        ..options.yade.clone()
+    });
+    run_or_take_over(options, display, scene, name, &engine)
 }
 
 /// Runs, or reads the folder that an earlier, interrupted job has left.

@@ -41,10 +41,10 @@ pub fn all(scene: &Scene, bed: Bed<'_>, cells: &Cells, surface: f64) -> Vec<Cont
             let grain =
                 (0..bed.bodies.len()).min_by(|a, b| distance(*a).total_cmp(&distance(*b)))?;
             let (mut total, mut volume) = (Matrix2::zeros(), 0.0);
-            for id in 0..bed.bodies.len() {
+            for (id, (of_grain, area)) in extensive.iter().zip(&cells.area).enumerate() {
                 if distance(id) <= scene.measurement.local_radius {
-                    total += extensive[id];
-                    volume += cells.area[id];
+                    total += of_grain;
+                    volume += area;
                 }
             }
             let stress = Components::from(extensive[grain] / cells.area[grain]);
