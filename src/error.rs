@@ -1,5 +1,6 @@
 //! Every way in which the program can fail, and its exit code.
 
+use crate::engine::native::{NativeError, Trouble};
 use crate::engine::yade::YadeError;
 use crate::files::FileError;
 use crate::folder::FolderError;
@@ -19,7 +20,7 @@ pub mod exit {
     pub const INCOMPLETE: u8 = 3;
     /// An engine failed.
     pub const ENGINE_FAILED: u8 = 4;
-    /// The surroundings failed (a full disk, no permission to write): try again.
+    /// The surroundings failed (a full disk, no permission to write, a signal to end): try again.
     pub const TRY_AGAIN: u8 = 75;
 }
 
@@ -50,7 +51,13 @@ impl Error {
             Error::Scene(SceneError::File(error)) | Error::File(error) => of_file(error),
             Error::Scene(_) => exit::USAGE,
             Error::Folder(error) => of_folder(error),
-            Error::Engine(EngineError::Yade(YadeError::File(_))) => exit::TRY_AGAIN,
+            Error::Engine(EngineError::Yade(YadeError::File(_) | YadeError::Interrupted)) => {
+                exit::TRY_AGAIN
+            }
+            Error::Engine(EngineError::Native(NativeError {
+                trouble: Trouble::Interrupted,
+                ..
+            })) => exit::TRY_AGAIN,
             Error::Engine(_) => exit::ENGINE_FAILED,
             Error::Output(_) | Error::Report(_) => exit::TRY_AGAIN,
         }

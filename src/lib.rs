@@ -1,9 +1,12 @@
 //! crossgrain: a validation harness for discrete-element engines.
 //!
 //! Data flows one way, and imports point back along it only:
-//! scene → generate → engine (native | yade) → measure → run → compare → report.
+//! scene → generate → engine (native | yade) → measure → folder → run → compare → reproduce → report.
+//! `docs/architecture.md` says what stands where.
 
 pub mod files;
+
+pub mod interrupt;
 
 pub mod scene;
 

@@ -6,7 +6,11 @@ use clap::Parser;
 use crossgrain::cli::Arguments;
 
 fn main() -> ExitCode {
-    match Arguments::parse().execute() {
+    let arguments = Arguments::parse();
+    if let Err(error) = crossgrain::interrupt::notice() {
+        eprintln!("crossgrain: signals will not be noticed: {error}");
+    }
+    match arguments.execute() {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
             eprintln!("crossgrain: {error}");

@@ -122,6 +122,8 @@ pub struct RunSummary {
     pub engine: String,
     pub stages: String,
     pub microseconds_per_step: f64,
+    /// Time per step over that of the native run of this job; none for a run made elsewhere.
+    pub times_native: Option<f64>,
     pub wall_seconds: f64,
     pub command: String,
 }
@@ -165,6 +167,14 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         Some(live) => (Some(live.sorted), Some(live.ordinary)),
         None => (None, None),
     };
+    let of_native = native.record.seconds_per_step();
+    for run in job
+        .runs
+        .iter_mut()
+        .filter(|run| run.folder != recorded::FOLDER)
+    {
+        run.times_native = Some(run.microseconds_per_step / (1e6 * of_native));
+    }
     let version = sorted.as_ref().map(|run| run.record.engine.version());
     let reproduction = Reproduction {
         version: REPRODUCTION_VERSION,
@@ -426,6 +436,7 @@ fn summary(folder: &str, run: &RunFolder) -> RunSummary {
         engine: run.record.engine.label(),
         stages: run.stages_in_words(),
         microseconds_per_step: 1e6 * run.record.seconds_per_step(),
+        times_native: None,
         wall_seconds: run
             .record
             .stages

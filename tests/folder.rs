@@ -90,6 +90,32 @@ fn a_killed_run_leaves_no_folder_under_its_name() {
     assert!(!folder.path().join("out").exists());
 }
 
+/// Asked to end, a run leaves nothing at all and says that it may be tried again.
+#[test]
+fn a_run_that_is_asked_to_end_cleans_up_and_exits_with_75() {
+    let mut scene = small_scene();
+    scene.settle.kinetic_energy_fraction = 1.0e-300;
+    scene.settle.max_steps = 1_000_000_000;
+    let (folder, _) = folder_with(&scene);
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+        .args(["run", "scene.json", "--engine", "native", "--out", "out"])
+        .current_dir(folder.path())
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    let asked = std::process::Command::new("kill")
+        .args(["-TERM", &child.id().to_string()])
+        .status()
+        .expect("kill is there");
+    assert!(asked.success());
+    let status = child.wait().expect("an ended child");
+    assert_eq!(status.code(), Some(75));
+    let left = fs::read_dir(folder.path()).expect("a folder").count();
+    assert_eq!(left, 1, "the scene and nothing else");
+}
+
 /// Does something bad to a sound folder and returns exit code and message of a comparison with it.
 fn spoiled(spoil: impl FnOnce(&Path)) -> (i32, String) {
     let folder = tempfile::tempdir().expect("a temporary folder");

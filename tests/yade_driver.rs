@@ -50,6 +50,8 @@ fn run(folder: &Path, yade: &Path) -> (i32, String, bool) {
         "10",
         "--stall-limit",
         "2",
+        "--time-limit",
+        "6",
         "--out",
         "out",
         "--yade",
@@ -128,6 +130,11 @@ fn crashed() {
 #[test]
 fn hung() {
     fails("time.sleep(600)", &["YADE hung", "no sign of life"]);
+    // Alive for ever is no better.
+    fails(
+        "while True:\n    put('heartbeat', 'settle 1 0.0\\n' * int(time.time() % 1000)); time.sleep(0.1)",
+        &["YADE hung", "not done within 6s"],
+    );
 }
 
 #[test]

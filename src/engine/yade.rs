@@ -63,6 +63,8 @@ pub enum YadeError {
     Crashed { status: String, log: String },
     #[error("YADE hung: {reason}; it was ended. The end of its log:\n{log}")]
     Hung { reason: String, log: String },
+    #[error("YADE was ended, as asked; start the command again")]
+    Interrupted,
     #[error("YADE wrote nonsense: {0}")]
     Nonsense(String),
     #[error(transparent)]

@@ -40,7 +40,17 @@ pub struct Chart {
     pub y: String,
     /// Powers of ten on the vertical axis; points at or below zero are left out.
     pub logarithmic: bool,
+    /// Where the curves leave room for the names of the series.
+    pub legend: Corner,
     pub series: Vec<Series>,
+}
+
+/// A corner of a chart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Corner {
+    UpperLeft,
+    UpperRight,
+    LowerRight,
 }
 
 const SIZE: (u32, u32) = (640, 360);
@@ -124,6 +134,7 @@ impl Chart {
             .configure_mesh()
             .x_desc(self.x.as_str())
             .y_desc(self.y.as_str())
+            .x_label_formatter(&|x| format!("{x}"))
             .y_label_formatter(&label)
             .label_style(("sans-serif", 13))
             .light_line_style(TRANSPARENT)
@@ -142,16 +153,20 @@ impl Chart {
                         PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2))
                     }),
                 Mark::Circles => chart
-                    .draw_series(points.map(|point| Circle::new(point, 3, colour.stroke_width(1))))
+                    .draw_series(points.map(|point| Circle::new(point, 3, colour.stroke_width(2))))
                     .map_err(failed)?
                     .label(series.name.as_str())
-                    .legend(move |(x, y)| Circle::new((x + 9, y), 3, colour.stroke_width(1))),
+                    .legend(move |(x, y)| Circle::new((x + 9, y), 3, colour.stroke_width(2))),
             };
             let _ = drawn;
         }
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
+            .position(match self.legend {
+                Corner::UpperLeft => SeriesLabelPosition::UpperLeft,
+                Corner::UpperRight => SeriesLabelPosition::UpperRight,
+                Corner::LowerRight => SeriesLabelPosition::LowerRight,
+            })
             .label_font(("sans-serif", 13))
             .background_style(WHITE.mix(0.85))
             .border_style(BLACK.mix(0.2))

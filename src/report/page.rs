@@ -3,7 +3,7 @@
 use minijinja::Environment;
 use serde::Serialize;
 
-use super::chart::{BLUE, Chart, GREEN, Mark, Series, VERMILION};
+use super::chart::{BLUE, Chart, Corner, GREEN, Mark, Series, VERMILION};
 use super::packing;
 use crate::compare::separation::Separation;
 use crate::error::Error;
@@ -160,7 +160,7 @@ fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
                 name: "YADE, sorted loop".to_owned(),
                 colour: VERMILION,
                 mark: Mark::Circles,
-                points: points(yade, 4),
+                points: points(yade, if stage == Stage::Settle { 4 } else { 1 }),
             });
         }
         if let Some(ordinary) = &runs.ordinary {
@@ -179,6 +179,7 @@ fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
                 x: "time since pouring began, s".to_owned(),
                 y: "kinetic energy, J".to_owned(),
                 logarithmic: true,
+                legend: Corner::UpperRight,
                 series: column(Stage::Settle, |row| Some((row.time, row.kinetic_energy))),
             },
             "Settling: the kinetic energy falls until the settle rule holds",
@@ -188,6 +189,7 @@ fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
                 x: "time since pouring began, s".to_owned(),
                 y: "unbalanced force".to_owned(),
                 logarithmic: true,
+                legend: Corner::UpperRight,
                 series: column(Stage::Settle, |row| {
                     row.unbalanced_force.map(|force| (row.time, force))
                 }),
@@ -201,6 +203,7 @@ fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
                 x: "punch depth, mm".to_owned(),
                 y: "force on the punch, N".to_owned(),
                 logarithmic: false,
+                legend: Corner::UpperLeft,
                 series: column(Stage::Load, |row| {
                     row.punch_depth
                         .zip(row.punch_force)
@@ -247,6 +250,7 @@ fn separation(reproduction: &Reproduction) -> Result<Option<Figure>, Error> {
         x: "step of pouring".to_owned(),
         y: "largest separation over R".to_owned(),
         logarithmic: true,
+        legend: Corner::LowerRight,
         series: vec![
             series("native, YADE", BLUE, &partings.engines.curve),
             series("YADE, YADE", VERMILION, &partings.control.curve),

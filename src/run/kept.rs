@@ -59,7 +59,9 @@ pub fn to_folder(
 
 /// A failed YADE leaves its whole log beside where its run folder would have been.
 fn keep_log(error: &EngineError, work: &Path, out: &Path, display: &Display) {
-    if !matches!(error, EngineError::Yade(error) if !matches!(error, YadeError::Missing(_))) {
+    let without_log =
+        |error: &YadeError| matches!(error, YadeError::Missing(_) | YadeError::Interrupted);
+    if !matches!(error, EngineError::Yade(error) if !without_log(error)) {
         return;
     }
     let mut kept = out.as_os_str().to_owned();

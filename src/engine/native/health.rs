@@ -11,6 +11,8 @@ pub enum Trouble {
     NotFinite { grain: u32 },
     #[error("grain {grain} has left the box: its centre is at x={x} m, z={z} m")]
     Lost { grain: u32, x: f64, z: f64 },
+    #[error("it was asked to end; start it again")]
+    Interrupted,
     #[error("the centre of grain {grain} is inside the punch")]
     InsidePunch { grain: u32 },
     #[error(

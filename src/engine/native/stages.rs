@@ -9,6 +9,7 @@ use super::kernel::Dynamics;
 use super::perturb::Perturbation;
 use super::state::{Constants, State};
 use crate::engine::{Observer, Outcome, StageReport, Task, Until};
+use crate::interrupt::asked_to_end;
 use crate::scene::Scene;
 use crate::tables::{Punch, Snapshot, Stage, StopReason};
 
@@ -20,6 +21,9 @@ pub struct Options {
     /// A deliberate fault.
     pub perturbation: Option<Perturbation>,
 }
+
+/// Signals are looked for every so many steps.
+const LOOK_UP_EVERY: u64 = 1000;
 
 /// Skin over mean radius: near the fastest for the paper's bed, poured or settled.
 const SKIN_OVER_RADIUS: f64 = 0.2;
@@ -128,6 +132,9 @@ impl Runner<'_> {
             if self.step.is_multiple_of(every) {
                 self.observe();
                 observed = self.step;
+            }
+            if self.step.is_multiple_of(LOOK_UP_EVERY) && asked_to_end() {
+                return Err(self.error(self.step, Trouble::Interrupted));
             }
         };
         if observed != self.step {

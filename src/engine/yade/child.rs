@@ -13,6 +13,7 @@ use serde::Deserialize;
 use super::{Installation, OLDEST_VERSION, Options, YadeError};
 use crate::engine::Observer;
 use crate::files::{failed, read_text};
+use crate::interrupt::asked_to_end;
 use crate::tables::Stage;
 
 /// How often the child is looked at.
@@ -50,6 +51,9 @@ pub fn run(
             version = hello(work)?;
         }
         heart.look(work, observer);
+        if asked_to_end() {
+            return Err(YadeError::Interrupted);
+        }
         let hung = if began.elapsed() > options.time_limit {
             Some(format!("not done within {:?}", options.time_limit))
         } else if heart.still_for() > options.stall_limit {

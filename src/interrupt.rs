@@ -1,0 +1,24 @@
+//! SIGTERM and Ctrl-C: long work notices, cleans up and ends; nothing is half-written.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
+
+static ASKED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+
+/// From now on the signals are noticed instead of ending the program at once. A second Ctrl-C does.
+pub fn notice() -> std::io::Result<()> {
+    let asked = ASKED.get_or_init(|| Arc::new(AtomicBool::new(false)));
+    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
+        // Registered first, this ends the program if the flag is set already.
+        signal_hook::flag::register_conditional_shutdown(signal, 75, Arc::clone(asked))?;
+        signal_hook::flag::register(signal, Arc::clone(asked))?;
+    }
+    Ok(())
+}
+
+/// Whether the program was asked to end.
+pub fn asked_to_end() -> bool {
+    ASKED
+        .get()
+        .is_some_and(|asked| asked.load(Ordering::Relaxed))
+}
