@@ -1,8 +1,10 @@
 //! Two run folders side by side: bits, the first difference, then every measured quantity.
 
 pub mod bits;
+pub mod common_start;
 pub mod first_difference;
-pub mod separation;
+pub mod parting;
+pub mod partings;
 pub mod spread;
 
 use serde::Serialize;
@@ -10,8 +12,10 @@ use serde::Serialize;
 use crate::folder::RunFolder;
 use crate::measure::Quantity;
 use bits::TableBits;
+use common_start::CommonStart;
 use first_difference::{FirstDifference, Locator};
-use separation::{CommonStart, Partings};
+
+use partings::Partings;
 use spread::Spread;
 
 /// What a check found.

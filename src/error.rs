@@ -5,6 +5,7 @@ use crate::engine::yade::YadeError;
 use crate::files::FileError;
 use crate::folder::FolderError;
 use crate::run::EngineError;
+use crate::run::kept::KeptError;
 use crate::scene::SceneError;
 use crate::tables::text::TableError;
 
@@ -41,6 +42,16 @@ pub enum Error {
     Usage(String),
     #[error("the report cannot be made: {0}")]
     Report(String),
+}
+
+impl From<KeptError> for Error {
+    fn from(error: KeptError) -> Self {
+        match error {
+            KeptError::Engine(error) => Error::Engine(error),
+            KeptError::Folder(error) => Error::Folder(error),
+            KeptError::File(error) => Error::File(error),
+        }
+    }
 }
 
 impl Error {

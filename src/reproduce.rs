@@ -2,6 +2,7 @@
 
 pub mod claims;
 pub mod faults;
+pub mod record;
 pub mod recorded;
 
 use std::path::{Path, PathBuf};
@@ -9,11 +10,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Instant;
 
-use serde::Serialize;
-
 use crate::compare::first_difference::Locator;
 use crate::compare::spread::{Spread, TWINS, of_twins};
-use crate::compare::{Comparison, Verdict, Yardstick, compare};
+use crate::compare::{Comparison, Yardstick, compare};
 use crate::engine::{native, yade};
 use crate::error::Error;
 use crate::folder::RunFolder;
@@ -23,11 +22,7 @@ use crate::progress::Display;
 use crate::run::Engine;
 use crate::run::kept::to_folder;
 use crate::scene::Scene;
-use claims::Claim;
-use faults::FaultCheck;
-
-/// The version of the reproduction's `run.json`.
-pub const REPRODUCTION_VERSION: u32 = 1;
+use record::{NamedComparison, NotMade, REPRODUCTION_VERSION, Reproduction, RunSummary};
 
 /// What is to be reproduced, and where to.
 #[derive(Debug, Clone)]
@@ -48,85 +43,6 @@ const CONTROL_DISTANCE: f64 = 2.0;
 
 /// Realizations that `--full` adds.
 const FURTHER_REALIZATIONS: u64 = 2;
-
-/// The result of the main job.
-#[derive(Debug, Clone, Serialize)]
-pub struct Reproduction {
-    pub version: u32,
-    pub crossgrain: String,
-    pub command: String,
-    pub scene_digest: String,
-    /// The version of the YADE that ran live.
-    pub yade: Option<String>,
-    /// No check failed. What could not be checked is in `not_made`.
-    pub agreed: bool,
-    pub comparisons: Vec<NamedComparison>,
-    /// Deliberate faults, each of which the comparison must find.
-    pub faults: Vec<FaultCheck>,
-    pub not_made: Vec<NotMade>,
-    pub claims: Vec<Claim>,
-    pub numbers: Vec<paper::Number>,
-    pub text_faults: Vec<paper::TextFault>,
-    pub runs: Vec<RunSummary>,
-    pub seconds: f64,
-}
-
-/// How many checks fared how.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Tally {
-    pub passed: usize,
-    pub failed: usize,
-    pub not_made: usize,
-}
-
-impl Reproduction {
-    /// Counts the checks of all comparisons, each measured quantity and each fault among them.
-    pub fn tally(&self) -> Tally {
-        let mut verdicts = Vec::new();
-        for named in &self.comparisons {
-            verdicts.extend(named.comparison.checks.iter().map(|check| check.verdict));
-            verdicts.extend(named.comparison.quantities.iter().map(|pair| pair.verdict));
-        }
-        verdicts.extend(self.faults.iter().map(|fault| match fault.detected {
-            true => Verdict::Pass,
-            false => Verdict::Fail,
-        }));
-        let count = |of: Verdict| verdicts.iter().filter(|verdict| **verdict == of).count();
-        Tally {
-            passed: count(Verdict::Pass),
-            failed: count(Verdict::Fail),
-            not_made: count(Verdict::NotMade) + self.not_made.len(),
-        }
-    }
-}
-
-/// A comparison with the folders it was made from.
-#[derive(Debug, Clone, Serialize)]
-pub struct NamedComparison {
-    pub title: String,
-    pub folders: Vec<String>,
-    pub comparison: Comparison,
-}
-
-/// A check that was not made, and why.
-#[derive(Debug, Clone, Serialize)]
-pub struct NotMade {
-    pub what: String,
-    pub why: String,
-}
-
-/// A run in one line.
-#[derive(Debug, Clone, Serialize)]
-pub struct RunSummary {
-    pub folder: String,
-    pub engine: String,
-    pub stages: String,
-    pub microseconds_per_step: f64,
-    /// Time per step over that of the native run of this job; none for a run made elsewhere.
-    pub times_native: Option<f64>,
-    pub wall_seconds: f64,
-    pub command: String,
-}
 
 /// The runs that the page draws.
 #[derive(Debug)]
@@ -224,7 +140,7 @@ struct Live {
 impl Job<'_> {
     fn run(&mut self, scene: &Scene, name: &str, engine: &Engine) -> Result<RunFolder, Error> {
         let run = run_or_take_over(self.options, self.display, scene, name, engine)?;
-        self.runs.push(summary(name, &run));
+        self.runs.push(RunSummary::of(name, &run));
         Ok(run)
     }
 
@@ -263,7 +179,7 @@ impl Job<'_> {
             );
             return Ok(None);
         }
-        self.runs.push(summary(recorded::FOLDER, &recorded));
+        self.runs.push(RunSummary::of(recorded::FOLDER, &recorded));
         Ok(Some(recorded))
     }
 
@@ -306,7 +222,7 @@ impl Job<'_> {
             ("yade-ordinary", &ordinary),
             ("yade-ordinary-control", &control),
         ] {
-            self.runs.push(summary(name, run));
+            self.runs.push(RunSummary::of(name, run));
         }
         let locator = self.locator();
         self.compare(
@@ -364,7 +280,7 @@ impl Job<'_> {
             let (native_name, sorted_name) = (name("native", scene), name("yade-sorted", scene));
             let native = self.run(scene, &native_name, &native_engine())?;
             let sorted = sorted?;
-            self.runs.push(summary(&sorted_name, &sorted));
+            self.runs.push(RunSummary::of(&sorted_name, &sorted));
             self.compare(
                 &format!(
                     "native against YADE's sorted loop, live, realization {}",
@@ -402,7 +318,7 @@ fn run_or_take_over(
 ) -> Result<RunFolder, Error> {
     let folder = options.out.join(name);
     if !folder.exists() {
-        return to_folder(scene, engine, Protocol::Whole, &folder, display);
+        return Ok(to_folder(scene, engine, Protocol::Whole, &folder, display)?);
     }
     let run = RunFolder::read(&folder)?;
     let same = run.record.scene_digest == scene.digest()
@@ -428,23 +344,6 @@ fn rounding_spread(native: &RunFolder, display: &Display) -> Result<Spread, Erro
     })?;
     task.done("done");
     Ok(spread)
-}
-
-fn summary(folder: &str, run: &RunFolder) -> RunSummary {
-    RunSummary {
-        folder: folder.to_owned(),
-        engine: run.record.engine.label(),
-        stages: run.stages_in_words(),
-        microseconds_per_step: 1e6 * run.record.seconds_per_step(),
-        times_native: None,
-        wall_seconds: run
-            .record
-            .stages
-            .iter()
-            .map(|stage| stage.wall_seconds)
-            .sum(),
-        command: run.record.command.clone(),
-    }
 }
 
 /// A folder beside `wanted` that is free: `wanted`, `wanted-2`, `wanted-3`, … A folder without a

@@ -3,11 +3,13 @@
 pub mod check;
 pub mod model;
 pub mod paper_scene;
+pub mod problem;
 mod structure;
 
-pub use check::{Problem, SceneError, parse_scene, read_scene};
+pub use check::{SceneError, parse_scene, read_scene};
 pub use model::*;
 pub use paper_scene::{OPEN_CHOICES, paper_scene};
+pub use problem::Problem;
 
 /// The JSON Schema of a scene file, generated from the types.
 pub fn json_schema() -> serde_json::Value {

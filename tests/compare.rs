@@ -1,7 +1,8 @@
 //! The comparison: agrees where it should, and can fail.
 
+use crossgrain::compare::common_start::CommonStart;
 use crossgrain::compare::first_difference::Locator;
-use crossgrain::compare::separation::{CommonStart, Parting};
+use crossgrain::compare::parting::Parting;
 use crossgrain::compare::spread::{Spread, of_twins, quantities};
 use crossgrain::compare::{Comparison, Verdict, compare};
 use crossgrain::folder::RunFolder;

@@ -69,10 +69,9 @@ fn nothing_existing_is_overwritten() {
     assert_eq!(fs::read_dir(&out).expect("a folder").count(), 1);
 }
 
-#[test]
-fn a_killed_run_leaves_no_folder_under_its_name() {
+/// A run that never settles, at work for a moment.
+fn endless_run() -> (tempfile::TempDir, std::process::Child) {
     let mut scene = small_scene();
-    // Never settled, so it runs until it is killed.
     scene.settle.kinetic_energy_fraction = 1.0e-300;
     scene.settle.max_steps = 1_000_000_000;
     let (folder, _) = folder_with(&scene);
@@ -85,6 +84,12 @@ fn a_killed_run_leaves_no_folder_under_its_name() {
         .expect("the program starts");
     std::thread::sleep(std::time::Duration::from_millis(400));
     assert_eq!(child.try_wait().expect("a child"), None, "it is running");
+    (folder, child)
+}
+
+#[test]
+fn a_killed_run_leaves_no_folder_under_its_name() {
+    let (folder, mut child) = endless_run();
     child.kill().expect("a child to kill");
     child.wait().expect("an ended child");
     assert!(!folder.path().join("out").exists());
@@ -93,18 +98,7 @@ fn a_killed_run_leaves_no_folder_under_its_name() {
 /// Asked to end, a run leaves nothing at all and says that it may be tried again.
 #[test]
 fn a_run_that_is_asked_to_end_cleans_up_and_exits_with_75() {
-    let mut scene = small_scene();
-    scene.settle.kinetic_energy_fraction = 1.0e-300;
-    scene.settle.max_steps = 1_000_000_000;
-    let (folder, _) = folder_with(&scene);
-    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-        .args(["run", "scene.json", "--engine", "native", "--out", "out"])
-        .current_dir(folder.path())
-        .stdout(std::process::Stdio::null())
-        .stderr(std::process::Stdio::null())
-        .spawn()
-        .expect("the program starts");
-    std::thread::sleep(std::time::Duration::from_millis(400));
+    let (folder, mut child) = endless_run();
     let asked = std::process::Command::new("kill")
         .args(["-TERM", &child.id().to_string()])
         .status()

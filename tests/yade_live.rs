@@ -205,7 +205,7 @@ fn a_fault_under_the_punch_is_located_against_yade() {
     ignore = "needs YADE: cargo test --features yade"
 )]
 fn the_ordinary_loop_parts_only_where_the_order_of_sums_matters() {
-    use crossgrain::compare::separation::CommonStart;
+    use crossgrain::compare::common_start::CommonStart;
     let scene = small_scene();
     let protocol = Protocol::Steps { steps: 6000 };
     let ordinary = yade::Options {

@@ -9,7 +9,8 @@ use super::{json, print};
 use crate::error::{Error, exit};
 use crate::files::{failed, write_whole};
 use crate::progress::Display;
-use crate::reproduce::{Options, Reproduction, free_folder, reproduce};
+use crate::reproduce::record::Reproduction;
+use crate::reproduce::{Options, free_folder, reproduce};
 use crate::scene::{paper_scene, read_scene};
 
 /// The folder that is used when none is named; a number is added when it holds a finished job.

@@ -4,7 +4,7 @@
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::separation::Parting;
+use super::parting::Parting;
 use crate::engine::native;
 use crate::folder::{Moment, RunFolder};
 use crate::measure::{self, Quantity};

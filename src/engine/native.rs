@@ -4,6 +4,7 @@
 //! A step is: integrate (forces → velocities → positions), move the punch, rebuild the neighbour
 //! list if anything moved too far, evaluate the forces at the new positions.
 
+mod constants;
 pub mod contact;
 mod health;
 mod kernel;

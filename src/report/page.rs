@@ -5,11 +5,12 @@ use serde::Serialize;
 
 use super::chart::{BLUE, Chart, Corner, GREEN, Mark, Series, VERMILION};
 use super::packing;
-use crate::compare::separation::Separation;
+use crate::compare::parting::Separation;
 use crate::error::Error;
 use crate::folder::{Moment, RunFolder};
 use crate::measure::history::HistoryRow;
-use crate::reproduce::{Reproduction, Runs};
+use crate::reproduce::Runs;
+use crate::reproduce::record::Reproduction;
 use crate::tables::Stage;
 
 const TEMPLATE: &str = include_str!("page.html");

@@ -4,13 +4,23 @@ use std::path::{Path, PathBuf};
 
 use super::{Engine, EngineError, recorded};
 use crate::engine::yade::YadeError;
-use crate::error::Error;
-use crate::files::{failed, write_whole};
-use crate::folder::RunFolder;
+use crate::files::{FileError, failed, write_whole};
 use crate::folder::record::Protocol;
+use crate::folder::{FolderError, RunFolder};
 use crate::generate::initial_bodies;
 use crate::progress::Display;
 use crate::scene::Scene;
+
+/// The run was not made, or not kept.
+#[derive(Debug, thiserror::Error)]
+pub enum KeptError {
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    #[error(transparent)]
+    File(#[from] FileError),
+}
 
 /// Runs the scene and writes its folder. When YADE fails, its log is kept beside.
 pub fn to_folder(
@@ -19,7 +29,7 @@ pub fn to_folder(
     protocol: Protocol,
     out: &Path,
     display: &Display,
-) -> Result<RunFolder, Error> {
+) -> Result<RunFolder, KeptError> {
     let name = match engine {
         Engine::Native(_) => "native".to_owned(),
         Engine::Yade(options) if options.sorted => "YADE sorted".to_owned(),

@@ -1,53 +1,17 @@
 //! Reading and validating a scene: every problem at once, each with its place and what would be right.
 
-use std::fmt;
+use std::fmt::Debug;
 use std::path::Path;
 
 use serde_json::Value;
 
 use super::model::*;
 use super::paper_scene::OPEN_CHOICES;
+use super::problem::Problem;
 use crate::files::{FileError, read_text};
 
 /// A scene file larger than this is not one of ours.
 const LARGEST_SCENE: u64 = 1 << 20;
-
-/// One thing wrong with a scene.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Problem {
-    /// JSON pointer of the key.
-    pub place: String,
-    /// What stands there.
-    pub found: String,
-    /// What would be right.
-    pub wanted: String,
-}
-
-impl Problem {
-    /// A problem with the value at `place`; long values are cut.
-    pub fn new(place: &str, found: &Value, wanted: String) -> Self {
-        let mut found = found.to_string();
-        if found.chars().count() > 60 {
-            found = found.chars().take(57).collect::<String>() + "...";
-        }
-        Problem {
-            place: place.to_owned(),
-            found,
-            wanted,
-        }
-    }
-}
-
-impl fmt::Display for Problem {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let place = if self.place.is_empty() {
-            "/"
-        } else {
-            &self.place
-        };
-        write!(out, "{place}: found {}, wanted {}", self.found, self.wanted)
-    }
-}
 
 /// A scene that cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -259,7 +223,7 @@ fn measurement(scene: &Scene, found: &mut Findings) {
 struct Findings(Vec<Problem>);
 
 impl Findings {
-    fn unless(&mut self, holds: bool, place: &str, value: &dyn fmt::Debug, wanted: &str) {
+    fn unless(&mut self, holds: bool, place: &str, value: &dyn Debug, wanted: &str) {
         if !holds {
             self.0.push(Problem {
                 place: place.to_owned(),

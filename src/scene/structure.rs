@@ -3,7 +3,7 @@
 
 use serde_json::Value;
 
-use super::check::Problem;
+use super::problem::Problem;
 
 /// Every place where `value` does not have the form that `schema` asks for.
 pub fn misfits(schema: &Value, value: &Value) -> Vec<Problem> {

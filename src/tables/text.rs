@@ -72,15 +72,7 @@ pub fn read_bodies(path: &Path) -> Result<Bodies, TableError> {
     let rows: Vec<BodyRow> = read_rows(path)?;
     let mut bodies = Bodies::with_capacity(rows.len());
     for (row, of) in rows.iter().enumerate() {
-        let bad = |key, value: String, wanted| {
-            Err(TableError::Value {
-                path: path.to_owned(),
-                row: row + 1,
-                key,
-                value,
-                wanted,
-            })
-        };
+        let bad = |key, value: String, wanted| Err(bad_value(path, row, key, value, wanted));
         if of.id as usize != row {
             return bad("id", of.id.to_string(), "the row's number, from 0 on");
         }
@@ -97,6 +89,23 @@ pub fn read_bodies(path: &Path) -> Result<Bodies, TableError> {
         bodies.push([of.x, of.z], [of.vx, of.vz], of.radius, of.mass);
     }
     Ok(bodies)
+}
+
+/// A value that its column cannot have, in the row with this index.
+fn bad_value(
+    path: &Path,
+    row: usize,
+    key: &'static str,
+    value: String,
+    wanted: &'static str,
+) -> TableError {
+    TableError::Value {
+        path: path.to_owned(),
+        row: row + 1,
+        key,
+        value,
+        wanted,
+    }
 }
 
 /// Writes contacts with the columns `id1,id2,overlap,fn,ft,nx,nz,x,z`.
@@ -120,15 +129,7 @@ pub fn read_contacts(path: &Path, bodies: u32) -> Result<Vec<Contact>, TableErro
     let rows: Vec<ContactRow> = read_rows(path)?;
     let mut contacts = Vec::with_capacity(rows.len());
     for (row, of) in rows.iter().enumerate() {
-        let bad = |key, value: String, wanted| {
-            Err(TableError::Value {
-                path: path.to_owned(),
-                row: row + 1,
-                key,
-                value,
-                wanted,
-            })
-        };
+        let bad = |key, value: String, wanted| Err(bad_value(path, row, key, value, wanted));
         for (key, id) in [("id1", of.id1), ("id2", of.id2)] {
             if id >= bodies {
                 return bad(

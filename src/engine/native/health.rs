@@ -1,7 +1,8 @@
 //! Signs that a run has gone wrong. Looked for whenever the neighbour list is rebuilt, which no
 //! grain can avoid by moving, and whenever the kinetic energy is computed.
 
-use super::state::{Constants, State};
+use super::constants::Constants;
+use super::state::State;
 use crate::tables::Punch;
 
 /// What went wrong, with the grain.

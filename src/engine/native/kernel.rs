@@ -5,9 +5,10 @@
 
 use multiversion::multiversion;
 
+use super::constants::Constants;
 use super::health::Trouble;
 use super::neighbours::Neighbours;
-use super::state::{Constants, State};
+use super::state::State;
 
 /// Pairs handled together: a multiple of every vector width, small enough to stay in the nearest cache.
 const BLOCK: usize = 256;
@@ -107,9 +108,15 @@ impl Dynamics {
     }
 }
 
-/// The normal force of every listed pair on its second grain; zero where the pair does not touch.
+/// [`pair_forces_plain`], compiled for the widest vector unit that the machine has.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn pair_forces(position: &[[f64; 2]], list: &Neighbours, out: &mut [[f64; 2]]) {
+    pair_forces_plain(position, list, out);
+}
+
+/// The normal force of every listed pair on its second grain; zero where the pair does not touch.
+#[inline(always)]
+fn pair_forces_plain(position: &[[f64; 2]], list: &Neighbours, out: &mut [[f64; 2]]) {
     let mut x = [1.0; BLOCK];
     let mut z = [1.0; BLOCK];
     let mut reach = [0.0; BLOCK];
@@ -169,11 +176,24 @@ fn sum_pair_forces(list: &Neighbours, pair_force: &[[f64; 2]], force: &mut [[f64
     }
 }
 
+/// [`integrate_plain`], compiled for the widest vector unit that the machine has.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn integrate(
+    state: &mut State,
+    reference: &[[f64; 2]],
+    dt: f64,
+    gravity: f64,
+    alpha: f64,
+    limit_squared: f64,
+) -> bool {
+    integrate_plain(state, reference, dt, gravity, alpha, limit_squared)
+}
+
 /// Cundall-damped leapfrog (the acceleration includes gravity and is scaled by
 /// 1 − α·sign(a·(v + ½dt·a)), then v += dt·a, x += dt·v). Says whether every grain is still within
 /// the displacement that the neighbour list allows; a NaN is not.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn integrate(
+#[inline(always)]
+fn integrate_plain(
     state: &mut State,
     reference: &[[f64; 2]],
     dt: f64,
@@ -200,4 +220,42 @@ fn integrate(
         within &= moved[0] * moved[0] + moved[1] * moved[1] <= limit_squared;
     }
     within
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::initial_bodies;
+    use crate::scene::paper_scene;
+
+    /// The bits do not depend on the vector unit: the dispatched functions against the same code
+    /// compiled for the plainest machine of this kind.
+    #[test]
+    fn every_vector_unit_gives_the_same_bits() {
+        let scene = paper_scene(1, 3000);
+        let constants = Constants::new(&scene);
+        let state = State::new(&initial_bodies(&scene), None);
+        let mut dynamics = Dynamics::new(state, constants, 1.0e-3).expect("a sound start");
+        let mut touching = 0;
+        for _ in 0..9000 {
+            dynamics.step().expect("a sound step");
+            let count = dynamics.neighbours.other.len();
+            if dynamics.neighbours.builds % 50 != 0 {
+                continue;
+            }
+            let mut plain = vec![[0.0; 2]; count];
+            pair_forces_plain(&dynamics.state.position, &dynamics.neighbours, &mut plain);
+            touching += plain.iter().filter(|force| **force != [0.0; 2]).count();
+            assert_eq!(plain, dynamics.pair_force);
+
+            let (mut one, mut other) = (dynamics.state.clone(), dynamics.state.clone());
+            let reference = dynamics.state.position.clone();
+            let of_one = integrate(&mut one, &reference, 1.0e-5, 9.81, 0.2, 1.0e-6);
+            let of_other = integrate_plain(&mut other, &reference, 1.0e-5, 9.81, 0.2, 1.0e-6);
+            assert_eq!(of_one, of_other);
+            assert_eq!(one.position, other.position);
+            assert_eq!(one.velocity, other.velocity);
+        }
+        assert!(touching > 1000, "{touching}");
+    }
 }

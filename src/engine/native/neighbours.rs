@@ -4,7 +4,8 @@
 //! are summed. The skin decides how often the list is rebuilt and never what a step gives: pairs
 //! that do not touch add nothing.
 
-use super::state::{Constants, State};
+use super::constants::Constants;
+use super::state::State;
 
 /// Candidate pairs and the positions they were made for. Reused from build to build.
 #[derive(Debug, Default)]

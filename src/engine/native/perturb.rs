@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use super::constants::Constants;
 use super::contact::Axis;
-use super::state::Constants;
 
 /// One fault in the native engine, as written on the command line: `stiffness=1e-12`,
 /// `gravity=1e-12`, `damping=1e-12`, `wall=1e-12`, `sums=reversed`, `wall=missing`.

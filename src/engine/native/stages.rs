@@ -4,10 +4,11 @@ use std::time::Instant;
 
 use cpu_time::ThreadTime;
 
+use super::constants::Constants;
 use super::health::{self, Trouble};
 use super::kernel::Dynamics;
 use super::perturb::Perturbation;
-use super::state::{Constants, State};
+use super::state::State;
 use crate::engine::{Observer, Outcome, StageReport, Task, Until};
 use crate::interrupt::asked_to_end;
 use crate::scene::Scene;
@@ -44,7 +45,10 @@ pub fn run(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Outcome, NativeError> {
-    let constants = Constants::new(scene, options.perturbation.as_ref());
+    let mut constants = Constants::new(scene);
+    if let Some(perturbation) = options.perturbation {
+        perturbation.apply(&mut constants);
+    }
     let punch = task.start.punch.map(|punch| Punch {
         velocity: -scene.loading.speed,
         ..punch
