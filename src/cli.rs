@@ -8,7 +8,8 @@ mod scene;
 
 use clap::{Parser, Subcommand};
 
-use crate::error::Error;
+use crate::compare::Verdict;
+use crate::error::{Error, exit};
 
 /// Pours, settles and presses discs in two engines, and says whether they agree.
 #[derive(Debug, Parser)]
@@ -64,4 +65,22 @@ fn json(value: &impl serde::Serialize) -> Result<String, Error> {
     serde_json::to_string_pretty(value)
         .map(|text| text + "\n")
         .map_err(|error| Error::Report(error.to_string()))
+}
+
+/// The exit code of a verdict.
+fn exit_code(verdict: Verdict) -> u8 {
+    match verdict {
+        Verdict::Pass => exit::AGREED,
+        Verdict::Fail => exit::CHECK_FAILED,
+        Verdict::NotMade => exit::INCOMPLETE,
+    }
+}
+
+/// A verdict for people.
+fn in_a_word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Pass => "AGREED",
+        Verdict::Fail => "DIFFERENT",
+        Verdict::NotMade => "INCOMPLETE",
+    }
 }

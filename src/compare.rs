@@ -10,6 +10,7 @@ pub mod spread;
 use serde::Serialize;
 
 use crate::folder::RunFolder;
+use crate::folder::record::EngineRecord;
 use crate::measure::Quantity;
 use bits::TableBits;
 use common_start::CommonStart;
@@ -77,13 +78,27 @@ pub struct Yardstick<'a> {
 }
 
 impl Comparison {
-    /// Whether no check failed.
+    /// Failed if anything failed; not made if no measured quantity could be judged, which is so when
+    /// bits are not expected and there is no yardstick; else passed.
+    pub fn verdict(&self) -> Verdict {
+        let judged = |verdict: Verdict| {
+            let checks = self.checks.iter().map(|check| check.verdict);
+            let quantities = self.quantities.iter().map(|pair| pair.verdict);
+            checks.chain(quantities).any(|found| found == verdict)
+        };
+        let made = |pair: &QuantityPair| pair.verdict != Verdict::NotMade;
+        if judged(Verdict::Fail) {
+            Verdict::Fail
+        } else if self.quantities.iter().any(made) {
+            Verdict::Pass
+        } else {
+            Verdict::NotMade
+        }
+    }
+
+    /// Whether the comparison was made and no check failed.
     pub fn agrees(&self) -> bool {
-        let checks = self.checks.iter().map(|check| check.verdict);
-        let quantities = self.quantities.iter().map(|pair| pair.verdict);
-        checks
-            .chain(quantities)
-            .all(|verdict| verdict != Verdict::Fail)
+        self.verdict() == Verdict::Pass
     }
 
     fn check(&mut self, name: &str, verdict: Verdict, found: impl Into<String>) {
@@ -127,7 +142,7 @@ pub fn compare(
         expect_bits(a, b, locator, &mut comparison);
         quantities(a, b, None, &mut comparison);
     } else {
-        expect_spread(a, b, yardstick, &mut comparison);
+        expect_spread(a, b, yardstick, locator, &mut comparison);
         quantities(a, b, yardstick, &mut comparison);
     }
     comparison
@@ -185,7 +200,7 @@ fn expect_bits(
     for table in comparison.tables.clone() {
         comparison.check(
             &format!("bits of {}", table.table),
-            pass_if(table.agrees()),
+            table.verdict(),
             table.to_string(),
         );
     }
@@ -195,8 +210,11 @@ fn expect_bits(
         pass_if(history.agrees()),
         history.to_string(),
     );
-    let agree = comparison.agrees();
-    if agree {
+    if comparison
+        .checks
+        .iter()
+        .all(|check| check.verdict != Verdict::Fail)
+    {
         return;
     }
     match locator {
@@ -212,6 +230,7 @@ fn expect_spread(
     a: &RunFolder,
     b: &RunFolder,
     yardstick: Option<Yardstick<'_>>,
+    locator: Option<&Locator>,
     comparison: &mut Comparison,
 ) {
     let equal = comparison.tables.iter().all(TableBits::agrees);
@@ -224,7 +243,7 @@ fn expect_spread(
             "not expected to agree: the order of sums is not the same"
         },
     );
-    match CommonStart::of(a, b) {
+    match CommonStart::of(a, b, locator) {
         Ok(common) => comparison.check(
             "same bits before the order of sums can matter",
             common.verdict(),
@@ -244,6 +263,12 @@ fn expect_spread(
         );
         return;
     };
+    let wrong = unfit_control(b, yardstick.control);
+    comparison.check(
+        "control differs from B in verletDist only",
+        pass_if(wrong.is_none()),
+        wrong.unwrap_or_else(|| yardstick.control.record.engine.label()),
+    );
     let partings = Partings::of(a, b, yardstick.control);
     let (verdict, found) = partings.growth(yardstick.spread);
     comparison.check("growth of rounding differences", verdict, found);
@@ -254,6 +279,36 @@ fn expect_spread(
         found,
     );
     comparison.partings = Some(partings);
+}
+
+/// Why a run is no control of B, if it is none.
+fn unfit_control(b: &RunFolder, control: &RunFolder) -> Option<String> {
+    let (of_b, of_control) = (&b.record, &control.record);
+    let same_question = of_b.scene_digest == of_control.scene_digest
+        && of_b.initial_digest == of_control.initial_digest
+        && of_b.protocol == of_control.protocol;
+    if !same_question {
+        return Some("it has another scene, start or protocol".to_owned());
+    }
+    match (&of_b.engine, &of_control.engine) {
+        (
+            EngineRecord::Yade {
+                sorted: false,
+                verlet_distance: of_b,
+                ..
+            },
+            EngineRecord::Yade {
+                sorted: false,
+                verlet_distance: of_control,
+                ..
+            },
+        ) if of_b != of_control => None,
+        (of_b, of_control) => Some(format!(
+            "B is {}, the control {}",
+            of_b.label(),
+            of_control.label()
+        )),
+    }
 }
 
 /// Pairs the quantities of both runs; exact where bits are expected, else judged by the yardstick.

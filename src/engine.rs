@@ -98,3 +98,14 @@ pub struct Outcome {
     /// The last moment.
     pub last: Snapshot,
 }
+
+/// The moments at which an observer sees a stage: its start, every `every` steps, its end.
+pub fn moments(start: u64, end: u64, every: u64) -> Vec<u64> {
+    let mut steps = vec![start];
+    let next = (start / every + 1) * every;
+    steps.extend((next..=end).step_by(every as usize));
+    if steps.last() != Some(&end) {
+        steps.push(end);
+    }
+    steps
+}

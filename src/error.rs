@@ -40,6 +40,8 @@ pub enum Error {
     Output(#[from] std::io::Error),
     #[error("{0}")]
     Usage(String),
+    #[error("asked to end; start the command again")]
+    Interrupted,
     #[error("the report cannot be made: {0}")]
     Report(String),
 }
@@ -70,7 +72,7 @@ impl Error {
                 ..
             })) => exit::TRY_AGAIN,
             Error::Engine(_) => exit::ENGINE_FAILED,
-            Error::Output(_) | Error::Report(_) => exit::TRY_AGAIN,
+            Error::Output(_) | Error::Report(_) | Error::Interrupted => exit::TRY_AGAIN,
         }
     }
 }
@@ -90,6 +92,14 @@ fn of_folder(error: &FolderError) -> u8 {
 /// What cannot be read was named wrongly; what cannot be written may work another time.
 fn of_file(error: &FileError) -> u8 {
     match error {
+        FileError::Io { source, .. }
+            if matches!(
+                source.kind(),
+                std::io::ErrorKind::NotADirectory | std::io::ErrorKind::AlreadyExists
+            ) =>
+        {
+            exit::USAGE
+        }
         FileError::Io { action, .. } if !matches!(*action, "open" | "read" | "find") => {
             exit::TRY_AGAIN
         }

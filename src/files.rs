@@ -17,6 +17,8 @@ pub enum FileError {
     },
     #[error("{path} is larger than {limit} bytes, the most that such a file may have")]
     TooLarge { path: PathBuf, limit: u64 },
+    #[error("{path} is not a regular file")]
+    NotAFile { path: PathBuf },
     #[error("{path} is not UTF-8 text")]
     NotText { path: PathBuf },
     #[error("{path} exists already; name a folder that does not, nothing is overwritten")]
@@ -36,6 +38,13 @@ pub fn failed(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) 
 /// Reads at most `limit` bytes of text. A name that ends in `.gz` is unpacked, the limit then
 /// holding for the unpacked text.
 pub fn read_text(path: &Path, limit: u64) -> Result<String, FileError> {
+    // Asked before opening: opening a pipe would wait for a writer.
+    let kind = fs::metadata(path).map_err(failed("open", path))?;
+    if !kind.is_file() {
+        return Err(FileError::NotAFile {
+            path: path.to_owned(),
+        });
+    }
     let file = fs::File::open(path).map_err(failed("open", path))?;
     let mut bytes = Vec::new();
     let mut bounded: Box<dyn Read> = if path.extension().is_some_and(|end| end == "gz") {
@@ -71,6 +80,20 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     Ok(())
 }
 
+/// Writes a file under this name, or under the next free one with a number after it, and says which.
+pub fn write_beside(wanted: &Path, bytes: &[u8]) -> Result<PathBuf, FileError> {
+    let mut path = wanted.to_owned();
+    let mut number = 1;
+    while path.symlink_metadata().is_ok() {
+        number += 1;
+        let mut name = wanted.as_os_str().to_owned();
+        name.push(format!("-{number}"));
+        path = PathBuf::from(name);
+    }
+    write_whole(&path, bytes)?;
+    Ok(path)
+}
+
 /// Builds a folder aside with `fill` and renames it into place; an existing folder is never touched.
 pub fn write_folder<E: From<FileError>>(
     path: &Path,
@@ -86,8 +109,9 @@ pub fn write_folder<E: From<FileError>>(
     fill(aside.path())?;
     readable_by_all(aside.path());
     refuse_existing(path)?;
-    let built = aside.keep();
-    fs::rename(&built, path).map_err(failed("rename into place", path))?;
+    fs::rename(aside.path(), path).map_err(failed("rename into place", path))?;
+    // It is in its place; under its old name there is nothing left to remove.
+    let _ = aside.keep();
     Ok(())
 }
 

@@ -8,12 +8,13 @@ pub mod record;
 
 use std::path::{Path, PathBuf};
 
+use crate::engine::moments;
 use crate::files::{FileError, read_text, write_folder, write_whole};
 use crate::measure::Bed;
 use crate::measure::history::HistoryRow;
 use crate::scene::{Scene, SceneError, read_scene};
 use crate::tables::text::{self, TableError};
-use crate::tables::{Bodies, BodyIds, Contact, Snapshot};
+use crate::tables::{Bodies, Contact, Snapshot, Stage};
 use record::{RECORD_VERSION, RunRecord, TraceRow};
 
 /// Grains and contacts at one moment.
@@ -71,6 +72,10 @@ pub enum FolderError {
 
 /// The most text that `run.json` may have, bytes.
 const LARGEST_RECORD: u64 = 1 << 24;
+/// The most rows of history that a run may have.
+const MOST_MOMENTS: u64 = 1 << 20;
+/// The most grains that a trace may follow.
+const MOST_MARKED: u64 = 200;
 
 impl RunFolder {
     /// Writes the folder aside and renames it into place; `path` must not exist.
@@ -108,8 +113,16 @@ impl RunFolder {
             text::write_bodies(&folder.join("settled-bodies.csv"), &settled.bodies)?;
             text::write_contacts(&folder.join("settled-contacts.csv"), &settled.contacts)?;
         }
-        text::write_rows(&folder.join("history.csv"), self.history.iter())?;
-        text::write_rows(&folder.join("trace.csv"), self.trace.iter())?;
+        text::write_rows(
+            &folder.join("history.csv"),
+            HistoryRow::HEADER,
+            self.history.iter(),
+        )?;
+        text::write_rows(
+            &folder.join("trace.csv"),
+            TraceRow::HEADER,
+            self.trace.iter(),
+        )?;
         if !self.log.is_empty() {
             write_whole(&folder.join("yade.log"), self.log.as_bytes())?;
         }
@@ -140,9 +153,14 @@ impl RunFolder {
         if scene.digest() != record.scene_digest {
             return Err(wrong("scene.json is not the scene of run.json".to_owned()));
         }
+        if record.time_step.to_bits() != scene.time_step_seconds().to_bits() {
+            return Err(wrong(
+                "the time step of run.json is not the scene's".to_owned(),
+            ));
+        }
         let count = scene.particles.count;
         let bodies_in = |name: &str| -> Result<Bodies, FolderError> {
-            let bodies = text::read_bodies(&packed(path, name))?;
+            let bodies = text::read_bodies(&packed(path, name), count)?;
             if bodies.len() != count as usize {
                 return Err(wrong(format!(
                     "{name} has {} grains, the scene {count}",
@@ -151,32 +169,49 @@ impl RunFolder {
             }
             Ok(bodies)
         };
-        let contacts_in = |name: &str| {
-            let bodies = BodyIds { grains: count }.punch() + 1;
-            text::read_contacts(&packed(path, name), bodies)
-        };
         let initial = bodies_in("initial.csv")?;
         if initial.digest() != record.initial_digest {
             return Err(wrong("initial.csv is not the start of run.json".to_owned()));
         }
-        let last = Moment {
-            bodies: bodies_in("bodies.csv")?,
-            contacts: contacts_in("contacts.csv")?,
+        let moment_in = |prefix: &str| -> Result<Moment, FolderError> {
+            let bodies = bodies_in(&format!("{prefix}bodies.csv"))?;
+            if bodies.radius != initial.radius || bodies.mass != initial.mass {
+                return Err(wrong(format!(
+                    "{prefix}bodies.csv has other radii or masses than initial.csv"
+                )));
+            }
+            let contacts = packed(path, &format!("{prefix}contacts.csv"));
+            let contacts = text::read_contacts(&contacts, count)?;
+            Ok(Moment { bodies, contacts })
         };
-        let settled = if packed(path, "settled-bodies.csv").is_file() {
-            Some(Moment {
-                bodies: bodies_in("settled-bodies.csv")?,
-                contacts: contacts_in("settled-contacts.csv")?,
-            })
-        } else {
-            None
-        };
-        let history: Vec<HistoryRow> = text::read_rows(&packed(path, "history.csv"))?;
-        let at_end = history.last().map(|row| row.state.as_str());
-        if at_end != Some(last.bodies.digest().as_str()) {
-            return Err(wrong(
-                "the last row of history.csv is not the state in bodies.csv".to_owned(),
-            ));
+        let last = moment_in("")?;
+        let loaded = record.stages.iter().any(|of| of.stage == Stage::Load);
+        let settled = loaded.then(|| moment_in("settled-")).transpose()?;
+        let every = scene.measurement.history_every;
+        let rows: u64 = record
+            .stages
+            .iter()
+            .map(|stage| stage.steps / every + 2)
+            .fold(0, u64::saturating_add);
+        if rows > MOST_MOMENTS {
+            return Err(wrong(format!("its stages have {rows} moments of history")));
+        }
+        let room = text::room_for(rows);
+        let history: Vec<HistoryRow> = text::read_rows(&packed(path, "history.csv"), room)?;
+        if let Some(row) = history.iter().find(|row| !row.is_finite()) {
+            return Err(wrong(format!(
+                "history.csv has a number that is not finite at {} {}",
+                row.stage.name(),
+                row.step
+            )));
+        }
+        let room = text::room_for(rows * MOST_MARKED);
+        let trace: Vec<TraceRow> = text::read_rows(&packed(path, "trace.csv"), room)?;
+        if let Some(row) = trace.iter().find(|row| !(row.x + row.z).is_finite()) {
+            return Err(wrong(format!(
+                "trace.csv has a place of grain {} that is not finite",
+                row.id
+            )));
         }
         let log_path = packed(path, "yade.log");
         let log = if log_path.is_file() {
@@ -184,16 +219,61 @@ impl RunFolder {
         } else {
             String::new()
         };
-        Ok(RunFolder {
-            trace: text::read_rows(&packed(path, "trace.csv"))?,
+        let run = RunFolder {
             scene,
             record,
             initial,
             settled,
             last,
             history,
+            trace,
             log,
-        })
+        };
+        match run.history_fits() {
+            Ok(()) => Ok(run),
+            Err(reason) => Err(wrong(reason)),
+        }
+    }
+
+    /// The history has every moment of the stages and no other, and its states at the start, at the
+    /// settled bed and at the end are those of the tables.
+    fn history_fits(&self) -> Result<(), String> {
+        let every = self.scene.measurement.history_every;
+        let wanted = self.record.stages.iter().flat_map(|stage| {
+            let steps = moments(0, stage.steps, every);
+            steps.into_iter().map(move |step| (stage.stage, step))
+        });
+        let found = self.history.iter().map(|row| (row.stage, row.step));
+        if !wanted.eq(found) {
+            return Err("history.csv has not the moments of the stages in run.json".to_owned());
+        }
+        let state_at = |stage: Stage, first: bool| {
+            let mut rows = self.history.iter().filter(|row| row.stage == stage);
+            let row = if first { rows.next() } else { rows.next_back() };
+            row.map(|row| row.state.as_str())
+        };
+        let initial = self.initial.digest();
+        let last = self.last.bodies.digest();
+        let mut ties = vec![("initial.csv", state_at(Stage::Settle, true), initial)];
+        if let Some(settled) = &self.settled {
+            let digest = settled.bodies.digest();
+            ties.push((
+                "settled-bodies.csv",
+                state_at(Stage::Settle, false),
+                digest.clone(),
+            ));
+            ties.push(("settled-bodies.csv", state_at(Stage::Load, true), digest));
+        }
+        let at_end = self.history.last().map(|row| row.state.as_str());
+        ties.push(("bodies.csv", at_end, last));
+        for (table, state, digest) in ties {
+            if state != Some(digest.as_str()) {
+                return Err(format!(
+                    "history.csv has another state than {table} at its moment"
+                ));
+            }
+        }
+        Ok(())
     }
 }
 

@@ -4,16 +4,17 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use crossgrain::cli::Arguments;
+use crossgrain::progress::say;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     if let Err(error) = crossgrain::interrupt::notice() {
-        eprintln!("crossgrain: signals will not be noticed: {error}");
+        say(&format!("crossgrain: signals will not be noticed: {error}"));
     }
     match arguments.execute() {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
-            eprintln!("crossgrain: {error}");
+            say(&format!("crossgrain: {error}"));
             ExitCode::from(error.exit_code())
         }
     }

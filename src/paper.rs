@@ -20,6 +20,8 @@ pub enum Finding {
     Differs,
     /// The printed formula or text is at fault; the printed numbers were made with another one.
     Misprint,
+    /// Not printed as a number; it follows from what is printed and is used here.
+    Derived,
 }
 
 /// One published number beside its recomputation.
@@ -76,6 +78,12 @@ impl Number {
     fn remark(mut self, remark: &str) -> Self {
         self.remark = remark.to_owned();
         self
+    }
+
+    /// Not printed as a number.
+    fn derived(mut self, remark: &str) -> Self {
+        self.finding = Finding::Derived;
+        self.remark(remark)
     }
 
     /// The printed text is at fault where the value differs.
@@ -149,6 +157,13 @@ pub fn text_faults() -> Vec<TextFault> {
              magnitude the minimum always takes the spring; with F_n < 0 as in Eq. 4 it takes the \
              larger of the two in size. In neither reading does friction limit the force, and in \
              both it points along the displacement instead of against it",
+        ),
+        fault(
+            "Table 3",
+            "Σ_xy, σ_xy; V for both volumes",
+            "Σ_xz, σ_xz; V and V_p",
+            "the plane of Figure 4 and of the equations has x across and z up; section 3.2.3 calls \
+             the particle's volume V_p",
         ),
         fault(
             "section 5, step 2",

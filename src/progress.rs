@@ -63,7 +63,7 @@ impl Display {
         match &self.bars {
             // A terminal that is gone loses the line, and nothing else.
             Some(bars) => drop(bars.println(text)),
-            None => eprintln!("{text}"),
+            None => say(text),
         }
     }
 }
@@ -107,11 +107,11 @@ impl Task {
                     *said = Instant::now();
                     let elapsed = self.began.elapsed().as_secs_f64();
                     let left = elapsed * (1.0 / share.max(1e-3) - 1.0);
-                    eprintln!(
+                    say(&format!(
                         "{}: {at}, {:.0} % done, about {left:.0} s left",
                         self.name,
                         100.0 * share
-                    );
+                    ));
                 }
             }
         }
@@ -121,11 +121,17 @@ impl Task {
     pub fn done(&self, what: &str) {
         match &self.bar {
             Some(bar) => bar.finish_with_message(what.to_owned()),
-            None => eprintln!(
+            None => say(&format!(
                 "{}: {what} after {:.1} s",
                 self.name,
                 self.began.elapsed().as_secs_f64()
-            ),
+            )),
         }
     }
+}
+
+/// A line on standard error. Where nobody listens any more it is lost, and nothing else.
+pub fn say(text: &str) {
+    use std::io::Write;
+    let _ = writeln!(std::io::stderr(), "{text}");
 }

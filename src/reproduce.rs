@@ -3,7 +3,7 @@
 pub mod claims;
 pub mod faults;
 pub mod record;
-pub mod recorded;
+pub mod recording;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -12,16 +12,19 @@ use std::time::Instant;
 
 use crate::compare::first_difference::Locator;
 use crate::compare::spread::{Spread, TWINS, of_twins};
-use crate::compare::{Comparison, Yardstick, compare};
+use crate::compare::{Comparison, Verdict, Yardstick, compare};
 use crate::engine::{native, yade};
 use crate::error::Error;
 use crate::folder::RunFolder;
-use crate::folder::record::Protocol;
+use crate::folder::record::{EngineRecord, Protocol};
+use crate::generate::initial_bodies;
 use crate::paper;
 use crate::progress::Display;
-use crate::run::Engine;
 use crate::run::kept::to_folder;
+use crate::run::{Engine, recorded};
 use crate::scene::Scene;
+use crate::tables::StopReason;
+use faults::FaultCheck;
 use record::{NamedComparison, NotMade, REPRODUCTION_VERSION, Reproduction, RunSummary};
 
 /// What is to be reproduced, and where to.
@@ -68,17 +71,13 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
     if let Some(recorded) = &recorded {
         job.compare(
             "native against YADE's sorted loop, recorded",
-            &["native", recorded::FOLDER],
+            &["native", recording::FOLDER],
             compare(&native, recorded, None, Some(&job.locator())),
         );
     }
     let live = job.live(&native)?;
     let faults = faults::check_all(&options.scene, display)?;
-    let agreed = job
-        .comparisons
-        .iter()
-        .all(|named| named.comparison.agrees())
-        && faults.iter().all(|fault| fault.detected);
+    let verdict = job.verdict(&native, &faults);
     let (sorted, ordinary) = match live {
         Some(live) => (Some(live.sorted), Some(live.ordinary)),
         None => (None, None),
@@ -87,7 +86,7 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
     for run in job
         .runs
         .iter_mut()
-        .filter(|run| run.folder != recorded::FOLDER)
+        .filter(|run| run.folder != recording::FOLDER)
     {
         run.times_native = Some(run.microseconds_per_step / (1e6 * of_native));
     }
@@ -98,7 +97,7 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         command: options.command.clone(),
         scene_digest: options.scene.digest(),
         yade: version.map(str::to_owned),
-        agreed,
+        verdict,
         comparisons: job.comparisons,
         faults,
         not_made: job.not_made,
@@ -144,6 +143,29 @@ impl Job<'_> {
         Ok(run)
     }
 
+    /// What all comparisons and faults together say.
+    fn verdict(&mut self, native: &RunFolder, faults: &[FaultCheck]) -> Verdict {
+        let comparisons = self
+            .comparisons
+            .iter()
+            .map(|named| named.comparison.verdict());
+        let mut verdicts: Vec<Verdict> = comparisons.collect();
+        let compared = verdicts.contains(&Verdict::Pass);
+        verdicts.extend(faults.iter().map(|fault| fault.verdict));
+        if verdicts.contains(&Verdict::Fail) {
+            return Verdict::Fail;
+        }
+        if native.record.stop() == Some(StopReason::MaxSteps) {
+            self.not_made("loading", "the bed did not settle within /settle/max_steps");
+            return Verdict::NotMade;
+        }
+        if compared {
+            Verdict::Pass
+        } else {
+            Verdict::NotMade
+        }
+    }
+
     fn compare(&mut self, title: &str, folders: &[&str], comparison: Comparison) {
         self.comparisons.push(NamedComparison {
             title: title.to_owned(),
@@ -167,9 +189,14 @@ impl Job<'_> {
 
     /// The recorded run of YADE, if it is one of this scene.
     fn recorded(&mut self) -> Result<Option<RunFolder>, Error> {
-        let folder = self.options.out.join(recorded::FOLDER);
+        let folder = self.options.out.join(recording::FOLDER);
         if !folder.exists() {
-            recorded::unpack(&folder)?;
+            recording::unpack(&folder)?;
+        } else if !recording::is_intact(&folder) {
+            return Err(Error::Usage(format!(
+                "{} is not the recorded run; remove it, or name another folder with --out",
+                folder.display()
+            )));
         }
         let recorded = RunFolder::read(&folder)?;
         if recorded.record.scene_digest != self.options.scene.digest() {
@@ -179,7 +206,7 @@ impl Job<'_> {
             );
             return Ok(None);
         }
-        self.runs.push(RunSummary::of(recorded::FOLDER, &recorded));
+        self.runs.push(RunSummary::of(recording::FOLDER, &recorded));
         Ok(Some(recorded))
     }
 
@@ -252,8 +279,8 @@ impl Job<'_> {
 
     fn further_realizations(&mut self) -> Result<(), Error> {
         let (options, display) = (self.options, self.display);
-        let first = self.options.scene.realization + 1;
-        let realizations: Vec<Scene> = (first..first + FURTHER_REALIZATIONS)
+        let first = self.options.scene.realization.saturating_add(1);
+        let realizations: Vec<Scene> = (first..first.saturating_add(FURTHER_REALIZATIONS))
             .map(|realization| Scene {
                 realization,
                 ..self.options.scene.clone()
@@ -321,9 +348,19 @@ fn run_or_take_over(
         return Ok(to_folder(scene, engine, Protocol::Whole, &folder, display)?);
     }
     let run = RunFolder::read(&folder)?;
-    let same = run.record.scene_digest == scene.digest()
-        && run.record.crossgrain == env!("CARGO_PKG_VERSION")
+    let mut same = run.record.scene_digest == scene.digest()
         && run.record.command == crate::run::command(engine, Protocol::Whole);
+    match &run.record.engine {
+        EngineRecord::Yade { script, .. } => same &= *script == yade::script_digest(),
+        // It is made anew in seconds, and an older build may have had other bits.
+        EngineRecord::Native { .. } => {
+            let initial = initial_bodies(scene);
+            let nowhere = Path::new("");
+            let protocol = Protocol::Whole;
+            let anew = recorded(scene, engine, protocol, initial, nowhere, &mut |_, _, _| {})?;
+            same &= anew.history == run.history;
+        }
+    }
     if !same {
         return Err(Error::Usage(format!(
             "{} holds another run than this job needs; name another folder with --out",
@@ -335,7 +372,7 @@ fn run_or_take_over(
 }
 
 /// The scatter of twins of the native run, with progress.
-fn rounding_spread(native: &RunFolder, display: &Display) -> Result<Spread, Error> {
+pub fn rounding_spread(native: &RunFolder, display: &Display) -> Result<Spread, Error> {
     let task = display.task("rounding twins");
     let done = AtomicUsize::new(0);
     let spread = of_twins(native, &|| {

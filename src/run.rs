@@ -56,6 +56,7 @@ pub fn bare(
                 version: run.version,
                 sorted: options.sorted,
                 verlet_distance: options.verlet_distance,
+                script: yade::script_digest(),
             };
             Ok((run.outcome, record, run.log))
         }

@@ -1,4 +1,4 @@
-//! The scene: types, the paper's own, validation and the JSON Schema. Depends on nothing else.
+//! The scene: types, the paper's own, validation and the JSON Schema. Depends on nothing that comes after it.
 
 pub mod check;
 pub mod model;

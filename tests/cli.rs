@@ -4,7 +4,7 @@ use std::fs;
 
 use crossgrain::scene::paper_scene;
 
-use crate::support::{crossgrain, folder_with, small_scene, told, write_scene};
+use crate::support::{crossgrain, faulty, folder_with, native_run, small_scene, told, write_scene};
 
 #[test]
 fn usage_errors_exit_with_2() {
@@ -88,21 +88,24 @@ fn an_engine_that_fails_exits_with_4_and_names_step_and_grain() {
 const NO_YADE: [&str; 2] = ["--yade", "/nowhere/yade"];
 
 #[test]
-fn the_main_job_without_yade_says_what_it_did_not_make() {
+fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
     let (folder, _) = folder_with(&small_scene());
     let mut arguments = vec!["reproduce", "--scene", "scene.json", "--out", "o"];
     arguments.extend(NO_YADE);
     let (code, out, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 0, "{out}{errors}");
+    assert_eq!(code, 3, "{out}{errors}");
     assert!(out.contains("YADE is missing"), "{out}");
-    assert!(out.contains("not made"), "{out}");
+    assert!(out.contains("INCOMPLETE"), "{out}");
     let page = fs::read_to_string(folder.path().join("o/report.html")).expect("a report");
     for part in [
+        "Incomplete",
+        "Nothing could be compared",
         "not made",
         "class=\"packing\"",
         "class=\"chart\"",
         "stiffness=1e-12",
         "7776",
+        "This is not the paper's scene",
         "crossgrain run scene.json --engine native",
     ] {
         assert!(page.contains(part), "the page lacks {part}");
@@ -116,7 +119,7 @@ fn the_main_job_without_yade_says_what_it_did_not_make() {
     }
     let text = fs::read_to_string(folder.path().join("o/run.json")).expect("a record");
     let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    assert_eq!(record["agreed"], true);
+    assert_eq!(record["verdict"], "not_made");
     assert_eq!(record["yade"], serde_json::Value::Null);
     assert!(
         record["not_made"]
@@ -128,17 +131,59 @@ fn the_main_job_without_yade_says_what_it_did_not_make() {
     let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
     assert_eq!(code, 2);
     assert!(errors.contains("finished job"), "{errors}");
-    // An unfinished one is taken up: the native run is not made again.
+    // An unfinished one is taken up with the runs that it has.
     fs::remove_file(folder.path().join("o/run.json")).expect("a file");
-    let before = fs::metadata(folder.path().join("o/native/run.json"))
-        .and_then(|of| of.modified())
-        .expect("a time");
+    let modified = || {
+        fs::metadata(folder.path().join("o/native/run.json"))
+            .and_then(|of| of.modified())
+            .expect("a time")
+    };
+    let before = modified();
     let (code, _, _) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 0);
-    let after = fs::metadata(folder.path().join("o/native/run.json"))
-        .and_then(|of| of.modified())
-        .expect("a time");
-    assert_eq!(before, after);
+    assert_eq!(code, 3);
+    assert_eq!(before, modified());
+    // A recorded run that somebody changed is no recorded run.
+    fs::remove_file(folder.path().join("o/run.json")).expect("a file");
+    let log = folder.path().join("o/yade-recorded/yade.log");
+    fs::write(log, "other").expect("writable");
+    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 2);
+    assert!(errors.contains("is not the recorded run"), "{errors}");
+    // Somebody's own report is not overwritten.
+    fs::create_dir(folder.path().join("p")).expect("writable");
+    fs::write(folder.path().join("p/report.html"), "mine").expect("writable");
+    arguments[4] = "p";
+    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 2, "{errors}");
+}
+
+/// Asked to end in the middle of its checks, the job does not call itself finished.
+#[test]
+fn a_main_job_that_is_asked_to_end_is_not_finished() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut arguments = vec!["reproduce", "--quiet", "--out", "o"];
+    arguments.extend(NO_YADE);
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+        .args(&arguments)
+        .current_dir(folder.path())
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    let recorded = folder.path().join("o/yade-recorded/run.json");
+    let began = std::time::Instant::now();
+    while !recorded.exists() && began.elapsed().as_secs() < 120 {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    // Reading the tables takes a moment; the faults are at work then.
+    std::thread::sleep(std::time::Duration::from_millis(600));
+    std::process::Command::new("kill")
+        .args(["-TERM", &child.id().to_string()])
+        .status()
+        .expect("kill is there");
+    assert_eq!(child.wait().expect("an end").code(), Some(75));
+    assert!(!folder.path().join("o/run.json").exists());
+    assert!(!folder.path().join("o/report.html").exists());
 }
 
 /// The paper's own scene against the recorded run of YADE: every bit, along the whole way.
@@ -149,21 +194,64 @@ fn the_papers_scene_agrees_with_the_recorded_yade_run() {
     arguments.extend(NO_YADE);
     let (code, out, errors) = told(&crossgrain(&arguments, folder.path()));
     assert_eq!(code, 0, "{out}{errors}");
-    assert!(out.contains("recorded: agreed"), "{out}");
+    assert!(out.contains("recorded: AGREED"), "{out}");
     assert!(
         out.contains("bits of last grains: 0 of 20000 numbers differ"),
         "{out}"
     );
     let text = fs::read_to_string(folder.path().join("o/run.json")).expect("a record");
     let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!(record["verdict"], "pass");
     let checks = record["comparisons"][0]["comparison"]["checks"]
         .as_array()
         .expect("checks");
-    assert_eq!(checks.len(), 10);
+    assert_eq!(checks.len(), 11);
     assert!(
         checks.iter().all(|check| check["verdict"] == "pass"),
         "{checks:?}"
     );
+    let faults = record["faults"].as_array().expect("faults");
+    assert_eq!(faults.len(), 6);
+    assert!(
+        faults.iter().all(|fault| fault["verdict"] == "pass"),
+        "{faults:?}"
+    );
+}
+
+/// What failed stands first on the page.
+#[test]
+fn a_failed_comparison_shows_on_the_page() {
+    use crossgrain::compare::{Verdict, compare};
+    use crossgrain::folder::record::Protocol;
+    use crossgrain::reproduce::record::NamedComparison;
+    use crossgrain::reproduce::{Options, reproduce};
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let options = Options {
+        out: folder.path().to_owned(),
+        scene: small_scene(),
+        full: false,
+        yade: crossgrain::engine::yade::Options {
+            program: Some("/nowhere/yade".into()),
+            ..Default::default()
+        },
+        command: "a test".to_owned(),
+    };
+    let display = crossgrain::progress::Display::new(true);
+    let (mut reproduction, runs) = reproduce(&options, &display).expect("a job");
+    let faulty = native_run(&small_scene(), faulty("gravity=1e-9"), Protocol::Whole);
+    let comparison = compare(&runs.native, &faulty, None, None);
+    assert_eq!(comparison.verdict(), Verdict::Fail);
+    reproduction.comparisons.push(NamedComparison {
+        title: "sound against faulty".to_owned(),
+        folders: vec!["native".to_owned()],
+        comparison,
+    });
+    reproduction.verdict = Verdict::Fail;
+    let page = crossgrain::report::page::render(&reproduction, &runs).expect("a page");
+    let failed = page.find("What failed").expect("a section");
+    assert!(failed < page.find("Comparisons</h2>").expect("a section"));
+    assert!(page.contains("<strong>Different</strong>"));
+    assert!(page.contains("sound against faulty"));
 }
 
 /// The recorded run is judged like any other: with a fault in the native engine it must disagree.
@@ -171,7 +259,7 @@ fn the_papers_scene_agrees_with_the_recorded_yade_run() {
 fn a_faulty_native_run_disagrees_with_the_recorded_yade_run() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     write_scene(&paper_scene(1, 5000), &folder.path().join("scene.json"));
-    crossgrain::reproduce::recorded::unpack(&folder.path().join("yade")).expect("writable");
+    crossgrain::reproduce::recording::unpack(&folder.path().join("yade")).expect("writable");
     let arguments = [
         "run",
         "scene.json",
@@ -200,8 +288,6 @@ fn a_run_of_5000_grains_stays_small() {
         "scene.json",
         "--engine",
         "native",
-        "--steps",
-        "4000",
         "--quiet",
         "--out",
         "o",
@@ -212,4 +298,23 @@ fn a_run_of_5000_grains_stays_small() {
     let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let peak = record["peak_memory"].as_u64().expect("Linux tells");
     assert!(peak > 1 << 20 && peak < 100 * 1_000_000, "{peak} bytes");
+}
+
+/// A reader that goes away ends nothing.
+#[test]
+fn a_closed_standard_error_is_no_reason_to_fail() {
+    let (folder, _) = folder_with(&small_scene());
+    let full = fs::OpenOptions::new()
+        .write(true)
+        .open("/dev/full")
+        .expect("Linux");
+    let status = std::process::Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+        .args(["run", "scene.json", "--engine", "native", "--steps", "10"])
+        .args(["--out", "o"])
+        .current_dir(folder.path())
+        .stdout(std::process::Stdio::null())
+        .stderr(full)
+        .status()
+        .expect("the program starts");
+    assert_eq!(status.code(), Some(0));
 }

@@ -4,7 +4,7 @@ use crossgrain::compare::common_start::CommonStart;
 use crossgrain::compare::first_difference::Locator;
 use crossgrain::compare::parting::Parting;
 use crossgrain::compare::spread::{Spread, of_twins, quantities};
-use crossgrain::compare::{Comparison, Verdict, compare};
+use crossgrain::compare::{Comparison, Verdict, Yardstick, compare};
 use crossgrain::folder::RunFolder;
 use crossgrain::folder::record::Protocol;
 use crossgrain::measure::Quantity;
@@ -68,8 +68,7 @@ fn every_fault_is_found_with_its_step_and_grain() {
 
 #[test]
 fn a_fault_that_shows_under_the_punch_is_found_there() {
-    // Pouring never touches the right wall's fault if the fault comes after it: the scenes are the
-    // same up to loading, then the punch's speed differs by one part in 10⁹. (One in 10¹² would round away in each step.)
+    // The scenes are the same up to loading, then the punch's speed differs by one part in 10⁹. (One in 10¹² would round away in each step.)
     let scene = small_scene();
     let mut other = scene.clone();
     other.loading.speed *= 1.0 + 1e-9;
@@ -154,11 +153,14 @@ fn bits_agree_until_the_order_of_sums_can_matter() {
     let scene = small_scene();
     let good = native_run(&scene, sound(), POUR);
     let reversed = native_run(&scene, faulty("sums=reversed"), POUR);
-    let common = CommonStart::of(&good, &reversed).expect("runs");
+    let common = CommonStart::of(&good, &reversed, Some(&Locator::default())).expect("runs");
     assert_eq!(common.verdict(), Verdict::Pass, "{common}");
     assert!(common.three_forces.is_some() && common.first_unequal.is_some());
     let stiff = native_run(&scene, faulty("stiffness=1e-12"), POUR);
-    let common = CommonStart::of(&good, &stiff).expect("runs");
+    // The histories alone say the same, if less sharply.
+    let from_histories = CommonStart::of(&good, &reversed, None).expect("runs");
+    assert_eq!(from_histories.verdict(), Verdict::Pass, "{from_histories}");
+    let common = CommonStart::of(&good, &stiff, Some(&Locator::default())).expect("runs");
     assert_eq!(common.verdict(), Verdict::Fail, "{common}");
 }
 
@@ -208,4 +210,50 @@ fn the_allowed_difference_is_students_interval() {
     let mut some = twins;
     some[3].clear();
     assert_eq!(Spread::of(&some).allowed("q"), None);
+}
+
+/// Without a yardstick nothing can be said of a run in another order of sums, and nothing is.
+#[test]
+fn an_ordinary_run_without_control_is_not_called_agreed() {
+    use crossgrain::folder::record::EngineRecord;
+    let scene = small_scene();
+    let a = native_run(&scene, sound(), POUR);
+    let mut b = native_run(&scene, faulty("sums=reversed"), POUR);
+    let ordinary = |verlet_distance| EngineRecord::Yade {
+        version: "2023.02a".to_owned(),
+        sorted: false,
+        verlet_distance,
+        script: String::new(),
+    };
+    b.record.engine = ordinary(1.0e-4);
+    let comparison = compare(&a, &b, None, None);
+    assert_eq!(comparison.verdict(), Verdict::NotMade);
+    // B itself is no control of B; a run with another verletDist is.
+    let spread = of_twins(&a, &|| {}).expect("twins");
+    for (distance, verdict) in [(1.0e-4, Verdict::Fail), (2.0e-4, Verdict::Pass)] {
+        let mut control = b.clone();
+        control.record.engine = ordinary(distance);
+        let yardstick = Yardstick {
+            control: &control,
+            spread: &spread,
+        };
+        let comparison = compare(&a, &b, Some(yardstick), None);
+        let check = comparison
+            .checks
+            .iter()
+            .find(|check| check.name.starts_with("control differs"))
+            .expect("the check");
+        assert_eq!(check.verdict, verdict, "{}", check.found);
+    }
+}
+
+#[test]
+fn other_sizes_or_masses_are_found() {
+    let a = native_run(&small_scene(), sound(), POUR);
+    let mut b = a.clone();
+    b.initial.mass[7] *= 1.0 + f64::EPSILON;
+    let comparison = compare(&a, &b, None, None);
+    assert_eq!(comparison.verdict(), Verdict::Fail);
+    let table = &comparison.tables[0];
+    assert_eq!((table.differing, table.numbers), (1, 600));
 }

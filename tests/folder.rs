@@ -130,7 +130,7 @@ fn change(path: &Path, how: impl FnOnce(String) -> String) {
 #[test]
 fn unsound_folders_are_refused_with_exit_2() {
     type Spoil = fn(&Path);
-    let cases: [(&str, Spoil, &str); 12] = [
+    let cases: [(&str, Spoil, &str); 15] = [
         (
             "missing",
             |bad| fs::remove_dir_all(bad).expect("a folder"),
@@ -180,7 +180,7 @@ fn unsound_folders_are_refused_with_exit_2() {
             "contact with nobody",
             |bad| {
                 change(&bad.join("contacts.csv"), |text| {
-                    text + "3,100000,1e-6,1,0,1,0,0.1,0.1\n"
+                    text + "303,100000,1e-6,1,0,1,0,0.1,0.1\n"
                 });
             },
             "id2 = 100000",
@@ -221,7 +221,43 @@ fn unsound_folders_are_refused_with_exit_2() {
                     lines[..lines.len() - 1].join("\n") + "\n"
                 });
             },
-            "last row of history.csv",
+            "has not the moments of the stages",
+        ),
+        (
+            "other masses",
+            |bad| {
+                change(&bad.join("bodies.csv"), |text| {
+                    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+                    let mass = lines[9].rfind(',').expect("columns");
+                    lines[9].truncate(mass);
+                    lines[9] += ",7.0";
+                    lines.join("\n") + "\n"
+                });
+            },
+            "other radii or masses than initial.csv",
+        ),
+        (
+            "history of not a number",
+            |bad| {
+                change(&bad.join("history.csv"), |text| {
+                    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+                    let columns: Vec<&str> = lines[2].split(',').collect();
+                    let mut columns: Vec<String> = columns.into_iter().map(str::to_owned).collect();
+                    columns[3] = "NaN".to_owned();
+                    lines[2] = columns.join(",");
+                    lines.join("\n") + "\n"
+                });
+            },
+            "not finite at settle 250",
+        ),
+        (
+            "endless stages",
+            |bad| {
+                change(&bad.join("run.json"), |text| {
+                    text.replacen("\"steps\": 3000", "\"steps\": 9000000000000", 2)
+                });
+            },
+            "moments of history",
         ),
     ];
     for (name, spoil, message) in cases {
@@ -259,11 +295,64 @@ fn packed_tables_are_read_and_packed_bombs_are_not() {
     assert!(error.to_string().contains("larger than"), "{error}");
 }
 
-/// A folder that cannot be written to: nothing half-written, exit code 75.
+/// A bed without contacts has tables without rows, which are tables all the same.
 #[test]
-fn a_full_disk_says_try_again() {
+fn a_folder_without_contacts_reads_back() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let run = native_run(&small_scene(), sound(), Protocol::Steps { steps: 10 });
+    assert!(run.last.contacts.is_empty());
+    let path = folder.path().join("run");
+    run.write(&path).expect("writable");
+    assert_eq!(RunFolder::read(&path).expect("a sound folder"), run);
+}
+
+/// Killed at any moment, a run leaves a whole folder or none.
+#[test]
+fn a_run_killed_at_any_moment_leaves_a_whole_folder_or_none() {
     let (folder, _) = folder_with(&small_scene());
-    // /proc takes no files, whoever asks; it stands for any disk that refuses.
+    let (mut whole, mut none) = (0, 0);
+    for delay in (0..40).map(|k| 5 * k) {
+        let out = format!("out{delay}");
+        let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+            .args(["run", "scene.json", "--engine", "native", "--steps", "3000"])
+            .args(["--out", &out])
+            .current_dir(folder.path())
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .expect("the program starts");
+        std::thread::sleep(std::time::Duration::from_millis(delay));
+        // Fails only for a run that was faster.
+        let _ = child.kill();
+        child.wait().expect("an ended child");
+        let out = folder.path().join(out);
+        if out.exists() {
+            RunFolder::read(&out).expect("a whole folder");
+            whole += 1;
+        } else {
+            none += 1;
+        }
+    }
+    assert!(whole > 0 && none > 0, "{whole} whole, {none} none");
+}
+
+#[test]
+fn a_pipe_is_no_table() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let made = std::process::Command::new("mkfifo")
+        .arg(folder.path().join("run.json"))
+        .status()
+        .expect("mkfifo is there");
+    assert!(made.success());
+    let error = RunFolder::read(folder.path()).expect_err("no folder");
+    assert!(error.to_string().contains("not a regular file"), "{error}");
+}
+
+/// A place that takes no files, whoever asks, stands for a disk that refuses: nothing half-written,
+/// exit code 75.
+#[test]
+fn a_disk_that_refuses_says_try_again() {
+    let (folder, _) = folder_with(&small_scene());
     let arguments = [
         "run",
         "scene.json",

@@ -66,8 +66,12 @@ fn the_command_prints_json_that_says_the_same() {
     assert_eq!(code, 0);
     let value: serde_json::Value = serde_json::from_str(&out).expect("JSON");
     assert_eq!(
-        value["numbers"].as_array().map(Vec::len),
-        Some(numbers().len())
+        value["numbers"],
+        serde_json::to_value(numbers()).expect("JSON")
+    );
+    assert_eq!(
+        value["text_faults"],
+        serde_json::to_value(text_faults()).expect("JSON")
     );
     let (code, out, _) = told(&crossgrain(&["paper"], folder.path()));
     assert_eq!(code, 0);

@@ -14,19 +14,20 @@ job = os.environ["CROSSGRAIN_JOB"]
 def put(name, text):
     with open(os.path.join(job, name), "w") as file:
         file.write(text)
-def frames(values, lines):
+def frames(values, lines, steps=10):
     put("hello.json", json.dumps({"version": "2023.02a"}))
     with open(os.path.join(job, "frames.bin"), "wb") as file:
         file.write(struct.pack("%dd" % len(values), *values))
     put("frames.jsonl", "".join(json.dumps(line) + "\n" for line in lines))
-    put("done.json", "{}")
+    put("done.json", json.dumps({"steps_by_yade": steps}))
     os._exit(0)
 def frame(step, contacts=0, bodies=2, out=0.0):
     return {"frame": "settle", "step": step, "bodies": bodies, "contacts": contacts,
             "out_of_plane": out, "punch": None}
 def end(steps, stop="steps_done"):
     return {"end": "settle", "steps": steps, "stop": stop, "wall_seconds": 1.0, "cpu_seconds": 1.0}
-fine = [0.1, 0.2, 0.1, 0.1, 0.0, 0.0, 0.0, 0.0]
+rows = [line.split(",") for line in open(os.path.join(job, "initial.csv")).read().split()[1:]]
+fine = [float(row[column]) for column in (1, 2, 3, 4) for row in rows]
 "#;
 
 /// Runs a scene of two grains for ten steps with this program for YADE.
@@ -137,6 +138,21 @@ fn hung() {
     );
 }
 
+/// What a hung program has started ends with it.
+#[test]
+fn children_of_a_hung_program_end_too() {
+    fails(
+        "import subprocess\nsubprocess.Popen(['sleep', '987654'])\ntime.sleep(600)",
+        &["YADE hung"],
+    );
+    let sleeping = fs::read_dir("/proc")
+        .expect("Linux")
+        .filter_map(|entry| fs::read(entry.ok()?.path().join("cmdline")).ok())
+        .filter(|command| command.starts_with(b"sleep\0987654\0"))
+        .count();
+    assert_eq!(sleeping, 0);
+}
+
 #[test]
 fn its_log_is_kept() {
     let mut scene = small_scene();
@@ -148,9 +164,11 @@ fn its_log_is_kept() {
         "#!/usr/bin/python3\nprint('last words')\nraise SystemExit(3)\n",
     )
     .expect("writable");
+    fs::write(folder.path().join("out.yade.log"), "mine").expect("writable");
     run(folder.path(), &path);
-    let log = fs::read_to_string(folder.path().join("out.yade.log")).expect("the log");
-    assert!(log.contains("last words"), "{log}");
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).expect("a file");
+    assert_eq!(read("out.yade.log"), "mine");
+    assert!(read("out.yade.log-2").contains("last words"));
 }
 
 #[test]
@@ -183,11 +201,31 @@ fn nonsense() {
         ),
         (
             "frames(fine + fine, [frame(0), frame(9), end(10)])",
-            "is not its end",
+            "moment 1 of the run should be settle 10 and is settle 9",
+        ),
+        (
+            "frames(fine + fine + fine, [frame(0), frame(10), end(10), frame(11)])",
+            "moment 2 of the run should be none and is settle 11",
         ),
         (
             "frames(fine + fine, [frame(0), frame(10)])",
-            "not one stage was finished",
+            "none was finished",
+        ),
+        (
+            "frames(fine + fine, [frame(0), frame(10), end(10, 'settled')])",
+            "its stages are not those of the task",
+        ),
+        (
+            "frames(fine + fine, [frame(0), frame(10), end(10)], steps=9)",
+            "YADE counts 9 steps, its stages 10",
+        ),
+        (
+            "frames([0.2] + fine[1:] + fine, [frame(0), frame(10), end(10)])",
+            "not the start that it was given",
+        ),
+        (
+            r#"put("hello.json", json.dumps({"version": "2023.02a"})); put("done.json", "{}"); os._exit(0)"#,
+            "frames.jsonl",
         ),
         (
             "frames(fine, [frame(0), end(10, 'not_finite')])",

@@ -246,7 +246,7 @@ def run_stage(stage, step, rule):
     frame(stage, step)
     framed = step
     while True:
-        if step == until_step:
+        if until_step is not None and step >= until_step:
             stop = "steps_done"
             break
         O.step()

@@ -7,11 +7,13 @@ use clap::Args;
 use super::run::YadeLimits;
 use super::{json, print};
 use crate::compare::first_difference::Locator;
-use crate::compare::spread::{TWINS, of_twins};
 use crate::compare::{Check, Comparison, Verdict, Yardstick, compare};
-use crate::error::{Error, exit};
+use crate::error::Error;
 use crate::folder::RunFolder;
+use crate::folder::record::EngineRecord;
+use crate::interrupt::asked_to_end;
 use crate::progress::Display;
+use crate::reproduce::rounding_spread;
 
 #[derive(Debug, Args)]
 #[command(
@@ -44,19 +46,22 @@ impl Arguments {
         let a = RunFolder::read(&self.a)?;
         let b = RunFolder::read(&self.b)?;
         let control = self.control.as_deref().map(RunFolder::read).transpose()?;
-        let display = Display::new(false);
         let spread = match &control {
             None => None,
-            Some(_) => {
-                let task = display.task("rounding twins");
-                let done = std::sync::atomic::AtomicUsize::new(0);
-                let spread = of_twins(&a, &|| {
-                    let done = 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                    task.share(done as f64 / TWINS as f64, &format!("{done} of {TWINS}"));
-                })?;
-                task.done("done");
-                Some(spread)
+            Some(_) if a.record.engine.keeps_order() && b.record.engine.keeps_order() => {
+                return Err(Error::Usage(
+                    "--control is for a second run in YADE's ordinary loop; these two runs must agree \
+                     in every bit"
+                        .to_owned(),
+                ));
             }
+            Some(_) if !matches!(a.record.engine, EngineRecord::Native { .. }) => {
+                return Err(Error::Usage(
+                    "--control needs a native run as the first folder: its twins are the yardstick"
+                        .to_owned(),
+                ));
+            }
+            Some(_) => Some(rounding_spread(&a, &Display::new(false))?),
         };
         let yardstick = control
             .as_ref()
@@ -71,11 +76,10 @@ impl Arguments {
         } else {
             print(&in_words(&comparison))?;
         }
-        Ok(if comparison.agrees() {
-            exit::AGREED
-        } else {
-            exit::CHECK_FAILED
-        })
+        if asked_to_end() {
+            return Err(Error::Interrupted);
+        }
+        Ok(super::exit_code(comparison.verdict()))
     }
 }
 
@@ -105,11 +109,7 @@ pub fn in_words(comparison: &Comparison) -> String {
             short(pair.allowed)
         );
     }
-    let verdict = if comparison.agrees() {
-        "AGREED"
-    } else {
-        "DIFFERENT"
-    };
+    let verdict = super::in_a_word(comparison.verdict());
     text + &format!("\n{verdict}\n")
 }
 

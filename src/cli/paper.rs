@@ -65,11 +65,12 @@ fn in_words(output: &Output) -> String {
     }
     let count = |of: Finding| output.numbers.iter().filter(|n| n.finding == of).count();
     text + &format!(
-        "\n{} numbers: {} agree, {} differ, {} misprinted\n",
+        "\n{} numbers: {} agree, {} differ, {} misprinted, {} derived\n",
         output.numbers.len(),
         count(Finding::Agrees),
         count(Finding::Differs),
-        count(Finding::Misprint)
+        count(Finding::Misprint),
+        count(Finding::Derived)
     )
 }
 
@@ -79,5 +80,6 @@ fn finding(finding: Finding) -> &'static str {
         Finding::Agrees => "agrees",
         Finding::Differs => "DIFFERS",
         Finding::Misprint => "MISPRINT",
+        Finding::Derived => "derived",
     }
 }

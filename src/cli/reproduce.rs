@@ -6,8 +6,10 @@ use clap::Args;
 
 use super::run::YadeLimits;
 use super::{json, print};
-use crate::error::{Error, exit};
+use crate::compare::Verdict;
+use crate::error::Error;
 use crate::files::{failed, write_whole};
+use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 use crate::reproduce::record::Reproduction;
 use crate::reproduce::{Options, free_folder, reproduce};
@@ -52,6 +54,12 @@ impl Arguments {
                     out.display()
                 )));
             }
+            Some(out) if out.join("report.html").exists() && !out.join("native").exists() => {
+                return Err(Error::Usage(format!(
+                    "{} holds a report.html that is not of this job; name another folder",
+                    out.display()
+                )));
+            }
             Some(out) => out.clone(),
             None => free_folder(Path::new(DEFAULT_OUT)),
         };
@@ -65,16 +73,19 @@ impl Arguments {
             command: self.command(),
         };
         let (reproduction, runs) = reproduce(&options, &display)?;
+        if asked_to_end() {
+            return Err(Error::Interrupted);
+        }
+        write_whole(
+            &out.join("scene.json"),
+            json(&runs.native.scene)?.as_bytes(),
+        )?;
         let page = crate::report::page::render(&reproduction, &runs)?;
         write_whole(&out.join("report.html"), page.as_bytes())?;
         // Last of all: this file says that the job is finished.
         write_whole(&out.join("run.json"), json(&reproduction)?.as_bytes())?;
         print(&in_words(&reproduction, &out))?;
-        Ok(if reproduction.agreed {
-            exit::AGREED
-        } else {
-            exit::CHECK_FAILED
-        })
+        Ok(super::exit_code(reproduction.verdict))
     }
 
     fn command(&self) -> String {
@@ -92,11 +103,7 @@ impl Arguments {
 fn in_words(reproduction: &Reproduction, out: &Path) -> String {
     let mut text = String::new();
     for named in &reproduction.comparisons {
-        let verdict = if named.comparison.agrees() {
-            "agreed"
-        } else {
-            "DIFFERENT"
-        };
+        let verdict = super::in_a_word(named.comparison.verdict());
         text += &format!("\n{}: {verdict}\n", named.title);
         for check in &named.comparison.checks {
             text += &super::compare::check_line(check);
@@ -107,7 +114,11 @@ fn in_words(reproduction: &Reproduction, out: &Path) -> String {
     }
     text += "\nfaults put in:\n";
     for fault in &reproduction.faults {
-        let mark = if fault.detected { "found" } else { "MISSED" };
+        let mark = match fault.verdict {
+            Verdict::Pass => "found",
+            Verdict::Fail => "MISSED",
+            Verdict::NotMade => "not made",
+        };
         text += &format!("{mark:>8} {}: {}\n", fault.fault, fault.found);
     }
     for not_made in &reproduction.not_made {
@@ -116,11 +127,7 @@ fn in_words(reproduction: &Reproduction, out: &Path) -> String {
     let tally = reproduction.tally();
     text += &format!(
         "\n{}: {} checks passed, {} failed, {} not made; {} s\nreport: {}\n",
-        if reproduction.agreed {
-            "AGREED"
-        } else {
-            "DIFFERENT"
-        },
+        super::in_a_word(reproduction.verdict),
         tally.passed,
         tally.failed,
         tally.not_made,

@@ -8,49 +8,62 @@ use std::fmt;
 use serde::Serialize;
 
 use super::Verdict;
+use super::bits::{self, TableBits};
+use super::first_difference::Locator;
 use crate::engine::native;
-use crate::engine::{Observer, Task};
+use crate::engine::{Observer, Start, Task, Until};
 use crate::folder::RunFolder;
 use crate::scene::{Measurement, Scene};
-use crate::tables::{BodyIds, Snapshot, Stage};
+use crate::tables::{Bodies, BodyIds, Snapshot, Stage};
 
 /// Up to where two runs agree, and up to where they must.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CommonStart {
     /// First step of pouring whose state has a grain with three contacts; states up to here
-    /// must agree. None if there is none up to the first disagreement.
+    /// must agree. None if no state of the run has one.
     pub three_forces: Option<u64>,
     /// The last moment of the histories before the first disagreement.
     pub last_equal: Option<u64>,
-    /// The first moment that disagrees; none if none does.
+    /// The first moment of pouring that disagrees; none if none does.
     pub first_unequal: Option<u64>,
+    /// Both engines run anew up to the step with three forces, number by number; none if that was not
+    /// asked for.
+    pub anew: Option<TableBits>,
 }
 
 impl CommonStart {
-    /// From the histories, and from a native run that is watched step by step.
-    pub fn of(a: &RunFolder, b: &RunFolder) -> Result<Self, String> {
-        let history = super::bits::history(a, b);
+    /// From the histories, from a native run that is watched step by step and, with a locator, from
+    /// both engines run anew up to the very step.
+    pub fn of(a: &RunFolder, b: &RunFolder, locator: Option<&Locator>) -> Result<Self, String> {
+        let history = bits::history(a, b);
         let pouring = |moment: Option<(Stage, u64)>| {
             moment.and_then(|(stage, step)| (stage == Stage::Settle).then_some(step))
         };
-        let first_unequal = pouring(history.first_unequal);
-        let three_forces = match first_unequal {
-            Some(steps) => first_sum_of_three(&a.scene, a.initial.clone(), steps)?,
-            None => None,
+        let steps = a.record.stages.first().map_or(0, |stage| stage.steps);
+        let three_forces = first_sum_of_three(&a.scene, &a.initial, steps)?;
+        let anew = match (locator, three_forces) {
+            (Some(locator), Some(step)) => Some(locator.after_pouring(a, b, step)?),
+            _ => None,
         };
         Ok(CommonStart {
             three_forces,
             last_equal: pouring(history.last_equal),
-            first_unequal,
+            first_unequal: pouring(history.first_unequal),
+            anew,
         })
     }
 
-    /// No state differs before a grain has borne three forces.
+    /// No state differs before a grain has borne three forces. Not made where the histories have
+    /// no moment in between to show it.
     pub fn verdict(&self) -> Verdict {
-        match (self.first_unequal, self.three_forces) {
-            (None, _) => Verdict::Pass,
-            (Some(unequal), Some(three)) if unequal > three => Verdict::Pass,
-            _ => Verdict::Fail,
+        if let Some(anew) = &self.anew {
+            return anew.verdict();
+        }
+        match (self.last_equal, self.first_unequal, self.three_forces) {
+            (_, Some(unequal), Some(three)) if unequal <= three => Verdict::Fail,
+            (_, Some(_), None) => Verdict::Fail,
+            (None | Some(0), _, _) => Verdict::NotMade,
+            _ => Verdict::Pass,
         }
     }
 }
@@ -60,9 +73,16 @@ impl fmt::Display for CommonStart {
         let step = |step: Option<u64>| step.map_or("never".to_owned(), |s| format!("step {s}"));
         write!(
             out,
-            "the order of sums can matter after {}; states agree in every bit up to {}, first differ \
-             at {}",
-            step(self.three_forces),
+            "a grain first bears three forces after {}; ",
+            step(self.three_forces)
+        )?;
+        match &self.anew {
+            Some(anew) => write!(out, "both engines run anew up to there: {anew}; ")?,
+            None => write!(out, "engines were not run anew up to there; ")?,
+        }
+        write!(
+            out,
+            "the histories agree up to {}, first differ at {}",
             step(self.last_equal),
             step(self.first_unequal)
         )
@@ -70,11 +90,7 @@ impl fmt::Display for CommonStart {
 }
 
 /// The first step of pouring, up to `steps`, whose state has a grain with three contacts.
-fn first_sum_of_three(
-    scene: &Scene,
-    initial: crate::tables::Bodies,
-    steps: u64,
-) -> Result<Option<u64>, String> {
+fn first_sum_of_three(scene: &Scene, initial: &Bodies, steps: u64) -> Result<Option<u64>, String> {
     struct Watch(Option<u64>);
     impl Observer for Watch {
         fn snapshot(&mut self, snapshot: &Snapshot) {
@@ -97,6 +113,8 @@ fn first_sum_of_three(
             }
         }
     }
+    // Piecewise, so that the watch ends soon after it has seen what it is for.
+    const PIECE: u64 = 500;
     let every_step = Scene {
         measurement: Measurement {
             history_every: 1,
@@ -104,12 +122,23 @@ fn first_sum_of_three(
         },
         ..scene.clone()
     };
-    let mut watch = Watch(None);
     let options = native::Options {
         skin: None,
         perturbation: None,
     };
-    let task = Task::pour(initial, steps);
-    native::run(&every_step, &task, &options, &mut watch).map_err(|error| error.to_string())?;
+    let mut watch = Watch(None);
+    let mut start = Task::pour(initial.clone(), 0).start;
+    while watch.0.is_none() && start.step < steps {
+        let until = Until::Step((start.step + PIECE).min(steps));
+        let task = Task { start, until };
+        let outcome = native::run(&every_step, &task, &options, &mut watch)
+            .map_err(|error| error.to_string())?;
+        start = Start {
+            stage: Stage::Settle,
+            step: outcome.last.step,
+            bodies: outcome.last.bodies,
+            punch: None,
+        };
+    }
     Ok(watch.0)
 }

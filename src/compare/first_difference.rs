@@ -67,6 +67,13 @@ impl Locator {
         let Some((stage, unequal)) = history.first_unequal else {
             return Ok(None);
         };
+        if stage == Stage::Load && unequal == 0 {
+            return Err(
+                "the states agree, but one run begins to load before the other: the settle rules \
+                 differ"
+                    .to_owned(),
+            );
+        }
         let mut search = Search {
             a: Side::new(a, &self.yade),
             b: Side::new(b, &self.yade),
@@ -83,6 +90,26 @@ impl Locator {
             .map(|row| row.state.as_str());
         let start = search.state_at(a, stage, equal, proof)?;
         search.halve(start, unequal).map(Some)
+    }
+}
+
+impl Locator {
+    /// The states of both engines after `steps` steps of pouring from the same start.
+    pub fn after_pouring(
+        &self,
+        a: &RunFolder,
+        b: &RunFolder,
+        steps: u64,
+    ) -> Result<TableBits, String> {
+        let start = Start {
+            stage: Stage::Settle,
+            step: 0,
+            bodies: a.initial.clone(),
+            punch: None,
+        };
+        let of_a = Side::new(a, &self.yade).advance(&start, steps)?;
+        let of_b = Side::new(b, &self.yade).advance(&start, steps)?;
+        Ok(states(&of_a, &of_b))
     }
 }
 

@@ -13,7 +13,9 @@ use crate::engine::{Observer, Outcome, Task};
 use crate::files::FileError;
 use crate::scene::Scene;
 
+pub use child::log;
 pub use find::{Installation, find};
+pub use job::script_digest;
 
 /// The oldest YADE whose options this driver relies on.
 pub const OLDEST_VERSION: (u32, u32) = (2023, 2);

@@ -24,6 +24,8 @@ pub enum EngineRecord {
         /// Interactions visited in the order of their ids: the mode with the native engine's bits.
         sorted: bool,
         verlet_distance: f64,
+        /// SHA-256 of the script that ran inside YADE.
+        script: String,
     },
 }
 
@@ -57,6 +59,7 @@ impl EngineRecord {
                 version,
                 sorted,
                 verlet_distance,
+                ..
             } => {
                 let order = if *sorted { "sorted" } else { "ordinary" };
                 format!("YADE {version}, {order} loop, verletDist {verlet_distance:e}")
@@ -93,7 +96,8 @@ pub struct RunRecord {
     /// s.
     pub time_step: f64,
     pub stages: Vec<StageReport>,
-    /// Largest resident memory of this program during the run, bytes, where the system tells.
+    /// Largest resident memory of the crossgrain process up to the end of the run, bytes, where the
+    /// system tells; YADE's own is not in it.
     pub peak_memory: Option<u64>,
     pub measures: Vec<measure::Quantity>,
 }
@@ -121,4 +125,9 @@ pub struct TraceRow {
     pub id: u32,
     pub x: f64,
     pub z: f64,
+}
+
+impl TraceRow {
+    /// The columns of `trace.csv`.
+    pub const HEADER: &[&str] = &["stage", "step", "id", "x", "z"];
 }

@@ -122,8 +122,10 @@ impl Grid {
         let origin = [least(&bodies.x), least(&bodies.z)];
         let extent = [most(&bodies.x) - origin[0], most(&bodies.z) - origin[1]];
         // Far-flung grains must not cost more cells than a few a grain.
-        let coarse = (extent[0] * extent[1] / (4.0 * bodies.len() as f64 + 64.0)).sqrt();
-        let side = (2.0 * largest).max(coarse);
+        let cells = 4.0 * bodies.len() as f64 + 64.0;
+        let coarse = (extent[0] * extent[1] / cells).sqrt();
+        let thin = extent[0].max(extent[1]) / cells;
+        let side = (2.0 * largest).max(coarse).max(thin);
         let columns = (extent[0] / side) as usize + 1;
         let rows = (extent[1] / side) as usize + 1;
         let mut grains = vec![Vec::new(); columns * rows];

@@ -32,6 +32,38 @@ pub struct HistoryRow {
     pub state: String,
 }
 
+impl HistoryRow {
+    /// The columns of `history.csv`.
+    pub const HEADER: &[&str] = &[
+        "stage",
+        "step",
+        "time",
+        "kinetic_energy",
+        "potential_energy",
+        "elastic_energy",
+        "unbalanced_force",
+        "contacts",
+        "punch_depth",
+        "punch_force",
+        "state",
+    ];
+
+    /// Whether every number is finite.
+    pub fn is_finite(&self) -> bool {
+        let always = [
+            self.time,
+            self.kinetic_energy,
+            self.potential_energy,
+            self.elastic_energy,
+        ];
+        let sometimes = [self.unbalanced_force, self.punch_depth, self.punch_force];
+        always
+            .into_iter()
+            .chain(sometimes.into_iter().flatten())
+            .all(f64::is_finite)
+    }
+}
+
 /// The row of a moment.
 pub fn row(scene: &Scene, snapshot: &Snapshot) -> HistoryRow {
     let bed = Bed {

@@ -1,7 +1,7 @@
 //! Porosity n, the share of the volume that is not grain: from the height, in a window, from cells.
 //!
 //! Overlaps are counted twice; at the overlaps of the paper's bed (micrometres) that is far below
-//! a part in a thousand.
+//! a part in a thousand. The punch is not looked at: where it reaches into the window, its room counts as void.
 
 use std::f64::consts::PI;
 

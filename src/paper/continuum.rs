@@ -69,15 +69,27 @@ pub fn strip_load(pressure: f64, half_width: f64, offset: f64, depth: f64) -> f6
     })
 }
 
-/// σ_g,zz, Pa: the grains' weight over the box, by the share of the bed's height that lies above.
-/// Grains: 5,000 of the paper's sizes, bed height such that the porosity is the published one.
+/// σ_g,zz, Pa, by weighing: discs of the mean size on a triangular lattice that is so wide that its
+/// porosity is the published one; those with centres above the depth are counted for many heights of
+/// the lattice, and their weight is set on the width that they stand on.
 fn weight() -> f64 {
-    let solid = 5000.0 * mean_solid_area();
-    let height = solid / (1.0 - POROSITY);
-    DENSITY * GRAVITY * solid * DEPTH / height
+    const HEIGHTS: u32 = 1000;
+    let solid = mean_solid_area();
+    // A disc has the cell s·(√3/2)s.
+    let spacing = (solid / (1.0 - POROSITY) * 2.0 / 3f64.sqrt()).sqrt();
+    let row_height = 0.5 * 3f64.sqrt() * spacing;
+    let weight_of_row = DENSITY * GRAVITY * solid / spacing;
+    let mut rows = 0;
+    for height in 0..HEIGHTS {
+        let first = row_height * (f64::from(height) + 0.5) / f64::from(HEIGHTS);
+        rows += (0..1000)
+            .take_while(|row| first + row_height * f64::from(*row) < DEPTH)
+            .count();
+    }
+    weight_of_row * rows as f64 / f64::from(HEIGHTS)
 }
 
-/// Eq. 3 letter by letter, Pa, with θ = arctan((X−x)/z), X₁ left and X₂ right.
+/// Eq. 3 as printed, Pa, with θ read as arctan((X−x)/z), X₁ left and X₂ right.
 fn equation_3_as_printed(offset: f64) -> f64 {
     let angle = |edge: f64| ((edge - offset) / DEPTH).atan();
     let (one, two) = (angle(-HALF_WIDTH), angle(HALF_WIDTH));
@@ -93,7 +105,7 @@ pub fn numbers() -> Vec<Number> {
         let load = strip_load(PRESSURE, HALF_WIDTH, row.offset, DEPTH);
         let stress = weight + load;
         let flamant = "Flamant's line load integrated over the strip";
-        let both = "weight of the grains above plus Flamant's integral";
+        let both = "weighed discs plus Flamant's integral";
         numbers.push(Number::new(
             "Table 4",
             &at("σ_g,zz"),
@@ -101,7 +113,7 @@ pub fn numbers() -> Vec<Number> {
             0.05,
             weight / 1e3,
             "kPa",
-            "weight of 5,000 discs over the box, by the share of the height above",
+            "weighing discs on a lattice of porosity n, counted above the depth",
         ));
         numbers.push(Number::new(
             "Table 4",
@@ -146,7 +158,7 @@ pub fn numbers() -> Vec<Number> {
             0.05,
             printed_formula / 1e3,
             "kPa",
-            "the printed formula, letter by letter",
+            "the printed formula, θ read as arctan((X−x)/z)",
         );
         as_printed.finding = Finding::Misprint;
         numbers.push(as_printed.remark(&format!(
@@ -155,15 +167,18 @@ pub fn numbers() -> Vec<Number> {
             printed_formula.abs() / load
         )));
     }
-    numbers.push(Number::new(
-        "section 3",
-        "force 2ap on the punch, from p and 2a",
-        1998.0,
-        0.0,
-        2.0 * HALF_WIDTH * PRESSURE,
-        "N/m",
-        "product; not printed as a number, used as the target of loading",
-    ));
+    numbers.push(
+        Number::new(
+            "section 3",
+            "force 2ap on the punch",
+            1998.0,
+            0.0,
+            integrate(-HALF_WIDTH, HALF_WIDTH, 1, |_| PRESSURE),
+            "N/m",
+            "the load integrated over the strip",
+        )
+        .derived("the target of loading"),
+    );
     numbers.push(Number::new(
         "Table 4",
         "V_c, a square of side R and 1 m deep",
@@ -184,8 +199,8 @@ pub fn numbers() -> Vec<Number> {
             "mean area of the grains over 1−n",
         )
         .misprint(
-            "section 5 calls V_c the particle and its void, section 3.2.3 and Table 4 a square of \
-             side R; the exponential law scales, so only the name is at fault",
+            "1 if V_c were the particle and its void, as section 5 says; section 3.2.3 and Table 4 use a \
+             square of side R. The exponential law scales, so only the name is at fault",
         ),
     );
     numbers

@@ -41,6 +41,19 @@ fn integrated_shear(force: f64) -> f64 {
     })
 }
 
+/// Two discs on top of each other between two forces: the force between them is inner to the pair.
+fn stacked_over_sum() -> f64 {
+    let force = FORCES[0];
+    let sum_about = |centre: f64, ends: [f64; 2]| {
+        let [low, high] = ends.map(|end| end - centre);
+        // The lower force pushes up, the upper one down; compression positive.
+        -(low * force + high * -force)
+    };
+    let lower = sum_about(RADIUS, [0.0, 2.0 * RADIUS]);
+    let upper = sum_about(3.0 * RADIUS, [2.0 * RADIUS, 4.0 * RADIUS]);
+    sum_about(2.0 * RADIUS, [0.0, 4.0 * RADIUS]) / (lower + upper)
+}
+
 /// πR² in polar rings, m².
 fn disc_area() -> f64 {
     integrate(0.0, RADIUS, 100, |r| 2.0 * PI * r)
@@ -71,5 +84,15 @@ pub fn numbers() -> Vec<Number> {
         table("σ_xx", 0.25, 0.005, xx / volume, "Pa", field),
         table("Σ_xy", 0.0, 0.05, xz, "J", field),
         table("σ_xy", 0.0, 0.05, xz / volume, "Pa", field),
+        Number::new(
+            "Eq. 8",
+            "Σ_zz of two stacked discs over the sum of theirs",
+            1.0,
+            0.0,
+            stacked_over_sum(),
+            "1",
+            "Σ x_i F_j of the outer forces of the pair, and of each disc alone",
+        )
+        .remark("printed as a formula"),
     ]
 }

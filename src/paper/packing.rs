@@ -41,7 +41,7 @@ pub fn numbers() -> Vec<Number> {
             "1",
             how,
         )
-        .remark("only beds near the upper end of H meet both, at the lower end of n"),
+        .derived("only beds near the upper end of H meet both, at the lower end of n"),
         Number::new(
             "section 4.2",
             "height H at the published porosity n = 0.17",

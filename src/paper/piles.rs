@@ -151,8 +151,8 @@ pub fn numbers() -> Vec<Number> {
             how,
         )
         .remark(
-            "the balance of moments about the middle pile also admits unsymmetric cases such as \
-             (1 0 2 2 0); 6 counts the symmetric ones only",
+            "for equally spaced piles the balance of moments about the middle one also admits \
+             unsymmetric cases such as (1 0 2 2 0); 6 counts the symmetric ones only",
         ),
         Number::new(
             place,

@@ -1,6 +1,8 @@
 //! Sections 3.3 and 5: the exponential law, and sums of it. Recomputed by convolving the law with
 //! itself on a grid.
 
+use statrs::distribution::{ContinuousCDF, Erlang};
+
 use super::Number;
 use super::quadrature::integrate;
 
@@ -17,8 +19,8 @@ fn exponential() -> Vec<f64> {
         .collect()
 }
 
-/// Mean and standard deviation of the sum of `terms` independent draws, each a stretch's middle.
-fn moments_of_sum(terms: u32) -> (f64, f64) {
+/// Weights of the sum of `terms` independent draws on the grid.
+fn sum_of(terms: u32) -> Vec<f64> {
     let one = exponential();
     let mut sum = one.clone();
     for _ in 1..terms {
@@ -33,6 +35,11 @@ fn moments_of_sum(terms: u32) -> (f64, f64) {
         }
         sum = next;
     }
+    sum
+}
+
+/// Mean and standard deviation of a sum of `terms` draws, each at its stretch's middle.
+fn moments(sum: &[f64], terms: u32) -> (f64, f64) {
     let middle = 0.5 * f64::from(terms);
     let place = |index: usize| STEP * (index as f64 + middle);
     let mean: f64 = sum.iter().enumerate().map(|(i, w)| place(i) * w).sum();
@@ -71,7 +78,8 @@ pub fn numbers() -> Vec<Number> {
         ),
     ];
     for terms in [2u32, 5, 10] {
-        let (mean, deviation) = moments_of_sum(terms);
+        let sum = sum_of(terms);
+        let (mean, deviation) = moments(&sum, terms);
         let how = format!("convolving the exponential law with itself, N = {terms}");
         let count = f64::from(terms);
         numbers.push(Number::new(
@@ -98,6 +106,18 @@ pub fn numbers() -> Vec<Number> {
             1.0 / count.sqrt(),
             grid,
             deviation / mean,
+            "1",
+            &how,
+        ));
+        // The grid knows the chance of ending before a whole step; half a stretch a term is added back.
+        let steps = ((count / STEP) - 0.5 * count) as usize;
+        let below: f64 = sum[..steps].iter().sum();
+        numbers.push(Number::new(
+            "section 5",
+            &format!("chance that {terms} cells have less than their mean, printed Erlang(N)"),
+            Erlang::new(u64::from(terms), 1.0).map_or(f64::NAN, |law| law.cdf(count)),
+            2e-3,
+            below,
             "1",
             &how,
         ));

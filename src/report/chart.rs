@@ -75,25 +75,31 @@ impl Chart {
         ))
     }
 
+    /// Whether there is more than one point to show.
+    pub fn can_be_drawn(&self) -> bool {
+        self.range(|p| p.0).is_some() && self.range(|p| p.1).is_some()
+    }
+
+    fn shows(&self, point: &(f64, f64)) -> bool {
+        point.0.is_finite() && point.1.is_finite() && (!self.logarithmic || point.1 > 0.0)
+    }
+
+    /// From the least to the largest of a coordinate; none if they are the same.
+    fn range(&self, of: fn(&(f64, f64)) -> f64) -> Option<std::ops::Range<f64>> {
+        let all = self.series.iter().flat_map(|series| &series.points);
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for value in all.filter(|point| self.shows(point)).map(of) {
+            low = low.min(value);
+            high = high.max(value);
+        }
+        (low < high).then_some(low..high)
+    }
+
     fn draw(&self, text: &mut String) -> Result<(), String> {
-        let wanted = |point: &(f64, f64)| {
-            point.0.is_finite() && point.1.is_finite() && (!self.logarithmic || point.1 > 0.0)
+        let wanted = |point: &(f64, f64)| self.shows(point);
+        let (Some(xs), Some(ys)) = (self.range(|p| p.0), self.range(|p| p.1)) else {
+            return Err("has no points to show".to_owned());
         };
-        let points = || {
-            self.series
-                .iter()
-                .flat_map(|s| s.points.iter().filter(|p| wanted(p)))
-        };
-        let range = |of: fn(&(f64, f64)) -> f64| {
-            let low = points().map(of).fold(f64::INFINITY, f64::min);
-            let high = points().map(of).fold(f64::NEG_INFINITY, f64::max);
-            if low < high {
-                Ok(low..high)
-            } else {
-                Err("has no points to show".to_owned())
-            }
-        };
-        let (xs, ys) = (range(|p| p.0)?, range(|p| p.1)?);
         let failed = |error: DrawingAreaErrorKind<_>| format!("{error}");
         let area = SVGBackend::with_string(text, SIZE).into_drawing_area();
         let mut builder = ChartBuilder::on(&area);

@@ -19,6 +19,7 @@ pub fn picture(
     top: f64,
     label: &str,
 ) -> String {
+    let label = label.replace(['<', '>', '&', '"'], " ");
     let width = 1e3 * scene.container.width;
     let height = 1e3 * top;
     let flip = |z: f64| 1e3 * (top - z);

@@ -5,11 +5,13 @@ use serde::Serialize;
 
 use super::chart::{BLUE, Chart, Corner, GREEN, Mark, Series, VERMILION};
 use super::packing;
+use crate::compare::Verdict;
 use crate::compare::parting::Separation;
 use crate::error::Error;
 use crate::folder::{Moment, RunFolder};
 use crate::measure::history::HistoryRow;
 use crate::reproduce::Runs;
+use crate::reproduce::faults::FaultCheck;
 use crate::reproduce::record::Reproduction;
 use crate::tables::Stage;
 
@@ -34,6 +36,11 @@ pub fn render(reproduction: &Reproduction, runs: &Runs) -> Result<String, Error>
     let template = environment.get_template("page.html").map_err(failed)?;
     let page = Page {
         r: reproduction,
+        word: match reproduction.verdict {
+            Verdict::Pass => "Agreed",
+            Verdict::Fail => "Different",
+            Verdict::NotMade => "Incomplete",
+        },
         summary: Summary::of(reproduction),
         choices: choices(&runs.native),
         packings: packings(runs),
@@ -49,6 +56,7 @@ pub fn render(reproduction: &Reproduction, runs: &Runs) -> Result<String, Error>
 #[derive(Debug, Serialize)]
 struct Page<'a> {
     r: &'a Reproduction,
+    word: &'static str,
     summary: Summary,
     choices: Vec<Choice>,
     packings: Vec<Figure>,
@@ -72,9 +80,14 @@ impl Summary {
             passed: tally.passed,
             failed: tally.failed,
             not_made: tally.not_made,
-            faults_found: reproduction.faults.iter().filter(|f| f.detected).count(),
+            faults_found: tally_faults(reproduction),
         }
     }
+}
+
+fn tally_faults(reproduction: &Reproduction) -> usize {
+    let found = |fault: &&FaultCheck| fault.verdict == Verdict::Pass;
+    reproduction.faults.iter().filter(found).count()
 }
 
 /// An open choice: where, what was chosen, why.
@@ -216,6 +229,7 @@ fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
     }
     figures
         .into_iter()
+        .filter(|(chart, _)| chart.can_be_drawn())
         .map(|(chart, caption)| {
             Ok(Figure {
                 svg: chart.svg()?,
@@ -258,7 +272,7 @@ fn separation(reproduction: &Reproduction) -> Result<Option<Figure>, Error> {
         ],
     };
     // A scene too short for rounding to matter has no curve to draw.
-    if chart.series.iter().all(|series| series.points.len() < 2) {
+    if !chart.can_be_drawn() {
         return Ok(None);
     }
     Ok(Some(Figure {

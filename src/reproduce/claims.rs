@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::compare::spread::quantities;
 use crate::folder::RunFolder;
 use crate::paper::continuum::published_stress;
+use crate::scene::paper_scene;
 
 /// A published figure beside ours.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -19,8 +20,12 @@ pub struct Claim {
     pub reading: String,
 }
 
-/// The claims that this run has a figure for.
+/// The claims that this run has a figure for; none for a scene that is not the paper's.
 pub fn of(run: &RunFolder) -> Vec<Claim> {
+    let scene = &run.scene;
+    if scene.digest() != paper_scene(scene.realization, 5000).digest() {
+        return Vec::new();
+    }
     let measured = quantities(run);
     let value = |key: &str| {
         measured

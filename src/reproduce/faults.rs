@@ -2,10 +2,11 @@
 
 use serde::Serialize;
 
-use crate::compare::compare;
 use crate::compare::first_difference::Locator;
-use crate::engine::native::{self, Perturbation};
+use crate::compare::{Verdict, compare};
+use crate::engine::native::{self, Perturbation, Trouble};
 use crate::error::Error;
+use crate::folder::RunFolder;
 use crate::folder::record::Protocol;
 use crate::generate::initial_bodies;
 use crate::progress::Display;
@@ -29,58 +30,91 @@ pub const FAULTS: [Perturbation; 6] = [
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FaultCheck {
     pub fault: String,
-    pub detected: bool,
-    /// The first step and grain, or why the faulty engine stopped.
+    /// Passed if the comparison found it; not made where the fault changes nothing in this scene.
+    pub verdict: Verdict,
+    /// The first step and grain, or why it was not found.
     pub found: String,
 }
 
 /// Puts each fault in, compares with the sound engine and finds the first difference.
 pub fn check_all(scene: &Scene, display: &Display) -> Result<Vec<FaultCheck>, Error> {
     let task = display.task("faults put in");
-    let pour = |perturbation: Option<Perturbation>| {
-        let engine = Engine::Native(native::Options {
-            skin: None,
-            perturbation,
-        });
-        let protocol = Protocol::Steps { steps: STEPS };
-        // The native engine leaves nothing in its work folder.
-        let nowhere = std::path::Path::new("");
-        let initial = initial_bodies(scene);
-        recorded(
-            scene,
-            &engine,
-            protocol,
-            initial,
-            nowhere,
-            &mut |_, _, _| {},
-        )
-    };
-    let sound = pour(None)?;
+    let sound = pour(scene, None, STEPS)?;
     let mut checks = Vec::new();
     for (done, fault) in FAULTS.into_iter().enumerate() {
-        let check = match pour(Some(fault)) {
-            Ok(faulty) => {
-                let comparison = compare(&sound, &faulty, None, Some(&Locator::default()));
-                FaultCheck {
-                    fault: fault.to_string(),
-                    detected: !comparison.agrees(),
-                    found: match &comparison.first_difference {
-                        Some(first) => first.to_string(),
-                        None => format!("no difference in {STEPS} steps"),
-                    },
-                }
-            }
-            Err(EngineError::Native(error)) => FaultCheck {
-                fault: fault.to_string(),
-                detected: true,
-                found: error.to_string(),
-            },
-            Err(error) => return Err(error.into()),
-        };
-        checks.push(check);
+        checks.push(check(scene, &sound, fault)?);
         task.share((done + 1) as f64 / FAULTS.len() as f64, &fault.to_string());
     }
-    let found = checks.iter().filter(|check| check.detected).count();
-    task.done(&format!("{found} of {} found", checks.len()));
+    let found = checks.iter().filter(|check| check.verdict == Verdict::Pass);
+    task.done(&format!("{} of {} found", found.count(), checks.len()));
     Ok(checks)
+}
+
+fn check(scene: &Scene, sound: &RunFolder, fault: Perturbation) -> Result<FaultCheck, Error> {
+    let of = |verdict, found| {
+        Ok(FaultCheck {
+            fault: fault.to_string(),
+            verdict,
+            found,
+        })
+    };
+    if !fault.changes(scene) {
+        return of(
+            Verdict::NotMade,
+            "it changes nothing in this scene".to_owned(),
+        );
+    }
+    // A fault may end the faulty engine; the steps before its end are compared all the same.
+    let (faulty, ended) = match pour(scene, Some(fault), STEPS) {
+        Ok(faulty) => (faulty, None),
+        Err(EngineError::Native(error)) if error.trouble != Trouble::Interrupted => {
+            let before = error.step.saturating_sub(1);
+            (pour(scene, Some(fault), before)?, Some(error))
+        }
+        Err(error) => return Err(error.into()),
+    };
+    let shortened = match &ended {
+        Some(_) => Some(pour(scene, None, faulty.record.stages[0].steps)?),
+        None => None,
+    };
+    let sound = shortened.as_ref().unwrap_or(sound);
+    let comparison = compare(sound, &faulty, None, Some(&Locator::default()));
+    let mut found = match (&comparison.first_difference, comparison.verdict()) {
+        (Some(first), _) => first.to_string(),
+        (None, Verdict::Fail) => "a check failed, the place was not found".to_owned(),
+        (None, _) => format!("no difference in {STEPS} steps"),
+    };
+    if let Some(error) = ended {
+        found += &format!("; then the {error}");
+    }
+    let verdict = if comparison.verdict() == Verdict::Fail {
+        Verdict::Pass
+    } else {
+        Verdict::Fail
+    };
+    of(verdict, found)
+}
+
+/// Pours for so many steps, nothing kept on disk.
+fn pour(
+    scene: &Scene,
+    perturbation: Option<Perturbation>,
+    steps: u64,
+) -> Result<RunFolder, EngineError> {
+    let engine = Engine::Native(native::Options {
+        skin: None,
+        perturbation,
+    });
+    let protocol = Protocol::Steps { steps };
+    // The native engine leaves nothing in its work folder.
+    let nowhere = std::path::Path::new("");
+    let initial = initial_bodies(scene);
+    recorded(
+        scene,
+        &engine,
+        protocol,
+        initial,
+        nowhere,
+        &mut |_, _, _| {},
+    )
 }

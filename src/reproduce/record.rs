@@ -20,8 +20,10 @@ pub struct Reproduction {
     pub scene_digest: String,
     /// The version of the YADE that ran live.
     pub yade: Option<String>,
-    /// No check failed. What could not be checked is in `not_made`.
-    pub agreed: bool,
+    /// Failed if a comparison or a fault check failed; not made if no comparison with another engine
+    /// could be made or the experiment did not come to its end; else passed. What could not be checked
+    /// is in `not_made`.
+    pub verdict: Verdict,
     pub comparisons: Vec<NamedComparison>,
     /// Deliberate faults, each of which the comparison must find.
     pub faults: Vec<FaultCheck>,
@@ -49,10 +51,7 @@ impl Reproduction {
             verdicts.extend(named.comparison.checks.iter().map(|check| check.verdict));
             verdicts.extend(named.comparison.quantities.iter().map(|pair| pair.verdict));
         }
-        verdicts.extend(self.faults.iter().map(|fault| match fault.detected {
-            true => Verdict::Pass,
-            false => Verdict::Fail,
-        }));
+        verdicts.extend(self.faults.iter().map(|fault| fault.verdict));
         let count = |of: Verdict| verdicts.iter().filter(|verdict| **verdict == of).count();
         Tally {
             passed: count(Verdict::Pass),

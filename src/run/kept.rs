@@ -1,10 +1,10 @@
 //! A run that is watched and kept: progress shown, the folder written, a failed YADE's log saved.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::{Engine, EngineError, recorded};
-use crate::engine::yade::YadeError;
-use crate::files::{FileError, failed, write_whole};
+use crate::engine::yade::{YadeError, log as yade_log};
+use crate::files::{FileError, failed, write_beside};
 use crate::folder::record::Protocol;
 use crate::folder::{FolderError, RunFolder};
 use crate::generate::initial_bodies;
@@ -74,11 +74,10 @@ fn keep_log(error: &EngineError, work: &Path, out: &Path, display: &Display) {
     if !matches!(error, EngineError::Yade(error) if !without_log(error)) {
         return;
     }
-    let mut kept = out.as_os_str().to_owned();
-    kept.push(".yade.log");
-    let kept = PathBuf::from(kept);
-    let log = std::fs::read(work.join("yade.log")).unwrap_or_default();
-    if write_whole(&kept, &log).is_ok() {
+    let mut wanted = out.as_os_str().to_owned();
+    wanted.push(".yade.log");
+    let log = yade_log(work);
+    if let Ok(kept) = write_beside(Path::new(&wanted), log.as_bytes()) {
         display.line(&format!("YADE's log is kept in {}", kept.display()));
     }
 }

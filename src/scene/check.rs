@@ -10,6 +10,15 @@ use super::paper_scene::OPEN_CHOICES;
 use super::problem::Problem;
 use crate::files::{FileError, read_text};
 
+/// The widest box, in mean diameters: room for the largest number of grains in a single row.
+const WIDEST: f64 = 1.0e6;
+
+/// A faster punch would jump over what it should touch; in mean radii a step.
+const LONGEST_STRIDE: f64 = 0.1;
+
+/// A slower punch would never arrive.
+const MOST_LOADING_STEPS: f64 = 1.0e9;
+
 /// A scene file larger than this is not one of ours.
 const LARGEST_SCENE: u64 = 1 << 20;
 
@@ -69,10 +78,11 @@ fn impossible(scene: &Scene) -> Vec<Problem> {
     dynamics(scene, &mut found);
     loading(scene, &mut found);
     measurement(scene, &mut found);
+    derived(scene, &mut found);
     for (key, _) in OPEN_CHOICES {
         let reason = scene.choices.get(*key).map_or("", |reason| reason.trim());
         found.unless(
-            !reason.is_empty(),
+            !reason.is_empty() && !reason.contains('\n'),
             &format!("/choices/{}", key.replace('/', "~1")),
             &reason,
             "one line of reason: the paper leaves this open",
@@ -110,6 +120,12 @@ fn grains(scene: &Scene, found: &mut Findings) {
         "0: this version has frictionless contacts only",
     );
     found.positive("/box/width", scene.container.width);
+    found.unless(
+        scene.container.width <= WIDEST * particles.mean_diameter,
+        "/box/width",
+        &scene.container.width,
+        &format!("at most {WIDEST} mean diameters"),
+    );
     let Cloud::JitteredLattice {
         columns,
         jitter,
@@ -166,6 +182,53 @@ fn dynamics(scene: &Scene, found: &mut Findings) {
     );
 }
 
+/// What follows from several keys must be usable too.
+fn derived(scene: &Scene, found: &mut Findings) {
+    if !found.0.is_empty() {
+        return;
+    }
+    let radius = 0.5 * scene.particles.mean_diameter;
+    let smallest = radius * (1.0 - scene.particles.dispersion);
+    for (place, what, value) in [
+        (
+            "/particles",
+            "mass of the smallest grain",
+            scene.grain_mass(smallest),
+        ),
+        (
+            "/material",
+            "stiffness E·R",
+            scene.material.youngs_modulus * radius,
+        ),
+        (
+            "/time_step",
+            "time step in seconds",
+            scene.time_step_seconds(),
+        ),
+        ("/loading", "target force 2ap", scene.target_force()),
+    ] {
+        found.unless(
+            value.is_normal() && value > 0.0,
+            place,
+            &value,
+            &format!("a {what} that is a normal number above 0"),
+        );
+    }
+    let stride = scene.loading.speed * scene.time_step_seconds();
+    found.unless(
+        stride <= LONGEST_STRIDE * radius,
+        "/loading/speed",
+        &scene.loading.speed,
+        &format!("a punch that moves at most {LONGEST_STRIDE} mean radii a step"),
+    );
+    found.unless(
+        scene.loading.give_up_depth / stride <= MOST_LOADING_STEPS,
+        "/loading/speed",
+        &scene.loading.speed,
+        &format!("a punch that reaches /loading/give_up_depth in {MOST_LOADING_STEPS:e} steps"),
+    );
+}
+
 fn loading(scene: &Scene, found: &mut Findings) {
     let loading = &scene.loading;
     found.positive("/loading/half_width", loading.half_width);
@@ -193,6 +256,20 @@ fn measurement(scene: &Scene, found: &mut Findings) {
         measurement.control_volume_side,
     );
     found.positive("/measurement/local_radius", measurement.local_radius);
+    for (place, length) in [
+        (
+            "/measurement/control_volume_side",
+            measurement.control_volume_side,
+        ),
+        ("/measurement/local_radius", measurement.local_radius),
+    ] {
+        found.unless(
+            length <= scene.container.width,
+            place,
+            &length,
+            "no more than the box's width",
+        );
+    }
     found.unless(
         (1..=100).contains(&scene.control_points.len()),
         "/control_points",

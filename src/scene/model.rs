@@ -134,7 +134,7 @@ pub enum TimeStep {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Settle {
-    /// Settled when the kinetic energy has fallen to this share of its largest value so far.
+    /// Settled when the kinetic energy has fallen to this share of the largest value that the rule has seen.
     pub kinetic_energy_fraction: f64,
     /// The rule is looked at every so many steps.
     #[schemars(range(min = 1, max = 1_000_000_000u64))]

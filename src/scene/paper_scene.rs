@@ -64,7 +64,7 @@ pub const OPEN_CHOICES: &[(&str, &str)] = &[
     ),
     (
         "/measurement/local_radius",
-        "not in the paper; two mean diameters average some tens of grains",
+        "not in the paper; two mean diameters reach about a dozen grains",
     ),
 ];
 

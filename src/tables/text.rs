@@ -4,11 +4,16 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use super::{Bodies, Contact};
+use super::{Bodies, BodyIds, Contact};
 use crate::files::{FileError, read_text, write_whole};
 
-/// The most text that one table may hold, unpacked: room for a million grains.
-pub const LARGEST_TABLE: u64 = 1 << 30;
+/// The most text of a row, bytes: nine numbers and their separators, with room to spare.
+const LONGEST_ROW: u64 = 300;
+
+/// Bytes that so many rows may take, with their header.
+pub fn room_for(rows: u64) -> u64 {
+    (rows + 1) * LONGEST_ROW
+}
 
 /// A table that cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -64,12 +69,12 @@ pub fn write_bodies(path: &Path, bodies: &Bodies) -> Result<(), TableError> {
         radius: bodies.radius[row],
         mass: bodies.mass[row],
     });
-    write_rows(path, rows)
+    write_rows(path, &["id", "x", "z", "vx", "vz", "radius", "mass"], rows)
 }
 
-/// Reads grains; ids must be 0, 1, 2, … and every value finite, radii and masses above 0.
-pub fn read_bodies(path: &Path) -> Result<Bodies, TableError> {
-    let rows: Vec<BodyRow> = read_rows(path)?;
+/// Reads `count` grains; ids must be 0, 1, 2, … and every value finite, radii and masses above 0.
+pub fn read_bodies(path: &Path, count: u32) -> Result<Bodies, TableError> {
+    let rows: Vec<BodyRow> = read_rows(path, room_for(u64::from(count)))?;
     let mut bodies = Bodies::with_capacity(rows.len());
     for (row, of) in rows.iter().enumerate() {
         let bad = |key, value: String, wanted| Err(bad_value(path, row, key, value, wanted));
@@ -121,12 +126,23 @@ pub fn write_contacts(path: &Path, contacts: &[Contact]) -> Result<(), TableErro
         x: contact.point[0],
         z: contact.point[1],
     });
-    write_rows(path, rows)
+    write_rows(
+        path,
+        &["id1", "id2", "overlap", "fn", "ft", "nx", "nz", "x", "z"],
+        rows,
+    )
 }
 
-/// Reads contacts among `bodies` bodies (grains, walls and punch).
-pub fn read_contacts(path: &Path, bodies: u32) -> Result<Vec<Contact>, TableError> {
-    let rows: Vec<ContactRow> = read_rows(path)?;
+/// More contacts than a plane bed of so many grains can have: six a grain, twice over, and walls.
+pub fn most_contacts(grains: u32) -> u64 {
+    12 * u64::from(grains) + 64
+}
+
+/// Reads the contacts of a bed of so many grains, sorted by ids, normals of length 1.
+pub fn read_contacts(path: &Path, grains: u32) -> Result<Vec<Contact>, TableError> {
+    let bodies = BodyIds { grains }.punch() + 1;
+    let rows: Vec<ContactRow> = read_rows(path, room_for(most_contacts(grains)))?;
+    let mut before = None;
     let mut contacts = Vec::with_capacity(rows.len());
     for (row, of) in rows.iter().enumerate() {
         let bad = |key, value: String, wanted| Err(bad_value(path, row, key, value, wanted));
@@ -153,6 +169,15 @@ pub fn read_contacts(path: &Path, bodies: u32) -> Result<Vec<Contact>, TableErro
                 return bad(key, value.to_string(), "finite");
             }
         }
+        if before >= Some((of.id1, of.id2)) {
+            let pair = format!("{}-{}", of.id1, of.id2);
+            return bad("pair", pair, "after the pair of the row before");
+        }
+        before = Some((of.id1, of.id2));
+        if (of.nx.hypot(of.nz) - 1.0).abs() > 1.0e-9 {
+            let normal = format!("({}, {})", of.nx, of.nz);
+            return bad("normal", normal, "of length 1");
+        }
         contacts.push(Contact {
             id1: of.id1,
             id2: of.id2,
@@ -166,16 +191,23 @@ pub fn read_contacts(path: &Path, bodies: u32) -> Result<Vec<Contact>, TableErro
     Ok(contacts)
 }
 
-/// Writes rows with a header of their field names.
+/// Writes rows under this header, which has their field names in order.
 pub fn write_rows<T: Serialize>(
     path: &Path,
+    header: &[&str],
     rows: impl Iterator<Item = T>,
 ) -> Result<(), TableError> {
     let format = |error: String| TableError::Format {
         path: path.to_owned(),
         reason: error,
     };
-    let mut writer = csv::Writer::from_writer(Vec::new());
+    // The header by hand: left to the writer, a table without rows would have none.
+    let mut writer = csv::WriterBuilder::new()
+        .has_headers(false)
+        .from_writer(Vec::new());
+    writer
+        .write_record(header)
+        .map_err(|error| format(error.to_string()))?;
     for row in rows {
         writer
             .serialize(row)
@@ -187,9 +219,9 @@ pub fn write_rows<T: Serialize>(
     Ok(write_whole(path, &bytes)?)
 }
 
-/// Reads rows by the names in their header.
-pub fn read_rows<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>, TableError> {
-    let text = read_text(path, LARGEST_TABLE)?;
+/// Reads rows by the names in their header, from at most `limit` bytes of text.
+pub fn read_rows<T: DeserializeOwned>(path: &Path, limit: u64) -> Result<Vec<T>, TableError> {
+    let text = read_text(path, limit)?;
     let format = |reason: String| TableError::Format {
         path: path.to_owned(),
         reason,

@@ -5,7 +5,7 @@ use crate::scene::Scene;
 use crate::tables::BodyIds;
 
 /// Constants of a run, taken from the scene once.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Constants {
     /// Young's modulus, Pa.
     pub modulus: f64,
@@ -26,7 +26,7 @@ pub struct Constants {
 }
 
 /// An infinite wall.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wall {
     pub id: u32,
     pub axis: Axis,

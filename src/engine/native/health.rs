@@ -1,5 +1,5 @@
 //! Signs that a run has gone wrong. Looked for whenever the neighbour list is rebuilt, which no
-//! grain can avoid by moving, and whenever the kinetic energy is computed.
+//! grain can avoid by moving, every thousand steps and at the end of a stage.
 
 use super::constants::Constants;
 use super::state::State;
@@ -8,7 +8,7 @@ use crate::tables::Punch;
 /// What went wrong, with the grain.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Trouble {
-    #[error("grain {grain} has a position or velocity that is not a finite number")]
+    #[error("grain {grain} has a position, velocity or force that is not a finite number")]
     NotFinite { grain: u32 },
     #[error("grain {grain} has left the box: its centre is at x={x} m, z={z} m")]
     Lost { grain: u32, x: f64, z: f64 },
@@ -25,12 +25,13 @@ pub enum Trouble {
 
 /// Every grain finite and inside the box.
 pub fn check(state: &State, constants: &Constants) -> Result<(), Trouble> {
-    for (id, (position, velocity)) in state.position.iter().zip(&state.velocity).enumerate() {
+    let moving = state.position.iter().zip(&state.velocity);
+    for (id, ((position, velocity), force)) in moving.zip(&state.force).enumerate() {
         let grain = id as u32;
         let [x, z] = *position;
-        if ![x, z, velocity[0], velocity[1]]
+        if ![position, velocity, force]
             .iter()
-            .all(|v| v.is_finite())
+            .all(|pair| pair.iter().all(|value| value.is_finite()))
         {
             return Err(Trouble::NotFinite { grain });
         }

@@ -228,10 +228,10 @@ mod tests {
     use crate::generate::initial_bodies;
     use crate::scene::paper_scene;
 
-    /// The bits do not depend on the vector unit: the dispatched functions against the same code
-    /// compiled for the plainest machine of this kind.
+    /// The functions compiled for this machine's vector unit against the same code compiled for the
+    /// plainest machine of its kind.
     #[test]
-    fn every_vector_unit_gives_the_same_bits() {
+    fn this_machines_vector_unit_gives_the_plain_bits() {
         let scene = paper_scene(1, 3000);
         let constants = Constants::new(&scene);
         let state = State::new(&initial_bodies(&scene), None);
@@ -240,7 +240,7 @@ mod tests {
         for _ in 0..9000 {
             dynamics.step().expect("a sound step");
             let count = dynamics.neighbours.other.len();
-            if dynamics.neighbours.builds % 50 != 0 {
+            if !dynamics.neighbours.builds.is_multiple_of(50) {
                 continue;
             }
             let mut plain = vec![[0.0; 2]; count];

@@ -60,12 +60,14 @@ impl Neighbours {
         }
     }
 
-    /// The largest square of a grain's displacement that leaves every possible contact in the list.
+    /// The largest square of a grain's displacement that leaves every possible contact in the list;
+    /// negative, which no displacement is, once the punch alone has moved too far.
     pub fn displacement_limit_squared(&self, punch_height: Option<f64>) -> f64 {
         let punch_moved = punch_height.map_or(0.0, |height| (height - self.punch_reference).abs());
         // Two grains may approach each other by twice a displacement, a grain and the punch by one each.
-        let limit = (0.5 * self.skin).min(self.skin - punch_moved).max(0.0);
-        limit * limit
+        let limit = (0.5 * self.skin).min(self.skin - punch_moved);
+        // A little less, so that the rounding of distances does not matter.
+        (1.0 - 1.0e-9) * limit * limit.abs()
     }
 
     /// Lists anew what is near what.
@@ -163,11 +165,13 @@ impl Cells {
         }
         self.origin = low;
         // A few grains far off must not cost memory: never more than a few cells a grain.
-        let area = (high[0] - low[0]) * (high[1] - low[1]);
-        let coarse = (area / (4.0 * state.position.len() as f64 + 64.0)).sqrt();
-        self.side = (2.0 * largest + skin).max(coarse);
-        self.columns = ((high[0] - low[0]) / self.side) as usize + 1;
-        self.rows = ((high[1] - low[1]) / self.side) as usize + 1;
+        let extent = [high[0] - low[0], high[1] - low[1]];
+        let most = 4.0 * state.position.len() as f64 + 64.0;
+        let coarse = (extent[0] * extent[1] / most).sqrt();
+        let thin = extent[0].max(extent[1]) / most;
+        self.side = (2.0 * largest + skin).max(coarse).max(thin);
+        self.columns = (extent[0] / self.side) as usize + 1;
+        self.rows = (extent[1] / self.side) as usize + 1;
 
         self.start.clear();
         self.start.resize(self.columns * self.rows + 1, 0);

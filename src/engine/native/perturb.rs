@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::constants::Constants;
 use super::contact::Axis;
+use crate::scene::Scene;
 
 /// One fault in the native engine, as written on the command line: `stiffness=1e-12`,
 /// `gravity=1e-12`, `damping=1e-12`, `wall=1e-12`, `sums=reversed`, `wall=missing`.
@@ -36,6 +37,15 @@ pub enum Perturbation {
 pub struct PerturbationError(String);
 
 impl Perturbation {
+    /// Whether a run of this scene is any different with the fault: without gravity, a fault in
+    /// gravity is none.
+    pub fn changes(self, scene: &Scene) -> bool {
+        let sound = Constants::new(scene);
+        let mut faulty = sound.clone();
+        self.apply(&mut faulty);
+        faulty != sound
+    }
+
     /// Puts the fault in.
     pub(super) fn apply(self, constants: &mut Constants) {
         let is_right = |axis: Axis, place: f64| axis == Axis::X && place > 0.0;

@@ -23,7 +23,7 @@ pub struct Options {
     pub perturbation: Option<Perturbation>,
 }
 
-/// Signals are looked for every so many steps.
+/// Signals and signs of trouble are looked for every so many steps.
 const LOOK_UP_EVERY: u64 = 1000;
 
 /// Skin over mean radius: near the fastest for the paper's bed, poured or settled.
@@ -121,7 +121,7 @@ impl Runner<'_> {
         self.observe();
         let mut observed = self.step;
         let stop = loop {
-            if exactly == Some(self.step) {
+            if exactly.is_some_and(|steps| self.step >= steps) {
                 break StopReason::StepsDone;
             }
             self.dynamics
@@ -137,10 +137,11 @@ impl Runner<'_> {
                 self.observe();
                 observed = self.step;
             }
-            if self.step.is_multiple_of(LOOK_UP_EVERY) && asked_to_end() {
-                return Err(self.error(self.step, Trouble::Interrupted));
+            if self.step.is_multiple_of(LOOK_UP_EVERY) {
+                self.look_up()?;
             }
         };
+        self.look_up()?;
         if observed != self.step {
             self.observe();
         }
@@ -158,7 +159,7 @@ impl Runner<'_> {
     fn settle_rule(&mut self, peak: &mut f64) -> Result<Option<StopReason>, NativeError> {
         let settle = &self.scene.settle;
         if self.step.is_multiple_of(settle.check_every) {
-            let energy = self.checked_energy()?;
+            let energy = self.dynamics.state.kinetic_energy();
             *peak = peak.max(energy);
             if energy <= settle.kinetic_energy_fraction * *peak {
                 return Ok(Some(StopReason::Settled));
@@ -181,8 +182,7 @@ impl Runner<'_> {
         };
         let of_force = punch.force / self.scene.target_force();
         let of_depth = punch.depth() / self.scene.loading.give_up_depth;
-        if self.step.is_multiple_of(self.scene.settle.check_every) {
-            self.checked_energy()?;
+        if self.step.is_multiple_of(LOOK_UP_EVERY) {
             self.observer
                 .progress(self.stage, self.step, of_force.max(of_depth));
         }
@@ -202,11 +202,19 @@ impl Runner<'_> {
             .map_err(|trouble| self.error(self.step, trouble))
     }
 
-    fn checked_energy(&mut self) -> Result<f64, NativeError> {
-        let energy = self.dynamics.state.kinetic_energy();
-        health::check_energy(&self.dynamics.state, energy, self.energy_limit)
-            .map_err(|trouble| self.error(self.step, trouble))?;
-        Ok(energy)
+    /// Ends the run if it was asked to end or has gone wrong.
+    fn look_up(&self) -> Result<(), NativeError> {
+        let Dynamics {
+            state, constants, ..
+        } = &self.dynamics;
+        let found = if asked_to_end() {
+            Err(Trouble::Interrupted)
+        } else {
+            health::check(state, constants).and_then(|()| {
+                health::check_energy(state, state.kinetic_energy(), self.energy_limit)
+            })
+        };
+        found.map_err(|trouble| self.error(self.step, trouble))
     }
 
     fn energy_limit(&self) -> f64 {

@@ -3,11 +3,13 @@
 use std::fs;
 use std::io::{Read, Seek, SeekFrom};
 use std::os::unix::fs::symlink;
+use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use rustix::process::{Pid, Signal, kill_process_group};
 use serde::Deserialize;
 
 use super::{Installation, OLDEST_VERSION, Options, YadeError};
@@ -39,12 +41,15 @@ pub fn run(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Finished, YadeError> {
-    let mut child = Ended(start(installation, work)?);
+    let mut child = Ended {
+        child: start(installation, work)?,
+        seen: false,
+    };
     let began = Instant::now();
     let mut heart = Heart::default();
     let mut version = None;
     let status = loop {
-        if let Some(status) = child.0.try_wait().map_err(failed("wait for", work))? {
+        if let Some(status) = child.status().map_err(failed("wait for", work))? {
             break status;
         }
         if version.is_none() {
@@ -122,6 +127,8 @@ fn start(installation: &Installation, work: &Path) -> Result<Child, YadeError> {
         .env("IPYTHONDIR", work.join("home"))
         .env("OMP_NUM_THREADS", "1")
         .env_remove("DISPLAY")
+        // A group of its own, so that whatever it starts ends with it.
+        .process_group(0)
         .stdin(Stdio::null())
         .stdout(output)
         .stderr(errors)
@@ -134,14 +141,32 @@ fn start(installation: &Installation, work: &Path) -> Result<Child, YadeError> {
         })
 }
 
-/// A child that does not outlive its watcher.
-struct Ended(Child);
+/// A child that does not outlive its watcher, nor does what it has started.
+struct Ended {
+    child: Child,
+    /// Its end was seen; its number may belong to another by now.
+    seen: bool,
+}
+
+impl Ended {
+    fn status(&mut self) -> std::io::Result<Option<ExitStatus>> {
+        let status = self.child.try_wait()?;
+        self.seen |= status.is_some();
+        Ok(status)
+    }
+}
 
 impl Drop for Ended {
     fn drop(&mut self) {
-        // Both fail only for a child that has ended already.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
+        if self.seen {
+            return;
+        }
+        // Each fails only for what has ended already.
+        if let Some(group) = Pid::from_raw(self.child.id().cast_signed()) {
+            let _ = kill_process_group(group, Signal::KILL);
+        }
+        let _ = self.child.kill();
+        let _ = self.child.wait();
     }
 }
 
@@ -151,7 +176,7 @@ fn hello(work: &Path) -> Result<Option<String>, YadeError> {
     if !path.is_file() {
         return Ok(None);
     }
-    let text = read_text(&path, 1 << 16)?;
+    let text = read_text(&path, 1 << 16).map_err(|error| YadeError::Nonsense(error.to_string()))?;
     let hello: Hello = serde_json::from_str(&text)
         .map_err(|error| YadeError::Nonsense(format!("hello.json: {error}")))?;
     let number = |text: &str| -> Option<u32> {
@@ -160,7 +185,9 @@ fn hello(work: &Path) -> Result<Option<String>, YadeError> {
     };
     let mut parts = hello.version.split('.').map(number);
     match (parts.next().flatten(), parts.next().flatten()) {
-        (Some(year), Some(month)) if (year, month) >= OLDEST_VERSION => Ok(Some(hello.version)),
+        (Some(year), month) if (year, month.unwrap_or(0)) >= OLDEST_VERSION => {
+            Ok(Some(hello.version))
+        }
         (Some(_), _) => Err(YadeError::TooOld {
             found: hello.version,
         }),
@@ -227,10 +254,13 @@ impl Heart {
     }
 }
 
-fn log(work: &Path) -> String {
+/// What YADE wrote on its standard output and error; of a very long log the end.
+pub fn log(work: &Path) -> String {
     let mut bytes = Vec::new();
-    if let Ok(file) = fs::File::open(work.join("yade.log")) {
+    if let Ok(mut file) = fs::File::open(work.join("yade.log")) {
+        let length = file.metadata().map_or(0, |data| data.len());
         // What could be read of it is better than nothing.
+        let _ = file.seek(SeekFrom::Start(length.saturating_sub(LONGEST_LOG)));
         let _ = file.take(LONGEST_LOG).read_to_end(&mut bytes);
     }
     String::from_utf8_lossy(&bytes).into_owned()

@@ -21,7 +21,7 @@ pub fn find(program: Option<&Path>) -> Result<Installation, YadeError> {
     let program = match (program, env::var_os("CROSSGRAIN_YADE")) {
         (Some(program), _) => program.to_owned(),
         (None, Some(named)) if !named.is_empty() => PathBuf::from(named),
-        _ => on_path().ok_or_else(|| {
+        _ => on_path("yade").ok_or_else(|| {
             YadeError::Missing("there is no program `yade` on the path".to_owned())
         })?,
     };
@@ -34,8 +34,7 @@ pub fn find(program: Option<&Path>) -> Result<Installation, YadeError> {
         .map_err(|_| missing("is not the Python file that Debian's yade is"))?;
     let interpreter = first
         .strip_prefix("#!")
-        .and_then(|command| command.split_whitespace().next())
-        .map(PathBuf::from)
+        .and_then(interpreter)
         .filter(|interpreter| interpreter.is_file())
         .ok_or_else(|| missing("does not name a Python interpreter in its first line"))?;
     Ok(Installation {
@@ -44,8 +43,18 @@ pub fn find(program: Option<&Path>) -> Result<Installation, YadeError> {
     })
 }
 
-fn on_path() -> Option<PathBuf> {
+/// The program of a first line, looked up if it is left to `env`.
+fn interpreter(command: &str) -> Option<PathBuf> {
+    let mut words = command.split_whitespace();
+    let program = PathBuf::from(words.next()?);
+    if program.file_name().is_some_and(|name| name == "env") {
+        return on_path(words.next()?);
+    }
+    Some(program)
+}
+
+fn on_path(name: &str) -> Option<PathBuf> {
     env::split_paths(&env::var_os("PATH")?)
-        .map(|folder| folder.join("yade"))
+        .map(|folder| folder.join(name))
         .find(|program| program.is_file())
 }

@@ -8,9 +8,10 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::YadeError;
-use crate::engine::{Observer, Outcome, StageReport, Task, Until};
-use crate::files::failed;
+use crate::engine::{Observer, Outcome, StageReport, Task, Until, moments};
+use crate::files::read_text;
 use crate::scene::Scene;
+use crate::tables::text::most_contacts;
 use crate::tables::{Bodies, BodyIds, Contact, Punch, Snapshot, Stage, StopReason};
 
 const CONTACT_COLUMNS: usize = 9;
@@ -24,6 +25,12 @@ struct FrameLine {
     contacts: usize,
     out_of_plane: f64,
     punch: Option<PunchLine>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DoneFile {
+    steps_by_yade: u64,
 }
 
 #[derive(Deserialize)]
@@ -53,9 +60,12 @@ pub fn read(
     observer: &mut dyn Observer,
 ) -> Result<Outcome, YadeError> {
     let index = work.join("frames.jsonl");
-    let index = BufReader::new(File::open(&index).map_err(failed("open", &index))?);
+    let written = |path: &Path| {
+        File::open(path).map_err(|error| nonsense(format!("{}: {error}", path.display())))
+    };
+    let index = BufReader::new(written(&index)?);
     let binary = work.join("frames.bin");
-    let binary = BufReader::new(File::open(&binary).map_err(failed("open", &binary))?);
+    let binary = BufReader::new(written(&binary)?);
     let mut reader = Frames {
         scene,
         start: &task.start.bodies,
@@ -64,32 +74,32 @@ pub fn read(
     let mut stages: Vec<StageReport> = Vec::new();
     let mut settled = None;
     let mut last: Option<Snapshot> = None;
+    let mut seen: Vec<(Stage, u64)> = Vec::new();
     for line in index.lines() {
         let line = line.map_err(|error| nonsense(format!("frames.jsonl: {error}")))?;
         if line.starts_with(r#"{"end""#) {
             let report = end(&line)?;
-            let now = last
-                .as_ref()
-                .map(|snapshot| (snapshot.stage, snapshot.step));
-            if now != Some((report.stage, report.steps)) {
-                return Err(nonsense(format!(
-                    "the last moment of stage {} is not its end",
-                    report.stage.name()
-                )));
-            }
             if report.stop == StopReason::Settled {
                 settled.clone_from(&last);
             }
             stages.push(report);
         } else {
             let snapshot = reader.frame(&line)?;
+            if seen.is_empty() && snapshot.bodies.digest() != task.start.bodies.digest() {
+                return Err(nonsense(
+                    "its first moment is not the start that it was given".to_owned(),
+                ));
+            }
+            seen.push((snapshot.stage, snapshot.step));
             observer.snapshot(&snapshot);
             last = Some(snapshot);
         }
     }
     reader.at_end()?;
     let last = last.ok_or_else(|| nonsense("not one moment of the run".to_owned()))?;
-    check_steps(task, &stages)?;
+    check_stages(task, &stages)?;
+    check_moments(scene, task, &stages, &seen)?;
+    check_own_count(work, task, &stages)?;
     Ok(Outcome {
         stages,
         settled,
@@ -97,23 +107,106 @@ pub fn read(
     })
 }
 
-/// The run went where it was asked to go.
-fn check_steps(task: &Task, stages: &[StageReport]) -> Result<(), YadeError> {
-    let Some(end) = stages.last() else {
-        return Err(nonsense("not one stage was finished".to_owned()));
-    };
-    match task.until {
-        Until::Step(step) if end.steps != step || end.stop != StopReason::StepsDone => {
-            Err(nonsense(format!(
-                "{} steps were asked for and {} were done",
-                step, end.steps
-            )))
-        }
-        Until::EndOfLoading if end.stage == Stage::Settle && end.stop != StopReason::MaxSteps => {
-            Err(nonsense("the run ended before loading".to_owned()))
-        }
-        _ => Ok(()),
+/// Every moment that the scene asks for, in order, and no other.
+fn check_moments(
+    scene: &Scene,
+    task: &Task,
+    stages: &[StageReport],
+    seen: &[(Stage, u64)],
+) -> Result<(), YadeError> {
+    let every = scene.measurement.history_every;
+    let wanted: Vec<(Stage, u64)> = stages
+        .iter()
+        .flat_map(|stage| {
+            let from = first_step(task, stage.stage);
+            let steps = moments(from, stage.steps.max(from), every);
+            steps.into_iter().map(move |step| (stage.stage, step))
+        })
+        .collect();
+    if wanted == seen {
+        return Ok(());
     }
+    let odd = wanted.iter().zip(seen).position(|(want, see)| want != see);
+    let at = odd.unwrap_or(wanted.len().min(seen.len()));
+    let moment = |of: Option<&(Stage, u64)>| {
+        of.map_or("none".to_owned(), |(stage, step)| {
+            format!("{} {step}", stage.name())
+        })
+    };
+    Err(nonsense(format!(
+        "moment {at} of the run should be {} and is {}",
+        moment(wanted.get(at)),
+        moment(seen.get(at))
+    )))
+}
+
+/// YADE's own count of steps is that of the stages.
+fn check_own_count(work: &Path, task: &Task, stages: &[StageReport]) -> Result<(), YadeError> {
+    let text =
+        read_text(&work.join("done.json"), 1 << 16).map_err(|error| nonsense(error.to_string()))?;
+    let done: DoneFile =
+        serde_json::from_str(&text).map_err(|error| nonsense(format!("done.json: {error}")))?;
+    let steps: u64 = stages
+        .iter()
+        .map(|stage| stage.steps.saturating_sub(first_step(task, stage.stage)))
+        .sum();
+    if done.steps_by_yade != steps {
+        return Err(nonsense(format!(
+            "YADE counts {} steps, its stages {steps}",
+            done.steps_by_yade
+        )));
+    }
+    Ok(())
+}
+
+/// The step that a stage starts at in this task.
+fn first_step(task: &Task, stage: Stage) -> u64 {
+    if stage == task.start.stage {
+        task.start.step
+    } else {
+        0
+    }
+}
+
+/// The stages are those asked for, each ended by a rule of its own.
+fn check_stages(task: &Task, stages: &[StageReport]) -> Result<(), YadeError> {
+    use StopReason::{MaxSteps, Reached, SankToGiveUpDepth, Settled, StepsDone};
+    let ends: Vec<(Stage, StopReason)> = stages.iter().map(|of| (of.stage, of.stop)).collect();
+    let fits = match (task.until, task.start.stage, ends.as_slice()) {
+        (Until::Step(step), stage, [(end, StepsDone)]) => {
+            if stages[0].steps != step {
+                return Err(nonsense(format!(
+                    "{step} steps were asked for and {} were done",
+                    stages[0].steps
+                )));
+            }
+            *end == stage
+        }
+        (Until::EndOfLoading, Stage::Settle, [(Stage::Settle, MaxSteps)]) => true,
+        (
+            Until::EndOfLoading,
+            Stage::Settle,
+            [
+                (Stage::Settle, Settled),
+                (Stage::Load, Reached | SankToGiveUpDepth),
+            ],
+        )
+        | (Until::EndOfLoading, Stage::Load, [(Stage::Load, Reached | SankToGiveUpDepth)]) => true,
+        _ => false,
+    };
+    if fits {
+        return Ok(());
+    }
+    let of = |stage: &StageReport| format!("{} {:?}", stage.stage.name(), stage.stop);
+    let stages: Vec<String> = stages.iter().map(of).collect();
+    Err(nonsense(format!(
+        "its stages are not those of the task: {}",
+        if stages.is_empty() {
+            "none was finished".to_owned()
+        } else {
+            stages.join(", ")
+        }
+    )))
 }
 
 fn end(line: &str) -> Result<StageReport, YadeError> {
@@ -164,8 +257,7 @@ impl Frames<'_> {
         if of.out_of_plane != 0.0 {
             return Err(nonsense(format!("{at}: grains have left the plane")));
         }
-        // A disc in the plane has room for six neighbours; twice that and the walls is nonsense.
-        if of.contacts > 12 * count + 64 {
+        if of.contacts as u64 > most_contacts(count as u32) {
             return Err(nonsense(format!("{at}: {} contacts", of.contacts)));
         }
         let columns = [

@@ -14,6 +14,11 @@ use crate::tables::{Stage, text};
 /// The fixed script.
 pub const SCRIPT: &str = include_str!("../../../yade_scripts/run_scene.py");
 
+/// SHA-256 of the script, in hexadecimal: what ran inside YADE.
+pub fn script_digest() -> String {
+    crate::files::sha256_hex(SCRIPT.as_bytes())
+}
+
 /// Half-extent of the punch across the plane, m: so large that this face never is the nearest.
 const PUNCH_HALF_DEPTH: f64 = 10.0;
 

@@ -40,3 +40,11 @@ pub fn unpack(folder: &Path) -> Result<(), Error> {
     })?;
     Ok(())
 }
+
+/// Whether a folder holds exactly the recorded run.
+pub fn is_intact(folder: &Path) -> bool {
+    FILES.iter().all(|(name, bytes)| {
+        let path = folder.join(name);
+        path.is_file() && std::fs::read(path).is_ok_and(|found| found == *bytes)
+    })
+}
