@@ -264,7 +264,7 @@ impl Job<'_> {
         self.compare(
             ordinary_title,
             &["native", "yade-ordinary", "yade-ordinary-control"],
-            compare(native, &ordinary, Some(yardstick), None),
+            compare(native, &ordinary, Some(yardstick), Some(&locator)),
         );
         if options.full {
             self.further_realizations()?;

@@ -124,6 +124,17 @@ fn in_words(reproduction: &Reproduction, out: &Path) -> String {
     for not_made in &reproduction.not_made {
         text += &format!("not made {}: {}\n", not_made.what, not_made.why);
     }
+    text += "\nruns:\n";
+    for run in &reproduction.runs {
+        let times = match run.times_native {
+            Some(times) => format!("{times:.1} times native"),
+            None => "made on another machine".to_owned(),
+        };
+        text += &format!(
+            "{:>10.1} µs a step, {times}: {}, {}\n",
+            run.microseconds_per_step, run.engine, run.stages
+        );
+    }
     let tally = reproduction.tally();
     text += &format!(
         "\n{}: {} checks passed, {} failed, {} not made; {} s\nreport: {}\n",

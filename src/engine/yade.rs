@@ -2,6 +2,7 @@
 //! listening socket, and believes only what the tables prove.
 
 mod child;
+mod completeness;
 mod find;
 mod frames;
 mod job;
@@ -71,6 +72,11 @@ pub enum YadeError {
     Nonsense(String),
     #[error(transparent)]
     File(#[from] FileError),
+}
+
+/// What was written is not what a run writes.
+fn nonsense(reason: String) -> YadeError {
+    YadeError::Nonsense(reason)
 }
 
 /// A finished run of YADE.
