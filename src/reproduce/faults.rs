@@ -64,14 +64,17 @@ fn check(scene: &Scene, sound: &RunFolder, fault: Perturbation) -> Result<FaultC
             "it changes nothing in this scene".to_owned(),
         );
     }
-    // A fault may end the faulty engine; the steps before its end are compared all the same.
-    let (faulty, ended) = match pour(scene, Some(fault), STEPS) {
-        Ok(faulty) => (faulty, None),
-        Err(EngineError::Native(error)) if error.trouble != Trouble::Interrupted => {
-            let before = error.step.saturating_sub(1);
-            (pour(scene, Some(fault), before)?, Some(error))
+    // A fault may end the faulty engine; a tenth earlier, all may still be well enough to compare.
+    let (mut steps, mut ended) = (STEPS, None);
+    let faulty = loop {
+        match pour(scene, Some(fault), steps) {
+            Ok(faulty) => break faulty,
+            Err(EngineError::Native(error)) if error.trouble != Trouble::Interrupted => {
+                steps = error.step * 9 / 10;
+                ended.get_or_insert(error);
+            }
+            Err(error) => return Err(error.into()),
         }
-        Err(error) => return Err(error.into()),
     };
     let shortened = match &ended {
         Some(_) => Some(pour(scene, None, faulty.record.stages[0].steps)?),
