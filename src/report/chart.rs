@@ -117,7 +117,7 @@ impl Chart {
             let room = 0.05 * (ys.end - ys.start);
             let ys = (ys.start - room)..(ys.end + room);
             let mut chart = builder.build_cartesian_2d(xs, ys).map_err(failed)?;
-            self.mesh_and_series(&mut chart, wanted, |y| format!("{y}"))
+            self.mesh_and_series(&mut chart, wanted, |y| plain(*y))
         }?;
         area.present().map_err(failed)
     }
@@ -140,7 +140,7 @@ impl Chart {
             .configure_mesh()
             .x_desc(self.x.as_str())
             .y_desc(self.y.as_str())
-            .x_label_formatter(&|x| format!("{x}"))
+            .x_label_formatter(&|x| plain(*x))
             .y_label_formatter(&label)
             .label_style(("sans-serif", 13))
             .light_line_style(TRANSPARENT)
@@ -179,4 +179,9 @@ impl Chart {
             .draw()
             .map_err(failed)
     }
+}
+
+/// A tick's number without the noise of its last digits.
+fn plain(tick: f64) -> String {
+    format!("{}", (tick * 1e9).round() / 1e9)
 }
