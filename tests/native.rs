@@ -366,6 +366,39 @@ fn a_grain_inside_the_punch_is_noticed() {
     assert_eq!(error.trouble, Trouble::InsidePunch { grain: 0 });
 }
 
+/// Grains at rest make no list old; the punch's own way must.
+#[test]
+fn the_punch_reaches_a_grain_that_was_far_when_the_list_was_made() {
+    let mut scene = small_scene();
+    scene.particles.count = 1;
+    scene.gravity = 0.0;
+    scene.loading.speed = 0.4;
+    let mut bodies = Bodies::default();
+    bodies.push([0.15, 0.05], [0.0, 0.0], 0.005, 0.2);
+    let start = 0.055 + 0.02;
+    let punch = Punch {
+        centre: [0.15, start + 0.15],
+        half_extents: [0.0225, 0.15],
+        start,
+        velocity: -0.4,
+        force: 0.0,
+    };
+    let task = Task {
+        start: Start {
+            stage: Stage::Load,
+            step: 0,
+            bodies,
+            punch: Some(punch),
+        },
+        until: Until::Step(1800),
+    };
+    let (outcome, _) = native_outcome(&scene, &task, None);
+    let last = &outcome.last;
+    let depth = last.punch.expect("the punch").depth();
+    assert!(depth > 0.0201, "{depth}");
+    assert!(last.bodies.vz[0] < -0.3, "{}", last.bodies.vz[0]);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 

@@ -19,6 +19,9 @@ pub struct Dynamics {
     pub state: State,
     pub constants: Constants,
     pub neighbours: Neighbours,
+    /// The punch has just been set on the bed: no forces have been evaluated with it yet, so it has no
+    /// contacts, even where rounding makes it touch.
+    pub punch_is_new: bool,
     /// Force of each listed pair on its second grain.
     pair_force: Vec<[f64; 2]>,
 }
@@ -30,6 +33,7 @@ impl Dynamics {
             state,
             constants,
             neighbours: Neighbours::new(skin),
+            punch_is_new: false,
             pair_force: Vec::new(),
         };
         dynamics.list_neighbours()?;
@@ -72,6 +76,7 @@ impl Dynamics {
         self.state.force.fill([0.0; 2]);
         sum_pair_forces(&self.neighbours, &self.pair_force, &mut self.state.force);
         self.add_wall_forces();
+        self.punch_is_new = false;
         self.add_punch_forces()
     }
 

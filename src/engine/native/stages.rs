@@ -197,6 +197,7 @@ impl Runner<'_> {
     fn lower_punch(&mut self) -> Result<(), NativeError> {
         let state = &self.dynamics.state;
         self.dynamics.state.punch = Some(first_contact_punch(self.scene, &state.bodies()));
+        self.dynamics.punch_is_new = true;
         self.dynamics
             .list_neighbours()
             .map_err(|trouble| self.error(self.step, trouble))
@@ -241,9 +242,15 @@ impl Runner<'_> {
             state,
             constants,
             neighbours,
+            punch_is_new,
             ..
         } = &self.dynamics;
-        state.snapshot(constants, neighbours.pairs(), self.stage, self.step)
+        let mut snapshot = state.snapshot(constants, neighbours.pairs(), self.stage, self.step);
+        if *punch_is_new {
+            let punch = constants.ids.punch();
+            snapshot.contacts.retain(|contact| contact.id1 != punch);
+        }
+        snapshot
     }
 
     fn outcome(self, settled: Option<Snapshot>) -> Outcome {
