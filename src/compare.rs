@@ -23,7 +23,9 @@ use spread::Spread;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
+    /// It holds.
     Pass,
+    /// It does not.
     Fail,
     /// The check could not be made, or nothing was expected of it; never counted as passed.
     NotMade,
@@ -32,7 +34,9 @@ pub enum Verdict {
 /// One check with what it rests on.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Check {
+    /// What is checked.
     pub name: String,
+    /// What that amounts to.
     pub verdict: Verdict,
     /// What was found, in words and figures.
     pub found: String,
@@ -41,9 +45,13 @@ pub struct Check {
 /// A measured quantity in both runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct QuantityPair {
+    /// The quantity, as in [`Quantity`].
     pub key: String,
+    /// SI unit.
     pub unit: String,
+    /// In run A, if it has it.
     pub a: Option<f64>,
+    /// In run B, if it has it.
     pub b: Option<f64>,
     /// |a − b|.
     pub difference: Option<f64>,
@@ -51,20 +59,28 @@ pub struct QuantityPair {
     pub control_difference: Option<f64>,
     /// The most that |a − b| may be; none where nothing is judged.
     pub allowed: Option<f64>,
+    /// What that amounts to.
     pub verdict: Verdict,
 }
 
 /// The comparison of run A with run B.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
+    /// In run A, if it has it.
     pub a: String,
+    /// In run B, if it has it.
     pub b: String,
     /// Both runs add forces in the same order, so every bit is expected to agree.
     pub bits_expected: bool,
+    /// All checks, in order.
     pub checks: Vec<Check>,
+    /// The tables, number by number.
     pub tables: Vec<TableBits>,
+    /// Where the runs part, if they should not and it was looked for.
     pub first_difference: Option<FirstDifference>,
+    /// How the runs part, if they may.
     pub partings: Option<Partings>,
+    /// All measured quantities.
     pub quantities: Vec<QuantityPair>,
 }
 

@@ -10,7 +10,9 @@ use crate::tables::{Bodies, Punch, Snapshot, Stage, StopReason};
 /// From where to where an engine runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Task {
+    /// The state to start from.
     pub start: Start,
+    /// Where to end.
     pub until: Until,
 }
 
@@ -20,6 +22,7 @@ pub struct Start {
     pub stage: Stage,
     /// Steps of the stage that are behind this state.
     pub step: u64,
+    /// All grains, with velocities half a step before the positions.
     pub bodies: Bodies,
     /// The punch, if it is there already; its speed is always the scene's. A loading stage at step 0
     /// makes it.
@@ -81,6 +84,7 @@ pub struct StageReport {
     pub stage: Stage,
     /// Steps of the stage when it ended.
     pub steps: u64,
+    /// Why it ended.
     pub stop: StopReason,
     /// Time on the clock, s.
     pub wall_seconds: f64,

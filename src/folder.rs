@@ -20,7 +20,9 @@ use record::{RECORD_VERSION, RunRecord, TraceRow};
 /// Grains and contacts at one moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Moment {
+    /// All grains.
     pub bodies: Bodies,
+    /// All contacts, sorted by ids.
     pub contacts: Vec<Contact>,
 }
 
@@ -46,12 +48,19 @@ impl From<Snapshot> for Moment {
 /// Everything that a run folder holds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunFolder {
+    /// The scene that was run.
     pub scene: Scene,
+    /// `run.json`.
     pub record: RunRecord,
+    /// The start.
     pub initial: Bodies,
+    /// The settled bed, for a run with loading.
     pub settled: Option<Moment>,
+    /// The end.
     pub last: Moment,
+    /// A row a moment.
     pub history: Vec<HistoryRow>,
+    /// The paths of the marked grains.
     pub trace: Vec<TraceRow>,
     /// What the engine printed.
     pub log: String,

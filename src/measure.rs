@@ -21,6 +21,7 @@ use crate::tables::{Bodies, BodyIds, Contact};
 pub struct Quantity {
     /// What it is, dots from the general to the special: `settled.height.mean_surface`.
     pub key: String,
+    /// In `unit`.
     pub value: f64,
     /// SI unit, `1` for a ratio.
     pub unit: String,
@@ -29,7 +30,9 @@ pub struct Quantity {
 /// A bed at one moment, as a run folder holds it.
 #[derive(Debug, Clone, Copy)]
 pub struct Bed<'a> {
+    /// All grains.
     pub bodies: &'a Bodies,
+    /// All contacts at the grains' positions, sorted by ids.
     pub contacts: &'a [Contact],
 }
 

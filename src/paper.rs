@@ -35,8 +35,11 @@ pub struct Number {
     pub published: f64,
     /// Half a unit of the last printed digit; 0 for whole numbers.
     pub rounding: f64,
+    /// By our own route, in `unit`.
     pub recomputed: f64,
+    /// As the paper gives it, `1` for a ratio.
     pub unit: String,
+    /// How the two agree.
     pub finding: Finding,
     /// The route of the recomputation.
     pub how: String,
@@ -109,9 +112,13 @@ pub fn numbers() -> Vec<Number> {
 /// Faults of the printed text that are no single number.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct TextFault {
+    /// Where it stands.
     pub place: String,
+    /// What is printed.
     pub printed: String,
+    /// What is meant.
     pub should_be: String,
+    /// Why that is sure.
     pub evidence: String,
 }
 

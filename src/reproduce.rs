@@ -32,6 +32,7 @@ use record::{NamedComparison, NotMade, REPRODUCTION_VERSION, Reproduction, RunSu
 pub struct Options {
     /// The folder that everything goes into.
     pub out: PathBuf,
+    /// What is run.
     pub scene: Scene,
     /// Further realizations in YADE's sorted mode.
     pub full: bool,
@@ -50,9 +51,11 @@ const FURTHER_REALIZATIONS: u64 = 2;
 /// The runs that the page draws.
 #[derive(Debug)]
 pub struct Runs {
+    /// The native run.
     pub native: RunFolder,
     /// YADE in sorted mode: live if there is one, else recorded.
     pub yade: Option<RunFolder>,
+    /// YADE's ordinary loop, if it ran live.
     pub ordinary: Option<RunFolder>,
 }
 

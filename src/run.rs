@@ -20,6 +20,7 @@ const MARKED: usize = 100;
 /// Which engine, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Engine {
+    /// Our own.
     Native(native::Options),
     Yade(yade::Options),
 }
@@ -27,6 +28,7 @@ pub enum Engine {
 /// An engine did not finish.
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
+    /// Our own.
     #[error(transparent)]
     Native(#[from] NativeError),
     #[error(transparent)]

@@ -85,7 +85,9 @@ impl Bodies {
 /// ([`BodyIds`]) and always stand first.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
+    /// Body 1; a wall or the punch, if there is one in the pair.
     pub id1: u32,
+    /// Body 2; always a grain.
     pub id2: u32,
     /// Overlap u_n, m, positive in contact.
     pub overlap: f64,
@@ -113,6 +115,7 @@ impl Contact {
 /// Ids of the bodies that are not grains, for a scene of `grains` grains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BodyIds {
+    /// Number of grains; they have the ids below it.
     pub grains: u32,
 }
 
@@ -191,13 +194,17 @@ impl Punch {
 /// One moment of a run: the state after `step` steps of its stage, contacts at these positions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {
+    /// The stage that is under way.
     pub stage: Stage,
+    /// Steps of the stage so far.
     pub step: u64,
     /// Time since the start of the stage, s.
     pub time: f64,
+    /// All grains.
     pub bodies: Bodies,
     /// Sorted by (id1, id2).
     pub contacts: Vec<Contact>,
+    /// The punch, once there is one.
     pub punch: Option<Punch>,
 }
 

@@ -29,8 +29,11 @@ pub struct TableBits {
 pub struct NumberPair {
     /// Grain, or the pair of a contact.
     pub id: String,
+    /// The column.
     pub key: &'static str,
+    /// In run A.
     pub a: f64,
+    /// In run B.
     pub b: f64,
     /// How many floating-point numbers further b is than a.
     pub ulps: u64,

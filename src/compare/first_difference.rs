@@ -19,6 +19,7 @@ use crate::tables::Stage;
 /// Where two runs part.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FirstDifference {
+    /// The stage in which they part.
     pub stage: Stage,
     /// The first step after which the states differ; all before agree in every bit.
     pub step: u64,

@@ -23,14 +23,18 @@ pub const SETTLED_KEY: &str = "parting.settled_median";
 /// Separation of the marked grains at one moment of pouring, over the mean radius.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Separation {
+    /// Step of pouring.
     pub step: u64,
+    /// Of all marked grains.
     pub largest: f64,
+    /// Over the marked grains.
     pub median: f64,
 }
 
 /// How one pair of runs parts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Parting {
+    /// All moments of pouring that both runs have.
     pub curve: Vec<Separation>,
     /// Steps in which the largest separation grows by a factor of e; none if it does not grow up.
     pub steps_per_e: Option<f64>,

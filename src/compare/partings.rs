@@ -15,7 +15,9 @@ use crate::folder::RunFolder;
 /// Engines against control.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Partings {
+    /// Run A from run B.
     pub engines: Parting,
+    /// Run B from its control.
     pub control: Parting,
 }
 

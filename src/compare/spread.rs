@@ -20,16 +20,20 @@ pub const FALSE_ALARM: f64 = 0.01;
 /// Scatter of one quantity.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct QuantitySpread {
+    /// The quantity, as in [`Quantity`].
     pub key: String,
+    /// Over the twins, in the quantity's unit.
     pub mean: f64,
     /// Sample standard deviation over the twins.
     pub deviation: f64,
+    /// How many there are.
     pub twins: usize,
 }
 
 /// Scatter of every quantity that all twins have.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spread {
+    /// In the order of the first twin.
     pub quantities: Vec<QuantitySpread>,
 }
 

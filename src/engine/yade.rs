@@ -82,6 +82,7 @@ fn nonsense(reason: String) -> YadeError {
 /// A finished run of YADE.
 #[derive(Debug)]
 pub struct YadeRun {
+    /// Stages and last moment.
     pub outcome: Outcome,
     /// As YADE prints it.
     pub version: String,

@@ -14,15 +14,18 @@ pub const RECORD_VERSION: u32 = 1;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "name", rename_all = "snake_case", deny_unknown_fields)]
 pub enum EngineRecord {
+    /// The native engine.
     Native {
         version: String,
         /// The deliberate fault that was put in.
         perturbation: Option<Perturbation>,
     },
+    /// Debian's YADE.
     Yade {
         version: String,
         /// Interactions visited in the order of their ids: the mode with the native engine's bits.
         sorted: bool,
+        /// `verletDist`, m.
         verlet_distance: f64,
         /// SHA-256 of the script that ran inside YADE.
         script: String,
@@ -85,20 +88,24 @@ pub struct RunRecord {
     pub version: u32,
     /// Version of crossgrain.
     pub crossgrain: String,
+    /// Who ran, and how.
     pub engine: EngineRecord,
     /// SHA-256 of the scene's canonical JSON.
     pub scene_digest: String,
     /// Digest of the initial positions and velocities.
     pub initial_digest: String,
+    /// What was asked for.
     pub protocol: Protocol,
     /// The command that does this run again, in a folder that holds `scene.json`.
     pub command: String,
     /// s.
     pub time_step: f64,
+    /// The stages as they went, in order.
     pub stages: Vec<StageReport>,
     /// Largest resident memory of the crossgrain process up to the end of the run, bytes, where the
     /// system tells; YADE's own is not in it.
     pub peak_memory: Option<u64>,
+    /// Every measure of the settled and the last bed.
     pub measures: Vec<measure::Quantity>,
 }
 
@@ -120,10 +127,15 @@ impl RunRecord {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TraceRow {
+    /// The stage that is under way.
     pub stage: Stage,
+    /// Steps of the stage so far.
     pub step: u64,
+    /// The marked grain.
     pub id: u32,
+    /// Its centre, m.
     pub x: f64,
+    /// Its centre, m.
     pub z: f64,
 }
 

@@ -10,6 +10,7 @@ use crate::scene::Scene;
 /// What is read at one control point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ControlStress {
+    /// The point's name in the scene.
     pub name: String,
     /// Place of the point, m.
     pub place: [f64; 2],

@@ -7,7 +7,9 @@ use super::Bed;
 /// The three components of a plane stress or extensive stress, compression positive.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Components {
+    /// Horizontal normal component.
     pub xx: f64,
+    /// Vertical normal component.
     pub zz: f64,
     /// The symmetric part, ½(xz + zx).
     pub xz: f64,

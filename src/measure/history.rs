@@ -10,6 +10,7 @@ use crate::tables::{Snapshot, Stage};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HistoryRow {
+    /// The stage that is under way.
     pub stage: Stage,
     /// Steps since the start of the stage.
     pub step: u64,
@@ -23,6 +24,7 @@ pub struct HistoryRow {
     pub elastic_energy: f64,
     /// Empty without contacts.
     pub unbalanced_force: Option<f64>,
+    /// How many pairs touch, walls and punch included.
     pub contacts: u64,
     /// m, empty without a punch.
     pub punch_depth: Option<f64>,

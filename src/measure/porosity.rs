@@ -26,7 +26,9 @@ pub fn solid_area(bodies: &Bodies) -> f64 {
 /// A rectangle inside the bed, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Window {
+    /// From left to right, m.
     pub x: [f64; 2],
+    /// From bottom to top, m.
     pub z: [f64; 2],
 }
 

@@ -20,36 +20,48 @@ pub const GREEN: RGBColor = RGBColor(0, 158, 115);
 /// How a series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mark {
+    /// A line through the points.
     Line,
+    /// A circle a point.
     Circles,
 }
 
 /// Points with a name.
 #[derive(Debug, Clone)]
 pub struct Series {
+    /// In the legend.
     pub name: String,
+    /// Of line, circle and legend.
     pub colour: RGBColor,
+    /// How it is drawn.
     pub mark: Mark,
+    /// In the order of the line.
     pub points: Vec<(f64, f64)>,
 }
 
 /// A chart of one quantity over another.
 #[derive(Debug, Clone)]
 pub struct Chart {
+    /// Label of the horizontal axis.
     pub x: String,
+    /// Label of the vertical axis.
     pub y: String,
     /// Powers of ten on the vertical axis; points at or below zero are left out.
     pub logarithmic: bool,
     /// Where the curves leave room for the names of the series.
     pub legend: Corner,
+    /// In the order of drawing.
     pub series: Vec<Series>,
 }
 
 /// A corner of a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Corner {
+    /// Top left.
     UpperLeft,
+    /// Top right.
     UpperRight,
+    /// Bottom right.
     LowerRight,
 }
 

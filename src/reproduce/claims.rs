@@ -11,12 +11,17 @@ use crate::scene::paper_scene;
 /// A published figure beside ours.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Claim {
+    /// What it is.
     pub what: String,
+    /// As printed, in `unit`.
     pub published: f64,
     /// The published scatter, where there is one.
     pub scatter: Option<f64>,
+    /// From this run, in `unit`.
     pub ours: f64,
+    /// SI unit, `1` for a ratio.
     pub unit: String,
+    /// What the two say to each other.
     pub reading: String,
 }
 

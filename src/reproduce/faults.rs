@@ -29,6 +29,7 @@ pub const FAULTS: [Perturbation; 6] = [
 /// One fault, and whether it was found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FaultCheck {
+    /// As on the command line.
     pub fault: String,
     /// Passed if the comparison found it; not made where the fault changes nothing in this scene.
     pub verdict: Verdict,

@@ -14,9 +14,13 @@ pub const REPRODUCTION_VERSION: u32 = 1;
 /// The result of the main job.
 #[derive(Debug, Clone, Serialize)]
 pub struct Reproduction {
+    /// Format version of this file.
     pub version: u32,
+    /// Version of crossgrain.
     pub crossgrain: String,
+    /// How to do it again.
     pub command: String,
+    /// SHA-256 of the scene's canonical JSON.
     pub scene_digest: String,
     /// The version of the YADE that ran live.
     pub yade: Option<String>,
@@ -24,22 +28,31 @@ pub struct Reproduction {
     /// could be made or the experiment did not come to its end; else passed. What could not be checked
     /// is in `not_made`.
     pub verdict: Verdict,
+    /// All comparisons of two runs.
     pub comparisons: Vec<NamedComparison>,
     /// Deliberate faults, each of which the comparison must find.
     pub faults: Vec<FaultCheck>,
+    /// What was not checked, with the reason.
     pub not_made: Vec<NotMade>,
     pub claims: Vec<Claim>,
+    /// The paper's numbers that need no simulation.
     pub numbers: Vec<paper::Number>,
+    /// Faults of the paper's text.
     pub text_faults: Vec<paper::TextFault>,
+    /// All runs.
     pub runs: Vec<RunSummary>,
+    /// How long the job took, s.
     pub seconds: f64,
 }
 
 /// How many checks fared how.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Tally {
+    /// Checks that hold.
     pub passed: usize,
+    /// Checks that do not.
     pub failed: usize,
+    /// What was not checked, with the reason.
     pub not_made: usize,
 }
 
@@ -64,28 +77,39 @@ impl Reproduction {
 /// A comparison with the folders it was made from.
 #[derive(Debug, Clone, Serialize)]
 pub struct NamedComparison {
+    /// What is compared.
     pub title: String,
+    /// The run folders, in the output folder.
     pub folders: Vec<String>,
+    /// What came out.
     pub comparison: Comparison,
 }
 
 /// A check that was not made, and why.
 #[derive(Debug, Clone, Serialize)]
 pub struct NotMade {
+    /// The check.
     pub what: String,
+    /// Why it was not made.
     pub why: String,
 }
 
 /// A run in one line.
 #[derive(Debug, Clone, Serialize)]
 pub struct RunSummary {
+    /// In the output folder.
     pub folder: String,
+    /// Who ran, in words.
     pub engine: String,
+    /// The stages, in words.
     pub stages: String,
+    /// Wall time over all stages, µs.
     pub microseconds_per_step: f64,
     /// Time per step over that of the native run of this job; none for a run made elsewhere.
     pub times_native: Option<f64>,
+    /// Wall time of all stages, s.
     pub wall_seconds: f64,
+    /// How to do it again.
     pub command: String,
 }
 

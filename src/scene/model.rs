@@ -18,18 +18,27 @@ pub struct Scene {
     pub name: String,
     /// Realization number: selects the random stream of the initial cloud.
     pub realization: u64,
+    /// The grains.
     pub particles: Particles,
+    /// What grains, walls and punch are made of.
     pub material: Material,
+    /// What takes energy out besides contacts.
     pub damping: Damping,
     /// Gravitational acceleration, m/s², acting along −z.
     #[schemars(range(min = 0.0))]
     pub gravity: f64,
+    /// The box.
     #[serde(rename = "box")]
     pub container: Container,
+    /// How the grains start.
     pub cloud: Cloud,
+    /// The time step.
     pub time_step: TimeStep,
+    /// When pouring ends.
     pub settle: Settle,
+    /// The punch and when loading ends.
     pub loading: Loading,
+    /// How the bed is measured.
     pub measurement: Measurement,
     /// Where the grain stress is read, relative to the punch axis and the settled surface.
     pub control_points: Vec<ControlPoint>,
@@ -48,6 +57,7 @@ pub struct Particles {
     pub mean_diameter: f64,
     /// Half-width of the uniform size distribution over the mean, ΔD/D.
     pub dispersion: f64,
+    /// What a grain's mass is computed from.
     pub shape: Shape,
 }
 
@@ -221,6 +231,7 @@ pub enum Cell {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ControlPoint {
+    /// What the point is called, `O` in the paper.
     pub name: String,
     /// Horizontal distance from the punch axis, m.
     pub offset: f64,

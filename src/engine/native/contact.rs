@@ -8,6 +8,7 @@
 pub struct PairForce {
     /// u_n ≥ 0, m.
     pub overlap: f64,
+    /// Unit vector from body 1 to body 2.
     pub normal: [f64; 2],
     /// Force on body 2, N: (k_n u_n) n.
     pub force: [f64; 2],
@@ -54,7 +55,9 @@ pub fn grains(
 /// Which coordinate a wall holds fixed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
+    /// Across.
     X = 0,
+    /// Up.
     Z = 1,
 }
 

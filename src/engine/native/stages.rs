@@ -33,8 +33,11 @@ const SKIN_OVER_RADIUS: f64 = 0.2;
 #[derive(Debug, thiserror::Error)]
 #[error("native engine stopped in step {step} of stage {}: {trouble}", .stage.name())]
 pub struct NativeError {
+    /// The stage that was under way.
     pub stage: Stage,
+    /// The step in which it was noticed.
     pub step: u64,
+    /// What it is.
     pub trouble: Trouble,
 }
 
