@@ -219,3 +219,24 @@ fn control_points_outside_the_bed_have_no_stress() {
     let all = control_stress::all(&scene, bed, &cells::radical(&scene, &bodies), 0.05);
     assert!(all.is_empty());
 }
+
+/// One contact holds nothing: two grains that touch only each other are rattlers, three in a row have
+/// one that is not.
+#[test]
+fn a_grain_with_a_single_contact_is_a_rattler() {
+    let mut bodies = Bodies::default();
+    for column in 0..3 {
+        bodies.push([0.01 * f64::from(column), 0.1], [0.0, 0.0], 0.005, 0.2);
+    }
+    let touching = [
+        contact(0, 1, [1.0, 0.0], 1.0, [0.005, 0.1]),
+        contact(1, 2, [1.0, 0.0], 1.0, [0.015, 0.1]),
+    ];
+    for (contacts, rattlers) in [(&touching[..1], 1.0), (&touching[..], 2.0 / 3.0)] {
+        let bed = Bed {
+            bodies: &bodies,
+            contacts,
+        };
+        assert_approx_eq!(coordination::of(bed).rattler_share, rattlers);
+    }
+}
