@@ -1,5 +1,6 @@
 //! What an engine is asked and what it promises to return; native and YADE behind the same words.
 
+pub mod case;
 pub mod native;
 pub mod yade;
 

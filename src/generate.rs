@@ -7,18 +7,21 @@
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
+use crate::model::Model;
 use crate::scene::{Cloud, Scene};
 use crate::tables::Bodies;
 
 /// Key of the random numbers; the realization selects the stream under it.
 const KEY: &[u8; 32] = b"crossgrain: the cloud of grains ";
 
-/// The cloud that is poured: positions, velocities, radii and masses of `scene.particles.count` grains.
+/// The cloud that is poured: positions, velocities, radii and masses of `scene.particles.count` grains,
+/// spins and moments of inertia where grains rotate.
 pub fn initial_bodies(scene: &Scene) -> Bodies {
     let Cloud::JitteredLattice {
         columns,
         jitter,
         speed,
+        spin,
     } = scene.cloud;
     let mut random = ChaCha8Rng::from_seed(*KEY);
     random.set_stream(scene.realization);
@@ -45,6 +48,14 @@ pub fn initial_bodies(scene: &Scene) -> Bodies {
             radius,
             scene.grain_mass(radius),
         );
+    }
+    if Model::of(scene).law.rotates() {
+        // After all other numbers, so that a cloud has the same places with and without spins.
+        for index in 0..count {
+            let (radius, mass) = (bodies.radius[index], bodies.mass[index]);
+            bodies.spin.push(spin * symmetric(&mut random));
+            bodies.inertia.push(scene.grain_inertia(radius, mass));
+        }
     }
     bodies
 }

@@ -10,6 +10,8 @@ pub mod interrupt;
 
 pub mod scene;
 
+pub mod model;
+
 pub mod tables;
 
 pub mod generate;
@@ -23,6 +25,8 @@ pub mod folder;
 pub mod run;
 
 pub mod paper;
+
+pub mod verify;
 
 pub mod compare;
 

@@ -39,9 +39,7 @@ pub struct Bed<'a> {
 impl Bed<'_> {
     /// Ids of walls and punch.
     pub fn ids(&self) -> BodyIds {
-        BodyIds {
-            grains: self.bodies.len() as u32,
-        }
+        BodyIds::of_box(self.bodies.len() as u32)
     }
 }
 

@@ -19,6 +19,11 @@ pub struct Bodies {
     pub radius: Vec<f64>,
     /// kg.
     pub mass: Vec<f64>,
+    /// Spin about the y axis (from z towards x), rad/s, at the half step like the velocity; empty where
+    /// grains do not rotate.
+    pub spin: Vec<f64>,
+    /// Moment of inertia about the centre, kg·m²; empty where grains do not rotate.
+    pub inertia: Vec<f64>,
 }
 
 impl Bodies {
@@ -32,6 +37,8 @@ impl Bodies {
             vz: column(),
             radius: column(),
             mass: column(),
+            spin: Vec::new(),
+            inertia: Vec::new(),
         }
     }
 
@@ -45,6 +52,11 @@ impl Bodies {
         self.mass.push(mass);
     }
 
+    /// Whether grains rotate.
+    pub fn rotate(&self) -> bool {
+        !self.spin.is_empty()
+    }
+
     /// Number of grains.
     pub fn len(&self) -> usize {
         self.x.len()
@@ -55,18 +67,20 @@ impl Bodies {
         self.x.is_empty()
     }
 
-    /// The columns that motion changes, with their names: x, z, vx, vz.
-    pub fn motion(&self) -> [(&'static str, &[f64]); 4] {
+    /// The columns that motion changes, with their names: x, z, vx, vz, spin; the last one is empty
+    /// where grains do not rotate.
+    pub fn motion(&self) -> [(&'static str, &[f64]); 5] {
         [
             ("x", &self.x),
             ("z", &self.z),
             ("vx", &self.vx),
             ("vz", &self.vz),
+            ("spin", &self.spin),
         ]
     }
 
-    /// 64 bits of SHA-256 over the bits of every position and velocity (little endian, column by
-    /// column): two states have the same digest if and only if, for practical purposes, they
+    /// 64 bits of SHA-256 over the bits of every position, velocity and spin (little endian, column
+    /// by column): two states have the same digest if and only if, for practical purposes, they
     /// have the same bits.
     pub fn digest(&self) -> String {
         let mut hash = Sha256::new();
@@ -112,14 +126,24 @@ impl Contact {
     }
 }
 
-/// Ids of the bodies that are not grains, for a scene of `grains` grains.
+/// Ids of the bodies that are not grains: the walls follow the grains, the punch the walls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BodyIds {
     /// Number of grains; they have the ids below it.
     pub grains: u32,
+    /// Number of walls; three in a box.
+    pub walls: u32,
 }
 
 impl BodyIds {
+    /// The ids in a box: left wall, right wall, floor, punch.
+    pub fn of_box(grains: u32) -> Self {
+        BodyIds { grains, walls: 3 }
+    }
+    /// The wall with this index.
+    pub fn wall(self, index: usize) -> u32 {
+        self.grains + index as u32
+    }
     /// The wall x = 0.
     pub fn left(self) -> u32 {
         self.grains
@@ -134,7 +158,7 @@ impl BodyIds {
     }
     /// The punch.
     pub fn punch(self) -> u32 {
-        self.grains + 3
+        self.grains + self.walls
     }
     /// Whether this id is a grain's.
     pub fn is_grain(self, id: u32) -> bool {

@@ -97,9 +97,7 @@ fn first_sum_of_three(scene: &Scene, initial: &Bodies, steps: u64) -> Result<Opt
             if self.0.is_some() {
                 return;
             }
-            let ids = BodyIds {
-                grains: snapshot.bodies.len() as u32,
-            };
+            let ids = BodyIds::of_box(snapshot.bodies.len() as u32);
             let mut forces = vec![0u8; snapshot.bodies.len()];
             for contact in &snapshot.contacts {
                 for id in [contact.id1, contact.id2] {

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::compare::first_difference::Locator;
 use crate::compare::{Verdict, compare};
+use crate::engine::native::perturb::{Quantity, Switch};
 use crate::engine::native::{self, Perturbation, Trouble};
 use crate::error::Error;
 use crate::folder::RunFolder;
@@ -18,12 +19,12 @@ pub const STEPS: u64 = 6000;
 
 /// The faults, smallest sizes that the issue of finding them is about.
 pub const FAULTS: [Perturbation; 6] = [
-    Perturbation::Stiffness(1e-12),
-    Perturbation::Gravity(1e-12),
-    Perturbation::Damping(1e-12),
-    Perturbation::Wall(1e-12),
-    Perturbation::MissingWall,
-    Perturbation::ReversedSums,
+    Perturbation::Sized(Quantity::Stiffness, 1e-12),
+    Perturbation::Sized(Quantity::Gravity, 1e-12),
+    Perturbation::Sized(Quantity::Damping, 1e-12),
+    Perturbation::Sized(Quantity::Wall, 1e-12),
+    Perturbation::Switched(Switch::Wall),
+    Perturbation::Switched(Switch::Sums),
 ];
 
 /// One fault, and whether it was found.

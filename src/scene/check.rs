@@ -1,5 +1,6 @@
 //! Reading and validating a scene: every problem at once, each with its place and what would be right.
 
+use std::f64::consts::FRAC_PI_2;
 use std::fmt::Debug;
 use std::path::Path;
 
@@ -75,18 +76,13 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
 fn impossible(scene: &Scene) -> Vec<Problem> {
     let mut found = Findings(Vec::new());
     grains(scene, &mut found);
+    contact(scene, &mut found);
     dynamics(scene, &mut found);
     loading(scene, &mut found);
     measurement(scene, &mut found);
     derived(scene, &mut found);
     for (key, _) in OPEN_CHOICES {
-        let reason = scene.choices.get(*key).map_or("", |reason| reason.trim());
-        found.unless(
-            !reason.is_empty() && !reason.contains('\n'),
-            &format!("/choices/{}", key.replace('/', "~1")),
-            &reason,
-            "one line of reason: the paper leaves this open",
-        );
+        reason(scene, key, &mut found);
     }
     if let Ok(value) = serde_json::to_value(scene) {
         for key in scene.choices.keys() {
@@ -114,10 +110,10 @@ fn grains(scene: &Scene, found: &mut Findings) {
     found.positive("/material/density", scene.material.density);
     found.positive("/material/stiffness_ratio", scene.material.stiffness_ratio);
     found.unless(
-        scene.material.friction_angle == 0.0,
+        (0.0..FRAC_PI_2).contains(&scene.material.friction_angle),
         "/material/friction_angle",
         &scene.material.friction_angle,
-        "0: this version has frictionless contacts only",
+        "a number in [0, π/2)",
     );
     found.positive("/box/width", scene.container.width);
     found.unless(
@@ -130,7 +126,14 @@ fn grains(scene: &Scene, found: &mut Findings) {
         columns,
         jitter,
         speed,
+        spin,
     } = scene.cloud;
+    found.unless(
+        spin.is_finite() && spin >= 0.0,
+        "/cloud/spin",
+        &spin,
+        "a finite number, 0 or more",
+    );
     found.unless(
         (0.0..=1.0).contains(&jitter),
         "/cloud/jitter",
@@ -150,6 +153,32 @@ fn grains(scene: &Scene, found: &mut Findings) {
         "/cloud/columns",
         &columns,
         &format!("at most {fits}, so that the largest grain fits into a cell"),
+    );
+}
+
+fn contact(scene: &Scene, found: &mut Findings) {
+    match scene.contact.viscosity {
+        Viscosity::None => {}
+        Viscosity::Dashpot { c_n, .. } => found.positive("/contact/viscosity/c_n", c_n),
+        Viscosity::Restitution { e_n, .. } => found.unless(
+            e_n > 0.0 && e_n <= 1.0,
+            "/contact/viscosity/e_n",
+            &e_n,
+            "a number in (0, 1]",
+        ),
+    }
+    if !scene.contact.is_default() {
+        reason(scene, "/contact", found);
+    }
+}
+
+fn reason(scene: &Scene, key: &str, found: &mut Findings) {
+    let reason = scene.choices.get(key).map_or("", |reason| reason.trim());
+    found.unless(
+        !reason.is_empty() && !reason.contains('\n'),
+        &format!("/choices/{}", key.replace('/', "~1")),
+        &reason,
+        "one line of reason: the paper leaves this open",
     );
 }
 

@@ -86,6 +86,7 @@ pub fn paper_scene(realization: u64, particles: u32) -> Scene {
             friction_angle: 0.0,
             stiffness_ratio: 1.0,
         },
+        contact: ContactLaw::default(),
         damping: Damping::Cundall { alpha: 0.2 },
         gravity: 9.81,
         container: Container { width: 1.0 },
@@ -93,6 +94,7 @@ pub fn paper_scene(realization: u64, particles: u32) -> Scene {
             columns: 80,
             jitter: 0.9,
             speed: 0.3,
+            spin: 0.0,
         },
         time_step: TimeStep::Fraction {
             of_sqrt_m_over_k: 0.45,

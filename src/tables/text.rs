@@ -32,7 +32,7 @@ pub enum TableError {
     },
 }
 
-#[derive(Serialize, Deserialize)]
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct BodyRow {
     id: u32,
@@ -42,6 +42,10 @@ struct BodyRow {
     vz: f64,
     radius: f64,
     mass: f64,
+    #[serde(default)]
+    spin: Option<f64>,
+    #[serde(default)]
+    inertia: Option<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -58,21 +62,30 @@ struct ContactRow {
     z: f64,
 }
 
-/// Writes grains with the columns `id,x,z,vx,vz,radius,mass`.
+/// Writes grains with the columns `id,x,z,vx,vz,radius,mass`, and `spin,inertia` where grains rotate.
 pub fn write_bodies(path: &Path, bodies: &Bodies) -> Result<(), TableError> {
-    let rows = (0..bodies.len()).map(|row| BodyRow {
-        id: row as u32,
-        x: bodies.x[row],
-        z: bodies.z[row],
-        vx: bodies.vx[row],
-        vz: bodies.vz[row],
-        radius: bodies.radius[row],
-        mass: bodies.mass[row],
+    let mut header = vec!["id", "x", "z", "vx", "vz", "radius", "mass"];
+    let mut columns = vec![
+        &bodies.x,
+        &bodies.z,
+        &bodies.vx,
+        &bodies.vz,
+        &bodies.radius,
+        &bodies.mass,
+    ];
+    if bodies.rotate() {
+        header.extend(["spin", "inertia"]);
+        columns.extend([&bodies.spin, &bodies.inertia]);
+    }
+    let rows = (0..bodies.len()).map(|row| {
+        let numbers: Vec<f64> = columns.iter().map(|column| column[row]).collect();
+        (row as u32, numbers)
     });
-    write_rows(path, &["id", "x", "z", "vx", "vz", "radius", "mass"], rows)
+    write_rows(path, &header, rows)
 }
 
-/// Reads `count` grains; ids must be 0, 1, 2, … and every value finite, radii and masses above 0.
+/// Reads `count` grains; ids must be 0, 1, 2, … and every value finite, radii, masses and moments of
+/// inertia above 0; all grains rotate or none does.
 pub fn read_bodies(path: &Path, count: u32) -> Result<Bodies, TableError> {
     let rows: Vec<BodyRow> = read_rows(path, room_for(u64::from(count)))?;
     let mut bodies = Bodies::with_capacity(rows.len());
@@ -81,17 +94,40 @@ pub fn read_bodies(path: &Path, count: u32) -> Result<Bodies, TableError> {
         if of.id as usize != row {
             return bad("id", of.id.to_string(), "the row's number, from 0 on");
         }
-        for (key, value) in [("x", of.x), ("z", of.z), ("vx", of.vx), ("vz", of.vz)] {
+        let spin = of.spin.unwrap_or(0.0);
+        for (key, value) in [
+            ("x", of.x),
+            ("z", of.z),
+            ("vx", of.vx),
+            ("vz", of.vz),
+            ("spin", spin),
+        ] {
             if !value.is_finite() {
                 return bad(key, value.to_string(), "finite");
             }
         }
-        for (key, value) in [("radius", of.radius), ("mass", of.mass)] {
+        let inertia = of.inertia.unwrap_or(1.0);
+        for (key, value) in [
+            ("radius", of.radius),
+            ("mass", of.mass),
+            ("inertia", inertia),
+        ] {
             if !(value.is_finite() && value > 0.0) {
                 return bad(key, value.to_string(), "finite and above 0");
             }
         }
         bodies.push([of.x, of.z], [of.vx, of.vz], of.radius, of.mass);
+        match (of.spin, of.inertia) {
+            (None, None) => {}
+            (Some(spin), Some(inertia)) => {
+                bodies.spin.push(spin);
+                bodies.inertia.push(inertia);
+            }
+            _ => return bad("spin", "alone".to_owned(), "given with an inertia"),
+        }
+        if bodies.rotate() && bodies.spin.len() != bodies.len() {
+            return bad("spin", "nothing".to_owned(), "given in every row or in none");
+        }
     }
     Ok(bodies)
 }
@@ -140,7 +176,7 @@ pub fn most_contacts(grains: u32) -> u64 {
 
 /// Reads the contacts of a bed of so many grains, sorted by ids, normals of length 1.
 pub fn read_contacts(path: &Path, grains: u32) -> Result<Vec<Contact>, TableError> {
-    let bodies = BodyIds { grains }.punch() + 1;
+    let bodies = BodyIds::of_box(grains).punch() + 1;
     let rows: Vec<ContactRow> = read_rows(path, room_for(most_contacts(grains)))?;
     let mut before = None;
     let mut contacts = Vec::with_capacity(rows.len());

@@ -3,7 +3,6 @@
 
 use super::constants::Constants;
 use super::state::State;
-use crate::tables::Punch;
 
 /// What went wrong, with the grain.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -14,8 +13,6 @@ pub enum Trouble {
     Lost { grain: u32, x: f64, z: f64 },
     #[error("it was asked to end; start it again")]
     Interrupted,
-    #[error("the centre of grain {grain} is inside the punch")]
-    InsidePunch { grain: u32 },
     #[error(
         "the kinetic energy has grown to {energy} J, more than the {limit} J that this \
          scene can give; grain {grain} is the fastest"
@@ -29,26 +26,19 @@ pub fn check(state: &State, constants: &Constants) -> Result<(), Trouble> {
     for (id, ((position, velocity), force)) in moving.zip(&state.force).enumerate() {
         let grain = id as u32;
         let [x, z] = *position;
-        if ![position, velocity, force]
-            .iter()
-            .all(|pair| pair.iter().all(|value| value.is_finite()))
+        let spin = state.spin.get(id).is_none_or(|spin| spin.is_finite());
+        if !spin
+            || ![position, velocity, force]
+                .iter()
+                .all(|pair| pair.iter().all(|value| value.is_finite()))
         {
             return Err(Trouble::NotFinite { grain });
         }
-        if x <= 0.0 || x >= constants.width || z <= 0.0 {
+        if let Some(width) = constants.box_width
+            && (x <= 0.0 || x >= width || z <= 0.0)
+        {
             return Err(Trouble::Lost { grain, x, z });
         }
-    }
-    Ok(())
-}
-
-/// The centre of this grain is not inside the punch, where the contact law ends.
-pub fn check_outside(state: &State, punch: &Punch, id: usize) -> Result<(), Trouble> {
-    let position = state.position[id];
-    let inside =
-        (0..2).all(|axis| (position[axis] - punch.centre[axis]).abs() <= punch.half_extents[axis]);
-    if inside {
-        return Err(Trouble::InsidePunch { grain: id as u32 });
     }
     Ok(())
 }
@@ -60,7 +50,7 @@ pub fn energy_limit(state: &State, constants: &Constants, work: f64) -> f64 {
         .mass
         .iter()
         .zip(&state.position)
-        .map(|(mass, position)| mass * constants.gravity * position[1])
+        .map(|(mass, position)| mass * -constants.gravity[1] * position[1])
         .sum();
     10.0 * (state.kinetic_energy() + fall + work)
 }

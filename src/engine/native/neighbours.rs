@@ -5,7 +5,9 @@
 //! that do not touch add nothing.
 
 use super::constants::Constants;
+use super::history::History;
 use super::state::State;
+use crate::model::terms::Kernel;
 
 /// Candidate pairs and the positions they were made for. Reused from build to build.
 #[derive(Debug, Default)]
@@ -24,6 +26,8 @@ pub struct Neighbours {
     pub by_wall: Vec<Vec<u32>>,
     /// Grains near the punch, in order of id.
     pub by_punch: Vec<u32>,
+    /// What contacts remember; empty for the frictionless kernel.
+    pub history: History,
     /// Positions at the build.
     pub reference: Vec<[f64; 2]>,
     /// Height of the punch's centre at the build, m.
@@ -74,8 +78,18 @@ impl Neighbours {
     pub fn build(&mut self, state: &State, constants: &Constants) {
         self.builds += 1;
         self.cells.sort(state, self.skin);
+        let general = constants.kernel() == Kernel::General;
+        if general {
+            self.history
+                .set_aside(&self.start, &self.other, &self.by_wall, &self.by_punch);
+        }
         self.grain_pairs(state, constants);
         self.flat_bodies(state, constants);
+        if general {
+            self.history
+                .take_over(&self.start, &self.other, &self.by_wall, &self.by_punch);
+            self.pair_parameters(state, constants);
+        }
         self.reference.clear();
         self.reference.extend_from_slice(&state.position);
         self.punch_reference = state.punch.map_or(0.0, |punch| punch.centre[1]);
@@ -84,6 +98,18 @@ impl Neighbours {
     /// The listed pairs as (id1, id2).
     pub fn pairs(&self) -> impl Iterator<Item = (u32, u32)> {
         self.grain.iter().copied().zip(self.other.iter().copied())
+    }
+
+    fn pair_parameters(&mut self, state: &State, constants: &Constants) {
+        self.history.parameters.clear();
+        for (a, b) in self.grain.iter().zip(&self.other) {
+            let (a, b) = (*a as usize, *b as usize);
+            let (m1, m2) = (state.mass[a], state.mass[b]);
+            let effective = m1 * m2 / (m1 + m2);
+            let (r1, r2) = (state.radius[a], state.radius[b]);
+            let parameters = constants.parameters(r1, r2, effective);
+            self.history.parameters.push(parameters);
+        }
     }
 
     fn grain_pairs(&mut self, state: &State, constants: &Constants) {

@@ -7,101 +7,263 @@ use serde::{Deserialize, Serialize};
 
 use super::constants::Constants;
 use super::contact::Axis;
-use crate::scene::Scene;
+use crate::generate::initial_bodies;
+use crate::model::Model;
+use crate::scene::{Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
+use crate::tables::Bodies;
 
-/// One fault in the native engine, as written on the command line: `stiffness=1e-12`,
-/// `gravity=1e-12`, `damping=1e-12`, `wall=1e-12`, `sums=reversed`, `wall=missing`.
+/// One fault in the native engine, as written on the command line: `stiffness=1e-12`, `sums=reversed`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Perturbation {
-    /// Every k_n is multiplied by 1 + this.
-    Stiffness(f64),
-    /// Gravity is multiplied by 1 + this.
-    Gravity(f64),
-    /// The damping number is multiplied by 1 + this.
-    Damping(f64),
-    /// The right wall is moved by this share of the box's width.
-    Wall(f64),
-    /// The right wall is not there.
-    MissingWall,
-    /// The forces on a grain are summed from the highest partner down.
-    ReversedSums,
+    /// A quantity is multiplied by 1 + the size.
+    Sized(Quantity, f64),
+    /// Something is done in another way.
+    Switched(Switch),
 }
+
+/// What can be a little wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Every k_n.
+    Stiffness,
+    /// Every k_s.
+    ShearStiffness,
+    /// Young's modulus, so k_n and k_s.
+    Modulus,
+    /// Gravity.
+    Gravity,
+    /// Density: every mass and moment of inertia.
+    Density,
+    /// The damping number.
+    Damping,
+    /// The friction angle.
+    Friction,
+    /// The damping constant of the dashpots, or the restitution.
+    Dashpot,
+    /// The radius of grain 0, at its contacts only.
+    Radius,
+    /// The time step.
+    TimeStep,
+    /// The moment of inertia of grain 0.
+    Inertia,
+    /// The right wall is moved by this share of its place; without one, the last wall.
+    Wall,
+}
+
+/// What can be done in another way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Switch {
+    /// The forces on a grain are summed from the highest partner down.
+    Sums,
+    /// The right wall is not there; without one, the last wall.
+    Wall,
+    /// Damping adds energy instead of taking it.
+    DampingSign,
+    /// The initial velocities are taken for those at the start.
+    Start,
+    /// Half overlap and contact point change places.
+    TorqueArms,
+    /// Corrected and contact point velocity change places.
+    Ratcheting,
+    /// Clipped and unclipped tension change places.
+    Clipping,
+}
+
+const QUANTITIES: &[(&str, Quantity)] = &[
+    ("stiffness", Quantity::Stiffness),
+    ("shear-stiffness", Quantity::ShearStiffness),
+    ("modulus", Quantity::Modulus),
+    ("gravity", Quantity::Gravity),
+    ("density", Quantity::Density),
+    ("damping", Quantity::Damping),
+    ("friction", Quantity::Friction),
+    ("dashpot", Quantity::Dashpot),
+    ("radius", Quantity::Radius),
+    ("time-step", Quantity::TimeStep),
+    ("inertia", Quantity::Inertia),
+    ("wall", Quantity::Wall),
+];
+
+const SWITCHES: &[(&str, Switch)] = &[
+    ("sums=reversed", Switch::Sums),
+    ("wall=missing", Switch::Wall),
+    ("damping=wrong-sign", Switch::DampingSign),
+    ("start=half-step", Switch::Start),
+    ("torque-arms=other", Switch::TorqueArms),
+    ("ratcheting=other", Switch::Ratcheting),
+    ("clipping=other", Switch::Clipping),
+];
 
 /// A perturbation that this engine does not know.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "unknown perturbation {0:?}; write stiffness=S, gravity=S, damping=S or wall=S with a number S, \
-     wall=missing or sums=reversed"
+    "unknown perturbation {found:?}; write one of {} with a number S, or one of {}",
+    quantities(),
+    switches()
 )]
-pub struct PerturbationError(String);
+pub struct PerturbationError {
+    found: String,
+}
+
+fn quantities() -> String {
+    let names: Vec<String> = QUANTITIES.iter().map(|(name, _)| format!("{name}=S")).collect();
+    names.join(", ")
+}
+
+fn switches() -> String {
+    let names: Vec<&str> = SWITCHES.iter().map(|(name, _)| *name).collect();
+    names.join(", ")
+}
 
 impl Perturbation {
+    /// All quantities that can be a little wrong.
+    pub fn quantities() -> impl Iterator<Item = Quantity> {
+        QUANTITIES.iter().map(|(_, quantity)| *quantity)
+    }
+
+    /// All things that can be done in another way.
+    pub fn switches() -> impl Iterator<Item = Switch> {
+        SWITCHES.iter().map(|(_, switch)| *switch)
+    }
+
     /// Whether a run of this scene is any different with the fault: without gravity, a fault in
     /// gravity is none.
     pub fn changes(self, scene: &Scene) -> bool {
-        let sound = Constants::new(scene);
-        let mut faulty = sound.clone();
-        self.apply(&mut faulty);
-        faulty != sound
+        self.changes_case(&Model::of(scene), &initial_bodies(scene))
+    }
+
+    /// Whether these grains with this model are any different with the fault.
+    pub fn changes_case(self, model: &Model, bodies: &Bodies) -> bool {
+        let sound = Constants::new(model, bodies.len() as u32);
+        let (mut faulty, mut grains) = (sound.clone(), bodies.clone());
+        self.apply(&mut faulty, &mut grains);
+        faulty != sound || grains != *bodies
     }
 
     /// Puts the fault in.
-    pub(super) fn apply(self, constants: &mut Constants) {
-        let is_right = |axis: Axis, place: f64| axis == Axis::X && place > 0.0;
+    pub(super) fn apply(self, constants: &mut Constants, bodies: &mut Bodies) {
         match self {
-            Perturbation::Stiffness(size) => constants.stiffness_factor *= 1.0 + size,
-            Perturbation::Gravity(size) => constants.gravity *= 1.0 + size,
-            Perturbation::Damping(size) => constants.alpha *= 1.0 + size,
-            Perturbation::Wall(size) => {
-                for wall in &mut constants.walls {
-                    if is_right(wall.axis, wall.place) {
-                        wall.place += size * constants.width;
-                    }
-                }
-            }
-            Perturbation::MissingWall => constants
-                .walls
-                .retain(|wall| !is_right(wall.axis, wall.place)),
-            Perturbation::ReversedSums => constants.reversed_sums = true,
+            Perturbation::Sized(quantity, size) => scale(quantity, 1.0 + size, constants, bodies),
+            Perturbation::Switched(switch) => change(switch, constants),
         }
     }
+}
+
+fn scale(quantity: Quantity, factor: f64, constants: &mut Constants, bodies: &mut Bodies) {
+    let all = |column: &mut Vec<f64>| column.iter_mut().for_each(|value| *value *= factor);
+    match quantity {
+        Quantity::Stiffness => constants.normal_factor *= factor,
+        Quantity::ShearStiffness => constants.tangential_factor *= factor,
+        Quantity::Modulus => constants.law.modulus *= factor,
+        Quantity::Gravity => constants.gravity = constants.gravity.map(|g| g * factor),
+        Quantity::Density => {
+            all(&mut bodies.mass);
+            all(&mut bodies.inertia);
+        }
+        Quantity::Damping => constants.alpha *= factor,
+        Quantity::Friction => constants.law.friction_angle *= factor,
+        Quantity::Dashpot => match &mut constants.law.contact.viscosity {
+            Viscosity::None => {}
+            Viscosity::Dashpot { c_n, .. } => *c_n *= factor,
+            Viscosity::Restitution { e_n, .. } => *e_n *= factor,
+        },
+        Quantity::Radius => bodies.radius.iter_mut().take(1).for_each(|r| *r *= factor),
+        Quantity::TimeStep => constants.dt *= factor,
+        Quantity::Inertia => bodies.inertia.iter_mut().take(1).for_each(|i| *i *= factor),
+        Quantity::Wall => {
+            let at = right_wall(constants);
+            if let Some(wall) = at.and_then(|at| constants.walls.get_mut(at)) {
+                wall.place *= factor;
+            }
+        }
+    }
+}
+
+fn change(switch: Switch, constants: &mut Constants) {
+    let contact = &mut constants.law.contact;
+    match switch {
+        Switch::Sums => constants.reversed_sums = true,
+        Switch::Wall => {
+            if let Some(at) = right_wall(constants) {
+                constants.walls.remove(at);
+            }
+        }
+        Switch::DampingSign => constants.alpha = -constants.alpha,
+        Switch::Start => constants.half_step_start = true,
+        Switch::TorqueArms => {
+            contact.torque_arms = match contact.torque_arms {
+                TorqueArms::HalfOverlap => TorqueArms::ContactPoint,
+                TorqueArms::ContactPoint => TorqueArms::HalfOverlap,
+            }
+        }
+        Switch::Ratcheting => {
+            contact.slip_velocity = match contact.slip_velocity {
+                SlipVelocity::RatchetingCorrected => SlipVelocity::ContactPoint,
+                SlipVelocity::ContactPoint => SlipVelocity::RatchetingCorrected,
+            }
+        }
+        Switch::Clipping => match &mut contact.viscosity {
+            Viscosity::None => {}
+            Viscosity::Dashpot { tension, .. } | Viscosity::Restitution { tension, .. } => {
+                *tension = match tension {
+                    Tension::Clipped => Tension::Unclipped,
+                    Tension::Unclipped => Tension::Clipped,
+                }
+            }
+        },
+    }
+}
+
+/// The wall x > 0 with the lowest id; without one, the last wall.
+fn right_wall(constants: &Constants) -> Option<usize> {
+    let walls = &constants.walls;
+    let right = |wall: &super::constants::Wall| wall.axis == Axis::X && wall.place > 0.0;
+    walls.iter().position(right).or(walls.len().checked_sub(1))
 }
 
 impl FromStr for Perturbation {
     type Err = PerturbationError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let unknown = || PerturbationError(text.to_owned());
-        let (what, size) = text.split_once('=').ok_or_else(unknown)?;
-        match (what, size) {
-            ("wall", "missing") => return Ok(Perturbation::MissingWall),
-            ("sums", "reversed") => return Ok(Perturbation::ReversedSums),
-            _ => {}
+        let unknown = || PerturbationError {
+            found: text.to_owned(),
+        };
+        if let Some((_, switch)) = SWITCHES.iter().find(|(name, _)| *name == text) {
+            return Ok(Perturbation::Switched(*switch));
         }
+        let (what, size) = text.split_once('=').ok_or_else(unknown)?;
+        let (_, quantity) = QUANTITIES
+            .iter()
+            .find(|(name, _)| *name == what)
+            .ok_or_else(unknown)?;
         let size: f64 = size.parse().map_err(|_| unknown())?;
         if !size.is_finite() {
             return Err(unknown());
         }
-        match what {
-            "stiffness" => Ok(Perturbation::Stiffness(size)),
-            "gravity" => Ok(Perturbation::Gravity(size)),
-            "damping" => Ok(Perturbation::Damping(size)),
-            "wall" => Ok(Perturbation::Wall(size)),
-            _ => Err(unknown()),
-        }
+        Ok(Perturbation::Sized(*quantity, size))
+    }
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = QUANTITIES.iter().find(|(_, of)| of == self);
+        out.write_str(name.map_or("", |(name, _)| name))
+    }
+}
+
+impl fmt::Display for Switch {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = SWITCHES.iter().find(|(_, of)| of == self);
+        out.write_str(name.map_or("", |(name, _)| name))
     }
 }
 
 impl fmt::Display for Perturbation {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Perturbation::Stiffness(size) => write!(out, "stiffness={size:e}"),
-            Perturbation::Gravity(size) => write!(out, "gravity={size:e}"),
-            Perturbation::Damping(size) => write!(out, "damping={size:e}"),
-            Perturbation::Wall(size) => write!(out, "wall={size:e}"),
-            Perturbation::MissingWall => write!(out, "wall=missing"),
-            Perturbation::ReversedSums => write!(out, "sums=reversed"),
+            Perturbation::Sized(quantity, size) => write!(out, "{quantity}={size:e}"),
+            Perturbation::Switched(switch) => write!(out, "{switch}"),
         }
     }
 }

@@ -5,12 +5,12 @@ use std::time::Instant;
 use cpu_time::ThreadTime;
 
 use super::constants::Constants;
+use super::dynamics::Dynamics;
 use super::health::{self, Trouble};
-use super::kernel::Dynamics;
 use super::perturb::Perturbation;
-use super::state::State;
 use crate::engine::{Observer, Outcome, StageReport, Task, Until};
 use crate::interrupt::asked_to_end;
+use crate::model::Model;
 use crate::scene::Scene;
 use crate::tables::{Punch, Snapshot, Stage, StopReason};
 
@@ -48,15 +48,16 @@ pub fn run(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Outcome, NativeError> {
-    let mut constants = Constants::new(scene);
+    let mut bodies = task.start.bodies.clone();
+    let mut constants = Constants::new(&Model::of(scene), scene.particles.count);
+    constants.box_width = Some(scene.container.width);
     if let Some(perturbation) = options.perturbation {
-        perturbation.apply(&mut constants);
+        perturbation.apply(&mut constants, &mut bodies);
     }
     let punch = task.start.punch.map(|punch| Punch {
         velocity: -scene.loading.speed,
         ..punch
     });
-    let state = State::new(&task.start.bodies, punch);
     let skin = options
         .skin
         .unwrap_or(SKIN_OVER_RADIUS * 0.5 * scene.particles.mean_diameter);
@@ -66,7 +67,7 @@ pub fn run(
         step: start.step,
         trouble,
     };
-    let dynamics = Dynamics::new(state, constants, skin).map_err(at_start)?;
+    let dynamics = Dynamics::new(&bodies, punch, constants, skin).map_err(at_start)?;
     let mut runner = Runner {
         scene,
         dynamics,
@@ -241,19 +242,7 @@ impl Runner<'_> {
     }
 
     fn snapshot(&self) -> Snapshot {
-        let Dynamics {
-            state,
-            constants,
-            neighbours,
-            punch_is_new,
-            ..
-        } = &self.dynamics;
-        let mut snapshot = state.snapshot(constants, neighbours.pairs(), self.stage, self.step);
-        if *punch_is_new {
-            let punch = constants.ids.punch();
-            snapshot.contacts.retain(|contact| contact.id1 != punch);
-        }
-        snapshot
+        self.dynamics.snapshot(self.stage, self.step)
     }
 
     fn outcome(self, settled: Option<Snapshot>) -> Outcome {

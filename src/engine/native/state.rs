@@ -1,8 +1,10 @@
 //! The state of the native engine: what a step reads and changes.
 
 use super::constants::{Constants, Wall};
-use super::contact::{self, PairForce};
-use crate::tables::{Bodies, Contact, Punch, Snapshot, Stage};
+use super::contact::{self, Touch};
+use super::friction::Motion;
+use crate::model::terms::Kernel;
+use crate::tables::{Bodies, Contact, Punch};
 
 /// Positions, velocities and forces, a pair of components a grain.
 #[derive(Debug, Clone)]
@@ -12,19 +14,34 @@ pub struct State {
     pub force: Vec<[f64; 2]>,
     pub radius: Vec<f64>,
     pub mass: Vec<f64>,
+    /// rad/s; empty for the frictionless kernel, zeros where grains do not rotate.
+    pub spin: Vec<f64>,
+    /// N·m; empty for the frictionless kernel.
+    pub torque: Vec<f64>,
+    /// kg·m²; empty where grains do not rotate.
+    pub inertia: Vec<f64>,
     pub punch: Option<Punch>,
 }
 
 impl State {
-    /// The state of these grains; forces are still to be evaluated.
-    pub fn new(bodies: &Bodies, punch: Option<Punch>) -> Self {
+    /// The state of these grains for this kernel; forces are still to be evaluated.
+    pub fn new(bodies: &Bodies, punch: Option<Punch>, kernel: Kernel) -> Self {
         let pairs = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| [*a, *b]).collect();
+        let turning = match kernel {
+            Kernel::Frictionless => 0,
+            Kernel::General => bodies.len(),
+        };
+        let mut spin = bodies.spin.clone();
+        spin.resize(turning, 0.0);
         State {
             position: pairs(&bodies.x, &bodies.z),
             velocity: pairs(&bodies.vx, &bodies.vz),
             force: vec![[0.0; 2]; bodies.len()],
             radius: bodies.radius.clone(),
             mass: bodies.mass.clone(),
+            spin,
+            torque: vec![0.0; turning],
+            inertia: bodies.inertia.clone(),
             punch,
         }
     }
@@ -39,102 +56,75 @@ impl State {
             vz: column(&self.velocity, 1),
             radius: self.radius.clone(),
             mass: self.mass.clone(),
+            spin: if self.inertia.is_empty() {
+                Vec::new()
+            } else {
+                self.spin.clone()
+            },
+            inertia: self.inertia.clone(),
         }
     }
 
-    /// Σ ½mv², grain by grain, J. Both engines add in this order, so a stop rule on it stops both
-    /// at the same step.
+    /// Σ ½mv², then Σ ½Iω², grain by grain, J. Both engines add in this order, so a stop rule on it
+    /// stops both at the same step.
     pub fn kinetic_energy(&self) -> f64 {
         let mut energy = 0.0;
         for (mass, [vx, vz]) in self.mass.iter().zip(&self.velocity) {
             energy += 0.5 * mass * (vx * vx + vz * vz);
         }
+        for (inertia, spin) in self.inertia.iter().zip(&self.spin) {
+            energy += 0.5 * inertia * (spin * spin);
+        }
         energy
     }
 
-    /// The contact of grain `id` with a wall.
-    pub fn wall_contact(&self, constants: &Constants, wall: &Wall, id: usize) -> Option<PairForce> {
-        let radius = self.radius[id];
-        let stiffness = constants.stiffness(radius, radius);
-        contact::wall(wall.axis, wall.place, self.position[id], radius, stiffness)
+    /// How grain `id` moves.
+    pub fn motion(&self, id: usize) -> Motion {
+        Motion {
+            position: self.position[id],
+            velocity: self.velocity[id],
+            spin: self.spin[id],
+        }
     }
 
-    /// The contact of grain `id` with the punch.
-    pub fn punch_contact(
-        &self,
-        constants: &Constants,
-        punch: &Punch,
-        id: usize,
-    ) -> Option<PairForce> {
-        let radius = self.radius[id];
-        let stiffness = constants.stiffness(radius, radius);
-        contact::punch(
-            punch.centre,
-            punch.half_extents,
-            self.position[id],
-            radius,
-            stiffness,
+    /// Where grains `a` and `b` touch.
+    pub fn grain_touch(&self, a: usize, b: usize) -> Option<Touch> {
+        contact::grains(
+            self.position[a],
+            self.radius[a],
+            self.position[b],
+            self.radius[b],
         )
     }
 
-    /// This moment as a table, its contacts evaluated by the scalar law among `candidates`,
-    /// the grain pairs near enough to touch.
-    pub fn snapshot(
-        &self,
-        constants: &Constants,
-        candidates: impl Iterator<Item = (u32, u32)>,
-        stage: Stage,
-        step: u64,
-    ) -> Snapshot {
-        let mut contacts = Vec::new();
-        let mut add = |id1: u32, id2: u32, pair: PairForce| {
-            let [nx, nz] = pair.normal;
-            let [fx, fz] = pair.force;
-            contacts.push(Contact {
-                id1,
-                id2,
-                overlap: pair.overlap,
-                normal_force: fx * nx + fz * nz,
-                tangential_force: fz * nx - fx * nz,
-                normal: pair.normal,
-                point: pair.point,
-            });
-        };
-        for (id1, id2) in candidates {
-            let (a, b) = (id1 as usize, id2 as usize);
-            let stiffness = constants.stiffness(self.radius[a], self.radius[b]);
-            if let Some(pair) = contact::grains(
-                self.position[a],
-                self.radius[a],
-                self.position[b],
-                self.radius[b],
-                stiffness,
-            ) {
-                add(id1, id2, pair);
-            }
-        }
-        for wall in &constants.walls {
-            for id in 0..self.position.len() {
-                if let Some(pair) = self.wall_contact(constants, wall, id) {
-                    add(wall.id, id as u32, pair);
-                }
-            }
-        }
-        if let Some(punch) = &self.punch {
-            for id in 0..self.position.len() {
-                if let Some(pair) = self.punch_contact(constants, punch, id) {
-                    add(constants.ids.punch(), id as u32, pair);
-                }
-            }
-        }
-        contacts.sort_by_key(|contact| (contact.id1, contact.id2));
-        Snapshot {
-            stage,
-            step,
-            time: step as f64 * constants.dt,
-            bodies: self.bodies(),
-            contacts,
-            punch: self.punch,
-        }
+    /// Where grain `id` touches a wall.
+    pub fn wall_touch(&self, wall: &Wall, id: usize) -> Option<Touch> {
+        contact::wall(wall.axis, wall.place, self.position[id], self.radius[id])
+    }
+
+    /// Where grain `id` touches the punch.
+    pub fn punch_touch(&self, punch: &Punch, id: usize) -> Option<Touch> {
+        let (position, radius) = (self.position[id], self.radius[id]);
+        contact::punch(punch.centre, punch.half_extents, position, radius)
+    }
+
+    /// k_n of grain `id` at a flat body, N/m.
+    pub fn flat_stiffness(&self, constants: &Constants, id: usize) -> f64 {
+        constants.stiffness(self.radius[id], self.radius[id])
+    }
+}
+
+/// A row of the table of contacts.
+pub fn contact_row(id1: u32, id2: u32, touch: &Touch, force: [f64; 2]) -> Contact {
+    let [nx, nz] = touch.normal;
+    let [fx, fz] = force;
+    Contact {
+        id1,
+        id2,
+        overlap: touch.overlap,
+        normal_force: fx * nx + fz * nz,
+        tangential_force: fz * nx - fx * nz,
+        normal: touch.normal,
+        point: touch.point,
     }
 }

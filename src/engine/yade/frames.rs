@@ -155,6 +155,7 @@ impl Frames<'_> {
             self.numbers(count, &at)?,
             self.numbers(count, &at)?,
         ];
+        let spin = self.numbers(self.start.spin.len(), &at)?;
         let rows = self.numbers(of.contacts * CONTACT_COLUMNS, &at)?;
         let [x, z, vx, vz] = columns;
         let bodies = Bodies {
@@ -164,10 +165,10 @@ impl Frames<'_> {
             vz,
             radius: self.start.radius.clone(),
             mass: self.start.mass.clone(),
+            spin,
+            inertia: self.start.inertia.clone(),
         };
-        let ids = BodyIds {
-            grains: count as u32,
-        };
+        let ids = BodyIds::of_box(count as u32);
         let mut contacts = rows
             .chunks_exact(CONTACT_COLUMNS)
             .map(|row| contact(row, ids))

@@ -1,0 +1,211 @@
+//! The step: integrate, move the punch, list neighbours anew if need be, evaluate the forces.
+
+use super::constants::Constants;
+use super::general;
+use super::health::Trouble;
+use super::kernel;
+use super::neighbours::Neighbours;
+use super::state::{State, contact_row};
+use crate::model::terms::Kernel;
+use crate::tables::{Bodies, Contact, Punch, Snapshot, Stage};
+
+/// The state with what a step needs beside it. After [`Dynamics::new`] and after each
+/// [`Dynamics::step`] the forces belong to the positions.
+pub struct Dynamics {
+    pub state: State,
+    pub constants: Constants,
+    pub neighbours: Neighbours,
+    /// The punch has just been set on the bed: no forces have been evaluated with it yet, so it has no
+    /// contacts, even where rounding makes it touch.
+    pub punch_is_new: bool,
+    kernel: Kernel,
+    rules: super::friction::ContactRules,
+    /// Force of each listed pair on its second grain, for the frictionless kernel.
+    pub(super) pair_force: Vec<[f64; 2]>,
+}
+
+impl Dynamics {
+    /// Lists the neighbours and evaluates the forces at the start.
+    pub fn new(
+        bodies: &Bodies,
+        punch: Option<Punch>,
+        constants: Constants,
+        skin: f64,
+    ) -> Result<Self, Trouble> {
+        let kernel = constants.kernel();
+        let mut dynamics = Dynamics {
+            state: State::new(bodies, punch, kernel),
+            kernel,
+            rules: constants.rules(),
+            constants,
+            neighbours: Neighbours::new(skin),
+            punch_is_new: false,
+            pair_force: Vec::new(),
+        };
+        dynamics.list_neighbours()?;
+        dynamics.evaluate_forces();
+        if dynamics.constants.half_step_start {
+            dynamics.half_a_step_back();
+        }
+        Ok(dynamics)
+    }
+
+    /// One time step.
+    pub fn step(&mut self) -> Result<(), Trouble> {
+        let Constants {
+            dt, gravity, alpha, ..
+        } = self.constants;
+        let punch_height = self.state.punch.as_mut().map(|punch| {
+            punch.centre[1] += punch.velocity * dt;
+            punch.centre[1]
+        });
+        let limit = self.neighbours.displacement_limit_squared(punch_height);
+        let reference = &self.neighbours.reference;
+        let within = kernel::integrate(&mut self.state, reference, dt, gravity, alpha, limit);
+        if self.kernel == Kernel::General {
+            kernel::integrate_spins(&mut self.state, dt, alpha);
+        }
+        if !within {
+            self.list_neighbours()?;
+        }
+        self.evaluate_forces();
+        Ok(())
+    }
+
+    /// Checks every grain and lists the neighbours anew.
+    pub fn list_neighbours(&mut self) -> Result<(), Trouble> {
+        super::health::check(&self.state, &self.constants)?;
+        self.neighbours.build(&self.state, &self.constants);
+        if self.kernel == Kernel::Frictionless {
+            self.pair_force
+                .resize(self.neighbours.other.len(), [0.0; 2]);
+        }
+        Ok(())
+    }
+
+    fn evaluate_forces(&mut self) {
+        self.punch_is_new = false;
+        if self.kernel == Kernel::General {
+            general::evaluate_forces(
+                &mut self.state,
+                &mut self.neighbours,
+                &self.constants,
+                &self.rules,
+            );
+            return;
+        }
+        kernel::pair_forces(&self.state.position, &self.neighbours, &mut self.pair_force);
+        self.state.force.fill([0.0; 2]);
+        kernel::sum_pair_forces(&self.neighbours, &self.pair_force, &mut self.state.force);
+        self.add_wall_forces();
+        self.add_punch_forces();
+    }
+
+    fn add_wall_forces(&mut self) {
+        for (wall, near) in self.constants.walls.iter().zip(&self.neighbours.by_wall) {
+            for &id in near {
+                let id = id as usize;
+                if let Some(touch) = self.state.wall_touch(wall, id) {
+                    let stiffness = self.state.flat_stiffness(&self.constants, id);
+                    let force = touch.spring_force(stiffness);
+                    self.state.force[id][0] += force[0];
+                    self.state.force[id][1] += force[1];
+                }
+            }
+        }
+    }
+
+    fn add_punch_forces(&mut self) {
+        let Some(punch) = self.state.punch else {
+            return;
+        };
+        let mut on_punch = 0.0;
+        for &id in &self.neighbours.by_punch {
+            let id = id as usize;
+            if let Some(touch) = self.state.punch_touch(&punch, id) {
+                let stiffness = self.state.flat_stiffness(&self.constants, id);
+                let force = touch.spring_force(stiffness);
+                self.state.force[id][0] += force[0];
+                self.state.force[id][1] += force[1];
+                on_punch -= force[1];
+            }
+        }
+        if let Some(punch) = &mut self.state.punch {
+            punch.force = on_punch;
+        }
+    }
+
+    /// Takes the velocities for those at the start: v(−dt/2) = v(0) − ½dt·a.
+    fn half_a_step_back(&mut self) {
+        let Constants { dt, gravity, .. } = self.constants;
+        let State {
+            velocity,
+            force,
+            mass,
+            spin,
+            torque,
+            inertia,
+            ..
+        } = &mut self.state;
+        for ((velocity, force), mass) in velocity.iter_mut().zip(force).zip(mass) {
+            for axis in 0..2 {
+                velocity[axis] -= 0.5 * dt * (force[axis] / *mass + gravity[axis]);
+            }
+        }
+        for ((spin, torque), inertia) in spin.iter_mut().zip(torque).zip(inertia) {
+            *spin -= 0.5 * dt * (*torque / *inertia);
+        }
+    }
+
+    /// This moment as a table.
+    pub fn snapshot(&self, stage: Stage, step: u64) -> Snapshot {
+        let mut contacts = match self.kernel {
+            Kernel::Frictionless => self.spring_contacts(),
+            Kernel::General => {
+                general::contacts(&self.state, &self.neighbours, &self.constants, &self.rules)
+            }
+        };
+        contacts.sort_by_key(|contact| (contact.id1, contact.id2));
+        Snapshot {
+            stage,
+            step,
+            time: step as f64 * self.constants.dt,
+            bodies: self.state.bodies(),
+            contacts,
+            punch: self.state.punch,
+        }
+    }
+
+    /// The contacts of the frictionless kernel, evaluated by the scalar law.
+    fn spring_contacts(&self) -> Vec<Contact> {
+        let (state, constants) = (&self.state, &self.constants);
+        let mut contacts = Vec::new();
+        for (id1, id2) in self.neighbours.pairs() {
+            let (a, b) = (id1 as usize, id2 as usize);
+            if let Some(touch) = state.grain_touch(a, b) {
+                let stiffness = constants.stiffness(state.radius[a], state.radius[b]);
+                contacts.push(contact_row(id1, id2, &touch, touch.spring_force(stiffness)));
+            }
+        }
+        let flat = |contacts: &mut Vec<Contact>, body: u32, id: u32, touch| {
+            if let Some(touch) = touch {
+                let touch: super::contact::Touch = touch;
+                let force = touch.spring_force(state.flat_stiffness(constants, id as usize));
+                contacts.push(contact_row(body, id, &touch, force));
+            }
+        };
+        for (wall, near) in constants.walls.iter().zip(&self.neighbours.by_wall) {
+            for &id in near {
+                let touch = state.wall_touch(wall, id as usize);
+                flat(&mut contacts, wall.id, id, touch);
+            }
+        }
+        if let Some(punch) = state.punch.filter(|_| !self.punch_is_new) {
+            for &id in &self.neighbours.by_punch {
+                let touch = state.punch_touch(&punch, id as usize);
+                flat(&mut contacts, constants.ids.punch(), id, touch);
+            }
+        }
+        contacts
+    }
+}

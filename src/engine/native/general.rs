@@ -1,0 +1,143 @@
+//! The general kernel: friction with history, rotations and dashpots, one pair after the other in the
+//! order of the list, scalar and obvious.
+
+use super::constants::Constants;
+use super::contact::Touch;
+use super::friction::{Action, ContactRules, Memory, Motion, Parameters};
+use super::neighbours::Neighbours;
+use super::state::{State, contact_row};
+use crate::tables::{Contact, Punch};
+
+/// Evaluates all contacts at the present positions and velocities and sums forces and torques.
+/// Every contact's memory moves on by a step.
+pub fn evaluate_forces(
+    state: &mut State,
+    list: &mut Neighbours,
+    constants: &Constants,
+    rules: &ContactRules,
+) {
+    state.force.fill([0.0; 2]);
+    state.torque.fill(0.0);
+    grain_pairs(state, list, rules);
+    for (index, wall) in constants.walls.iter().enumerate() {
+        let memories = &mut list.history.by_wall[index];
+        for (id, memory) in list.by_wall[index].iter().zip(memories) {
+            let id = *id as usize;
+            let Some(touch) = state.wall_touch(wall, id) else {
+                *memory = Memory::default();
+                continue;
+            };
+            let of = flat_parameters(state, constants, id);
+            let wall = Motion::default();
+            let action = rules.act(&touch, &of, &wall, &state.motion(id), memory);
+            push(state, id, &action);
+        }
+    }
+    punch_contacts(state, list, constants, rules);
+}
+
+fn grain_pairs(state: &mut State, list: &mut Neighbours, rules: &ContactRules) {
+    let pairs = list.grain.iter().zip(&list.other);
+    let history = &mut list.history;
+    for ((pair, of), memory) in pairs.zip(&history.parameters).zip(&mut history.pairs) {
+        let (a, b) = (*pair.0 as usize, *pair.1 as usize);
+        let Some(touch) = state.grain_touch(a, b) else {
+            *memory = Memory::default();
+            continue;
+        };
+        let action = rules.act(&touch, of, &state.motion(a), &state.motion(b), memory);
+        state.force[a][0] -= action.force[0];
+        state.force[a][1] -= action.force[1];
+        state.torque[a] += action.torques[0];
+        push(state, b, &action);
+    }
+}
+
+fn punch_contacts(
+    state: &mut State,
+    list: &mut Neighbours,
+    constants: &Constants,
+    rules: &ContactRules,
+) {
+    let Some(punch) = state.punch else {
+        return;
+    };
+    let motion = punch_motion(&punch);
+    let mut on_punch = 0.0;
+    for (id, memory) in list.by_punch.iter().zip(&mut list.history.by_punch) {
+        let id = *id as usize;
+        let Some(touch) = state.punch_touch(&punch, id) else {
+            *memory = Memory::default();
+            continue;
+        };
+        let of = flat_parameters(state, constants, id);
+        let action = rules.act(&touch, &of, &motion, &state.motion(id), memory);
+        on_punch -= action.force[1];
+        push(state, id, &action);
+    }
+    if let Some(punch) = &mut state.punch {
+        punch.force = on_punch;
+    }
+}
+
+/// Adds what a contact does to its second body.
+fn push(state: &mut State, id: usize, action: &Action) {
+    state.force[id][0] += action.force[0];
+    state.force[id][1] += action.force[1];
+    state.torque[id] += action.torques[1];
+}
+
+fn flat_parameters(state: &State, constants: &Constants, id: usize) -> Parameters {
+    let radius = state.radius[id];
+    constants.parameters(radius, radius, state.mass[id])
+}
+
+fn punch_motion(punch: &Punch) -> Motion {
+    Motion {
+        position: punch.centre,
+        velocity: [0.0, punch.velocity],
+        spin: 0.0,
+    }
+}
+
+/// The contacts as the last evaluation left them.
+pub fn contacts(
+    state: &State,
+    list: &Neighbours,
+    constants: &Constants,
+    rules: &ContactRules,
+) -> Vec<Contact> {
+    let mut contacts = Vec::new();
+    let mut add = |ids: (u32, u32), touch: Option<Touch>, of: &Parameters, one: &Motion, memory: &Memory| {
+        let Some(touch) = touch.filter(|_| memory.touching) else {
+            return;
+        };
+        let normal = rules.normal_force(&touch, of, one, &state.motion(ids.1 as usize));
+        let force = [normal[0] + memory.shear[0], normal[1] + memory.shear[1]];
+        contacts.push(contact_row(ids.0, ids.1, &touch, force));
+    };
+    let history = &list.history;
+    for ((ids, of), memory) in list.pairs().zip(&history.parameters).zip(&history.pairs) {
+        let (a, b) = (ids.0 as usize, ids.1 as usize);
+        let touch = state.grain_touch(a, b);
+        add(ids, touch, of, &state.motion(a), memory);
+    }
+    for (index, wall) in constants.walls.iter().enumerate() {
+        for (id, memory) in list.by_wall[index].iter().zip(&history.by_wall[index]) {
+            let at = *id as usize;
+            let of = flat_parameters(state, constants, at);
+            let touch = state.wall_touch(wall, at);
+            add((wall.id, *id), touch, &of, &Motion::default(), memory);
+        }
+    }
+    if let Some(punch) = state.punch {
+        for (id, memory) in list.by_punch.iter().zip(&history.by_punch) {
+            let at = *id as usize;
+            let of = flat_parameters(state, constants, at);
+            let touch = state.punch_touch(&punch, at);
+            let ids = (constants.ids.punch(), *id);
+            add(ids, touch, &of, &punch_motion(&punch), memory);
+        }
+    }
+    contacts
+}

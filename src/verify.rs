@@ -1,0 +1,69 @@
+//! The ladder: small cases with known answers, each run by any engine and judged by the same code.
+
+pub mod build;
+pub mod collisions;
+pub mod motion;
+pub mod symmetry;
+
+use serde::Serialize;
+
+use crate::engine::case::Case;
+use crate::tables::Snapshot;
+
+/// The states of a case at its moments.
+pub type Track = Vec<Snapshot>;
+
+/// One figure of a rung: it holds if |value − expected| ≤ tolerance.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Line {
+    /// What was measured.
+    pub quantity: String,
+    /// SI unit, `1` for a ratio.
+    pub unit: String,
+    /// As measured.
+    pub value: f64,
+    /// What it should be.
+    pub expected: f64,
+    /// The most that the two may be apart, in the same unit.
+    pub tolerance: f64,
+    /// Where the tolerance comes from.
+    pub basis: String,
+}
+
+impl Line {
+    /// Whether it holds; a value that is not a number does not.
+    pub fn holds(&self) -> bool {
+        (self.value - self.expected).abs() <= self.tolerance
+    }
+}
+
+/// What kind of evidence a rung gives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Group {
+    /// A solution in closed form.
+    Exact,
+    /// The same experiment seen in another way.
+    Symmetry,
+    /// Native against YADE.
+    Parity,
+    /// Against higher precision.
+    Precision,
+}
+
+/// How the tracks of a rung's cases are judged.
+pub type Judge = Box<dyn Fn(&[Track]) -> Vec<Line> + Send + Sync>;
+
+/// A rung that one engine can climb alone: cases, and what their tracks must show.
+pub struct Rung {
+    /// A short name of its own, in kebab-case.
+    pub name: &'static str,
+    /// What it shows, in one line.
+    pub title: &'static str,
+    /// What kind of evidence it gives.
+    pub group: Group,
+    /// What is run.
+    pub cases: Vec<Case>,
+    /// Judges the tracks, in the order of the cases; never knows which engine made them.
+    pub judge: Judge,
+}

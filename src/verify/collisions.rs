@@ -1,0 +1,8 @@
+//! To be written.
+
+use super::Rung;
+
+/// The rungs.
+pub fn rungs() -> Vec<Rung> {
+    Vec::new()
+}
