@@ -5,6 +5,7 @@ mod paper;
 mod reproduce;
 mod run;
 mod scene;
+mod verify;
 
 use clap::{Parser, Subcommand};
 
@@ -36,6 +37,8 @@ enum Command {
     Compare(compare::Arguments),
     /// The main job: the paper's experiment in both engines, compared, with a report
     Reproduce(reproduce::Arguments),
+    /// The ladder: exact solutions, symmetries, and native against YADE bit for bit
+    Verify(verify::Arguments),
 }
 
 impl Arguments {
@@ -47,6 +50,7 @@ impl Arguments {
             Command::Run(arguments) => arguments.execute(),
             Command::Compare(arguments) => arguments.execute(),
             Command::Reproduce(arguments) => arguments.execute(),
+            Command::Verify(arguments) => arguments.execute(),
         }
     }
 }

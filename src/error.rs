@@ -64,6 +64,7 @@ impl Error {
             Error::Scene(SceneError::File(error)) | Error::File(error) => of_file(error),
             Error::Scene(_) => exit::USAGE,
             Error::Folder(error) => of_folder(error),
+            Error::Engine(EngineError::Yade(YadeError::Unsupported(_))) => exit::USAGE,
             Error::Engine(EngineError::Yade(YadeError::File(_) | YadeError::Interrupted)) => {
                 exit::TRY_AGAIN
             }

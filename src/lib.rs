@@ -26,9 +26,9 @@ pub mod run;
 
 pub mod paper;
 
-pub mod verify;
-
 pub mod compare;
+
+pub mod verify;
 
 pub mod error;
 

@@ -3,6 +3,7 @@
 
 pub mod continuum;
 pub mod disc;
+pub mod disc_field;
 pub mod packing;
 pub mod piles;
 mod quadrature;

@@ -2,8 +2,12 @@
 
 pub mod build;
 pub mod collisions;
+pub mod frozen;
+pub mod ladder;
 pub mod motion;
+pub mod parity;
 pub mod symmetry;
+pub mod trajectories;
 
 use serde::Serialize;
 

@@ -1,6 +1,8 @@
 //! The YADE driver: finds Debian's YADE, runs the fixed script on a job folder without any
 //! listening socket, and believes only what the tables prove.
 
+mod binary;
+mod cases;
 mod child;
 mod completeness;
 mod find;
@@ -12,8 +14,10 @@ use std::time::Duration;
 
 use crate::engine::{Observer, Outcome, Task};
 use crate::files::FileError;
-use crate::scene::Scene;
+use crate::model::Model;
+use crate::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
 
+pub use cases::{CaseInYade, run_cases};
 pub use child::log;
 pub use find::{Installation, find};
 pub use job::script_digest;
@@ -62,6 +66,8 @@ pub enum YadeError {
         OLDEST_VERSION.0, OLDEST_VERSION.1
     )]
     TooOld { found: String },
+    #[error("YADE has no such thing: {0}; run this scene with the native engine")]
+    Unsupported(String),
     #[error("YADE crashed ({status}); the end of its log:\n{log}")]
     Crashed { status: String, log: String },
     #[error("YADE hung: {reason}; it was ended. The end of its log:\n{log}")]
@@ -99,13 +105,47 @@ pub fn run(
     work: &Path,
     observer: &mut dyn Observer,
 ) -> Result<YadeRun, YadeError> {
+    if let Some(reason) = unsupported(&Model::of(scene)) {
+        return Err(YadeError::Unsupported(reason));
+    }
     let installation = find(options.program.as_deref())?;
     job::write(work, scene, task, options)?;
-    let finished = child::run(&installation, work, options, observer)?;
+    let finished = child::run(&installation, job::RUN_SCENE.0, work, options, observer)?;
     let outcome = frames::read(work, scene, task, observer)?;
     Ok(YadeRun {
         outcome,
         version: finished.version,
         log: finished.log,
     })
+}
+
+/// What the model asks for that YADE does not have, if there is anything.
+pub fn unsupported(model: &Model) -> Option<String> {
+    let contact = &model.law.contact;
+    let reason = match contact.viscosity {
+        Viscosity::None => None,
+        Viscosity::Restitution { .. } => Some(
+            "dashpots by restitution (it solves for them to 1 % only); give c_n with \
+             contact.viscosity.kind = dashpot",
+        ),
+        Viscosity::Dashpot {
+            tension: Tension::Unclipped,
+            ..
+        } => Some("dashpots that pull (contact.viscosity.tension = unclipped)"),
+        Viscosity::Dashpot { .. } if !model.law.has_friction() => None,
+        Viscosity::Dashpot { .. }
+            if contact.slip_velocity != SlipVelocity::ContactPoint
+                || contact.torque_arms != TorqueArms::ContactPoint =>
+        {
+            Some(
+                "dashpots with friction other than by contact.slip_velocity = contact_point and \
+                 contact.torque_arms = contact_point",
+            )
+        }
+        Viscosity::Dashpot { .. } => None,
+    };
+    let timed = model.law.has_friction() && contact.new_contact_slip == NewContactSlip::SinceTouch;
+    reason
+        .or(timed.then_some("slip since touch (contact.new_contact_slip = since_touch)"))
+        .map(str::to_owned)
 }

@@ -84,13 +84,23 @@ impl Constants {
 
     /// k_n of two grains, or of a grain and a flat body (give its radius twice), N/m.
     pub fn stiffness(&self, radius1: f64, radius2: f64) -> f64 {
-        contact::normal_stiffness(self.law.modulus, radius1, radius2) * self.normal_factor
+        let side = |radius: f64| self.law.modulus * radius;
+        self.in_series(side(radius1), side(radius2)) * self.normal_factor
+    }
+
+    /// 2ab/(a + b). YADE's law with dashpots adds compliances, which rounds in another way.
+    fn in_series(&self, a: f64, b: f64) -> f64 {
+        if self.law.has_dashpots() {
+            contact::compliances_in_series(2.0 * a, 2.0 * b)
+        } else {
+            contact::in_series(a, b)
+        }
     }
 
     /// k_s of the same, N/m: two springs k_s/k_n·E·R in series.
     pub fn tangential_stiffness(&self, radius1: f64, radius2: f64) -> f64 {
         let side = |radius: f64| self.law.modulus * radius * self.law.stiffness_ratio;
-        contact::in_series(side(radius1), side(radius2)) * self.tangential_factor
+        self.in_series(side(radius1), side(radius2)) * self.tangential_factor
     }
 
     /// The parameters of a contact with the effective mass m_eff, kg: m_1 m_2/(m_1 + m_2) of two
@@ -103,15 +113,11 @@ impl Constants {
             c_n: match self.law.contact.viscosity {
                 Viscosity::None => 0.0,
                 // Each body has twice the constant, and two dashpots act in series, as in YADE.
-                Viscosity::Dashpot { c_n, .. } => dashpots_in_series(2.0 * c_n, 2.0 * c_n),
+                Viscosity::Dashpot { c_n, .. } => contact::compliances_in_series(2.0 * c_n, 2.0 * c_n),
                 Viscosity::Restitution { e_n, tension } => {
                     2.0 * damping_ratio(e_n, tension) * (effective_mass * k_n).sqrt()
                 }
             },
         }
     }
-}
-
-fn dashpots_in_series(a: f64, b: f64) -> f64 {
-    a * b / (a + b)
 }

@@ -46,6 +46,11 @@ pub fn in_series(a: f64, b: f64) -> f64 {
     2.0 * a * b / (a + b)
 }
 
+/// The same of a/2 and b/2 by way of the compliances: 1/(1/a + 1/b).
+pub fn compliances_in_series(a: f64, b: f64) -> f64 {
+    1.0 / (1.0 / a + 1.0 / b)
+}
+
 /// Normal stiffness of two grains, N/m: k_n = 2 k_a k_b/(k_a + k_b) with k = E·R, which for equal
 /// moduli is Eq. 4, k_n = 2E R_i R_j/(R_i + R_j). A flat body counts as a grain of the same radius.
 pub fn normal_stiffness(modulus: f64, radius1: f64, radius2: f64) -> f64 {
@@ -144,17 +149,15 @@ fn inside_punch(
 ) -> Touch {
     let depth = [0, 1].map(|axis: usize| half_extents[axis] - relative[axis].abs());
     let axis = usize::from(depth[1] < depth[0]);
+    let nearest = depth[axis];
     let mut normal = [0.0, 0.0];
     normal[axis] = if relative[axis] > 0.0 { 1.0 } else { -1.0 };
-    // The middle between the face and the grain's deepest point.
-    let middle = |axis: usize| {
-        let face = position[axis] + normal[axis] * depth[usize::from(depth[1] < depth[0])];
-        0.5 * (face + (position[axis] - normal[axis] * radius))
-    };
+    let face = [0, 1].map(|axis| position[axis] + normal[axis] * nearest);
+    let deepest = [0, 1].map(|axis| position[axis] - normal[axis] * radius);
     Touch {
-        overlap: radius + depth[axis],
+        overlap: (face[axis] - deepest[axis]).abs(),
         normal,
-        point: [middle(0), middle(1)],
+        point: [0, 1].map(|axis| 0.5 * (face[axis] + deepest[axis])),
         radii: [radius, radius],
         pair: Pair::PunchInside,
     }

@@ -197,9 +197,9 @@ impl ContactRules {
     fn slip_velocity(&self, touch: &Touch, one: &Motion, two: &Motion) -> [f64; 2] {
         let corrected = match touch.pair {
             Pair::Grains | Pair::Wall => self.slip_velocity == SlipVelocity::RatchetingCorrected,
-            // As in YADE, whatever is chosen.
+            // As in YADE, whatever is chosen; its law with dashpots never corrects.
             Pair::PunchOutside => false,
-            Pair::PunchInside => true,
+            Pair::PunchInside => !self.dashpots,
         };
         if !corrected {
             return velocity_at_point(touch, one, two);

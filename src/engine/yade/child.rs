@@ -34,15 +34,16 @@ struct Hello {
     version: String,
 }
 
-/// Runs the job in `work` to its end, or ends it.
+/// Runs the script on the job in `work` to its end, or ends it.
 pub fn run(
     installation: &Installation,
+    script: &str,
     work: &Path,
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Finished, YadeError> {
     let mut child = Ended {
-        child: start(installation, work)?,
+        child: start(installation, script, work)?,
         seen: false,
     };
     let began = Instant::now();
@@ -108,7 +109,7 @@ fn finished(
     Ok(Finished { version, log })
 }
 
-fn start(installation: &Installation, work: &Path) -> Result<Child, YadeError> {
+fn start(installation: &Installation, script: &str, work: &Path) -> Result<Child, YadeError> {
     let work = fs::canonicalize(work).map_err(failed("find", work))?;
     // Under this name Python imports the program, and the program then opens no socket.
     let link = work.join("yadeimport.py");
@@ -117,7 +118,7 @@ fn start(installation: &Installation, work: &Path) -> Result<Child, YadeError> {
     let output = fs::File::create(&path).map_err(failed("create", &path))?;
     let errors = output.try_clone().map_err(failed("create", &path))?;
     Command::new(&installation.interpreter)
-        .arg("run_scene.py")
+        .arg(script)
         .current_dir(&work)
         .env("CROSSGRAIN_JOB", &work)
         .env("PYTHONPATH", &work)

@@ -2,37 +2,23 @@
 //! checked before it becomes a table.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use serde::Deserialize;
 
+use super::binary::{MomentLine, Tables};
 use super::{YadeError, completeness, nonsense};
 use crate::engine::{Observer, Outcome, StageReport, Task};
 use crate::scene::Scene;
-use crate::tables::text::most_contacts;
-use crate::tables::{Bodies, BodyIds, Contact, Punch, Snapshot, Stage, StopReason};
-
-const CONTACT_COLUMNS: usize = 9;
+use crate::tables::{Bodies, BodyIds, Snapshot, Stage, StopReason};
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
 struct FrameLine {
     frame: Stage,
     step: u64,
-    bodies: usize,
-    contacts: usize,
-    out_of_plane: f64,
-    punch: Option<PunchLine>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PunchLine {
-    centre: [f64; 2],
-    start: f64,
-    velocity: f64,
-    force: f64,
+    #[serde(flatten)]
+    moment: MomentLine,
 }
 
 #[derive(Deserialize)]
@@ -57,12 +43,10 @@ pub fn read(
         File::open(path).map_err(|error| nonsense(format!("{}: {error}", path.display())))
     };
     let index = BufReader::new(written(&index)?);
-    let binary = work.join("frames.bin");
-    let binary = BufReader::new(written(&binary)?);
     let mut reader = Frames {
         scene,
+        tables: Tables::open(work)?,
         start: &task.start.bodies,
-        binary,
     };
     let mut stages: Vec<StageReport> = Vec::new();
     let mut settled = None;
@@ -88,7 +72,7 @@ pub fn read(
             last = Some(snapshot);
         }
     }
-    reader.at_end()?;
+    reader.tables.at_end()?;
     let last = last.ok_or_else(|| nonsense("not one moment of the run".to_owned()))?;
     completeness::check(work, scene, task, &stages, &seen)?;
     Ok(Outcome {
@@ -127,8 +111,8 @@ fn end(line: &str) -> Result<StageReport, YadeError> {
 
 struct Frames<'a> {
     scene: &'a Scene,
+    tables: Tables,
     start: &'a Bodies,
-    binary: BufReader<File>,
 }
 
 impl Frames<'_> {
@@ -136,46 +120,12 @@ impl Frames<'_> {
         let of: FrameLine = serde_json::from_str(line)
             .map_err(|error| nonsense(format!("frames.jsonl: {error}")))?;
         let at = format!("stage {} step {}", of.frame.name(), of.step);
-        let count = self.start.len();
-        if of.bodies != count {
-            return Err(nonsense(format!(
-                "{at}: {} grains instead of {count}",
-                of.bodies
-            )));
-        }
-        if of.out_of_plane != 0.0 {
-            return Err(nonsense(format!("{at}: grains have left the plane")));
-        }
-        if of.contacts as u64 > most_contacts(count as u32) {
-            return Err(nonsense(format!("{at}: {} contacts", of.contacts)));
-        }
-        let columns = [
-            self.numbers(count, &at)?,
-            self.numbers(count, &at)?,
-            self.numbers(count, &at)?,
-            self.numbers(count, &at)?,
-        ];
-        let spin = self.numbers(self.start.spin.len(), &at)?;
-        let rows = self.numbers(of.contacts * CONTACT_COLUMNS, &at)?;
-        let [x, z, vx, vz] = columns;
-        let bodies = Bodies {
-            x,
-            z,
-            vx,
-            vz,
-            radius: self.start.radius.clone(),
-            mass: self.start.mass.clone(),
-            spin,
-            inertia: self.start.inertia.clone(),
-        };
-        let ids = BodyIds::of_box(count as u32);
-        let mut contacts = rows
-            .chunks_exact(CONTACT_COLUMNS)
-            .map(|row| contact(row, ids))
-            .collect::<Option<Vec<Contact>>>()
-            .ok_or_else(|| nonsense(format!("{at}: a contact between bodies that do not exist")))?;
-        contacts.sort_by_key(|contact| (contact.id1, contact.id2));
-        let punch = of.punch.map(|punch| self.punch(&punch, &at)).transpose()?;
+        let ids = BodyIds::of_box(self.start.len() as u32);
+        let loading = &self.scene.loading;
+        let half_extents = [loading.half_width, 0.5 * loading.punch_height];
+        let (bodies, contacts, punch) =
+            self.tables
+                .moment(&of.moment, self.start, ids, half_extents, &at)?;
         Ok(Snapshot {
             stage: of.frame,
             step: of.step,
@@ -185,70 +135,4 @@ impl Frames<'_> {
             punch,
         })
     }
-
-    fn punch(&self, of: &PunchLine, at: &str) -> Result<Punch, YadeError> {
-        let [x, z] = of.centre;
-        if ![x, z, of.start, of.velocity, of.force]
-            .iter()
-            .all(|value| value.is_finite())
-        {
-            return Err(nonsense(format!("{at}: the punch is not finite")));
-        }
-        let loading = &self.scene.loading;
-        Ok(Punch {
-            centre: of.centre,
-            half_extents: [loading.half_width, 0.5 * loading.punch_height],
-            start: of.start,
-            velocity: of.velocity,
-            force: of.force,
-        })
-    }
-
-    fn numbers(&mut self, count: usize, at: &str) -> Result<Vec<f64>, YadeError> {
-        let mut bytes = vec![0; count * 8];
-        self.binary
-            .read_exact(&mut bytes)
-            .map_err(|_| nonsense(format!("{at}: frames.bin is cut off")))?;
-        let numbers: Vec<f64> = bytes
-            .chunks_exact(8)
-            .map(|chunk| {
-                let mut eight = [0; 8];
-                eight.copy_from_slice(chunk);
-                f64::from_ne_bytes(eight)
-            })
-            .collect();
-        match numbers.iter().find(|number| !number.is_finite()) {
-            Some(number) => Err(nonsense(format!("{at}: a {number} among its numbers"))),
-            None => Ok(numbers),
-        }
-    }
-
-    fn at_end(&mut self) -> Result<(), YadeError> {
-        let mut more = [0; 1];
-        match self.binary.read(&mut more) {
-            Ok(0) => Ok(()),
-            _ => Err(nonsense(
-                "frames.bin goes on after the last moment".to_owned(),
-            )),
-        }
-    }
-}
-
-/// A contact of the script's row; its force is split along the normal and across it as the native
-/// engine splits its own.
-fn contact(row: &[f64], ids: BodyIds) -> Option<Contact> {
-    let id = |value: f64| {
-        let id = value as u32;
-        (f64::from(id) == value && id <= ids.punch()).then_some(id)
-    };
-    let (nx, nz, fx, fz) = (row[3], row[4], row[5], row[6]);
-    Some(Contact {
-        id1: id(row[0])?,
-        id2: id(row[1])?,
-        overlap: row[2],
-        normal_force: fx * nx + fz * nz,
-        tangential_force: fz * nx - fx * nz,
-        normal: [nx, nz],
-        point: [row[7], row[8]],
-    })
 }

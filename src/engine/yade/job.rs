@@ -6,17 +6,30 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::{Options, YadeError};
+use crate::engine::case::Case;
 use crate::engine::{Task, Until};
 use crate::files::{failed, write_whole};
+use crate::model::Model;
 use crate::scene::Scene;
 use crate::tables::{Stage, text};
 
-/// The fixed script.
-pub const SCRIPT: &str = include_str!("../../../yade_scripts/run_scene.py");
+/// The fixed scripts: runs a scene, runs cases, and what both share.
+pub const RUN_SCENE: (&str, &str) = (
+    "run_scene.py",
+    include_str!("../../../yade_scripts/run_scene.py"),
+);
+pub const RUN_CASES: (&str, &str) = (
+    "run_cases.py",
+    include_str!("../../../yade_scripts/run_cases.py"),
+);
+const SHARED: (&str, &str) = (
+    "model_in_yade.py",
+    include_str!("../../../yade_scripts/model_in_yade.py"),
+);
 
-/// SHA-256 of the script, in hexadecimal: what ran inside YADE.
+/// SHA-256 of the scripts that run a scene, in hexadecimal: what ran inside YADE.
 pub fn script_digest() -> String {
-    crate::files::sha256_hex(SCRIPT.as_bytes())
+    crate::files::sha256_hex(format!("{}{}", RUN_SCENE.1, SHARED.1).as_bytes())
 }
 
 /// Half-extent of the punch across the plane, m: so large that this face never is the nearest.
@@ -24,7 +37,7 @@ const PUNCH_HALF_DEPTH: f64 = 10.0;
 
 #[derive(Serialize)]
 struct Job {
-    dt: f64,
+    model: Model,
     sorted: bool,
     verlet_distance: f64,
     punch_half_depth: f64,
@@ -48,7 +61,7 @@ struct StartPunch {
 /// Writes script, scene, grains and job into `work`.
 pub fn write(work: &Path, scene: &Scene, task: &Task, options: &Options) -> Result<(), YadeError> {
     let job = Job {
-        dt: scene.time_step_seconds(),
+        model: Model::of(scene),
         sorted: options.sorted,
         verlet_distance: options.verlet_distance,
         punch_half_depth: PUNCH_HALF_DEPTH,
@@ -65,15 +78,89 @@ pub fn write(work: &Path, scene: &Scene, task: &Task, options: &Options) -> Resu
             }),
         },
     };
-    let home = work.join("home");
-    fs::create_dir(&home).map_err(failed("create", &home))?;
-    write_whole(&work.join("run_scene.py"), SCRIPT.as_bytes())?;
+    write_scripts(work, RUN_SCENE)?;
     write_json(&work.join("scene.json"), scene)?;
     write_json(&work.join("job.json"), &job)?;
     text::write_bodies(&work.join("initial.csv"), &task.start.bodies).map_err(|error| match error {
         text::TableError::File(error) => YadeError::File(error),
         other => YadeError::Nonsense(other.to_string()),
     })
+}
+
+/// A home of its own, the script and what it imports.
+fn write_scripts(work: &Path, script: (&str, &str)) -> Result<(), YadeError> {
+    let home = work.join("home");
+    fs::create_dir(&home).map_err(failed("create", &home))?;
+    for (name, text) in [script, SHARED] {
+        write_whole(&work.join(name), text.as_bytes())?;
+    }
+    Ok(())
+}
+
+#[derive(Serialize)]
+struct CasesJob {
+    punch_half_depth: f64,
+}
+
+#[derive(Serialize)]
+struct JobCase<'a> {
+    model: &'a Model,
+    bodies: Vec<[f64; 8]>,
+    punch: Option<CasePunch>,
+    moments: &'a [u64],
+    verlet_distance: f64,
+}
+
+#[derive(Serialize)]
+struct CasePunch {
+    centre: [f64; 2],
+    half_extents: [f64; 2],
+    velocity: f64,
+    start: f64,
+}
+
+/// `verletDist` of a case over its smallest radius; in sorted mode the bits do not depend on it.
+const VERLET_OVER_RADIUS: f64 = 0.1;
+
+/// Writes script and cases into `work`.
+pub fn write_cases(work: &Path, cases: &[&Case]) -> Result<(), YadeError> {
+    write_scripts(work, RUN_CASES)?;
+    let job = CasesJob {
+        punch_half_depth: PUNCH_HALF_DEPTH,
+    };
+    write_json(&work.join("job.json"), &job)?;
+    let cases: Vec<JobCase> = cases.iter().map(|case| job_case(case)).collect();
+    write_json(&work.join("cases.json"), &cases)
+}
+
+fn job_case(case: &Case) -> JobCase<'_> {
+    let of = &case.bodies;
+    let row = |at: usize| {
+        let turning = |column: &[f64], none: f64| column.get(at).copied().unwrap_or(none);
+        [
+            of.x[at],
+            of.z[at],
+            of.vx[at],
+            of.vz[at],
+            of.radius[at],
+            of.mass[at],
+            turning(&of.spin, 0.0),
+            turning(&of.inertia, 1.0),
+        ]
+    };
+    let smallest = of.radius.iter().copied().fold(f64::INFINITY, f64::min);
+    JobCase {
+        model: &case.model,
+        bodies: (0..of.len()).map(row).collect(),
+        punch: case.punch.map(|punch| CasePunch {
+            centre: punch.centre,
+            half_extents: punch.half_extents,
+            velocity: punch.velocity,
+            start: punch.start,
+        }),
+        moments: &case.moments,
+        verlet_distance: VERLET_OVER_RADIUS * smallest,
+    }
 }
 
 fn write_json(path: &Path, value: &impl Serialize) -> Result<(), YadeError> {

@@ -1,0 +1,642 @@
+//! A picture of the stress inside a disc: a map of σ_zz with the contact forces and the control
+//! square, and σ_zz along the axes beside its averages. Compression is positive here, as in the
+//! paper's tables.
+
+mod contours;
+
+use std::fmt::Write;
+
+use self::contours::Grid;
+use crate::paper::disc_field::{DiscField, PointForce};
+use crate::paper::short;
+
+/// Width and height of the picture; all lengths that follow are in these units.
+const SIZE: [f64; 2] = [800.0, 800.0];
+/// Centre and radius of the disc.
+const CENTRE: [f64; 2] = [262.0, 262.0];
+const DISC: f64 = 160.0;
+/// Nodes of the map's grid in each direction; even, so that forces on the axes act between nodes.
+const NODES: usize = 150;
+/// Half the grid's width, in radii.
+const REACH: f64 = 1.03;
+/// Left edge, top, width and height of the colour bar.
+const BAR: [f64; 4] = [545.0, 84.0, 22.0, 230.0];
+/// The same of the panel with the curves.
+const PANEL: [f64; 4] = [72.0, 528.0, 390.0, 210.0];
+/// Left edge of the keys.
+const KEY: f64 = 492.0;
+/// From one line of text to the next.
+const LINE: f64 = 22.0;
+/// Length of the arrow of the strongest force.
+const ARROW: f64 = 46.0;
+/// About as many bands of colour.
+const BANDS: f64 = 20.0;
+/// Points of each curve.
+const POINTS: u32 = 240;
+
+/// Anchors of the colours from low to high: viridis, whose lightness rises evenly, so that the order
+/// is seen without telling hues apart.
+const COLOURS: [[f64; 3]; 9] = [
+    [68.0, 1.0, 84.0],
+    [71.0, 44.0, 122.0],
+    [59.0, 81.0, 139.0],
+    [44.0, 113.0, 142.0],
+    [33.0, 144.0, 141.0],
+    [39.0, 173.0, 129.0],
+    [92.0, 200.0, 99.0],
+    [170.0, 220.0, 50.0],
+    [253.0, 231.0, 37.0],
+];
+
+/// Beyond this many distances between the quartiles lie outliers, after Tukey.
+const FENCE: f64 = 1.5;
+
+/// Vertical and horizontal axis.
+const AXES: [[f64; 2]; 2] = [[0.0, 1.0], [1.0, 0.0]];
+/// Colour and width of the curves along these axes.
+const CURVES: [&str; 2] = [
+    "stroke=\"#0072b2\" stroke-width=\"2.2\"",
+    "stroke=\"#d55e00\" stroke-width=\"2.2\"",
+];
+/// Colour, width and dashes of the lines of the averages over disc, control square and cell.
+const AVERAGES: [&str; 3] = [
+    "stroke=\"#1b1b1b\" stroke-width=\"1.4\"",
+    "stroke=\"#1b1b1b\" stroke-width=\"1.6\" stroke-dasharray=\"7 4\"",
+    "stroke=\"#1b1b1b\" stroke-width=\"1.8\" stroke-dasharray=\"1.8 3.6\"",
+];
+
+/// The line between tension and compression.
+const ZERO: &str = "fill=\"none\" stroke=\"#fff\" stroke-width=\"1.3\"";
+
+/// Within the control square, in the panel.
+const SHADE: &str = "#e8eaed";
+
+/// Draws σ_zz of the field, Pa with compression positive, as one SVG element of about 800 by 800
+/// that needs nothing else and scales with the page. The control square has the side R and the
+/// Voronoi cell 2R, as in Figure 4.
+pub fn picture(field: &DiscField) -> String {
+    let scale = Scale::of(field);
+    let [width, height] = SIZE;
+    let parts = [
+        definitions(),
+        map(field, &scale),
+        control_square(),
+        arrows(field),
+        colour_bar(&scale),
+        map_key(field, &scale),
+        panel(field, &scale),
+        panel_key(field),
+    ];
+    format!(
+        "<svg class=\"disc-field\" xmlns=\"http://www.w3.org/2000/svg\" \
+         viewBox=\"0 0 {width} {height}\" role=\"img\" \
+         aria-label=\"Vertical stress inside a disc under forces on its rim\" \
+         font-family=\"system-ui, 'DejaVu Sans', sans-serif\" font-size=\"13\" fill=\"#1b1b1b\">\n\
+         {}</svg>",
+        parts.concat()
+    )
+}
+
+/// σ_zz with compression positive, Pa; the point in radii.
+fn compression(field: &DiscField, [x, z]: [f64; 2]) -> f64 {
+    let radius = field.radius();
+    -field.stress([radius * x, radius * z])[1][1]
+}
+
+/// The bands of colour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Scale {
+    /// The lowest level, in steps.
+    first: f64,
+    /// From one level to the next, Pa.
+    step: f64,
+    bands: u32,
+    /// Whether the field goes below and above the scale.
+    beyond: [bool; 2],
+}
+
+impl Scale {
+    /// From the least to the largest value, but not to outliers: near a force there is no largest.
+    fn of(field: &DiscField) -> Self {
+        let mut values: Vec<f64> = nodes()
+            .flat_map(|x| nodes().map(move |z| [x, z]))
+            .filter(|[x, z]| x.hypot(*z) < 1.0)
+            .map(|point| compression(field, point))
+            .chain(
+                AXES.into_iter()
+                    .flat_map(|axis| profile(field, axis))
+                    .map(|[_, value]| value),
+            )
+            .filter(|value| value.is_finite())
+            .collect();
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| values[((values.len() - 1) as f64 * share) as usize];
+        let (low, quarter, three_quarters, high) = (at(0.0), at(0.25), at(0.75), at(1.0));
+        let fence = FENCE * (three_quarters - quarter);
+        let inner = [low.max(quarter - fence), high.min(three_quarters + fence)];
+        let step = round_step((inner[1] - inner[0]) / BANDS);
+        // Without noise where the least value is the rounding of a zero.
+        let first = (inner[0] / step + 1e-6).floor();
+        let last = (inner[1] / step - 1e-6).ceil().max(first + 1.0);
+        let beyond = [low < step * (first - 1e-6), high > step * (last + 1e-6)];
+        Scale {
+            first,
+            step,
+            bands: (last - first) as u32,
+            beyond,
+        }
+    }
+
+    fn level(&self, band: u32) -> f64 {
+        self.step * (self.first + f64::from(band))
+    }
+
+    fn low(&self) -> f64 {
+        self.level(0)
+    }
+
+    fn high(&self) -> f64 {
+        self.level(self.bands)
+    }
+
+    /// Whether zero parts tension from compression.
+    fn has_tension(&self) -> bool {
+        self.first < 0.0 && self.high() > 0.0
+    }
+
+    /// In [0, 1] within the scale.
+    fn share(&self, value: f64) -> f64 {
+        (value - self.low()) / (self.high() - self.low())
+    }
+
+    fn colour(&self, band: u32) -> String {
+        let last = (COLOURS.len() - 1) as f64;
+        let place = last * (f64::from(band) + 0.5) / f64::from(self.bands);
+        let index = (place as usize).min(COLOURS.len() - 2);
+        let part = place - index as f64;
+        let [red, green, blue] = [0, 1, 2].map(|channel| {
+            let (from, to) = (COLOURS[index][channel], COLOURS[index + 1][channel]);
+            (from + part * (to - from)) as u8
+        });
+        format!("#{red:02x}{green:02x}{blue:02x}")
+    }
+
+    /// Bands with a label: all, or so many that the labels have room on `length`.
+    fn labelled(&self, length: f64) -> impl Iterator<Item = (u32, String)> + '_ {
+        let every = (LINE * f64::from(self.bands) / length).ceil().max(1.0) as u32;
+        // Zero is labelled.
+        let offset = self.first.rem_euclid(f64::from(every)) as u32;
+        (0..=self.bands)
+            .filter(move |band| (band + offset).is_multiple_of(every))
+            .map(|band| (band, number(self.level(band), 6)))
+    }
+}
+
+/// 1, 2 or 5 times a power of ten, at least `least`; 1 if that is not above zero.
+fn round_step(least: f64) -> f64 {
+    if !(least > 0.0 && least.is_finite()) {
+        return 1.0;
+    }
+    let power = 10f64.powf(least.log10().floor());
+    let factor = [1.0, 2.0, 5.0].into_iter().find(|f| f * power >= least);
+    factor.unwrap_or(10.0) * power
+}
+
+/// Places of the grid's nodes, in radii.
+fn nodes() -> impl Iterator<Item = f64> + Clone {
+    (0..NODES).map(|index| place(index as f64))
+}
+
+/// Of a column or row of the grid, in radii.
+fn place(index: f64) -> f64 {
+    REACH * (2.0 * index / (NODES - 1) as f64 - 1.0)
+}
+
+/// On the picture, of a point in radii.
+fn on_map([x, z]: [f64; 2]) -> [f64; 2] {
+    [CENTRE[0] + DISC * x, CENTRE[1] - DISC * z]
+}
+
+/// Hatchings for what is below and above the scale, and the edges that cut map and curves.
+fn definitions() -> String {
+    let hatch = |name: &str, colour: &str| {
+        format!(
+            "<pattern id=\"disc-field-{name}\" width=\"6\" height=\"6\" \
+             patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\">\
+             <path d=\"M3 0V6\" stroke=\"{colour}\" stroke-width=\"2\"/></pattern>"
+        )
+    };
+    let [x, y] = CENTRE;
+    let [left, top, width, height] = PANEL;
+    format!(
+        "<defs>{}{}<clipPath id=\"disc-field-disc\"><circle cx=\"{x}\" cy=\"{y}\" r=\"{DISC}\"/>\
+         </clipPath><clipPath id=\"disc-field-panel\">\
+         <rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/></clipPath></defs>\n",
+        hatch("below", "#fff"),
+        hatch("above", "#1b1b1b")
+    )
+}
+
+/// Each band is painted over the lower ones.
+fn map(field: &DiscField, scale: &Scale) -> String {
+    // Beyond the rim the field means nothing; lines go on there from the value on the rim.
+    let value = |column: usize, row: usize| {
+        let (x, z) = (place(column as f64), place(row as f64));
+        let shrink = (0.995 / x.hypot(z)).min(1.0);
+        compression(field, [shrink * x, shrink * z])
+    };
+    let grid = Grid::new(NODES, value);
+    let lower = Grid::new(NODES, |column, row| -value(column, row));
+    let [x, y] = CENTRE;
+    let mut svg = text(
+        [x, 24.0],
+        "middle",
+        "Vertical stress σ_zz inside the disc, Pa, compression positive",
+    );
+    svg += "<g clip-path=\"url(#disc-field-disc)\">\n";
+    svg += &filled(
+        &format!("M0 0H{}V{}H0Z", SIZE[0], SIZE[1]),
+        &scale.colour(0),
+    );
+    for band in 1..scale.bands {
+        svg += &filled(&path(&grid, scale.level(band)), &scale.colour(band));
+    }
+    let [below, above] = scale.beyond;
+    if above {
+        svg += &filled(&path(&grid, scale.high()), "url(#disc-field-above)");
+    }
+    if below {
+        svg += &filled(&path(&lower, -scale.low()), "url(#disc-field-below)");
+    }
+    if scale.has_tension() {
+        let _ = writeln!(svg, "<path {ZERO} d=\"{}\"/>", path(&grid, 0.0));
+    }
+    let _ = writeln!(
+        svg,
+        "</g><circle cx=\"{x}\" cy=\"{y}\" r=\"{DISC}\" fill=\"none\" stroke=\"#1b1b1b\"/>"
+    );
+    svg
+}
+
+fn filled(path: &str, fill: &str) -> String {
+    if path.is_empty() {
+        return String::new();
+    }
+    format!("<path fill=\"{fill}\" d=\"{path}\"/>\n")
+}
+
+/// The parts of the grid above a level.
+fn path(grid: &Grid, level: f64) -> String {
+    let lines = grid.contours(level);
+    let closed =
+        |points: &Vec<[f64; 2]>| line(points.iter().map(|point| on_map(point.map(place)))) + "Z";
+    lines.iter().map(closed).collect()
+}
+
+/// Dark dashes on white, to be seen on every colour.
+fn control_square() -> String {
+    let [left, top] = on_map([-0.5, 0.5]);
+    let square = format!("<rect x=\"{left}\" y=\"{top}\" width=\"{DISC}\" height=\"{DISC}\"");
+    outlined(&square)
+}
+
+fn outlined(shape: &str) -> String {
+    format!(
+        "{shape} fill=\"none\" stroke=\"#fff\" stroke-width=\"3.2\"/>\
+         {shape} fill=\"none\" stroke=\"#1b1b1b\" stroke-width=\"1.6\" stroke-dasharray=\"7 4\"/>\n"
+    )
+}
+
+/// The forces on the rim, from outside, as long as they are strong, with their sizes.
+fn arrows(field: &DiscField) -> String {
+    let size = |force: &PointForce| force.force[0].hypot(force.force[1]);
+    let largest = field.forces().map(|force| size(&force)).fold(0.0, f64::max);
+    field
+        .forces()
+        .filter(|force| size(force) > 1e-6 * largest)
+        .map(|force| force_arrow(field, &force, size(&force), largest))
+        .collect()
+}
+
+/// A push ends at the rim and a pull begins there.
+fn force_arrow(field: &DiscField, force: &PointForce, size: f64, largest: f64) -> String {
+    let point = force.point.map(|x| x / field.radius());
+    let pushes = force.force[0] * point[0] + force.force[1] * point[1] <= 0.0;
+    let sign = if pushes { -1.0 } else { 1.0 };
+    // Upwards on the picture is down its coordinate.
+    let away = [sign * force.force[0] / size, -sign * force.force[1] / size];
+    let length = (ARROW * size / largest).max(16.0);
+    let [near, far, label] = [2.0, 2.0 + length, 10.0 + length].map(|distance| {
+        let [x, y] = on_map(point);
+        [x + distance * away[0], y + distance * away[1]]
+    });
+    let line = if pushes { [far, near] } else { [near, far] };
+    let anchor = match away[0] {
+        x if x > 0.4 => "start",
+        x if x < -0.4 => "end",
+        _ => "middle",
+    };
+    let middle = [label[0], label[1] + 4.5 + 5.0 * away[1]];
+    arrow(line) + &text(middle, anchor, &number(size, 3))
+}
+
+fn arrow([from, to]: [[f64; 2]; 2]) -> String {
+    let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+    let length = dx.hypot(dy);
+    let (dx, dy) = (dx / length, dy / length);
+    let base = [to[0] - 9.0 * dx, to[1] - 9.0 * dy];
+    format!(
+        "<path stroke=\"#1b1b1b\" stroke-width=\"2.4\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/>\
+         <path d=\"M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z\"/>\n",
+        from[0],
+        from[1],
+        base[0],
+        base[1],
+        to[0],
+        to[1],
+        base[0] - 4.5 * dy,
+        base[1] + 4.5 * dx,
+        base[0] + 4.5 * dy,
+        base[1] - 4.5 * dx
+    )
+}
+
+fn colour_bar(scale: &Scale) -> String {
+    let [left, top, width, height] = BAR;
+    let step = height / f64::from(scale.bands);
+    let y = |band: u32| top + height - step * f64::from(band);
+    let mut svg = text([left, top - 46.0], "start", "σ_zz, Pa");
+    for band in 0..scale.bands {
+        svg += &bar_part(y(band + 1), step, &scale.colour(band));
+    }
+    for (band, label) in scale.labelled(height) {
+        svg += &tick([left + width, y(band)], [5.0, 0.0]);
+        svg += &text([left + width + 9.0, y(band) + 4.5], "start", &label);
+    }
+    let last = scale.bands - 1;
+    let ends = [
+        (top + height + 10.0, 0, "below", "less: clipped"),
+        (top - 26.0, last, "above", "more: clipped"),
+    ];
+    for ((y, band, name, label), beyond) in ends.into_iter().zip(scale.beyond) {
+        if beyond {
+            svg += &bar_part(y, 16.0, &scale.colour(band));
+            svg += &bar_part(y, 16.0, &format!("url(#disc-field-{name})"));
+            svg += &text([left + width + 9.0, y + 12.5], "start", label);
+        }
+    }
+    svg
+}
+
+fn bar_part(y: f64, height: f64, fill: &str) -> String {
+    let [left, _, width, _] = BAR;
+    format!(
+        "<rect x=\"{left}\" y=\"{y:.1}\" width=\"{width}\" height=\"{height:.1}\" fill=\"{fill}\"/>\n"
+    )
+}
+
+fn tick([x, y]: [f64; 2], [dx, dy]: [f64; 2]) -> String {
+    format!("<path stroke=\"#1b1b1b\" d=\"M{x:.1} {y:.1}l{dx} {dy}\"/>")
+}
+
+/// What is drawn on the map.
+fn map_key(field: &DiscField, scale: &Scale) -> String {
+    let square = outlined("<rect y=\"-11\" width=\"24\" height=\"12\"");
+    let mut entries = vec![
+        (square, "control square, side R".to_owned()),
+        (
+            arrow([[0.0, -4.5], [24.0, -4.5]]),
+            "forces on the disc, N/m".to_owned(),
+        ),
+    ];
+    if scale.has_tension() {
+        let line = swatch(&scale.colour(0)) + &format!("<path {ZERO} d=\"M0 -5h24\"/>");
+        entries.push((line, "σ_zz = 0; tension is negative".to_owned()));
+    }
+    let radius = format!("R = {} m", number(field.radius(), 4));
+    entries.push((String::new(), radius));
+    let [x, z] = field.body_force();
+    if [x, z] != [0.0; 2] {
+        let weight = format!("body force ({}, {}) N/m³", number(x, 4), number(z, 4));
+        entries.push((String::new(), weight));
+    }
+    key(376.0, &entries)
+}
+
+/// Symbols, each drawn upwards from its own origin, with what they mean; `top` is the first line's.
+fn key(top: f64, entries: &[(String, String)]) -> String {
+    let mut svg = String::new();
+    for (index, (symbol, meaning)) in entries.iter().enumerate() {
+        let y = top + LINE * index as f64;
+        let _ = write!(svg, "<g transform=\"translate({KEY} {y})\">{symbol}</g>");
+        svg += &text([KEY + 34.0, y], "start", meaning);
+    }
+    svg
+}
+
+fn swatch(fill: &str) -> String {
+    format!("<rect y=\"-11\" width=\"24\" height=\"12\" fill=\"{fill}\"/>")
+}
+
+/// σ_zz along both axes; curves are cut where they leave the scale.
+fn panel(field: &DiscField, scale: &Scale) -> String {
+    let [left, top, width, height] = PANEL;
+    let x = |place: f64| left + 0.5 * width * (place + 1.0);
+    // Kept near the panel: numbers without bound do not draw.
+    let y = |value: f64| top + height * (1.0 - scale.share(value).clamp(-0.5, 1.5));
+    let middle = left + 0.5 * width;
+    let mut svg = text(
+        [middle, top - 14.0],
+        "middle",
+        "σ_zz along the axes through the centre, Pa",
+    );
+    let _ = writeln!(
+        svg,
+        "<rect x=\"{:.1}\" y=\"{top}\" width=\"{:.1}\" height=\"{height}\" fill=\"{SHADE}\"/>",
+        x(-0.5),
+        0.5 * width
+    );
+    svg += &panel_ticks(field, scale);
+    svg += "<g fill=\"none\" clip-path=\"url(#disc-field-panel)\">\n";
+    for (value, style) in averages(field).into_iter().zip(AVERAGES) {
+        let _ = writeln!(svg, "<path {style} d=\"M{left} {:.1}h{width}\"/>", y(value));
+    }
+    for (axis, style) in AXES.into_iter().zip(CURVES) {
+        let points = profile(field, axis).map(|[place, value]| [x(place), y(value)]);
+        let _ = writeln!(svg, "<path {style} d=\"{}\"/>", line(points));
+    }
+    let _ = writeln!(
+        svg,
+        "</g><rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"none\" \
+         stroke=\"#1b1b1b\"/>"
+    );
+    svg
+}
+
+fn panel_ticks(field: &DiscField, scale: &Scale) -> String {
+    let [left, top, width, height] = PANEL;
+    let bottom = top + height;
+    let mut svg = String::new();
+    for (band, label) in scale.labelled(height) {
+        let y = bottom - height * f64::from(band) / f64::from(scale.bands);
+        let _ = write!(
+            svg,
+            "<path stroke=\"#1b1b1b\" opacity=\".14\" d=\"M{left} {y:.1}h{width}\"/>"
+        );
+        svg += &tick([left, y], [-5.0, 0.0]);
+        svg += &text([left - 9.0, y + 4.5], "end", &label);
+    }
+    for quarter in 0..5 {
+        let place = 0.5 * f64::from(quarter) - 1.0;
+        let x = left + 0.25 * width * f64::from(quarter);
+        svg += &tick([x, bottom], [0.0, 5.0]);
+        svg += &text(
+            [x, bottom + 20.0],
+            "middle",
+            &number(field.radius() * place, 4),
+        );
+    }
+    svg + &text(
+        [left + 0.5 * width, bottom + 42.0],
+        "middle",
+        "distance from the centre, m",
+    )
+}
+
+/// σ_zz along an axis from rim to rim: places in radii and values.
+fn profile(field: &DiscField, axis: [f64; 2]) -> impl Iterator<Item = [f64; 2]> + '_ {
+    (0..=POINTS).map(move |index| {
+        // The ends themselves may be the points of forces.
+        let place = 0.999 * (2.0 * f64::from(index) / f64::from(POINTS) - 1.0);
+        [place, compression(field, axis.map(|part| place * part))]
+    })
+}
+
+fn line(points: impl Iterator<Item = [f64; 2]>) -> String {
+    let mut path = String::new();
+    for (index, [x, y]) in points.enumerate() {
+        // Points after the first are lines; writing to a string cannot fail.
+        let _ = write!(path, "{}{x:.1} {y:.1}", if index == 0 { "M" } else { " " });
+    }
+    path
+}
+
+/// Of σ_zz over the disc, the control square of side R and the cell of side 2R, compression positive.
+fn averages(field: &DiscField) -> [f64; 3] {
+    let radius = field.radius();
+    let square = field.average_over_square(radius);
+    [
+        -field.contact_average()[1][1],
+        square.map_or(f64::NAN, |stress| -stress[1][1]),
+        -field.average_over_cell(2.0 * radius)[1][1],
+    ]
+}
+
+/// What is drawn in the panel.
+fn panel_key(field: &DiscField) -> String {
+    let [disc, square, cell] = averages(field).map(|value| number(value, 4));
+    let sample = |style: &str| format!("<path {style} d=\"M0 -4.5h24\"/>");
+    let entries = [
+        (sample(CURVES[0]), "along the vertical axis".to_owned()),
+        (sample(CURVES[1]), "along the horizontal axis".to_owned()),
+        (sample(AVERAGES[0]), format!("average, disc: {disc}")),
+        (
+            sample(AVERAGES[1]),
+            format!("average, control square: {square}"),
+        ),
+        (
+            sample(AVERAGES[2]),
+            format!("average, cell of side 2R: {cell}"),
+        ),
+        (swatch(SHADE), "within the control square".to_owned()),
+        (String::new(), "curves are cut beyond the scale".to_owned()),
+    ];
+    key(PANEL[1] + 16.0, &entries)
+}
+
+/// With so many digits, and a minus sign for print.
+fn number(value: f64, digits: i32) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let unit = 10f64.powi(value.abs().log10().floor() as i32 + 1 - digits);
+    short((value / unit).round() * unit).replace('-', "−")
+}
+
+fn text([x, y]: [f64; 2], anchor: &str, content: &str) -> String {
+    format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{content}</text>\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::paper::disc_field::{RimForce, figure_4};
+
+    /// A disc on two others and under one, with friction and weight.
+    fn a_grain() -> DiscField {
+        let force = |angle: f64, radial: f64, tangential: f64| RimForce {
+            angle,
+            radial,
+            tangential,
+        };
+        let forces = [
+            force(4.2, -3.0, 0.4),
+            force(5.4, -2.0, -0.3),
+            force(1.2, -1.5, -0.1),
+        ];
+        let volume = std::f64::consts::PI * 0.25;
+        let mut body_force = [0.0; 2];
+        for force in &forces {
+            let (sin, cos) = force.angle.sin_cos();
+            body_force[0] -= (force.radial * cos - force.tangential * sin) / volume;
+            body_force[1] -= (force.radial * sin + force.tangential * cos) / volume;
+        }
+        DiscField::new(0.5, &forces, body_force).expect("the weight balances the forces")
+    }
+
+    fn no_forces() -> DiscField {
+        DiscField::new(0.5, &[], [0.0; 2]).expect("balances")
+    }
+
+    #[test]
+    fn every_number_draws_and_the_picture_is_small() {
+        for field in [figure_4(), a_grain(), no_forces()] {
+            let svg = picture(&field);
+            for wrong in ["NaN", "inf", "-0.0 ", "−0<"] {
+                assert!(!svg.contains(wrong), "{wrong}");
+            }
+            assert!(svg.len() < 300_000, "{}", svg.len());
+            assert_eq!(svg.matches("<svg").count(), svg.matches("</svg>").count());
+        }
+    }
+
+    #[test]
+    fn the_averages_stand_beside_the_curves() {
+        let svg = picture(&figure_4());
+        for label in [
+            "disc: 0.6366",
+            "control square: 0.7189",
+            "cell of side 2R: 0.5<",
+        ] {
+            assert!(svg.contains(label), "{label}");
+        }
+    }
+
+    #[test]
+    fn only_what_is_clipped_is_hatched() {
+        let hatched = |field: &DiscField, name: &str| {
+            picture(field).contains(&format!("fill=\"url(#disc-field-{name})\""))
+        };
+        assert!(hatched(&figure_4(), "above"));
+        assert!(!hatched(&figure_4(), "below"));
+        assert!(!hatched(&no_forces(), "above") && !hatched(&no_forces(), "below"));
+    }
+
+    #[test]
+    fn steps_are_round() {
+        assert_eq!(round_step(0.085), 0.1);
+        assert_eq!(round_step(1.3), 2.0);
+        assert_eq!(round_step(400.0), 500.0);
+        assert_eq!(round_step(0.0), 1.0);
+    }
+}

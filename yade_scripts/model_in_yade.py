@@ -1,0 +1,230 @@
+"""What both scripts share: a crossgrain model (bodies, contact law, engines) in YADE, and its tables.
+
+The plane is YADE's x-z plane. The model is that of `src/model.rs`, as JSON.
+"""
+import json
+import os
+from array import array
+
+from yadeimport import *  # noqa: F403  starts YADE without any listening socket
+from yade import config, utils  # noqa: E402
+
+GREY = (0.7, 0.7, 0.7)  # without a colour, YADE reseeds Python's random numbers
+
+folder = os.environ.get("CROSSGRAIN_JOB", os.getcwd())
+parent = os.getppid()
+
+
+def place(name):
+    return os.path.join(folder, name)
+
+
+def read_json(name):
+    with open(place(name), encoding="utf-8") as file:
+        return json.load(file)
+
+
+def write_json(name, value):
+    aside = place(name + ".part")
+    with open(aside, "w", encoding="utf-8") as file:
+        json.dump(value, file)
+    os.replace(aside, place(name))
+
+
+def dashpot(law):
+    viscosity = law["contact"]["viscosity"]
+    return viscosity["c_n"] if viscosity["kind"] == "dashpot" else None
+
+
+def rotates(law):
+    return law["friction_angle"] > 0.0 and law["contact"]["rotation"] == "free"
+
+
+class ModelInYade:
+    """Bodies and engines of a model in an empty YADE scene, `grains` as dictionaries of floats."""
+
+    def __init__(self, model, grains, sorted_loop, verlet_distance):
+        self.law = model["law"]
+        self.rotates = rotates(self.law)
+        self.material = self._material()
+        O.materials.append(self.material)
+        self.grains = len(grains)
+        self.states = [self._add_grain(grain) for grain in grains]
+        self.masses = [grain["mass"] for grain in grains]
+        self.inertias = [grain["inertia"] for grain in grains] if self.rotates else []
+        for wall in model["walls"]:
+            axis = {"x": 0, "z": 2}[wall["axis"]]
+            position = Vector3(0, 0, 0)
+            position[axis] = wall["place"]
+            O.bodies.append(
+                utils.wall(position, axis=axis, sense=0, material=self.material, color=GREY)
+            )
+        self.punch = None
+        gravity = model["gravity"]
+        # Integration stands first, so that after each step forces and contacts belong to the positions.
+        self.newton = NewtonIntegrator(
+            gravity=(gravity[0], 0.0, gravity[1]),
+            damping=model["alpha"],
+            dampGravity=True,
+            warnNoForceReset=False,
+        )
+        O.engines = [
+            self.newton,
+            ForceResetter(),
+            InsertionSortCollider(
+                [Bo1_Sphere_Aabb(), Bo1_Wall_Aabb(), Bo1_Box_Aabb()],
+                verletDist=verlet_distance,
+            ),
+            self._interaction_loop(sorted_loop),
+        ]
+        O.dt = model["dt"]
+
+    def _material(self):
+        law = self.law
+        common = {
+            "young": law["modulus"],
+            "poisson": law["stiffness_ratio"],
+            "frictionAngle": law["friction_angle"],
+            "density": 1.0,  # masses are set grain by grain
+        }
+        c_n = dashpot(law)
+        if c_n is None:
+            return FrictMat(**common)
+        # Two dashpots act in series.
+        return ViscElMat(cn=2.0 * c_n, cs=0.0, **common)
+
+    def _interaction_loop(self, sorted_loop):
+        contact = self.law["contact"]
+        corrected = contact["slip_velocity"] == "ratcheting_corrected"
+        geometries = [
+            Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=corrected),
+            Ig2_Wall_Sphere_ScGeom(noRatch=corrected),
+            Ig2_Box_Sphere_ScGeom(),
+        ]
+        if dashpot(self.law) is None:
+            half_overlap = contact["torque_arms"] == "half_overlap"
+            physics = [Ip2_FrictMat_FrictMat_FrictPhys()]
+            laws = [Law2_ScGeom_FrictPhys_CundallStrack(sphericalBodies=half_overlap)]
+        else:
+            physics = [Ip2_ViscElMat_ViscElMat_ViscElPhys()]
+            laws = [Law2_ScGeom_ViscElPhys_Basic()]
+        return InteractionLoop(geometries, physics, laws, loopOnSortedInteractions=sorted_loop)
+
+    def _add_grain(self, grain):
+        body = utils.sphere(
+            (grain["x"], 0.0, grain["z"]), grain["radius"], material=self.material, color=GREY
+        )
+        state = body.state
+        state.mass = grain["mass"]
+        state.vel = (grain["vx"], 0.0, grain["vz"])
+        if self.rotates:
+            inertia = grain["inertia"]
+            state.inertia = (inertia, inertia, inertia)
+            state.angVel = (0.0, grain["spin"], 0.0)
+            state.blockedDOFs = "yXZ"
+        else:
+            state.blockedDOFs = "yXYZ"
+        O.bodies.append(body)
+        return state
+
+    def add_punch(self, centre, half_extents, half_depth, velocity, start):
+        body = utils.box(
+            (centre[0], 0.0, centre[1]),
+            (half_extents[0], half_depth, half_extents[1]),
+            fixed=True,
+            material=self.material,
+            color=GREY,
+        )
+        body.state.blockedDOFs = "xyzXYZ"
+        body.state.vel = (0.0, 0.0, velocity)
+        self.punch = {"id": O.bodies.append(body), "state": body.state, "start": start}
+
+    def evaluate_at_start(self):
+        """Evaluate the forces at the start without moving anything."""
+        self.newton.dead = True
+        O.step()
+        self.newton.dead = False
+
+    def kinetic_energy(self):
+        energy = 0.0
+        for mass, state in zip(self.masses, self.states):
+            v = state.vel
+            energy += 0.5 * mass * (v[0] * v[0] + v[2] * v[2])
+        for inertia, state in zip(self.inertias, self.states):
+            spin = state.angVel[1]
+            energy += 0.5 * inertia * (spin * spin)
+        return energy
+
+    def real_contacts(self):
+        return [contact for contact in O.interactions if contact.isReal]
+
+
+class Tables:
+    """`frames.bin` and `frames.jsonl`: the moments of a run."""
+
+    def __init__(self):
+        self.binary = open(place("frames.bin"), "wb")
+        self.index = open(place("frames.jsonl"), "w", encoding="utf-8")
+        self.heartbeat = open(place("heartbeat"), "w", encoding="utf-8")
+
+    def line(self, value):
+        self.index.write(json.dumps(value) + "\n")
+        self.index.flush()
+
+    def beat(self, stage, step, share):
+        if os.getppid() != parent:
+            os._exit(1)  # whoever asked for this run is gone
+        self.heartbeat.write("%s %d %.4f\n" % (stage, step, share))
+        self.heartbeat.flush()
+
+    def frame(self, model, head):
+        """Write the present moment; `head` says which one it is."""
+        positions = [state.pos for state in model.states]
+        velocities = [state.vel for state in model.states]
+        table = array("d")
+        for column, axis in ((positions, 0), (positions, 2), (velocities, 0), (velocities, 2)):
+            table.extend([float(vector[axis]) for vector in column])
+        if model.rotates:
+            table.extend([float(state.angVel[1]) for state in model.states])
+        contacts = model.real_contacts()
+        for contact in contacts:
+            geometry, physics = contact.geom, contact.phys
+            normal, point = geometry.normal, geometry.contactPoint
+            force = physics.normalForce + physics.shearForce
+            table.append(contact.id1)
+            table.append(contact.id2)
+            table.append(float(geometry.penetrationDepth))
+            for vector in (normal, force, point):
+                table.append(float(vector[0]))
+                table.append(float(vector[2]))
+        table.tofile(self.binary)
+        self.binary.flush()
+        out_of_plane = max(abs(p[1]) + abs(v[1]) for p, v in zip(positions, velocities))
+        at = None
+        if model.punch is not None:
+            where = model.punch["state"].pos
+            at = {
+                "centre": [float(where[0]), float(where[2])],
+                "start": model.punch["start"],
+                "velocity": float(model.punch["state"].vel[2]),
+                "force": float(O.forces.f(model.punch["id"])[2]),
+            }
+        head.update(
+            {
+                "bodies": len(positions),
+                "contacts": len(contacts),
+                "out_of_plane": float(out_of_plane),
+                "punch": at,
+            }
+        )
+        self.line(head)
+
+    def close(self):
+        self.binary.close()
+        self.index.close()
+
+
+def say_hello():
+    import sys
+
+    write_json("hello.json", {"version": str(config.version), "python": sys.version.split()[0]})
