@@ -1,6 +1,7 @@
 //! The command line: one verb a file. Arguments in, one library call, an exit code out.
 
 mod compare;
+mod facts;
 mod paper;
 mod reproduce;
 mod run;
@@ -35,6 +36,8 @@ enum Command {
     Run(run::Arguments),
     /// Compare two run folders: bits, first difference, every measured quantity
     Compare(compare::Arguments),
+    /// The parameters that each engine uses for a scene: stiffness, mass, damping, time step
+    Facts(facts::Arguments),
     /// The main job: the paper's experiment in both engines, compared, with a report
     Reproduce(reproduce::Arguments),
     /// The ladder: exact solutions, symmetries, and native against YADE bit for bit
@@ -49,6 +52,7 @@ impl Arguments {
             Command::Scene(verb) => verb.execute(),
             Command::Run(arguments) => arguments.execute(),
             Command::Compare(arguments) => arguments.execute(),
+            Command::Facts(arguments) => arguments.execute(),
             Command::Reproduce(arguments) => arguments.execute(),
             Command::Verify(arguments) => arguments.execute(),
         }

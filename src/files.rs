@@ -35,6 +35,11 @@ pub fn failed(action: &'static str, path: &Path) -> impl FnOnce(std::io::Error) 
     }
 }
 
+/// A folder of one's own among the temporary files; gone with the value.
+pub fn work_folder() -> Result<tempfile::TempDir, FileError> {
+    tempfile::tempdir().map_err(failed("create a folder in", &std::env::temp_dir()))
+}
+
 /// Reads at most `limit` bytes of text. A name that ends in `.gz` is unpacked, the limit then
 /// holding for the unpacked text.
 pub fn read_text(path: &Path, limit: u64) -> Result<String, FileError> {

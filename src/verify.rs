@@ -2,6 +2,7 @@
 
 pub mod build;
 pub mod collisions;
+pub mod facts;
 pub mod frozen;
 pub mod ladder;
 pub mod motion;

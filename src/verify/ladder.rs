@@ -9,6 +9,7 @@ use crate::engine::Observer;
 use crate::engine::case::Case;
 use crate::engine::native::{Perturbation, run_case};
 use crate::engine::yade::{self, YadeError, run_cases, unsupported};
+use crate::files::work_folder;
 use crate::run::EngineError;
 
 /// One rung as it was climbed.
@@ -79,10 +80,7 @@ impl Ladder {
         let can = |rung: &&Rung| why_not(rung).is_none();
         let mut cases: Vec<&Case> = self.solo.iter().filter(can).flat_map(|r| &r.cases).collect();
         cases.extend(self.parity.iter().map(|rung| &rung.case));
-        let work = tempfile::tempdir().map_err(|error| {
-            let path = std::env::temp_dir();
-            YadeError::File(crate::files::failed("create a folder in", &path)(error))
-        })?;
+        let work = work_folder().map_err(YadeError::File)?;
         let mut run = run_cases(&cases, options, work.path(), observer)?
             .into_iter()
             .map(|case| case.track);
