@@ -28,11 +28,11 @@ pub mod paper;
 
 pub mod compare;
 
-pub mod verify;
-
 pub mod error;
 
 pub mod progress;
+
+pub mod verify;
 
 pub mod reproduce;
 

@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
-use crate::tables::Stage;
+use crate::engine::Observer;
+use crate::tables::{Snapshot, Stage};
 
 /// Without a terminal, a line so often.
 const LINE_EVERY: Duration = Duration::from_secs(15);
@@ -127,6 +128,27 @@ impl Task {
                 self.began.elapsed().as_secs_f64()
             )),
         }
+    }
+}
+
+/// Shows how far an engine is as the share of a piece of work.
+#[derive(Debug)]
+pub struct StageObserver<'a> {
+    task: &'a Task,
+}
+
+impl<'a> StageObserver<'a> {
+    /// Shows it on this piece of work.
+    pub fn new(task: &'a Task) -> Self {
+        StageObserver { task }
+    }
+}
+
+impl Observer for StageObserver<'_> {
+    fn snapshot(&mut self, _: &Snapshot) {}
+
+    fn progress(&mut self, _: Stage, step: u64, share: f64) {
+        self.task.share(share, &format!("step {step}"));
     }
 }
 

@@ -1,6 +1,10 @@
-//! The report: one page that opens offline, and the pictures and charts on it.
+//! The report: pages that open offline, and the pictures and charts on them.
 
 pub mod chart;
 pub mod disc_field;
 pub mod packing;
 pub mod page;
+pub mod verification;
+
+/// The style of all pages.
+const STYLE: &str = include_str!("report/style.css");

@@ -5,8 +5,11 @@ pub mod collisions;
 pub mod facts;
 pub mod frozen;
 pub mod ladder;
+pub mod limits;
 pub mod motion;
 pub mod parity;
+pub mod precision;
+pub mod record;
 pub mod symmetry;
 pub mod trajectories;
 
@@ -54,6 +57,8 @@ pub enum Group {
     Parity,
     /// Against higher precision.
     Precision,
+    /// That the ladder itself can fail.
+    Proof,
 }
 
 /// How the tracks of a rung's cases are judged.

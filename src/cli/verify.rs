@@ -1,51 +1,168 @@
 //! `crossgrain verify`: the ladder of exact solutions, symmetries and bits.
 
+use std::path::PathBuf;
+
 use clap::Args;
 
 use super::run::YadeLimits;
-use super::{json, print};
+use super::{in_a_word, json, print};
 use crate::compare::Verdict;
-use crate::engine::Observer;
-use crate::error::{Error, exit};
+use crate::error::Error;
+use crate::files::{refuse_existing, write_whole};
 use crate::progress::Display;
-use crate::tables::{Snapshot, Stage};
-use crate::verify::ladder::{Climbed, Climbers, Ladder};
+use crate::report::verification;
+use crate::verify::ladder::{Climbed, Climbers};
+use crate::verify::limits::{Limit, Limits};
+use crate::verify::record::{Options, Tally, Verification, verify};
 
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Every rung is run by both engines and judged by the same code; YADE runs all cases in \
+    one process. Without YADE its rungs are shown as not made, and the exit code is 3.\n\nExamples:\n  \
+    crossgrain verify\n  crossgrain verify --engine native\n  crossgrain verify --detection-limits --out verified"
+)]
 pub struct Arguments {
     /// Which engines climb
     #[arg(long, value_enum, default_value = "both")]
     engine: Climbers,
-    /// Trajectories of so many grains at most
+    /// Find the smallest size of each fault that each rung notices
+    #[arg(long)]
+    detection_limits: bool,
+    /// Trajectories and rounding errors of so many grains at most: 5, 500 or 5000
     #[arg(long, default_value_t = 5000)]
     grains: u32,
+    /// A new folder for verify.json and report.html
+    #[arg(long)]
+    out: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
+    /// No progress
+    #[arg(long)]
+    quiet: bool,
     #[command(flatten)]
     limits: YadeLimits,
 }
 
 impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
-        let ladder = Ladder::new(self.grains);
-        let mut climbed = Vec::new();
-        if self.engine != Climbers::Yade {
-            climbed.extend(ladder.climb_native());
+        if let Some(out) = &self.out {
+            refuse_existing(out)?;
         }
-        if self.engine != Climbers::Native {
-            let (solo, tracks) = ladder.climb_yade(&self.limits.options(), &mut ())?;
-            climbed.extend(solo);
-            if self.engine == Climbers::Both {
-                climbed.extend(ladder.compare(&tracks));
-            }
+        let options = Options {
+            engine: self.engine,
+            grains: self.grains,
+            detection_limits: self.detection_limits,
+            yade: self.limits.options(),
+            command: self.command(),
+        };
+        let verification = verify(&options, &Display::new(self.quiet))?;
+        let text = json(&verification)?;
+        if let Some(out) = &self.out {
+            let page = verification::page(&verification)?;
+            std::fs::create_dir_all(out).map_err(crate::files::failed("create", out))?;
+            write_whole(&out.join("verify.json"), text.as_bytes())?;
+            write_whole(&out.join("report.html"), page.as_bytes())?;
         }
-        for c in &climbed {
-            print(&format!("{:?} {} [{}] {}\n", c.verdict, c.name, c.engine, c.reason))?;
-            for l in &c.lines {
-                print(&format!("      {} {} = {:e} expected {:e} ± {:e}\n", l.holds(), l.quantity, l.value, l.expected, l.tolerance))?;
-            }
-        }
-        Ok(exit::AGREED)
+        print(&if self.json {
+            text
+        } else {
+            in_words(&verification)
+        })?;
+        Ok(super::exit_code(verification.verdict))
     }
+
+    fn command(&self) -> String {
+        let engine = match self.engine {
+            Climbers::Native => "native",
+            Climbers::Yade => "yade",
+            Climbers::Both => "both",
+        };
+        let limits = if self.detection_limits {
+            " --detection-limits"
+        } else {
+            ""
+        };
+        format!(
+            "crossgrain verify --engine {engine} --grains {}{limits}",
+            self.grains
+        )
+    }
+}
+
+/// The verification as lines for a terminal.
+fn in_words(verification: &Verification) -> String {
+    let mut text = String::new();
+    for rung in &verification.rungs {
+        text += &rung_lines(rung);
+    }
+    if let Some(limits) = &verification.limits {
+        text += &limit_lines(limits);
+    }
+    let Tally {
+        passed,
+        failed,
+        not_made,
+        inapplicable,
+    } = verification.tally;
+    text + &format!(
+        "\n{}: {passed} rungs passed, {failed} failed, {not_made} not made, {inapplicable} without \
+         such an option in YADE\n",
+        in_a_word(verification.verdict)
+    )
+}
+
+fn rung_lines(rung: &Climbed) -> String {
+    let mark = match rung.verdict {
+        Verdict::Pass => "    pass",
+        Verdict::Fail => "    FAIL",
+        Verdict::NotMade => "not made",
+    };
+    let mut text = format!("{mark} {} [{}]: {}\n", rung.name, rung.engine, rung.title);
+    if !rung.reason.is_empty() {
+        text += &format!("{:>12}{}\n", "", rung.reason);
+    }
+    for line in &rung.lines {
+        text += &format!(
+            "{:>12}{} {} = {:e}, expected {:e} ± {:.1e} {} ({})\n",
+            "",
+            if line.holds() { "ok" } else { "NOT" },
+            line.quantity,
+            line.value,
+            line.expected,
+            line.tolerance,
+            if line.unit == "1" { "" } else { &line.unit },
+            line.basis
+        );
+    }
+    text
+}
+
+/// The table of detection limits, a rung a row, powers of ten.
+fn limit_lines(limits: &Limits) -> String {
+    let mut text = "\nsmallest relative size noticed, as a power of ten (· not in the rung, – not \
+                    noticed, x noticed)\n"
+        .to_owned();
+    for (index, fault) in limits.faults.iter().enumerate() {
+        text += &format!("{:>6} {fault}\n", index + 1);
+    }
+    text += &format!("{:<40}", "rung");
+    for index in 1..=limits.faults.len() {
+        text += &format!("{index:>6}");
+    }
+    text += "   false alarms\n";
+    for row in &limits.rungs {
+        text += &format!("{:<40}", row.rung);
+        for limit in &row.limits {
+            let cell = match limit {
+                Limit::Without => "·".to_owned(),
+                Limit::Blind => "–".to_owned(),
+                Limit::Notices => "x".to_owned(),
+                Limit::From { size } => format!("{:.1}", size.log10()),
+            };
+            text += &format!("{cell:>6}");
+        }
+        text += &format!("   {} of {}\n", row.false_alarms, row.sound_runs);
+    }
+    text
 }

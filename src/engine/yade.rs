@@ -17,9 +17,9 @@ use crate::files::FileError;
 use crate::model::Model;
 use crate::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
 
-pub use cases::{CaseInYade, run_cases};
+pub use cases::{CaseInYade, CasesInYade, run_cases};
 pub use child::log;
-pub use find::{Installation, find};
+pub use find::{Installation, find, sibling};
 pub use job::script_digest;
 
 /// The oldest YADE whose options this driver relies on.

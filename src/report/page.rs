@@ -36,6 +36,7 @@ pub fn render(reproduction: &Reproduction, runs: &Runs) -> Result<String, Error>
     let template = environment.get_template("page.html").map_err(failed)?;
     let page = Page {
         r: reproduction,
+        style: super::STYLE,
         word: match reproduction.verdict {
             Verdict::Pass => "Agreed",
             Verdict::Fail => "Different",
@@ -56,6 +57,7 @@ pub fn render(reproduction: &Reproduction, runs: &Runs) -> Result<String, Error>
 #[derive(Debug, Serialize)]
 struct Page<'a> {
     r: &'a Reproduction,
+    style: &'static str,
     word: &'static str,
     summary: Summary,
     choices: Vec<Choice>,

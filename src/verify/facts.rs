@@ -4,11 +4,12 @@
 use serde::Serialize;
 
 use super::build::{Grain, case, punch};
+use super::{Line, trajectories};
 use crate::engine::case::{Case, Effective};
 use crate::engine::native::{self, NativeError};
 use crate::engine::yade::{self, YadeError};
 use crate::model::Model;
-use crate::scene::Scene;
+use crate::scene::{Scene, paper_scene};
 
 /// The most that two engines' facts may differ, relative.
 pub const TOLERANCE: f64 = 1.0e-14;
@@ -92,7 +93,7 @@ pub fn probe(scene: &Scene) -> Case {
 /// What the native engine uses.
 pub fn of_native(scene: &Scene) -> Result<Vec<Fact>, NativeError> {
     let case = probe(scene);
-    Ok(in_words(&case, &native::effective(&case, None)?))
+    Ok(in_words(&case, &native::effective(&case)?))
 }
 
 /// What YADE says it uses; `work` is an empty folder.
@@ -104,9 +105,39 @@ pub fn of_yade(
     let case = probe(scene);
     let run = yade::run_cases(&[&case], options, work, &mut ())?;
     Ok(run
+        .cases
         .first()
         .map(|of| in_words(&case, &of.effective))
         .unwrap_or_default())
+}
+
+/// The scenes whose facts the ladder compares: the paper's, and the same with friction and dashpots.
+pub fn scenes() -> [(&'static str, Scene); 3] {
+    [
+        ("paper", paper_scene(1, 5000)),
+        ("friction", trajectories::rough(5000)),
+        ("dashpot", trajectories::viscous(5000)),
+    ]
+}
+
+/// A line for a scene: the largest relative difference of its facts.
+pub fn line(name: &str, native: &Effective, yade: &Effective, case: &Case) -> Line {
+    let pairs = side_by_side(in_words(case, native), &in_words(case, yade));
+    let largest = pairs
+        .iter()
+        .map(|pair| pair.difference.unwrap_or(f64::INFINITY))
+        .fold(0.0, f64::max);
+    Line {
+        quantity: format!(
+            "{name} scene: largest relative difference of {} facts",
+            pairs.len()
+        ),
+        unit: "1".to_owned(),
+        value: largest,
+        expected: 0.0,
+        tolerance: TOLERANCE,
+        basis: "the same formulas of the same numbers".to_owned(),
+    }
 }
 
 /// The facts of both, side by side.

@@ -132,7 +132,7 @@ fn rung(stream: u64, name: &str, what: &str, law: Law) -> ParityRung {
     }
 }
 
-/// Grains thrown at random into the box, every other one at the punch.
+/// Grains thrown at random into the box, every other one at the punch, some at each wall.
 fn grains(stream: u64) -> Vec<Grain> {
     let mut random = ChaCha8Rng::from_seed(*KEY);
     random.set_stream(stream);
@@ -150,7 +150,12 @@ fn grains(stream: u64) -> Vec<Grain> {
                     uniform(centre[axis] - reach, centre[axis] + reach)
                 })
             } else {
-                [uniform(0.002, WIDTH - 0.002), uniform(0.002, 0.2)]
+                match index % 20 {
+                    1 => [0.8 * radius, uniform(0.002, 0.2)],
+                    3 => [WIDTH - 0.8 * radius, uniform(0.002, 0.2)],
+                    5 => [uniform(0.002, WIDTH - 0.002), 0.8 * radius],
+                    _ => [uniform(0.002, WIDTH - 0.002), uniform(0.002, 0.2)],
+                }
             };
             let velocity = [uniform(-2.0, 2.0), uniform(-2.0, 2.0)];
             Grain::disc(position, radius, 2600.0)

@@ -3,11 +3,11 @@
 use serde::Serialize;
 
 use super::parity::{self, ParityRung};
-use super::{Group, Line, Rung, Track, collisions, motion, symmetry};
+use super::{Group, Line, Rung, Track, collisions, facts, motion, precision, symmetry};
 use crate::compare::Verdict;
 use crate::engine::Observer;
 use crate::engine::case::Case;
-use crate::engine::native::{Perturbation, run_case};
+use crate::engine::native::{CaseOptions, effective, run_case};
 use crate::engine::yade::{self, YadeError, run_cases, unsupported};
 use crate::files::work_folder;
 use crate::run::EngineError;
@@ -45,6 +45,22 @@ pub enum Climbers {
     Both,
 }
 
+/// What YADE made of the ladder.
+#[derive(Debug, Clone)]
+pub struct ClimbedInYade {
+    /// As YADE prints it.
+    pub version: String,
+    /// The rungs that YADE climbed alone.
+    pub solo: Vec<Climbed>,
+    /// The facts of the scenes.
+    pub facts: Climbed,
+    /// Its tracks of the parity rungs.
+    pub tracks: Vec<Track>,
+}
+
+const BOTH: &str = "native and YADE";
+const FACTS: &str = "both engines use the same parameters";
+
 /// All rungs.
 pub struct Ladder {
     /// Those that one engine can climb alone.
@@ -67,31 +83,56 @@ impl Ladder {
 
     /// Every rung for the native engine.
     pub fn climb_native(&self) -> Vec<Climbed> {
-        let climb = |rung: &Rung| solo(rung, "native", native_tracks(&rung.cases, None));
+        let climb = |rung: &Rung| solo(rung, "native", native_tracks(&rung.cases, &CaseOptions::default()));
         self.solo.iter().map(climb).collect()
     }
 
-    /// Every rung in YADE, which runs all cases in one process, and the tracks of the parity rungs.
+    /// Every rung in YADE, which runs all cases in one process; the facts of the scenes; and the tracks
+    /// of the parity rungs.
     pub fn climb_yade(
         &self,
         options: &yade::Options,
         observer: &mut dyn Observer,
-    ) -> Result<(Vec<Climbed>, Vec<Track>), EngineError> {
+    ) -> Result<ClimbedInYade, EngineError> {
         let can = |rung: &&Rung| why_not(rung).is_none();
-        let mut cases: Vec<&Case> = self.solo.iter().filter(can).flat_map(|r| &r.cases).collect();
+        let scenes = facts::scenes().map(|(name, scene)| (name, facts::probe(&scene)));
+        let mut cases: Vec<&Case> = scenes.iter().map(|(_, probe)| probe).collect();
+        let solo_cases = self.solo.iter().filter(can).flat_map(|rung| &rung.cases);
+        cases.extend(solo_cases);
         cases.extend(self.parity.iter().map(|rung| &rung.case));
         let work = work_folder().map_err(YadeError::File)?;
-        let mut run = run_cases(&cases, options, work.path(), observer)?
-            .into_iter()
-            .map(|case| case.track);
+        let run = run_cases(&cases, options, work.path(), observer)?;
+        let mut in_yade = run.cases.into_iter();
+        let mut lines = Vec::new();
+        for ((name, probe), of) in scenes.iter().zip(in_yade.by_ref()) {
+            lines.push(facts::line(name, &effective(probe)?, &of.effective, probe));
+        }
+        let mut tracks = in_yade.map(|case| case.track);
         let mut climbed = Vec::new();
         for rung in &self.solo {
             climbed.push(match why_not(rung) {
                 Some(reason) => not_made(rung.name, rung.title, rung.group, "YADE", &reason, true),
-                None => solo(rung, "YADE", Ok(run.by_ref().take(rung.cases.len()).collect())),
+                None => {
+                    let tracks = tracks.by_ref().take(rung.cases.len()).collect();
+                    solo(rung, "YADE", Ok(tracks))
+                }
             });
         }
-        Ok((climbed, run.collect()))
+        Ok(ClimbedInYade {
+            version: run.version,
+            solo: climbed,
+            facts: Climbed {
+                name: "facts".to_owned(),
+                title: FACTS.to_owned(),
+                group: Group::Parity,
+                engine: BOTH.to_owned(),
+                verdict: verdict(&lines),
+                reason: String::new(),
+                inapplicable: false,
+                lines,
+            },
+            tracks: tracks.collect(),
+        })
     }
 
     /// Native against the tracks that YADE made of the parity rungs.
@@ -113,8 +154,11 @@ impl Ladder {
         let of_solo = |rung: &Rung| not_made(rung.name, rung.title, rung.group, "YADE", reason, false);
         let of_both =
             |rung: &ParityRung| of_parity(rung, Verdict::NotMade, reason.to_owned(), Vec::new());
+        let facts = not_made("facts", FACTS, Group::Parity, BOTH, reason, false);
         let solo = self.solo.iter().map(of_solo);
-        solo.chain(self.parity.iter().map(of_both)).collect()
+        solo.chain([facts])
+            .chain(self.parity.iter().map(of_both))
+            .collect()
     }
 }
 
@@ -125,10 +169,10 @@ fn why_not(rung: &Rung) -> Option<String> {
 }
 
 /// The tracks of a rung's cases in the native engine, or why there are none.
-pub fn native_tracks(cases: &[Case], fault: Option<Perturbation>) -> Result<Vec<Track>, String> {
+pub fn native_tracks(cases: &[Case], options: &CaseOptions) -> Result<Vec<Track>, String> {
     cases
         .iter()
-        .map(|case| run_case(case, fault).map_err(|error| format!("{}: {error}", case.name)))
+        .map(|case| run_case(case, *options).map_err(|error| format!("{}: {error}", case.name)))
         .collect()
 }
 
@@ -155,7 +199,7 @@ fn of_parity(rung: &ParityRung, verdict: Verdict, reason: String, lines: Vec<Lin
         name: rung.name.clone(),
         title: rung.title.clone(),
         group: rung.group,
-        engine: "native and YADE".to_owned(),
+        engine: BOTH.to_owned(),
         verdict,
         reason,
         inapplicable: false,
@@ -189,5 +233,24 @@ pub fn verdict(lines: &[Line]) -> Verdict {
         Verdict::Pass
     } else {
         Verdict::Fail
+    }
+}
+
+/// The rounding errors as a rung, or why they were not measured.
+pub fn of_precision(errors: Result<&[precision::Errors], String>) -> Climbed {
+    let (lines, reason) = match errors {
+        Ok(errors) => (precision::lines(errors), String::new()),
+        Err(reason) => (Vec::new(), reason),
+    };
+    let made = reason.is_empty();
+    Climbed {
+        name: "precision".to_owned(),
+        title: "rounding errors of both engines against 128-bit arithmetic".to_owned(),
+        group: Group::Precision,
+        engine: BOTH.to_owned(),
+        verdict: if made { verdict(&lines) } else { Verdict::NotMade },
+        reason,
+        inapplicable: false,
+        lines,
     }
 }

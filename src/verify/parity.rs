@@ -114,8 +114,13 @@ fn kind(contact: &Contact, moment: &Snapshot, ids: BodyIds) -> Option<Pair> {
     contact::punch(centre, half_extents, position, moment.bodies.radius[at]).map(|touch| touch.pair)
 }
 
+/// Whether any number of two moments differs.
+pub fn differ(a: &Snapshot, b: &Snapshot) -> bool {
+    differing_motion(&a.bodies, &b.bodies) + differing_contacts(&a.contacts, &b.contacts) > 0
+}
+
 /// Numbers of motion that have not the same bits.
-pub fn differing_motion(a: &Bodies, b: &Bodies) -> usize {
+fn differing_motion(a: &Bodies, b: &Bodies) -> usize {
     let columns = a.motion().into_iter().zip(b.motion());
     columns
         .map(|((_, a), (_, b))| {

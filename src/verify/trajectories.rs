@@ -61,7 +61,7 @@ pub fn rough(grains: u32) -> Scene {
 }
 
 /// The same with dashpots of 0.3 of the critical constant of two mean grains.
-fn viscous(grains: u32) -> Scene {
+pub fn viscous(grains: u32) -> Scene {
     let mut scene = rough(grains);
     let radius = 0.5 * scene.particles.mean_diameter;
     let stiffness = scene.material.youngs_modulus * radius;

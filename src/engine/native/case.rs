@@ -11,11 +11,54 @@ use crate::tables::{Bodies, Snapshot, Stage};
 /// Skin over the largest radius; the bits do not depend on it.
 const SKIN_OVER_RADIUS: f64 = 0.1;
 
+/// How a case is run; none of it is physics.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CaseOptions {
+    /// A deliberate fault.
+    pub fault: Option<Perturbation>,
+    /// Skin of the neighbour list over the largest radius.
+    pub skin_over_radius: f64,
+}
+
+impl Default for CaseOptions {
+    fn default() -> Self {
+        CaseOptions {
+            fault: None,
+            skin_over_radius: SKIN_OVER_RADIUS,
+        }
+    }
+}
+
+impl From<Option<Perturbation>> for CaseOptions {
+    fn from(fault: Option<Perturbation>) -> Self {
+        CaseOptions {
+            fault,
+            ..CaseOptions::default()
+        }
+    }
+}
+
 /// Runs a case and returns the state at each of its moments.
-pub fn run_case(case: &Case, fault: Option<Perturbation>) -> Result<Vec<Snapshot>, NativeError> {
-    let failed = |step| move |trouble| error(step, trouble);
-    let mut dynamics = start(case, fault).map_err(failed(0))?;
+pub fn run_case(
+    case: &Case,
+    options: impl Into<CaseOptions>,
+) -> Result<Vec<Snapshot>, NativeError> {
     let mut snapshots = Vec::with_capacity(case.moments.len());
+    watch_case(case, &options.into(), &mut |snapshot| {
+        snapshots.push(snapshot);
+        true
+    })?;
+    Ok(snapshots)
+}
+
+/// Runs a case and shows the state at each of its moments, as long as the watcher wants to go on.
+pub fn watch_case(
+    case: &Case,
+    options: &CaseOptions,
+    watcher: &mut dyn FnMut(Snapshot) -> bool,
+) -> Result<(), NativeError> {
+    let failed = |step| move |trouble| error(step, trouble);
+    let mut dynamics = start(case, options).map_err(failed(0))?;
     let mut step = 0;
     for &moment in &case.moments {
         while step < moment {
@@ -23,14 +66,16 @@ pub fn run_case(case: &Case, fault: Option<Perturbation>) -> Result<Vec<Snapshot
             dynamics.step().map_err(failed(step))?;
         }
         super::health::check(&dynamics.state, &dynamics.constants).map_err(failed(step))?;
-        snapshots.push(dynamics.snapshot(Stage::Settle, step));
+        if !watcher(dynamics.snapshot(Stage::Settle, step)) {
+            break;
+        }
     }
-    Ok(snapshots)
+    Ok(())
 }
 
 /// The parameters that the native engine uses for a case.
-pub fn effective(case: &Case, fault: Option<Perturbation>) -> Result<Effective, NativeError> {
-    let dynamics = start(case, fault).map_err(|trouble| error(0, trouble))?;
+pub fn effective(case: &Case) -> Result<Effective, NativeError> {
+    let dynamics = start(case, &CaseOptions::default()).map_err(|trouble| error(0, trouble))?;
     let Dynamics {
         state, constants, ..
     } = &dynamics;
@@ -68,14 +113,15 @@ pub fn effective(case: &Case, fault: Option<Perturbation>) -> Result<Effective, 
     })
 }
 
-fn start(case: &Case, fault: Option<Perturbation>) -> Result<Dynamics, Trouble> {
+fn start(case: &Case, options: &CaseOptions) -> Result<Dynamics, Trouble> {
     let mut bodies: Bodies = case.bodies.clone();
     let mut constants = Constants::new(&case.model, bodies.len() as u32);
-    if let Some(fault) = fault {
+    if let Some(fault) = options.fault {
         fault.apply(&mut constants, &mut bodies);
     }
     let largest = bodies.radius.iter().copied().fold(0.0, f64::max);
-    Dynamics::new(&bodies, case.punch, constants, SKIN_OVER_RADIUS * largest)
+    let skin = options.skin_over_radius * largest;
+    Dynamics::new(&bodies, case.punch, constants, skin)
 }
 
 fn error(step: u64, trouble: Trouble) -> NativeError {

@@ -154,6 +154,8 @@ fn scale(quantity: Quantity, factor: f64, constants: &mut Constants, bodies: &mu
     let all = |column: &mut Vec<f64>| column.iter_mut().for_each(|value| *value *= factor);
     match quantity {
         Quantity::Stiffness => constants.normal_factor *= factor,
+        // Without friction it has no effect, so it is no fault.
+        Quantity::ShearStiffness if !constants.law.has_friction() => {}
         Quantity::ShearStiffness => constants.tangential_factor *= factor,
         Quantity::Modulus => constants.law.modulus *= factor,
         Quantity::Gravity => constants.gravity = constants.gravity.map(|g| g * factor),
@@ -181,6 +183,7 @@ fn scale(quantity: Quantity, factor: f64, constants: &mut Constants, bodies: &mu
 }
 
 fn change(switch: Switch, constants: &mut Constants) {
+    let (rotates, slips) = (constants.law.rotates(), constants.law.has_friction());
     let contact = &mut constants.law.contact;
     match switch {
         Switch::Sums => constants.reversed_sums = true,
@@ -191,6 +194,9 @@ fn change(switch: Switch, constants: &mut Constants) {
         }
         Switch::DampingSign => constants.alpha = -constants.alpha,
         Switch::Start => constants.half_step_start = true,
+        // Where nothing slips or turns, these are no faults.
+        Switch::TorqueArms if !rotates => {}
+        Switch::Ratcheting if !slips => {}
         Switch::TorqueArms => {
             contact.torque_arms = match contact.torque_arms {
                 TorqueArms::HalfOverlap => TorqueArms::ContactPoint,

@@ -13,6 +13,15 @@ use crate::engine::case::{Case, Effective};
 use crate::files::read_text;
 use crate::tables::{BodyIds, Snapshot, Stage};
 
+/// What YADE made of all cases.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CasesInYade {
+    /// As YADE prints it.
+    pub version: String,
+    /// In the order of the cases.
+    pub cases: Vec<CaseInYade>,
+}
+
 /// What YADE made of one case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseInYade {
@@ -49,16 +58,19 @@ pub fn run_cases(
     options: &Options,
     work: &Path,
     observer: &mut dyn Observer,
-) -> Result<Vec<CaseInYade>, YadeError> {
+) -> Result<CasesInYade, YadeError> {
     if let Some(reason) = cases.iter().find_map(|case| unsupported(&case.model)) {
         return Err(YadeError::Unsupported(reason));
     }
     let installation = find(options.program.as_deref())?;
     job::write_cases(work, cases)?;
-    child::run(&installation, job::RUN_CASES.0, work, options, observer)?;
+    let finished = child::run(&installation, job::RUN_CASES.0, work, options, observer)?;
     let read = read(work, cases)?;
     check_count(work, cases)?;
-    Ok(read)
+    Ok(CasesInYade {
+        version: finished.version,
+        cases: read,
+    })
 }
 
 fn read(work: &Path, cases: &[&Case]) -> Result<Vec<CaseInYade>, YadeError> {

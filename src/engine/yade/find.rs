@@ -43,6 +43,16 @@ pub fn find(program: Option<&Path>) -> Result<Installation, YadeError> {
     })
 }
 
+/// The build of the same YADE that has this name (`yade-float128`), which stands beside it.
+pub fn sibling(program: Option<&Path>, name: &str) -> Result<PathBuf, YadeError> {
+    let of = find(program)?.program.with_file_name(name);
+    if of.is_file() {
+        Ok(of)
+    } else {
+        Err(YadeError::Missing(format!("{} does not exist", of.display())))
+    }
+}
+
 /// The program of a first line, looked up if it is left to `env`.
 fn interpreter(command: &str) -> Option<PathBuf> {
     let mut words = command.split_whitespace();

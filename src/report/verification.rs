@@ -1,0 +1,164 @@
+//! The verification as a page, and as a part of the main report.
+
+use minijinja::Environment;
+use serde::Serialize;
+
+use super::chart::{BLUE, Chart, Corner, GREEN, Mark, Series, VERMILION};
+use super::disc_field;
+use crate::compare::Verdict;
+use crate::error::Error;
+use crate::paper::disc_field::figure_4;
+use crate::verify::ladder::Climbed;
+use crate::verify::limits::Limit;
+use crate::verify::precision::Errors;
+use crate::verify::record::Verification;
+
+const PAGE: &str = include_str!("verification_page.html");
+const PART: &str = include_str!("verification.html");
+
+/// What the template is given.
+#[derive(Debug, Serialize)]
+struct Page<'a> {
+    v: &'a Verification,
+    word: &'static str,
+    rungs: Vec<RungRow<'a>>,
+    table: Option<Table<'a>>,
+    disc: String,
+    errors: Option<String>,
+    style: &'static str,
+}
+
+/// A rung with how many of its lines hold.
+#[derive(Debug, Serialize)]
+struct RungRow<'a> {
+    rung: &'a Climbed,
+    held: usize,
+}
+
+/// The table of detection limits as text.
+#[derive(Debug, Serialize)]
+struct Table<'a> {
+    faults: &'a [String],
+    rows: Vec<TableRow<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct TableRow<'a> {
+    name: &'a str,
+    cells: Vec<Cell>,
+    alarms: String,
+}
+
+#[derive(Debug, Serialize)]
+struct Cell {
+    text: String,
+    /// 0 not noticed or not in the rung; 1 to 4, the more the smaller.
+    grade: u8,
+}
+
+/// A page of its own.
+pub fn page(verification: &Verification) -> Result<String, Error> {
+    render(verification, "verification_page.html")
+}
+
+/// The part for the main report.
+pub fn part(verification: &Verification) -> Result<String, Error> {
+    render(verification, "verification.html")
+}
+
+fn render(verification: &Verification, template: &str) -> Result<String, Error> {
+    let failed = |error: minijinja::Error| Error::Report(error.to_string());
+    let mut environment = Environment::new();
+    environment.add_filter("exp", |value: f64| format!("{value:.2e}"));
+    environment.add_filter("figures", |value: f64| format!("{value:.6}"));
+    environment
+        .add_template("verification.html", PART)
+        .map_err(failed)?;
+    environment
+        .add_template("verification_page.html", PAGE)
+        .map_err(failed)?;
+    let page = Page {
+        v: verification,
+        word: match verification.verdict {
+            Verdict::Pass => "Verified",
+            Verdict::Fail => "Not verified",
+            Verdict::NotMade => "Incomplete",
+        },
+        rungs: verification.rungs.iter().map(rung_row).collect(),
+        table: table(verification),
+        disc: disc_field::picture(&figure_4()),
+        errors: errors(&verification.errors)?,
+        style: super::STYLE,
+    };
+    environment
+        .get_template(template)
+        .and_then(|template| template.render(minijinja::value::Serde(&page)))
+        .map_err(failed)
+}
+
+fn rung_row(rung: &Climbed) -> RungRow<'_> {
+    RungRow {
+        rung,
+        held: rung.lines.iter().filter(|line| line.holds()).count(),
+    }
+}
+
+fn table(verification: &Verification) -> Option<Table<'_>> {
+    let limits = verification.limits.as_ref()?;
+    let rows = limits.rungs.iter().map(|row| TableRow {
+        name: &row.rung,
+        cells: row.limits.iter().map(cell).collect(),
+        alarms: format!("{} of {}", row.false_alarms, row.sound_runs),
+    });
+    Some(Table {
+        faults: &limits.faults,
+        rows: rows.collect(),
+    })
+}
+
+fn cell(limit: &Limit) -> Cell {
+    let (text, grade) = match limit {
+        Limit::Without => (String::new(), 0),
+        Limit::Blind => ("–".to_owned(), 0),
+        Limit::Notices => ("yes".to_owned(), 4),
+        Limit::From { size } => {
+            let grade = match size.log10() {
+                power if power < -14.0 => 4,
+                power if power < -9.0 => 3,
+                power if power < -5.0 => 2,
+                _ => 1,
+            };
+            (format!("{size:.0e}"), grade)
+        }
+    };
+    Cell { text, grade }
+}
+
+/// How rounding errors grow in each precision.
+fn errors(errors: &[Errors]) -> Result<Option<String>, Error> {
+    let series = |name: &str, colour, mark, of: fn(&Errors) -> f64| Series {
+        name: name.to_owned(),
+        colour,
+        mark,
+        points: errors
+            .iter()
+            .map(|errors| (errors.step as f64, of(errors)))
+            .filter(|(_, error)| *error > 0.0)
+            .collect(),
+    };
+    let chart = Chart {
+        x: "step of pouring".to_owned(),
+        y: "largest error over R".to_owned(),
+        logarithmic: true,
+        legend: Corner::LowerRight,
+        series: vec![
+            series("native", BLUE, Mark::Line, |of| of.native),
+            series("YADE, double", VERMILION, Mark::Circles, |of| of.yade),
+            series("YADE, long double", GREEN, Mark::Line, |of| of.long_double),
+        ],
+    };
+    if errors.is_empty() || !chart.can_be_drawn() {
+        return Ok(None);
+    }
+    Ok(Some(chart.svg()?))
+}

@@ -1,0 +1,273 @@
+//! What a verification found: the source of its lines and of its page.
+
+use serde::Serialize;
+
+use super::ladder::{self, Climbed, Climbers, ClimbedInYade, Ladder};
+use super::limits::{Limits, limits};
+use super::precision::{self, Errors};
+use super::{Group, Line};
+use crate::compare::Verdict;
+use crate::engine::yade::{self, YadeError};
+use crate::error::Error;
+use crate::paper::disc_field::{DiscField, DiscFieldError, figure_4};
+use crate::progress::Display;
+use crate::run::EngineError;
+
+/// The version of `verify.json`.
+pub const VERIFICATION_VERSION: u32 = 1;
+
+/// What is to be verified, and how.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Which engines climb.
+    pub engine: Climbers,
+    /// Trajectories and rounding errors of so many grains at most.
+    pub grains: u32,
+    /// Whether detection limits are measured.
+    pub detection_limits: bool,
+    /// How YADE is started.
+    pub yade: yade::Options,
+    /// The command as it was given.
+    pub command: String,
+}
+
+/// How many rungs, by verdict.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Tally {
+    /// Rungs that hold.
+    pub passed: usize,
+    /// Rungs that do not.
+    pub failed: usize,
+    /// Rungs that could not be climbed.
+    pub not_made: usize,
+    /// Rungs that an engine has no option for.
+    pub inapplicable: usize,
+}
+
+/// A verification.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Verification {
+    /// [`VERIFICATION_VERSION`].
+    pub version: u32,
+    /// Version of crossgrain.
+    pub crossgrain: String,
+    /// The command as it was given.
+    pub command: String,
+    /// YADE's version, if it ran.
+    pub yade: Option<String>,
+    /// Every rung in every engine.
+    pub rungs: Vec<Climbed>,
+    /// Rounding errors, if they were measured.
+    pub errors: Vec<Errors>,
+    /// The stress inside Figure 4's disc.
+    pub disc: DiscFigures,
+    /// Detection limits, if they were asked for.
+    pub limits: Option<Limits>,
+    /// How many rungs, by verdict.
+    pub tally: Tally,
+    /// Failed if a rung failed; not made if one is missing; else passed.
+    pub verdict: Verdict,
+}
+
+/// Stresses of Figure 4's disc, Pa, tension positive, xx, zz, xz.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DiscFigures {
+    /// Σ/V of the contact forces.
+    pub contact: [f64; 3],
+    /// The field averaged over the disc by quadrature.
+    pub disc: [f64; 3],
+    /// The field averaged over the control square of side R at the centre.
+    pub square: [f64; 3],
+    /// Σ over the cell of side 2R: σ of Table 3.
+    pub cell: [f64; 3],
+}
+
+impl DiscFigures {
+    /// Of this field.
+    pub fn of(field: &DiscField) -> Result<Self, DiscFieldError> {
+        let parts = |of: [[f64; 2]; 2]| [of[0][0], of[1][1], of[0][1]];
+        Ok(DiscFigures {
+            contact: parts(field.contact_average()),
+            disc: parts(field.average_over_disc()),
+            square: parts(field.average_over_square(field.radius())?),
+            cell: parts(field.average_over_cell(2.0 * field.radius())),
+        })
+    }
+
+    /// The average over the disc is Σ/V.
+    fn lines(&self) -> Vec<Line> {
+        let largest = self.contact.iter().fold(0.0f64, |a, b| a.max(b.abs()));
+        ["xx", "zz", "xz"]
+            .into_iter()
+            .zip(self.disc.iter().zip(&self.contact))
+            .map(|(name, (disc, contact))| Line {
+                quantity: format!("σ_{name} averaged over the disc"),
+                unit: "Pa".to_owned(),
+                value: *disc,
+                expected: *contact,
+                tolerance: 1.0e-6 * largest,
+                basis: "Σ/V of the contact forces, to 1e-6 of the largest".to_owned(),
+            })
+            .collect()
+    }
+}
+
+/// Climbs the ladder as asked.
+pub fn verify(options: &Options, display: &Display) -> Result<Verification, Error> {
+    let ladder = Ladder::new(options.grains);
+    let mut rungs = Vec::new();
+    if options.engine != Climbers::Yade {
+        let task = display.task("native rungs");
+        rungs.extend(ladder.climb_native());
+        task.done("done");
+    }
+    let in_yade = match options.engine {
+        Climbers::Native => Err("YADE was not asked for".to_owned()),
+        Climbers::Yade | Climbers::Both => climb_yade(&ladder, options, display)?,
+    };
+    let mut errors = Vec::new();
+    let mut version = None;
+    let mut tracks = Vec::new();
+    match in_yade {
+        Ok(climbed) => {
+            rungs.extend(climbed.solo);
+            version = Some(climbed.version);
+            if options.engine == Climbers::Both {
+                rungs.push(climbed.facts);
+                rungs.extend(ladder.compare(&climbed.tracks));
+                tracks = climbed.tracks;
+                let measured = measure_errors(options, display)?;
+                rungs.push(ladder::of_precision(
+                    measured.as_deref().map_err(Clone::clone),
+                ));
+                errors = measured.unwrap_or_default();
+            }
+        }
+        Err(reason) if options.engine != Climbers::Native => {
+            rungs.extend(ladder.without_yade(&reason));
+            rungs.push(ladder::of_precision(Err(reason)));
+        }
+        Err(_) => {}
+    }
+    let disc = disc_figures()?;
+    rungs.push(of_disc(&disc));
+    let limits = options
+        .detection_limits
+        .then(|| measure_limits(&ladder, &tracks, display));
+    if let Some(limits) = &limits {
+        rungs.push(of_limits(limits));
+    }
+    let tally = tally(&rungs);
+    Ok(Verification {
+        version: VERIFICATION_VERSION,
+        crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
+        command: options.command.clone(),
+        yade: version,
+        rungs,
+        errors,
+        disc,
+        limits,
+        tally,
+        verdict: match tally {
+            Tally { failed: 1.., .. } => Verdict::Fail,
+            Tally { not_made: 1.., .. } => Verdict::NotMade,
+            _ => Verdict::Pass,
+        },
+    })
+}
+
+/// What YADE made of the ladder; the inner error says why there is no YADE.
+fn climb_yade(
+    ladder: &Ladder,
+    options: &Options,
+    display: &Display,
+) -> Result<Result<ClimbedInYade, String>, Error> {
+    let task = display.task("all cases in YADE");
+    let mut observer = crate::progress::StageObserver::new(&task);
+    match ladder.climb_yade(&options.yade, &mut observer) {
+        Ok(climbed) => {
+            task.done("done");
+            Ok(Ok(climbed))
+        }
+        Err(EngineError::Yade(error @ YadeError::Missing(_))) => {
+            task.done("YADE is missing");
+            Ok(Err(error.to_string()))
+        }
+        Err(error) => Err(Error::Engine(error)),
+    }
+}
+
+fn measure_errors(
+    options: &Options,
+    display: &Display,
+) -> Result<Result<Vec<Errors>, String>, Error> {
+    let task = display.task("rounding errors");
+    let case = precision::case(options.grains);
+    match precision::errors(&case, &options.yade) {
+        Ok(errors) => {
+            task.done("done");
+            Ok(Ok(errors))
+        }
+        Err(EngineError::Yade(error @ YadeError::Missing(_))) => {
+            task.done("this YADE has no build of that precision");
+            Ok(Err(error.to_string()))
+        }
+        Err(error) => Err(Error::Engine(error)),
+    }
+}
+
+fn measure_limits(ladder: &Ladder, tracks: &[super::Track], display: &Display) -> Limits {
+    let task = display.task("detection limits");
+    let limits = limits(ladder, tracks, &|done, all| {
+        task.share(done as f64 / all as f64, &format!("{done} of {all} rungs"));
+    });
+    task.done("done");
+    limits
+}
+
+fn disc_figures() -> Result<DiscFigures, Error> {
+    DiscFigures::of(&figure_4()).map_err(|error| Error::Report(error.to_string()))
+}
+
+fn of_disc(disc: &DiscFigures) -> Climbed {
+    let lines = disc.lines();
+    without_engine(
+        "disc-field",
+        "the stress field inside Figure 4's disc averages to Σ/V",
+        Group::Exact,
+        lines,
+    )
+}
+
+fn of_limits(limits: &Limits) -> Climbed {
+    let lines = limits.lines();
+    without_engine(
+        "detection-limits",
+        "every fault is noticed, every rung can fail, none cries wolf",
+        Group::Proof,
+        lines,
+    )
+}
+
+fn without_engine(name: &str, title: &str, group: Group, lines: Vec<Line>) -> Climbed {
+    Climbed {
+        name: name.to_owned(),
+        title: title.to_owned(),
+        group,
+        engine: "none".to_owned(),
+        verdict: ladder::verdict(&lines),
+        reason: String::new(),
+        inapplicable: false,
+        lines,
+    }
+}
+
+fn tally(rungs: &[Climbed]) -> Tally {
+    let count = |of: &dyn Fn(&Climbed) -> bool| rungs.iter().filter(|rung| of(rung)).count();
+    Tally {
+        passed: count(&|rung| rung.verdict == Verdict::Pass),
+        failed: count(&|rung| rung.verdict == Verdict::Fail),
+        not_made: count(&|rung| rung.verdict == Verdict::NotMade && !rung.inapplicable),
+        inapplicable: count(&|rung| rung.inapplicable),
+    }
+}
