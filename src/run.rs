@@ -11,6 +11,7 @@ use crate::folder::record::{EngineRecord, Protocol, RECORD_VERSION, RunRecord, T
 use crate::folder::{Moment, RunFolder};
 use crate::measure;
 use crate::measure::history::{self, HistoryRow};
+use crate::model::terms::ModelRecord;
 use crate::scene::Scene;
 use crate::tables::{Bodies, Snapshot, Stage};
 
@@ -98,6 +99,7 @@ pub fn recorded(
         version: RECORD_VERSION,
         crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
         engine: record,
+        model: Some(ModelRecord::of(scene)),
         scene_digest: scene.digest(),
         initial_digest: task.start.bodies.digest(),
         protocol,

@@ -3,6 +3,7 @@
 pub mod build;
 pub mod collisions;
 pub mod facts;
+pub mod field;
 pub mod frozen;
 pub mod ladder;
 pub mod limits;

@@ -12,6 +12,7 @@ use crate::engine::yade;
 use crate::engine::{Start, Task, Until};
 use crate::folder::RunFolder;
 use crate::folder::record::EngineRecord;
+use crate::model::Model;
 use crate::run::{Engine, bare};
 use crate::scene::Scene;
 use crate::tables::Stage;
@@ -84,13 +85,27 @@ impl Locator {
             Some((of_stage, step)) if of_stage == stage => step,
             _ => 0,
         };
+        // Contacts with friction remember, so such a run can be taken up at its very start only.
+        let has_history = Model::of(&a.scene).law.has_history();
+        if has_history && stage == Stage::Load {
+            return Err(format!(
+                "the runs part between steps {equal} and {unequal} of stage load, and a run with friction \
+                 cannot be taken up there; a smaller measurement.history_every narrows it down"
+            ));
+        }
         let proof = a
             .history
             .iter()
             .find(|row| (row.stage, row.step) == (stage, equal))
             .map(|row| row.state.as_str());
-        let start = search.state_at(a, stage, equal, proof)?;
-        search.halve(start, unequal).map(Some)
+        let taken_up = if has_history { 0 } else { equal };
+        let start = search.state_at(a, stage, taken_up, proof)?;
+        let between = Between {
+            equal,
+            unequal,
+            has_history,
+        };
+        search.halve(start, between).map(Some)
     }
 }
 
@@ -216,12 +231,17 @@ impl Search<'_> {
         }
     }
 
-    /// Both agree in `start` and differ after step `unequal`.
-    fn halve(&mut self, mut start: Start, mut unequal: u64) -> Result<FirstDifference, String> {
+    /// Both agree up to a step and differ after a later one; runs begin at `start`.
+    fn halve(&mut self, mut start: Start, between: Between) -> Result<FirstDifference, String> {
         let stage = start.stage;
+        let Between {
+            mut equal,
+            mut unequal,
+            has_history,
+        } = between;
         loop {
             // The last round takes a single step, whose outcome is then looked at number by number.
-            let middle = start.step + (unequal - start.step).div_ceil(2);
+            let middle = equal + (unequal - equal).div_ceil(2);
             self.starts += 2;
             let after_a = self.a.advance(&start, middle)?;
             let after_b = self.b.advance(&start, middle)?;
@@ -229,14 +249,18 @@ impl Search<'_> {
             match table.first {
                 None if middle == unequal => {
                     return Err(format!(
-                        "the runs part between steps {} and {unequal} of stage {}, but agree when \
+                        "the runs part between steps {equal} and {unequal} of stage {}, but agree when \
                          started again from the state before",
-                        start.step,
                         stage.name()
                     ));
                 }
-                None => start = after_a,
-                Some(number) if middle == start.step + 1 => {
+                None => {
+                    equal = middle;
+                    if !has_history {
+                        start = after_a;
+                    }
+                }
+                Some(number) if middle == equal + 1 => {
                     return Ok(FirstDifference {
                         stage,
                         step: middle,
@@ -249,6 +273,16 @@ impl Search<'_> {
             }
         }
     }
+}
+
+/// Where a first difference is looked for.
+struct Between {
+    /// Both runs agree after this step.
+    equal: u64,
+    /// They differ after this one.
+    unequal: u64,
+    /// Whether runs must begin at the start.
+    has_history: bool,
 }
 
 /// Grains and punch of two states.

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::engine::StageReport;
 use crate::engine::native::Perturbation;
 use crate::measure;
+use crate::model::terms::ModelRecord;
 use crate::tables::{Stage, StopReason};
 
 /// The version of `run.json` that this program writes and reads.
@@ -90,6 +91,9 @@ pub struct RunRecord {
     pub crossgrain: String,
     /// Who ran, and how.
     pub engine: EngineRecord,
+    /// Which terms of the method the scene needs, and why; in records of before friction there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<ModelRecord>,
     /// SHA-256 of the scene's canonical JSON.
     pub scene_digest: String,
     /// Digest of the initial positions and velocities.

@@ -8,6 +8,7 @@ use super::disc_field;
 use crate::compare::Verdict;
 use crate::error::Error;
 use crate::paper::disc_field::figure_4;
+use crate::verify::Line;
 use crate::verify::ladder::Climbed;
 use crate::verify::limits::Limit;
 use crate::verify::precision::Errors;
@@ -28,11 +29,25 @@ struct Page<'a> {
     style: &'static str,
 }
 
-/// A rung with how many of its lines hold.
+/// A rung in every engine that climbed it.
 #[derive(Debug, Serialize)]
 struct RungRow<'a> {
-    rung: &'a Climbed,
-    held: usize,
+    name: &'a str,
+    title: &'a str,
+    /// Verdicts: native, YADE, native against YADE or of no engine.
+    native: Option<&'a Climbed>,
+    yade: Option<&'a Climbed>,
+    both: Option<&'a Climbed>,
+    reason: &'a str,
+    failed: bool,
+    lines: Vec<LineRow<'a>>,
+}
+
+/// A figure of a rung, the engines side by side; where it is of both, the value stands alone.
+#[derive(Debug, Serialize)]
+struct LineRow<'a> {
+    of: &'a Line,
+    yade: Option<f64>,
 }
 
 /// The table of detection limits as text.
@@ -70,6 +85,7 @@ fn render(verification: &Verification, template: &str) -> Result<String, Error> 
     let failed = |error: minijinja::Error| Error::Report(error.to_string());
     let mut environment = Environment::new();
     environment.add_filter("exp", |value: f64| format!("{value:.2e}"));
+    environment.add_filter("number", number);
     environment.add_filter("figures", |value: f64| format!("{value:.6}"));
     environment
         .add_template("verification.html", PART)
@@ -84,7 +100,7 @@ fn render(verification: &Verification, template: &str) -> Result<String, Error> 
             Verdict::Fail => "Not verified",
             Verdict::NotMade => "Incomplete",
         },
-        rungs: verification.rungs.iter().map(rung_row).collect(),
+        rungs: rows(&verification.rungs),
         table: table(verification),
         disc: disc_field::picture(&figure_4()),
         errors: errors(&verification.errors)?,
@@ -96,11 +112,48 @@ fn render(verification: &Verification, template: &str) -> Result<String, Error> 
         .map_err(failed)
 }
 
-fn rung_row(rung: &Climbed) -> RungRow<'_> {
-    RungRow {
-        rung,
-        held: rung.lines.iter().filter(|line| line.holds()).count(),
+/// All digits, as a power of ten where zeros would be many.
+fn number(value: f64) -> String {
+    if value == 0.0 || (1.0e-4..1.0e7).contains(&value.abs()) {
+        value.to_string()
+    } else {
+        format!("{value:e}")
     }
+}
+
+/// A row a rung, in the order in which they were first climbed.
+fn rows(rungs: &[Climbed]) -> Vec<RungRow<'_>> {
+    let mut names: Vec<&str> = Vec::new();
+    for rung in rungs {
+        if !names.contains(&rung.name.as_str()) {
+            names.push(&rung.name);
+        }
+    }
+    names.into_iter().filter_map(|name| row(name, rungs)).collect()
+}
+
+fn row<'a>(name: &'a str, rungs: &'a [Climbed]) -> Option<RungRow<'a>> {
+    let of: Vec<&Climbed> = rungs.iter().filter(|rung| rung.name == name).collect();
+    let by = |engine: &str| of.iter().copied().find(|rung| rung.engine == engine);
+    let (native, yade) = (by("native"), by("YADE"));
+    let both = of.iter().copied().find(|rung| !["native", "YADE"].contains(&rung.engine.as_str()));
+    let first = native.or(yade).or(both)?;
+    let beside = yade.filter(|_| native.is_some());
+    let lines = first.lines.iter().enumerate().map(|(index, line)| LineRow {
+        of: line,
+        yade: beside.and_then(|yade| yade.lines.get(index)).map(|line| line.value),
+    });
+    let reason = of.iter().map(|rung| rung.reason.as_str());
+    Some(RungRow {
+        name,
+        title: &first.title,
+        native,
+        yade,
+        both,
+        reason: reason.filter(|reason| !reason.is_empty()).next_back().unwrap_or(""),
+        failed: of.iter().any(|rung| rung.verdict == Verdict::Fail),
+        lines: lines.collect(),
+    })
 }
 
 fn table(verification: &Verification) -> Option<Table<'_>> {

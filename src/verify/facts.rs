@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::build::{Grain, case, punch};
 use super::{Line, trajectories};
 use crate::engine::case::{Case, Effective};
-use crate::engine::native::{self, NativeError};
+use crate::engine::native::{self, CaseOptions, NativeError};
 use crate::engine::yade::{self, YadeError};
 use crate::model::Model;
 use crate::scene::{Scene, paper_scene};
@@ -93,7 +93,7 @@ pub fn probe(scene: &Scene) -> Case {
 /// What the native engine uses.
 pub fn of_native(scene: &Scene) -> Result<Vec<Fact>, NativeError> {
     let case = probe(scene);
-    Ok(in_words(&case, &native::effective(&case)?))
+    Ok(in_words(&case, &native::effective(&case, None)?))
 }
 
 /// What YADE says it uses; `work` is an empty folder.
@@ -120,8 +120,32 @@ pub fn scenes() -> [(&'static str, Scene); 3] {
     ]
 }
 
+/// A scene's probe, and what YADE says of it.
+#[derive(Debug, Clone)]
+pub struct Answer {
+    /// The scene's name.
+    pub name: &'static str,
+    /// The grains that were asked of.
+    pub probe: Case,
+    /// What YADE says.
+    pub yade: Effective,
+}
+
+/// A line for each scene, from the native engine with these options against YADE's answers.
+pub fn lines(
+    answers: &[Answer],
+    options: impl Into<CaseOptions>,
+) -> Result<Vec<Line>, NativeError> {
+    let options = options.into();
+    let of = |answer: &Answer| {
+        let native = native::effective(&answer.probe, options)?;
+        Ok(line(answer.name, &native, &answer.yade, &answer.probe))
+    };
+    answers.iter().map(of).collect()
+}
+
 /// A line for a scene: the largest relative difference of its facts.
-pub fn line(name: &str, native: &Effective, yade: &Effective, case: &Case) -> Line {
+fn line(name: &str, native: &Effective, yade: &Effective, case: &Case) -> Line {
     let pairs = side_by_side(in_words(case, native), &in_words(case, yade));
     let largest = pairs
         .iter()

@@ -3,11 +3,12 @@
 use serde::Serialize;
 
 use super::parity::{self, ParityRung};
-use super::{Group, Line, Rung, Track, collisions, facts, motion, precision, symmetry};
+use super::facts::Answer;
+use super::{Group, Line, Rung, Track, collisions, facts, field, motion, precision, symmetry};
 use crate::compare::Verdict;
 use crate::engine::Observer;
 use crate::engine::case::Case;
-use crate::engine::native::{CaseOptions, effective, run_case};
+use crate::engine::native::{CaseOptions, run_case};
 use crate::engine::yade::{self, YadeError, run_cases, unsupported};
 use crate::files::work_folder;
 use crate::run::EngineError;
@@ -54,6 +55,8 @@ pub struct ClimbedInYade {
     pub solo: Vec<Climbed>,
     /// The facts of the scenes.
     pub facts: Climbed,
+    /// What it says of the scenes' parameters.
+    pub answers: Vec<Answer>,
     /// Its tracks of the parity rungs.
     pub tracks: Vec<Track>,
 }
@@ -75,6 +78,7 @@ impl Ladder {
         let mut solo = collisions::rungs();
         solo.extend(motion::rungs());
         solo.extend(symmetry::rungs());
+        solo.extend(field::rungs());
         Ladder {
             solo,
             parity: parity::rungs(most_grains),
@@ -103,10 +107,16 @@ impl Ladder {
         let work = work_folder().map_err(YadeError::File)?;
         let run = run_cases(&cases, options, work.path(), observer)?;
         let mut in_yade = run.cases.into_iter();
-        let mut lines = Vec::new();
-        for ((name, probe), of) in scenes.iter().zip(in_yade.by_ref()) {
-            lines.push(facts::line(name, &effective(probe)?, &of.effective, probe));
-        }
+        let answers: Vec<Answer> = scenes
+            .iter()
+            .zip(in_yade.by_ref())
+            .map(|((name, probe), of)| Answer {
+                name,
+                probe: probe.clone(),
+                yade: of.effective,
+            })
+            .collect();
+        let lines = facts::lines(&answers, None)?;
         let mut tracks = in_yade.map(|case| case.track);
         let mut climbed = Vec::new();
         for rung in &self.solo {
@@ -131,6 +141,7 @@ impl Ladder {
                 inapplicable: false,
                 lines,
             },
+            answers,
             tracks: tracks.collect(),
         })
     }

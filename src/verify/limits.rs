@@ -8,8 +8,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 use serde::Serialize;
 
+use super::facts::{self, Answer};
 use super::ladder::{Ladder, native_tracks, verdict};
 use super::parity::{self, ParityRung};
+use super::precision::{self, Precisions};
 use super::{Group, Line, Rung, Track};
 use crate::compare::Verdict;
 use crate::engine::case::Case;
@@ -137,6 +139,8 @@ impl Limits {
 enum Subject<'a> {
     Solo(&'a Rung),
     Parity(&'a ParityRung, &'a Track),
+    Facts(&'a [Answer], Vec<Case>),
+    Precision(&'a Precisions),
 }
 
 impl Subject<'_> {
@@ -144,6 +148,8 @@ impl Subject<'_> {
         match self {
             Subject::Solo(rung) => &rung.cases,
             Subject::Parity(rung, _) => std::slice::from_ref(&rung.case),
+            Subject::Facts(_, probes) => probes,
+            Subject::Precision(of) => std::slice::from_ref(&of.case),
         }
     }
 
@@ -151,6 +157,8 @@ impl Subject<'_> {
         match self {
             Subject::Solo(rung) => rung.name,
             Subject::Parity(rung, _) => &rung.name,
+            Subject::Facts(..) => "facts",
+            Subject::Precision(_) => "precision",
         }
     }
 
@@ -158,6 +166,8 @@ impl Subject<'_> {
         match self {
             Subject::Solo(rung) => rung.group,
             Subject::Parity(rung, _) => rung.group,
+            Subject::Facts(..) => Group::Parity,
+            Subject::Precision(_) => Group::Precision,
         }
     }
 
@@ -169,6 +179,14 @@ impl Subject<'_> {
                 Err(_) => true,
             },
             Subject::Parity(_, truth) => cases.iter().any(|case| parts(case, truth, options)),
+            Subject::Facts(answers, _) => match facts::lines(answers, *options) {
+                Ok(lines) => verdict(&lines) == Verdict::Fail,
+                Err(_) => true,
+            },
+            Subject::Precision(of) => match of.errors(*options) {
+                Ok(errors) => verdict(&precision::lines(&errors)) == Verdict::Fail,
+                Err(_) => true,
+            },
         }
     }
 
@@ -260,13 +278,33 @@ fn uniform(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// Fills the table for all rungs, those that take YADE with its tracks of them; `done` hears of each
-/// finished rung.
-pub fn limits(ladder: &Ladder, in_yade: &[Track], done: &(dyn Fn(usize, usize) + Sync)) -> Limits {
+/// What YADE has to say, for the rungs that take both engines.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct FromYade<'a> {
+    /// Tracks of the parity rungs.
+    pub tracks: &'a [Track],
+    /// Facts of the scenes.
+    pub answers: &'a [Answer],
+    /// The case of rounding errors in every precision.
+    pub precisions: Option<&'a Precisions>,
+}
+
+/// Fills the table for all rungs, those that take YADE with what it has to say of them; `done` hears of
+/// each finished rung.
+pub fn limits(
+    ladder: &Ladder,
+    in_yade: FromYade<'_>,
+    done: &(dyn Fn(usize, usize) + Sync),
+) -> Limits {
     let faults = faults();
     let mut subjects: Vec<Subject> = ladder.solo.iter().map(Subject::Solo).collect();
-    let parity = ladder.parity.iter().zip(in_yade);
+    if !in_yade.answers.is_empty() {
+        let probes = in_yade.answers.iter().map(|answer| answer.probe.clone());
+        subjects.push(Subject::Facts(in_yade.answers, probes.collect()));
+    }
+    let parity = ladder.parity.iter().zip(in_yade.tracks);
     subjects.extend(parity.map(|(rung, track)| Subject::Parity(rung, track)));
+    subjects.extend(in_yade.precisions.map(Subject::Precision));
     let next = AtomicUsize::new(0);
     let finished = AtomicUsize::new(0);
     let workers = thread::available_parallelism().map_or(1, usize::from);

@@ -9,12 +9,11 @@ use serde::Serialize;
 use super::trajectories;
 use super::{Line, Track};
 use crate::engine::case::Case;
-use crate::engine::native::run_case;
+use crate::engine::native::{CaseOptions, NativeError, run_case};
 use crate::engine::yade::{self, YadeError, run_cases, sibling};
 use crate::files::work_folder;
 use crate::generate::initial_bodies;
 use crate::model::Model;
-use crate::run::EngineError;
 use crate::tables::Snapshot;
 
 /// Steps at which the error is taken.
@@ -22,6 +21,9 @@ const MOMENTS: [u64; 7] = [0, 300, 600, 1_000, 1_500, 2_000, 3_000];
 
 /// Beyond this error, over a radius, neighbours are no longer the same and errors say nothing.
 const SATURATED: f64 = 1.0e-3;
+
+/// The tables hold doubles; errors over a radius below this are their own rounding.
+const RESOLVED: f64 = 1.0e-13;
 
 /// Bits that long double has more than double.
 const MORE_BITS: f64 = 11.0;
@@ -42,8 +44,12 @@ pub struct Errors {
     pub long_double: f64,
 }
 
-/// The case: spinning grains with friction, poured.
+/// Fewer grains collide too seldom for errors to be seen growing.
+const FEWEST_GRAINS: u32 = 500;
+
+/// The case: spinning grains with friction, poured; 500 at least.
 pub fn case(grains: u32) -> Case {
+    let grains = grains.max(FEWEST_GRAINS);
     let scene = trajectories::rough(grains);
     Case {
         name: format!("precision {grains}"),
@@ -54,31 +60,52 @@ pub fn case(grains: u32) -> Case {
     }
 }
 
-/// Runs the case in every precision.
-pub fn errors(case: &Case, options: &yade::Options) -> Result<Vec<Errors>, EngineError> {
-    let native = run_case(case, None)?;
+/// The case in every precision of YADE.
+#[derive(Debug, Clone)]
+pub struct Precisions {
+    /// What was run.
+    pub case: Case,
+    double: Track,
+    long_double: Track,
+    truth: Track,
+}
+
+/// Runs the case in every precision of YADE.
+pub fn run(case: Case, options: &yade::Options) -> Result<Precisions, YadeError> {
     let program = options.program.as_deref();
-    let double = in_yade(case, options.clone())?;
+    let double = in_yade(&case, options.clone())?;
     let build = |name: &str| -> Result<Track, YadeError> {
         let program = Some(sibling(program, name)?);
         let options = yade::Options {
             program,
             ..options.clone()
         };
-        in_yade(case, options)
+        in_yade(&case, options)
     };
     let long_double = build("yade-longdouble")?;
     let truth = build("yade-float128")?;
-    Ok(truth
-        .iter()
-        .enumerate()
-        .map(|(index, truth)| Errors {
+    Ok(Precisions {
+        case,
+        double,
+        long_double,
+        truth,
+    })
+}
+
+impl Precisions {
+    /// The errors of the native engine with these options, and YADE's.
+    pub fn errors(&self, options: impl Into<CaseOptions>) -> Result<Vec<Errors>, NativeError> {
+        let native = run_case(&self.case, options)?;
+        let moments = self.truth.iter().zip(&native);
+        let in_yade = self.double.iter().zip(&self.long_double);
+        let errors = moments.zip(in_yade).map(|((truth, native), of)| Errors {
             step: truth.step,
-            native: largest_error(&native[index], truth),
-            yade: largest_error(&double[index], truth),
-            long_double: largest_error(&long_double[index], truth),
-        })
-        .collect())
+            native: largest_error(native, truth),
+            yade: largest_error(of.0, truth),
+            long_double: largest_error(of.1, truth),
+        });
+        Ok(errors.collect())
+    }
 }
 
 fn in_yade(case: &Case, options: yade::Options) -> Result<Track, YadeError> {
@@ -122,7 +149,7 @@ pub fn lines(errors: &[Errors]) -> Vec<Line> {
             0.0,
             "both round alike",
         ));
-        if native > 0.0 && native < SATURATED {
+        if long_double > RESOLVED && native < SATURATED {
             lines.push(line(
                 "log2 of the error in double over that in long double",
                 (native / long_double).log2(),

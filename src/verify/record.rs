@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::ladder::{self, Climbed, Climbers, ClimbedInYade, Ladder};
-use super::limits::{Limits, limits};
-use super::precision::{self, Errors};
+use super::limits::{FromYade, Limits, limits};
+use super::precision::{self, Errors, Precisions};
 use super::{Group, Line};
 use crate::compare::Verdict;
 use crate::engine::yade::{self, YadeError};
@@ -93,23 +93,6 @@ impl DiscFigures {
             cell: parts(field.average_over_cell(2.0 * field.radius())),
         })
     }
-
-    /// The average over the disc is Σ/V.
-    fn lines(&self) -> Vec<Line> {
-        let largest = self.contact.iter().fold(0.0f64, |a, b| a.max(b.abs()));
-        ["xx", "zz", "xz"]
-            .into_iter()
-            .zip(self.disc.iter().zip(&self.contact))
-            .map(|(name, (disc, contact))| Line {
-                quantity: format!("σ_{name} averaged over the disc"),
-                unit: "Pa".to_owned(),
-                value: *disc,
-                expected: *contact,
-                tolerance: 1.0e-6 * largest,
-                basis: "Σ/V of the contact forces, to 1e-6 of the largest".to_owned(),
-            })
-            .collect()
-    }
 }
 
 /// Climbs the ladder as asked.
@@ -126,34 +109,35 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Erro
         Climbers::Yade | Climbers::Both => climb_yade(&ladder, options, display)?,
     };
     let mut errors = Vec::new();
-    let mut version = None;
-    let mut tracks = Vec::new();
-    match in_yade {
-        Ok(climbed) => {
-            rungs.extend(climbed.solo);
-            version = Some(climbed.version);
-            if options.engine == Climbers::Both {
-                rungs.push(climbed.facts);
-                rungs.extend(ladder.compare(&climbed.tracks));
-                tracks = climbed.tracks;
-                let measured = measure_errors(options, display)?;
-                rungs.push(ladder::of_precision(
-                    measured.as_deref().map_err(Clone::clone),
-                ));
-                errors = measured.unwrap_or_default();
-            }
+    let mut precisions = None;
+    if let (Ok(climbed), Climbers::Both) = (&in_yade, options.engine) {
+        rungs.extend(climbed.solo.iter().cloned());
+        rungs.push(climbed.facts.clone());
+        rungs.extend(ladder.compare(&climbed.tracks));
+        let measured = precisions_in_yade(options, display)?;
+        if let Ok(measured) = &measured {
+            errors = measured
+                .errors(None)
+                .map_err(|error| Error::Engine(error.into()))?;
         }
-        Err(reason) if options.engine != Climbers::Native => {
-            rungs.extend(ladder.without_yade(&reason));
-            rungs.push(ladder::of_precision(Err(reason)));
-        }
-        Err(_) => {}
+        let found = measured.as_ref().map(|_| errors.as_slice());
+        rungs.push(ladder::of_precision(found.map_err(Clone::clone)));
+        precisions = measured.ok();
+    } else if let Ok(climbed) = &in_yade {
+        rungs.extend(climbed.solo.iter().cloned());
+    } else if let (Err(reason), Climbers::Yade | Climbers::Both) = (&in_yade, options.engine) {
+        rungs.extend(ladder.without_yade(reason));
+        rungs.push(ladder::of_precision(Err(reason.clone())));
     }
+    let from_yade = FromYade {
+        tracks: in_yade.as_ref().map_or(&[], |of| of.tracks.as_slice()),
+        answers: in_yade.as_ref().map_or(&[], |of| of.answers.as_slice()),
+        precisions: precisions.as_ref(),
+    };
     let disc = disc_figures()?;
-    rungs.push(of_disc(&disc));
     let limits = options
         .detection_limits
-        .then(|| measure_limits(&ladder, &tracks, display));
+        .then(|| measure_limits(&ladder, from_yade, display));
     if let Some(limits) = &limits {
         rungs.push(of_limits(limits));
     }
@@ -162,7 +146,7 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Erro
         version: VERIFICATION_VERSION,
         crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
         command: options.command.clone(),
-        yade: version,
+        yade: in_yade.ok().map(|of| of.version),
         rungs,
         errors,
         disc,
@@ -197,28 +181,27 @@ fn climb_yade(
     }
 }
 
-fn measure_errors(
+fn precisions_in_yade(
     options: &Options,
     display: &Display,
-) -> Result<Result<Vec<Errors>, String>, Error> {
+) -> Result<Result<Precisions, String>, Error> {
     let task = display.task("rounding errors");
-    let case = precision::case(options.grains);
-    match precision::errors(&case, &options.yade) {
-        Ok(errors) => {
+    match precision::run(precision::case(options.grains), &options.yade) {
+        Ok(precisions) => {
             task.done("done");
-            Ok(Ok(errors))
+            Ok(Ok(precisions))
         }
-        Err(EngineError::Yade(error @ YadeError::Missing(_))) => {
+        Err(error @ YadeError::Missing(_)) => {
             task.done("this YADE has no build of that precision");
             Ok(Err(error.to_string()))
         }
-        Err(error) => Err(Error::Engine(error)),
+        Err(error) => Err(Error::Engine(error.into())),
     }
 }
 
-fn measure_limits(ladder: &Ladder, tracks: &[super::Track], display: &Display) -> Limits {
+fn measure_limits(ladder: &Ladder, in_yade: FromYade<'_>, display: &Display) -> Limits {
     let task = display.task("detection limits");
-    let limits = limits(ladder, tracks, &|done, all| {
+    let limits = limits(ladder, in_yade, &|done, all| {
         task.share(done as f64 / all as f64, &format!("{done} of {all} rungs"));
     });
     task.done("done");
@@ -227,16 +210,6 @@ fn measure_limits(ladder: &Ladder, tracks: &[super::Track], display: &Display) -
 
 fn disc_figures() -> Result<DiscFigures, Error> {
     DiscFigures::of(&figure_4()).map_err(|error| Error::Report(error.to_string()))
-}
-
-fn of_disc(disc: &DiscFigures) -> Climbed {
-    let lines = disc.lines();
-    without_engine(
-        "disc-field",
-        "the stress field inside Figure 4's disc averages to Σ/V",
-        Group::Exact,
-        lines,
-    )
 }
 
 fn of_limits(limits: &Limits) -> Climbed {
