@@ -71,6 +71,15 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, FileError> {
     })
 }
 
+/// The text that these packed bytes hold; `path` says where they come from.
+pub fn unpacked(path: &Path, bytes: &[u8]) -> Result<String, FileError> {
+    let mut text = String::new();
+    flate2::read::GzDecoder::new(bytes)
+        .read_to_string(&mut text)
+        .map_err(failed("read", path))?;
+    Ok(text)
+}
+
 /// Writes a file aside and renames it into place, so that a reader sees all of it or none.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let folder = parent_of(path);

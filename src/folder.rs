@@ -5,6 +5,7 @@
 //! Any of the tables may be packed, with `.gz` after its name.
 
 pub mod record;
+pub mod recording;
 
 use std::path::{Path, PathBuf};
 

@@ -3,7 +3,6 @@
 pub mod claims;
 pub mod faults;
 pub mod record;
-pub mod recording;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -15,7 +14,7 @@ use crate::compare::spread::{Spread, TWINS, of_twins};
 use crate::compare::{Comparison, Verdict, Yardstick, compare};
 use crate::engine::{native, yade};
 use crate::error::Error;
-use crate::folder::RunFolder;
+use crate::folder::{RunFolder, recording};
 use crate::folder::record::{EngineRecord, Protocol};
 use crate::generate::initial_bodies;
 use crate::paper;

@@ -11,6 +11,7 @@ pub mod motion;
 pub mod parity;
 pub mod precision;
 pub mod record;
+pub mod recorded;
 pub mod symmetry;
 pub mod trajectories;
 

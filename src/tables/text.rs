@@ -257,7 +257,11 @@ pub fn write_rows<T: Serialize>(
 
 /// Reads rows by the names in their header, from at most `limit` bytes of text.
 pub fn read_rows<T: DeserializeOwned>(path: &Path, limit: u64) -> Result<Vec<T>, TableError> {
-    let text = read_text(path, limit)?;
+    parse_rows(path, &read_text(path, limit)?)
+}
+
+/// The rows of this text; `path` says where it comes from.
+pub fn parse_rows<T: DeserializeOwned>(path: &Path, text: &str) -> Result<Vec<T>, TableError> {
     let format = |reason: String| TableError::Format {
         path: path.to_owned(),
         reason,

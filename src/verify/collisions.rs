@@ -4,12 +4,14 @@
 //! do; what a run may be off it follows from the length of the step. `leapfrog` solves the scheme itself;
 //! a run is off it by nothing but rounding, so the rungs on it feel the smallest faults.
 
+mod ball;
 mod bounces;
+mod bouncing;
 mod chung_ooi;
 mod continuum;
-mod drop_exact;
 mod drops;
 mod experiment;
+mod falling;
 mod first_slip;
 mod head_on;
 mod leapfrog;
@@ -31,6 +33,7 @@ pub fn rungs() -> Vec<Rung> {
     let parts = [
         bounces::rungs(),
         drops::rungs(),
+        bouncing::rungs(),
         chung_ooi::rungs(),
         oblique::rungs(),
         pairs::rungs(),

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::parity::{self, ParityRung};
 use super::facts::Answer;
-use super::{Group, Line, Rung, Track, collisions, facts, field, motion, precision, symmetry};
+use super::{Group, Line, Rung, Track, collisions, facts, field, motion, precision, recorded, symmetry};
 use crate::compare::Verdict;
 use crate::engine::Observer;
 use crate::engine::case::Case;
@@ -79,6 +79,7 @@ impl Ladder {
         solo.extend(motion::rungs());
         solo.extend(symmetry::rungs());
         solo.extend(field::rungs());
+        solo.extend(recorded::rungs());
         Ladder {
             solo,
             parity: parity::rungs(most_grains),

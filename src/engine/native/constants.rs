@@ -16,6 +16,8 @@ pub struct Constants {
     pub normal_factor: f64,
     /// Relative change of every k_s; 1 unless it is perturbed.
     pub tangential_factor: f64,
+    /// Damping ratio of the dashpots, where a restitution is asked for.
+    damping_ratio: f64,
     /// m/s².
     pub gravity: [f64; 2],
     /// Cundall's α.
@@ -55,6 +57,7 @@ impl Constants {
             law: model.law.clone(),
             normal_factor: 1.0,
             tangential_factor: 1.0,
+            damping_ratio: ratio(&model.law),
             gravity: model.gravity,
             alpha: model.alpha,
             dt: model.dt,
@@ -70,6 +73,12 @@ impl Constants {
             reversed_sums: false,
             half_step_start: false,
         }
+    }
+
+    /// Changes the law, and with it what was worked out of it.
+    pub fn change_law(&mut self, change: impl FnOnce(&mut Law)) {
+        change(&mut self.law);
+        self.damping_ratio = ratio(&self.law);
     }
 
     /// The cheapest kernel that has every term of the law.
@@ -114,10 +123,17 @@ impl Constants {
                 Viscosity::None => 0.0,
                 // Each body has twice the constant, and two dashpots act in series, as in YADE.
                 Viscosity::Dashpot { c_n, .. } => contact::compliances_in_series(2.0 * c_n, 2.0 * c_n),
-                Viscosity::Restitution { e_n, tension } => {
-                    2.0 * damping_ratio(e_n, tension) * (effective_mass * k_n).sqrt()
+                Viscosity::Restitution { .. } => {
+                    2.0 * self.damping_ratio * (effective_mass * k_n).sqrt()
                 }
             },
         }
+    }
+}
+
+fn ratio(law: &Law) -> f64 {
+    match law.contact.viscosity {
+        Viscosity::None | Viscosity::Dashpot { .. } => 0.0,
+        Viscosity::Restitution { e_n, tension } => damping_ratio(e_n, tension),
     }
 }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::constants::Constants;
 use super::contact::Axis;
 use crate::generate::initial_bodies;
-use crate::model::Model;
+use crate::model::{Law, Model};
 use crate::scene::{Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
 use crate::tables::Bodies;
 
@@ -157,19 +157,19 @@ fn scale(quantity: Quantity, factor: f64, constants: &mut Constants, bodies: &mu
         // Without friction it has no effect, so it is no fault.
         Quantity::ShearStiffness if !constants.law.has_friction() => {}
         Quantity::ShearStiffness => constants.tangential_factor *= factor,
-        Quantity::Modulus => constants.law.modulus *= factor,
+        Quantity::Modulus => constants.change_law(|law| law.modulus *= factor),
         Quantity::Gravity => constants.gravity = constants.gravity.map(|g| g * factor),
         Quantity::Density => {
             all(&mut bodies.mass);
             all(&mut bodies.inertia);
         }
         Quantity::Damping => constants.alpha *= factor,
-        Quantity::Friction => constants.law.friction_angle *= factor,
-        Quantity::Dashpot => match &mut constants.law.contact.viscosity {
+        Quantity::Friction => constants.change_law(|law| law.friction_angle *= factor),
+        Quantity::Dashpot => constants.change_law(|law| match &mut law.contact.viscosity {
             Viscosity::None => {}
             Viscosity::Dashpot { c_n, .. } => *c_n *= factor,
             Viscosity::Restitution { e_n, .. } => *e_n *= factor,
-        },
+        }),
         Quantity::Radius => bodies.radius.iter_mut().take(1).for_each(|r| *r *= factor),
         Quantity::TimeStep => constants.dt *= factor,
         Quantity::Inertia => bodies.inertia.iter_mut().take(1).for_each(|i| *i *= factor),
@@ -183,8 +183,6 @@ fn scale(quantity: Quantity, factor: f64, constants: &mut Constants, bodies: &mu
 }
 
 fn change(switch: Switch, constants: &mut Constants) {
-    let (rotates, slips) = (constants.law.rotates(), constants.law.has_friction());
-    let contact = &mut constants.law.contact;
     match switch {
         Switch::Sums => constants.reversed_sums = true,
         Switch::Wall => {
@@ -194,30 +192,39 @@ fn change(switch: Switch, constants: &mut Constants) {
         }
         Switch::DampingSign => constants.alpha = -constants.alpha,
         Switch::Start => constants.half_step_start = true,
-        // Where nothing slips or turns, these are no faults.
-        Switch::TorqueArms if !rotates => {}
-        Switch::Ratcheting if !slips => {}
-        Switch::TorqueArms => {
+        Switch::TorqueArms | Switch::Ratcheting | Switch::Clipping => {
+            constants.change_law(|law| change_law(switch, law));
+        }
+    }
+}
+
+/// Where nothing slips or turns, another slip velocity or arm is no fault.
+fn change_law(switch: Switch, law: &mut Law) {
+    let (rotates, slips) = (law.rotates(), law.has_friction());
+    let contact = &mut law.contact;
+    match (switch, &mut contact.viscosity) {
+        (Switch::TorqueArms, _) if rotates => {
             contact.torque_arms = match contact.torque_arms {
                 TorqueArms::HalfOverlap => TorqueArms::ContactPoint,
                 TorqueArms::ContactPoint => TorqueArms::HalfOverlap,
             }
         }
-        Switch::Ratcheting => {
+        (Switch::Ratcheting, _) if slips => {
             contact.slip_velocity = match contact.slip_velocity {
                 SlipVelocity::RatchetingCorrected => SlipVelocity::ContactPoint,
                 SlipVelocity::ContactPoint => SlipVelocity::RatchetingCorrected,
             }
         }
-        Switch::Clipping => match &mut contact.viscosity {
-            Viscosity::None => {}
-            Viscosity::Dashpot { tension, .. } | Viscosity::Restitution { tension, .. } => {
-                *tension = match tension {
-                    Tension::Clipped => Tension::Unclipped,
-                    Tension::Unclipped => Tension::Clipped,
-                }
+        (
+            Switch::Clipping,
+            Viscosity::Dashpot { tension, .. } | Viscosity::Restitution { tension, .. },
+        ) => {
+            *tension = match tension {
+                Tension::Clipped => Tension::Unclipped,
+                Tension::Unclipped => Tension::Clipped,
             }
-        },
+        }
+        _ => {}
     }
 }
 

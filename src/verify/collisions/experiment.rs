@@ -1,7 +1,7 @@
 //! What the rungs on collisions have in common: experiments made of cases, and how their tracks are read.
 
 use crate::engine::case::Case;
-use crate::tables::{Contact, Snapshot};
+use crate::tables::{Bodies, Contact, Snapshot};
 use crate::verify::{Group, Line, Rung, Track};
 
 /// Some cases that are judged together.
@@ -88,7 +88,7 @@ impl<'a> View<'a> {
         self.0.and_then(|snapshot| snapshot.contacts.first())
     }
 
-    fn pair(self, id: usize, columns: fn(&crate::tables::Bodies) -> [&Vec<f64>; 2]) -> [f64; 2] {
+    fn pair(self, id: usize, columns: fn(&Bodies) -> [&Vec<f64>; 2]) -> [f64; 2] {
         self.0.map_or([f64::NAN; 2], |snapshot| {
             columns(&snapshot.bodies).map(|column| column.get(id).copied().unwrap_or(f64::NAN))
         })

@@ -6,6 +6,9 @@
 //! r e^{±iθ} with r² = 1 − γ and sin²(θ/2) = (κ − γ²/(1 + r)²)/(4r). The factor f of local damping, clipping
 //! and parting change from step to step, so a collision is a chain of such solutions.
 
+use super::experiment::{largest, line};
+use crate::verify::Line;
+
 /// Everything that the recurrence depends on. SI units.
 #[derive(Debug, Clone, Copy)]
 pub struct Scheme {
@@ -142,6 +145,91 @@ pub fn rounding(steps: u64, reach: f64, amplitude: f64) -> f64 {
     4.0 * (steps as f64).sqrt() * f64::EPSILON * (2.0 + reach / amplitude)
 }
 
+/// What rounding of the parameters may do to a swing that has turned by this angle (rad), as a share of its
+/// amplitude: stiffness, mass and step are each good to some 2⁻⁵², half of which is in the frequency.
+pub fn rounding_of_phase(angle: f64) -> f64 {
+    2.0 * f64::EPSILON * angle
+}
+
 /// Where [`rounding`] comes from, for people.
 pub const ROUNDING: &str = "closed form of the scheme itself; left is rounding of position, velocity and force in \
                             every step, which grows as the root of their number";
+
+/// The largest distances of overlap and approach speed from what they should be, as a share of their
+/// amplitudes.
+pub fn deviations(
+    name: &str,
+    seen: Vec<State>,
+    expected: &[State],
+    [amplitude, speed]: [f64; 2],
+    tolerance: f64,
+) -> Vec<Line> {
+    let off = |figure: fn(&State) -> f64, scale: f64| {
+        let pairs = seen.iter().zip(expected);
+        largest(pairs.map(|(seen, expected)| ((figure(seen) - figure(expected)) / scale).abs()))
+    };
+    let figures: [(&str, f64); 2] = [
+        ("overlap", off(|state| state.overlap, amplitude)),
+        ("approach speed", off(|state| state.approach, speed)),
+    ];
+    let line = |(what, value): (&str, f64)| {
+        let quantity = format!("largest deviation of the {what} over its amplitude, {name}");
+        line(quantity, "1", value, 0.0, tolerance, ROUNDING)
+    };
+    figures.into_iter().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One step after the other, with everything at once.
+    fn stepped(scheme: &Scheme, mut state: State, steps: u64) -> State {
+        for _ in 0..steps {
+            let acceleration = scheme.pull - scheme.force(&state) / scheme.mass;
+            let on_step = state.approach + 0.5 * scheme.dt * acceleration;
+            let sign = (acceleration * on_step).signum();
+            state.approach += scheme.dt * acceleration * (1.0 - scheme.alpha * sign);
+            state.overlap += scheme.dt * state.approach;
+            state.step += 1;
+        }
+        state
+    }
+
+    #[test]
+    fn the_closed_form_is_what_steps_give() {
+        for (dashpot, alpha, clipped) in [
+            (0.0, 0.0, true),
+            (5.0, 0.0, false),
+            (5.0, 0.0, true),
+            (2.0, 0.3, true),
+        ] {
+            let scheme = Scheme {
+                mass: 1.3,
+                stiffness: 200.0,
+                dashpot,
+                clipped,
+                pull: 9.81,
+                alpha,
+                dt: 0.01,
+            };
+            let start = State {
+                step: 0,
+                overlap: -0.5,
+                approach: 0.2,
+            };
+            let steps: Vec<u64> = (1..40).map(|count| 7 * count).collect();
+            for state in scheme.track(start, &steps) {
+                let known = stepped(&scheme, start, state.step);
+                assert!(
+                    (state.overlap - known.overlap).abs() < 1.0e-12,
+                    "{state:?} {known:?}"
+                );
+                assert!(
+                    (state.approach - known.approach).abs() < 1.0e-11,
+                    "{state:?} {known:?}"
+                );
+            }
+        }
+    }
+}

@@ -34,8 +34,10 @@ pub fn rungs() -> Vec<Rung> {
     ]
 }
 
-const SHAPES: [(&str, fn([f64; 2], f64, f64) -> Grain); 2] =
-    [("ball", Grain::sphere), ("disc", Grain::disc)];
+/// What makes a grain of a centre, a radius and a density.
+type Shape = fn([f64; 2], f64, f64) -> Grain;
+
+const SHAPES: [(&str, Shape); 2] = [("ball", Grain::sphere), ("disc", Grain::disc)];
 
 /// Velocity along the wall and spin after sliding all through.
 struct Sliding(Slide);
@@ -71,7 +73,7 @@ impl Experiment for Sliding {
     }
 }
 
-/// Garg, Galvin, Li and Pannala, Powder Technology 220 (2012) 122: balls of 5 mm at 3.9 m/s, μ = 0.092,
+/// DEM05 of MFiX's verification manual, with the values printed there: balls of 5 mm at 3.9 m/s, μ = 0.092,
 /// e = 1. Angles are from the normal.
 struct Published {
     slide: Slide,
@@ -81,7 +83,7 @@ struct Published {
     spin: Option<f64>,
 }
 
-/// Steps in a contact time of the published runs: what the published program does where it is not told.
+/// Steps in a contact time of the published runs: what MFiX takes where it is not told.
 const PUBLISHED_STEPS: f64 = 50.0;
 
 fn mfix() -> Vec<Box<dyn Experiment>> {

@@ -2,10 +2,11 @@
 //! faults. Steps are long on purpose; the scheme is solved, not approximated.
 
 use super::continuum::dashpot;
-use super::experiment::{Experiment, largest, line, rung, view};
+use super::experiment::{Experiment, rung, view};
+use super::falling;
 use super::first_slip;
 use super::head_on::{HeadOn, Partner};
-use super::leapfrog::{ROUNDING, State, rounding};
+use super::leapfrog::{deviations, rounding};
 use super::sliding;
 use super::squeezed;
 use super::sticking;
@@ -42,7 +43,7 @@ pub fn rungs() -> Vec<Rung> {
         rung(
             "leapfrog-drop",
             "Gravity, spring, dashpot and local damping together, over several bounces, to rounding",
-            super::drop_exact::experiments(),
+            falling::experiments(),
         ),
         rung(
             "leapfrog-sliding",
@@ -130,38 +131,14 @@ impl Experiment for Exact {
             .map(|step| of.state(view(tracks, 0, step), step));
         let expected = of.scheme().track(of.start(), &self.moments());
         let amplitude = of.approach / of.frequency();
+        let steps = expected.last().map_or(0, |state| state.step);
+        let tolerance = rounding(steps, reach, amplitude);
         deviations(
             &of.name,
             seen.collect(),
             &expected,
-            reach,
             [amplitude, of.approach],
+            tolerance,
         )
     }
-}
-
-/// The largest distances of overlap and approach speed from what they should be, as a share of their
-/// amplitudes.
-pub fn deviations(
-    name: &str,
-    seen: Vec<State>,
-    expected: &[State],
-    reach: f64,
-    [amplitude, speed]: [f64; 2],
-) -> Vec<Line> {
-    let off = |figure: fn(&State) -> f64, scale: f64| {
-        let pairs = seen.iter().zip(expected);
-        largest(pairs.map(|(seen, expected)| ((figure(seen) - figure(expected)) / scale).abs()))
-    };
-    let steps = expected.last().map_or(0, |state| state.step);
-    let tolerance = rounding(steps, reach, amplitude);
-    let figures: [(&str, f64); 2] = [
-        ("overlap", off(|state| state.overlap, amplitude)),
-        ("approach speed", off(|state| state.approach, speed)),
-    ];
-    let line = |(what, value): (&str, f64)| {
-        let quantity = format!("largest deviation of the {what} over its amplitude, {name}");
-        line(quantity, "1", value, 0.0, tolerance, ROUNDING)
-    };
-    figures.into_iter().map(line).collect()
 }

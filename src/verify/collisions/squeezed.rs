@@ -2,8 +2,7 @@
 //! or step grows from swing to swing.
 
 use super::experiment::{Experiment, view};
-use super::leapfrog::{Scheme, State};
-use super::sharp::deviations;
+use super::leapfrog::{Scheme, State, deviations, rounding, rounding_of_phase};
 use crate::engine::case::Case;
 use crate::model::Axis;
 use crate::verify::build::{self, Grain};
@@ -92,12 +91,14 @@ impl Experiment for Squeezed {
             }
         });
         let speed = AMPLITUDE * (scheme.stiffness / scheme.mass).sqrt();
+        let tolerance =
+            rounding(STEPS, self.middle(), AMPLITUDE) + rounding_of_phase(STEPS as f64 * ANGLE);
         deviations(
             "squeezed",
             seen.collect(),
             &expected,
-            self.middle(),
             [AMPLITUDE, speed],
+            tolerance,
         )
     }
 }

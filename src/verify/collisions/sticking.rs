@@ -6,7 +6,7 @@
 //! R′ = b = R − u.
 
 use super::experiment::{Experiment, largest, line, view};
-use super::leapfrog::{ROUNDING, Scheme, State, rounding};
+use super::leapfrog::{ROUNDING, Scheme, State, rounding, rounding_of_phase};
 use super::slide::Arms;
 use crate::engine::case::Case;
 use crate::model::{Axis, Model};
@@ -179,6 +179,8 @@ impl Experiment for Sticking {
             ("spin", SPEED / self.grain.radius),
             ("force", self.tangential() * amplitude),
         ];
+        let tolerance =
+            rounding(STEPS, amplitude, amplitude) + rounding_of_phase(STEPS as f64 * ANGLE);
         let line = |(index, (what, scale)): (usize, &(&str, f64))| {
             let off = |step: u64| {
                 let (seen, expected) = (self.seen(tracks, step), self.expected(step));
@@ -192,7 +194,7 @@ impl Experiment for Sticking {
                 "1",
                 largest(self.moments().into_iter().map(off)),
                 0.0,
-                rounding(STEPS, amplitude, amplitude),
+                tolerance,
                 ROUNDING,
             )
         };

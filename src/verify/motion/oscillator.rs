@@ -152,12 +152,12 @@ fn order() -> Rung {
 
 /// Under local damping: ω² is (1−α) of itself on the way in and (1+α) on the way out.
 struct DampedSwing {
-    /// Place and velocity half a step before, and the step, at the start of each quarter.
+    /// The step at which each quarter starts, and how it goes on from there.
     quarters: Vec<(u64, Swing)>,
 }
 
 impl DampedSwing {
-    /// The quarters of so many steps from this place at rest.
+    /// The quarters of so many steps from [`AMPLITUDE`] with velocity zero half a step before.
     fn new(dt: f64, steps: u64) -> Self {
         let mut quarters: Vec<(u64, Swing)> = Vec::new();
         let (mut from, mut place, mut velocity) = (0, AMPLITUDE, 0.0);

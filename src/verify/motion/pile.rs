@@ -1,10 +1,11 @@
 //! Piles of frictionless discs at rest, against statics.
 //!
 //! The lattice is opened sideways, so that only diagonal neighbours touch. From the top down, each disc
-//! then rests on two bodies, and its equilibrium gives their forces from those above (Hong 1993,
-//! Phys. Rev. E 47:760–762). Overlaps change the angles a little: the normals are those of the pile.
+//! then rests on two bodies, and its equilibrium gives their forces from those above, as in Oron and
+//! Herrmann 1998 (Phys. Rev. E 58:2079–2089). Overlaps change the angles a little: the normals are those of
+//! the pile.
 
-use super::line;
+use super::{furthest, line};
 use crate::engine::case::Case;
 use crate::model::{Axis, Model};
 use crate::tables::{BodyIds, Contact, Snapshot};
@@ -83,7 +84,7 @@ impl Pile {
     fn judge(&self, at: &Snapshot) -> Vec<Line> {
         let basis = "eight roundings of a height, times k_n, over half a weight";
         let ratio = |what: &str, ratios: Vec<f64>| {
-            let value = furthest_from_one(ratios);
+            let value = furthest(1.0, ratios);
             line(what, "1", value, 1.0, self.tolerance(), basis)
         };
         vec![
@@ -149,7 +150,8 @@ impl Pile {
             None => {
                 let axis = usize::from(contact.normal[1] != 0.0);
                 let walls = [self.walls[0], self.walls[1], 0.0];
-                let wall = walls[contact.id1 as usize - self.grains.len()];
+                let wall = walls.get(contact.id1 as usize - self.grains.len());
+                let wall = wall.copied().unwrap_or(f64::NAN);
                 (two, (place(contact.id2)[axis] - wall).abs())
             }
         };
@@ -167,17 +169,6 @@ fn between(at: &Snapshot, a: u32, b: u32) -> Option<&Contact> {
 fn direction(contact: &Contact, disc: u32) -> [f64; 2] {
     let sign = f64::from(u8::from(contact.id2 == disc)) - f64::from(u8::from(contact.id1 == disc));
     contact.normal.map(|component| sign * component)
-}
-
-fn furthest_from_one(ratios: Vec<f64>) -> f64 {
-    let further = |a: f64, b: f64| {
-        if (a - 1.0).abs() >= (b - 1.0).abs() {
-            a
-        } else {
-            b
-        }
-    };
-    ratios.into_iter().fold(1.0, further)
 }
 
 /// Rows of two discs at the walls and of one in the middle by turns, numbered from below. Half of the
@@ -233,7 +224,7 @@ fn column() -> Rung {
         lines.push(line(
             "upright part of a force over half the weight above, where it is furthest from 1",
             "1",
-            furthest_from_one(borne.map(upright).collect()),
+            furthest(1.0, borne.map(upright)),
             1.0,
             pile.tolerance(),
             "eight roundings of a height, times k_n, over half a weight",

@@ -1,5 +1,5 @@
 //! Two grains on top of each other between floor and ceiling: MFiX's test DEM03 (Garg et al. 2012,
-//! Powder Technology 220:122–137, section 3.3), all contacts closed all the time.
+//! Powder Technology 220:122–137), all contacts closed all the time.
 
 use super::swing::Swing;
 use super::{ROUNDING, exact, line, rounding, seen};

@@ -57,9 +57,9 @@ impl Incline {
         build::case(self.shape, model, &grains, moments.to_vec())
     }
 
-    /// v and ω of rolling after so many steps from rest. A step adds mr g sinα dt to mrv + Iω, whatever
+    /// v and ω of rolling after so many steps from rest. A step adds mr g sinβ dt to mrv + Iω, whatever
     /// friction does, and the tangential spring swings about the force that rolling needs:
-    /// its way σ, slack at the start and one step before, is that of a [`Swing`] about σ* = a g sinα/ω².
+    /// its way σ, slack at the start and one step before, is that of a [`Swing`] about σ* = a g sinβ/ω².
     fn rolled(&self, steps: u64) -> [f64; 2] {
         let Ball { arm, grain, .. } = self.ball;
         let omega = self.ball.stick_omega(self.ratio);
@@ -77,7 +77,7 @@ impl Incline {
 /// Steps in a period of the tangential spring.
 const PERIOD: u64 = 80;
 
-/// MercuryDPM's InclinedPlaneUnitTest: a = g sinα/(1 + I/(mR²)), 5/7 g sinα for a sphere at 15°.
+/// MercuryDPM's InclinedPlaneUnitTest: a = g sinβ/(1 + I/(mR²)), 5/7 g sinβ for a sphere at 15°.
 pub fn rolling() -> Rung {
     const MOMENTS: [u64; 2] = [4000, 4000 + PERIOD / 2];
     let all = SHAPES.map(|shape| Incline::new(shape, PI / 12.0, 0.5, 1000.0));
@@ -91,7 +91,7 @@ pub fn rolling() -> Rung {
     };
     Rung {
         name: "rolling-incline",
-        title: "A ball rolls down an incline with g sinα/(1 + I/(mR²))",
+        title: "A ball rolls down an incline with g sinβ/(1 + I/(mR²))",
         group: Group::Exact,
         cases,
         judge: Box::new(judge),
@@ -113,7 +113,7 @@ fn judge_rolling(incline: &Incline, track: &Track, moments: [u64; 2]) -> Vec<Lin
     let time = 0.5 * (moments[0] + moments[1]) as f64 * incline.dt;
     let acceleration = mean / time / incline.along;
     let Ball { arm, grain, .. } = incline.ball;
-    let what = format!("acceleration of the {shape} over g sinα");
+    let what = format!("acceleration of the {shape} over g sinβ");
     let expected = |arm: f64| 1.0 / (1.0 + grain.inertia / (MASS * arm * arm));
     let exactly = expected(arm);
     lines.push(exact(what.clone(), "1", acceleration, exactly, n, 1.0));
@@ -128,7 +128,7 @@ fn judge_rolling(incline: &Incline, track: &Track, moments: [u64; 2]) -> Vec<Lin
     lines
 }
 
-/// Steeper than tan α = μ(1 + mR²/I) a ball slides: a = g(sinα − μ cosα), Iω′ = rμmg cosα.
+/// Steeper than tan β = μ(1 + mR²/I) a ball slides: a = g(sinβ − μ cosβ), Iω′ = rμmg cosβ.
 pub fn sliding() -> Rung {
     const MOMENTS: [u64; 2] = [200, 1000];
     // Soft, so that the rounding of the overlap is small against the overlap.
@@ -156,7 +156,7 @@ pub fn sliding() -> Rung {
     };
     Rung {
         name: "sliding-incline",
-        title: "On a steeper incline it slides with g(sinα − μ cosα)",
+        title: "On a steeper incline it slides with g(sinβ − μ cosβ)",
         group: Group::Exact,
         cases,
         judge: Box::new(judge),

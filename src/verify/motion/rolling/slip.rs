@@ -161,7 +161,7 @@ impl Dem04 {
     }
 }
 
-/// Garg et al. 2012 (Powder Technology 220:122–137), section 3.4: μg t_s/u_0 = 2/7 and v/u_0 = 5/7 for a
+/// Garg et al. 2012 (Powder Technology 220:122–137): μg t_s/u_0 = 2/7 and v/u_0 = 5/7 for a
 /// rigid sphere, 1/3 and 2/3 for a disc; here with r in place of R.
 pub fn then_rolling() -> Rung {
     let all: Vec<Dem04> = SHAPES

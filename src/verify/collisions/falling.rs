@@ -2,8 +2,7 @@
 
 use super::continuum::dashpot;
 use super::experiment::{Experiment, view};
-use super::leapfrog::{Scheme, State};
-use super::sharp::deviations;
+use super::leapfrog::{Scheme, State, deviations, rounding};
 use crate::engine::case::Case;
 use crate::model::{Axis, Model};
 use crate::scene::{Tension, Viscosity};
@@ -110,12 +109,13 @@ impl Experiment for Bounces {
         });
         let height = grain.position[1] - grain.radius - FLOOR;
         let speed = (2.0 * GRAVITY * height).sqrt();
+        let tolerance = rounding(STEPS, grain.position[1], height);
         deviations(
             self.name,
             seen.collect(),
             &expected,
-            grain.position[1],
             [height, speed],
+            tolerance,
         )
     }
 }

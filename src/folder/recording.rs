@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
-use crate::error::Error;
-use crate::files::{FileError, write_folder, write_whole};
+use super::FolderError;
+use crate::files::{FileError, unpacked, write_folder, write_whole};
+use crate::measure::history::HistoryRow;
+use crate::tables::text::parse_rows;
 
 /// The folder that it is unpacked into.
 pub const FOLDER: &str = "yade-recorded";
@@ -31,14 +33,21 @@ const FILES: &[(&str, &[u8])] = recorded_files![
 ];
 
 /// Writes the recorded run folder.
-pub fn unpack(folder: &Path) -> Result<(), Error> {
+pub fn unpack(folder: &Path) -> Result<(), FileError> {
     write_folder(folder, |aside| {
         for (name, bytes) in FILES {
             write_whole(&aside.join(name), bytes)?;
         }
         Ok::<(), FileError>(())
-    })?;
-    Ok(())
+    })
+}
+
+/// The history of the recorded run.
+pub fn history() -> Result<Vec<HistoryRow>, FolderError> {
+    let path = Path::new("history.csv.gz");
+    let packed = FILES.iter().find(|(name, _)| Path::new(name) == path);
+    let text = unpacked(path, packed.map_or(&[], |(_, bytes)| *bytes))?;
+    Ok(parse_rows(path, &text)?)
 }
 
 /// Whether a folder holds exactly the recorded run.
