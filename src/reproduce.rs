@@ -14,15 +14,19 @@ use crate::compare::spread::{Spread, TWINS, of_twins};
 use crate::compare::{Comparison, Verdict, Yardstick, compare};
 use crate::engine::{native, yade};
 use crate::error::Error;
+use crate::files::work_folder;
 use crate::folder::{RunFolder, recording};
 use crate::folder::record::{EngineRecord, Protocol};
 use crate::generate::initial_bodies;
+use crate::model::Model;
 use crate::paper;
 use crate::progress::Display;
 use crate::run::kept::to_folder;
-use crate::run::{Engine, recorded};
+use crate::run::{Engine, EngineError, recorded};
 use crate::scene::Scene;
 use crate::tables::StopReason;
+use crate::verify::facts::{self, FactPair};
+use crate::verify::record::{Verification, verify};
 use faults::FaultCheck;
 use record::{NamedComparison, NotMade, REPRODUCTION_VERSION, Reproduction, RunSummary};
 
@@ -35,6 +39,8 @@ pub struct Options {
     pub scene: Scene,
     /// Further realizations in YADE's sorted mode.
     pub full: bool,
+    /// Whether the ladder of exact solutions, symmetries and bits is climbed too.
+    pub ladder: bool,
     /// How YADE is started.
     pub yade: yade::Options,
     /// The command as it was given.
@@ -67,6 +73,7 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         comparisons: Vec::new(),
         not_made: Vec::new(),
         runs: Vec::new(),
+        facts: Vec::new(),
     };
     let native = job.run(&options.scene, "native", &native_engine())?;
     let recorded = job.recorded()?;
@@ -79,7 +86,8 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
     }
     let live = job.live(&native)?;
     let faults = faults::check_all(&options.scene, display)?;
-    let verdict = job.verdict(&native, &faults);
+    let ladder = job.ladder()?;
+    let verdict = job.verdict(&native, &faults, ladder.as_ref());
     let (sorted, ordinary) = match live {
         Some(live) => (Some(live.sorted), Some(live.ordinary)),
         None => (None, None),
@@ -102,6 +110,8 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         verdict,
         comparisons: job.comparisons,
         faults,
+        facts: job.facts,
+        ladder,
         not_made: job.not_made,
         claims: claims::of(&native),
         numbers: paper::numbers(),
@@ -130,6 +140,7 @@ struct Job<'a> {
     comparisons: Vec<NamedComparison>,
     not_made: Vec<NotMade>,
     runs: Vec<RunSummary>,
+    facts: Vec<FactPair>,
 }
 
 /// The live runs of YADE.
@@ -145,8 +156,13 @@ impl Job<'_> {
         Ok(run)
     }
 
-    /// What all comparisons and faults together say.
-    fn verdict(&mut self, native: &RunFolder, faults: &[FaultCheck]) -> Verdict {
+    /// What all comparisons, faults, facts and rungs together say.
+    fn verdict(
+        &mut self,
+        native: &RunFolder,
+        faults: &[FaultCheck],
+        ladder: Option<&Verification>,
+    ) -> Verdict {
         let comparisons = self
             .comparisons
             .iter()
@@ -154,6 +170,8 @@ impl Job<'_> {
         let mut verdicts: Vec<Verdict> = comparisons.collect();
         let compared = verdicts.contains(&Verdict::Pass);
         verdicts.extend(faults.iter().map(|fault| fault.verdict));
+        verdicts.extend(ladder.map(|ladder| ladder.verdict));
+        verdicts.extend(facts::verdict(&self.facts));
         if verdicts.contains(&Verdict::Fail) {
             return Verdict::Fail;
         }
@@ -221,6 +239,18 @@ impl Job<'_> {
             self.not_made(ordinary_title, &missing.to_string());
             return Ok(None);
         }
+        if let Some(reason) = yade::unsupported(&Model::of(&self.options.scene)) {
+            self.not_made(sorted_title, &format!("YADE has no {reason}"));
+            self.not_made(ordinary_title, &format!("YADE has no {reason}"));
+            return Ok(None);
+        }
+        self.compare_facts()?;
+        if facts::verdict(&self.facts) != Some(Verdict::Pass) {
+            let why = "the two engines do not use the same parameters";
+            self.not_made(sorted_title, why);
+            self.not_made(ordinary_title, why);
+            return Ok(None);
+        }
         let (options, display) = (self.options, self.display);
         let ordinary_run = |name: &str, distance: f64| {
             let engine = Engine::Yade(yade::Options {
@@ -277,6 +307,29 @@ impl Job<'_> {
             );
         }
         Ok(Some(Live { sorted, ordinary }))
+    }
+
+    /// What both engines say that they use, before anything is run.
+    fn compare_facts(&mut self) -> Result<(), Error> {
+        let (scene, work) = (&self.options.scene, work_folder()?);
+        let native = facts::of_native(scene).map_err(EngineError::from)?;
+        let in_yade =
+            facts::of_yade(scene, &self.options.yade, work.path()).map_err(EngineError::from)?;
+        self.facts = facts::side_by_side(native, &in_yade);
+        Ok(())
+    }
+
+    /// The ladder with its detection limits, if it is asked for.
+    fn ladder(&mut self) -> Result<Option<Verification>, Error> {
+        if !self.options.ladder {
+            self.not_made(
+                "the ladder of exact solutions, symmetries and bits",
+                "climbed with the paper's scene only; crossgrain verify does it alone",
+            );
+            return Ok(None);
+        }
+        let options = record::verification(&self.options.yade);
+        verify(&options, self.display).map(Some)
     }
 
     fn further_realizations(&mut self) -> Result<(), Error> {

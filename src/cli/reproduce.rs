@@ -69,6 +69,7 @@ impl Arguments {
             out: out.clone(),
             scene,
             full: self.full,
+            ladder: self.scene.is_none(),
             yade: self.limits.options(),
             command: self.command(),
         };
@@ -120,6 +121,9 @@ fn in_words(reproduction: &Reproduction, out: &Path) -> String {
             Verdict::NotMade => "not made",
         };
         text += &format!("{mark:>8} {}: {}\n", fault.fault, fault.found);
+    }
+    if let Some(ladder) = &reproduction.ladder {
+        text += &super::verify::summary(ladder);
     }
     for not_made in &reproduction.not_made {
         text += &format!("not made {}: {}\n", not_made.what, not_made.why);

@@ -99,17 +99,32 @@ fn in_words(verification: &Verification) -> String {
     if let Some(limits) = &verification.limits {
         text += &limit_lines(limits);
     }
+    let verdict = in_a_word(verification.verdict);
+    text + &format!("\n{verdict}: {}\n", counts(verification.tally))
+}
+
+fn counts(tally: Tally) -> String {
     let Tally {
         passed,
         failed,
         not_made,
         inapplicable,
-    } = verification.tally;
-    text + &format!(
-        "\n{}: {passed} rungs passed, {failed} failed, {not_made} not made, {inapplicable} without \
-         such an option in YADE\n",
-        in_a_word(verification.verdict)
+    } = tally;
+    format!(
+        "{passed} rungs passed, {failed} failed, {not_made} not made, {inapplicable} of options that \
+         YADE does not have"
     )
+}
+
+/// The ladder in short: its counts, and what failed.
+pub fn summary(verification: &Verification) -> String {
+    let mut text = format!("\nladder: {}\n", counts(verification.tally));
+    for rung in &verification.rungs {
+        if rung.verdict == Verdict::Fail {
+            text += &rung_lines(rung);
+        }
+    }
+    text
 }
 
 fn rung_lines(rung: &Climbed) -> String {

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::chart::{BLUE, Chart, Corner, GREEN, Mark, Series, VERMILION};
 use super::packing;
+use super::verification::part;
 use crate::compare::Verdict;
 use crate::compare::parting::Separation;
 use crate::error::Error;
@@ -47,6 +48,7 @@ pub fn render(reproduction: &Reproduction, runs: &Runs) -> Result<String, Error>
         packings: packings(runs),
         histories: histories(runs)?,
         separation: separation(reproduction)?,
+        ladder: reproduction.ladder.as_ref().map(part).transpose()?,
     };
     template
         .render(minijinja::value::Serde(&page))
@@ -64,6 +66,8 @@ struct Page<'a> {
     packings: Vec<Figure>,
     histories: Vec<Figure>,
     separation: Option<Figure>,
+    /// The ladder as HTML, if it was climbed.
+    ladder: Option<String>,
 }
 
 /// The verdict in figures.

@@ -6,10 +6,28 @@ use super::claims::Claim;
 use super::faults::FaultCheck;
 use crate::compare::{Comparison, Verdict};
 use crate::folder::RunFolder;
+use crate::engine::yade;
 use crate::paper;
+use crate::verify::facts::{self, FactPair};
+use crate::verify::ladder::Climbers;
+use crate::verify::record::{Options, Verification};
 
 /// The version of the reproduction's `run.json`.
 pub const REPRODUCTION_VERSION: u32 = 1;
+
+/// Grains of the longest trajectories of the ladder in the main job; `crossgrain verify` has all.
+const LADDER_GRAINS: u32 = 500;
+
+/// The ladder as the main job climbs it.
+pub fn verification(yade: &yade::Options) -> Options {
+    Options {
+        engine: Climbers::Both,
+        grains: LADDER_GRAINS,
+        detection_limits: true,
+        yade: yade.clone(),
+        command: format!("crossgrain verify --detection-limits --grains {LADDER_GRAINS}"),
+    }
+}
 
 /// The result of the main job.
 #[derive(Debug, Clone, Serialize)]
@@ -32,6 +50,10 @@ pub struct Reproduction {
     pub comparisons: Vec<NamedComparison>,
     /// Deliberate faults, each of which the comparison must find.
     pub faults: Vec<FaultCheck>,
+    /// The parameters that both engines use, if YADE ran live.
+    pub facts: Vec<FactPair>,
+    /// The ladder, if it was climbed.
+    pub ladder: Option<Verification>,
     /// What was not checked, with the reason.
     pub not_made: Vec<NotMade>,
     pub claims: Vec<Claim>,
@@ -57,7 +79,8 @@ pub struct Tally {
 }
 
 impl Reproduction {
-    /// Counts the checks of all comparisons, each measured quantity and each fault among them.
+    /// Counts the checks of all comparisons, each measured quantity, each fault and each
+    /// rung among them.
     pub fn tally(&self) -> Tally {
         let mut verdicts = Vec::new();
         for named in &self.comparisons {
@@ -65,6 +88,10 @@ impl Reproduction {
             verdicts.extend(named.comparison.quantities.iter().map(|pair| pair.verdict));
         }
         verdicts.extend(self.faults.iter().map(|fault| fault.verdict));
+        verdicts.extend(facts::verdict(&self.facts));
+        let rungs = self.ladder.iter().flat_map(|ladder| &ladder.rungs);
+        let applicable = rungs.filter(|rung| !rung.inapplicable);
+        verdicts.extend(applicable.map(|rung| rung.verdict));
         let count = |of: Verdict| verdicts.iter().filter(|verdict| **verdict == of).count();
         Tally {
             passed: count(Verdict::Pass),

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::build::{Grain, case, punch};
 use super::{Line, trajectories};
+use crate::compare::Verdict;
 use crate::engine::case::{Case, Effective};
 use crate::engine::native::{self, CaseOptions, NativeError};
 use crate::engine::yade::{self, YadeError};
@@ -179,6 +180,13 @@ pub fn side_by_side(native: Vec<Fact>, yade: &[Fact]) -> Vec<FactPair> {
             }
         })
         .collect()
+}
+
+/// Passed if all facts agree; none if there are none.
+pub fn verdict(pairs: &[FactPair]) -> Option<Verdict> {
+    let agree = pairs.iter().all(FactPair::agrees);
+    let verdict = if agree { Verdict::Pass } else { Verdict::Fail };
+    (!pairs.is_empty()).then_some(verdict)
 }
 
 fn relative(a: f64, b: f64) -> f64 {
