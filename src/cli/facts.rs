@@ -42,9 +42,8 @@ pub struct Arguments {
 impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
         let scene = read_scene(&self.scene)?;
-        let native = || {
-            facts::of_native(&scene).map_err(|error| Error::Engine(EngineError::Native(error)))
-        };
+        let native =
+            || facts::of_native(&scene).map_err(|error| Error::Engine(EngineError::Native(error)));
         match self.engine {
             Asked::Native => self.show(&native()?),
             Asked::Yade => self.show(&self.of_yade(&scene)?),
@@ -98,7 +97,8 @@ fn in_words(pairs: &[FactPair]) -> String {
         "of", "symbol", "native", "YADE", "difference"
     );
     for pair in pairs {
-        let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:?}"));
+        let number =
+            |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:?}"));
         text += &format!(
             "{:<52} {:<8} {:>24} {:>24} {:>10} {}\n",
             pair.native.of,

@@ -1,4 +1,4 @@
-//! `crossgrain scene`: print, check, schema.
+//! `crossgrain scene`: print, check, model, schema.
 
 use std::path::PathBuf;
 
@@ -6,6 +6,7 @@ use clap::Subcommand;
 
 use super::{json, print};
 use crate::error::{Error, exit};
+use crate::model::Model;
 use crate::scene::{json_schema, paper_scene, read_scene};
 
 #[derive(Debug, Subcommand)]
@@ -21,6 +22,11 @@ pub enum Verb {
     },
     /// Validate a scene file: every problem at once, each with its place and what would be right
     Check {
+        /// The scene
+        file: PathBuf,
+    },
+    /// Print what engines are given: gravity, walls, contact law and time step as numbers
+    Model {
         /// The scene
         file: PathBuf,
     },
@@ -40,6 +46,7 @@ impl Verb {
                     scene.digest()
                 ))?;
             }
+            Verb::Model { file } => print(&json(&Model::of(&read_scene(&file)?))?)?,
             Verb::Schema => print(&json(&json_schema())?)?,
         }
         Ok(exit::AGREED)

@@ -27,13 +27,17 @@ struct Page<'a> {
     disc: String,
     errors: Option<String>,
     style: &'static str,
+    /// Why rungs that need YADE were not made.
+    missing: &'a str,
+    /// Whether this is a page of its own.
+    own_page: bool,
 }
 
 /// A rung in every engine that climbed it.
 #[derive(Debug, Serialize)]
 struct RungRow<'a> {
     name: &'a str,
-    title: &'a str,
+    title: String,
     /// Verdicts: native, YADE, native against YADE or of no engine.
     native: Option<&'a Climbed>,
     yade: Option<&'a Climbed>,
@@ -105,6 +109,8 @@ fn render(verification: &Verification, template: &str) -> Result<String, Error> 
         disc: disc_field::picture(&figure_4()),
         errors: errors(&verification.errors)?,
         style: super::STYLE,
+        missing: missing(verification),
+        own_page: template == "verification_page.html",
     };
     environment
         .get_template(template)
@@ -129,31 +135,59 @@ fn rows(rungs: &[Climbed]) -> Vec<RungRow<'_>> {
             names.push(&rung.name);
         }
     }
-    names.into_iter().filter_map(|name| row(name, rungs)).collect()
+    names
+        .into_iter()
+        .filter_map(|name| row(name, rungs))
+        .collect()
 }
 
 fn row<'a>(name: &'a str, rungs: &'a [Climbed]) -> Option<RungRow<'a>> {
     let of: Vec<&Climbed> = rungs.iter().filter(|rung| rung.name == name).collect();
     let by = |engine: &str| of.iter().copied().find(|rung| rung.engine == engine);
     let (native, yade) = (by("native"), by("YADE"));
-    let both = of.iter().copied().find(|rung| !["native", "YADE"].contains(&rung.engine.as_str()));
+    let both = of
+        .iter()
+        .copied()
+        .find(|rung| !["native", "YADE"].contains(&rung.engine.as_str()));
     let first = native.or(yade).or(both)?;
     let beside = yade.filter(|_| native.is_some());
     let lines = first.lines.iter().enumerate().map(|(index, line)| LineRow {
         of: line,
-        yade: beside.and_then(|yade| yade.lines.get(index)).map(|line| line.value),
+        yade: beside
+            .and_then(|yade| yade.lines.get(index))
+            .map(|line| line.value),
     });
-    let reason = of.iter().map(|rung| rung.reason.as_str());
+    // What is missing for many is said once, above.
+    let own = of
+        .iter()
+        .filter(|rung| rung.inapplicable || rung.verdict == Verdict::Fail);
+    let mut reason = own.map(|rung| rung.reason.as_str());
     Some(RungRow {
         name,
-        title: &first.title,
+        title: capitalised(&first.title),
         native,
         yade,
         both,
-        reason: reason.filter(|reason| !reason.is_empty()).next_back().unwrap_or(""),
+        reason: reason.find(|reason| !reason.is_empty()).unwrap_or(""),
         failed: of.iter().any(|rung| rung.verdict == Verdict::Fail),
         lines: lines.collect(),
     })
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
+
+fn missing(verification: &Verification) -> &str {
+    let missing = |rung: &&Climbed| rung.verdict == Verdict::NotMade && !rung.inapplicable;
+    verification
+        .rungs
+        .iter()
+        .find(missing)
+        .map_or("", |rung| &rung.reason)
 }
 
 fn table(verification: &Verification) -> Option<Table<'_>> {

@@ -82,7 +82,10 @@ fn impossible(scene: &Scene) -> Vec<Problem> {
     measurement(scene, &mut found);
     derived(scene, &mut found);
     for (key, _) in OPEN_CHOICES {
-        reason(scene, key, &mut found);
+        // Scenes of before there was a choice leave it out and mean the default.
+        if *key != "/contact" || !scene.contact.is_default() {
+            reason(scene, key, &mut found);
+        }
     }
     if let Ok(value) = serde_json::to_value(scene) {
         for key in scene.choices.keys() {
@@ -166,9 +169,6 @@ fn contact(scene: &Scene, found: &mut Findings) {
             &e_n,
             "a number in (0, 1]",
         ),
-    }
-    if !scene.contact.is_default() {
-        reason(scene, "/contact", found);
     }
 }
 

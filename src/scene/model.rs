@@ -23,7 +23,7 @@ pub struct Scene {
     /// What grains, walls and punch are made of.
     pub material: Material,
     /// What happens at a contact besides its normal spring. Left out, it is what YADE does by default.
-    #[serde(default, skip_serializing_if = "ContactLaw::is_default")]
+    #[serde(default)]
     pub contact: ContactLaw,
     /// What takes energy out besides contacts.
     pub damping: Damping,
@@ -239,15 +239,9 @@ pub enum Cloud {
         /// Each velocity component is uniform in ±speed, m/s.
         speed: f64,
         /// Each spin is uniform in ±spin, rad/s, where grains rotate.
-        #[serde(default, skip_serializing_if = "is_zero")]
+        #[serde(default)]
         spin: f64,
     },
-}
-
-// Serde hands over a reference.
-#[allow(clippy::trivially_copy_pass_by_ref)]
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
 }
 
 /// The time step.
@@ -404,14 +398,26 @@ impl Scene {
     }
 
     /// SHA-256 of the canonical JSON of all that a run depends on, in hexadecimal: the name and the
-    /// reasons are left out.
+    /// reasons are left out, and keys that came later where they have the value that older scenes
+    /// mean, so that a scene keeps its digest.
     pub fn digest(&self) -> String {
         let physics = Scene {
             name: String::new(),
             choices: BTreeMap::new(),
             ..self.clone()
         };
-        let text = serde_json::to_string(&physics).unwrap_or_default();
-        crate::files::sha256_hex(text.as_bytes())
+        let Cloud::JitteredLattice { spin, .. } = self.cloud;
+        let mut value = serde_json::to_value(&physics).unwrap_or_default();
+        let mut forget = |place: &str, key: &str| {
+            let object = value.pointer_mut(place).and_then(|at| at.as_object_mut());
+            object.and_then(|object| object.shift_remove(key));
+        };
+        if self.contact.is_default() {
+            forget("", "contact");
+        }
+        if spin == 0.0 {
+            forget("/cloud", "spin");
+        }
+        crate::files::sha256_hex(value.to_string().as_bytes())
     }
 }

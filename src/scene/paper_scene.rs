@@ -19,6 +19,10 @@ pub const OPEN_CHOICES: &[(&str, &str)] = &[
         "k_s is not printed; without friction it has no effect",
     ),
     (
+        "/contact",
+        "'spring-dashpot' contacts without a number for the dashpot, so springs only; the rest is YADE's default",
+    ),
+    (
         "/damping",
         "'spring-dashpot' without a number; YADE's local damping at its default of 0.2",
     ),

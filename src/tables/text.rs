@@ -126,7 +126,11 @@ pub fn read_bodies(path: &Path, count: u32) -> Result<Bodies, TableError> {
             _ => return bad("spin", "alone".to_owned(), "given with an inertia"),
         }
         if bodies.rotate() && bodies.spin.len() != bodies.len() {
-            return bad("spin", "nothing".to_owned(), "given in every row or in none");
+            return bad(
+                "spin",
+                "nothing".to_owned(),
+                "given in every row or in none",
+            );
         }
     }
     Ok(bodies)

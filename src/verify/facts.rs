@@ -42,7 +42,8 @@ pub struct FactPair {
 impl FactPair {
     /// Whether the two are equal to [`TOLERANCE`].
     pub fn agrees(&self) -> bool {
-        self.difference.is_some_and(|difference| difference <= TOLERANCE)
+        self.difference
+            .is_some_and(|difference| difference <= TOLERANCE)
     }
 }
 

@@ -100,11 +100,7 @@ fn rung(stream: u64, name: &str, what: &str, law: Law) -> ParityRung {
     let mut model = model(law, DT);
     model.gravity = [0.3, -9.81];
     model.alpha = 0.3;
-    model.walls = vec![
-        wall(Axis::X, 0.0),
-        wall(Axis::X, WIDTH),
-        wall(Axis::Z, 0.0),
-    ];
+    model.walls = vec![wall(Axis::X, 0.0), wall(Axis::X, WIDTH), wall(Axis::Z, 0.0)];
     let mut case = case(
         &format!("frozen {name}"),
         model,

@@ -2,9 +2,11 @@
 
 use serde::Serialize;
 
-use super::parity::{self, ParityRung};
 use super::facts::Answer;
-use super::{Group, Line, Rung, Track, collisions, facts, field, motion, precision, recorded, symmetry};
+use super::parity::{self, ParityRung};
+use super::{
+    Group, Line, Rung, Track, collisions, facts, field, motion, precision, recorded, symmetry,
+};
 use crate::compare::Verdict;
 use crate::engine::Observer;
 use crate::engine::case::Case;
@@ -88,7 +90,13 @@ impl Ladder {
 
     /// Every rung for the native engine.
     pub fn climb_native(&self) -> Vec<Climbed> {
-        let climb = |rung: &Rung| solo(rung, "native", native_tracks(&rung.cases, &CaseOptions::default()));
+        let climb = |rung: &Rung| {
+            solo(
+                rung,
+                "native",
+                native_tracks(&rung.cases, &CaseOptions::default()),
+            )
+        };
         self.solo.iter().map(climb).collect()
     }
 
@@ -163,7 +171,8 @@ impl Ladder {
 
     /// All rungs that need YADE, as not made.
     pub fn without_yade(&self, reason: &str) -> Vec<Climbed> {
-        let of_solo = |rung: &Rung| not_made(rung.name, rung.title, rung.group, "YADE", reason, false);
+        let of_solo =
+            |rung: &Rung| not_made(rung.name, rung.title, rung.group, "YADE", reason, false);
         let of_both =
             |rung: &ParityRung| of_parity(rung, Verdict::NotMade, reason.to_owned(), Vec::new());
         let facts = not_made("facts", FACTS, Group::Parity, BOTH, reason, false);
@@ -260,7 +269,11 @@ pub fn of_precision(errors: Result<&[precision::Errors], String>) -> Climbed {
         title: "rounding errors of both engines against 128-bit arithmetic".to_owned(),
         group: Group::Precision,
         engine: BOTH.to_owned(),
-        verdict: if made { verdict(&lines) } else { Verdict::NotMade },
+        verdict: if made {
+            verdict(&lines)
+        } else {
+            Verdict::NotMade
+        },
         reason,
         inapplicable: false,
         lines,

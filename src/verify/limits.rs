@@ -84,11 +84,14 @@ fn faults() -> Vec<Fault> {
 impl Limits {
     /// The smallest size of a fault that any rung notices; 0 for a noticed fault without size.
     pub fn smallest(&self, fault: usize) -> Option<(f64, &str)> {
-        let noticed = self.rungs.iter().filter_map(|rung| match rung.limits[fault] {
-            Limit::From { size } => Some((size, rung.rung.as_str())),
-            Limit::Notices => Some((0.0, rung.rung.as_str())),
-            Limit::Without | Limit::Blind => None,
-        });
+        let noticed = self
+            .rungs
+            .iter()
+            .filter_map(|rung| match rung.limits[fault] {
+                Limit::From { size } => Some((size, rung.rung.as_str())),
+                Limit::Notices => Some((0.0, rung.rung.as_str())),
+                Limit::Without | Limit::Blind => None,
+            });
         noticed.min_by(|(a, _), (b, _)| a.total_cmp(b))
     }
 
@@ -336,7 +339,10 @@ pub fn limits(
     };
     Limits {
         faults: faults.iter().map(name).collect(),
-        sized: faults.iter().map(|of| matches!(of, Fault::Sized(_))).collect(),
+        sized: faults
+            .iter()
+            .map(|of| matches!(of, Fault::Sized(_)))
+            .collect(),
         rungs: rows.into_iter().map(|(_, row)| row).collect(),
     }
 }

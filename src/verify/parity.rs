@@ -38,7 +38,14 @@ pub fn judge(rung: &ParityRung, one: &Track, other: &Track) -> Vec<Line> {
     let motion = moments().map(|(a, b)| differing_motion(&a.bodies, &b.bodies));
     let numbers: usize = one
         .iter()
-        .map(|moment| moment.bodies.motion().iter().map(|(_, c)| c.len()).sum::<usize>())
+        .map(|moment| {
+            moment
+                .bodies
+                .motion()
+                .iter()
+                .map(|(_, c)| c.len())
+                .sum::<usize>()
+        })
         .sum();
     let mut lines = vec![differing(
         &format!("positions, velocities and spins that differ, of {numbers}"),
@@ -47,7 +54,11 @@ pub fn judge(rung: &ParityRung, one: &Track, other: &Track) -> Vec<Line> {
     )];
     if rung.pairs.is_empty() {
         let contacts = moments().map(|(a, b)| differing_contacts(&a.contacts, &b.contacts));
-        let numbers = one.iter().map(|moment| moment.contacts.len()).sum::<usize>() * COLUMNS;
+        let numbers = one
+            .iter()
+            .map(|moment| moment.contacts.len())
+            .sum::<usize>()
+            * COLUMNS;
         lines.push(differing(
             &format!("numbers of contacts that differ, of {numbers}"),
             contacts.sum(),
@@ -94,7 +105,11 @@ fn contacts_of(pair: Pair, rung: &ParityRung, one: &Track, other: &Track) -> Lin
         Pair::PunchOutside => "punch face, edge or corner and grain",
         Pair::PunchInside => "punch and grain inside it",
     };
-    differing(&format!("{what}: numbers that differ, of {numbers}"), count, numbers)
+    differing(
+        &format!("{what}: numbers that differ, of {numbers}"),
+        count,
+        numbers,
+    )
 }
 
 fn kind(contact: &Contact, moment: &Snapshot, ids: BodyIds) -> Option<Pair> {

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::ladder::{self, Climbed, Climbers, ClimbedInYade, Ladder};
+use super::ladder::{self, Climbed, ClimbedInYade, Climbers, Ladder};
 use super::limits::{FromYade, Limits, limits};
 use super::precision::{self, Errors, Precisions};
 use super::{Group, Line};

@@ -16,7 +16,11 @@ use crate::scene::{
 const SPIN: f64 = 50.0;
 
 /// Grains, steps of pouring and steps under the punch.
-const SIZES: [(u32, u64, u64); 3] = [(5, 20_000, 20_000), (500, 8_000, 3_000), (5_000, 3_000, 1_500)];
+const SIZES: [(u32, u64, u64); 3] = [
+    (5, 20_000, 20_000),
+    (500, 8_000, 3_000),
+    (5_000, 3_000, 1_500),
+];
 
 /// Steps of pouring in the native engine that make the bed for the punch.
 const BED_STEPS: u64 = 12_000;
@@ -43,9 +47,7 @@ pub fn rough(grains: u32) -> Scene {
     let mut scene = paper_scene(1, grains);
     scene.material.friction_angle = 0.5;
     scene.material.stiffness_ratio = 0.3;
-    let Cloud::JitteredLattice {
-        columns, spin, ..
-    } = &mut scene.cloud;
+    let Cloud::JitteredLattice { columns, spin, .. } = &mut scene.cloud;
     *spin = SPIN;
     // A few grains stand in a narrow box, so that they meet.
     if grains < 100 {

@@ -74,10 +74,7 @@ pub fn watch_case(
 }
 
 /// The parameters that the native engine uses for a case.
-pub fn effective(
-    case: &Case,
-    options: impl Into<CaseOptions>,
-) -> Result<Effective, NativeError> {
+pub fn effective(case: &Case, options: impl Into<CaseOptions>) -> Result<Effective, NativeError> {
     let dynamics = start(case, &options.into()).map_err(|trouble| error(0, trouble))?;
     let Dynamics {
         state, constants, ..

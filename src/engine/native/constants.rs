@@ -122,7 +122,9 @@ impl Constants {
             c_n: match self.law.contact.viscosity {
                 Viscosity::None => 0.0,
                 // Each body has twice the constant, and two dashpots act in series, as in YADE.
-                Viscosity::Dashpot { c_n, .. } => contact::compliances_in_series(2.0 * c_n, 2.0 * c_n),
+                Viscosity::Dashpot { c_n, .. } => {
+                    contact::compliances_in_series(2.0 * c_n, 2.0 * c_n)
+                }
                 Viscosity::Restitution { .. } => {
                     2.0 * self.damping_ratio * (effective_mass * k_n).sqrt()
                 }

@@ -108,14 +108,15 @@ pub fn contacts(
     rules: &ContactRules,
 ) -> Vec<Contact> {
     let mut contacts = Vec::new();
-    let mut add = |ids: (u32, u32), touch: Option<Touch>, of: &Parameters, one: &Motion, memory: &Memory| {
-        let Some(touch) = touch.filter(|_| memory.touching) else {
-            return;
+    let mut add =
+        |ids: (u32, u32), touch: Option<Touch>, of: &Parameters, one: &Motion, memory: &Memory| {
+            let Some(touch) = touch.filter(|_| memory.touching) else {
+                return;
+            };
+            let normal = rules.normal_force(&touch, of, one, &state.motion(ids.1 as usize));
+            let force = [normal[0] + memory.shear[0], normal[1] + memory.shear[1]];
+            contacts.push(contact_row(ids.0, ids.1, &touch, force));
         };
-        let normal = rules.normal_force(&touch, of, one, &state.motion(ids.1 as usize));
-        let force = [normal[0] + memory.shear[0], normal[1] + memory.shear[1]];
-        contacts.push(contact_row(ids.0, ids.1, &touch, force));
-    };
     let history = &list.history;
     for ((ids, of), memory) in list.pairs().zip(&history.parameters).zip(&history.pairs) {
         let (a, b) = (ids.0 as usize, ids.1 as usize);

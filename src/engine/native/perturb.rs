@@ -107,7 +107,10 @@ pub struct PerturbationError {
 }
 
 fn quantities() -> String {
-    let names: Vec<String> = QUANTITIES.iter().map(|(name, _)| format!("{name}=S")).collect();
+    let names: Vec<String> = QUANTITIES
+        .iter()
+        .map(|(name, _)| format!("{name}=S"))
+        .collect();
     names.join(", ")
 }
 

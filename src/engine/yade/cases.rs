@@ -136,10 +136,7 @@ fn check_count(work: &Path, cases: &[&Case]) -> Result<(), YadeError> {
     let text =
         read_text(&work.join("done.json"), 1 << 16).map_err(|error| nonsense(error.to_string()))?;
     let done: DoneFile = parse(&text)?;
-    let steps: u64 = cases
-        .iter()
-        .filter_map(|case| case.moments.last())
-        .sum();
+    let steps: u64 = cases.iter().filter_map(|case| case.moments.last()).sum();
     if done.steps_by_yade == steps {
         return Ok(());
     }

@@ -49,7 +49,10 @@ pub fn sibling(program: Option<&Path>, name: &str) -> Result<PathBuf, YadeError>
     if of.is_file() {
         Ok(of)
     } else {
-        Err(YadeError::Missing(format!("{} does not exist", of.display())))
+        Err(YadeError::Missing(format!(
+            "{} does not exist",
+            of.display()
+        )))
     }
 }
 
