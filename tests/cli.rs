@@ -230,6 +230,7 @@ fn a_failed_comparison_shows_on_the_page() {
         out: folder.path().to_owned(),
         scene: small_scene(),
         full: false,
+        ladder: false,
         yade: crossgrain::engine::yade::Options {
             program: Some("/nowhere/yade".into()),
             ..Default::default()
@@ -259,7 +260,7 @@ fn a_failed_comparison_shows_on_the_page() {
 fn a_faulty_native_run_disagrees_with_the_recorded_yade_run() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     write_scene(&paper_scene(1, 5000), &folder.path().join("scene.json"));
-    crossgrain::reproduce::recording::unpack(&folder.path().join("yade")).expect("writable");
+    crossgrain::folder::recording::unpack(&folder.path().join("yade")).expect("writable");
     let arguments = [
         "run",
         "scene.json",

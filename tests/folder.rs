@@ -6,7 +6,9 @@ use std::path::Path;
 use crossgrain::folder::RunFolder;
 use crossgrain::folder::record::Protocol;
 
-use crate::support::{crossgrain, folder_with, native_run, small_scene, sound, told};
+use crate::support::{
+    crossgrain, folder_with, frictional_scene, native_run, small_scene, sound, told,
+};
 
 fn small_run() -> RunFolder {
     native_run(&small_scene(), sound(), Protocol::Steps { steps: 3000 })
@@ -41,6 +43,32 @@ fn a_folder_reads_back_to_the_same_bits() {
     assert_eq!(header("initial.csv"), "id,x,z,vx,vz,radius,mass");
     assert_eq!(header("bodies.csv"), "id,x,z,vx,vz,radius,mass");
     assert_eq!(header("contacts.csv"), "id1,id2,overlap,fn,ft,nx,nz,x,z");
+}
+
+#[test]
+fn a_folder_of_grains_that_rotate_reads_back_to_the_same_bits() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let run = native_run(&frictional_scene(), sound(), Protocol::Whole);
+    let path = folder.path().join("run");
+    run.write(&path).expect("a writable folder");
+    assert_eq!(RunFolder::read(&path).expect("a sound folder"), run);
+    let settled = run.settled.expect("a settled bed").bodies;
+    assert!(settled.spin.iter().all(|spin| *spin != 0.0));
+    for name in ["initial.csv", "bodies.csv", "settled-bodies.csv"] {
+        let text = fs::read_to_string(path.join(name)).expect("text");
+        let header = text.lines().next().expect("a header");
+        assert_eq!(header, "id,x,z,vx,vz,radius,mass,spin,inertia", "{name}");
+    }
+    // Another spin at the end is another state.
+    change(&path.join("bodies.csv"), |text| {
+        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        let mut columns: Vec<&str> = lines[9].split(',').collect();
+        columns[7] = "0.125";
+        lines[9] = columns.join(",");
+        lines.join("\n") + "\n"
+    });
+    let error = RunFolder::read(&path).expect_err("another spin");
+    assert!(error.to_string().contains("another state"), "{error}");
 }
 
 #[test]

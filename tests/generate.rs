@@ -1,7 +1,8 @@
 //! The initial cloud.
 
 use crossgrain::generate::initial_bodies;
-use crossgrain::scene::paper_scene;
+use crossgrain::scene::{Cloud, Rotation, Scene, Shape, paper_scene};
+use crossgrain::tables::Bodies;
 
 /// Recorded once; the same on every machine.
 #[test]
@@ -40,4 +41,51 @@ fn grains_are_loose_inside_the_box_and_of_the_wanted_sizes() {
     let smallest = bodies.radius.iter().copied().fold(1.0, f64::min);
     let largest = bodies.radius.iter().copied().fold(0.0, f64::max);
     assert!(smallest < 0.004752 && largest > 0.005248);
+}
+
+#[test]
+fn grains_that_rub_have_spins_and_inertias_in_the_same_places() {
+    for shape in [Shape::Disc, Shape::Sphere] {
+        let mut scene = paper_scene(2, 500);
+        scene.particles.shape = shape;
+        scene.particles.dispersion = 0.2;
+        let smooth = initial_bodies(&scene);
+        assert!(smooth.spin.is_empty() && smooth.inertia.is_empty());
+        let with_spin = |scene: &mut Scene, of: f64| {
+            let Cloud::JitteredLattice { spin, .. } = &mut scene.cloud;
+            *spin = of;
+        };
+        with_spin(&mut scene, 7.0);
+        assert_eq!(initial_bodies(&scene), smooth, "nothing turns them");
+        scene.material.friction_angle = 0.4;
+        let rough = initial_bodies(&scene);
+        let places = Bodies {
+            spin: Vec::new(),
+            inertia: Vec::new(),
+            ..rough.clone()
+        };
+        assert_eq!(places, smooth);
+        assert_eq!((rough.spin.len(), rough.inertia.len()), (500, 500));
+        let share = match shape {
+            Shape::Disc => 0.5,
+            Shape::Sphere => 0.4,
+        };
+        for i in 0..rough.len() {
+            let (radius, mass) = (rough.radius[i], rough.mass[i]);
+            let inertia = share * mass * radius.powi(2);
+            assert!((rough.inertia[i] / inertia - 1.0).abs() < 1.0e-15);
+            assert!(rough.spin[i].abs() <= 7.0);
+        }
+        // Uniform in ±7: mean and mean square within four standard errors.
+        let mean: f64 = rough.spin.iter().sum::<f64>() / 500.0;
+        assert!(mean.abs() < 4.0 * 7.0 / (3.0f64 * 500.0).sqrt(), "{mean}");
+        let square = rough.spin.iter().map(|spin| spin * spin).sum::<f64>() / 500.0;
+        let error = 49.0 * (4.0 / 45.0 / 500.0f64).sqrt();
+        assert!((square - 49.0 / 3.0).abs() < 4.0 * error, "{square}");
+
+        with_spin(&mut scene, 0.0);
+        assert!(initial_bodies(&scene).spin.iter().all(|spin| *spin == 0.0));
+        scene.contact.rotation = Rotation::Blocked;
+        assert_eq!(initial_bodies(&scene), smooth, "they may not turn");
+    }
 }

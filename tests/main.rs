@@ -8,6 +8,10 @@ mod generate;
 
 mod native;
 
+mod properties;
+
+mod tables;
+
 mod measure;
 
 mod paper;
@@ -15,6 +19,8 @@ mod paper;
 mod folder;
 
 mod compare;
+
+mod verify;
 
 mod cli;
 

@@ -1,176 +1,137 @@
-//! The native engine: the fast kernel against the scalar law, exact solutions, rules and troubles.
+//! The native engine: the kernels against the method written out plainly, exact solutions, rules and
+//! troubles.
 
-use crossgrain::engine::native::contact::{self, Axis};
-use crossgrain::engine::native::{self, NativeError, Trouble};
+use crossgrain::engine::native::{self, NativeError, Trouble, contact};
 use crossgrain::engine::{Start, Task, Until};
 use crossgrain::generate::initial_bodies;
 use crossgrain::measure::{Bed, coordination, energy};
-use crossgrain::scene::{Damping, Scene, TimeStep};
-use crossgrain::tables::{Bodies, Punch, Stage, StopReason};
+use crossgrain::model::Model;
+use crossgrain::scene::{
+    Damping, NewContactSlip, Rotation, Scene, Shape, SlipVelocity, TimeStep, TorqueArms,
+};
+use crossgrain::tables::{Bodies, Punch, Snapshot, Stage, StopReason};
+use crossgrain::verify::build::{Grain, case, model, punch, springs};
 use proptest::prelude::*;
 
-use crate::support::{native_outcome, small_scene, sound};
+use crate::support::all_pairs::AllPairs;
+use crate::support::{frictional_scene, native_outcome, small_scene, sound};
 
-/// The law written out without lists, lanes or registers: every pair is looked at in the order of
-/// ids, walls after grains, the punch last. Slow and obvious; the engine must have its bits.
-struct Reference {
-    scene: Scene,
-    bodies: Bodies,
-    punch: Option<Punch>,
-    force: Vec<[f64; 2]>,
+/// Skins of the neighbour list: most pairs near one another or hardly any, m.
+const SKINS: [f64; 4] = [2.0e-5, 2.0e-4, 1.0e-3, 4.0e-3];
+
+fn assert_same(engine: &Snapshot, all: &AllPairs, when: &str) {
+    assert_eq!(engine.bodies.digest(), all.bodies.digest(), "{when}");
+    assert_eq!(engine.contacts, all.contacts, "{when}");
+    assert_eq!(engine.punch, all.punch, "{when}");
 }
 
-impl Reference {
-    fn new(scene: &Scene, bodies: Bodies, punch: Option<Punch>) -> Self {
-        let mut reference = Reference {
-            scene: scene.clone(),
-            force: vec![[0.0; 2]; bodies.len()],
-            bodies,
-            punch,
-        };
-        reference.forces();
-        reference
-    }
-
-    fn forces(&mut self) {
-        let Reference {
-            scene,
-            bodies,
-            punch,
-            force,
-        } = self;
-        let count = bodies.len();
-        let modulus = scene.material.youngs_modulus;
-        let place = |i: usize| [bodies.x[i], bodies.z[i]];
-        let of_flat = |radius: f64| contact::normal_stiffness(modulus, radius, radius);
-        force.fill([0.0; 2]);
-        for i in 0..count {
-            for j in i + 1..count {
-                let (a, b) = (bodies.radius[i], bodies.radius[j]);
-                let stiffness = contact::normal_stiffness(modulus, a, b);
-                if let Some(pair) = contact::grains(place(i), a, place(j), b, stiffness) {
-                    add(&mut force[i], -1.0, pair.force);
-                    add(&mut force[j], 1.0, pair.force);
-                }
-            }
+/// Pours this scene, as long as asked and with each skin, and compares on the way.
+fn pours_like_all_pairs(scene: &Scene, steps: u64) {
+    let initial = initial_bodies(scene);
+    let mut scene = scene.clone();
+    scene.measurement.history_every = steps / 8;
+    let mut all = AllPairs::new(&Model::of(&scene), &initial, None);
+    let task = Task::pour(initial, steps);
+    let runs = SKINS.map(|skin| native_outcome(&scene, &task, Some(skin)).1.0);
+    for moment in 0..runs[0].len() {
+        for (run, skin) in runs.iter().zip(SKINS) {
+            let step = run[moment].step;
+            assert_same(&run[moment], &all, &format!("step {step}, skin {skin}"));
         }
-        let walls = [
-            (Axis::X, 0.0),
-            (Axis::X, scene.container.width),
-            (Axis::Z, 0.0),
-        ];
-        for (axis, wall) in walls {
-            for (i, force) in force.iter_mut().enumerate() {
-                let radius = bodies.radius[i];
-                let pair = contact::wall(axis, wall, place(i), radius, of_flat(radius));
-                if let Some(pair) = pair {
-                    add(force, 1.0, pair.force);
-                }
-            }
-        }
-        if let Some(Punch {
-            centre,
-            half_extents,
-            ..
-        }) = *punch
-        {
-            for (i, force) in force.iter_mut().enumerate() {
-                let radius = bodies.radius[i];
-                let stiffness = of_flat(radius);
-                let pair = contact::punch(centre, half_extents, place(i), radius, stiffness);
-                if let Some(pair) = pair {
-                    add(force, 1.0, pair.force);
-                }
-            }
+        if moment < 8 {
+            (0..steps / 8).for_each(|_| all.step());
         }
     }
-
-    fn step(&mut self) {
-        let dt = self.scene.time_step_seconds();
-        let alpha = self.scene.damping.alpha();
-        let gravity = [0.0, -self.scene.gravity];
-        if let Some(punch) = &mut self.punch {
-            punch.centre[1] += punch.velocity * dt;
-        }
-        for i in 0..self.bodies.len() {
-            let Bodies {
-                x, z, vx, vz, mass, ..
-            } = &mut self.bodies;
-            let mass = mass[i];
-            let columns = [(&mut x[i], &mut vx[i]), (&mut z[i], &mut vz[i])];
-            for (axis, (place, velocity)) in columns.into_iter().enumerate() {
-                let mut acceleration = self.force[i][axis] / mass + gravity[axis];
-                let power = acceleration * (*velocity + 0.5 * dt * acceleration);
-                if power > 0.0 {
-                    acceleration *= 1.0 - alpha;
-                } else if power < 0.0 {
-                    acceleration *= 1.0 + alpha;
-                }
-                *velocity += dt * acceleration;
-                *place += dt * *velocity;
-            }
-        }
-        self.forces();
-    }
+    let contacts = all.contacts.len();
+    assert!(contacts > all.bodies.len(), "the bed has {contacts}");
 }
 
-/// Changing the sign first or last gives the same bits.
-fn add(sum: &mut [f64; 2], sign: f64, force: [f64; 2]) {
-    sum[0] += sign * force[0];
-    sum[1] += sign * force[1];
-}
-
-#[test]
-fn the_kernel_has_the_bits_of_the_scalar_law_while_pouring() {
-    let mut scene = small_scene();
-    scene.particles.count = 120;
-    let initial = initial_bodies(&scene);
-    let mut reference = Reference::new(&scene, initial.clone(), None);
-    for steps in (1000..=8000).step_by(1000) {
-        for _ in 0..1000 {
-            reference.step();
-        }
-        let task = Task::pour(initial.clone(), steps);
-        let (outcome, _) = native_outcome(&scene, &task, None);
-        assert_eq!(
-            outcome.last.bodies.digest(),
-            reference.bodies.digest(),
-            "after {steps} steps"
-        );
-        if steps == 8000 {
-            assert!(outcome.last.contacts.len() > 100, "the bed has formed");
-        }
-    }
-}
-
-#[test]
-fn the_kernel_has_the_bits_of_the_scalar_law_under_the_punch() {
-    let mut scene = small_scene();
-    scene.particles.count = 120;
-    let (settled, _) = native_outcome(&scene, &Task::pour(initial_bodies(&scene), 20_000), None);
-    let mut punch = native::first_contact_punch(&scene, &settled.last.bodies);
-    punch.velocity = -0.4;
+/// A punch driven into the poured bed, compared with each skin. Returns the last moment.
+fn is_pressed_like_all_pairs(scene: &mut Scene, poured: u64, steps: u64) -> Snapshot {
+    let (settled, _) = native_outcome(scene, &Task::pour(initial_bodies(scene), poured), None);
+    let bodies = settled.last.bodies;
     scene.loading.speed = 0.4;
-    let steps = 1500;
-    let mut reference = Reference::new(&scene, settled.last.bodies.clone(), Some(punch));
-    for _ in 0..steps {
-        reference.step();
-    }
+    let punch = native::first_contact_punch(scene, &bodies);
+    let mut all = AllPairs::new(&Model::of(scene), &bodies, Some(punch));
+    (0..steps).for_each(|_| all.step());
     let task = Task {
         start: Start {
             stage: Stage::Load,
             step: 0,
-            bodies: settled.last.bodies,
+            bodies,
             punch: Some(punch),
         },
         until: Until::Step(steps),
     };
-    let (outcome, _) = native_outcome(&scene, &task, None);
-    assert_eq!(outcome.last.bodies.digest(), reference.bodies.digest());
-    let after = outcome.last.punch.expect("the punch");
-    assert_eq!(after.centre, reference.punch.expect("the punch").centre);
-    let on_punch = |id| outcome.last.contacts.iter().filter(|c| c.id1 == id).count();
-    assert!(on_punch(scene.particles.count + 3) > 0, "it touches grains");
+    let [last, ..] = SKINS.map(|skin| {
+        let (outcome, _) = native_outcome(scene, &task, Some(skin));
+        assert_same(&outcome.last, &all, &format!("skin {skin}"));
+        outcome.last
+    });
+    let id = scene.particles.count + 3;
+    let on_punch = last.contacts.iter().filter(|c| c.id1 == id).count();
+    assert!(on_punch > 0, "it touches grains");
+    last
+}
+
+#[test]
+fn the_kernel_has_the_bits_of_looking_at_every_pair_while_pouring() {
+    let mut scene = small_scene();
+    scene.particles.count = 120;
+    pours_like_all_pairs(&scene, 8000);
+}
+
+#[test]
+fn the_kernel_has_the_bits_of_looking_at_every_pair_under_the_punch() {
+    let mut scene = small_scene();
+    scene.particles.count = 120;
+    is_pressed_like_all_pairs(&mut scene, 20_000, 1500);
+}
+
+#[test]
+fn friction_has_the_bits_of_looking_at_every_pair_while_pouring() {
+    let mut scene = frictional_scene();
+    pours_like_all_pairs(&scene, 16_000);
+    // Lighter grains, softer, so that the time step is about the same.
+    scene.particles.shape = Shape::Sphere;
+    scene.material.youngs_modulus *= 0.01;
+    scene.contact.torque_arms = TorqueArms::ContactPoint;
+    scene.contact.slip_velocity = SlipVelocity::ContactPoint;
+    scene.contact.new_contact_slip = NewContactSlip::SinceTouch;
+    pours_like_all_pairs(&scene, 16_000);
+    scene.contact.rotation = Rotation::Blocked;
+    pours_like_all_pairs(&scene, 16_000);
+}
+
+#[test]
+fn friction_has_the_bits_of_looking_at_every_pair_under_the_punch() {
+    let last = is_pressed_like_all_pairs(&mut frictional_scene(), 30_000, 4000);
+    let turned = last.bodies.spin.iter().all(|spin| *spin != 0.0);
+    let rubbed = last.contacts.iter().any(|c| c.tangential_force != 0.0);
+    assert!(turned && rubbed);
+}
+
+/// Settled by its rule, then loaded: what contacts remember goes from one stage into the next.
+#[test]
+fn friction_has_the_bits_of_looking_at_every_pair_in_a_whole_experiment() {
+    let scene = frictional_scene();
+    let initial = initial_bodies(&scene);
+    let task = Task::whole(initial.clone());
+    let [outcome, ..] = SKINS.map(|skin| native_outcome(&scene, &task, Some(skin)).0);
+    let steps: Vec<u64> = outcome.stages.iter().map(|stage| stage.steps).collect();
+    let mut all = AllPairs::new(&Model::of(&scene), &initial, None);
+    (0..steps[0]).for_each(|_| all.step());
+    let settled = outcome.settled.as_ref().expect("a settled bed");
+    assert_same(settled, &all, "settled");
+    assert!(settled.contacts.iter().any(|c| c.tangential_force != 0.0));
+    all.punch = Some(native::first_contact_punch(&scene, &all.bodies));
+    (0..steps[1]).for_each(|_| all.step());
+    assert_same(&outcome.last, &all, "loaded");
+    for skin in &SKINS[1..] {
+        let (other, _) = native_outcome(&scene, &task, Some(*skin));
+        assert_eq!(other.last, outcome.last, "skin {skin}");
+        assert_eq!(other.settled, outcome.settled, "skin {skin}");
+    }
 }
 
 #[test]
@@ -340,30 +301,52 @@ fn energy_from_a_step_beyond_the_limit_is_noticed() {
     );
 }
 
+/// A punch of 0.2 m by 0.4 m around the origin and a grain in it: in a corner's reach of each face and
+/// on a face itself.
 #[test]
-fn a_grain_inside_the_punch_is_noticed() {
-    let mut scene = small_scene();
-    scene.particles.count = 1;
-    let mut bodies = Bodies::default();
-    bodies.push([0.15, 0.05], [0.0, 0.0], 0.005, 0.2);
-    let punch = Punch {
-        centre: [0.15, 0.15],
-        half_extents: [0.0225, 0.15],
-        start: 0.0,
-        velocity: -0.1,
-        force: 0.0,
-    };
-    let task = Task {
-        start: Start {
-            stage: Stage::Load,
-            step: 0,
-            bodies,
-            punch: Some(punch),
-        },
-        until: Until::Step(10),
-    };
-    let error = native::run(&scene, &task, &sound(), &mut ()).expect_err("inside");
-    assert_eq!(error.trouble, Trouble::InsidePunch { grain: 0 });
+fn a_grain_inside_the_punch_bears_the_force_of_the_nearest_face() {
+    let (radius, modulus) = (0.01, 1.0e7);
+    for (place, normal, depth) in [
+        ([0.095, -0.185], [1.0, 0.0], 0.005),
+        ([-0.095, -0.185], [-1.0, 0.0], 0.005),
+        ([0.085, -0.195], [0.0, -1.0], 0.005),
+        ([0.02, 0.15], [0.0, 1.0], 0.05),
+        ([0.0, -0.2], [0.0, -1.0], 0.0),
+        ([0.1, 0.03], [1.0, 0.0], 0.0),
+        ([-0.02, -0.01], [-1.0, 0.0], 0.08),
+    ] {
+        let grain = Grain::disc(place, radius, 2600.0);
+        let mut case = case(
+            "in the punch",
+            model(springs(modulus), 1.0e-5),
+            &[grain],
+            vec![0, 1],
+        );
+        case.punch = Some(punch(0.0, -0.2, [0.1, 0.2], 0.0));
+        let moments = native::run_case(&case, None).expect("a sound run");
+        let [contact] = moments[0].contacts[..] else {
+            panic!("one contact at {place:?}");
+        };
+        assert_eq!((contact.id1, contact.id2), (1, 0));
+        assert_eq!(contact.normal, normal, "{place:?}");
+        assert!(
+            (contact.overlap - (radius + depth)).abs() < 1.0e-16,
+            "{place:?}"
+        );
+        let force = modulus * radius * (radius + depth);
+        assert!(
+            (contact.normal_force / force - 1.0).abs() < 1.0e-14,
+            "{place:?}"
+        );
+        // The middle between the face and the deepest point of the grain.
+        let middle = [0, 1].map(|axis| place[axis] + 0.5 * (depth - radius) * normal[axis]);
+        let off = (contact.point[0] - middle[0]).hypot(contact.point[1] - middle[1]);
+        assert!(off < 1.0e-16, "{place:?}");
+        let pushed = [moments[1].bodies.vx[0], moments[1].bodies.vz[0]];
+        let speed = force / grain.mass * 1.0e-5;
+        let wrong = (pushed[0] - speed * normal[0]).hypot(pushed[1] - speed * normal[1]);
+        assert!(wrong < 1.0e-14 * speed, "{place:?}: {pushed:?}");
+    }
 }
 
 /// Grains at rest make no list old; the punch's own way must.
@@ -427,7 +410,7 @@ proptest! {
             for j in i + 1..last.bodies.len() {
                 let at = |i: usize| [last.bodies.x[i], last.bodies.z[i]];
                 let (a, b) = (last.bodies.radius[i], last.bodies.radius[j]);
-                if contact::grains(at(i), a, at(j), b, 1.0).is_some() {
+                if contact::grains(at(i), a, at(j), b).is_some() {
                     expected.push((i as u32, j as u32));
                 }
             }

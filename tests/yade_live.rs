@@ -12,9 +12,12 @@ use crossgrain::engine::yade;
 use crossgrain::folder::RunFolder;
 use crossgrain::folder::record::Protocol;
 use crossgrain::generate::initial_bodies;
+use crossgrain::progress::Display;
 use crossgrain::run::{Engine, recorded};
 use crossgrain::scene::{Damping, Scene, paper_scene};
 use crossgrain::tables::Stage;
+use crossgrain::verify::ladder::Climbers;
+use crossgrain::verify::record;
 
 use crate::support::{faulty, folder_with, native_run, small_scene, sound};
 
@@ -73,6 +76,66 @@ fn pouring_5000_grains_for_20000_steps_gives_the_same_bits() {
     all_pass(&native, &yade);
 }
 
+/// What must hold: 5,000 grains with friction 0.5 and free spins, 20,000 steps of pouring and then 3,000
+/// under the punch, 0 stored numbers differ.
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE: cargo test --features yade"
+)]
+fn rough_spinning_grains_poured_and_pressed_have_the_same_bits() {
+    let mut scene = crossgrain::verify::trajectories::rough(5000);
+    scene.settle.check_every = 10_000;
+    scene.settle.max_steps = 20_000;
+    // At the second look the bed has less energy than at the first, so pouring ends there.
+    scene.settle.kinetic_energy_fraction = 0.99;
+    scene.loading.pressure = 1.0e9;
+    scene.loading.speed = 0.4;
+    scene.loading.give_up_depth = 2999.5 * 0.4 * scene.time_step_seconds();
+    scene.measurement.history_every = 500;
+    let native = native_run(&scene, sound(), Protocol::Whole);
+    let yade = yade_run(&scene, sorted(), Protocol::Whole);
+    all_pass(&native, &yade);
+    let stages = &native.record.stages;
+    let steps: Vec<u64> = stages.iter().map(|stage| stage.steps).collect();
+    assert_eq!(steps, [20_000, 3_000]);
+    let comparison = compare(&native, &yade, None, None);
+    for table in ["settled grains", "last grains"] {
+        let bits = comparison.tables.iter().find(|of| of.table == table);
+        let bits = bits.expect("the table");
+        assert_eq!((bits.differing, bits.numbers), (0, 25_000), "{table}");
+    }
+    let sliding = |contact: &&crossgrain::tables::Contact| contact.tangential_force != 0.0;
+    let count = native.last.contacts.iter().filter(sliding).count();
+    assert!(count > 5000, "{count} contacts bear a tangential force");
+    assert!(native.last.bodies.spin.iter().all(|spin| *spin != 0.0));
+}
+
+/// Every rung in both engines, with trajectories of 500 grains, rounding errors and detection limits.
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE: cargo test --features yade"
+)]
+fn the_ladder_passes_in_both_engines() {
+    let options = record::Options {
+        engine: Climbers::Both,
+        grains: 500,
+        detection_limits: true,
+        yade: sorted(),
+        command: "a test".to_owned(),
+    };
+    let found = record::verify(&options, &Display::new(true)).expect("a verification");
+    for rung in &found.rungs {
+        let not_there = rung.inapplicable && rung.engine == "YADE";
+        assert!(rung.verdict == Verdict::Pass || not_there, "{rung:?}");
+    }
+    assert_eq!(found.verdict, Verdict::Pass);
+    let in_yade = found.rungs.iter().filter(|rung| rung.engine == "YADE");
+    let climbed = in_yade.filter(|rung| rung.verdict == Verdict::Pass).count();
+    assert!(climbed > 35, "{climbed}");
+}
+
 #[test]
 #[cfg_attr(
     not(feature = "yade"),
@@ -92,6 +155,7 @@ fn a_whole_experiment_gives_the_same_bits_for_several_scenes() {
         columns: 20,
         jitter: 1.0,
         speed: 0.1,
+        spin: 0.0,
     };
     for scene in [small_scene(), slow, spheres] {
         let native = native_run(&scene, sound(), Protocol::Whole);

@@ -1,5 +1,7 @@
 //! What several tests need.
 
+pub mod all_pairs;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -20,11 +22,30 @@ pub fn small_scene() -> Scene {
         columns: 24,
         jitter: 0.9,
         speed: 0.3,
+        spin: 0.0,
     };
     for point in &mut scene.control_points {
         point.offset *= 0.5;
         point.depth = 0.05;
     }
+    scene
+}
+
+/// 60 grains with friction, eight a layer, thrown in with spins.
+pub fn frictional_scene() -> Scene {
+    let mut scene = small_scene();
+    scene.particles.count = 60;
+    scene.particles.dispersion = 0.2;
+    scene.material.friction_angle = 0.5;
+    scene.material.stiffness_ratio = 0.3;
+    scene.container.width = 0.1;
+    scene.control_points.truncate(1);
+    scene.cloud = Cloud::JitteredLattice {
+        columns: 8,
+        jitter: 0.9,
+        speed: 0.3,
+        spin: 40.0,
+    };
     scene
 }
 

@@ -1,0 +1,238 @@
+//! Properties of the native engine that hold for every case, tried on random ones.
+
+mod conservation;
+mod history;
+mod kernels;
+mod limits;
+mod lists;
+mod symmetry;
+
+use crossgrain::engine::case::Case;
+use crossgrain::engine::native::{self, CaseOptions};
+use crossgrain::model::{Axis, Law};
+use crossgrain::scene::{
+    ContactLaw, NewContactSlip, Rotation, SlipVelocity, Tension, TorqueArms, Viscosity,
+};
+use crossgrain::tables::Snapshot;
+use crossgrain::verify::build::{Grain, case, friction, model, punch, wall};
+use proptest::prelude::*;
+
+use crate::support::all_pairs::AllPairs;
+
+/// Radius of the largest grain, m.
+const LARGEST: f64 = 0.01;
+
+/// Density, kg/m³.
+const DENSITY: f64 = 2600.0;
+
+/// Young's modulus, Pa: soft, so that grains may overlap deeply without flying apart.
+const MODULUS: f64 = 1.0e6;
+
+fn run(case: &Case) -> Vec<Snapshot> {
+    native::run_case(case, CaseOptions::default()).expect("a sound run")
+}
+
+/// With this skin over the largest radius.
+fn run_with_skin(case: &Case, skin_over_radius: f64) -> Vec<Snapshot> {
+    let options = CaseOptions {
+        skin_over_radius,
+        ..CaseOptions::default()
+    };
+    native::run_case(case, options).expect("a sound run")
+}
+
+/// From a list that is built anew whenever anything moves to one that holds far more than what is near.
+fn skin() -> impl Strategy<Value = f64> {
+    prop_oneof![Just(0.0), 1.0e-3f64..0.1, Just(0.1), 0.1f64..5.0]
+}
+
+/// Any of the choices, without dashpots.
+fn choices() -> impl Strategy<Value = ContactLaw> {
+    any::<[bool; 4]>().prop_map(|[free, corrected, half, whole]| ContactLaw {
+        rotation: if free {
+            Rotation::Free
+        } else {
+            Rotation::Blocked
+        },
+        viscosity: Viscosity::None,
+        slip_velocity: if corrected {
+            SlipVelocity::RatchetingCorrected
+        } else {
+            SlipVelocity::ContactPoint
+        },
+        torque_arms: if half {
+            TorqueArms::HalfOverlap
+        } else {
+            TorqueArms::ContactPoint
+        },
+        new_contact_slip: if whole {
+            NewContactSlip::WholeStep
+        } else {
+            NewContactSlip::SinceTouch
+        },
+    })
+}
+
+fn tension() -> impl Strategy<Value = Tension> {
+    prop_oneof![Just(Tension::Clipped), Just(Tension::Unclipped)]
+}
+
+fn viscosity() -> impl Strategy<Value = Viscosity> {
+    prop_oneof![
+        2 => Just(Viscosity::None),
+        1 => (0.1f64..10.0, tension())
+            .prop_map(|(c_n, tension)| Viscosity::Dashpot { c_n, tension }),
+        1 => (0.1f64..=1.0, tension())
+            .prop_map(|(e_n, tension)| Viscosity::Restitution { e_n, tension }),
+    ]
+}
+
+/// Springs that rub, with any choices.
+fn rubbing_springs() -> impl Strategy<Value = Law> {
+    (0.1f64..1.5, 0.05f64..1.2, choices()).prop_map(|(ratio, angle, contact)| Law {
+        contact,
+        ..friction(MODULUS, ratio, angle)
+    })
+}
+
+/// Smooth or rubbing springs with or without dashpots.
+fn any_law() -> impl Strategy<Value = Law> {
+    let smooth = prop::bool::weighted(0.25);
+    (rubbing_springs(), viscosity(), smooth).prop_map(|(mut law, viscosity, smooth)| {
+        law.contact.viscosity = viscosity;
+        if smooth {
+            law.friction_angle = 0.0;
+        }
+        law
+    })
+}
+
+/// Of one grain: place in the cloud, velocity, spin and size, each as a share.
+type Shares = ([f64; 2], [f64; 2], f64, f64);
+
+/// Grains in a cloud that is anything from loose to crowded, of one size or fifty times apart.
+#[derive(Debug, Clone)]
+struct Cloud {
+    grains: Vec<Grain>,
+    /// m.
+    side: f64,
+    /// A share of √(m/k) of the smallest grain, s.
+    dt: f64,
+}
+
+fn cloud() -> impl Strategy<Value = Cloud> {
+    let share = -1.0f64..1.0;
+    let grain = (
+        [0.0f64..1.0, 0.0f64..1.0],
+        [share.clone(), share.clone()],
+        share,
+        0.0f64..1.0,
+    );
+    let smallest = prop_oneof![Just(1.0), 0.3f64..1.0, 0.02f64..0.3];
+    (
+        prop::collection::vec(grain, 1..50),
+        smallest,
+        0.1f64..1.2,
+        0.0f64..0.05,
+        any::<bool>(),
+    )
+        .prop_map(|(shares, smallest, crowding, stride, disc)| {
+            make_cloud(&shares, smallest, crowding, stride, disc)
+        })
+}
+
+/// `smallest` over the largest radius; `crowding` is the share of the area that grains take, `stride` how far
+/// the fastest one goes in a step, over the largest radius.
+fn make_cloud(grains: &[Shares], smallest: f64, crowding: f64, stride: f64, disc: bool) -> Cloud {
+    let radius = |size: f64| LARGEST * (smallest + (1.0 - smallest) * size);
+    let area: f64 = grains.iter().map(|g| radius(g.3) * radius(g.3)).sum();
+    let side = (3.0 * area / crowding).sqrt();
+    let mut dt = f64::INFINITY;
+    let mut grains: Vec<Grain> = grains
+        .iter()
+        .map(|(place, velocity, spin, size)| {
+            let place = place.map(|of| side * of);
+            let grain = match disc {
+                true => Grain::disc(place, radius(*size), DENSITY),
+                false => Grain::sphere(place, radius(*size), DENSITY),
+            };
+            dt = dt.min(0.1 * (grain.mass / (MODULUS * grain.radius)).sqrt());
+            grain.moving(*velocity).spinning(*spin)
+        })
+        .collect();
+    // Two grains at one place have no normal.
+    let mut places: Vec<[f64; 2]> = Vec::new();
+    grains.retain(|grain| {
+        let alone = !places.contains(&grain.position);
+        places.push(grain.position);
+        alone
+    });
+    let speed = stride * LARGEST / dt;
+    for grain in &mut grains {
+        grain.velocity = grain.velocity.map(|of| of * speed);
+        grain.spin *= speed / LARGEST;
+    }
+    Cloud { grains, side, dt }
+}
+
+/// Nothing but grains: no gravity, local damping, walls or punch.
+fn free_cases(law: impl Strategy<Value = Law>) -> impl Strategy<Value = Case> {
+    (cloud(), law).prop_map(|(cloud, law)| {
+        let moments = (0..=60).step_by(6).collect();
+        case("free", model(law, cloud.dt), &cloud.grains, moments)
+    })
+}
+
+/// Grains in gravity with local damping, walls and a punch anywhere among them; `alpha` none for no damping.
+fn cases(law: impl Strategy<Value = Law>) -> impl Strategy<Value = Case> {
+    let walls = prop::collection::vec((any::<bool>(), 0.0f64..1.0), 0..4);
+    let share = 0.0f64..1.0;
+    let punch_at = [share.clone(), share.clone(), share.clone(), share.clone()];
+    let punch_at = prop::option::of((punch_at, -0.02f64..0.02));
+    let gravity = [-1.0f64..1.0, -1.0f64..1.0];
+    let alpha = prop_oneof![Just(0.0), 0.0f64..0.9];
+    (cloud(), law, walls, punch_at, gravity, alpha).prop_map(
+        |(cloud, law, walls, punch_at, gravity, alpha)| {
+            let Cloud { grains, side, dt } = cloud;
+            let mut model = model(law, dt);
+            // At most a hundredth of the largest radius in the square of a step.
+            model.gravity = gravity.map(|of| of * 0.01 * LARGEST / (dt * dt));
+            model.alpha = alpha;
+            for (across, place) in walls {
+                let axis = if across { Axis::X } else { Axis::Z };
+                model.walls.push(wall(axis, place * side));
+            }
+            let moments = (0..=60).step_by(6).collect();
+            let mut case = case("any", model, &grains, moments);
+            case.punch = punch_at.map(|([x, z, width, height], stride)| {
+                let half = [width, height].map(|of| 0.3 * side * of + 0.1 * LARGEST);
+                punch(x * side, z * side, half, stride * LARGEST / dt)
+            });
+            case
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    #[test]
+    fn any_case_has_the_bits_of_looking_at_every_pair(
+        case in cases(any_law()),
+        skin in skin(),
+    ) {
+        let mut all = AllPairs::new(&case.model, &case.bodies, case.punch);
+        let mut step = 0;
+        for moment in run_with_skin(&case, skin) {
+            while step < moment.step {
+                all.step();
+                step += 1;
+            }
+            prop_assert_eq!(moment.bodies.digest(), all.bodies.digest(), "step {}", step);
+            prop_assert_eq!(&moment.contacts, &all.contacts, "step {}", step);
+            if step > 0 {
+                prop_assert_eq!(moment.punch, all.punch, "step {}", step);
+            }
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! The neighbour list misses no pair and invents none.
+
+use crossgrain::verify::build::springs;
+
+use super::*;
+
+/// Every pair that touches, by looking at all of them.
+fn touching(case: &Case, moment: &Snapshot) -> Vec<(u32, u32)> {
+    let bodies = &moment.bodies;
+    let count = bodies.len();
+    let place = |i: usize| [bodies.x[i], bodies.z[i]];
+    let mut pairs = Vec::new();
+    for i in 0..count {
+        for j in i + 1..count {
+            let (a, b) = (place(i), place(j));
+            let (dx, dz) = (a[0] - b[0], a[1] - b[1]);
+            if bodies.radius[i] + bodies.radius[j] >= (dx * dx + dz * dz).sqrt() {
+                pairs.push((i as u32, j as u32));
+            }
+        }
+    }
+    let mut flat = |index: usize, distance: &dyn Fn([f64; 2]) -> f64| {
+        for i in 0..count {
+            if bodies.radius[i] >= distance(place(i)) {
+                pairs.push(((count + index) as u32, i as u32));
+            }
+        }
+    };
+    for (index, wall) in case.model.walls.iter().enumerate() {
+        flat(index, &|at| (at[wall.axis as usize] - wall.place).abs());
+    }
+    if let Some(punch) = moment.punch {
+        flat(case.model.walls.len(), &|at| {
+            let beyond = [0, 1].map(|axis: usize| {
+                ((at[axis] - punch.centre[axis]).abs() - punch.half_extents[axis]).max(0.0)
+            });
+            (beyond[0] * beyond[0] + beyond[1] * beyond[1]).sqrt()
+        });
+    }
+    pairs
+}
+
+fn finds_what_touches(case: &Case, skin: f64) -> Result<(), TestCaseError> {
+    for moment in run_with_skin(case, skin) {
+        let found: Vec<(u32, u32)> = moment.contacts.iter().map(|c| (c.id1, c.id2)).collect();
+        prop_assert_eq!(found, touching(case, &moment), "step {}", moment.step);
+    }
+    Ok(())
+}
+
+/// With this skin cells have the side 2.1, over the largest radius.
+const BORDERS_SKIN: f64 = 0.1;
+
+/// A grain at the origin, where the first border of cells is; the others on borders, beside them, or as far
+/// from them as touching grains are.
+fn on_cell_borders() -> impl Strategy<Value = Case> {
+    let side = 2.0 * LARGEST + BORDERS_SKIN * LARGEST;
+    let beside = prop::sample::select(vec![
+        0.0, 1.0e-15, -1.0e-15, -0.05, 0.05, 1.0, 1.99, -1.99, 2.0, 2.1,
+    ]);
+    let coordinate = (0u8..6, beside)
+        .prop_map(move |(border, beside)| (f64::from(border) * side + beside * LARGEST).max(0.0));
+    let place = [coordinate.clone(), coordinate];
+    let grain = (place, prop::sample::select(vec![1.0, 0.999, 0.5]));
+    (prop::collection::vec(grain, 1..40), any_law()).prop_map(|(places, law)| {
+        let mut grains = vec![Grain::disc([0.0; 2], LARGEST, DENSITY)];
+        for (place, size) in places {
+            // Two grains at one place have no normal.
+            if grains.iter().all(|grain| grain.position != place) {
+                grains.push(Grain::disc(place, size * LARGEST, DENSITY));
+            }
+        }
+        let dt = 0.1 * (grains[0].mass / (MODULUS * LARGEST)).sqrt();
+        case("borders", model(law, dt), &grains, (0..30).collect())
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    #[test]
+    fn contacts_are_the_pairs_that_touch(case in cases(any_law()), skin in skin()) {
+        finds_what_touches(&case, skin)?;
+    }
+
+    #[test]
+    fn contacts_are_the_pairs_that_touch_on_cell_borders(case in on_cell_borders()) {
+        finds_what_touches(&case, BORDERS_SKIN)?;
+    }
+
+    /// Some grains are as far off as kilometres, and the cloud itself is.
+    #[test]
+    fn contacts_are_the_pairs_that_touch_far_away(
+        mut case in cases(any_law()),
+        far in prop::collection::vec(([-1.0f64..1.0, -1.0f64..1.0], 0usize..50), 1..6),
+        away in prop::sample::select(vec![1.0, 1.0e3, 1.0e6, 1.0e9]),
+        shift in prop::sample::select(vec![0.0, -1.0, 1.0e4]),
+        skin in skin(),
+    ) {
+        let bodies = &mut case.bodies;
+        bodies.x.iter_mut().chain(&mut bodies.z).for_each(|of| *of += shift);
+        for (place, id) in far {
+            let id = id % bodies.len();
+            bodies.x[id] += away * place[0];
+            bodies.z[id] += away * place[1];
+        }
+        for wall in &mut case.model.walls {
+            wall.place += shift;
+        }
+        if let Some(punch) = &mut case.punch {
+            punch.centre = punch.centre.map(|of| of + shift);
+        }
+        finds_what_touches(&case, skin)?;
+    }
+}
+
+/// Two small grains on either side of a border of large cells, moved together by less than the list
+/// allows for, step by step.
+#[test]
+fn grains_that_creep_together_are_found() {
+    let mut grains = vec![Grain::disc([-5.0 * LARGEST, 0.0], LARGEST, DENSITY)];
+    for (x, speed) in [(0.0, 0.003), (2.08 * LARGEST, -0.003)] {
+        let grain = Grain::disc([x, 0.3 * LARGEST], LARGEST, DENSITY);
+        grains.push(grain.moving([speed * LARGEST / 1.0e-5, 0.0]));
+    }
+    let case = case(
+        "creep",
+        model(springs(MODULUS), 1.0e-5),
+        &grains,
+        (0..20).collect(),
+    );
+    finds_what_touches(&case, 0.1).expect("no pair is missed");
+    assert!(!run(&case)[19].contacts.is_empty());
+}
+
+#[test]
+fn a_case_may_have_no_grains() {
+    let case = case("empty", model(springs(MODULUS), 1.0e-5), &[], vec![0, 3]);
+    assert!(run(&case).iter().all(|moment| moment.contacts.is_empty()));
+}
