@@ -40,6 +40,25 @@ pub struct Line {
     pub basis: String,
 }
 
+/// A line of these.
+pub fn line(
+    quantity: impl Into<String>,
+    unit: &str,
+    value: f64,
+    expected: f64,
+    tolerance: f64,
+    basis: impl Into<String>,
+) -> Line {
+    Line {
+        quantity: quantity.into(),
+        unit: unit.to_owned(),
+        value,
+        expected,
+        tolerance,
+        basis: basis.into(),
+    }
+}
+
 impl Line {
     /// Whether it holds; a value that is not a number does not.
     pub fn holds(&self) -> bool {
@@ -78,4 +97,57 @@ pub struct Rung {
     pub cases: Vec<Case>,
     /// Judges the tracks, in the order of the cases; never knows which engine made them.
     pub judge: Judge,
+}
+
+/// Climbing rungs in tests.
+#[cfg(test)]
+mod climbing {
+    use super::{Line, Rung, Track};
+    use crate::engine::native::{Perturbation, run_case};
+
+    /// A rung's lines with a fault; none if a case did not run.
+    pub fn climb(rung: &Rung, fault: Option<Perturbation>) -> Vec<Line> {
+        let run = |case| run_case(case, fault).ok();
+        let tracks: Option<Vec<Track>> = rung.cases.iter().map(run).collect();
+        tracks.map_or(Vec::new(), |tracks| (rung.judge)(&tracks))
+    }
+
+    /// Whether there are lines, and all hold.
+    pub fn holds(lines: &[Line]) -> bool {
+        !lines.is_empty() && lines.iter().all(Line::holds)
+    }
+
+    /// Every rung holds as it is.
+    pub fn all_hold(rungs: &[Rung]) {
+        for rung in rungs {
+            let lines = climb(rung, None);
+            assert!(!lines.is_empty(), "{}", rung.name);
+            for line in lines {
+                assert!(line.holds(), "{}: {line:?}", rung.name);
+            }
+        }
+    }
+
+    /// Every rung stands in the list, and fails with each of its faults.
+    pub fn all_notice(rungs: &[Rung], faults: &[(&str, &str)]) {
+        for rung in rungs {
+            let listed = faults.iter().any(|(name, _)| *name == rung.name);
+            assert!(listed, "{}", rung.name);
+        }
+        for (name, fault) in faults {
+            let rung = rungs.iter().find(|rung| rung.name == *name);
+            let fault = fault.parse().expect("a fault");
+            let lines = climb(rung.expect("a rung"), Some(fault));
+            assert!(!holds(&lines), "{name} passes with {fault}");
+        }
+    }
+
+    /// A rung that is shown empty tracks, or too few, does not hold.
+    pub fn none_holds_of_nothing(rungs: &[Rung]) {
+        for rung in rungs {
+            let tracks = vec![Track::new(); rung.cases.len()];
+            assert!(!holds(&(rung.judge)(&tracks)), "{}", rung.name);
+            assert!(!holds(&(rung.judge)(&tracks[1..])), "{}", rung.name);
+        }
+    }
 }

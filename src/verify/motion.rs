@@ -16,7 +16,7 @@ mod springs;
 mod stack;
 mod swing;
 
-use super::{Line, Rung, Track};
+use super::{Line, Rung, Track, line};
 
 /// The rungs.
 pub fn rungs() -> Vec<Rung> {
@@ -52,24 +52,6 @@ const ROUNDING: &str =
 /// the force, the acceleration, the velocity and the position, some of them twice.
 fn rounding(steps: u64, size: f64) -> f64 {
     8.0 * 0.5 * f64::EPSILON * steps as f64 * size
-}
-
-pub(super) fn line(
-    quantity: impl Into<String>,
-    unit: &str,
-    value: f64,
-    expected: f64,
-    tolerance: f64,
-    basis: impl Into<String>,
-) -> Line {
-    Line {
-        quantity: quantity.into(),
-        unit: unit.to_owned(),
-        value,
-        expected,
-        tolerance,
-        basis: basis.into(),
-    }
 }
 
 /// A line that only rounding over so many steps may move, in a number of this size.
@@ -129,7 +111,7 @@ fn seen(track: &Track, moment: usize, grain: usize) -> Seen {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::native::{Perturbation, run_case};
+    use crate::verify::climbing;
 
     /// A rung and a fault that it must not pass with.
     const FAULTS: &[(&str, &str)] = &[
@@ -199,60 +181,19 @@ mod tests {
         ("extensive-stress-of-a-disc", "wall=1e-9"),
     ];
 
-    fn climb(rung: &Rung, fault: Option<Perturbation>) -> Vec<Line> {
-        let tracks: Result<Vec<Track>, _> = rung
-            .cases
-            .iter()
-            .map(|case| run_case(case, fault))
-            .collect();
-        tracks.map_or(Vec::new(), |tracks| (rung.judge)(&tracks))
-    }
-
-    fn holds(lines: &[Line]) -> bool {
-        !lines.is_empty() && lines.iter().all(Line::holds)
-    }
-
     #[test]
     fn every_rung_holds() {
-        for rung in rungs() {
-            let lines = climb(&rung, None);
-            assert!(!lines.is_empty(), "{}", rung.name);
-            for line in lines {
-                assert!(line.holds(), "{}: {line:?}", rung.name);
-            }
-        }
+        climbing::all_hold(&rungs());
     }
 
     #[test]
     fn every_rung_notices_its_faults() {
-        let rungs = rungs();
-        for rung in &rungs {
-            assert!(
-                FAULTS.iter().any(|(name, _)| *name == rung.name),
-                "{}",
-                rung.name
-            );
-        }
-        for (name, fault) in FAULTS {
-            let rung = rungs
-                .iter()
-                .find(|rung| rung.name == *name)
-                .expect("a rung");
-            let fault = fault.parse().expect("a fault");
-            assert!(
-                !holds(&climb(rung, Some(fault))),
-                "{name} passes with {fault}"
-            );
-        }
+        climbing::all_notice(&rungs(), FAULTS);
     }
 
     #[test]
     fn a_judge_of_nothing_holds_nothing() {
-        for rung in rungs() {
-            let tracks = vec![Track::new(); rung.cases.len()];
-            assert!(!holds(&(rung.judge)(&tracks)), "{}", rung.name);
-            assert!(!holds(&(rung.judge)(&[])), "{}", rung.name);
-        }
+        climbing::none_holds_of_nothing(&rungs());
     }
 
     #[test]

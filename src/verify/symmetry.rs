@@ -9,8 +9,8 @@ mod frame;
 use frame::Frame;
 
 use super::build;
-use super::motion::{crowd, line, strict};
-use super::{Group, Rung, Track};
+use super::motion::{crowd, strict};
+use super::{Group, Rung, Track, line};
 use crate::engine::case::Case;
 use crate::model::{Axis, Law, Model};
 
@@ -209,29 +209,12 @@ mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
-    use crate::engine::native::{Perturbation, run_case};
-    use crate::verify::Line;
-
-    fn climb(rung: &Rung, fault: Option<Perturbation>) -> Vec<Line> {
-        let tracks: Result<Vec<Track>, _> = rung
-            .cases
-            .iter()
-            .map(|case| run_case(case, fault))
-            .collect();
-        tracks.map_or(Vec::new(), |tracks| (rung.judge)(&tracks))
-    }
-
-    fn holds(lines: &[Line]) -> bool {
-        !lines.is_empty() && lines.iter().all(Line::holds)
-    }
+    use crate::engine::native::run_case;
+    use crate::verify::climbing;
 
     #[test]
     fn every_rung_holds() {
-        for rung in rungs() {
-            for line in climb(&rung, None) {
-                assert!(line.holds(), "{}: {line:?}", rung.name);
-            }
-        }
+        climbing::all_hold(&rungs());
     }
 
     #[test]
@@ -246,27 +229,12 @@ mod tests {
             ("other-numbers", "inertia=1e-6"),
             ("moving-frame", "time-step=1e-8"),
         ];
-        let rungs = rungs();
-        for rung in &rungs {
-            assert!(faults.iter().any(|(name, _)| *name == rung.name));
-        }
-        for (name, fault) in faults {
-            let rung = rungs.iter().find(|rung| rung.name == name).expect("a rung");
-            let fault = fault.parse().expect("a fault");
-            assert!(
-                !holds(&climb(rung, Some(fault))),
-                "{name} passes with {fault}"
-            );
-        }
+        climbing::all_notice(&rungs(), &faults);
     }
 
     #[test]
     fn a_judge_of_nothing_holds_nothing() {
-        for rung in rungs() {
-            let tracks = vec![Track::new(); rung.cases.len()];
-            assert!(!holds(&(rung.judge)(&tracks)), "{}", rung.name);
-            assert!(!holds(&(rung.judge)(&tracks[1..])), "{}", rung.name);
-        }
+        climbing::none_holds_of_nothing(&rungs());
     }
 
     /// The beds must be worth looking at, and the growth that the tolerances allow for is measured.

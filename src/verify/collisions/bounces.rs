@@ -1,11 +1,12 @@
 //! Head-on collisions: rebound and contact time with local damping and with dashpots.
 
 use super::continuum::{dashpot, nominal_ratio};
-use super::experiment::{Experiment, line, rung, view};
+use super::experiment::{Experiment, rung, view};
 use super::head_on::{HeadOn, Partner};
 use crate::engine::case::Case;
 use crate::scene::{Tension, Viscosity};
 use crate::verify::build::Grain;
+use crate::verify::line;
 use crate::verify::{Line, Rung, Track};
 
 /// The rungs.

@@ -2,9 +2,10 @@
 
 use super::ball::{Ball, GRAVITY, HEIGHT, RADIUS, touch};
 use super::continuum::{Impact, nominal_ratio};
-use super::experiment::{Experiment, line, rung, view};
+use super::experiment::{Experiment, rung, view};
 use crate::engine::case::Case;
 use crate::scene::Tension;
+use crate::verify::line;
 use crate::verify::{Line, Rung, Track};
 
 /// The rungs.

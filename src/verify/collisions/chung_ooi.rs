@@ -3,11 +3,12 @@
 
 use super::bounces::{COARSE, Rebound, in_steps};
 use super::continuum::{dashpot, nominal_ratio};
-use super::experiment::{Experiment, largest, line, rung, view};
+use super::experiment::{Experiment, largest, rung, view};
 use super::head_on::{HeadOn, Partner};
 use crate::engine::case::Case;
 use crate::scene::{Tension, Viscosity};
 use crate::verify::build::Grain;
+use crate::verify::line;
 use crate::verify::{Line, Rung, Track};
 
 /// The rungs.

@@ -2,9 +2,10 @@
 
 use super::ball::{Ball, GRAVITY, HEIGHT, RADIUS, touch};
 use super::continuum::Release;
-use super::experiment::{Experiment, largest, line, rung, view};
+use super::experiment::{Experiment, largest, rung, view};
 use crate::engine::case::Case;
 use crate::scene::Tension;
+use crate::verify::line;
 use crate::verify::{Line, Rung, Track};
 
 /// The rungs.

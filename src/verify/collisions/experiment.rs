@@ -38,25 +38,6 @@ pub fn rung(
     }
 }
 
-/// A line of a table.
-pub fn line(
-    quantity: String,
-    unit: &str,
-    value: f64,
-    expected: f64,
-    tolerance: f64,
-    basis: &str,
-) -> Line {
-    Line {
-        quantity,
-        unit: unit.to_owned(),
-        value,
-        expected,
-        tolerance,
-        basis: basis.to_owned(),
-    }
-}
-
 /// One moment of a track. What is not there reads as not a number, which no line takes for right.
 #[derive(Clone, Copy)]
 pub struct View<'a>(Option<&'a Snapshot>);

@@ -1,10 +1,11 @@
 //! How much slip a new contact is given: of the whole step in which it was made, or since the surfaces met.
 
-use super::experiment::{Experiment, line, view};
+use super::experiment::{Experiment, view};
 use crate::engine::case::Case;
 use crate::model::{Axis, Law, Model};
 use crate::scene::{ContactLaw, NewContactSlip};
 use crate::verify::build::{self, Grain};
+use crate::verify::line;
 use crate::verify::{Line, Track};
 
 /// A ball that touches a wall between two steps; the friction is too high for it to slide at once.

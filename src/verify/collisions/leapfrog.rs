@@ -6,8 +6,9 @@
 //! r e^{±iθ} with r² = 1 − γ and sin²(θ/2) = (κ − γ²/(1 + r)²)/(4r). The factor f of local damping, clipping
 //! and parting change from step to step, so a collision is a chain of such solutions.
 
-use super::experiment::{largest, line};
+use super::experiment::largest;
 use crate::verify::Line;
+use crate::verify::line;
 
 /// Everything that the recurrence depends on. SI units.
 #[derive(Debug, Clone, Copy)]

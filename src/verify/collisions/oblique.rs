@@ -2,10 +2,11 @@
 //! Chung and Ooi's tests 4 to 6.
 
 use super::continuum::nominal_ratio;
-use super::experiment::{Experiment, line, rung};
+use super::experiment::{Experiment, rung};
 use super::slide::{Arms, Slide};
 use crate::engine::case::Case;
 use crate::verify::build::Grain;
+use crate::verify::line;
 use crate::verify::{Line, Rung, Track};
 
 /// The rungs.

@@ -4,9 +4,10 @@
 use std::f64::consts::PI;
 
 use super::continuum::Impact;
-use super::experiment::{Experiment, View, line, rung, view};
+use super::experiment::{Experiment, View, rung, view};
 use crate::engine::case::Case;
 use crate::verify::build::{self, Grain};
+use crate::verify::line;
 use crate::verify::{Line, Rung, Track};
 
 /// The rungs.

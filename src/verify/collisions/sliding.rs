@@ -1,11 +1,12 @@
 //! A grain that slides on a wall all through a collision, as the scheme has it: in every step the tangential
 //! force is tan φ of the normal one, so the changes of velocity are, whatever the step.
 
-use super::experiment::{Experiment, line, view};
+use super::experiment::{Experiment, view};
 use super::leapfrog::rounding;
 use super::slide::{Arms, Slide};
 use crate::engine::case::Case;
 use crate::verify::build::Grain;
+use crate::verify::line;
 use crate::verify::{Line, Track};
 
 struct Sliding(Slide);

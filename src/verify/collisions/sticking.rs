@@ -5,12 +5,13 @@
 //! Corrected slip has a = 2R/(2R − u), R′ = R and the arm b = R − u/2; the contact point a = 1,
 //! R′ = b = R − u.
 
-use super::experiment::{Experiment, largest, line, view};
+use super::experiment::{Experiment, largest, view};
 use super::leapfrog::{ROUNDING, Scheme, State, rounding, rounding_of_phase};
 use super::slide::Arms;
 use crate::engine::case::Case;
 use crate::model::{Axis, Model};
 use crate::verify::build::{self, Grain};
+use crate::verify::line;
 use crate::verify::{Line, Track};
 
 struct Sticking {

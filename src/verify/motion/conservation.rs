@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::crowd;
-use super::{furthest, line, rounding};
+use super::{furthest, rounding};
 use crate::engine::case::Case;
 use crate::model::{Axis, Law, Model};
 use crate::tables::{Bodies, Contact, Snapshot};
 use crate::verify::build::{self, Grain};
+use crate::verify::line;
 use crate::verify::{Group, Rung, Track};
 
 /// The rungs.

@@ -1,9 +1,9 @@
 //! Figure 4 and Table 3 of the paper: a disc between two pairs of opposite forces.
 
-use super::line;
 use crate::measure::{Bed, extensive_stress};
 use crate::model::{Axis, Model};
 use crate::verify::build::{self, Grain};
+use crate::verify::line;
 use crate::verify::{Group, Line, Rung, Track};
 
 /// m.

@@ -3,10 +3,11 @@
 use std::f64::consts::PI;
 
 use super::swing::Swing;
-use super::{exact, line, seen};
+use super::{exact, seen};
 use crate::engine::case::Case;
 use crate::model::{Axis, Model};
 use crate::verify::build::{self, Grain};
+use crate::verify::line;
 use crate::verify::{Group, Rung, Track};
 
 /// m.

@@ -5,11 +5,12 @@
 //! Herrmann 1998 (Phys. Rev. E 58:2079–2089). Overlaps change the angles a little: the normals are those of
 //! the pile.
 
-use super::{furthest, line};
+use super::furthest;
 use crate::engine::case::Case;
 use crate::model::{Axis, Model};
 use crate::tables::{BodyIds, Contact, Snapshot};
 use crate::verify::build::{self, Grain};
+use crate::verify::line;
 use crate::verify::{Group, Line, Rung, Track};
 
 /// m.

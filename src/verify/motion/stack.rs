@@ -2,10 +2,11 @@
 //! Powder Technology 220:122–137), all contacts closed all the time.
 
 use super::swing::Swing;
-use super::{ROUNDING, exact, line, rounding, seen};
+use super::{ROUNDING, exact, rounding, seen};
 use crate::model::{Axis, Model};
 use crate::tables::Snapshot;
 use crate::verify::build::{self, Grain};
+use crate::verify::line;
 use crate::verify::{Group, Line, Rung, Track};
 
 /// m.

@@ -3,11 +3,12 @@
 use std::f64::consts::PI;
 
 use super::super::swing::Swing;
-use super::super::{exact, line, seen};
+use super::super::{exact, seen};
 use super::{Ball, SHAPES};
 use crate::engine::case::Case;
 use crate::model::{Axis, Model};
 use crate::verify::build;
+use crate::verify::line;
 use crate::verify::{Group, Line, Rung, Track};
 
 /// m.

@@ -2,11 +2,12 @@
 
 use std::f64::consts::PI;
 
-use super::super::{ROUNDING, exact, line, rounding, seen};
+use super::super::{ROUNDING, exact, rounding, seen};
 use super::{Ball, SHAPES, at_the_contact_point};
 use crate::engine::case::Case;
 use crate::model::{Axis, Law, Model};
 use crate::verify::build;
+use crate::verify::line;
 use crate::verify::{Group, Line, Rung, Track};
 
 /// m/s².
