@@ -5,7 +5,8 @@ use serde::Serialize;
 use super::facts::Answer;
 use super::parity::{self, ParityRung};
 use super::{
-    Group, Line, Rung, Track, collisions, facts, field, motion, precision, recorded, symmetry,
+    Group, Line, Rung, Track, collisions, facts, field, frozen, motion, precision, recorded,
+    symmetry, trajectories,
 };
 use crate::compare::Verdict;
 use crate::engine::Observer;
@@ -82,10 +83,9 @@ impl Ladder {
         solo.extend(symmetry::rungs());
         solo.extend(field::rungs());
         solo.extend(recorded::rungs());
-        Ladder {
-            solo,
-            parity: parity::rungs(most_grains),
-        }
+        let mut parity = frozen::rungs();
+        parity.extend(trajectories::rungs(most_grains));
+        Ladder { solo, parity }
     }
 
     /// Every rung for the native engine.

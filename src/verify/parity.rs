@@ -1,7 +1,5 @@
 //! The same case in both engines: every number of every moment must have the same bits.
 
-use super::frozen;
-use super::trajectories;
 use super::{Group, Line, Track};
 use crate::engine::case::Case;
 use crate::engine::native::contact::{self, Pair};
@@ -19,13 +17,6 @@ pub struct ParityRung {
     pub case: Case,
     /// The kinds of pairs that must be among its contacts; empty if it is about motion.
     pub pairs: Vec<Pair>,
-}
-
-/// All of them, with trajectories of so many grains at most.
-pub fn rungs(most_grains: u32) -> Vec<ParityRung> {
-    let mut rungs = frozen::rungs();
-    rungs.extend(trajectories::rungs(most_grains));
-    rungs
 }
 
 /// Why no tolerance is left to be argued about.
