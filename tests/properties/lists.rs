@@ -1,5 +1,6 @@
 //! The neighbour list misses no pair and invents none.
 
+use crossgrain::tables::Punch;
 use crossgrain::verify::build::springs;
 
 use super::*;
@@ -114,23 +115,51 @@ proptest! {
     }
 }
 
-/// Two small grains on either side of a border of large cells, moved together by less than the list
-/// allows for, step by step.
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Grains at rest and apart make no list old; the punch's own way must.
+    #[test]
+    fn a_punch_finds_grains_at_rest(
+        sizes in prop::collection::vec(0.1f64..1.0, 25),
+        centre in [0.0f64..15.0, -8.0f64..20.0],
+        half in [0.5f64..6.0, 0.5f64..4.0],
+        stride in -0.1f64..0.1,
+        skin in skin(),
+    ) {
+        let grains: Vec<Grain> = sizes
+            .iter()
+            .enumerate()
+            .map(|(index, size)| {
+                let place = [(index % 5) as f64, (index / 5) as f64];
+                Grain::disc(place.map(|of| 3.0 * LARGEST * of), size * LARGEST, DENSITY)
+            })
+            .collect();
+        let dt = 1.0e-4;
+        let mut case = case("at rest", model(springs(MODULUS), dt), &grains, (0..80).collect());
+        case.punch = Some(Punch {
+            centre: centre.map(|of| of * LARGEST),
+            half_extents: half.map(|of| of * LARGEST),
+            start: 0.0,
+            velocity: stride * LARGEST / dt,
+            force: 0.0,
+        });
+        finds_what_touches(&case, skin)?;
+    }
+}
+
+/// Two grains that are no listed pair at the start move together by less in each step than the list allows for.
 #[test]
 fn grains_that_creep_together_are_found() {
     let mut grains = vec![Grain::disc([-5.0 * LARGEST, 0.0], LARGEST, DENSITY)];
-    for (x, speed) in [(0.0, 0.003), (2.08 * LARGEST, -0.003)] {
+    for (x, stride) in [(0.0, 0.003), (2.12 * LARGEST, -0.003)] {
         let grain = Grain::disc([x, 0.3 * LARGEST], LARGEST, DENSITY);
-        grains.push(grain.moving([speed * LARGEST / 1.0e-5, 0.0]));
+        grains.push(grain.moving([stride * LARGEST / 1.0e-5, 0.0]));
     }
-    let case = case(
-        "creep",
-        model(springs(MODULUS), 1.0e-5),
-        &grains,
-        (0..20).collect(),
-    );
+    let moments = (0..30).collect();
+    let case = case("creep", model(springs(MODULUS), 1.0e-5), &grains, moments);
     finds_what_touches(&case, 0.1).expect("no pair is missed");
-    assert!(!run(&case)[19].contacts.is_empty());
+    assert!(run(&case)[18].contacts.is_empty() && !run(&case)[25].contacts.is_empty());
 }
 
 #[test]
