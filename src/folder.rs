@@ -185,9 +185,12 @@ impl RunFolder {
         }
         let moment_in = |prefix: &str| -> Result<Moment, FolderError> {
             let bodies = bodies_in(&format!("{prefix}bodies.csv"))?;
-            if bodies.radius != initial.radius || bodies.mass != initial.mass {
+            if bodies.radius != initial.radius
+                || bodies.mass != initial.mass
+                || bodies.inertia != initial.inertia
+            {
                 return Err(wrong(format!(
-                    "{prefix}bodies.csv has other radii or masses than initial.csv"
+                    "{prefix}bodies.csv has other radii, masses or moments of inertia than initial.csv"
                 )));
             }
             let contacts = packed(path, &format!("{prefix}contacts.csv"));

@@ -262,7 +262,7 @@ fn unsound_folders_are_refused_with_exit_2() {
                     lines.join("\n") + "\n"
                 });
             },
-            "other radii or masses than initial.csv",
+            "other radii, masses or moments of inertia than initial.csv",
         ),
         (
             "history of not a number",

@@ -106,8 +106,12 @@ pub fn bodies(table: &str, a: &Bodies, b: &Bodies) -> TableBits {
 
 /// What motion does not change.
 fn sizes(table: &str, a: &Bodies, b: &Bodies) -> TableBits {
-    fn of(bodies: &Bodies) -> [Column<'_>; 2] {
-        [("radius", &bodies.radius), ("mass", &bodies.mass)]
+    fn of(bodies: &Bodies) -> [Column<'_>; 3] {
+        [
+            ("radius", &bodies.radius),
+            ("mass", &bodies.mass),
+            ("inertia", &bodies.inertia),
+        ]
     }
     columns(table, &of(a), &of(b))
 }

@@ -62,7 +62,7 @@ impl Dynamics {
         let limit = self.neighbours.displacement_limit_squared(punch_height);
         let reference = &self.neighbours.reference;
         let within = kernel::integrate(&mut self.state, reference, dt, gravity, alpha, limit);
-        if self.kernel == Kernel::General {
+        if self.constants.law.rotates() {
             kernel::integrate_spins(&mut self.state, dt, alpha);
         }
         if !within {

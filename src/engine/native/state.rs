@@ -32,7 +32,8 @@ impl State {
             Kernel::General => bodies.len(),
         };
         let mut spin = bodies.spin.clone();
-        spin.resize(turning, 0.0);
+        // Spins are kept even where a fault has taken the friction away.
+        spin.resize(turning.max(bodies.spin.len()), 0.0);
         State {
             position: pairs(&bodies.x, &bodies.z),
             velocity: pairs(&bodies.vx, &bodies.vz),
