@@ -97,7 +97,7 @@ fn bed(scene: &Scene, moment: &str, bed: Bed<'_>, surface: f64) -> Vec<Quantity>
         add("unbalanced_force", value, "1");
     }
     add("energy.kinetic", energy::kinetic(bed.bodies), "J");
-    add("energy.elastic", energy::elastic(bed.contacts), "J");
+    add("energy.elastic", energy::elastic(scene, bed), "J");
     add(
         "energy.potential",
         energy::potential(scene, bed.bodies),

@@ -92,6 +92,11 @@ impl Law {
         self.friction_angle > 0.0
     }
 
+    /// Normal stiffness of two grains, N/m: Eq. 4 of the paper, 2E R_i R_j/(R_i + R_j). Engines have their own.
+    pub fn normal_stiffness(&self, radius1: f64, radius2: f64) -> f64 {
+        2.0 * self.modulus * radius1 * radius2 / (radius1 + radius2)
+    }
+
     /// Whether contacts have dashpots.
     pub fn has_dashpots(&self) -> bool {
         self.contact.viscosity != Viscosity::None

@@ -3,12 +3,14 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::run::YadeLimits;
 use super::{in_a_word, json, print};
 use crate::compare::Verdict;
 use crate::error::Error;
-use crate::files::{refuse_existing, write_whole};
+use crate::files::{FileError, refuse_existing, write_folder, write_whole};
+use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 use crate::report::verification;
 use crate::verify::ladder::{Climbed, Climbers};
@@ -28,8 +30,8 @@ pub struct Arguments {
     /// Find the smallest size of each fault that each rung notices
     #[arg(long)]
     detection_limits: bool,
-    /// Trajectories and rounding errors of so many grains at most: 5, 500 or 5000
-    #[arg(long, default_value_t = 5000)]
+    /// Trajectories and rounding errors of so many grains at most
+    #[arg(long, default_value_t = 5000, value_parser = sizes())]
     grains: u32,
     /// A new folder for verify.json and report.html
     #[arg(long)]
@@ -42,6 +44,11 @@ pub struct Arguments {
     quiet: bool,
     #[command(flatten)]
     limits: YadeLimits,
+}
+
+/// The sizes of trajectories.
+fn sizes() -> impl TypedValueParser<Value = u32> {
+    PossibleValuesParser::new(["5", "500", "5000"]).map(|text| text.parse().unwrap_or(5000))
 }
 
 impl Arguments {
@@ -57,18 +64,22 @@ impl Arguments {
             command: self.command(),
         };
         let verification = verify(&options, &Display::new(self.quiet))?;
-        let text = json(&verification)?;
-        if let Some(out) = &self.out {
-            let page = verification::page(&verification)?;
-            std::fs::create_dir_all(out).map_err(crate::files::failed("create", out))?;
-            write_whole(&out.join("verify.json"), text.as_bytes())?;
-            write_whole(&out.join("report.html"), page.as_bytes())?;
+        if asked_to_end() {
+            return Err(Error::Interrupted);
         }
+        let text = json(&verification)?;
         print(&if self.json {
-            text
+            text.clone()
         } else {
             in_words(&verification)
         })?;
+        if let Some(out) = &self.out {
+            let page = verification::page(&verification)?;
+            write_folder::<FileError>(out, |aside| {
+                write_whole(&aside.join("verify.json"), text.as_bytes())?;
+                write_whole(&aside.join("report.html"), page.as_bytes())
+            })?;
+        }
         Ok(super::exit_code(verification.verdict))
     }
 

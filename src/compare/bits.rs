@@ -216,6 +216,9 @@ pub struct HistoryBits {
     pub last_equal: Option<(Stage, u64)>,
     /// The first moment that disagrees.
     pub first_unequal: Option<(Stage, u64)>,
+    /// The last moment before, and the first moment at which, grains or punch are elsewhere; forces may
+    /// disagree a moment earlier.
+    pub apart: Option<[(Stage, u64); 2]>,
     /// The runs have not the same moments.
     pub unpaired: usize,
 }
@@ -255,14 +258,22 @@ pub fn history(a: &RunFolder, b: &RunFolder) -> HistoryBits {
         agreeing: 0,
         last_equal: None,
         first_unequal: None,
+        apart: None,
         unpaired: 0,
     };
+    let mut together = None;
     for row in &a.history {
         let Some(other) = others.get(&moment(row)) else {
             result.unpaired += 1;
             continue;
         };
         result.moments += 1;
+        if row.state != other.state || row.punch_depth != other.punch_depth {
+            let before = together.unwrap_or((row.stage, 0));
+            result.apart.get_or_insert([before, moment(row)]);
+        } else {
+            together = Some(moment(row));
+        }
         if row == *other {
             result.agreeing += 1;
             if result.first_unequal.is_none() {

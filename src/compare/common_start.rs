@@ -10,10 +10,11 @@ use serde::Serialize;
 use super::Verdict;
 use super::bits::{self, TableBits};
 use super::first_difference::Locator;
-use crate::engine::native;
-use crate::engine::{Observer, Start, Task, Until};
+use crate::engine::case::Case;
+use crate::engine::native::{self, CaseOptions};
 use crate::folder::RunFolder;
-use crate::scene::{Measurement, Scene};
+use crate::model::Model;
+use crate::scene::Scene;
 use crate::tables::{Bodies, BodyIds, Snapshot, Stage};
 
 /// Up to where two runs agree, and up to where they must.
@@ -91,52 +92,33 @@ impl fmt::Display for CommonStart {
 
 /// The first step of pouring, up to `steps`, whose state has a grain with three contacts.
 fn first_sum_of_three(scene: &Scene, initial: &Bodies, steps: u64) -> Result<Option<u64>, String> {
-    struct Watch(Option<u64>);
-    impl Observer for Watch {
-        fn snapshot(&mut self, snapshot: &Snapshot) {
-            if self.0.is_some() {
-                return;
-            }
-            let ids = BodyIds::of_box(snapshot.bodies.len() as u32);
-            let mut forces = vec![0u8; snapshot.bodies.len()];
-            for contact in &snapshot.contacts {
-                for id in [contact.id1, contact.id2] {
-                    if ids.is_grain(id) {
-                        forces[id as usize] = forces[id as usize].saturating_add(1);
-                    }
-                }
-            }
-            if forces.iter().any(|count| *count >= 3) {
-                self.0 = Some(snapshot.step);
+    let case = Case {
+        name: "until a grain bears three forces".to_owned(),
+        model: Model::of(scene),
+        bodies: initial.clone(),
+        punch: None,
+        moments: (0..=steps).collect(),
+    };
+    let mut found = None;
+    native::watch_case(&case, &CaseOptions::default(), &mut |snapshot| {
+        if bears_three(&snapshot) {
+            found = Some(snapshot.step);
+        }
+        found.is_none()
+    })
+    .map_err(|error| error.to_string())?;
+    Ok(found)
+}
+
+fn bears_three(snapshot: &Snapshot) -> bool {
+    let ids = BodyIds::of_box(snapshot.bodies.len() as u32);
+    let mut forces = vec![0u8; snapshot.bodies.len()];
+    for contact in &snapshot.contacts {
+        for id in [contact.id1, contact.id2] {
+            if ids.is_grain(id) {
+                forces[id as usize] = forces[id as usize].saturating_add(1);
             }
         }
     }
-    // Piecewise, so that the watch ends soon after it has seen what it is for.
-    const PIECE: u64 = 500;
-    let every_step = Scene {
-        measurement: Measurement {
-            history_every: 1,
-            ..scene.measurement.clone()
-        },
-        ..scene.clone()
-    };
-    let options = native::Options {
-        skin: None,
-        perturbation: None,
-    };
-    let mut watch = Watch(None);
-    let mut start = Task::pour(initial.clone(), 0).start;
-    while watch.0.is_none() && start.step < steps {
-        let until = Until::Step((start.step + PIECE).min(steps));
-        let task = Task { start, until };
-        let outcome = native::run(&every_step, &task, &options, &mut watch)
-            .map_err(|error| error.to_string())?;
-        start = Start {
-            stage: Stage::Settle,
-            step: outcome.last.step,
-            bodies: outcome.last.bodies,
-            punch: None,
-        };
-    }
-    Ok(watch.0)
+    forces.iter().any(|count| *count >= 3)
 }

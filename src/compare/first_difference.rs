@@ -66,8 +66,14 @@ impl Locator {
             }));
         }
         let history = bits::history(a, b);
-        let Some((stage, unequal)) = history.first_unequal else {
-            return Ok(None);
+        let Some([together, (stage, unequal)]) = history.apart else {
+            return match history.first_unequal {
+                None => Ok(None),
+                Some((stage, step)) => Err(format!(
+                    "all states agree; forces first differ at step {step} of stage {}",
+                    stage.name()
+                )),
+            };
         };
         if stage == Stage::Load && unequal == 0 {
             return Err(
@@ -81,10 +87,7 @@ impl Locator {
             b: Side::new(b, &self.yade),
             starts: 0,
         };
-        let equal = match history.last_equal {
-            Some((of_stage, step)) if of_stage == stage => step,
-            _ => 0,
-        };
+        let equal = if together.0 == stage { together.1 } else { 0 };
         // Contacts with friction remember, so such a run can be taken up at its very start only.
         let has_history = Model::of(&a.scene).law.has_history();
         if has_history && stage == Stage::Load {

@@ -20,6 +20,9 @@ pub struct Case {
     pub moments: Vec<u64>,
 }
 
+/// Force and torque summed on a grain: x and z, N; about y, N·m.
+pub type Load = [f64; 3];
+
 /// What an engine makes of one grain or contact of a case: its parameters, as used.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -19,7 +19,7 @@ pub mod perturb;
 mod stages;
 mod state;
 
-pub use case::{CaseOptions, effective, run_case, watch_case};
+pub use case::{CaseOptions, effective, loads, run_case, watch_case};
 pub use health::Trouble;
 pub use perturb::{Perturbation, PerturbationError};
 pub use stages::{NativeError, Options, first_contact_punch, run};

@@ -78,7 +78,7 @@ pub fn row(scene: &Scene, snapshot: &Snapshot) -> HistoryRow {
         time: snapshot.time,
         kinetic_energy: energy::kinetic(bed.bodies),
         potential_energy: energy::potential(scene, bed.bodies),
-        elastic_energy: energy::elastic(bed.contacts),
+        elastic_energy: energy::elastic(scene, bed),
         unbalanced_force: unbalanced_force::of(scene, bed),
         contacts: bed.contacts.len() as u64,
         punch_depth: snapshot.punch.map(|punch| punch.depth()),

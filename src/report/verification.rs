@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::paper::disc_field::figure_4;
 use crate::verify::Line;
 use crate::verify::ladder::Climbed;
-use crate::verify::limits::Limit;
+use crate::verify::limits::{Limit, Sound};
 use crate::verify::precision::Errors;
 use crate::verify::record::Verification;
 
@@ -195,7 +195,16 @@ fn table(verification: &Verification) -> Option<Table<'_>> {
     let rows = limits.rungs.iter().map(|row| TableRow {
         name: &row.rung,
         cells: row.limits.iter().map(cell).collect(),
-        alarms: format!("{} of {}", row.false_alarms, row.sound_runs),
+        alarms: format!(
+            "{} of {}, {}",
+            row.false_alarms,
+            row.sound_runs,
+            match row.sound {
+                Sound::OtherStarts => "other starts",
+                Sound::OtherStiffness => "other stiffness",
+                Sound::OtherLists => "other lists",
+            }
+        ),
     });
     Some(Table {
         faults: &limits.faults,

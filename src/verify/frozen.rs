@@ -6,8 +6,7 @@ use rand_core::{Rng, SeedableRng};
 
 use super::Group;
 use super::build::{Grain, case, friction, model, punch, springs, wall, with_viscosity};
-use super::parity::ParityRung;
-use crate::engine::native::contact::Pair;
+use super::parity::{ParityRung, Place};
 use crate::model::{Axis, Law};
 use crate::scene::{ContactLaw, Rotation, SlipVelocity, Tension, TorqueArms, Viscosity};
 
@@ -119,12 +118,7 @@ fn rung(stream: u64, name: &str, what: &str, law: Law) -> ParityRung {
         title: format!("forces, torques and motion from a random frozen state: {what}"),
         group: Group::Parity,
         case,
-        pairs: vec![
-            Pair::Grains,
-            Pair::Wall,
-            Pair::PunchOutside,
-            Pair::PunchInside,
-        ],
+        places: Place::ALL.to_vec(),
     }
 }
 

@@ -3,15 +3,15 @@
 use serde::Serialize;
 
 use super::facts::Answer;
-use super::parity::{self, ParityRung};
+use super::parity::{self, InYade, ParityRung};
 use super::{
     Group, Line, Rung, Track, collisions, facts, field, frozen, motion, precision, recorded,
     symmetry, trajectories,
 };
 use crate::compare::Verdict;
 use crate::engine::Observer;
-use crate::engine::case::Case;
-use crate::engine::native::{CaseOptions, run_case};
+use crate::engine::case::{Case, Load};
+use crate::engine::native::{CaseOptions, NativeError, loads, run_case};
 use crate::engine::yade::{self, YadeError, run_cases, unsupported};
 use crate::files::work_folder;
 use crate::run::EngineError;
@@ -60,8 +60,8 @@ pub struct ClimbedInYade {
     pub facts: Climbed,
     /// What it says of the scenes' parameters.
     pub answers: Vec<Answer>,
-    /// Its tracks of the parity rungs.
-    pub tracks: Vec<Track>,
+    /// What it made of the parity rungs.
+    pub parity: Vec<InYade>,
 }
 
 const BOTH: &str = "native and YADE";
@@ -126,14 +126,14 @@ impl Ladder {
             })
             .collect();
         let lines = facts::lines(&answers, None)?;
-        let mut tracks = in_yade.map(|case| case.track);
+        let mut rest = in_yade;
         let mut climbed = Vec::new();
         for rung in &self.solo {
             climbed.push(match why_not(rung) {
                 Some(reason) => not_made(rung.name, rung.title, rung.group, "YADE", &reason, true),
                 None => {
-                    let tracks = tracks.by_ref().take(rung.cases.len()).collect();
-                    solo(rung, "YADE", Ok(tracks))
+                    let own = rest.by_ref().take(rung.cases.len());
+                    solo(rung, "YADE", Ok(own.map(|case| case.track).collect()))
                 }
             });
         }
@@ -151,22 +151,25 @@ impl Ladder {
                 lines,
             },
             answers,
-            tracks: tracks.collect(),
+            parity: rest
+                .map(|case| InYade {
+                    track: case.track,
+                    loads: case.loads,
+                })
+                .collect(),
         })
     }
 
-    /// Native against the tracks that YADE made of the parity rungs.
-    pub fn compare(&self, in_yade: &[Track]) -> Vec<Climbed> {
-        let rungs = self.parity.iter().zip(in_yade);
-        rungs
-            .map(|(rung, track)| match run_case(&rung.case, None) {
-                Ok(native) => {
-                    let lines = parity::judge(rung, &native, track);
-                    of_parity(rung, verdict(&lines), String::new(), lines)
-                }
-                Err(error) => of_parity(rung, Verdict::Fail, error.to_string(), Vec::new()),
-            })
-            .collect()
+    /// Native against what YADE made of the parity rungs.
+    pub fn compare(&self, in_yade: &[InYade]) -> Vec<Climbed> {
+        let climb = |(rung, yade): (&ParityRung, &InYade)| match both(&rung.case, !yade.loads.is_empty()) {
+            Ok((track, loads)) => {
+                let lines = parity::judge(rung, &track, &loads, yade);
+                of_parity(rung, verdict(&lines), String::new(), lines)
+            }
+            Err(error) => of_parity(rung, Verdict::Fail, error.to_string(), Vec::new()),
+        };
+        self.parity.iter().zip(in_yade).map(climb).collect()
     }
 
     /// All rungs that need YADE, as not made.
@@ -181,6 +184,16 @@ impl Ladder {
             .chain(self.parity.iter().map(of_both))
             .collect()
     }
+}
+
+/// The native engine's track of a case, and its loads if they are asked for.
+fn both(case: &Case, with_loads: bool) -> Result<(Track, Vec<Vec<Load>>), NativeError> {
+    let loads = if with_loads {
+        loads(case, None)?
+    } else {
+        Vec::new()
+    };
+    Ok((run_case(case, None)?, loads))
 }
 
 /// Why YADE cannot climb a rung, if it cannot.

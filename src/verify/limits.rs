@@ -10,13 +10,14 @@ use serde::Serialize;
 
 use super::facts::{self, Answer};
 use super::ladder::{Ladder, native_tracks, verdict};
-use super::parity::{self, ParityRung};
+use super::parity::{self, InYade, ParityRung};
 use super::precision::{self, Precisions};
 use super::{Group, Line, Rung, Track};
 use crate::compare::Verdict;
 use crate::engine::case::Case;
 use crate::engine::native::perturb::{Quantity, Switch};
 use crate::engine::native::{CaseOptions, Perturbation, watch_case};
+use crate::interrupt::asked_to_end;
 
 /// Sizes are looked for between 10 to the power of these.
 const DECADES: [f64; 2] = [-16.0, -0.3];
@@ -36,9 +37,24 @@ pub enum Limit {
     /// The fault changes the cases, and the rung does not notice it at any size.
     Blind,
     /// The smallest relative size that it notices.
-    From { size: f64 },
+    From {
+        /// Relative, within a tenth of a decade.
+        size: f64,
+    },
     /// It notices a fault that has no size.
     Notices,
+}
+
+/// What may differ where nothing is wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sound {
+    /// Velocities and spins at the start, in last bits.
+    OtherStarts,
+    /// The stiffness of everything, on both sides of a comparison.
+    OtherStiffness,
+    /// The neighbour lists only: numbers are compared with a record, bit by bit, or nothing moves.
+    OtherLists,
 }
 
 /// A rung's row of the table.
@@ -50,6 +66,8 @@ pub struct RungLimits {
     pub group: Group,
     /// One a fault, in the order of [`Limits::faults`].
     pub limits: Vec<Limit>,
+    /// What was different in runs in which nothing was wrong.
+    pub sound: Sound,
     /// Runs in which nothing was wrong.
     pub sound_runs: u32,
     /// How many of them failed.
@@ -231,6 +249,20 @@ impl Subject<'_> {
         }
     }
 
+    /// What can be different without anything being wrong.
+    fn sound(&self) -> Sound {
+        let bodies = self.cases().iter().map(|case| &case.bodies);
+        let moves = bodies.clone().any(|bodies| {
+            let all = bodies.vx.iter().chain(&bodies.vz).chain(&bodies.spin);
+            all.into_iter().any(|value| *value != 0.0)
+        });
+        match self.group() {
+            Group::Exact if moves => Sound::OtherStarts,
+            Group::Symmetry => Sound::OtherStiffness,
+            _ => Sound::OtherLists,
+        }
+    }
+
     /// How many of the runs in which nothing is wrong fail.
     fn false_alarms(&self) -> u32 {
         let mut random = ChaCha8Rng::from_seed(*b"crossgrain: runs without a fault");
@@ -241,9 +273,13 @@ impl Subject<'_> {
                     skin_over_radius: 0.02 + 0.5 * uniform(&mut random),
                 };
                 let mut cases = self.cases().to_vec();
-                // What is compared bit by bit has the same start on both sides.
-                if self.group() == Group::Exact {
-                    cases.iter_mut().for_each(|case| nudge(case, &mut random));
+                match self.sound() {
+                    Sound::OtherStarts => cases.iter_mut().for_each(|c| nudge(c, &mut random)),
+                    Sound::OtherStiffness => {
+                        let factor = 0.97 + 0.06 * uniform(&mut random);
+                        cases.iter_mut().for_each(|c| c.model.law.modulus *= factor);
+                    }
+                    Sound::OtherLists => {}
                 }
                 self.fails(&cases, &options)
             })
@@ -264,9 +300,10 @@ fn parts(case: &Case, truth: &Track, options: &CaseOptions) -> bool {
     apart || run.is_err()
 }
 
-/// Moves every velocity by a last bit, up or down or not at all.
+/// Moves every velocity and spin by a last bit, up or down or not at all.
 fn nudge(case: &mut Case, random: &mut ChaCha8Rng) {
-    for column in [&mut case.bodies.vx, &mut case.bodies.vz] {
+    let bodies = &mut case.bodies;
+    for column in [&mut bodies.vx, &mut bodies.vz, &mut bodies.spin] {
         for value in column.iter_mut() {
             *value *= match random.next_u64() % 3 {
                 0 => 1.0 + f64::EPSILON,
@@ -284,8 +321,8 @@ fn uniform(random: &mut ChaCha8Rng) -> f64 {
 /// What YADE has to say, for the rungs that take both engines.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FromYade<'a> {
-    /// Tracks of the parity rungs.
-    pub tracks: &'a [Track],
+    /// The parity rungs.
+    pub parity: &'a [InYade],
     /// Facts of the scenes.
     pub answers: &'a [Answer],
     /// The case of rounding errors in every precision.
@@ -305,8 +342,8 @@ pub fn limits(
         let probes = in_yade.answers.iter().map(|answer| answer.probe.clone());
         subjects.push(Subject::Facts(in_yade.answers, probes.collect()));
     }
-    let parity = ladder.parity.iter().zip(in_yade.tracks);
-    subjects.extend(parity.map(|(rung, track)| Subject::Parity(rung, track)));
+    let parity = ladder.parity.iter().zip(in_yade.parity);
+    subjects.extend(parity.map(|(rung, yade)| Subject::Parity(rung, &yade.track)));
     subjects.extend(in_yade.precisions.map(Subject::Precision));
     let next = AtomicUsize::new(0);
     let finished = AtomicUsize::new(0);
@@ -316,7 +353,8 @@ pub fn limits(
             let mut rows = Vec::new();
             while let Some((index, subject)) = {
                 let index = next.fetch_add(1, Ordering::Relaxed);
-                subjects.get(index).map(|subject| (index, subject))
+                let subject = subjects.get(index).filter(|_| !asked_to_end());
+                subject.map(|subject| (index, subject))
             } {
                 rows.push((index, row(subject, &faults)));
                 done(1 + finished.fetch_add(1, Ordering::Relaxed), subjects.len());
@@ -352,6 +390,7 @@ fn row(subject: &Subject, faults: &[Fault]) -> RungLimits {
         rung: subject.name().to_owned(),
         group: subject.group(),
         limits: faults.iter().map(|fault| subject.limit(*fault)).collect(),
+        sound: subject.sound(),
         sound_runs: FALSE_ALARM_RUNS,
         false_alarms: subject.false_alarms(),
     }

@@ -113,7 +113,7 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Erro
     if let (Ok(climbed), Climbers::Both) = (&in_yade, options.engine) {
         rungs.extend(climbed.solo.iter().cloned());
         rungs.push(climbed.facts.clone());
-        rungs.extend(ladder.compare(&climbed.tracks));
+        rungs.extend(ladder.compare(&climbed.parity));
         let measured = precisions_in_yade(options, display)?;
         if let Ok(measured) = &measured {
             errors = measured
@@ -130,7 +130,7 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Erro
         rungs.push(ladder::of_precision(Err(reason.clone())));
     }
     let from_yade = FromYade {
-        tracks: in_yade.as_ref().map_or(&[], |of| of.tracks.as_slice()),
+        parity: in_yade.as_ref().map_or(&[], |of| of.parity.as_slice()),
         answers: in_yade.as_ref().map_or(&[], |of| of.answers.as_slice()),
         precisions: precisions.as_ref(),
     };

@@ -15,11 +15,11 @@ use crate::engine::case::Case;
 use crate::model::{Axis, Law, Model};
 
 /// Steps, and the moments that are looked at.
-const STEPS: u64 = 800;
-const MOMENTS: [u64; 3] = [200, 400, STEPS];
-/// How much further than at the start two beds may be apart at the end that differ by nearly nothing. Moving
-/// a grain by 1e-12 m makes up to a quarter of it; the velocities, which are rounded too, need the rest.
-const GROWTH: f64 = 1000.0;
+const STEPS: u64 = 600;
+const MOMENTS: [u64; 3] = [150, 300, STEPS];
+/// How much further than at the start two beds may be apart at the end that differ by nearly nothing: about
+/// ten times the most that is seen with 150 stiffnesses.
+const GROWTH: f64 = 3000.0;
 
 /// The rungs.
 pub fn rungs() -> Vec<Rung> {
@@ -163,8 +163,8 @@ impl Seen {
         match self {
             Seen::ToTheBit => "the same operations on the same numbers: no difference at all",
             Seen::Rounded(_) => {
-                "eight roundings a step at random, √(8n)·ε of what is rounded differently, grown a \
-                 thousandfold by collisions; times 2/√(m/k) for velocities, 2.5/R more for spins, and k for forces"
+                "eight roundings a step at random, √(8n)·ε of what is rounded differently, grown by collisions, \
+                 three thousandfold at most; times 2/√(m/k) for velocities, 2.5/R more for spins, and k for forces"
             }
         }
     }
@@ -237,6 +237,21 @@ mod tests {
         climbing::none_holds_of_nothing(&rungs());
     }
 
+    /// Stiffer or softer grains on both sides are no fault, so no rung may fail with them.
+    #[test]
+    fn no_rung_cries_wolf_at_other_stiffnesses() {
+        for index in 0..150 {
+            for mut rung in rungs() {
+                for case in &mut rung.cases {
+                    case.model.law.modulus *= 1.0 + 4.0e-4 * f64::from(index - 75);
+                }
+                for line in climbing::climb(&rung, None) {
+                    assert!(line.holds(), "{} {index}: {line:?}", rung.name);
+                }
+            }
+        }
+    }
+
     /// The beds must be worth looking at, and the growth that the tolerances allow for is measured.
     #[test]
     fn everything_touches_and_small_differences_grow() {
@@ -248,7 +263,7 @@ mod tests {
                 let contacts = track.iter().flat_map(|at| &at.contacts);
                 let pairs: BTreeSet<_> =
                     contacts.map(|contact| (contact.id1, contact.id2)).collect();
-                assert!(pairs.len() > 30, "{name}: {}", pairs.len());
+                assert!(pairs.len() > 25, "{name}: {}", pairs.len());
                 // Right wall, floor and punch; gravity leans to the right.
                 for body in 1..3 + u32::from(punch) {
                     let body = COUNT as u32 + body;
@@ -259,7 +274,7 @@ mod tests {
                 moved.bodies.z[9] += 1.0e-12;
                 let moved = run_case(&moved, None).expect("a sound case");
                 let found = Frame::SAME.differences(dt(), &track, &moved)[0] / 1.0e-12;
-                assert!(found > 30.0 && found < 0.3 * GROWTH, "{name}: {found}");
+                assert!(found > 10.0 && found < 0.3 * GROWTH, "{name}: {found}");
             }
         }
     }

@@ -122,6 +122,6 @@ fn rung(grains: u32, law: &str, stage: &str, case: Case) -> ParityRung {
         ),
         group: Group::Parity,
         case,
-        pairs: Vec::new(),
+        places: Vec::new(),
     }
 }

@@ -5,7 +5,7 @@ use super::dynamics::Dynamics;
 use super::health::Trouble;
 use super::perturb::Perturbation;
 use super::stages::NativeError;
-use crate::engine::case::{Case, Effective, EffectiveContact};
+use crate::engine::case::{Case, Effective, EffectiveContact, Load};
 use crate::tables::{Bodies, Snapshot, Stage};
 
 /// Skin over the largest radius; the bits do not depend on it.
@@ -71,6 +71,25 @@ pub fn watch_case(
         }
     }
     Ok(())
+}
+
+/// Force and torque summed on each grain at each moment of a case; no torques where nothing turns a grain.
+pub fn loads(case: &Case, options: impl Into<CaseOptions>) -> Result<Vec<Vec<Load>>, NativeError> {
+    let failed = |step| move |trouble| error(step, trouble);
+    let mut dynamics = start(case, &options.into()).map_err(failed(0))?;
+    let mut step = 0;
+    let mut all = Vec::with_capacity(case.moments.len());
+    for &moment in &case.moments {
+        while step < moment {
+            step += 1;
+            dynamics.step().map_err(failed(step))?;
+        }
+        let state = &dynamics.state;
+        let torque = |id: usize| state.torque.get(id).copied().unwrap_or(0.0);
+        let of = state.force.iter().enumerate();
+        all.push(of.map(|(id, [x, z])| [*x, *z, torque(id)]).collect());
+    }
+    Ok(all)
 }
 
 /// The parameters that the native engine uses for a case.

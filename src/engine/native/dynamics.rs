@@ -18,6 +18,8 @@ pub struct Dynamics {
     /// The punch has just been set on the bed: no forces have been evaluated with it yet, so it has no
     /// contacts, even where rounding makes it touch.
     pub punch_is_new: bool,
+    /// The velocities of the start are taken for those at the start, and the first step is still to come.
+    half_step_to_come: bool,
     kernel: Kernel,
     rules: super::friction::ContactRules,
     /// Force of each listed pair on its second grain, for the frictionless kernel.
@@ -40,18 +42,21 @@ impl Dynamics {
             constants,
             neighbours: Neighbours::new(skin),
             punch_is_new: false,
+            half_step_to_come: false,
             pair_force: Vec::new(),
         };
         dynamics.list_neighbours()?;
         dynamics.evaluate_forces();
-        if dynamics.constants.half_step_start {
-            dynamics.half_a_step_back();
-        }
+        dynamics.half_step_to_come = dynamics.constants.half_step_start;
         Ok(dynamics)
     }
 
     /// One time step.
     pub fn step(&mut self) -> Result<(), Trouble> {
+        if self.half_step_to_come {
+            self.half_a_step_back();
+            self.half_step_to_come = false;
+        }
         let Constants {
             dt, gravity, alpha, ..
         } = self.constants;

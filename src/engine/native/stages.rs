@@ -10,9 +10,10 @@ use super::health::{self, Trouble};
 use super::perturb::Perturbation;
 use crate::engine::{Observer, Outcome, StageReport, Task, Until};
 use crate::interrupt::asked_to_end;
+use crate::measure::{Bed, energy};
 use crate::model::Model;
 use crate::scene::Scene;
-use crate::tables::{Punch, Snapshot, Stage, StopReason};
+use crate::tables::{Bodies, Punch, Snapshot, Stage, StopReason};
 
 /// How the native engine goes about it; none of it is physics.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,6 +75,7 @@ pub fn run(
         stage: start.stage,
         step: start.step,
         observer,
+        given: &start.bodies,
         energy_limit: 0.0,
         reports: Vec::new(),
     };
@@ -87,6 +89,7 @@ struct Runner<'a> {
     stage: Stage,
     step: u64,
     observer: &'a mut dyn Observer,
+    given: &'a Bodies,
     energy_limit: f64,
     reports: Vec<StageReport>,
 }
@@ -223,12 +226,12 @@ impl Runner<'_> {
     }
 
     fn energy_limit(&self) -> f64 {
-        let stored: f64 = self
-            .snapshot()
-            .contacts
-            .iter()
-            .map(|contact| 0.5 * contact.normal_force * contact.overlap)
-            .sum();
+        let snapshot = self.snapshot();
+        let bed = Bed {
+            bodies: &snapshot.bodies,
+            contacts: &snapshot.contacts,
+        };
+        let stored = energy::elastic(self.scene, bed);
         let by_punch = self.scene.target_force() * self.scene.loading.give_up_depth;
         let Dynamics {
             state, constants, ..
@@ -241,8 +244,14 @@ impl Runner<'_> {
         self.observer.snapshot(&snapshot);
     }
 
+    /// With the sizes that were given, whatever fault the step computes with.
     fn snapshot(&self) -> Snapshot {
-        self.dynamics.snapshot(self.stage, self.step)
+        let mut snapshot = self.dynamics.snapshot(self.stage, self.step);
+        let bodies = &mut snapshot.bodies;
+        bodies.radius.clone_from(&self.given.radius);
+        bodies.mass.clone_from(&self.given.mass);
+        bodies.inertia.clone_from(&self.given.inertia);
+        snapshot
     }
 
     fn outcome(self, settled: Option<Snapshot>) -> Outcome {

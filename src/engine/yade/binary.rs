@@ -151,7 +151,7 @@ fn contact(row: &[f64], ids: BodyIds) -> Option<Contact> {
     let (nx, nz, fx, fz) = (row[3], row[4], row[5], row[6]);
     Some(Contact {
         id1: id(row[0])?,
-        id2: id(row[1])?,
+        id2: id(row[1]).filter(|id| ids.is_grain(*id))?,
         overlap: row[2],
         normal_force: fx * nx + fz * nz,
         tangential_force: fz * nx - fx * nz,

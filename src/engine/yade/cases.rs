@@ -9,7 +9,7 @@ use serde::Deserialize;
 use super::binary::{MomentLine, Tables};
 use super::{Options, YadeError, child, find, job, nonsense, unsupported};
 use crate::engine::Observer;
-use crate::engine::case::{Case, Effective};
+use crate::engine::case::{Case, Effective, Load};
 use crate::files::read_text;
 use crate::tables::{BodyIds, Snapshot, Stage};
 
@@ -29,12 +29,16 @@ pub struct CaseInYade {
     pub effective: Effective,
     /// The state at each moment of the case.
     pub track: Vec<Snapshot>,
+    /// Force and torque summed on each grain at each moment; empty for large cases.
+    pub loads: Vec<Vec<Load>>,
 }
 
 #[derive(Deserialize)]
 struct CaseLine {
     case: usize,
     step: u64,
+    #[serde(default)]
+    loads: Option<Vec<Load>>,
     #[serde(flatten)]
     moment: MomentLine,
 }
@@ -90,6 +94,7 @@ fn read(work: &Path, cases: &[&Case]) -> Result<Vec<CaseInYade>, YadeError> {
             return Err(nonsense(format!("case {index} is not where it should be")));
         }
         let mut track = Vec::with_capacity(case.moments.len());
+        let mut loads = Vec::new();
         for &step in &case.moments {
             let line: CaseLine = parse(&next(&case.name)?)?;
             if (line.case, line.step) != (index, step) {
@@ -99,14 +104,26 @@ fn read(work: &Path, cases: &[&Case]) -> Result<Vec<CaseInYade>, YadeError> {
                 )));
             }
             track.push(snapshot(&mut tables, &line, case)?);
+            loads.extend(loads_of(line.loads, case)?);
         }
         all.push(CaseInYade {
             effective: line.parameters,
             track,
+            loads,
         });
     }
     tables.at_end()?;
     Ok(all)
+}
+
+/// The loads of a moment, which a small case must have for every grain.
+fn loads_of(loads: Option<Vec<Load>>, case: &Case) -> Result<Option<Vec<Load>>, YadeError> {
+    let wanted = case.bodies.len() <= job::MOST_LOADED;
+    match &loads {
+        None if !wanted => Ok(None),
+        Some(rows) if wanted && rows.len() == case.bodies.len() => Ok(loads),
+        _ => Err(nonsense(format!("{}: loads of other grains", case.name))),
+    }
 }
 
 fn parse<'a, T: Deserialize<'a>>(line: &'a str) -> Result<T, YadeError> {

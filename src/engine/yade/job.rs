@@ -108,6 +108,7 @@ struct JobCase<'a> {
     bodies: Vec<[f64; 8]>,
     punch: Option<CasePunch>,
     moments: &'a [u64],
+    loads: bool,
     verlet_distance: f64,
 }
 
@@ -121,6 +122,9 @@ struct CasePunch {
 
 /// `verletDist` of a case over its smallest radius; in sorted mode the bits do not depend on it.
 const VERLET_OVER_RADIUS: f64 = 0.1;
+
+/// Grains of the largest case whose summed forces and torques are written too.
+pub const MOST_LOADED: usize = 200;
 
 /// Writes script and cases into `work`.
 pub fn write_cases(work: &Path, cases: &[&Case]) -> Result<(), YadeError> {
@@ -159,6 +163,7 @@ fn job_case(case: &Case) -> JobCase<'_> {
             start: punch.start,
         }),
         moments: &case.moments,
+        loads: of.len() <= MOST_LOADED,
         verlet_distance: VERLET_OVER_RADIUS * smallest,
     }
 }
