@@ -9,13 +9,17 @@ pub mod recording;
 
 use std::path::{Path, PathBuf};
 
+use serde::Deserialize;
+
 use crate::engine::moments;
 use crate::files::{FileError, read_text, write_folder, write_whole};
 use crate::measure::Bed;
 use crate::measure::history::HistoryRow;
+use crate::model::Model;
 use crate::scene::{Scene, SceneError, read_scene};
 use crate::tables::text::{self, TableError};
 use crate::tables::{Bodies, Contact, Snapshot, Stage};
+
 use record::{RECORD_VERSION, RunRecord, TraceRow};
 
 /// Grains and contacts at one moment.
@@ -87,6 +91,12 @@ const MOST_MOMENTS: u64 = 1 << 20;
 /// The most grains that a trace may follow.
 const MOST_MARKED: u64 = 200;
 
+/// Looked at before the rest, which another version may not have.
+#[derive(Deserialize)]
+struct Versioned {
+    version: u32,
+}
+
 impl RunFolder {
     /// Writes the folder aside and renames it into place; `path` must not exist.
     pub fn write(&self, path: &Path) -> Result<(), FolderError> {
@@ -147,14 +157,14 @@ impl RunFolder {
         };
         let record_path = path.join("run.json");
         let record_text = read_text(&record_path, LARGEST_RECORD)?;
-        let record: RunRecord = serde_json::from_str(&record_text)
-            .map_err(|error| wrong(format!("run.json: {error}")))?;
-        if record.version != RECORD_VERSION {
+        let broken = |error: serde_json::Error| wrong(format!("run.json: {error}"));
+        let Versioned { version } = serde_json::from_str(&record_text).map_err(broken)?;
+        if !(1..=RECORD_VERSION).contains(&version) {
             return Err(wrong(format!(
-                "run.json has version {}, this program reads version {RECORD_VERSION}",
-                record.version
+                "run.json has version {version}, this program reads versions 1 to {RECORD_VERSION}"
             )));
         }
+        let record: RunRecord = serde_json::from_str(&record_text).map_err(broken)?;
         let scene_path = path.join("scene.json");
         let scene = read_scene(&scene_path).map_err(|source| FolderError::Scene {
             path: scene_path,
@@ -182,6 +192,11 @@ impl RunFolder {
         let initial = bodies_in("initial.csv")?;
         if initial.digest() != record.initial_digest {
             return Err(wrong("initial.csv is not the start of run.json".to_owned()));
+        }
+        if initial.rotate() != Model::of(&scene).law.rotates() {
+            return Err(wrong(
+                "initial.csv and scene.json do not agree on whether grains rotate".to_owned(),
+            ));
         }
         let moment_in = |prefix: &str| -> Result<Moment, FolderError> {
             let bodies = bodies_in(&format!("{prefix}bodies.csv"))?;

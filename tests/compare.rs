@@ -257,3 +257,57 @@ fn other_sizes_or_masses_are_found() {
     let table = &comparison.tables[0];
     assert_eq!((table.differing, table.numbers), (1, 600));
 }
+
+/// Contacts with friction remember, so runs are taken up at their start; a row of every step, whose forces
+/// differ before its grains do, is no hindrance.
+#[test]
+fn faults_in_friction_are_found_with_their_step() {
+    let mut scene = crossgrain::verify::trajectories::rough(100);
+    scene.measurement.history_every = 1;
+    let protocol = Protocol::Steps { steps: 2500 };
+    let good = native_run(&scene, sound(), protocol);
+    for fault in [
+        "stiffness=1e-12",
+        "shear-stiffness=1e-9",
+        "friction=1e-9",
+        "density=1e-9",
+        "inertia=1e-9",
+        "radius=1e-9",
+        "start=half-step",
+    ] {
+        let bad = native_run(&scene, faulty(fault), protocol);
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        bad.write(&folder.path().join("bad")).expect("writable");
+        RunFolder::read(&folder.path().join("bad")).expect("a folder that belongs together");
+        let comparison = located(&good, &bad);
+        let found = comparison.first_difference;
+        assert!(found.is_some(), "{fault}: {:?}", comparison.checks);
+    }
+}
+
+/// The step at which a grain first bears three forces is that of the run, whatever contacts remember.
+#[test]
+fn three_forces_on_a_rough_grain_are_counted_in_the_run_itself() {
+    let scene = crossgrain::verify::trajectories::rough(100);
+    let protocol = Protocol::Steps { steps: 4000 };
+    let run = native_run(&scene, sound(), protocol);
+    let common = CommonStart::of(&run, &run, None).expect("a run that goes on");
+    let first = common.three_forces.expect("three forces within the run");
+    assert!(first > 500, "{first}: beyond the first piece");
+    let case = crossgrain::engine::case::Case {
+        name: "the run itself".to_owned(),
+        model: crossgrain::model::Model::of(&scene),
+        bodies: run.initial.clone(),
+        punch: None,
+        moments: vec![first - 1, first],
+    };
+    let track = crossgrain::engine::native::run_case(&case, None).expect("a run");
+    let most = |moment: &crossgrain::tables::Snapshot| {
+        let on = |id: u32| {
+            let touches = |c: &&crossgrain::tables::Contact| c.id1 == id || c.id2 == id;
+            moment.contacts.iter().filter(touches).count()
+        };
+        (0..100).map(on).max().unwrap_or(0)
+    };
+    assert!(most(&track[0]) < 3 && most(&track[1]) >= 3);
+}

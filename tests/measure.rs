@@ -7,7 +7,7 @@ use crossgrain::measure::porosity::{self, Window};
 use crossgrain::measure::{
     Bed, cells, control_stress, coordination, energy, extensive_stress, height, unbalanced_force,
 };
-use crossgrain::scene::{Scene, paper_scene};
+use crossgrain::scene::{Scene, Tension, Viscosity, paper_scene};
 use crossgrain::tables::{Bodies, Contact};
 
 fn contact(id1: u32, id2: u32, normal: [f64; 2], force: f64, point: [f64; 2]) -> Contact {
@@ -170,10 +170,36 @@ fn a_standing_square_packing_bears_its_weight_in_its_stress() {
     assert_approx_eq!(coordination.mean, (4.0 * 570.0 + 3.0 * 30.0) / 600.0, 1e-12);
     assert_approx_eq!(coordination.rattler_share, 0.0);
     assert!(unbalanced_force::of(&scene, bed).expect("contacts") < 1e-12);
-    assert_approx_eq!(
-        energy::elastic(&contacts[..1]),
-        0.5 * 20.0 * weight * 1e-6,
-        1e-12
+    let one = Bed {
+        bodies: &bodies,
+        contacts: &contacts[..1],
+    };
+    let stored = energy::elastic(&scene, one);
+    assert_approx_eq!(stored, 0.5 * 20.0 * weight * 1e-6, 1e-12);
+    // With friction the tangential spring of 2 N stores ½·F²/k_s more.
+    let mut rough = scene.clone();
+    rough.material.friction_angle = 0.5;
+    rough.material.stiffness_ratio = 0.25;
+    let mut sheared = contacts[0];
+    sheared.tangential_force = 2.0;
+    let one = Bed {
+        bodies: &bodies,
+        contacts: &[sheared],
+    };
+    let k_s = 0.25 * scene.material.youngs_modulus * 0.005;
+    let more = energy::elastic(&rough, one) - stored;
+    assert!((more / (2.0 / k_s) - 1.0).abs() < 1e-9, "{more}");
+    // With dashpots the force is not the spring's alone: ½k_n u².
+    let mut damped = scene.clone();
+    damped.contact.viscosity = Viscosity::Dashpot {
+        c_n: 1.0,
+        tension: Tension::Clipped,
+    };
+    let of_spring = 0.5 * scene.material.youngs_modulus * 0.005 * 1e-12;
+    let found = energy::elastic(&damped, one);
+    assert!(
+        (found / of_spring - 1.0).abs() < 1e-9,
+        "{found} {of_spring}"
     );
 }
 

@@ -8,8 +8,8 @@ use crate::measure;
 use crate::model::terms::ModelRecord;
 use crate::tables::{Stage, StopReason};
 
-/// The version of `run.json` that this program writes and reads.
-pub const RECORD_VERSION: u32 = 1;
+/// The version of `run.json` that this program writes; it reads all before it. Version 2 has the model.
+pub const RECORD_VERSION: u32 = 2;
 
 /// Which engine ran, as it is recorded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -31,8 +31,8 @@ pub enum Kernel {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelRecord {
-    /// The kernel that computes the contacts.
-    pub kernel: Kernel,
+    /// The kernel of the native engine that computes the contacts; none for another engine.
+    pub kernel: Option<Kernel>,
     /// The terms that may be in or out.
     pub terms: Vec<Term>,
 }
@@ -49,8 +49,8 @@ impl Kernel {
 }
 
 impl ModelRecord {
-    /// What this scene pays for.
-    pub fn of(scene: &Scene) -> Self {
+    /// What this scene pays for, in the native engine or in another.
+    pub fn of(scene: &Scene, native: bool) -> Self {
         let law = super::Model::of(scene).law;
         let angle = law.friction_angle;
         let alpha = scene.damping.alpha();
@@ -75,7 +75,7 @@ impl ModelRecord {
             "contact.viscosity.kind = none"
         };
         ModelRecord {
-            kernel: Kernel::of(&law),
+            kernel: native.then(|| Kernel::of(&law)),
             terms: vec![
                 term("normal spring", true, "every contact has one".to_owned()),
                 term(

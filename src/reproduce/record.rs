@@ -13,7 +13,7 @@ use crate::verify::ladder::Climbers;
 use crate::verify::record::{Options, Verification};
 
 /// The version of the reproduction's `run.json`.
-pub const REPRODUCTION_VERSION: u32 = 1;
+pub const REPRODUCTION_VERSION: u32 = 2;
 
 /// Grains of the longest trajectories of the ladder in the main job; `crossgrain verify` has all.
 const LADDER_GRAINS: u32 = 500;

@@ -243,6 +243,31 @@ fn derived(scene: &Scene, found: &mut Findings) {
             &format!("a {what} that is a normal number above 0"),
         );
     }
+    let tangential = scene.material.stiffness_ratio * scene.material.youngs_modulus * radius;
+    let Cloud::JitteredLattice { spin, .. } = scene.cloud;
+    let dt = scene.time_step_seconds();
+    found.unless(
+        tangential.is_normal(),
+        "/material/stiffness_ratio",
+        &scene.material.stiffness_ratio,
+        "a ratio for which k_s = E·R·(k_s/k_n) is a normal number above 0",
+    );
+    found.unless(
+        spin * dt <= 1.0,
+        "/cloud/spin",
+        &spin,
+        "a spin of at most one radian a step",
+    );
+    if let Viscosity::Dashpot { c_n, .. } = scene.contact.viscosity {
+        let lightest = 0.5 * scene.grain_mass(smallest);
+        found.unless(
+            c_n * dt <= lightest,
+            "/contact/viscosity/c_n",
+            &c_n,
+            "a dashpot that takes no more than the approach speed of the two lightest grains in a \
+             step: c_n·dt ≤ m_eff",
+        );
+    }
     let stride = scene.loading.speed * scene.time_step_seconds();
     found.unless(
         stride <= LONGEST_STRIDE * radius,

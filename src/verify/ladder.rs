@@ -162,13 +162,14 @@ impl Ladder {
 
     /// Native against what YADE made of the parity rungs.
     pub fn compare(&self, in_yade: &[InYade]) -> Vec<Climbed> {
-        let climb = |(rung, yade): (&ParityRung, &InYade)| match both(&rung.case, !yade.loads.is_empty()) {
-            Ok((track, loads)) => {
-                let lines = parity::judge(rung, &track, &loads, yade);
-                of_parity(rung, verdict(&lines), String::new(), lines)
-            }
-            Err(error) => of_parity(rung, Verdict::Fail, error.to_string(), Vec::new()),
-        };
+        let climb =
+            |(rung, yade): (&ParityRung, &InYade)| match both(&rung.case, !yade.loads.is_empty()) {
+                Ok((track, loads)) => {
+                    let lines = parity::judge(rung, &track, &loads, yade);
+                    of_parity(rung, verdict(&lines), String::new(), lines)
+                }
+                Err(error) => of_parity(rung, Verdict::Fail, error.to_string(), Vec::new()),
+            };
         self.parity.iter().zip(in_yade).map(climb).collect()
     }
 
@@ -270,23 +271,31 @@ pub fn verdict(lines: &[Line]) -> Verdict {
     }
 }
 
-/// The rounding errors as a rung, or why they were not measured.
-pub fn of_precision(errors: Result<&[precision::Errors], String>) -> Climbed {
-    let (lines, reason) = match errors {
-        Ok(errors) => (precision::lines(errors), String::new()),
-        Err(reason) => (Vec::new(), reason),
+/// Why rounding errors were not measured.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Unmeasured {
+    /// There is no YADE of that precision.
+    Missing(String),
+    /// There is one, and it failed.
+    Failed(String),
+}
+
+/// The rounding errors as a rung.
+pub fn of_precision(errors: Result<&[precision::Errors], &Unmeasured>) -> Climbed {
+    let (found, reason, lines) = match errors {
+        Ok(errors) => {
+            let lines = precision::lines(errors);
+            (verdict(&lines), String::new(), lines)
+        }
+        Err(Unmeasured::Missing(reason)) => (Verdict::NotMade, reason.clone(), Vec::new()),
+        Err(Unmeasured::Failed(reason)) => (Verdict::Fail, reason.clone(), Vec::new()),
     };
-    let made = reason.is_empty();
     Climbed {
         name: "precision".to_owned(),
         title: "rounding errors of both engines against 128-bit arithmetic".to_owned(),
         group: Group::Precision,
         engine: BOTH.to_owned(),
-        verdict: if made {
-            verdict(&lines)
-        } else {
-            Verdict::NotMade
-        },
+        verdict: found,
         reason,
         inapplicable: false,
         lines,

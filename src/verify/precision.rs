@@ -159,5 +159,14 @@ pub fn lines(errors: &[Errors]) -> Vec<Line> {
             ));
         }
     }
+    let compared = lines.len() - errors.len();
+    lines.push(Line {
+        quantity: "moments at which precisions were compared, 0 if any".to_owned(),
+        unit: "1".to_owned(),
+        value: if compared > 0 { 0.0 } else { f64::NAN },
+        expected: 0.0,
+        tolerance: 0.0,
+        basis: "without one nothing says that the errors are rounding".to_owned(),
+    });
     lines
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::ladder::{self, Climbed, ClimbedInYade, Climbers, Ladder};
+use super::ladder::{self, Climbed, ClimbedInYade, Climbers, Ladder, Unmeasured};
 use super::limits::{FromYade, Limits, limits};
 use super::precision::{self, Errors, Precisions};
 use super::{Group, Line};
@@ -121,13 +121,15 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Erro
                 .map_err(|error| Error::Engine(error.into()))?;
         }
         let found = measured.as_ref().map(|_| errors.as_slice());
-        rungs.push(ladder::of_precision(found.map_err(Clone::clone)));
+        rungs.push(ladder::of_precision(found));
         precisions = measured.ok();
     } else if let Ok(climbed) = &in_yade {
         rungs.extend(climbed.solo.iter().cloned());
     } else if let (Err(reason), Climbers::Yade | Climbers::Both) = (&in_yade, options.engine) {
         rungs.extend(ladder.without_yade(reason));
-        rungs.push(ladder::of_precision(Err(reason.clone())));
+        rungs.push(ladder::of_precision(Err(&Unmeasured::Missing(
+            reason.clone(),
+        ))));
     }
     let from_yade = FromYade {
         parity: in_yade.as_ref().map_or(&[], |of| of.parity.as_slice()),
@@ -184,7 +186,7 @@ fn climb_yade(
 fn precisions_in_yade(
     options: &Options,
     display: &Display,
-) -> Result<Result<Precisions, String>, Error> {
+) -> Result<Result<Precisions, Unmeasured>, Error> {
     let task = display.task("rounding errors");
     match precision::run(precision::case(options.grains), &options.yade) {
         Ok(precisions) => {
@@ -193,9 +195,16 @@ fn precisions_in_yade(
         }
         Err(error @ YadeError::Missing(_)) => {
             task.done("this YADE has no build of that precision");
-            Ok(Err(error.to_string()))
+            Ok(Err(Unmeasured::Missing(error.to_string())))
         }
-        Err(error) => Err(Error::Engine(error.into())),
+        Err(error @ (YadeError::Interrupted | YadeError::File(_))) => {
+            Err(Error::Engine(error.into()))
+        }
+        // What the other rungs have shown is not lost with it.
+        Err(error) => {
+            task.done("a build of YADE failed");
+            Ok(Err(Unmeasured::Failed(error.to_string())))
+        }
     }
 }
 

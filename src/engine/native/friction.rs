@@ -55,6 +55,8 @@ pub struct Action {
 pub struct ContactRules {
     /// Whether contacts bear tangential forces.
     pub friction: bool,
+    /// Whether grains turn.
+    pub rotates: bool,
     /// tan²φ.
     pub tan_squared: f64,
     /// Whether contacts have dashpots.
@@ -77,6 +79,7 @@ impl ContactRules {
         let tangent = law.friction_angle.tan();
         ContactRules {
             friction: law.has_friction(),
+            rotates: law.rotates(),
             tan_squared: tangent * tangent,
             dashpots: law.has_dashpots(),
             tension: match law.contact.viscosity {
@@ -113,7 +116,7 @@ impl ContactRules {
         ];
         Action {
             force,
-            torques: if self.friction {
+            torques: if self.rotates {
                 self.torques(touch, force, one, two)
             } else {
                 [0.0; 2]
