@@ -1,7 +1,8 @@
 //! crossgrain: a validation harness for discrete-element engines.
 //!
 //! Data flows one way, and imports point back along it only:
-//! scene → generate → engine (native | yade) → measure → folder → run → compare → reproduce → report.
+//! scene → model → generate → engine (native | yade) → measure → folder → progress → run → paper → compare → error → verify →
+//! reproduce → report → cli.
 //! `docs/architecture.md` says what stands where.
 
 pub mod files;
@@ -22,6 +23,8 @@ pub mod measure;
 
 pub mod folder;
 
+pub mod progress;
+
 pub mod run;
 
 pub mod paper;
@@ -29,8 +32,6 @@ pub mod paper;
 pub mod compare;
 
 pub mod error;
-
-pub mod progress;
 
 pub mod verify;
 

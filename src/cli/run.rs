@@ -50,8 +50,8 @@ pub struct Arguments {
     /// The run folder to write; must not exist
     #[arg(long)]
     out: PathBuf,
-    /// Native: put in a deliberate fault, such as stiffness=1e-12, gravity=S, damping=S, wall=S,
-    /// wall=missing or sums=reversed
+    /// Native: put in a deliberate fault, such as stiffness=1e-12, friction=S, time-step=S, wall=missing or
+    /// sums=reversed; a wrong one is answered with all that there are
     #[arg(long)]
     perturb: Option<Perturbation>,
     #[command(flatten)]

@@ -97,7 +97,12 @@ impl DiscFigures {
 
 /// Climbs the ladder as asked.
 pub fn verify(options: &Options, display: &Display) -> Result<Verification, Error> {
-    let ladder = Ladder::new(options.grains);
+    // Trajectories are for comparing, and their beds have to be poured first.
+    let most_grains = match options.engine {
+        Climbers::Both => options.grains,
+        Climbers::Native | Climbers::Yade => 0,
+    };
+    let ladder = Ladder::new(most_grains);
     let mut rungs = Vec::new();
     if options.engine != Climbers::Yade {
         let task = display.task("native rungs");
