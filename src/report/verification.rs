@@ -196,13 +196,13 @@ fn table(verification: &Verification) -> Option<Table<'_>> {
         name: &row.rung,
         cells: row.limits.iter().map(cell).collect(),
         alarms: format!(
-            "{} of {}, {}",
+            "{}/{} {}",
             row.false_alarms,
             row.sound_runs,
             match row.sound {
-                Sound::OtherStarts => "other starts",
-                Sound::OtherStiffness => "other stiffness",
-                Sound::OtherLists => "other lists",
+                Sound::OtherStarts => "starts",
+                Sound::OtherStiffness => "stiffness",
+                Sound::OtherLists => "lists",
             }
         ),
     });
