@@ -284,7 +284,7 @@ impl DiscField {
 }
 
 /// The disc of Figure 4: R = 1 m, vertical forces of 1 N/m, horizontal ones of 0.5 N/m.
-pub fn figure_4() -> DiscField {
+pub fn figure_4() -> Result<DiscField, DiscFieldError> {
     let push = |angle: f64, force: f64| RimForce {
         angle,
         radial: -force,
@@ -296,7 +296,7 @@ pub fn figure_4() -> DiscField {
         push(0.0, 0.5),
         push(PI, 0.5),
     ];
-    DiscField::new(1.0, &forces, [0.0; 2]).expect("opposite forces balance")
+    DiscField::new(1.0, &forces, [0.0; 2])
 }
 
 /// −(2/π)(F·r̂)/r r̂⊗r̂, Pa.

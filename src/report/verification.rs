@@ -97,6 +97,7 @@ fn render(verification: &Verification, template: &str) -> Result<String, Error> 
     environment
         .add_template("verification_page.html", PAGE)
         .map_err(failed)?;
+    let field = figure_4().map_err(|error| Error::Report(error.to_string()))?;
     let page = Page {
         v: verification,
         word: match verification.verdict {
@@ -106,7 +107,7 @@ fn render(verification: &Verification, template: &str) -> Result<String, Error> 
         },
         rungs: rows(&verification.rungs),
         table: table(verification),
-        disc: disc_field::picture(&figure_4()),
+        disc: disc_field::picture(&field),
         errors: errors(&verification.errors)?,
         style: super::STYLE,
         missing: missing(verification),

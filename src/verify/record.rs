@@ -223,7 +223,9 @@ fn measure_limits(ladder: &Ladder, in_yade: FromYade<'_>, display: &Display) -> 
 }
 
 fn disc_figures() -> Result<DiscFigures, Error> {
-    DiscFigures::of(&figure_4()).map_err(|error| Error::Report(error.to_string()))
+    figure_4()
+        .and_then(|field| DiscFigures::of(&field))
+        .map_err(|error| Error::Report(error.to_string()))
 }
 
 fn of_limits(limits: &Limits) -> Climbed {

@@ -41,7 +41,8 @@ impl Touch {
     }
 }
 
-/// Stiffness of two springs in series, N/m: 2 k_a k_b/(k_a + k_b).
+/// Stiffness of two grains' springs k = E·R in series, N/m: 2 k_a k_b/(k_a + k_b), which for equal moduli is Eq. 4,
+/// k_n = 2E R_i R_j/(R_i + R_j). A flat body counts as a grain of the same radius.
 pub fn in_series(a: f64, b: f64) -> f64 {
     2.0 * a * b / (a + b)
 }
@@ -49,12 +50,6 @@ pub fn in_series(a: f64, b: f64) -> f64 {
 /// The same of a/2 and b/2 by way of the compliances: 1/(1/a + 1/b).
 pub fn compliances_in_series(a: f64, b: f64) -> f64 {
     1.0 / (1.0 / a + 1.0 / b)
-}
-
-/// Normal stiffness of two grains, N/m: k_n = 2 k_a k_b/(k_a + k_b) with k = E·R, which for equal
-/// moduli is Eq. 4, k_n = 2E R_i R_j/(R_i + R_j). A flat body counts as a grain of the same radius.
-pub fn normal_stiffness(modulus: f64, radius1: f64, radius2: f64) -> f64 {
-    in_series(modulus * radius1, modulus * radius2)
 }
 
 /// Two grains: u_n = R_1 + R_2 − d, n along the line of centres.

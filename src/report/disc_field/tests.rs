@@ -29,7 +29,7 @@ fn no_forces() -> DiscField {
 
 #[test]
 fn every_number_draws_and_the_picture_is_small() {
-    for field in [figure_4(), a_grain(), no_forces()] {
+    for field in [figure_4().expect("balances"), a_grain(), no_forces()] {
         let svg = picture(&field);
         for wrong in ["NaN", "inf", "-0.0 ", "−0<"] {
             assert!(!svg.contains(wrong), "{wrong}");
@@ -41,7 +41,7 @@ fn every_number_draws_and_the_picture_is_small() {
 
 #[test]
 fn the_averages_stand_beside_the_curves() {
-    let svg = picture(&figure_4());
+    let svg = picture(&figure_4().expect("balances"));
     for label in [
         "disc: 0.6366",
         "control square: 0.7189",
@@ -56,8 +56,8 @@ fn only_what_is_clipped_is_hatched() {
     let hatched = |field: &DiscField, name: &str| {
         picture(field).contains(&format!("fill=\"url(#disc-field-{name})\""))
     };
-    assert!(hatched(&figure_4(), "above"));
-    assert!(!hatched(&figure_4(), "below"));
+    assert!(hatched(&figure_4().expect("balances"), "above"));
+    assert!(!hatched(&figure_4().expect("balances"), "below"));
     assert!(!hatched(&no_forces(), "above") && !hatched(&no_forces(), "below"));
 }
 
