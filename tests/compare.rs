@@ -258,16 +258,19 @@ fn other_sizes_or_masses_are_found() {
     assert_eq!((table.differing, table.numbers), (1, 600));
 }
 
-/// Contacts with friction remember, so runs are taken up at their start; a row of every step, whose forces
-/// differ before its grains do, is no hindrance.
+/// From rows far apart the search finds the very step that rows of every step show.
 #[test]
 fn faults_in_friction_are_found_with_their_step() {
-    let mut scene = crossgrain::verify::trajectories::rough(100);
-    scene.measurement.history_every = 1;
-    let protocol = Protocol::Steps { steps: 2500 };
-    let good = native_run(&scene, sound(), protocol);
+    let mut every_step = crossgrain::verify::trajectories::rough(100);
+    every_step.measurement.history_every = 1;
+    let mut seldom = every_step.clone();
+    seldom.measurement.history_every = 20;
+    let protocol = Protocol::Steps { steps: 1500 };
+    let run = |scene, options| native_run(scene, options, protocol);
+    let (good, sparse) = (run(&every_step, sound()), run(&seldom, sound()));
+    let mut late = 0;
     for fault in [
-        "stiffness=1e-12",
+        "stiffness=1e-15",
         "shear-stiffness=1e-9",
         "friction=1e-9",
         "density=1e-9",
@@ -275,14 +278,19 @@ fn faults_in_friction_are_found_with_their_step() {
         "radius=1e-9",
         "start=half-step",
     ] {
-        let bad = native_run(&scene, faulty(fault), protocol);
+        let bad = run(&every_step, faulty(fault));
+        let mut rows = good.history.iter().zip(&bad.history);
+        let first = rows.find(|(good, bad)| good.state != bad.state);
+        let first = first.expect("a difference").0.step;
+        late += u32::from(first > 20);
         let folder = tempfile::tempdir().expect("a temporary folder");
+        let bad = run(&seldom, faulty(fault));
         bad.write(&folder.path().join("bad")).expect("writable");
-        RunFolder::read(&folder.path().join("bad")).expect("a folder that belongs together");
-        let comparison = located(&good, &bad);
-        let found = comparison.first_difference;
-        assert!(found.is_some(), "{fault}: {:?}", comparison.checks);
+        let bad = RunFolder::read(&folder.path().join("bad")).expect("a folder in one piece");
+        let found = located(&sparse, &bad).first_difference;
+        assert_eq!(found.map(|found| found.step), Some(first), "{fault}");
     }
+    assert!(late > 0, "no difference after the first row");
 }
 
 /// The step at which a grain first bears three forces is that of the run, whatever contacts remember.
