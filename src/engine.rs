@@ -33,6 +33,8 @@ pub struct Start {
 /// Where a run ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Until {
+    /// At the end of settling; the rule of the scene ends it.
+    EndOfSettling,
     /// At the end of loading; the rules of the scene end each stage.
     EndOfLoading,
     /// After exactly so many steps of the stage that it starts in, counted from the stage's start.
@@ -50,6 +52,14 @@ impl Task {
                 punch: None,
             },
             until: Until::EndOfLoading,
+        }
+    }
+
+    /// Pouring until the bed has settled.
+    pub fn settle(initial: Bodies) -> Self {
+        Task {
+            until: Until::EndOfSettling,
+            ..Task::whole(initial)
         }
     }
 

@@ -4,6 +4,7 @@ pub mod chart;
 pub mod disc_field;
 pub mod packing;
 pub mod page;
+mod shell;
 pub mod verification;
 
 /// The style of all pages.

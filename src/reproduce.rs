@@ -129,10 +129,7 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
 }
 
 fn native_engine() -> Engine {
-    Engine::Native(native::Options {
-        skin: None,
-        perturbation: None,
-    })
+    Engine::Native(native::Options::default())
 }
 
 struct Job<'a> {

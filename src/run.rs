@@ -50,6 +50,7 @@ pub fn bare(
             let record = EngineRecord::Native {
                 version: env!("CARGO_PKG_VERSION").to_owned(),
                 perturbation: options.perturbation,
+                mode: options.mode,
             };
             Ok((outcome, record, String::new()))
         }
@@ -87,7 +88,7 @@ pub fn recorded(
         progress,
         steps: match task.until {
             Until::Step(steps) => Some(steps),
-            Until::EndOfLoading => None,
+            Until::EndOfSettling | Until::EndOfLoading => None,
         },
     };
     let (outcome, record, log) = bare(scene, engine, &task, work, &mut recorder)?;
@@ -161,6 +162,9 @@ pub fn command(engine: &Engine, protocol: Protocol) -> String {
             words += " --engine native";
             if let Some(fault) = options.perturbation {
                 words += &format!(" --perturb {fault}");
+            }
+            if !options.mode.is_exact() {
+                words += &format!(" --mode {}", options.mode.name());
             }
         }
         Engine::Yade(options) => {

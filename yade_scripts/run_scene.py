@@ -126,7 +126,8 @@ model.evaluate_at_start()
 
 go_on = True
 if start["stage"] == "settle":
-    go_on = run_stage("settle", start["step"], settle_rule) == "settled"
+    settled = run_stage("settle", start["step"], settle_rule) == "settled"
+    go_on = settled and not job["ends_settled"]
 if go_on:
     if model.punch is None:
         lower_punch()

@@ -54,6 +54,9 @@ pub struct Arguments {
     /// sums=reversed; a wrong one is answered with all that there are
     #[arg(long)]
     perturb: Option<Perturbation>,
+    /// Native: which promise it keeps
+    #[arg(long, value_enum, default_value = "exact")]
+    mode: native::Mode,
     #[command(flatten)]
     yade: YadeArguments,
     /// No progress
@@ -122,8 +125,9 @@ impl Arguments {
     fn engine(&self) -> Result<Engine, Error> {
         match self.engine {
             EngineName::Native => Ok(Engine::Native(native::Options {
-                skin: None,
                 perturbation: self.perturb,
+                mode: self.mode,
+                ..native::Options::default()
             })),
             EngineName::Yade if self.perturb.is_some() => Err(Error::Usage(
                 "--perturb puts a fault into the native engine; YADE has no such thing".to_owned(),

@@ -141,9 +141,12 @@ struct Side<'a> {
 impl<'a> Side<'a> {
     fn new(run: &'a RunFolder, limits: &yade::Options) -> Self {
         let engine = match &run.record.engine {
-            EngineRecord::Native { perturbation, .. } => Engine::Native(native::Options {
-                skin: None,
+            EngineRecord::Native {
+                perturbation, mode, ..
+            } => Engine::Native(native::Options {
                 perturbation: *perturbation,
+                mode: *mode,
+                ..native::Options::default()
             }),
             EngineRecord::Yade {
                 sorted,
@@ -210,10 +213,7 @@ impl Search<'_> {
         }
         let native = Side {
             scene: &run.scene,
-            engine: Engine::Native(native::Options {
-                skin: None,
-                perturbation: None,
-            }),
+            engine: Engine::Native(native::Options::default()),
         };
         let proved = |state: &Start| proof.is_none_or(|proof| state.bodies.digest() == proof);
         self.starts += 1;

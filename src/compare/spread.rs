@@ -122,10 +122,7 @@ pub fn of_twins(run: &RunFolder, done: &(dyn Fn() + Sync)) -> Result<Spread, Eng
             if twin >= TWINS {
                 return Ok(mine);
             }
-            let engine = Engine::Native(native::Options {
-                skin: None,
-                perturbation: None,
-            });
+            let engine = Engine::Native(native::Options::default());
             let start = nudged(&run.initial, twin as u64 + 1);
             // The native engine leaves nothing in its work folder.
             let nowhere = std::path::Path::new("");

@@ -14,6 +14,7 @@ mod general;
 mod health;
 mod history;
 mod kernel;
+mod mode;
 mod neighbours;
 pub mod perturb;
 mod stages;
@@ -21,5 +22,6 @@ mod state;
 
 pub use case::{CaseOptions, effective, loads, run_case, watch_case};
 pub use health::Trouble;
+pub use mode::Mode;
 pub use perturb::{Perturbation, PerturbationError};
 pub use stages::{NativeError, Options, first_contact_punch, run};

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::engine::StageReport;
-use crate::engine::native::Perturbation;
+use crate::engine::native::{Mode, Perturbation};
 use crate::measure;
 use crate::model::terms::ModelRecord;
 use crate::tables::{Stage, StopReason};
@@ -20,6 +20,9 @@ pub enum EngineRecord {
         version: String,
         /// The deliberate fault that was put in.
         perturbation: Option<Perturbation>,
+        /// Left out where it is the exact one.
+        #[serde(default, skip_serializing_if = "Mode::is_exact")]
+        mode: Mode,
     },
     /// Debian's YADE.
     Yade {
@@ -37,7 +40,7 @@ impl EngineRecord {
     /// Whether this run is meant to have the native engine's bits.
     pub fn keeps_order(&self) -> bool {
         match self {
-            EngineRecord::Native { .. } => true,
+            EngineRecord::Native { mode, .. } => mode.is_exact(),
             EngineRecord::Yade { sorted, .. } => *sorted,
         }
     }
@@ -53,12 +56,17 @@ impl EngineRecord {
     pub fn label(&self) -> String {
         match self {
             EngineRecord::Native {
-                perturbation: None, ..
-            } => "native".to_owned(),
-            EngineRecord::Native {
-                perturbation: Some(fault),
-                ..
-            } => format!("native with {fault}"),
+                perturbation, mode, ..
+            } => {
+                let mut words = "native".to_owned();
+                if !mode.is_exact() {
+                    words += &format!(", {} mode", mode.name());
+                }
+                if let Some(fault) = perturbation {
+                    words += &format!(" with {fault}");
+                }
+                words
+            }
             EngineRecord::Yade {
                 version,
                 sorted,

@@ -46,8 +46,8 @@ pub struct Chart {
     pub x: String,
     /// Label of the vertical axis.
     pub y: String,
-    /// Powers of ten on the vertical axis; points at or below zero are left out.
-    pub logarithmic: bool,
+    /// Powers of ten on the horizontal and the vertical axis; points at or below zero are left out there.
+    pub logarithmic: [bool; 2],
     /// Where the curves leave room for the names of the series.
     pub legend: Corner,
     /// In the order of drawing.
@@ -93,7 +93,9 @@ impl Chart {
     }
 
     fn shows(&self, point: &(f64, f64)) -> bool {
-        point.0.is_finite() && point.1.is_finite() && (!self.logarithmic || point.1 > 0.0)
+        let shown =
+            |value: f64, axis: usize| value.is_finite() && (!self.logarithmic[axis] || value > 0.0);
+        shown(point.0, 0) && shown(point.1, 1)
     }
 
     /// From the least to the largest of a coordinate; none if they are the same.
@@ -119,32 +121,44 @@ impl Chart {
             .margin(12)
             .x_label_area_size(44)
             .y_label_area_size(64);
-        if self.logarithmic {
-            let ys = (0.5 * ys.start)..(2.0 * ys.end);
-            let mut chart = builder
-                .build_cartesian_2d(xs, ys.log_scale())
-                .map_err(failed)?;
-            self.mesh_and_series(&mut chart, wanted, |y| format!("{y:.0e}"))
-        } else {
-            let room = 0.05 * (ys.end - ys.start);
-            let ys = (ys.start - room)..(ys.end + room);
-            let mut chart = builder.build_cartesian_2d(xs, ys).map_err(failed)?;
-            self.mesh_and_series(&mut chart, wanted, |y| plain(*y))
+        let power = |tick: &f64| format!("{tick:.0e}");
+        let decimal = |tick: &f64| plain(*tick);
+        let (low, high) = (ys.start, ys.end);
+        let room = 0.05 * (high - low);
+        let (open, decades) = ((low - room)..(high + room), (0.5 * low)..(2.0 * high));
+        match self.logarithmic {
+            [false, false] => {
+                let mut chart = builder.build_cartesian_2d(xs, open).map_err(failed)?;
+                self.mesh_and_series(&mut chart, wanted, decimal, decimal)
+            }
+            [false, true] => {
+                let decades = decades.log_scale();
+                let mut chart = builder.build_cartesian_2d(xs, decades).map_err(failed)?;
+                self.mesh_and_series(&mut chart, wanted, decimal, power)
+            }
+            [true, false] => {
+                let xs = wider(&xs).log_scale();
+                let mut chart = builder.build_cartesian_2d(xs, open).map_err(failed)?;
+                self.mesh_and_series(&mut chart, wanted, power, decimal)
+            }
+            [true, true] => {
+                let (xs, decades) = (wider(&xs).log_scale(), decades.log_scale());
+                let mut chart = builder.build_cartesian_2d(xs, decades).map_err(failed)?;
+                self.mesh_and_series(&mut chart, wanted, power, power)
+            }
         }?;
         area.present().map_err(failed)
     }
 
-    fn mesh_and_series<'a, Y>(
+    fn mesh_and_series<'a, X, Y>(
         &self,
-        chart: &mut ChartContext<
-            'a,
-            SVGBackend<'a>,
-            Cartesian2d<plotters::coord::types::RangedCoordf64, Y>,
-        >,
+        chart: &mut ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>,
         wanted: impl Fn(&(f64, f64)) -> bool,
-        label: impl Fn(&f64) -> String,
+        x_label: impl Fn(&f64) -> String,
+        y_label: impl Fn(&f64) -> String,
     ) -> Result<(), String>
     where
+        X: Ranged<ValueType = f64> + plotters::coord::ranged1d::ValueFormatter<f64>,
         Y: Ranged<ValueType = f64> + plotters::coord::ranged1d::ValueFormatter<f64>,
     {
         let failed = |error: DrawingAreaErrorKind<_>| format!("{error}");
@@ -152,8 +166,8 @@ impl Chart {
             .configure_mesh()
             .x_desc(self.x.as_str())
             .y_desc(self.y.as_str())
-            .x_label_formatter(&|x| plain(*x))
-            .y_label_formatter(&label)
+            .x_label_formatter(&x_label)
+            .y_label_formatter(&y_label)
             .label_style(("sans-serif", 13))
             .light_line_style(TRANSPARENT)
             .bold_line_style(BLACK.mix(0.12))
@@ -196,4 +210,9 @@ impl Chart {
 /// A tick's number without the noise of its last digits.
 fn plain(tick: f64) -> String {
     format!("{}", (tick * 1e9).round() / 1e9)
+}
+
+/// A little room at both ends of a logarithmic axis.
+fn wider(range: &std::ops::Range<f64>) -> std::ops::Range<f64> {
+    (0.8 * range.start)..(1.25 * range.end)
 }

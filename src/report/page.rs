@@ -1,10 +1,10 @@
 //! `report.html`: one page, self-contained, verdict first.
 
-use minijinja::Environment;
 use serde::Serialize;
 
 use super::chart::{BLUE, Chart, Corner, GREEN, Mark, Series, VERMILION};
 use super::packing;
+use super::shell::{self, Figure};
 use super::verification::part;
 use crate::compare::Verdict;
 use crate::compare::parting::Separation;
@@ -18,26 +18,10 @@ use crate::tables::Stage;
 
 const TEMPLATE: &str = include_str!("page.html");
 
-/// A picture or chart with its words.
-#[derive(Debug, Serialize)]
-struct Figure {
-    svg: String,
-    caption: String,
-}
-
 /// The page as HTML.
 pub fn render(reproduction: &Reproduction, runs: &Runs) -> Result<String, Error> {
-    let failed = |error: minijinja::Error| Error::Report(error.to_string());
-    let mut environment = Environment::new();
-    environment.add_filter("short", crate::paper::short);
-    environment.add_filter("exp", |value: f64| format!("{value:.2e}"));
-    environment
-        .add_template("page.html", TEMPLATE)
-        .map_err(failed)?;
-    let template = environment.get_template("page.html").map_err(failed)?;
     let page = Page {
         r: reproduction,
-        style: super::STYLE,
         word: match reproduction.verdict {
             Verdict::Pass => "Agreed",
             Verdict::Fail => "Different",
@@ -50,16 +34,13 @@ pub fn render(reproduction: &Reproduction, runs: &Runs) -> Result<String, Error>
         separation: separation(reproduction)?,
         ladder: reproduction.ladder.as_ref().map(part).transpose()?,
     };
-    template
-        .render(minijinja::value::Serde(&page))
-        .map_err(failed)
+    shell::render(&[("page.html", TEMPLATE)], &page)
 }
 
 /// What the template is given.
 #[derive(Debug, Serialize)]
 struct Page<'a> {
     r: &'a Reproduction,
-    style: &'static str,
     word: &'static str,
     summary: Summary,
     choices: Vec<Choice>,
@@ -198,7 +179,7 @@ fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
             Chart {
                 x: "time since pouring began, s".to_owned(),
                 y: "kinetic energy, J".to_owned(),
-                logarithmic: true,
+                logarithmic: [false, true],
                 legend: Corner::UpperRight,
                 series: column(Stage::Settle, |row| Some((row.time, row.kinetic_energy))),
             },
@@ -208,7 +189,7 @@ fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
             Chart {
                 x: "time since pouring began, s".to_owned(),
                 y: "unbalanced force".to_owned(),
-                logarithmic: true,
+                logarithmic: [false, true],
                 legend: Corner::UpperRight,
                 series: column(Stage::Settle, |row| {
                     row.unbalanced_force.map(|force| (row.time, force))
@@ -222,7 +203,7 @@ fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
             Chart {
                 x: "punch depth, mm".to_owned(),
                 y: "force on the punch, N".to_owned(),
-                logarithmic: false,
+                logarithmic: [false, false],
                 legend: Corner::UpperLeft,
                 series: column(Stage::Load, |row| {
                     row.punch_depth
@@ -270,7 +251,7 @@ fn separation(reproduction: &Reproduction) -> Result<Option<Figure>, Error> {
     let chart = Chart {
         x: "step of pouring".to_owned(),
         y: "largest separation over R".to_owned(),
-        logarithmic: true,
+        logarithmic: [false, true],
         legend: Corner::LowerRight,
         series: vec![
             series("native, YADE", BLUE, &partings.engines.curve),

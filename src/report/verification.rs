@@ -1,10 +1,10 @@
 //! The verification as a page, and as a part of the main report.
 
-use minijinja::Environment;
 use serde::Serialize;
 
 use super::chart::{BLUE, Chart, Corner, GREEN, Mark, Series, VERMILION};
 use super::disc_field;
+use super::shell;
 use crate::compare::Verdict;
 use crate::error::Error;
 use crate::paper::disc_field::figure_4;
@@ -26,7 +26,6 @@ struct Page<'a> {
     table: Option<Table<'a>>,
     disc: String,
     errors: Option<String>,
-    style: &'static str,
     /// Why rungs that need YADE were not made.
     missing: &'a str,
     /// Whether this is a page of its own.
@@ -77,26 +76,23 @@ struct Cell {
 
 /// A page of its own.
 pub fn page(verification: &Verification) -> Result<String, Error> {
-    render(verification, "verification_page.html")
+    let templates = [
+        ("verification.html", PART),
+        ("verification_page.html", PAGE),
+    ];
+    render(verification, &templates, true)
 }
 
 /// The part for the main report.
 pub fn part(verification: &Verification) -> Result<String, Error> {
-    render(verification, "verification.html")
+    render(verification, &[("verification.html", PART)], false)
 }
 
-fn render(verification: &Verification, template: &str) -> Result<String, Error> {
-    let failed = |error: minijinja::Error| Error::Report(error.to_string());
-    let mut environment = Environment::new();
-    environment.add_filter("exp", |value: f64| format!("{value:.2e}"));
-    environment.add_filter("number", number);
-    environment.add_filter("figures", |value: f64| format!("{value:.6}"));
-    environment
-        .add_template("verification.html", PART)
-        .map_err(failed)?;
-    environment
-        .add_template("verification_page.html", PAGE)
-        .map_err(failed)?;
+fn render(
+    verification: &Verification,
+    templates: &[(&str, &str)],
+    own_page: bool,
+) -> Result<String, Error> {
     let field = figure_4().map_err(|error| Error::Report(error.to_string()))?;
     let page = Page {
         v: verification,
@@ -109,23 +105,10 @@ fn render(verification: &Verification, template: &str) -> Result<String, Error> 
         table: table(verification),
         disc: disc_field::picture(&field),
         errors: errors(&verification.errors)?,
-        style: super::STYLE,
         missing: missing(verification),
-        own_page: template == "verification_page.html",
+        own_page,
     };
-    environment
-        .get_template(template)
-        .and_then(|template| template.render(minijinja::value::Serde(&page)))
-        .map_err(failed)
-}
-
-/// All digits, as a power of ten where zeros would be many.
-fn number(value: f64) -> String {
-    if value == 0.0 || (1.0e-4..1.0e7).contains(&value.abs()) {
-        value.to_string()
-    } else {
-        format!("{value:e}")
-    }
+    shell::render(templates, &page)
 }
 
 /// A row a rung, in the order in which they were first climbed.
@@ -246,7 +229,7 @@ fn errors(errors: &[Errors]) -> Result<Option<String>, Error> {
     let chart = Chart {
         x: "step of pouring".to_owned(),
         y: "largest error over R".to_owned(),
-        logarithmic: true,
+        logarithmic: [false, true],
         legend: Corner::LowerRight,
         series: vec![
             series("native", BLUE, Mark::Line, |of| of.native),

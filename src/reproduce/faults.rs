@@ -107,8 +107,8 @@ fn pour(
     steps: u64,
 ) -> Result<RunFolder, EngineError> {
     let engine = Engine::Native(native::Options {
-        skin: None,
         perturbation,
+        ..native::Options::default()
     });
     let protocol = Protocol::Steps { steps };
     // The native engine leaves nothing in its work folder.

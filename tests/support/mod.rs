@@ -51,18 +51,15 @@ pub fn frictional_scene() -> Scene {
 
 /// The native engine as it is.
 pub fn sound() -> native::Options {
-    native::Options {
-        skin: None,
-        perturbation: None,
-    }
+    native::Options::default()
 }
 
 /// The native engine with a fault.
 pub fn faulty(fault: &str) -> native::Options {
     let fault: Perturbation = fault.parse().expect("a fault that the engine knows");
     native::Options {
-        skin: None,
         perturbation: Some(fault),
+        ..native::Options::default()
     }
 }
 
@@ -94,7 +91,7 @@ pub fn native_outcome(scene: &Scene, task: &Task, skin: Option<f64>) -> (Outcome
     let mut keep = Keep::default();
     let options = native::Options {
         skin,
-        perturbation: None,
+        ..native::Options::default()
     };
     let outcome =
         native::run(scene, task, &options, &mut keep).expect("a native run that finishes");

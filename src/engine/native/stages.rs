@@ -7,6 +7,7 @@ use cpu_time::ThreadTime;
 use super::constants::Constants;
 use super::dynamics::Dynamics;
 use super::health::{self, Trouble};
+use super::mode::Mode;
 use super::perturb::Perturbation;
 use crate::engine::{Observer, Outcome, StageReport, Task, Until};
 use crate::interrupt::asked_to_end;
@@ -15,12 +16,14 @@ use crate::scene::Scene;
 use crate::tables::{Bodies, Punch, Snapshot, Stage, StopReason};
 
 /// How the native engine goes about it; none of it is physics.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
     /// Skin of the neighbour list, m; the bits do not depend on it. `None`: a share of the mean radius.
     pub skin: Option<f64>,
     /// A deliberate fault.
     pub perturbation: Option<Perturbation>,
+    /// Whether it keeps YADE's bits.
+    pub mode: Mode,
 }
 
 /// Signals and signs of trouble are looked for every so many steps.
@@ -98,11 +101,11 @@ impl Runner<'_> {
         let mut settled = None;
         let exactly = match task.until {
             Until::Step(step) => Some(step),
-            Until::EndOfLoading => None,
+            Until::EndOfSettling | Until::EndOfLoading => None,
         };
         if self.stage == Stage::Settle {
             let stop = self.stage_loop(exactly, Self::settle_rule)?;
-            if stop != StopReason::Settled {
+            if stop != StopReason::Settled || task.until == Until::EndOfSettling {
                 return Ok(self.outcome(None));
             }
             settled = Some(self.snapshot());

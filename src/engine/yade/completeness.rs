@@ -104,7 +104,8 @@ fn check_stages(task: &Task, stages: &[StageReport]) -> Result<(), YadeError> {
             }
             *end == stage
         }
-        (Until::EndOfLoading, Stage::Settle, [(Stage::Settle, MaxSteps)]) => true,
+        (Until::EndOfSettling, Stage::Settle, [(Stage::Settle, Settled | MaxSteps)])
+        | (Until::EndOfLoading, Stage::Settle, [(Stage::Settle, MaxSteps)]) => true,
         (
             Until::EndOfLoading,
             Stage::Settle,

@@ -42,6 +42,7 @@ struct Job {
     verlet_distance: f64,
     punch_half_depth: f64,
     until_step: Option<u64>,
+    ends_settled: bool,
     start: Start,
 }
 
@@ -67,8 +68,9 @@ pub fn write(work: &Path, scene: &Scene, task: &Task, options: &Options) -> Resu
         punch_half_depth: PUNCH_HALF_DEPTH,
         until_step: match task.until {
             Until::Step(step) => Some(step),
-            Until::EndOfLoading => None,
+            Until::EndOfSettling | Until::EndOfLoading => None,
         },
+        ends_settled: task.until == Until::EndOfSettling,
         start: Start {
             stage: task.start.stage,
             step: task.start.step,

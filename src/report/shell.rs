@@ -1,0 +1,48 @@
+//! What all pages share: head, style, and how numbers are written.
+
+use minijinja::Environment;
+use serde::Serialize;
+
+use super::STYLE;
+use crate::error::Error;
+
+const SHELL: &str = include_str!("shell.html");
+
+/// A picture or chart with its words.
+#[derive(Debug, Serialize)]
+pub struct Figure {
+    /// The SVG element.
+    pub svg: String,
+    /// What it shows.
+    pub caption: String,
+}
+
+/// Renders the last of these templates (name, text) with `page`; the others may be included in it. A page
+/// extends `shell.html`, which needs `word`, the title.
+pub fn render(templates: &[(&str, &str)], page: &impl Serialize) -> Result<String, Error> {
+    let failed = |error: minijinja::Error| Error::Report(error.to_string());
+    let mut environment = Environment::new();
+    environment.add_global("style", STYLE);
+    environment.add_filter("short", crate::paper::short);
+    environment.add_filter("exp", |value: f64| format!("{value:.2e}"));
+    environment.add_filter("number", number);
+    environment.add_filter("figures", |value: f64| format!("{value:.6}"));
+    let mut last = "shell.html";
+    for (name, text) in [(last, SHELL)].iter().chain(templates) {
+        environment.add_template(name, text).map_err(failed)?;
+        last = name;
+    }
+    environment
+        .get_template(last)
+        .and_then(|template| template.render(minijinja::value::Serde(page)))
+        .map_err(failed)
+}
+
+/// All digits, as a power of ten where zeros would be many.
+fn number(value: f64) -> String {
+    if value == 0.0 || (1.0e-4..1.0e7).contains(&value.abs()) {
+        value.to_string()
+    } else {
+        format!("{value:e}")
+    }
+}
