@@ -13,6 +13,7 @@ mod properties;
 mod tables;
 
 mod measure;
+mod modes;
 
 mod paper;
 

@@ -6,12 +6,14 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 
 use super::print;
-use crate::engine::native::{self, Perturbation};
+use crate::engine::native::{self, Perturbation, Trouble};
 use crate::engine::yade;
 use crate::error::{Error, exit};
 use crate::files::refuse_existing;
 use crate::folder::RunFolder;
 use crate::folder::record::Protocol;
+use crate::model::Model;
+use crate::model::terms::Kernel;
 use crate::progress::Display;
 use crate::run::Engine;
 use crate::run::kept::to_folder;
@@ -108,6 +110,12 @@ impl Arguments {
             scene.realization = seed;
         }
         refuse_existing(&self.out)?;
+        if !self.mode.is_exact() && Kernel::of(&Model::of(&scene).law) == Kernel::General {
+            let trouble = Trouble::OnlyExact {
+                mode: self.mode.name(),
+            };
+            return Err(Error::Usage(trouble.to_string()));
+        }
         let engine = self.engine()?;
         let protocol = match self.steps {
             Some(steps) => Protocol::Steps { steps },

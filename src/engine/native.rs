@@ -13,10 +13,12 @@ pub mod friction;
 mod general;
 mod health;
 mod history;
-mod kernel;
+mod integrate;
 mod mode;
 mod neighbours;
 pub mod perturb;
+mod rows;
+mod springs;
 mod stages;
 mod state;
 

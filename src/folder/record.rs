@@ -45,6 +45,14 @@ impl EngineRecord {
         }
     }
 
+    /// Whether this run does the exact mode's operations, in whatever order.
+    pub fn keeps_operations(&self) -> bool {
+        match self {
+            EngineRecord::Native { mode, .. } => mode.is_exact(),
+            EngineRecord::Yade { .. } => true,
+        }
+    }
+
     /// Version of the engine.
     pub fn version(&self) -> &str {
         match self {

@@ -271,6 +271,7 @@ impl Subject<'_> {
                 let options = CaseOptions {
                     fault: None,
                     skin_over_radius: 0.02 + 0.5 * uniform(&mut random),
+                    ..CaseOptions::default()
                 };
                 let mut cases = self.cases().to_vec();
                 match self.sound() {

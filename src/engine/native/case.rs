@@ -3,6 +3,8 @@
 use super::constants::Constants;
 use super::dynamics::Dynamics;
 use super::health::Trouble;
+use super::mode::Mode;
+use super::neighbours::Skin;
 use super::perturb::Perturbation;
 use super::stages::NativeError;
 use crate::engine::case::{Case, Effective, EffectiveContact, Load};
@@ -18,6 +20,8 @@ pub struct CaseOptions {
     pub fault: Option<Perturbation>,
     /// Skin of the neighbour list over the largest radius.
     pub skin_over_radius: f64,
+    /// Whether YADE's bits are kept.
+    pub mode: Mode,
 }
 
 impl Default for CaseOptions {
@@ -25,6 +29,7 @@ impl Default for CaseOptions {
         CaseOptions {
             fault: None,
             skin_over_radius: SKIN_OVER_RADIUS,
+            mode: Mode::Exact,
         }
     }
 }
@@ -140,7 +145,13 @@ fn start(case: &Case, options: &CaseOptions) -> Result<Dynamics, Trouble> {
     }
     let largest = bodies.radius.iter().copied().fold(0.0, f64::max);
     let skin = options.skin_over_radius * largest;
-    Dynamics::new(&bodies, case.punch, constants, skin)
+    Dynamics::new(
+        &bodies,
+        case.punch,
+        constants,
+        Skin::Fixed(skin),
+        options.mode,
+    )
 }
 
 fn error(step: u64, trouble: Trouble) -> NativeError {

@@ -3,8 +3,10 @@
 use super::constants::Constants;
 use super::general;
 use super::health::Trouble;
-use super::kernel;
-use super::neighbours::Neighbours;
+use super::integrate::{integrate, integrate_spins};
+use super::mode::Mode;
+use super::neighbours::{Neighbours, Skin};
+use super::springs::{self, single::Single};
 use super::state::{State, contact_row};
 use crate::model::terms::Kernel;
 use crate::tables::{Bodies, Contact, Punch, Snapshot, Stage};
@@ -22,8 +24,9 @@ pub struct Dynamics {
     half_step_to_come: bool,
     kernel: Kernel,
     rules: super::friction::ContactRules,
-    /// Force of each listed pair on its second grain, for the frictionless kernel.
-    pub(super) pair_force: Vec<[f64; 2]>,
+    mode: Mode,
+    /// For single mode alone.
+    single: Single,
 }
 
 impl Dynamics {
@@ -32,9 +35,13 @@ impl Dynamics {
         bodies: &Bodies,
         punch: Option<Punch>,
         constants: Constants,
-        skin: f64,
+        skin: Skin,
+        mode: Mode,
     ) -> Result<Self, Trouble> {
         let kernel = constants.kernel();
+        if kernel == Kernel::General && !mode.is_exact() {
+            return Err(Trouble::OnlyExact { mode: mode.name() });
+        }
         let mut dynamics = Dynamics {
             state: State::new(bodies, punch, kernel),
             kernel,
@@ -43,7 +50,8 @@ impl Dynamics {
             neighbours: Neighbours::new(skin),
             punch_is_new: false,
             half_step_to_come: false,
-            pair_force: Vec::new(),
+            mode,
+            single: Single::default(),
         };
         dynamics.list_neighbours()?;
         dynamics.evaluate_forces();
@@ -64,13 +72,14 @@ impl Dynamics {
             punch.centre[1] += punch.velocity * dt;
             punch.centre[1]
         });
-        let limit = self.neighbours.displacement_limit_squared(punch_height);
-        let reference = &self.neighbours.reference;
-        let within = kernel::integrate(&mut self.state, reference, dt, gravity, alpha, limit);
+        let fastest = integrate(&mut self.state, dt, gravity, alpha);
         if self.constants.law.rotates() {
-            kernel::integrate_spins(&mut self.state, dt, alpha);
+            integrate_spins(&mut self.state, dt, alpha);
         }
-        if !within {
+        let Dynamics {
+            state, neighbours, ..
+        } = self;
+        if !neighbours.hold(fastest, dt, &state.position, punch_height) {
             self.list_neighbours()?;
         }
         self.evaluate_forces();
@@ -81,9 +90,10 @@ impl Dynamics {
     pub fn list_neighbours(&mut self) -> Result<(), Trouble> {
         super::health::check(&self.state, &self.constants)?;
         self.neighbours.build(&self.state, &self.constants);
-        if self.kernel == Kernel::Frictionless {
-            self.pair_force
-                .resize(self.neighbours.other.len(), [0.0; 2]);
+        if self.mode == Mode::Single && self.kernel == Kernel::Frictionless {
+            let largest = self.state.radius.iter().copied().fold(0.0, f64::max);
+            self.single
+                .build(&self.state.position, &self.neighbours.rows, 2.0 * largest);
         }
         Ok(())
     }
@@ -99,9 +109,15 @@ impl Dynamics {
             );
             return;
         }
-        kernel::pair_forces(&self.state.position, &self.neighbours, &mut self.pair_force);
-        self.state.force.fill([0.0; 2]);
-        kernel::sum_pair_forces(&self.neighbours, &self.pair_force, &mut self.state.force);
+        let State {
+            position, force, ..
+        } = &mut self.state;
+        let rows = &self.neighbours.rows;
+        match self.mode {
+            Mode::Exact => springs::sum_forces::<false>(position, rows, force),
+            Mode::Free => springs::sum_forces::<true>(position, rows, force),
+            Mode::Single => self.single.sum_forces(position, rows, force),
+        }
         self.add_wall_forces();
         self.add_punch_forces();
     }

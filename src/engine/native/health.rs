@@ -11,6 +11,10 @@ pub enum Trouble {
     NotFinite { grain: u32 },
     #[error("grain {grain} has left the box: its centre is at x={x} m, z={z} m")]
     Lost { grain: u32, x: f64, z: f64 },
+    #[error(
+        "friction and dashpots are computed in exact mode only, and {mode} mode was asked for; leave --mode away"
+    )]
+    OnlyExact { mode: &'static str },
     #[error("it was asked to end; start it again")]
     Interrupted,
     #[error(

@@ -6,6 +6,8 @@
 
 use super::constants::Constants;
 use super::history::History;
+use super::integrate::Fastest;
+use super::rows::{Pair, Rows};
 use super::state::State;
 use crate::model::terms::Kernel;
 
@@ -18,10 +20,8 @@ pub struct Neighbours {
     pub other: Vec<u32>,
     /// The row's grain, pair by pair.
     pub grain: Vec<u32>,
-    /// R_1 + R_2 of each pair, m.
-    pub reach: Vec<f64>,
-    /// k_n of each pair, N/m.
-    pub stiffness: Vec<f64>,
+    /// The pairs laid out for vector lanes; empty for the general kernel.
+    pub rows: Rows,
     /// Grains near each wall, in order of id; one list a wall of [`Constants::walls`].
     pub by_wall: Vec<Vec<u32>>,
     /// Grains near the punch, in order of id.
@@ -32,8 +32,13 @@ pub struct Neighbours {
     pub reference: Vec<[f64; 2]>,
     /// Height of the punch's centre at the build, m.
     punch_reference: f64,
+    policy: Skin,
     /// Pairs within this distance beyond touching are listed, m.
     skin: f64,
+    /// No grain was further from its reference when that was last looked at, m.
+    displaced: f64,
+    /// No grain has gone further since, m.
+    gone_since: f64,
     /// How often it was built.
     pub builds: u64,
     cells: Cells,
@@ -43,40 +48,133 @@ pub struct Neighbours {
 /// Grains sorted into square cells.
 #[derive(Debug, Default)]
 struct Cells {
-    /// Side of a cell, m.
-    side: f64,
+    /// One over the side of a cell, 1/m.
+    cells_per_metre: f64,
     origin: [f64; 2],
     columns: usize,
     rows: usize,
     /// The grains of cell c are `grains[start[c]..start[c+1]]`, in order of id.
     start: Vec<u32>,
-    grains: Vec<u32>,
+    grains: Vec<Sorted>,
     /// The cell of each grain.
     of_grain: Vec<u32>,
 }
 
+/// A grain in its cell, with what is asked of it.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sorted {
+    x: f64,
+    z: f64,
+    radius: f64,
+    id: u32,
+}
+
+/// How the skin is chosen at each build. It decides how often the list is rebuilt and nothing else.
+#[derive(Debug, Clone, Copy)]
+pub enum Skin {
+    /// Always this, m.
+    Fixed(f64),
+    /// By how fast the grains move, for grains of about this radius, m.
+    Adaptive { radius: f64 },
+}
+
+impl Default for Skin {
+    fn default() -> Self {
+        Skin::Fixed(0.0)
+    }
+}
+
+impl Skin {
+    /// The cost of a build, over the interval skin/(2v·dt) between builds, plus that of the pairs that the
+    /// skin adds, is least at a skin in proportion to √(R·v·dt).
+    fn of(self, state: &State, constants: &Constants) -> f64 {
+        let radius = match self {
+            Skin::Fixed(skin) => return skin,
+            Skin::Adaptive { radius } => radius,
+        };
+        let punch = state
+            .punch
+            .map_or(0.0, |punch| punch.velocity * punch.velocity);
+        let square = |v: &[f64; 2]| v[0] * v[0] + v[1] * v[1];
+        let fastest = state.velocity.iter().map(square).fold(punch, f64::max);
+        let way = fastest.sqrt() * constants.dt;
+        (WAY_FACTOR * radius * way)
+            .sqrt()
+            .clamp(LEAST_SKIN * radius, LARGEST_SKIN * radius)
+    }
+}
+
+/// Skin² over R·v·dt, found by trying.
+const WAY_FACTOR: f64 = 64.0;
+
+/// The skin over R is never less: a bed at rest still trembles.
+const LEAST_SKIN: f64 = 0.02;
+
+/// Nor more: in free flight a few more pairs cost nothing, in a bed they do.
+const LARGEST_SKIN: f64 = 1.0;
+
+/// For the few ids of a row.
+fn insertion_sort(row: &mut [u32]) {
+    for end in 1..row.len() {
+        let mut at = end;
+        while at > 0 && row[at - 1] > row[at] {
+            row.swap(at - 1, at);
+            at -= 1;
+        }
+    }
+}
+
+/// The largest distance between a position and its reference, m.
+fn furthest(position: &[[f64; 2]], reference: &[[f64; 2]]) -> f64 {
+    let mut largest = [0.0f64; 8];
+    let pairs = position.chunks(8).zip(reference.chunks(8));
+    for (position, reference) in pairs {
+        for ((at, from), largest) in position.iter().zip(reference).zip(&mut largest) {
+            let (dx, dz) = (at[0] - from[0], at[1] - from[1]);
+            let square = dx * dx + dz * dz;
+            *largest = if square > *largest { square } else { *largest };
+        }
+    }
+    largest.into_iter().fold(0.0, f64::max).sqrt()
+}
+
 impl Neighbours {
-    /// An empty list with this skin, m.
-    pub fn new(skin: f64) -> Self {
+    /// An empty list.
+    pub fn new(policy: Skin) -> Self {
         Neighbours {
-            skin,
+            policy,
             ..Neighbours::default()
         }
     }
 
-    /// The largest square of a grain's displacement that leaves every possible contact in the list;
-    /// negative, which no displacement is, once the punch alone has moved too far.
-    pub fn displacement_limit_squared(&self, punch_height: Option<f64>) -> f64 {
+    /// Whether every possible contact is still in the list after a step of `dt` seconds in which no
+    /// component of a velocity was faster than these. Positions are looked at only when the
+    /// speeds alone do not tell.
+    pub fn hold(
+        &mut self,
+        fastest: Fastest,
+        dt: f64,
+        position: &[[f64; 2]],
+        punch_height: Option<f64>,
+    ) -> bool {
+        self.gone_since += dt * (fastest[0] + fastest[1]).sqrt();
         let punch_moved = punch_height.map_or(0.0, |height| (height - self.punch_reference).abs());
         // Two grains may approach each other by twice a displacement, a grain and the punch by one each.
         let limit = (0.5 * self.skin).min(self.skin - punch_moved);
         // A little less, so that the rounding of distances does not matter.
-        (1.0 - 1.0e-9) * limit * limit.abs()
+        let limit = (1.0 - 1.0e-9) * limit;
+        if self.displaced + self.gone_since <= limit {
+            return true;
+        }
+        self.displaced = furthest(position, &self.reference);
+        self.gone_since = 0.0;
+        self.displaced <= limit
     }
 
     /// Lists anew what is near what.
     pub fn build(&mut self, state: &State, constants: &Constants) {
         self.builds += 1;
+        self.skin = self.policy.of(state, constants);
         self.cells.sort(state, self.skin);
         let general = constants.kernel() == Kernel::General;
         if general {
@@ -89,10 +187,14 @@ impl Neighbours {
             self.history
                 .take_over(&self.start, &self.other, &self.by_wall, &self.by_punch);
             self.pair_parameters(state, constants);
+        } else {
+            self.lay_out_rows(state, constants);
         }
         self.reference.clear();
         self.reference.extend_from_slice(&state.position);
         self.punch_reference = state.punch.map_or(0.0, |punch| punch.centre[1]);
+        self.displaced = 0.0;
+        self.gone_since = 0.0;
     }
 
     /// The listed pairs as (id1, id2).
@@ -112,42 +214,48 @@ impl Neighbours {
         }
     }
 
+    fn lay_out_rows(&mut self, state: &State, constants: &Constants) {
+        let radius = &state.radius;
+        let pairs = self.grain.iter().zip(&self.other).map(|(first, second)| {
+            let (r1, r2) = (radius[*first as usize], radius[*second as usize]);
+            Pair {
+                first: *first,
+                second: *second,
+                reach: r1 + r2,
+                stiffness: constants.stiffness(r1, r2),
+            }
+        });
+        self.rows.build(radius.len(), pairs);
+    }
+
     fn grain_pairs(&mut self, state: &State, constants: &Constants) {
         self.start.clear();
         self.other.clear();
         self.grain.clear();
-        self.reach.clear();
-        self.stiffness.clear();
         self.start.push(0);
-        for i in 0..state.position.len() {
-            let [x, z] = state.position[i];
-            let radius = state.radius[i];
-            self.row.clear();
-            for cell_row in self.cells.around(i) {
-                for &other in cell_row {
-                    let j = other as usize;
-                    if j <= i {
-                        continue;
-                    }
-                    let (dx, dz) = (state.position[j][0] - x, state.position[j][1] - z);
-                    let far = radius + state.radius[j] + self.skin;
-                    if dx * dx + dz * dz <= far * far {
-                        self.row.push(other);
-                    }
+        for (i, ([x, z], radius)) in state.position.iter().zip(&state.radius).enumerate() {
+            let id = i as u32;
+            let mut found = 0;
+            for near in self.cells.around(i) {
+                if self.row.len() < found + near.len() {
+                    self.row.resize(found + near.len(), 0);
+                }
+                for grain in near {
+                    let (dx, dz) = (grain.x - x, grain.z - z);
+                    let far = radius + grain.radius + self.skin;
+                    let listed = (grain.id > id) & (dx * dx + dz * dz <= far * far);
+                    // Written in any case and kept by counting, so that nothing has to be guessed.
+                    self.row[found] = grain.id;
+                    found += usize::from(listed);
                 }
             }
-            self.row.sort_unstable();
+            let row = &mut self.row[..found];
+            insertion_sort(row);
             if constants.reversed_sums {
-                self.row.reverse();
+                row.reverse();
             }
-            for &other in &self.row {
-                let j = other as usize;
-                self.grain.push(i as u32);
-                self.other.push(other);
-                self.reach.push(radius + state.radius[j]);
-                self.stiffness
-                    .push(constants.stiffness(radius, state.radius[j]));
-            }
+            self.other.extend_from_slice(row);
+            self.grain.resize(self.other.len(), id);
             self.start.push(self.other.len() as u32);
         }
     }
@@ -195,9 +303,11 @@ impl Cells {
         let most = 4.0 * state.position.len() as f64 + 64.0;
         let coarse = (extent[0] * extent[1] / most).sqrt();
         let thin = extent[0].max(extent[1]) / most;
-        self.side = (2.0 * largest + skin).max(coarse).max(thin);
-        self.columns = (extent[0] / self.side) as usize + 1;
-        self.rows = (extent[1] / self.side) as usize + 1;
+        // A little wider than the furthest pair, so that rounding does not matter.
+        let side = (1.0 + 1.0e-9) * (2.0 * largest + skin).max(coarse).max(thin);
+        self.cells_per_metre = 1.0 / side;
+        self.columns = (extent[0] * self.cells_per_metre) as usize + 1;
+        self.rows = (extent[1] * self.cells_per_metre) as usize + 1;
 
         self.start.clear();
         self.start.resize(self.columns * self.rows + 1, 0);
@@ -211,11 +321,17 @@ impl Cells {
             self.start[cell + 1] += self.start[cell];
         }
         self.grains.clear();
-        self.grains.resize(state.position.len(), 0);
+        self.grains.resize(state.position.len(), Sorted::default());
         // Filling moves each start to the cell's end; going backwards keeps the ids in order.
         for (id, cell) in self.of_grain.iter().enumerate() {
             let place = &mut self.start[*cell as usize];
-            self.grains[*place as usize] = id as u32;
+            let [x, z] = state.position[id];
+            self.grains[*place as usize] = Sorted {
+                x,
+                z,
+                radius: state.radius[id],
+                id: id as u32,
+            };
             *place += 1;
         }
         for cell in (1..=self.columns * self.rows).rev() {
@@ -225,13 +341,13 @@ impl Cells {
     }
 
     fn cell(&self, position: [f64; 2]) -> usize {
-        let column = ((position[0] - self.origin[0]) / self.side) as usize;
-        let row = ((position[1] - self.origin[1]) / self.side) as usize;
+        let column = ((position[0] - self.origin[0]) * self.cells_per_metre) as usize;
+        let row = ((position[1] - self.origin[1]) * self.cells_per_metre) as usize;
         row.min(self.rows - 1) * self.columns + column.min(self.columns - 1)
     }
 
     /// The grains of the cells around grain `id`, a run of up to three cells a row of cells.
-    fn around(&self, id: usize) -> impl Iterator<Item = &[u32]> {
+    fn around(&self, id: usize) -> impl Iterator<Item = &[Sorted]> {
         let cell = self.of_grain[id] as usize;
         let (row, column) = (cell / self.columns, cell % self.columns);
         let first = column.saturating_sub(1);

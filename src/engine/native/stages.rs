@@ -8,6 +8,7 @@ use super::constants::Constants;
 use super::dynamics::Dynamics;
 use super::health::{self, Trouble};
 use super::mode::Mode;
+use super::neighbours::Skin;
 use super::perturb::Perturbation;
 use crate::engine::{Observer, Outcome, StageReport, Task, Until};
 use crate::interrupt::asked_to_end;
@@ -18,7 +19,7 @@ use crate::tables::{Bodies, Punch, Snapshot, Stage, StopReason};
 /// How the native engine goes about it; none of it is physics.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
-    /// Skin of the neighbour list, m; the bits do not depend on it. `None`: a share of the mean radius.
+    /// Skin of the neighbour list, m; the bits do not depend on it. `None`: by how fast the grains move.
     pub skin: Option<f64>,
     /// A deliberate fault.
     pub perturbation: Option<Perturbation>,
@@ -28,9 +29,6 @@ pub struct Options {
 
 /// Signals and signs of trouble are looked for every so many steps.
 const LOOK_UP_EVERY: u64 = 1000;
-
-/// Skin over mean radius: near the fastest for the paper's bed, poured or settled.
-const SKIN_OVER_RADIUS: f64 = 0.2;
 
 /// The native engine could not finish.
 #[derive(Debug, thiserror::Error)]
@@ -61,16 +59,20 @@ pub fn run(
         velocity: -scene.loading.speed,
         ..punch
     });
-    let skin = options
-        .skin
-        .unwrap_or(SKIN_OVER_RADIUS * 0.5 * scene.particles.mean_diameter);
+    let skin = match options.skin {
+        Some(skin) => Skin::Fixed(skin),
+        None => Skin::Adaptive {
+            radius: 0.5 * scene.particles.mean_diameter,
+        },
+    };
     let start = &task.start;
     let at_start = |trouble| NativeError {
         stage: start.stage,
         step: start.step,
         trouble,
     };
-    let dynamics = Dynamics::new(&bodies, punch, constants, skin).map_err(at_start)?;
+    let dynamics =
+        Dynamics::new(&bodies, punch, constants, skin, options.mode).map_err(at_start)?;
     let mut runner = Runner {
         scene,
         dynamics,

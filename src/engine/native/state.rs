@@ -14,6 +14,8 @@ pub struct State {
     pub force: Vec<[f64; 2]>,
     pub radius: Vec<f64>,
     pub mass: Vec<f64>,
+    /// The mass of each grain twice, once for each of its components: what vector lanes divide by, kg.
+    pub component_mass: Vec<f64>,
     /// rad/s; empty for the frictionless kernel, zeros where grains do not rotate.
     pub spin: Vec<f64>,
     /// N·m; empty for the frictionless kernel.
@@ -40,6 +42,7 @@ impl State {
             force: vec![[0.0; 2]; bodies.len()],
             radius: bodies.radius.clone(),
             mass: bodies.mass.clone(),
+            component_mass: bodies.mass.iter().flat_map(|mass| [*mass; 2]).collect(),
             spin,
             torque: vec![0.0; turning],
             inertia: bodies.inertia.clone(),

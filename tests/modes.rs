@@ -1,0 +1,102 @@
+//! Modes without YADE's bits: labelled, repeatable, and refused where they do not exist.
+
+use crossgrain::compare::{Verdict, compare};
+use crossgrain::engine::native::{self, Mode, Trouble};
+use crossgrain::engine::{Task, Until};
+use crossgrain::folder::record::Protocol;
+use crossgrain::generate::initial_bodies;
+use crossgrain::tables::StopReason;
+
+use crate::support::{
+    crossgrain, folder_with, frictional_scene, native_run, small_scene, sound, told,
+};
+
+fn in_mode(mode: Mode) -> native::Options {
+    native::Options {
+        mode,
+        ..native::Options::default()
+    }
+}
+
+#[test]
+fn free_and_single_are_labelled_repeatable_and_near() {
+    let scene = small_scene();
+    let exact = native_run(&scene, sound(), Protocol::Whole);
+    let value = |run: &crossgrain::folder::RunFolder, key: &str| {
+        let found = run.record.measures.iter().find(|of| of.key == key);
+        found.expect(key).value
+    };
+    for mode in [Mode::Free, Mode::Single] {
+        let one = native_run(&scene, in_mode(mode), Protocol::Whole);
+        let again = native_run(&scene, in_mode(mode), Protocol::Whole);
+        assert_eq!(one.last, again.last);
+        assert!(one.record.engine.label().contains(mode.name()));
+        assert!(
+            one.record
+                .command
+                .contains(&format!("--mode {}", mode.name()))
+        );
+        assert_ne!(one.last, exact.last);
+        let key = "settled.height.mean_surface";
+        let (found, expected) = (value(&one, key), value(&exact, key));
+        assert!(
+            (found - expected).abs() < 0.05 * expected,
+            "{found}, {expected}"
+        );
+
+        // Not a failure of either: their bits were never promised.
+        let comparison = compare(&exact, &one, None, None);
+        assert!(!comparison.bits_expected);
+        for check in &comparison.checks {
+            assert_ne!(
+                check.verdict,
+                Verdict::Fail,
+                "{}: {}",
+                check.name,
+                check.found
+            );
+        }
+    }
+}
+
+#[test]
+fn friction_is_computed_in_exact_mode_only_and_the_message_says_so() {
+    let scene = frictional_scene();
+    let task = Task::pour(initial_bodies(&scene), 10);
+    let error =
+        native::run(&scene, &task, &in_mode(Mode::Free), &mut ()).expect_err("no such kernel");
+    assert_eq!(error.trouble, Trouble::OnlyExact { mode: "free" });
+    let (folder, _) = folder_with(&scene);
+    let output = crossgrain(
+        &[
+            "run",
+            "scene.json",
+            "--engine",
+            "native",
+            "--mode",
+            "free",
+            "--out",
+            "free",
+        ],
+        folder.path(),
+    );
+    let (code, _, message) = told(&output);
+    assert_eq!(code, 2);
+    assert!(message.contains("exact mode only"), "{message}");
+    assert!(!folder.path().join("free").exists());
+}
+
+#[test]
+fn a_task_may_end_with_settling() {
+    let scene = small_scene();
+    let whole = Task::whole(initial_bodies(&scene));
+    let settle = Task::settle(initial_bodies(&scene));
+    assert_eq!(settle.until, Until::EndOfSettling);
+    let whole = native::run(&scene, &whole, &sound(), &mut ()).expect("a sound run");
+    let settled = native::run(&scene, &settle, &sound(), &mut ()).expect("a sound run");
+    assert_eq!(settled.stages.len(), 1);
+    assert_eq!(settled.stages[0].stop, StopReason::Settled);
+    let bed = whole.settled.expect("a settled bed");
+    assert_eq!(settled.last.bodies, bed.bodies);
+    assert_eq!(settled.last.contacts, bed.contacts);
+}
