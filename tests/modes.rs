@@ -100,3 +100,34 @@ fn a_task_may_end_with_settling() {
     assert_eq!(settled.last.bodies, bed.bodies);
     assert_eq!(settled.last.contacts, bed.contacts);
 }
+
+/// So many steps of a settled bed between two looks of anybody: what a steady step allocates would show.
+fn allocations(mode: Mode, steps: u64) -> u64 {
+    let mut scene = small_scene();
+    scene.measurement.history_every = 1_000_000;
+    let bed = native::run(
+        &scene,
+        &Task::settle(initial_bodies(&scene)),
+        &sound(),
+        &mut (),
+    );
+    let start = Task::settle(bed.expect("a sound run").last.bodies);
+    let task = Task {
+        until: Until::Step(steps),
+        ..start
+    };
+    allocation_counter::measure(|| {
+        native::run(&scene, &task, &in_mode(mode), &mut ()).expect("a sound run");
+    })
+    .count_total
+}
+
+#[test]
+fn a_steady_step_allocates_nothing() {
+    for mode in [Mode::Exact, Mode::Free, Mode::Single] {
+        let (short, long) = (allocations(mode, 200), allocations(mode, 900));
+        assert!(short > 0, "starting a run allocates");
+        // The table at the end grows with its contacts; 700 steps of their own would show.
+        assert!(long < short + 20, "{} mode: {short}, {long}", mode.name());
+    }
+}
