@@ -3,6 +3,7 @@
 use std::arch::x86_64::*;
 
 use super::super::rows::{LANES, Lanes, Rows};
+use super::single::Column;
 
 /// Whether this machine has them.
 pub fn available() -> bool {
@@ -147,6 +148,82 @@ fn scatter<const FROM: usize>(from: [__m512d; 2], ids: &Lanes<u32>, to: &mut [[f
             ];
         }
     }
+}
+
+/// See [`super::single`].
+#[allow(unsafe_code)]
+pub fn sum_single(local: &[[f32; 2]], all: &[Column], rows: &Rows, force: &mut [[f64; 2]]) {
+    assert!(available(), "asked for vectors that this machine lacks");
+    // SAFETY: as above.
+    unsafe { single_in_vectors(local, all, rows, force) }
+}
+
+#[target_feature(enable = "avx512f,avx512dq")]
+fn single_in_vectors(local: &[[f32; 2]], all: &[Column], rows: &Rows, force: &mut [[f64; 2]]) {
+    for (grain, columns) in rows.grain.iter().zip(rows.start.windows(2)) {
+        let columns = columns[0] as usize..columns[1] as usize;
+        let own = gather_single(local, grain);
+        let mut sum = [_mm512_setzero_ps(); 2];
+        for (column, other) in all[columns.clone()].iter().zip(&rows.other[columns]) {
+            let there = gather_single(local, other);
+            let dx = _mm512_add_ps(_mm512_sub_ps(there[0], own[0]), sixteen(column.x));
+            let dz = _mm512_add_ps(_mm512_sub_ps(there[1], own[1]), sixteen(column.z));
+            let square = _mm512_fmadd_ps(dx, dx, _mm512_mul_ps(dz, dz));
+            // One Newton step brings 14 bits to 24.
+            let guess = _mm512_rsqrt14_ps(square);
+            let half = _mm512_mul_ps(square, _mm512_set1_ps(0.5));
+            let rest = _mm512_fnmadd_ps(half, _mm512_mul_ps(guess, guess), _mm512_set1_ps(1.5));
+            let inverse = _mm512_mul_ps(guess, rest);
+            let share = _mm512_fmsub_ps(sixteen(column.reach), inverse, _mm512_set1_ps(1.0));
+            let touching = _mm512_cmp_ps_mask::<_CMP_GE_OQ>(share, _mm512_setzero_ps());
+            let size = _mm512_mul_ps(sixteen(column.stiffness), share);
+            sum[0] = _mm512_mask_sub_ps(sum[0], touching, sum[0], _mm512_mul_ps(size, dx));
+            sum[1] = _mm512_mask_sub_ps(sum[1], touching, sum[1], _mm512_mul_ps(size, dz));
+        }
+        let double = |of: __m512| {
+            let high = _mm512_extractf32x8_ps::<1>(of);
+            [
+                _mm512_cvtps_pd(_mm512_castps512_ps256(of)),
+                _mm512_cvtps_pd(high),
+            ]
+        };
+        let (x, z) = (double(sum[0]), double(sum[1]));
+        scatter::<0>([x[0], z[0]], grain, force);
+        scatter::<8>([x[1], z[1]], grain, force);
+    }
+}
+
+/// The pairs of these ids as two vectors, one a component.
+#[inline]
+#[target_feature(enable = "avx512f,avx512dq")]
+fn gather_single(of: &[[f32; 2]], ids: &Lanes<u32>) -> [__m512; 2] {
+    let eight = |from: usize| {
+        let two = |lane: usize| {
+            let (a, b) = (
+                of[ids[from + lane] as usize],
+                of[ids[from + lane + 1] as usize],
+            );
+            _mm_set_ps(b[1], b[0], a[1], a[0])
+        };
+        let low = _mm256_set_m128(two(2), two(0));
+        let high = _mm256_set_m128(two(6), two(4));
+        _mm512_insertf32x8::<1>(_mm512_castps256_ps512(low), high)
+    };
+    let (low, high) = (eight(0), eight(8));
+    let first = _mm512_set_epi32(30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2, 0);
+    let second = _mm512_set_epi32(31, 29, 27, 25, 23, 21, 19, 17, 15, 13, 11, 9, 7, 5, 3, 1);
+    [
+        _mm512_permutex2var_ps(low, first, high),
+        _mm512_permutex2var_ps(low, second, high),
+    ]
+}
+
+#[inline]
+#[allow(unsafe_code)]
+#[target_feature(enable = "avx512f,avx512dq")]
+fn sixteen(lanes: Lanes<f32>) -> __m512 {
+    // SAFETY: the same size, and any bits are valid in both.
+    unsafe { std::mem::transmute::<Lanes<f32>, __m512>(lanes) }
 }
 
 const _: () = assert!(LANES == 16, "two halves of eight lanes");

@@ -17,12 +17,13 @@ pub struct Single {
     columns: Vec<Column>,
 }
 
+/// One neighbour of each grain of a group.
 #[derive(Debug, Clone)]
-struct Column {
-    x: Lanes<f32>,
-    z: Lanes<f32>,
-    reach: Lanes<f32>,
-    stiffness: Lanes<f32>,
+pub struct Column {
+    pub x: Lanes<f32>,
+    pub z: Lanes<f32>,
+    pub reach: Lanes<f32>,
+    pub stiffness: Lanes<f32>,
 }
 
 impl Single {
@@ -59,12 +60,16 @@ impl Single {
                 .zip(&self.corner)
                 .map(|(at, corner)| [(at[0] - corner[0]) as f32, (at[1] - corner[1]) as f32]),
         );
-        sum_forces(&self.local, &self.columns, rows, force);
+        #[cfg(target_arch = "x86_64")]
+        if super::avx512::available() {
+            return super::avx512::sum_single(&self.local, &self.columns, rows, force);
+        }
+        sum_forces_plain(&self.local, &self.columns, rows, force);
     }
 }
 
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn sum_forces(local: &[[f32; 2]], all: &[Column], rows: &Rows, force: &mut [[f64; 2]]) {
+#[multiversion(targets("x86_64+avx2"))]
+fn sum_forces_plain(local: &[[f32; 2]], all: &[Column], rows: &Rows, force: &mut [[f64; 2]]) {
     for (grain, columns) in rows.grain.iter().zip(rows.start.windows(2)) {
         let columns = columns[0] as usize..columns[1] as usize;
         let own = gather(local, grain);
