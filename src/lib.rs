@@ -9,6 +9,8 @@ pub mod files;
 
 pub mod interrupt;
 
+pub mod child;
+
 pub mod scene;
 
 pub mod model;
@@ -34,6 +36,8 @@ pub mod compare;
 pub mod error;
 
 pub mod verify;
+
+pub mod bench;
 
 pub mod reproduce;
 

@@ -19,6 +19,7 @@ mod neighbours;
 pub mod perturb;
 mod stages;
 mod state;
+pub mod timing;
 
 pub use case::{CaseOptions, effective, loads, run_case, watch_case};
 pub use health::Trouble;

@@ -8,6 +8,7 @@ mod completeness;
 mod find;
 mod frames;
 mod job;
+pub mod timing;
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;

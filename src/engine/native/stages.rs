@@ -30,7 +30,7 @@ pub struct Options {
 const LOOK_UP_EVERY: u64 = 1000;
 
 /// Skin over mean radius: near the fastest for the paper's bed, poured or settled.
-const SKIN_OVER_RADIUS: f64 = 0.2;
+pub(super) const SKIN_OVER_RADIUS: f64 = 0.2;
 
 /// The native engine could not finish.
 #[derive(Debug, thiserror::Error)]
