@@ -24,7 +24,7 @@ use serde::Serialize;
 
 use crate::compare::Verdict;
 use crate::compare::bits::TableBits;
-use crate::engine::native::{Mode, NativeError, Trouble};
+use crate::engine::native::{NativeError, Trouble};
 use crate::engine::timing::Share;
 use crate::engine::yade::{self, YadeError};
 use crate::error::Error;
@@ -32,10 +32,10 @@ use crate::files::{FileError, work_folder};
 use crate::progress::{Display, StageObserver};
 use crate::tables::text::TableError;
 
-use bed::{Bed, PAPER};
+use bed::PAPER;
 use contender::Plan;
 use goals::Goal;
-use instructions::Instructions;
+use instructions::{Counting, Instructions};
 use limits::{Bound, Throughput, Work};
 use machine::Machine;
 use rounds::Contest;
@@ -230,6 +230,9 @@ pub struct Bench {
     pub scaling: Vec<Point>,
     /// Goals met and not met.
     pub goals: Vec<Goal>,
+    /// Whether the machine had other things to do meanwhile, as far as clocks tell: then no time is to be trusted, and
+    /// ratios against YADE flatter, because its steps suffer more from shared caches.
+    pub disturbed: bool,
     /// What was not made, or failed.
     pub missed: Vec<Missed>,
     /// Failed if a bed is not the bed or a bit differs; not made if YADE is missing; else passed. No time counts.
@@ -276,7 +279,20 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, BenchError> 
     task.done("measured");
 
     let task = display.task("instructions");
-    let instructions = count_instructions(options, &bed, &clocked, work.path(), &mut missed)?;
+    let counting = Counting {
+        crossgrain: &options.crossgrain,
+        bed: &bed,
+        listed_pairs: clocked.listed_pairs,
+        yade: &options.yade,
+        work: work.path(),
+    };
+    // Under valgrind other engines take a minute or two.
+    let counted = if options.quick {
+        contender::NATIVE.as_slice()
+    } else {
+        contender::COUNTED.as_slice()
+    };
+    let instructions = counting.all(counted, &task, &mut missed)?;
     task.done("counted");
 
     let task = display.task("cost against size");
@@ -317,6 +333,7 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, BenchError> 
         distances: distances(&scaling, pairs_a_grain, &throughput),
         throughput,
         goals: goals::goals(&rounds.contests, &scaling),
+        disturbed: disturbed(&rounds.contests),
         verdict: verdict(&rounds.contests, rounds.sorted_bits.as_ref(), &missed),
         contests: rounds.contests,
         sorted_bits: rounds.sorted_bits,
@@ -326,41 +343,14 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, BenchError> 
     })
 }
 
-fn count_instructions(
-    options: &Options,
-    bed: &Bed,
-    clocked: &crate::engine::native::timing::Clocked,
-    work: &Path,
-    missed: &mut Vec<Missed>,
-) -> Result<Vec<Instructions>, BenchError> {
-    let folder = program::folder(work, "counted")?;
-    one::write(bed, &folder)?;
-    let mut all = Vec::new();
-    for mode in [Mode::Exact, Mode::Free, Mode::Single] {
-        let counted = instructions::count(
-            &options.crossgrain,
-            &folder,
-            PAPER,
-            clocked.listed_pairs,
-            mode,
-            options.yade.time_limit,
-        );
-        match counted {
-            Ok(counted) => all.push(counted),
-            Err(error) => {
-                missed.push(Missed::of("instruction counts", false, error)?);
-                break;
-            }
-        }
-    }
-    Ok(all)
-}
-
 /// Of the smallest and the largest bed from the paper's size on.
 fn distances(points: &[Point], pairs_a_grain: f64, throughput: &Throughput) -> Vec<Distance> {
     let exact = |point: &&Point| point.name == "native exact" && point.grains >= PAPER;
     let of: Vec<&Point> = points.iter().filter(exact).collect();
-    let ends = of.first().into_iter().chain(of.last().filter(|_| of.len() > 1));
+    let ends = of
+        .first()
+        .into_iter()
+        .chain(of.last().filter(|_| of.len() > 1));
     ends.map(|point| {
         let grains = f64::from(point.grains);
         let work = Work {
@@ -374,6 +364,16 @@ fn distances(points: &[Point], pairs_a_grain: f64, throughput: &Throughput) -> V
         }
     })
     .collect()
+}
+
+/// A processor share below this in some round says that somebody else was at work.
+const UNDISTURBED: f64 = 0.95;
+
+fn disturbed(contests: &[Contest]) -> bool {
+    let shares = contests
+        .iter()
+        .filter_map(|contest| contest.processor_share);
+    shares.into_iter().any(|share| share < UNDISTURBED)
 }
 
 fn verdict(contests: &[Contest], bits: Option<&TableBits>, missed: &[Missed]) -> Verdict {

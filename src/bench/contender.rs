@@ -45,6 +45,19 @@ pub const ALL: [Contender; 7] = [
     Contender::Liggghts,
 ];
 
+/// The native engine's.
+pub const NATIVE: [Contender; 3] = [Contender::Exact, Contender::Free, Contender::Single];
+
+/// Those whose instructions are counted; YADE's sorted loop would take minutes.
+pub const COUNTED: [Contender; 6] = [
+    Contender::Exact,
+    Contender::Free,
+    Contender::Single,
+    Contender::YadeOrdinary,
+    Contender::Lammps,
+    Contender::Liggghts,
+];
+
 /// Steps of the other engines' windows, and of the check of every bed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Plan {
@@ -148,12 +161,7 @@ impl Contender {
     }
 
     /// Holds its bed against the exact one after the same steps.
-    pub fn check(
-        self,
-        turn: &Turn,
-        bed: &Bed,
-        exact: &Snapshot,
-    ) -> Result<Sanity, BenchError> {
+    pub fn check(self, turn: &Turn, bed: &Bed, exact: &Snapshot) -> Result<Sanity, BenchError> {
         let mean_radius = 0.5 * bed.scene.particles.mean_diameter;
         let of = |bodies: &Bodies, contacts| {
             Sanity::of(bodies, contacts, exact, mean_radius, self.tolerance())

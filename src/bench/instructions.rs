@@ -1,88 +1,177 @@
 //! Instructions a step, counted by valgrind's callgrind: a figure that does not depend on the machine's mood.
 //!
 //! Two runs of different length are counted, and their difference is what the steps take, without start and
-//! reading. Valgrind shows programs a processor without AVX-512, so the counted code is the one for AVX2.
+//! reading. Valgrind 3.19 shows programs a processor without AVX-512, so the native code that is counted is the one for AVX2.
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::time::Duration;
 
 use serde::Serialize;
 
-use super::{BenchError, one, program};
-use crate::engine::native::Mode;
+use super::bed::Bed;
+use super::contender::Contender;
+use super::{BenchError, Missed, lammps, liggghts, one, program};
+use crate::engine::yade::{self, timing::Steps};
 use crate::files::read_text;
+use crate::model::Model;
+use crate::progress::Task;
 
 /// Counted instructions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Instructions {
-    /// Which kernel.
-    pub mode: Mode,
-    /// Grains of the bed.
-    pub grains: u32,
+    /// Which engine.
+    pub contender: Contender,
+    /// For tables.
+    pub name: String,
     /// Instructions a step.
     pub per_step: f64,
-    /// Instructions a step and listed pair, where pairs were counted.
+    /// Instructions a step and pair that the native engine lists.
     pub per_listed_pair: f64,
-    /// The vector unit that valgrind showed the program.
-    pub vector_unit: String,
+    /// Over those of native exact.
+    pub over_exact: f64,
     /// Share of each function that has at least a hundredth, itself without what it calls; largest first.
     pub functions: Vec<(String, f64)>,
 }
 
-/// Steps of the two counted runs.
-const STEPS: [u64; 2] = [80, 480];
+/// Steps of the two counted runs: the native engine's, and other engines', which take more.
+const NATIVE_STEPS: [u64; 2] = [40, 240];
+const OTHER_STEPS: [u64; 2] = [10, 30];
 
-/// Counts the instructions of steps of the bed in `folder`.
-pub fn count(
-    crossgrain: &Path,
-    folder: &Path,
-    grains: u32,
-    listed_pairs: usize,
-    mode: Mode,
-    limit: Duration,
-) -> Result<Instructions, BenchError> {
-    let valgrind =
-        program::on_path("valgrind").ok_or_else(|| program::missing("valgrind", "valgrind"))?;
-    let counted = |steps: u64| -> Result<(Profile, one::One), BenchError> {
-        let mut arguments = vec![
-            "--tool=callgrind".to_owned(),
-            "--callgrind-out-file=callgrind.out".to_owned(),
-            crossgrain.display().to_string(),
-        ];
-        arguments.extend(one::arguments(folder, mode, steps));
-        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        let log = program::run(&valgrind, &arguments, folder, limit)?;
-        let profile = read_text(&folder.join("callgrind.out"), 1 << 26)?;
-        Ok((Profile::parse(&profile), one::said(&log)?))
-    };
-    let (few, of_few) = counted(STEPS[0])?;
-    let (many, of_many) = counted(STEPS[1])?;
-    // Each run warms up by a quarter of its window.
-    let steps = 1.25 * (of_many.window.steps as f64 - of_few.window.steps as f64);
-    let more = |name: &str| {
-        let of = |profile: &Profile| profile.functions.get(name).copied().unwrap_or(0) as f64;
-        (of(&many) - of(&few)).max(0.0)
-    };
-    let total: f64 = many.functions.keys().map(|name| more(name)).sum();
-    if !(total > 0.0 && steps > 0.0) {
-        return Err(BenchError::Nonsense("callgrind counted nothing".to_owned()));
+/// What is counted on: a bed, this program, and how other engines are started.
+#[derive(Debug, Clone, Copy)]
+pub struct Counting<'a> {
+    /// The program `crossgrain`.
+    pub crossgrain: &'a Path,
+    /// The bed.
+    pub bed: &'a Bed,
+    /// Its listed pairs.
+    pub listed_pairs: usize,
+    /// How YADE is started.
+    pub yade: &'a yade::Options,
+    /// A folder for the processes.
+    pub work: &'a Path,
+}
+
+impl Counting<'_> {
+    /// Counts each of these engines; what cannot be counted is missed.
+    pub fn all(
+        &self,
+        of: &[Contender],
+        progress: &Task,
+        missed: &mut Vec<Missed>,
+    ) -> Result<Vec<Instructions>, BenchError> {
+        let mut all: Vec<Instructions> = Vec::new();
+        for (index, contender) in of.iter().enumerate() {
+            progress.share(index as f64 / of.len() as f64, contender.name());
+            match self.count(*contender) {
+                Ok(mut counted) => {
+                    let exact = all.first().map_or(counted.per_step, |exact| exact.per_step);
+                    counted.over_exact = counted.per_step / exact;
+                    all.push(counted);
+                }
+                Err(error) => {
+                    let what = format!("instructions of {}", contender.name());
+                    missed.push(Missed::of(&what, false, error)?);
+                }
+            }
+        }
+        Ok(all)
     }
-    let mut functions: Vec<(String, f64)> = many
-        .functions
-        .keys()
-        .map(|name| (name.clone(), more(name) / total))
-        .filter(|(_, share)| *share >= 0.01)
-        .collect();
-    functions.sort_by(|a, b| b.1.total_cmp(&a.1));
-    Ok(Instructions {
-        mode,
-        grains,
-        per_step: total / steps,
-        per_listed_pair: total / steps / listed_pairs as f64,
-        vector_unit: of_many.vector_unit,
-        functions,
-    })
+
+    /// Counts the instructions of a step of this engine.
+    fn count(&self, contender: Contender) -> Result<Instructions, BenchError> {
+        let valgrind =
+            program::on_path("valgrind").ok_or_else(|| program::missing("valgrind", "valgrind"))?;
+        let [few, many] = match contender.mode() {
+            Some(_) => NATIVE_STEPS,
+            None => OTHER_STEPS,
+        };
+        let (of_few, first) = self.profile(&valgrind, contender, few)?;
+        let (of_many, last) = self.profile(&valgrind, contender, many)?;
+        let steps = (last - first) as f64;
+        let more = |name: &str| {
+            let of = |profile: &Profile| profile.functions.get(name).copied().unwrap_or(0) as f64;
+            of(&of_many) - of(&of_few)
+        };
+        let total = of_many.total() as f64 - of_few.total() as f64;
+        if !(total > 0.0 && steps > 0.0) {
+            return Err(BenchError::Nonsense("callgrind counted nothing".to_owned()));
+        }
+        let names = of_many.functions.keys();
+        let mut functions: Vec<(String, f64)> = names
+            .map(|name| (name.clone(), more(name) / total))
+            .filter(|(_, share)| *share >= 0.01)
+            .collect();
+        functions.sort_by(|a, b| b.1.total_cmp(&a.1));
+        Ok(Instructions {
+            contender,
+            name: contender.name().to_owned(),
+            per_step: total / steps,
+            per_listed_pair: total / steps / self.listed_pairs as f64,
+            over_exact: 1.0,
+            functions,
+        })
+    }
+
+    /// The profile of a run of about `steps` steps, and how many there were.
+    fn profile(
+        &self,
+        valgrind: &Path,
+        contender: Contender,
+        steps: u64,
+    ) -> Result<(Profile, u64), BenchError> {
+        let folder = program::folder(self.work, "counted")?;
+        let out = folder.join("callgrind.out");
+        let under = [
+            "--tool=callgrind".to_owned(),
+            format!("--callgrind-out-file={}", out.display()),
+        ];
+        let limit = self.yade.time_limit;
+        let run = |program: &Path, more: &[String]| {
+            let arguments: Vec<String> =
+                [&under[..], &[program.display().to_string()], more].concat();
+            let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+            program::run(valgrind, &arguments, &folder, limit)
+        };
+        let done = match contender {
+            Contender::Exact | Contender::Free | Contender::Single => {
+                one::write(self.bed, &folder)?;
+                let mode = contender.mode().unwrap_or_default();
+                let log = run(self.crossgrain, &one::arguments(&folder, mode, steps))?;
+                one::said(&log)?.steps
+            }
+            Contender::YadeOrdinary | Contender::YadeSorted => {
+                let mut whole = vec![valgrind.display().to_string()];
+                whole.extend(under.iter().cloned());
+                let options = yade::Options {
+                    sorted: contender == Contender::YadeSorted,
+                    stall_limit: limit,
+                    under: whole,
+                    ..self.yade.clone()
+                };
+                let steps = Steps {
+                    warm_up: 0,
+                    timed: steps,
+                    shares: 0,
+                };
+                let model = Model::of(&self.bed.scene);
+                let job = program::folder(&folder, "job")?;
+                yade::timing::time(&model, &self.bed.bodies, steps, &options, &job)?;
+                steps.timed
+            }
+            Contender::Lammps => {
+                let lmp = lammps::prepare(self.bed, 0, steps, &folder)?;
+                run(&lmp, &lammps::ARGUMENTS.map(str::to_owned))?;
+                steps
+            }
+            Contender::Liggghts => {
+                let liggghts = liggghts::prepare(self.bed, 0, steps, &folder)?;
+                run(&liggghts, &lammps::ARGUMENTS.map(str::to_owned))?;
+                steps
+            }
+        };
+        Ok((Profile::parse(&read_text(&out, 1 << 28)?), done))
+    }
 }
 
 /// Instructions by function, from callgrind's file.
@@ -93,6 +182,11 @@ pub struct Profile {
 }
 
 impl Profile {
+    /// Of all functions.
+    pub fn total(&self) -> u64 {
+        self.functions.values().sum()
+    }
+
     /// Reads callgrind's format (its manual, chapter "Callgrind Format Specification"): a cost line belongs to the last
     /// `fn=`, the line after `calls=` is the callee's and not its own; names are written out once.
     pub fn parse(text: &str) -> Self {
@@ -113,9 +207,13 @@ impl Profile {
                 }
             } else if line.starts_with("calls=") {
                 skip = true;
-            } else if line.starts_with(|first: char| first.is_ascii_digit() || "+-*".contains(first))
+            } else if line
+                .starts_with(|first: char| first.is_ascii_digit() || "+-*".contains(first))
             {
-                let cost = line.split(' ').nth(1).and_then(|cost| cost.parse::<u64>().ok());
+                let cost = line
+                    .split(' ')
+                    .nth(1)
+                    .and_then(|cost| cost.parse::<u64>().ok());
                 if let Some(cost) = cost.filter(|_| !skip) {
                     *profile.functions.entry(current.to_owned()).or_default() += cost;
                 }

@@ -5,7 +5,7 @@
 //! is not integrated. What its time is good for: a step of a general DEM code over the same pairs.
 
 use std::f64::consts::PI;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::BenchError;
@@ -57,6 +57,9 @@ impl Parameters {
     }
 }
 
+/// Columns of the table that both scripts ask for: step, kinetic energy, contacts of all grains.
+const COLUMNS: usize = 3;
+
 /// The input script.
 pub fn script(bed: &Bed, warm_up: u64, steps: u64) -> String {
     let Parameters {
@@ -97,6 +100,20 @@ write_dump all custom bed.dump id x y vx vy modify sort id format float %.17g
     )
 }
 
+/// What both programs are started with.
+pub const ARGUMENTS: [&str; 4] = ["-in", "in.bed", "-log", "none"];
+
+/// Finds the program and writes data and script into `work`.
+pub fn prepare(bed: &Bed, warm_up: u64, steps: u64, work: &Path) -> Result<PathBuf, BenchError> {
+    let lmp = program::on_path("lmp").ok_or_else(|| program::missing("lmp", "lammps"))?;
+    // The density of a sphere of the disc's mass.
+    let density = |radius: f64, mass: f64| mass / (4.0 / 3.0 * PI * radius.powi(3));
+    let (data, width) = (work.join("bed.data"), bed.scene.container.width);
+    write_data(&data, &bed.bodies, width, density)?;
+    write_whole(&work.join("in.bed"), script(bed, warm_up, steps).as_bytes())?;
+    Ok(lmp)
+}
+
 /// Times steps of this bed in `work`, an empty folder.
 pub fn time(
     bed: &Bed,
@@ -105,28 +122,13 @@ pub fn time(
     work: &Path,
     limit: Duration,
 ) -> Result<Foreign, BenchError> {
-    let lmp = program::on_path("lmp").ok_or_else(|| program::missing("lmp", "lammps"))?;
-    // The density of a sphere of the disc's mass.
-    let density = |radius: f64, mass: f64| mass / (4.0 / 3.0 * PI * radius.powi(3));
-    write_data(
-        &work.join("bed.data"),
-        &bed.bodies,
-        bed.scene.container.width,
-        density,
-    )?;
-    write_whole(&work.join("in.bed"), script(bed, warm_up, steps).as_bytes())?;
-    let log = program::run(&lmp, &["-in", "in.bed", "-log", "none"], work, limit)?;
-    read(&log, &bed.bodies, steps, 3, work)
+    let lmp = prepare(bed, warm_up, steps, work)?;
+    let log = program::run(&lmp, &ARGUMENTS, work, limit)?;
+    read(&log, &bed.bodies, steps, work)
 }
 
-/// Reads what LAMMPS or LIGGGHTS wrote; the last of the columns of its table is the contacts of all grains.
-pub fn read(
-    log: &str,
-    bodies: &Bodies,
-    steps: u64,
-    columns: usize,
-    work: &Path,
-) -> Result<Foreign, BenchError> {
+/// Reads what LAMMPS or LIGGGHTS wrote.
+pub fn read(log: &str, bodies: &Bodies, steps: u64, work: &Path) -> Result<Foreign, BenchError> {
     let nonsense = |what: &str| BenchError::Nonsense(format!("its log has {what}"));
     let (wall_seconds, counted) = loop_time(log)
         .filter(|(seconds, _)| *seconds > 0.0)
@@ -134,9 +136,11 @@ pub fn read(
     if counted != steps {
         return Err(nonsense("another number of steps"));
     }
-    let row = last_row(log, columns).ok_or_else(|| nonsense("no table"))?;
+    let row = last_row(log, COLUMNS).ok_or_else(|| nonsense("no table"))?;
     let contacts = row.last().copied().unwrap_or_default() / 2.0;
-    let version = log.lines().find(|line| line.starts_with("LAMMPS") || line.starts_with("LIGGGHTS"));
+    let version = log
+        .lines()
+        .find(|line| line.starts_with("LAMMPS") || line.starts_with("LIGGGHTS"));
     Ok(Foreign {
         window: Window {
             steps,

@@ -1,12 +1,12 @@
 //! The bed in LIGGGHTS, `model hooke/stiffness`: the same choices as in LAMMPS.
 
 use std::f64::consts::PI;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::BenchError;
 use super::bed::Bed;
-use super::lammps::{Foreign, Parameters, read};
+use super::lammps::{ARGUMENTS, Foreign, Parameters, read};
 use super::program::{self, write_data};
 use crate::files::write_whole;
 
@@ -57,6 +57,18 @@ write_dump all custom bed.dump id x y vx vy modify format \"%d %.17g %.17g %.17g
     )
 }
 
+/// Finds the program and writes data and script into `work`.
+pub fn prepare(bed: &Bed, warm_up: u64, steps: u64, work: &Path) -> Result<PathBuf, BenchError> {
+    let liggghts =
+        program::on_path("liggghts").ok_or_else(|| program::missing("liggghts", "liggghts"))?;
+    // In two dimensions its grains are discs.
+    let density = |radius: f64, mass: f64| mass / (PI * radius * radius);
+    let (data, width) = (work.join("bed.data"), bed.scene.container.width);
+    write_data(&data, &bed.bodies, width, density)?;
+    write_whole(&work.join("in.bed"), script(bed, warm_up, steps).as_bytes())?;
+    Ok(liggghts)
+}
+
 /// Times steps of this bed in `work`, an empty folder.
 pub fn time(
     bed: &Bed,
@@ -65,17 +77,7 @@ pub fn time(
     work: &Path,
     limit: Duration,
 ) -> Result<Foreign, BenchError> {
-    let liggghts =
-        program::on_path("liggghts").ok_or_else(|| program::missing("liggghts", "liggghts"))?;
-    // In two dimensions its grains are discs.
-    let density = |radius: f64, mass: f64| mass / (PI * radius * radius);
-    write_data(
-        &work.join("bed.data"),
-        &bed.bodies,
-        bed.scene.container.width,
-        density,
-    )?;
-    write_whole(&work.join("in.bed"), script(bed, warm_up, steps).as_bytes())?;
-    let log = program::run(&liggghts, &["-in", "in.bed", "-log", "none"], work, limit)?;
-    read(&log, &bed.bodies, steps, 3, work)
+    let liggghts = prepare(bed, warm_up, steps, work)?;
+    let log = program::run(&liggghts, &ARGUMENTS, work, limit)?;
+    read(&log, &bed.bodies, steps, work)
 }

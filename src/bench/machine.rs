@@ -34,7 +34,11 @@ impl Machine {
         };
         let kibibytes = |words: &str| -> u64 {
             let digits: String = words.chars().take_while(char::is_ascii_digit).collect();
-            let unit = if words.contains('M') { 1 << 20 } else { 1 << 10 };
+            let unit = if words.contains('M') {
+                1 << 20
+            } else {
+                1 << 10
+            };
             digits.parse::<u64>().map_or(0, |number| number * unit)
         };
         let cache = |index: usize| {

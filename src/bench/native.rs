@@ -16,7 +16,7 @@ const PARTS: u64 = 5;
 
 /// Times about `steps` steps of this bed, after a quarter as many to warm up.
 pub fn time(bed: &Bed, mode: Mode, steps: u64) -> Result<Window, BenchError> {
-    let part = steps.div_ceil(PARTS - 1).max(1);
+    let part = part(steps);
     let mut scene = bed.scene.clone();
     scene.measurement.history_every = u64::from(u32::MAX);
     // The engine tells how far it is whenever it looks whether the bed has settled: once a part. The looks cost
@@ -42,6 +42,15 @@ pub fn time(bed: &Bed, mode: Mode, steps: u64) -> Result<Window, BenchError> {
             "the native engine did not tell how far it was".to_owned(),
         )),
     }
+}
+
+/// All steps that [`time`] does for a window of so many.
+pub fn all_steps(steps: u64) -> u64 {
+    PARTS * part(steps)
+}
+
+fn part(steps: u64) -> u64 {
+    steps.div_ceil(PARTS - 1).max(1)
 }
 
 /// The bed after exactly so many steps.

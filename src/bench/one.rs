@@ -20,6 +20,8 @@ use crate::tables::text::{read_bodies, write_bodies};
 pub struct One {
     /// The timed steps.
     pub window: Window,
+    /// All steps, those before the window too.
+    pub steps: u64,
     /// Largest resident memory, bytes, where the system tells.
     pub peak_memory: Option<u64>,
     /// The widest vector unit that the processor shows it.
@@ -44,6 +46,7 @@ pub fn run(folder: &Path, mode: Mode, steps: u64) -> Result<One, BenchError> {
     let window = native::time(&Bed { scene, bodies }, mode, steps)?;
     Ok(One {
         window,
+        steps: native::all_steps(steps),
         peak_memory: crate::run::peak_memory(),
         vector_unit: super::machine::vector_unit().to_owned(),
     })

@@ -91,7 +91,13 @@ pub fn write_data(
     }
     text += "\nVelocities\n\n";
     for id in 0..bodies.len() {
-        let _ = writeln!(text, "{} {} {} 0 0 0 0", id + 1, bodies.vx[id], bodies.vz[id]);
+        let _ = writeln!(
+            text,
+            "{} {} {} 0 0 0 0",
+            id + 1,
+            bodies.vx[id],
+            bodies.vz[id]
+        );
     }
     Ok(write_whole(path, text.as_bytes())?)
 }
@@ -100,7 +106,9 @@ pub fn write_data(
 pub fn read_dump(path: &Path, of: &Bodies) -> Result<Bodies, BenchError> {
     let bad = |what: &str| BenchError::Nonsense(format!("{}: {what}", path.display()));
     let text = read_text(path, LARGEST)?;
-    let rows = text.lines().skip_while(|line| !line.starts_with("ITEM: ATOMS"));
+    let rows = text
+        .lines()
+        .skip_while(|line| !line.starts_with("ITEM: ATOMS"));
     let mut bodies = of.clone();
     let mut seen = vec![false; of.len()];
     for row in rows.skip(1) {
@@ -130,14 +138,19 @@ pub fn loop_time(log: &str) -> Option<(f64, u64)> {
     let line = log.lines().rfind(|line| line.starts_with("Loop time of"))?;
     let words: Vec<&str> = line.split_whitespace().collect();
     let steps = words.iter().position(|word| *word == "steps")?;
-    Some((words.get(3)?.parse().ok()?, words.get(steps - 1)?.parse().ok()?))
+    Some((
+        words.get(3)?.parse().ok()?,
+        words.get(steps - 1)?.parse().ok()?,
+    ))
 }
 
 /// The value in the last row of the thermodynamic table with this many columns that stands before the last loop time.
 pub fn last_row(log: &str, columns: usize) -> Option<Vec<f64>> {
     let end = log.rfind("Loop time of")?;
     let numbers = |line: &str| -> Option<Vec<f64>> {
-        line.split_whitespace().map(|word| word.parse().ok()).collect()
+        line.split_whitespace()
+            .map(|word| word.parse().ok())
+            .collect()
     };
     let rows = log[..end].lines().rev().filter_map(numbers);
     rows.into_iter().find(|row| row.len() == columns)

@@ -79,11 +79,9 @@ pub fn run(
             );
             match contender.run(bed, plan, yade, work) {
                 Ok(turn) => of.push(turn),
-                Err(error) => missed.push(Missed::of(
-                    contender.name(),
-                    contender.is_needed(),
-                    error,
-                )?),
+                Err(error) => {
+                    missed.push(Missed::of(contender.name(), contender.is_needed(), error)?)
+                }
             }
         }
         // What has failed once does not run again.

@@ -101,11 +101,7 @@ pub fn measure(
 }
 
 /// Repeats go round all sizes, so that a busy minute does not fall on one of them alone.
-fn native_points(
-    plan: &Plan<'_>,
-    beds: &[Bed],
-    progress: &Task,
-) -> Result<Vec<Point>, BenchError> {
+fn native_points(plan: &Plan<'_>, beds: &[Bed], progress: &Task) -> Result<Vec<Point>, BenchError> {
     let mut folders = Vec::new();
     for bed in beds {
         let grains = bed.bodies.len();
@@ -142,11 +138,14 @@ fn native_points(
             }
         }
     }
-    let points = times.into_iter().enumerate().filter_map(|(index, (all, memory))| {
-        let grains = beds[index / NATIVE.len()].bodies.len() as u32;
-        let (name, _, _) = NATIVE[index % NATIVE.len()];
-        Some(point(name, grains, Spread::of(all)?, memory))
-    });
+    let points = times
+        .into_iter()
+        .enumerate()
+        .filter_map(|(index, (all, memory))| {
+            let grains = beds[index / NATIVE.len()].bodies.len() as u32;
+            let (name, _, _) = NATIVE[index % NATIVE.len()];
+            Some(point(name, grains, Spread::of(all)?, memory))
+        });
     Ok(points.collect())
 }
 

@@ -114,7 +114,9 @@ impl Arguments {
 
 fn in_words(bench: &Bench, out: &Path) -> String {
     let machine = &bench.machine;
-    let load = machine.load.map_or(String::new(), |load| format!(", load {load} before"));
+    let load = machine
+        .load
+        .map_or(String::new(), |load| format!(", load {load} before"));
     let mut text = format!(
         "{}, {} processors, {}{load}\n\n{:<26} {:>10}  {:>17} {:>8}  {:>22} {:>9} {:>10}  bed\n",
         machine.processor,
@@ -138,10 +140,7 @@ fn in_words(bench: &Bench, out: &Path) -> String {
     for share in &bench.stages {
         text += &format!(" {} {:.0} %,", share.stage, 100.0 * share.share);
     }
-    text += &format!(
-        " a list for {:.0} steps\n",
-        bench.bed.steps_per_build
-    );
+    text += &format!(" a list for {:.0} steps\n", bench.bed.steps_per_build);
     for distance in &bench.distances {
         text += &format!("\nlimits at {} grains, times above:", distance.grains);
         for bound in &distance.bounds {
@@ -156,15 +155,15 @@ fn in_words(bench: &Bench, out: &Path) -> String {
     text += "\n\n";
     for of in &bench.instructions {
         text += &format!(
-            "native {}: {:.0} instructions a step, {:.1} a listed pair ({})\n",
-            of.mode.name(),
-            of.per_step,
-            of.per_listed_pair,
-            of.vector_unit
+            "{:<26} {:>12.0} instructions a step, {:>7.1} a listed pair, {:.2} times native exact\n",
+            of.name, of.per_step, of.per_listed_pair, of.over_exact
         );
     }
     text += &size_table(bench);
     text += "\ngoals (findings, no checks):\n";
+    if bench.disturbed {
+        text += "   the machine was busy with other things: measure again before believing any of these\n";
+    }
     for goal in &bench.goals {
         text += &goal_line(goal);
     }
@@ -243,7 +242,9 @@ fn goal_line(goal: &Goal) -> String {
         Some(false) => "not met",
         None => "not made",
     };
-    let measured = goal.measured.map_or(String::new(), |value| format!("{value:.2}, "));
+    let measured = goal
+        .measured
+        .map_or(String::new(), |value| format!("{value:.2}, "));
     let bound = if goal.at_least { "at least" } else { "at most" };
     format!(
         "{word:>9}  {}: {measured}goal {bound} {}\n",

@@ -39,7 +39,7 @@ pub fn run(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Finished, YadeError> {
-    let mut child = start(installation, script, work)?;
+    let mut child = start(installation, script, work, &options.under)?;
     let began = Instant::now();
     let mut heart = Heart::default();
     let mut version = None;
@@ -103,7 +103,12 @@ fn finished(
     Ok(Finished { version, log })
 }
 
-fn start(installation: &Installation, script: &str, work: &Path) -> Result<Group, YadeError> {
+fn start(
+    installation: &Installation,
+    script: &str,
+    work: &Path,
+    under: &[String],
+) -> Result<Group, YadeError> {
     let work = fs::canonicalize(work).map_err(failed("find", work))?;
     // Under this name Python imports the program, and the program then opens no socket.
     let link = work.join("yadeimport.py");
@@ -111,7 +116,14 @@ fn start(installation: &Installation, script: &str, work: &Path) -> Result<Group
     let path = work.join("yade.log");
     let output = fs::File::create(&path).map_err(failed("create", &path))?;
     let errors = output.try_clone().map_err(failed("create", &path))?;
-    let mut command = Command::new(&installation.interpreter);
+    let mut command = match under.split_first() {
+        None => Command::new(&installation.interpreter),
+        Some((program, arguments)) => {
+            let mut command = Command::new(program);
+            command.args(arguments).arg(&installation.interpreter);
+            command
+        }
+    };
     command
         .arg(script)
         .current_dir(&work)
