@@ -1,7 +1,7 @@
 //! crossgrain: a validation harness for discrete-element engines.
 //!
 //! Data flows one way, and imports point back along it only:
-//! scene → model → generate → engine (native | yade) → measure → folder → progress → run → paper → compare → error → verify →
+//! scene → model → generate → engine (native | yade) → measure → folder → progress → run → paper → compare → error → verify → bench →
 //! reproduce → report → cli.
 //! `docs/architecture.md` says what stands where.
 

@@ -22,6 +22,8 @@ mod compare;
 
 mod verify;
 
+mod bench;
+
 mod cli;
 
 mod yade_driver;
