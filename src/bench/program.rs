@@ -152,8 +152,8 @@ pub fn last_row(log: &str, columns: usize) -> Option<Vec<f64>> {
             .map(|word| word.parse().ok())
             .collect()
     };
-    let rows = log[..end].lines().rev().filter_map(numbers);
-    rows.into_iter().find(|row| row.len() == columns)
+    let mut rows = log[..end].lines().rev().filter_map(numbers);
+    rows.find(|row| row.len() == columns)
 }
 
 /// Where a program of this name may have failed to be found.

@@ -71,10 +71,12 @@ pub fn run(
         if round % 2 == 1 {
             order.reverse();
         }
-        for index in order {
+        let turns_a_round = order.len();
+        for (turn, index) in order.into_iter().enumerate() {
             let (contender, of) = &mut turns[index];
+            let of_round = turn as f64 / turns_a_round as f64;
             progress.share(
-                f64::from(round) / f64::from(rounds),
+                (f64::from(round) + of_round) / f64::from(rounds),
                 &format!("round {}, {}", round + 1, contender.name()),
             );
             match contender.run(bed, plan, yade, work) {

@@ -102,13 +102,14 @@ pub fn between_grains(snapshot: &Snapshot) -> usize {
 }
 
 fn largest_distance(a: &Bodies, b: &Bodies) -> f64 {
-    let mut largest = 0.0;
+    let mut largest = 0.0f64;
     for id in 0..a.len() {
         let distance = (a.x[id] - b.x[id]).hypot(a.z[id] - b.z[id]);
-        // A NaN stays.
-        if !(distance <= largest) {
-            largest = distance;
+        // A NaN would be passed over by a maximum.
+        if distance.is_nan() {
+            return f64::INFINITY;
         }
+        largest = distance.max(largest);
     }
     largest
 }
