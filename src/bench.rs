@@ -147,7 +147,7 @@ pub struct Options {
 impl Options {
     /// Rounds where none are asked for.
     pub fn usual_rounds(quick: bool) -> u32 {
-        if quick { 3 } else { 9 }
+        if quick { 3 } else { 11 }
     }
 
     fn plan(&self) -> Plan {
@@ -160,9 +160,10 @@ impl Options {
             }
         } else {
             Plan {
-                warm_up: 100,
+                // Not longer: rounding grows on the way, and beds are compared at its end.
+                warm_up: 50,
                 native: 16_000,
-                other: 400,
+                other: 250,
                 shares: 100,
             }
         }

@@ -20,8 +20,9 @@ pub struct Throughput {
     pub read: Vec<f64>,
 }
 
-/// Bytes that are read again and again: in the first and second level's cache, in the third's, in memory.
-pub const WORKING_SETS: [usize; 4] = [16 << 10, 256 << 10, 8 << 20, 256 << 20];
+/// Bytes that are read again and again: what the nearest cache holds, what steps of 5,000 and of 100,000 grains pass
+/// over, and what no cache holds.
+pub const WORKING_SETS: [usize; 4] = [16 << 10, 1 << 20, 20 << 20, 256 << 20];
 
 /// What a step must do at least, whatever its program, to have YADE's bits: for each listed pair 2 divisions and a root,
 /// as n = (dx/d, dz/d) is asked for; for each grain 2 divisions, as a = f/m is.

@@ -18,15 +18,16 @@ pub struct Tolerance {
 }
 
 impl Tolerance {
-    /// The same operations up to their order: rounding, which has grown for some hundred steps.
+    /// The same operations up to their order: rounding, which was seen to be 1e-11 R after 200 steps and 2e-4 R after
+    /// 500, so beds are compared after 300 at most.
     pub const ROUNDING: Tolerance = Tolerance {
         displacement: 1.0e-6,
         contacts: 1.0e-3,
         energy: 1.001,
     };
-    /// Forces in single precision.
+    /// Forces in single precision: rounding that may have grown until grains are apart by as much as they have moved.
     pub const SINGLE: Tolerance = Tolerance {
-        displacement: 0.01,
+        displacement: 0.1,
         contacts: 0.05,
         energy: 1.5,
     };

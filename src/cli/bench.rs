@@ -27,7 +27,7 @@ pub struct Arguments {
     /// Few rounds, small beds: about a minute
     #[arg(long)]
     quick: bool,
-    /// How often every engine takes its turn; 9, and 3 with --quick
+    /// How often every engine takes its turn; 11, and 3 with --quick
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1000))]
     rounds: Option<u32>,
     /// The folder to write; a finished benchmark in it is never overwritten
