@@ -41,9 +41,13 @@ pub fn render(templates: &[(&str, &str)], page: &impl Serialize) -> Result<Strin
         .map_err(failed)
 }
 
-/// The last part of a long path of a function.
+/// The last part of a long path of a function, without its arguments.
 fn truncated(name: &str) -> String {
     const LONGEST: usize = 60;
+    if name.starts_with("0x") {
+        return "(a function without a name)".to_owned();
+    }
+    let name = name.split('(').next().unwrap_or(name);
     let parts: Vec<&str> = name.split("::").collect();
     let short = parts[parts.len().saturating_sub(2)..].join("::");
     short.chars().take(LONGEST).collect()
