@@ -1,5 +1,6 @@
 //! The command line: one verb a file. Arguments in, one library call, an exit code out.
 
+mod bench;
 mod compare;
 mod facts;
 mod paper;
@@ -42,6 +43,8 @@ enum Command {
     Reproduce(reproduce::Arguments),
     /// The ladder: exact solutions, symmetries, and native against YADE bit for bit
     Verify(verify::Arguments),
+    /// All engines side by side on the paper's bed: time a step, ratios, cost against size, limits
+    Bench(bench::Arguments),
 }
 
 impl Arguments {
@@ -55,6 +58,7 @@ impl Arguments {
             Command::Facts(arguments) => arguments.execute(),
             Command::Reproduce(arguments) => arguments.execute(),
             Command::Verify(arguments) => arguments.execute(),
+            Command::Bench(arguments) => arguments.execute(),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod case;
 pub mod native;
+pub mod timing;
 pub mod yade;
 
 use serde::{Deserialize, Serialize};

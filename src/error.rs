@@ -42,6 +42,9 @@ pub enum Error {
     Usage(String),
     #[error("asked to end; start the command again")]
     Interrupted,
+    /// Another program than an engine of a run.
+    #[error("{0}")]
+    Program(String),
     #[error("the report cannot be made: {0}")]
     Report(String),
 }
@@ -72,7 +75,7 @@ impl Error {
                 trouble: Trouble::Interrupted,
                 ..
             })) => exit::TRY_AGAIN,
-            Error::Engine(_) => exit::ENGINE_FAILED,
+            Error::Engine(_) | Error::Program(_) => exit::ENGINE_FAILED,
             Error::Output(_) | Error::Report(_) | Error::Interrupted => exit::TRY_AGAIN,
         }
     }

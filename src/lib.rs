@@ -1,13 +1,15 @@
 //! crossgrain: a validation harness for discrete-element engines.
 //!
 //! Data flows one way, and imports point back along it only:
-//! scene → model → generate → engine (native | yade) → measure → folder → progress → run → paper → compare → error → verify →
+//! scene → model → generate → engine (native | yade) → measure → folder → progress → run → paper → compare → error → verify → bench →
 //! reproduce → report → cli.
 //! `docs/architecture.md` says what stands where.
 
 pub mod files;
 
 pub mod interrupt;
+
+pub mod child;
 
 pub mod scene;
 
@@ -34,6 +36,8 @@ pub mod compare;
 pub mod error;
 
 pub mod verify;
+
+pub mod bench;
 
 pub mod reproduce;
 

@@ -1,5 +1,6 @@
 //! The report: pages that open offline, and the pictures and charts on them.
 
+pub mod bench;
 pub mod chart;
 pub mod disc_field;
 pub mod packing;

@@ -181,8 +181,8 @@ pub fn command(engine: &Engine, protocol: Protocol) -> String {
     words + " --out DIR"
 }
 
-/// The high-water mark of this process, on Linux.
-fn peak_memory() -> Option<u64> {
+/// The high-water mark of this process, bytes, on Linux.
+pub fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
     let kibibytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;

@@ -23,6 +23,8 @@ mod compare;
 
 mod verify;
 
+mod bench;
+
 mod cli;
 
 mod yade_driver;

@@ -21,6 +21,7 @@ mod rows;
 mod springs;
 mod stages;
 mod state;
+pub mod timing;
 
 pub use case::{CaseOptions, effective, loads, run_case, watch_case};
 pub use health::Trouble;

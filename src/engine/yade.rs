@@ -8,6 +8,7 @@ mod completeness;
 mod find;
 mod frames;
 mod job;
+pub mod timing;
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -39,6 +40,8 @@ pub struct Options {
     pub stall_limit: Duration,
     /// The `yade` to use instead of the one on the path.
     pub program: Option<PathBuf>,
+    /// A program, with its arguments, that YADE's Python is to run under, such as valgrind; usually none.
+    pub under: Vec<String>,
 }
 
 impl Default for Options {
@@ -49,6 +52,7 @@ impl Default for Options {
             time_limit: Duration::from_secs(4 * 3600),
             stall_limit: Duration::from_secs(120),
             program: None,
+            under: Vec::new(),
         }
     }
 }

@@ -54,7 +54,7 @@ pub struct Chart {
     pub series: Vec<Series>,
 }
 
-/// A corner of a chart.
+/// A corner or side of a chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Corner {
     /// Top left.
@@ -63,6 +63,8 @@ pub enum Corner {
     UpperRight,
     /// Bottom right.
     LowerRight,
+    /// Left, half way up.
+    MiddleLeft,
 }
 
 const SIZE: (u32, u32) = (640, 360);
@@ -198,6 +200,7 @@ impl Chart {
                 Corner::UpperLeft => SeriesLabelPosition::UpperLeft,
                 Corner::UpperRight => SeriesLabelPosition::UpperRight,
                 Corner::LowerRight => SeriesLabelPosition::LowerRight,
+                Corner::MiddleLeft => SeriesLabelPosition::MiddleLeft,
             })
             .label_font(("sans-serif", 13))
             .background_style(WHITE.mix(0.85))

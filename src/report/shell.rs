@@ -26,6 +26,9 @@ pub fn render(templates: &[(&str, &str)], page: &impl Serialize) -> Result<Strin
     environment.add_filter("short", crate::paper::short);
     environment.add_filter("exp", |value: f64| format!("{value:.2e}"));
     environment.add_filter("number", number);
+    environment.add_filter("two", |value: f64| format!("{value:.2}"));
+    environment.add_filter("figures3", |value: f64| format!("{value:.3}"));
+    environment.add_filter("truncated", truncated);
     environment.add_filter("figures", |value: f64| format!("{value:.6}"));
     let mut last = "shell.html";
     for (name, text) in [(last, SHELL)].iter().chain(templates) {
@@ -36,6 +39,18 @@ pub fn render(templates: &[(&str, &str)], page: &impl Serialize) -> Result<Strin
         .get_template(last)
         .and_then(|template| template.render(minijinja::value::Serde(page)))
         .map_err(failed)
+}
+
+/// The last part of a long path of a function, without its arguments.
+fn truncated(name: &str) -> String {
+    const LONGEST: usize = 60;
+    if name.starts_with("0x") {
+        return "(a function without a name)".to_owned();
+    }
+    let name = name.split('(').next().unwrap_or(name);
+    let parts: Vec<&str> = name.split("::").collect();
+    let short = parts[parts.len().saturating_sub(2)..].join("::");
+    short.chars().take(LONGEST).collect()
 }
 
 /// All digits, as a power of ten where zeros would be many.

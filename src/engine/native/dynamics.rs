@@ -11,6 +11,33 @@ use super::state::{State, contact_row};
 use crate::model::terms::Kernel;
 use crate::tables::{Bodies, Contact, Punch, Snapshot, Stage};
 
+/// The parts of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    Integration,
+    NeighbourLists,
+    /// Between grains; with friction all contacts.
+    Contacts,
+    /// Walls and punch.
+    FlatBodies,
+}
+
+/// Told which part of a step is under way.
+pub trait Clock {
+    /// Does the work of this part.
+    fn time<T>(&mut self, part: Part, work: impl FnOnce() -> T) -> T;
+}
+
+/// Nobody looks at the clock, and it costs nothing.
+struct Untimed;
+
+impl Clock for Untimed {
+    #[inline(always)]
+    fn time<T>(&mut self, _: Part, work: impl FnOnce() -> T) -> T {
+        work()
+    }
+}
+
 /// The state with what a step needs beside it. After [`Dynamics::new`] and after each
 /// [`Dynamics::step`] the forces belong to the positions.
 pub struct Dynamics {
@@ -61,6 +88,11 @@ impl Dynamics {
 
     /// One time step.
     pub fn step(&mut self) -> Result<(), Trouble> {
+        self.step_timed(&mut Untimed)
+    }
+
+    /// The same with a clock that is told which part of the step is under way.
+    pub fn step_timed(&mut self, clock: &mut impl Clock) -> Result<(), Trouble> {
         if self.half_step_to_come {
             self.half_a_step_back();
             self.half_step_to_come = false;
@@ -72,17 +104,18 @@ impl Dynamics {
             punch.centre[1] += punch.velocity * dt;
             punch.centre[1]
         });
-        let fastest = integrate(&mut self.state, dt, gravity, alpha);
-        if self.constants.law.rotates() {
-            integrate_spins(&mut self.state, dt, alpha);
+        let held = clock.time(Part::Integration, || {
+            let fastest = integrate(&mut self.state, dt, gravity, alpha);
+            if self.constants.law.rotates() {
+                integrate_spins(&mut self.state, dt, alpha);
+            }
+            let position = &self.state.position;
+            self.neighbours.hold(fastest, dt, position, punch_height)
+        });
+        if !held {
+            clock.time(Part::NeighbourLists, || self.list_neighbours())?;
         }
-        let Dynamics {
-            state, neighbours, ..
-        } = self;
-        if !neighbours.hold(fastest, dt, &state.position, punch_height) {
-            self.list_neighbours()?;
-        }
-        self.evaluate_forces();
+        self.evaluate_forces_timed(clock);
         Ok(())
     }
 
@@ -99,27 +132,36 @@ impl Dynamics {
     }
 
     fn evaluate_forces(&mut self) {
+        self.evaluate_forces_timed(&mut Untimed);
+    }
+
+    fn evaluate_forces_timed(&mut self, clock: &mut impl Clock) {
         self.punch_is_new = false;
         if self.kernel == Kernel::General {
-            general::evaluate_forces(
-                &mut self.state,
-                &mut self.neighbours,
-                &self.constants,
-                &self.rules,
-            );
-            return;
+            return clock.time(Part::Contacts, || {
+                general::evaluate_forces(
+                    &mut self.state,
+                    &mut self.neighbours,
+                    &self.constants,
+                    &self.rules,
+                );
+            });
         }
-        let State {
-            position, force, ..
-        } = &mut self.state;
-        let rows = &self.neighbours.rows;
-        match self.mode {
-            Mode::Exact => springs::sum_forces::<false>(position, rows, force),
-            Mode::Free => springs::sum_forces::<true>(position, rows, force),
-            Mode::Single => self.single.sum_forces(position, rows, force),
-        }
-        self.add_wall_forces();
-        self.add_punch_forces();
+        clock.time(Part::Contacts, || {
+            let State {
+                position, force, ..
+            } = &mut self.state;
+            let rows = &self.neighbours.rows;
+            match self.mode {
+                Mode::Exact => springs::sum_forces::<false>(position, rows, force),
+                Mode::Free => springs::sum_forces::<true>(position, rows, force),
+                Mode::Single => self.single.sum_forces(position, rows, force),
+            }
+        });
+        clock.time(Part::FlatBodies, || {
+            self.add_wall_forces();
+            self.add_punch_forces();
+        });
     }
 
     fn add_wall_forces(&mut self) {

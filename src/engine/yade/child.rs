@@ -3,23 +3,20 @@
 use std::fs;
 use std::io::{Read, Seek, SeekFrom};
 use std::os::unix::fs::symlink;
-use std::os::unix::process::CommandExt;
 use std::path::Path;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Command, ExitStatus};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process_group};
 use serde::Deserialize;
 
 use super::{Installation, OLDEST_VERSION, Options, YadeError};
+use crate::child::{Group, LOOK_EVERY};
 use crate::engine::Observer;
 use crate::files::{failed, read_text};
 use crate::interrupt::asked_to_end;
 use crate::tables::Stage;
 
-/// How often the child is looked at.
-const LOOK_EVERY: Duration = Duration::from_millis(50);
 /// The most of a log that is kept, bytes.
 const LONGEST_LOG: u64 = 1 << 20;
 
@@ -42,10 +39,7 @@ pub fn run(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Finished, YadeError> {
-    let mut child = Ended {
-        child: start(installation, script, work)?,
-        seen: false,
-    };
+    let mut child = start(installation, script, work, &options.under)?;
     let began = Instant::now();
     let mut heart = Heart::default();
     let mut version = None;
@@ -109,7 +103,12 @@ fn finished(
     Ok(Finished { version, log })
 }
 
-fn start(installation: &Installation, script: &str, work: &Path) -> Result<Child, YadeError> {
+fn start(
+    installation: &Installation,
+    script: &str,
+    work: &Path,
+    under: &[String],
+) -> Result<Group, YadeError> {
     let work = fs::canonicalize(work).map_err(failed("find", work))?;
     // Under this name Python imports the program, and the program then opens no socket.
     let link = work.join("yadeimport.py");
@@ -117,7 +116,15 @@ fn start(installation: &Installation, script: &str, work: &Path) -> Result<Child
     let path = work.join("yade.log");
     let output = fs::File::create(&path).map_err(failed("create", &path))?;
     let errors = output.try_clone().map_err(failed("create", &path))?;
-    Command::new(&installation.interpreter)
+    let mut command = match under.split_first() {
+        None => Command::new(&installation.interpreter),
+        Some((program, arguments)) => {
+            let mut command = Command::new(program);
+            command.args(arguments).arg(&installation.interpreter);
+            command
+        }
+    };
+    command
         .arg(script)
         .current_dir(&work)
         .env("CROSSGRAIN_JOB", &work)
@@ -128,47 +135,14 @@ fn start(installation: &Installation, script: &str, work: &Path) -> Result<Child
         .env("IPYTHONDIR", work.join("home"))
         .env("OMP_NUM_THREADS", "1")
         .env_remove("DISPLAY")
-        // A group of its own, so that whatever it starts ends with it.
-        .process_group(0)
-        .stdin(Stdio::null())
         .stdout(output)
-        .stderr(errors)
-        .spawn()
-        .map_err(|error| {
-            YadeError::Missing(format!(
-                "{} cannot be started: {error}",
-                installation.interpreter.display()
-            ))
-        })
-}
-
-/// A child that does not outlive its watcher, nor does what it has started.
-struct Ended {
-    child: Child,
-    /// Its end was seen; its number may belong to another by now.
-    seen: bool,
-}
-
-impl Ended {
-    fn status(&mut self) -> std::io::Result<Option<ExitStatus>> {
-        let status = self.child.try_wait()?;
-        self.seen |= status.is_some();
-        Ok(status)
-    }
-}
-
-impl Drop for Ended {
-    fn drop(&mut self) {
-        if self.seen {
-            return;
-        }
-        // Each fails only for what has ended already.
-        if let Some(group) = Pid::from_raw(self.child.id().cast_signed()) {
-            let _ = kill_process_group(group, Signal::KILL);
-        }
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
+        .stderr(errors);
+    Group::spawn(&mut command).map_err(|error| {
+        YadeError::Missing(format!(
+            "{} cannot be started: {error}",
+            installation.interpreter.display()
+        ))
+    })
 }
 
 /// The version, once the script has said it.

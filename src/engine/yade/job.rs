@@ -5,13 +5,14 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::timing::Steps;
 use super::{Options, YadeError};
 use crate::engine::case::Case;
 use crate::engine::{Task, Until};
 use crate::files::{failed, write_whole};
 use crate::model::Model;
 use crate::scene::Scene;
-use crate::tables::{Stage, text};
+use crate::tables::{Bodies, Stage, text};
 
 /// The fixed scripts: runs a scene, runs cases, and what both share.
 pub const RUN_SCENE: (&str, &str) = (
@@ -21,6 +22,11 @@ pub const RUN_SCENE: (&str, &str) = (
 pub const RUN_CASES: (&str, &str) = (
     "run_cases.py",
     include_str!("../../../yade_scripts/run_cases.py"),
+);
+/// The script that times steps.
+pub const TIME_STEPS: (&str, &str) = (
+    "time_steps.py",
+    include_str!("../../../yade_scripts/time_steps.py"),
 );
 const SHARED: (&str, &str) = (
     "model_in_yade.py",
@@ -83,10 +89,50 @@ pub fn write(work: &Path, scene: &Scene, task: &Task, options: &Options) -> Resu
     write_scripts(work, RUN_SCENE)?;
     write_json(&work.join("scene.json"), scene)?;
     write_json(&work.join("job.json"), &job)?;
-    text::write_bodies(&work.join("initial.csv"), &task.start.bodies).map_err(|error| match error {
+    write_grains(work, &task.start.bodies)
+}
+
+fn write_grains(work: &Path, bodies: &Bodies) -> Result<(), YadeError> {
+    text::write_bodies(&work.join("initial.csv"), bodies).map_err(|error| match error {
         text::TableError::File(error) => YadeError::File(error),
         other => YadeError::Nonsense(other.to_string()),
     })
+}
+
+#[derive(Serialize)]
+struct TimingJob<'a> {
+    model: &'a Model,
+    sorted: bool,
+    verlet_distance: f64,
+    warm_up: u64,
+    steps: u64,
+    shares: u64,
+    block: u64,
+}
+
+/// Grains times steps between two signs of life: about half a second's.
+const GRAIN_STEPS_A_BLOCK: u64 = 2_000_000;
+
+/// Writes script, model and grains into `work`, for timing.
+pub fn write_timing(
+    work: &Path,
+    model: &Model,
+    bodies: &Bodies,
+    steps: Steps,
+    options: &Options,
+) -> Result<(), YadeError> {
+    let job = TimingJob {
+        model,
+        sorted: options.sorted,
+        verlet_distance: options.verlet_distance,
+        warm_up: steps.warm_up,
+        steps: steps.timed,
+        shares: steps.shares,
+        block: GRAIN_STEPS_A_BLOCK.div_ceil(bodies.len().max(1) as u64),
+    };
+    write_scripts(work, TIME_STEPS)?;
+    write_json(&work.join("job.json"), &job)?;
+    write_grains(work, bodies)
 }
 
 /// A home of its own, the script and what it imports.

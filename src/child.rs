@@ -1,0 +1,80 @@
+//! Programs that are started: each in a process group of its own, ended with whatever it has started
+//! when nobody waits for it any more.
+
+use std::io;
+use std::os::unix::process::CommandExt;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process_group};
+
+use crate::interrupt::asked_to_end;
+
+/// How often a child is looked at.
+pub const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+/// A child that does not outlive its watcher, nor does what it has started.
+#[derive(Debug)]
+pub struct Group {
+    child: Child,
+    /// Its end was seen; its number may belong to another by now.
+    seen: bool,
+}
+
+/// Why a child's end was not waited for.
+#[derive(Debug, thiserror::Error)]
+pub enum Unfinished {
+    #[error("it was asked to end")]
+    Interrupted,
+    #[error("it was not done within {0:?} and was ended")]
+    TooLong(Duration),
+    #[error("it cannot be waited for: {0}")]
+    Io(#[from] io::Error),
+}
+
+impl Group {
+    /// Starts the command in a group of its own, with nothing on its standard input.
+    pub fn spawn(command: &mut Command) -> io::Result<Self> {
+        let child = command.process_group(0).stdin(Stdio::null()).spawn()?;
+        Ok(Group { child, seen: false })
+    }
+
+    /// How it ended, once it has.
+    pub fn status(&mut self) -> io::Result<Option<ExitStatus>> {
+        let status = self.child.try_wait()?;
+        self.seen |= status.is_some();
+        Ok(status)
+    }
+
+    /// Waits for its end, but no longer than `limit`; whatever does not end is ended.
+    pub fn wait(mut self, limit: Duration) -> Result<ExitStatus, Unfinished> {
+        let began = Instant::now();
+        loop {
+            if let Some(status) = self.status()? {
+                return Ok(status);
+            }
+            if asked_to_end() {
+                return Err(Unfinished::Interrupted);
+            }
+            if began.elapsed() > limit {
+                return Err(Unfinished::TooLong(limit));
+            }
+            thread::sleep(LOOK_EVERY);
+        }
+    }
+}
+
+impl Drop for Group {
+    fn drop(&mut self) {
+        if self.seen {
+            return;
+        }
+        // Each fails only for what has ended already.
+        if let Some(group) = Pid::from_raw(self.child.id().cast_signed()) {
+            let _ = kill_process_group(group, Signal::KILL);
+        }
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}

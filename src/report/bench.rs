@@ -1,0 +1,129 @@
+//! The benchmark as a page.
+
+use plotters::style::RGBColor;
+use serde::Serialize;
+
+use super::chart::{BLUE, Chart, Corner, GREEN, Mark, Series, VERMILION};
+use super::shell::{self, Figure};
+use crate::bench::Bench;
+use crate::bench::scaling::Point;
+use crate::compare::Verdict;
+use crate::error::Error;
+
+mod strip;
+
+use strip::Strips;
+
+const PAGE: &str = include_str!("bench.html");
+
+/// See [`BLUE`].
+const PURPLE: RGBColor = RGBColor(204, 121, 167);
+/// See [`BLUE`].
+const GREY: RGBColor = RGBColor(110, 110, 110);
+
+/// What the template is given.
+#[derive(Debug, Serialize)]
+struct Page<'a> {
+    b: &'a Bench,
+    word: &'static str,
+    strips: Option<Strips>,
+    figures: Vec<Figure>,
+    sizes: Vec<u32>,
+    rows: Vec<SizeRow<'a>>,
+}
+
+/// A way of computing, over all sizes.
+#[derive(Debug, Serialize)]
+struct SizeRow<'a> {
+    name: &'a str,
+    cells: Vec<Option<&'a Point>>,
+}
+
+/// The page.
+pub fn page(bench: &Bench) -> Result<String, Error> {
+    let names = names(&bench.scaling);
+    let mut sizes: Vec<u32> = bench.scaling.iter().map(|point| point.grains).collect();
+    sizes.sort_unstable();
+    sizes.dedup();
+    let cell = |name: &str, size: u32| {
+        let mut of = bench.scaling.iter();
+        of.find(|point| point.name == name && point.grains == size)
+    };
+    let rows = names.iter().map(|name| SizeRow {
+        name,
+        cells: sizes.iter().map(|size| cell(name, *size)).collect(),
+    });
+    let page = Page {
+        b: bench,
+        word: match bench.verdict {
+            Verdict::Pass => "Every engine ran, every bed is sane",
+            Verdict::Fail => "A bed is not what it should be",
+            Verdict::NotMade => "Incomplete",
+        },
+        strips: Strips::of(bench),
+        figures: figures(bench, &names)?,
+        rows: rows.collect(),
+        sizes,
+    };
+    shell::render(&[("bench.html", PAGE)], &page)
+}
+
+fn names(points: &[Point]) -> Vec<&str> {
+    let mut names: Vec<&str> = Vec::new();
+    for point in points {
+        if !names.contains(&point.name.as_str()) {
+            names.push(&point.name);
+        }
+    }
+    names
+}
+
+fn figures(bench: &Bench, names: &[&str]) -> Result<Vec<Figure>, Error> {
+    let colours = [BLUE, GREEN, PURPLE, GREY, VERMILION];
+    let chart = |y: &str, legend, of: fn(&Point) -> Option<f64>| Chart {
+        x: "grains".to_owned(),
+        y: y.to_owned(),
+        logarithmic: [true, true],
+        legend,
+        series: names
+            .iter()
+            .zip(colours)
+            .map(|(name, colour)| Series {
+                name: (*name).to_owned(),
+                colour,
+                mark: Mark::Line,
+                points: bench
+                    .scaling
+                    .iter()
+                    .filter(|point| point.name == **name)
+                    .filter_map(|point| Some((f64::from(point.grains), of(point)?)))
+                    .collect(),
+            })
+            .collect(),
+    };
+    let charts = [
+        (
+            chart("ns a step and grain", Corner::MiddleLeft, |point| {
+                Some(1e9 * point.seconds_per_grain)
+            }),
+            "Cost of a grain in a step. Flat is what a method that only looks at neighbours can do; what rises is memory: \
+             the bed no longer fits into the caches.",
+        ),
+        (
+            chart("peak memory, MB", Corner::MiddleLeft, |point| {
+                Some(point.peak_memory? as f64 / 1e6)
+            }),
+            "Largest resident memory of the whole process, reading the bed included.",
+        ),
+    ];
+    let mut figures = Vec::new();
+    for (chart, caption) in charts {
+        if chart.can_be_drawn() {
+            figures.push(Figure {
+                svg: chart.svg()?,
+                caption: caption.to_owned(),
+            });
+        }
+    }
+    Ok(figures)
+}

@@ -1,0 +1,309 @@
+//! Benchmarks: their beds, what makes an engine's bed insane, and the reading of other programs' words. No test
+//! here asserts a time.
+
+use std::fs;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use crossgrain::bench::bed::{self, Bed};
+use crossgrain::bench::contender::Contender;
+use crossgrain::bench::limits::{Throughput, Work};
+use crossgrain::bench::sanity::{Sanity, Tolerance, between_grains};
+use crossgrain::bench::{BenchError, Missed, lammps, liggghts, native, one, program};
+use crossgrain::engine::native::Mode;
+use crossgrain::tables::Bodies;
+
+use crate::support::{crossgrain, told};
+
+/// 500 settled grains: a tenth of the paper's bed, as deep.
+fn small_bed() -> Bed {
+    bed::settled(500, &mut ()).expect("a bed that settles")
+}
+
+/// Grains without their ids.
+fn as_a_set(bodies: &Bodies) -> Vec<[u64; 6]> {
+    let mut all: Vec<[u64; 6]> = (0..bodies.len())
+        .map(|id| {
+            [
+                &bodies.x,
+                &bodies.z,
+                &bodies.vx,
+                &bodies.vz,
+                &bodies.radius,
+                &bodies.mass,
+            ]
+            .map(|column| column[id].to_bits())
+        })
+        .collect();
+    all.sort_unstable();
+    all
+}
+
+#[test]
+fn copies_are_mirrored_and_numbered_row_by_row() {
+    let mut bodies = Bodies::with_capacity(4);
+    // Two columns, two rows.
+    for (x, z) in [(0.1, 0.1), (0.7, 0.1), (0.2, 0.3), (0.8, 0.3)] {
+        bodies.push([x, z], [1.0, 2.0], 0.1, 3.0);
+    }
+    let wide = bed::side_by_side(&bodies, 1.0, 2, 3);
+    assert_eq!(wide.len(), 12);
+    let lowest: Vec<f64> = wide.x[..6]
+        .iter()
+        .map(|x| (x * 10.0).round() / 10.0)
+        .collect();
+    assert_eq!(lowest, [0.1, 0.7, 1.3, 1.9, 2.1, 2.7]);
+    assert!(wide.z[..6].iter().all(|z| *z == 0.1));
+    assert_eq!(wide.vx[..6], [1.0, 1.0, -1.0, -1.0, 1.0, 1.0]);
+    assert!(wide.vz.iter().all(|vz| *vz == 2.0));
+}
+
+#[test]
+fn a_bed_laid_out_of_copies_is_as_dense_as_the_settled_one() {
+    let small = small_bed();
+    let wide = bed::laid_out(&small, 4).expect("a sound bed");
+    assert_eq!(wide.bodies.len(), 2000);
+    let contacts = |bed: &Bed| {
+        let now = native::after(bed, Mode::Exact, 0).expect("a sound bed");
+        between_grains(&now) as f64 / bed.bodies.len() as f64
+    };
+    let height = |bed: &Bed| bed.bodies.z.iter().sum::<f64>() / bed.bodies.len() as f64;
+    assert!((contacts(&wide) / contacts(&small) - 1.0).abs() < 0.1);
+    assert!((height(&wide) / height(&small) - 1.0).abs() < 0.02);
+}
+
+#[test]
+fn shuffled_grains_are_the_same_grains() {
+    let bed = small_bed();
+    let shuffled = bed::shuffled(&bed.bodies);
+    assert_eq!(as_a_set(&shuffled), as_a_set(&bed.bodies));
+    assert_ne!(shuffled.x, bed.bodies.x);
+    let near = |bodies: &Bodies| {
+        let steps = bodies.z.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+        steps.sum::<f64>()
+    };
+    assert!(near(&shuffled) > 5.0 * near(&bed.bodies));
+}
+
+#[test]
+fn a_kept_bed_is_taken_over_and_a_spoilt_one_is_not() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let make = || bed::settled_or_kept(folder.path(), 60, &mut ()).expect("a bed");
+    let first = make();
+    assert_eq!(make().bodies, first.bodies);
+    let table = folder.path().join("bed-60.csv");
+    let text = fs::read_to_string(&table).expect("a table");
+    let line = text.lines().nth(1).expect("a grain").to_owned();
+    let words: Vec<&str> = line.split(',').collect();
+    let moved = line.replacen(words[1], "0.0123", 1);
+    fs::write(&table, text.replacen(&line, &moved, 1)).expect("a spoilt table");
+    assert_eq!(make().bodies, first.bodies, "settled anew");
+}
+
+#[test]
+fn a_lost_grain_contact_or_number_is_not_sane() {
+    let bed = small_bed();
+    let exact = native::after(&bed, Mode::Exact, 10).expect("a sound run");
+    let contacts = between_grains(&exact);
+    let judge = |bodies: &Bodies, contacts: usize| {
+        Sanity::of(bodies, contacts, &exact, 0.005, Tolerance::OTHER_LAW).holds
+    };
+    assert!(judge(&exact.bodies, contacts));
+    assert!(!judge(&exact.bodies, contacts / 2));
+    let changed = |change: fn(&mut Bodies)| {
+        let mut bodies = exact.bodies.clone();
+        change(&mut bodies);
+        judge(&bodies, contacts)
+    };
+    assert!(!changed(|of| of.x[7] += 0.002));
+    assert!(!changed(|of| of.z[7] = f64::NAN));
+    assert!(!changed(|of| of.vx.iter_mut().for_each(|vx| *vx = 1.0)));
+    assert!(!changed(|of| {
+        of.x.pop();
+    }));
+    // What rounding does not explain.
+    let mut moved = exact.bodies.clone();
+    moved.x[7] += 1.0e-7;
+    assert!(!Sanity::of(&moved, contacts, &exact, 0.005, Tolerance::ROUNDING).holds);
+}
+
+#[test]
+fn clocks_between_the_stages_change_no_bit() {
+    let bed = small_bed();
+    let clocked = native::clocked(&bed, 400).expect("the bits of the engine");
+    let total: f64 = clocked.shares.iter().map(|share| share.share).sum();
+    assert!((total - 1.0).abs() < 1.0e-9);
+    assert!(clocked.listed_pairs > clocked.touching_pairs);
+    assert!(clocked.touching_pairs > 500);
+}
+
+#[test]
+fn a_window_has_the_steps_asked_for() {
+    let bed = small_bed();
+    let window = native::time(&bed, Mode::Exact, 400).expect("a sound run");
+    assert_eq!(window.steps, 400);
+    assert_eq!(native::all_steps(400), 500);
+    assert!(window.wall_seconds > 0.0 && window.cpu_seconds.is_some_and(|of| of > 0.0));
+}
+
+#[test]
+fn a_process_of_its_own_times_the_bed_it_is_given() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    one::write(&small_bed(), folder.path()).expect("a written bed");
+    let program = Path::new(env!("CARGO_BIN_EXE_crossgrain"));
+    let limit = Duration::from_secs(60);
+    let one = one::in_a_process(program, folder.path(), Mode::Exact, 80, limit).expect("a time");
+    assert_eq!((one.window.steps, one.steps), (80, 100));
+    let (code, _, errors) = told(&crossgrain(&["bench", "--one", "nowhere"], folder.path()));
+    assert_eq!(code, 2, "{errors}");
+}
+
+#[test]
+fn a_finished_benchmark_is_not_overwritten() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("bench.json"), "{}").expect("a file");
+    let (code, _, errors) = told(&crossgrain(&["bench", "--out", "."], folder.path()));
+    assert_eq!(code, 2);
+    assert!(errors.contains("holds a finished benchmark"), "{errors}");
+    let (code, _, _) = told(&crossgrain(&["bench", "--rounds", "0"], folder.path()));
+    assert_eq!(code, 2);
+}
+
+const LOG: &str = "LAMMPS (29 Sep 2021 - Update 2)\nStep KinEng c_contacts \n       0  0.0395        17462 \n     \
+    100   0.0429        17166 \nLoop time of 0.029 on 1 procs for 100 steps with 5000 atoms\n\n99.9% CPU use with 1 MPI tasks x 1 OpenMP \
+    threads\n\nNeighs:        12581.0 ave       12581 max       12581 min\nStep KinEng c_contacts \n     100   0.0429        17166 \n     \
+    600  0.059        16728 \nLoop time of 0.2 on 1 procs for 500 steps with 5000 atoms, finish time Sat Nov 21\n\n\
+    50.0% CPU use with 1 MPI tasks x 1 OpenMP threads\nHistogram: 1 0 0 0 0 0 0 0 0 0\n";
+
+#[test]
+fn the_last_loop_of_a_log_counts() {
+    assert_eq!(program::loop_time(LOG), Some((0.2, 500)));
+    let row = program::last_row(LOG, 3).expect("a row");
+    assert_eq!(row, [600.0, 0.059, 16728.0]);
+    assert_eq!(program::loop_time("ERROR: lost atoms"), None);
+}
+
+#[test]
+fn a_dump_that_lacks_a_grain_is_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("bed.dump");
+    let mut bodies = Bodies::with_capacity(2);
+    bodies.push([1.0, 1.0], [0.0, 0.0], 0.1, 1.0);
+    bodies.push([2.0, 1.0], [0.0, 0.0], 0.1, 1.0);
+    let dump = |rows: &str| {
+        let text = format!("ITEM: TIMESTEP\n600\nITEM: ATOMS id x y vx vy \n{rows}");
+        fs::write(&path, text).expect("a dump");
+        program::read_dump(&path, &bodies)
+    };
+    let read = dump("2 2.5 3 0.5 0.25 \n1 1.5 1 0 0 \n").expect("a whole dump");
+    assert_eq!((read.x, read.vx), (vec![1.5, 2.5], vec![0.0, 0.5]));
+    for wrong in [
+        "1 1.5 1 0 0 \n",
+        "1 1 1 0 0\n2 nan 1 0 0\n",
+        "1 1 1 0 0\n3 1 1 0 0\n",
+    ] {
+        assert!(
+            matches!(dump(wrong), Err(BenchError::Nonsense(_))),
+            "{wrong}"
+        );
+    }
+}
+
+#[test]
+fn scripts_of_other_engines_carry_the_scenes_numbers() {
+    let bed = Bed {
+        scene: bed::scene_of(5000),
+        bodies: Bodies::default(),
+    };
+    let (lammps, liggghts) = (lammps::script(&bed, 7, 11), liggghts::script(&bed, 7, 11));
+    let dt = bed.scene.time_step_seconds();
+    for script in [&lammps, &liggghts] {
+        for line in [
+            format!("timestep {dt}"),
+            "fix fall all gravity 9.81 vector 0 -1 0".to_owned(),
+            "run 7\nrun 11".to_owned(),
+        ] {
+            assert!(script.contains(&line), "{line}");
+        }
+    }
+    assert!(lammps.contains("pair_style gran/hooke 50000000 NULL 0 NULL 0 0"));
+    assert!(liggghts.contains("kn peratomtypepair 1 50000000"));
+    assert!(liggghts.contains("primitive type 1 xplane 1\n"));
+}
+
+#[test]
+fn programs_that_fail_or_hang_are_named_and_ended() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let sh = program::on_path("sh").expect("a shell");
+    let run = |script: &str, limit: u64| {
+        let limit = Duration::from_millis(limit);
+        program::run(&sh, &["-c", script], folder.path(), limit)
+    };
+    assert_eq!(run("echo hello", 10_000).expect("a log"), "hello\n");
+    let failed = run("echo no such bed >&2; exit 3", 10_000).expect_err("a failure");
+    assert!(failed.to_string().contains("no such bed"), "{failed}");
+    let began = Instant::now();
+    let hung = run("sleep 30", 200).expect_err("too long");
+    assert!(hung.to_string().contains("was ended"), "{hung}");
+    assert!(began.elapsed() < Duration::from_secs(20));
+    assert!(program::on_path("no-such-program-here").is_none());
+}
+
+#[test]
+fn what_is_not_installed_is_not_a_failure_and_what_crashes_is() {
+    let of = |error| Missed::of("x", false, error).expect("no interruption");
+    assert!(!of(program::missing("lmp", "lammps")).failed);
+    assert!(of(BenchError::Failed("lmp: signal 11".to_owned())).failed);
+    assert!(Missed::of("x", false, BenchError::Interrupted).is_err());
+    assert!(Contender::YadeOrdinary.is_needed() && !Contender::Lammps.is_needed());
+}
+
+#[test]
+fn the_nearest_limit_stands_first() {
+    let throughput = Throughput {
+        division: 1.0e-9,
+        square_root: 2.0e-9,
+        arithmetic: 1.0e-10,
+        read: vec![1.0e11, 1.0e11, 5.0e10, 1.0e10],
+    };
+    let work = Work {
+        pairs: 1000.0,
+        grains: 500.0,
+    };
+    let bounds = work.bounds(&throughput, 10.0e-6);
+    assert_eq!(bounds[0].resource, "divisions and square roots");
+    // 1000·(2 + 2) ns for pairs and 500·2 ns for grains.
+    assert!((bounds[0].seconds - 5.0e-6).abs() < 1.0e-12);
+    assert!((bounds[0].distance - 2.0).abs() < 1.0e-9);
+    assert!(
+        bounds
+            .windows(2)
+            .all(|pair| pair[0].distance <= pair[1].distance)
+    );
+}
+
+/// YADE's steps are timed by a script of their own; it gives the bits of the sorted loop too.
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs Debian's YADE: cargo test --features yade"
+)]
+fn the_timed_steps_of_yade_have_the_native_bits() {
+    use crossgrain::engine::yade::{self, timing::Steps};
+    let bed = small_bed();
+    let steps = Steps {
+        warm_up: 10,
+        timed: 40,
+        shares: 10,
+    };
+    let work = tempfile::tempdir().expect("a temporary folder");
+    let model = crossgrain::model::Model::of(&bed.scene);
+    let options = yade::Options::default();
+    let timed =
+        yade::timing::time(&model, &bed.bodies, steps, &options, work.path()).expect("a timed run");
+    let exact = native::after(&bed, Mode::Exact, 50).expect("a sound run");
+    assert_eq!(timed.bodies, exact.bodies);
+    assert_eq!(timed.contacts.len(), exact.contacts.len());
+    assert_eq!((timed.window.steps, timed.shares.len()), (40, 4));
+    assert!(timed.peak_memory > 1 << 20);
+}
