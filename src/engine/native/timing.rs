@@ -1,5 +1,5 @@
 //! The native step with a clock between its stages: the same operations in the same order as
-//! [`super::dynamics::Dynamics::step`] of the frictionless exact kernel, for finding out where its time goes.
+//! `Dynamics::step` of the frictionless exact kernel, for finding out where its time goes.
 
 use std::time::{Duration, Instant};
 
