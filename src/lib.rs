@@ -35,6 +35,8 @@ pub mod error;
 
 pub mod verify;
 
+pub mod stability;
+
 pub mod reproduce;
 
 pub mod report;
