@@ -6,6 +6,7 @@ mod paper;
 mod reproduce;
 mod run;
 mod scene;
+mod stability;
 mod verify;
 
 use clap::{Parser, Subcommand};
@@ -42,6 +43,8 @@ enum Command {
     Reproduce(reproduce::Arguments),
     /// The ladder: exact solutions, symmetries, and native against YADE bit for bit
     Verify(verify::Arguments),
+    /// The largest stable time steps, predicted and found, and the places where methods fail
+    Stability(stability::Arguments),
 }
 
 impl Arguments {
@@ -55,6 +58,7 @@ impl Arguments {
             Command::Facts(arguments) => arguments.execute(),
             Command::Reproduce(arguments) => arguments.execute(),
             Command::Verify(arguments) => arguments.execute(),
+            Command::Stability(arguments) => arguments.execute(),
         }
     }
 }

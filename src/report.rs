@@ -5,6 +5,7 @@ pub mod disc_field;
 pub mod packing;
 pub mod page;
 mod shell;
+pub mod stability;
 pub mod verification;
 
 /// The style of all pages.

@@ -8,6 +8,7 @@ mod completeness;
 mod find;
 mod frames;
 mod job;
+mod proposals;
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -21,6 +22,7 @@ pub use cases::{CaseInYade, CasesInYade, run_cases};
 pub use child::log;
 pub use find::{Installation, find, sibling};
 pub use job::script_digest;
+pub use proposals::{Proposal, propose};
 
 /// The oldest YADE whose options this driver relies on.
 pub const OLDEST_VERSION: (u32, u32) = (2023, 2);

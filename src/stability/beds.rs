@@ -3,17 +3,21 @@
 use super::scenes::MapScene;
 use crate::engine::Task;
 use crate::engine::case::Case;
-use crate::engine::native::{self, NativeError, Options, run_case};
+use crate::engine::native::{self, NativeError, Options};
 use crate::generate::initial_bodies;
 use crate::model::{Axis, Law, Model};
 use crate::scene::{Cloud, Scene, paper_scene};
-use crate::tables::{Bodies, Punch};
+use crate::interrupt::asked_to_end;
+use crate::tables::{Bodies, Punch, Snapshot};
 use crate::verify::build::{self, Grain};
 
-/// Cundall's α while a bed is brought to rest.
-const BRAKE: f64 = 0.7;
-/// Steps of bringing to rest.
-const RESTING_STEPS: u64 = 40_000;
+/// Cundall's α while a bed is brought to rest. Stronger damping takes longer: the bed creeps.
+const BRAKE: f64 = 0.2;
+/// A bed rests when the mean unbalanced force of its grains is this share of the mean contact force.
+const AT_REST: f64 = 1.0e-8;
+/// Looked at every so many steps; after so many it is given up.
+const LOOK_EVERY: usize = 10_000;
+const MOST_RESTING_STEPS: u64 = 3_000_000;
 /// Overlap over radius of the crystal as it is laid out.
 const CRYSTAL_OVERLAP: f64 = 1.0e-3;
 /// tan φ is that of this angle, rad, and k_s = k_n.
@@ -41,7 +45,8 @@ pub fn beds(grains: u32) -> Result<Vec<MapScene>, NativeError> {
     let mut rough_scene = scene.clone();
     rough_scene.material.friction_angle = FRICTION_ANGLE;
     let rough = poured(&rough_scene)?;
-    let frictional = frictional("a frictional bed", &scene, &rough_scene, &rough)?;
+    let rough_model = Model::of(&rough_scene);
+    let frictional = rested("a frictional bed", &rough_model, &rough, None)?;
     let pressed = pressed(&scene, &dense.bodies)?;
     let of = |name: &str, title: String, case: Case, remark: &str| MapScene {
         name: name.to_owned(),
@@ -51,7 +56,7 @@ pub fn beds(grains: u32) -> Result<Vec<MapScene>, NativeError> {
         closed: None,
         remark: remark.to_owned(),
     };
-    Ok(vec![
+    let mut beds = vec![
         of(
             "dense-bed",
             format!("the paper's bed of {grains} grains, settled"),
@@ -59,19 +64,22 @@ pub fn beds(grains: u32) -> Result<Vec<MapScene>, NativeError> {
             "",
         ),
         of(
-            "frictional-bed",
-            format!("{grains} grains poured with friction 0.5, every contact sticking, k_s = k_n"),
-            frictional,
-            "a case cannot be given the shear forces of a bed, so the bed rests without friction before it is switched \
-             on again: as many contacts as without friction, all sticking, which is the harder case",
-        ),
-        of(
             "bed-under-punch",
             format!("the dense bed of {grains} grains under the punch, pressed and held"),
             pressed,
             "",
         ),
-    ])
+    ];
+    if let Some(frictional) = frictional {
+        beds.push(of(
+            "frictional-bed",
+            format!("{grains} grains poured with friction 0.5, every contact sticking, k_s = k_n"),
+            frictional,
+            "a case cannot be given the shear forces of a bed, so the bed rests without friction before it is switched \
+             on again: as many contacts as without friction, all sticking, which is the harder case",
+        ));
+    }
+    Ok(beds)
 }
 
 /// A crystal between four walls: rows one over the other, every other one moved by half a grain.
@@ -133,13 +141,51 @@ fn still_model(scene: &Scene) -> Model {
     }
 }
 
-/// Brought to rest by strong damping, velocities then set to zero.
+/// Brought to rest, velocities then set to zero.
 fn at_rest(
     name: &str,
     model: &Model,
     bodies: &Bodies,
     punch: Option<Punch>,
 ) -> Result<Case, NativeError> {
+    let (case, _) = braked(name, model, bodies, punch)?;
+    Ok(case)
+}
+
+/// A bed brought to rest without friction, and then with the model's friction switched on, which no contact has
+/// to bear yet; none if it does not come to rest.
+pub fn rested(
+    name: &str,
+    model: &Model,
+    bodies: &Bodies,
+    punch: Option<Punch>,
+) -> Result<Option<Case>, NativeError> {
+    let smooth = Model {
+        law: Law {
+            friction_angle: 0.0,
+            ..model.law.clone()
+        },
+        ..model.clone()
+    };
+    let unturned = Bodies {
+        spin: Vec::new(),
+        inertia: Vec::new(),
+        ..bodies.clone()
+    };
+    let (mut case, rests) = braked(name, &smooth, &unturned, punch)?;
+    case.model = model.clone();
+    case.bodies.spin = vec![0.0; bodies.spin.len()];
+    case.bodies.inertia.clone_from(&bodies.inertia);
+    Ok(rests.then_some(case))
+}
+
+/// The case after braking, and whether it rests.
+fn braked(
+    name: &str,
+    model: &Model,
+    bodies: &Bodies,
+    punch: Option<Punch>,
+) -> Result<(Case, bool), NativeError> {
     let resting = Case {
         name: name.to_owned(),
         model: Model {
@@ -148,39 +194,47 @@ fn at_rest(
         },
         bodies: bodies.clone(),
         punch,
-        moments: vec![RESTING_STEPS],
+        moments: (0..=MOST_RESTING_STEPS).step_by(LOOK_EVERY).collect(),
     };
-    let track = run_case(&resting, None)?;
-    let mut bodies = track
-        .into_iter()
-        .next_back()
-        .map_or(bodies.clone(), |moment| moment.bodies);
+    let mut bodies = bodies.clone();
+    let mut rests = false;
+    native::watch_case(&resting, &native::CaseOptions::default(), &mut |moment| {
+        rests = moment.step > 0 && unbalanced(model, &moment) <= AT_REST;
+        bodies = moment.bodies;
+        !rests && !asked_to_end()
+    })?;
     bodies.vx.fill(0.0);
     bodies.vz.fill(0.0);
-    Ok(Case {
+    let case = Case {
         model: model.clone(),
         bodies,
         moments: vec![0],
         ..resting
-    })
+    };
+    Ok((case, rests))
 }
 
-fn frictional(
-    name: &str,
-    scene: &Scene,
-    rough_scene: &Scene,
-    rough: &Bodies,
-) -> Result<Case, NativeError> {
-    let smooth = Bodies {
-        spin: Vec::new(),
-        inertia: Vec::new(),
-        ..rough.clone()
-    };
-    let mut case = at_rest(name, &still_model(scene), &smooth, None)?;
-    case.model = Model::of(rough_scene);
-    case.bodies.spin = vec![0.0; case.bodies.len()];
-    case.bodies.inertia = rough.inertia.clone();
-    Ok(case)
+/// Mean force that is left on a grain over the mean normal force of a contact.
+fn unbalanced(model: &Model, moment: &Snapshot) -> f64 {
+    let of = &moment.bodies;
+    let mut left: Vec<[f64; 2]> = of
+        .mass
+        .iter()
+        .map(|mass| model.gravity.map(|gravity| mass * gravity))
+        .collect();
+    let mut normal = 0.0;
+    for contact in &moment.contacts {
+        let force = contact.force();
+        normal += contact.normal_force;
+        for (id, sign) in [(contact.id1, -1.0), (contact.id2, 1.0)] {
+            if let Some(left) = left.get_mut(id as usize) {
+                left[0] += sign * force[0];
+                left[1] += sign * force[1];
+            }
+        }
+    }
+    let sum: f64 = left.iter().map(|[x, z]| x.hypot(*z)).sum();
+    (sum / of.len() as f64) / (normal / moment.contacts.len() as f64)
 }
 
 /// The punch goes down on the bed by a share of the grains' overlaps at its load, and is held there.
@@ -207,3 +261,4 @@ fn pressed(scene: &Scene, bodies: &Bodies) -> Result<Case, NativeError> {
     punch.velocity = 0.0;
     at_rest("a bed under the punch", &model, &pressed, Some(punch))
 }
+

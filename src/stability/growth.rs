@@ -25,7 +25,7 @@ const CONTACTS_LEFT: f64 = 0.9;
 /// Steps of a trial. Growth by e^√(8ε) a step, ε the step's excess, shows an excess of 2·10⁻⁴ by then.
 const STEPS: u64 = 400;
 /// With dashpots growth is by about e^(2ε) a step.
-const STEPS_WITH_DASHPOTS: u64 = 4000;
+const STEPS_WITH_DASHPOTS: u64 = 2000;
 /// The limit is known to this share.
 const RESOLUTION: f64 = 1.0e-3;
 /// With damping there are stable steps above the first unstable one, so it is looked for at steps that

@@ -13,7 +13,7 @@ use crate::model::Model;
 use crate::scene::Scene;
 use crate::tables::{Stage, text};
 
-/// The fixed scripts: runs a scene, runs cases, and what both share.
+/// The fixed scripts: runs a scene, runs cases, asks for time steps, and what they share.
 pub const RUN_SCENE: (&str, &str) = (
     "run_scene.py",
     include_str!("../../../yade_scripts/run_scene.py"),
@@ -21,6 +21,10 @@ pub const RUN_SCENE: (&str, &str) = (
 pub const RUN_CASES: (&str, &str) = (
     "run_cases.py",
     include_str!("../../../yade_scripts/run_cases.py"),
+);
+pub const PROPOSE_STEPS: (&str, &str) = (
+    "propose_steps.py",
+    include_str!("../../../yade_scripts/propose_steps.py"),
 );
 const SHARED: (&str, &str) = (
     "model_in_yade.py",
@@ -130,7 +134,16 @@ pub const MOST_LOADED: usize = 200;
 
 /// Writes script and cases into `work`.
 pub fn write_cases(work: &Path, cases: &[&Case]) -> Result<(), YadeError> {
-    write_scripts(work, RUN_CASES)?;
+    write_cases_for(work, RUN_CASES, cases)
+}
+
+/// Writes this script and cases into `work`.
+pub fn write_cases_for(
+    work: &Path,
+    script: (&str, &str),
+    cases: &[&Case],
+) -> Result<(), YadeError> {
+    write_scripts(work, script)?;
     let job = CasesJob {
         punch_half_depth: PUNCH_HALF_DEPTH,
     };
