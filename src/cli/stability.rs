@@ -103,7 +103,13 @@ fn in_words(map: &Map) -> String {
             Verdict::Fail => "    FAIL",
             Verdict::NotMade => "not made",
         };
-        text += &format!("{mark} {}\n", failure.name);
+        text += &format!(
+            "{mark} {}: {}\n{:>9}{}\n{:>9}noticed by: {}\n{:>9}says: {}\n",
+            failure.name, failure.title, "", failure.happened, "", failure.noticed, "", failure.says
+        );
+        if let Some(yade) = &failure.yade {
+            text += &format!("{:>9}YADE: {yade}\n", "");
+        }
     }
     for row in &map.rows {
         for check in row.checks.iter().filter(|check| check.verdict != Verdict::Pass) {

@@ -13,9 +13,11 @@ mod proposals;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use crate::engine::native::Trouble;
 use crate::engine::{Observer, Outcome, Task};
 use crate::files::FileError;
 use crate::model::Model;
+use crate::tables::Stage;
 use crate::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
 
 pub use cases::{CaseInYade, CasesInYade, run_cases};
@@ -78,6 +80,12 @@ pub enum YadeError {
     Interrupted,
     #[error("YADE wrote nonsense: {0}")]
     Nonsense(String),
+    #[error("YADE's run went wrong, seen in step {step} of stage {}: {trouble}", .stage.name())]
+    WentWrong {
+        stage: Stage,
+        step: u64,
+        trouble: Trouble,
+    },
     #[error(transparent)]
     File(#[from] FileError),
 }
