@@ -22,6 +22,8 @@ mod compare;
 
 mod verify;
 
+mod stability;
+
 mod cli;
 
 mod yade_driver;

@@ -122,6 +122,7 @@ impl Arguments {
         let choice = self.choose_step(&mut scene, &display)?;
         let run = with_choice(&scene, choice, &engine, protocol, &self.out, &display)?;
         print(&summary(&run, &self.out))?;
+        print(&step_in_words(&run)?)?;
         Ok(match run.record.stop() {
             Some(StopReason::MaxSteps) => exit::INCOMPLETE,
             _ => exit::AGREED,
@@ -178,6 +179,20 @@ fn share(text: &str) -> Result<f64, String> {
         Ok(share) if share > 0.0 && share <= 1.0 => Ok(share),
         _ => Err("a share of the limit is above 0 and at most 1".to_owned()),
     }
+}
+
+/// Says so if the step was beyond the limit of the bed, or near it.
+fn step_in_words(run: &RunFolder) -> Result<String, Error> {
+    let bed = run.settled.as_ref().unwrap_or(&run.last);
+    let share = automatic::share_of_limit(&run.scene, &bed.bodies)
+        .map_err(|error| Error::Engine(EngineError::Native(error)))?;
+    Ok(match share {
+        Some(share) if share > 1.0 => format!(
+            "the time step is {share:.3} of the largest stable step of this bed: do not rely on it; take a smaller \
+             one, or --auto-step\n"
+        ),
+        _ => String::new(),
+    })
 }
 
 fn summary(run: &RunFolder, out: &Path) -> String {

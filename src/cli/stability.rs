@@ -90,8 +90,26 @@ fn in_words(map: &Map) -> String {
         "largest stable steps; found ones over predicted, YADE's own choices over the limit without damping\n\
          {:<20} {:>11} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n\
          {:<20} {:>11} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n",
-        "scene", "predicted", "closed", "native", "YADE", "native", "YADE", "random", "PWave", "Global",
-        "", "s", "form", "α=0", "α=0", "α=0.2", "α=0.2", "α=0.2", "", "Stiffness"
+        "scene",
+        "predicted",
+        "closed",
+        "native",
+        "YADE",
+        "native",
+        "YADE",
+        "random",
+        "PWave",
+        "Global",
+        "",
+        "s",
+        "form",
+        "α=0",
+        "α=0",
+        "α=0.2",
+        "α=0.2",
+        "α=0.2",
+        "",
+        "Stiffness"
     );
     for row in &map.rows {
         text += &row_line(row);
@@ -105,14 +123,25 @@ fn in_words(map: &Map) -> String {
         };
         text += &format!(
             "{mark} {}: {}\n{:>9}{}\n{:>9}noticed by: {}\n{:>9}says: {}\n",
-            failure.name, failure.title, "", failure.happened, "", failure.noticed, "", failure.says
+            failure.name,
+            failure.title,
+            "",
+            failure.happened,
+            "",
+            failure.noticed,
+            "",
+            failure.says
         );
         if let Some(yade) = &failure.yade {
             text += &format!("{:>9}YADE: {yade}\n", "");
         }
     }
     for row in &map.rows {
-        for check in row.checks.iter().filter(|check| check.verdict != Verdict::Pass) {
+        for check in row
+            .checks
+            .iter()
+            .filter(|check| check.verdict != Verdict::Pass)
+        {
             text += &super::compare::check_line(check);
         }
     }

@@ -17,8 +17,8 @@ use crate::engine::native::Trouble;
 use crate::engine::{Observer, Outcome, Task};
 use crate::files::FileError;
 use crate::model::Model;
-use crate::tables::Stage;
 use crate::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
+use crate::tables::Stage;
 
 pub use cases::{CaseInYade, CasesInYade, run_cases};
 pub use child::log;

@@ -116,10 +116,30 @@ fn figures(map: &Map) -> Result<Vec<Figure>, Error> {
         series: vec![
             series("allowed", BLUE, Mark::Line, level(allowed)),
             series("allowed, below", BLUE, Mark::Line, level(-allowed)),
-            series("native", VERMILION, Mark::Circles, points(&|row| off(row.undamped, row.undamped.native))),
-            series("native, damped", VERMILION, Mark::Circles, points(&|row| off(row.damped, row.damped.native))),
-            series("YADE", GREEN, Mark::Circles, points(&|row| off(row.undamped, row.undamped.yade))),
-            series("YADE, damped", GREEN, Mark::Circles, points(&|row| off(row.damped, row.damped.yade))),
+            series(
+                "native",
+                VERMILION,
+                Mark::Circles,
+                points(&|row| off(row.undamped, row.undamped.native)),
+            ),
+            series(
+                "native, damped",
+                VERMILION,
+                Mark::Circles,
+                points(&|row| off(row.damped, row.damped.native)),
+            ),
+            series(
+                "YADE",
+                GREEN,
+                Mark::Circles,
+                points(&|row| off(row.undamped, row.undamped.yade)),
+            ),
+            series(
+                "YADE, damped",
+                GREEN,
+                Mark::Circles,
+                points(&|row| off(row.damped, row.damped.yade)),
+            ),
         ]
         .into_iter()
         .filter(|series| !series.points.is_empty())
@@ -138,8 +158,18 @@ fn figures(map: &Map) -> Result<Vec<Figure>, Error> {
         legend: Corner::UpperLeft,
         series: vec![
             series("the limit", BLUE, Mark::Line, level(1.0)),
-            series("PWaveTimeStep", VERMILION, Mark::Circles, chosen(|of| of.p_wave)),
-            series("GlobalStiffness", GREEN, Mark::Circles, chosen(|of| of.global_stiffness)),
+            series(
+                "PWaveTimeStep",
+                VERMILION,
+                Mark::Circles,
+                chosen(|of| of.p_wave),
+            ),
+            series(
+                "GlobalStiffness",
+                GREEN,
+                Mark::Circles,
+                chosen(|of| of.global_stiffness),
+            ),
         ],
     };
     let drawn = [

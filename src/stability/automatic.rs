@@ -32,8 +32,7 @@ const MOST_HALVINGS: u32 = 4;
 ///
 /// # Errors
 ///
-/// Those of the native engine, which probes the scene: a step that is too small for it to end well, or a scene that
-/// goes wrong at any step.
+/// Those of the native engine, which probes the scene: a scene that goes wrong at any step.
 pub fn choose(scene: &Scene, share: f64) -> Result<StepChoice, NativeError> {
     let mut probe = probing_step(scene);
     let mut halvings = 0;
@@ -46,8 +45,7 @@ pub fn choose(scene: &Scene, share: f64) -> Result<StepChoice, NativeError> {
                 }
             }
             Err(error)
-                if halvings < MOST_HALVINGS
-                    && !matches!(error.trouble, Trouble::Interrupted) => {}
+                if halvings < MOST_HALVINGS && !matches!(error.trouble, Trouble::Interrupted) => {}
             Err(error) => return Err(error),
         }
         probe *= 0.5;
@@ -88,6 +86,25 @@ pub fn with_step(scene: &Scene, choice: &StepChoice) -> Scene {
         ),
     );
     scene
+}
+
+/// The scene's step over the largest stable step of a settled bed with its contacts, the scene's α counted in; none where
+/// nothing touches. A bed can settle at a step a little beyond the limit: what grows opens its contacts and stops
+/// there. So a run that ends well does not show that its step was stable, and this does.
+///
+/// # Errors
+///
+/// Those of the native engine, for bodies that it cannot start from.
+pub fn share_of_limit(scene: &Scene, bodies: &Bodies) -> Result<Option<f64>, NativeError> {
+    let case = Case {
+        name: "a settled bed".to_owned(),
+        model: Model::of(scene),
+        bodies: still(bodies),
+        punch: None,
+        moments: vec![0],
+    };
+    let limit = limit(&Network::of(&case)?, scene.damping.alpha()).dt;
+    Ok(limit.is_finite().then(|| scene.time_step_seconds() / limit))
 }
 
 /// A step that is small for any scene of these grains, s.

@@ -5,9 +5,9 @@ use crate::engine::Task;
 use crate::engine::case::Case;
 use crate::engine::native::{self, NativeError, Options};
 use crate::generate::initial_bodies;
+use crate::interrupt::asked_to_end;
 use crate::model::{Axis, Law, Model};
 use crate::scene::{Cloud, Scene, paper_scene};
-use crate::interrupt::asked_to_end;
 use crate::tables::{Bodies, Punch, Snapshot};
 use crate::verify::build::{self, Grain};
 
@@ -92,7 +92,11 @@ pub fn crystal(rows: usize) -> Result<MapScene, NativeError> {
     for row in 0..rows {
         for column in 0..rows {
             let x = inset + pitch * (column as f64 + 0.5 * (row % 2) as f64);
-            grains.push(Grain::disc([x, inset + height * row as f64], radius, density));
+            grains.push(Grain::disc(
+                [x, inset + height * row as f64],
+                radius,
+                density,
+            ));
         }
     }
     let width = 2.0 * inset + pitch * (rows as f64 - 0.5);
@@ -104,7 +108,10 @@ pub fn crystal(rows: usize) -> Result<MapScene, NativeError> {
             build::wall(Axis::Z, 0.0),
             build::wall(Axis::Z, top),
         ],
-        ..build::model(build::springs(modulus), 0.3 * (grains[0].mass / (modulus * radius)).sqrt())
+        ..build::model(
+            build::springs(modulus),
+            0.3 * (grains[0].mass / (modulus * radius)).sqrt(),
+        )
     };
     let laid = build::case("a crystal", model.clone(), &grains, vec![0]);
     let case = at_rest("a crystal", &model, &laid.bodies, None)?;
@@ -118,7 +125,8 @@ pub fn crystal(rows: usize) -> Result<MapScene, NativeError> {
             formula: "2√(m/6k), of the endless crystal".to_owned(),
             tolerance: 0.01,
         }),
-        remark: "walls hold a crystal less than more crystal would, so its limit is a little above".to_owned(),
+        remark: "walls hold a crystal less than more crystal would, so its limit is a little above"
+            .to_owned(),
     })
 }
 
@@ -261,4 +269,3 @@ fn pressed(scene: &Scene, bodies: &Bodies) -> Result<Case, NativeError> {
     punch.velocity = 0.0;
     at_rest("a bed under the punch", &model, &pressed, Some(punch))
 }
-

@@ -129,7 +129,7 @@ pub fn failures(
             return Err(Error::Interrupted);
         }
     }
-    all.insert(3, refused_punch());
+    all.insert(4, refused_punch());
     Ok(all)
 }
 
@@ -170,7 +170,9 @@ fn of_yade(scene: &Scene, options: &yade::Options) -> Result<String, Error> {
     let task = Task::whole(initial_bodies(scene));
     match yade::run(scene, &task, options, work.path(), &mut ()) {
         Ok(run) => Ok(Came::Ended(Box::new(run.outcome)).says()),
-        Err(error @ (YadeError::Nonsense(_) | YadeError::WentWrong { .. })) => Ok(error.to_string()),
+        Err(error @ (YadeError::Nonsense(_) | YadeError::WentWrong { .. })) => {
+            Ok(error.to_string())
+        }
         Err(error @ (YadeError::Crashed { .. } | YadeError::Hung { .. })) => Ok(error.to_string()),
         Err(error) => Err(Error::Engine(EngineError::Yade(error))),
     }
@@ -197,10 +199,45 @@ fn modes() -> Vec<Mode> {
                 (
                     matches!(
                         came.trouble(),
-                        Some(Trouble::EnergyBlownUp { .. } | Trouble::Lost { .. } | Trouble::BeyondRadius { .. })
+                        Some(
+                            Trouble::EnergyBlownUp { .. }
+                                | Trouble::Lost { .. }
+                                | Trouble::BeyondRadius { .. }
+                        )
                     ),
                     "energy grows out of nothing until grains fly apart".to_owned(),
                     "the limit on the kinetic energy, looked at every 1000 steps, or the box",
+                )
+            },
+        },
+        Mode {
+            name: "step-just-beyond-limit",
+            title: "a tenth more than the largest stable step",
+            scene: changed(&|scene| {
+                let bed = automatic::choose(scene, 1.0);
+                let limit = bed.map_or(f64::NAN, |choice| choice.limit);
+                scene.time_step = TimeStep::Absolute {
+                    seconds: 1.1 * limit,
+                };
+            }),
+            in_yade: false,
+            judge: |came, scene| {
+                let share = match came {
+                    Came::Ended(outcome) => {
+                        let bed = outcome.settled.as_ref().unwrap_or(&outcome.last);
+                        automatic::share_of_limit(scene, &bed.bodies)
+                    }
+                    Came::Troubled(_) => Ok(None),
+                };
+                let share = share.ok().flatten().unwrap_or(f64::NAN);
+                (
+                    share > 1.0,
+                    format!(
+                        "the bed settles all the same: what grows opens its own contacts and stops there; unbalanced force \
+                         {:.2} of the mean contact force at the end",
+                        unbalanced_at_end(came, scene)
+                    ),
+                    "the limit of the settled bed, which `crossgrain run` works out at the end of every run",
                 )
             },
         },
@@ -214,7 +251,9 @@ fn modes() -> Vec<Mode> {
             in_yade: true,
             judge: |came, _| {
                 let deep = match came.trouble() {
-                    Some(Trouble::BeyondRadius { overlap, radius, .. }) => overlap / radius,
+                    Some(Trouble::BeyondRadius {
+                        overlap, radius, ..
+                    }) => overlap / radius,
                     _ => f64::NAN,
                 };
                 (
@@ -235,7 +274,8 @@ fn modes() -> Vec<Mode> {
             judge: |came, _| {
                 (
                     matches!(came.trouble(), Some(Trouble::Lost { .. })),
-                    "a grain is on one side of a wall before a step and on the other after it".to_owned(),
+                    "a grain is on one side of a wall before a step and on the other after it"
+                        .to_owned(),
                     "the box, at every rebuild of the neighbour list and every moment of the history",
                 )
             },

@@ -153,8 +153,10 @@ impl Network {
             let sticking = stiffness * link.k_s * slip;
             let across = sticking - stiffness * link.pre_stress * across;
             let force = [normal * nx - across * nz, normal * nz + across * nx];
-            for (grain, sign, arm) in [(link.one, -1.0, link.arms[0]), (link.two, 1.0, link.arms[1])]
-            {
+            for (grain, sign, arm) in [
+                (link.one, -1.0, link.arms[0]),
+                (link.two, 1.0, link.arms[1]),
+            ] {
                 if grain != FIXED {
                     let at = 3 * grain;
                     y[at] += sign * force[0] * self.weights[at];
@@ -206,7 +208,8 @@ fn link(law: &Law, bodies: &Bodies, contact: &Contact, of: Springs, moment: &Sna
     };
     let corner = moment.punch.and_then(|punch| {
         let is_punch = !between_grains && contact.normal[0] != 0.0 && contact.normal[1] != 0.0;
-        let inside = |axis: usize| (centre2[axis] - punch.centre[axis]).abs() < punch.half_extents[axis];
+        let inside =
+            |axis: usize| (centre2[axis] - punch.centre[axis]).abs() < punch.half_extents[axis];
         (is_punch && !inside(0) && !inside(1)).then_some(radius2 - contact.overlap)
     });
     // What turns about what; flat sides do not turn.
@@ -228,7 +231,10 @@ fn link(law: &Law, bodies: &Bodies, contact: &Contact, of: Springs, moment: &Sna
         }
     };
     let arms = if between_grains {
-        [arm(radius1, [bodies.x[one], bodies.z[one]]), arm(radius2, centre2)]
+        [
+            arm(radius1, [bodies.x[one], bodies.z[one]]),
+            arm(radius2, centre2),
+        ]
     } else {
         [0.0, arm(radius2, centre2)]
     };

@@ -201,7 +201,9 @@ fn chain(count: usize, ratio: f64) -> MapScene {
     let (name, title, words) = if ratio > 0.0 {
         (
             "chain-with-dashpots",
-            format!("{count} grains in a row between walls, dashpots of ζ = {ratio} in the fastest mode"),
+            format!(
+                "{count} grains in a row between walls, dashpots of ζ = {ratio} in the fastest mode"
+            ),
             "(2/ω)(√(1+ζ²) − ζ), ω = 2√(k/m) sin(Nπ/(2N+2))",
         )
     } else {

@@ -169,7 +169,10 @@ fn ritz(diagonal: &[f64], beside: &[f64]) -> (f64, Vec<f64>) {
     let (at, value) = values
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .unwrap_or((0, 0.0));
-    (value, eigen.eigenvectors.column(at).iter().copied().collect())
+    (
+        value,
+        eigen.eigenvectors.column(at).iter().copied().collect(),
+    )
 }
 
 /// A random unit vector on the degrees of freedom that move, always the same.

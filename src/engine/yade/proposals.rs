@@ -21,7 +21,11 @@ pub struct Proposal {
 }
 
 /// Asks YADE; `work` is an empty folder. The answers in the order of the cases, and YADE's version.
-pub fn propose(cases: &[&Case], options: &Options, work: &Path) -> Result<(Vec<Proposal>, String), YadeError> {
+pub fn propose(
+    cases: &[&Case],
+    options: &Options,
+    work: &Path,
+) -> Result<(Vec<Proposal>, String), YadeError> {
     if let Some(reason) = cases.iter().find_map(|case| unsupported(&case.model)) {
         return Err(YadeError::Unsupported(reason));
     }
