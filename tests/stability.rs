@@ -216,3 +216,63 @@ fn the_automatic_step_is_the_share_of_a_limit_that_trials_confirm() {
     scene.damping = Damping::Cundall { alpha: 0.0 };
     assert_eq!(chosen.damping.alpha(), 0.2);
 }
+
+/// The evidence comes back from a run folder, with the step that was run.
+#[test]
+fn a_run_folder_keeps_the_evidence_for_its_step() {
+    use crossgrain::engine::native;
+    use crossgrain::folder::RunFolder;
+    use crossgrain::folder::record::{Protocol, RECORD_VERSION};
+    use crossgrain::progress::Display;
+    use crossgrain::run::{Engine, kept::with_choice};
+    let scene = small_bed();
+    let choice = automatic::choose(&scene, 0.5).expect("a step");
+    let chosen = automatic::with_step(&scene, &choice);
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let out = folder.path().join("run");
+    let engine = Engine::Native(native::Options::default());
+    let steps = Protocol::Steps { steps: 100 };
+    let display = Display::new(true);
+    with_choice(
+        &chosen,
+        Some(choice.clone()),
+        &engine,
+        steps,
+        &out,
+        &display,
+    )
+    .expect("a run");
+    let read = RunFolder::read(&out).expect("a run folder");
+    assert_eq!(read.record.version, RECORD_VERSION);
+    assert_eq!(read.record.time_step, choice.time_step);
+    assert_eq!(read.record.step_choice, Some(choice));
+}
+
+/// What YADE says that it would choose is what its formulas give.
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE: cargo test --features yade"
+)]
+fn yade_proposes_by_its_formulas() {
+    use crossgrain::engine::yade::{Options, propose};
+    use crossgrain::stability::proposals::by_formula;
+    let scenes = scenes();
+    let cases: Vec<_> = scenes.iter().map(|scene| &scene.case).collect();
+    let work = tempfile::tempdir().expect("a temporary folder");
+    let (proposals, _) = propose(&cases, &Options::default(), work.path()).expect("YADE answers");
+    for (scene, of_yade) in scenes.iter().zip(proposals) {
+        let ours = by_formula(&scene.case).expect("the formulas");
+        for (ours, yade) in [
+            (ours.p_wave, of_yade.p_wave),
+            (ours.global_stiffness, of_yade.global_stiffness),
+            (ours.with_dashpots, of_yade.with_dashpots),
+        ] {
+            assert!(
+                (ours / yade - 1.0).abs() < 1.0e-6,
+                "{}: {ours} {yade}",
+                scene.name
+            );
+        }
+    }
+}

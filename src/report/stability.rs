@@ -105,41 +105,28 @@ fn figures(map: &Map) -> Result<Vec<Figure>, Error> {
         mark,
         points,
     };
-    let last = map.rows.len() as f64;
-    let level = |at: f64| vec![(1.0, at), (last, at)];
+    let (left, right) = (0.5, map.rows.len() as f64 + 0.5);
+    let level = |at: f64| vec![(left, at), (right, at)];
     let allowed = 100.0 * map.allowed;
+    let frame = [
+        level(allowed),
+        vec![(right, -allowed), (left, -allowed), (left, allowed)],
+    ]
+    .concat();
+    let both = |of: fn(&Limits) -> Option<Found>| {
+        let mut all = points(&|row| off(row.undamped, of(&row.undamped)));
+        all.extend(points(&|row| off(row.damped, of(&row.damped))));
+        all
+    };
     let apart = Chart {
         x: "scene, by its number in the table".to_owned(),
-        y: "found − predicted, %".to_owned(),
+        y: "found over predicted, % apart".to_owned(),
         logarithmic: [false, false],
         legend: Corner::LowerRight,
         series: vec![
-            series("allowed", BLUE, Mark::Line, level(allowed)),
-            series("allowed, below", BLUE, Mark::Line, level(-allowed)),
-            series(
-                "native",
-                VERMILION,
-                Mark::Circles,
-                points(&|row| off(row.undamped, row.undamped.native)),
-            ),
-            series(
-                "native, damped",
-                VERMILION,
-                Mark::Circles,
-                points(&|row| off(row.damped, row.damped.native)),
-            ),
-            series(
-                "YADE",
-                GREEN,
-                Mark::Circles,
-                points(&|row| off(row.undamped, row.undamped.yade)),
-            ),
-            series(
-                "YADE, damped",
-                GREEN,
-                Mark::Circles,
-                points(&|row| off(row.damped, row.damped.yade)),
-            ),
+            series("allowed", BLUE, Mark::Line, frame),
+            series("native", VERMILION, Mark::Circles, both(|of| of.native)),
+            series("YADE", GREEN, Mark::Circles, both(|of| of.yade)),
         ]
         .into_iter()
         .filter(|series| !series.points.is_empty())
@@ -175,7 +162,7 @@ fn figures(map: &Map) -> Result<Vec<Figure>, Error> {
     let drawn = [
         (
             apart,
-            "Found limits against predicted ones; lines: what is allowed.",
+            "Found limits against predicted ones, with and without damping; what is allowed is inside the frame.",
         ),
         (
             choices,

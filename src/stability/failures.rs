@@ -243,10 +243,11 @@ fn modes() -> Vec<Mode> {
         },
         Mode {
             name: "overlap-beyond-radius",
-            title: "grains far too soft for their weight (E = 20 kPa)",
+            title: "grains far too soft for the load (E = 4 MPa)",
             scene: changed(&|scene| {
-                scene.material.youngs_modulus = 2.0e4;
-                scene.time_step = TimeStep::Absolute { seconds: 5.0e-4 };
+                scene.material.youngs_modulus = 4.0e6;
+                scene.loading.speed = 0.05;
+                scene.measurement.history_every = 2;
             }),
             in_yade: true,
             judge: |came, _| {
@@ -258,7 +259,9 @@ fn modes() -> Vec<Mode> {
                 };
                 (
                     deep > 1.0,
-                    format!("grains sink into each other, to {deep:.2} radii when it is seen"),
+                    format!(
+                        "a grain is pressed into its neighbour, to {deep:.2} radii when it is seen"
+                    ),
                     "every moment of the history",
                 )
             },
@@ -338,7 +341,7 @@ fn modes() -> Vec<Mode> {
             title: "a frictionless bed, nearly isostatic, asked for 10⁻³⁰ of its energy",
             scene: changed(&|scene| {
                 scene.settle.kinetic_energy_fraction = 1.0e-30;
-                scene.settle.max_steps = 20_000;
+                scene.settle.max_steps = 60_000;
             }),
             in_yade: false,
             judge: |came, scene| {
