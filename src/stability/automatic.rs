@@ -132,9 +132,9 @@ fn probing_step(scene: &Scene) -> f64 {
 
 fn looks_of(scene: &Scene, probe: f64) -> Result<(Vec<StepLook>, Snapshot), NativeError> {
     let mut scene = scene.clone();
-    // As long in time as the scene allows.
+    // As long in time as the scene allows, and no less.
     let slower = scene.time_step_seconds() / probe;
-    let more = |steps: u64| ((steps as f64 * slower).ceil() as u64).max(1);
+    let more = |steps: u64| ((steps as f64 * slower).ceil() as u64).max(steps);
     scene.settle.check_every = more(scene.settle.check_every);
     scene.settle.max_steps = more(scene.settle.max_steps);
     scene.time_step = TimeStep::Absolute { seconds: probe };

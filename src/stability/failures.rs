@@ -243,11 +243,13 @@ fn modes() -> Vec<Mode> {
         },
         Mode {
             name: "overlap-beyond-radius",
-            title: "grains far too soft for the load (E = 4 MPa)",
+            title: "grains far too soft for their sizes (E = 10 MPa, radii from 0.2 to 1.8 of the mean)",
             scene: changed(&|scene| {
-                scene.material.youngs_modulus = 4.0e6;
-                scene.loading.speed = 0.05;
-                scene.measurement.history_every = 2;
+                scene.material.youngs_modulus = 1.0e7;
+                scene.particles.dispersion = 0.8;
+                let Cloud::JitteredLattice { columns, .. } = &mut scene.cloud;
+                *columns = 5;
+                scene.time_step = TimeStep::Absolute { seconds: 2.0e-5 };
             }),
             in_yade: true,
             judge: |came, _| {
@@ -259,9 +261,7 @@ fn modes() -> Vec<Mode> {
                 };
                 (
                     deep > 1.0,
-                    format!(
-                        "a grain is pressed into its neighbour, to {deep:.2} radii when it is seen"
-                    ),
+                    format!("large grains swallow small ones: {deep:.2} radii when it is seen"),
                     "every moment of the history",
                 )
             },
