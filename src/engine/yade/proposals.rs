@@ -16,7 +16,7 @@ pub struct Proposal {
     pub p_wave: f64,
     /// `GlobalStiffnessTimeStepper` as it is by default, with its safety factor of 0.8.
     pub global_stiffness: f64,
-    /// The same with `viscEl=True`, which looks at dashpots.
+    /// The same with `viscEl=True`, which looks at dashpots; asked only where there are some.
     pub with_dashpots: f64,
 }
 
