@@ -2,7 +2,7 @@
 //!
 //! Data flows one way, and imports point back along it only:
 //! scene → model → generate → engine (native | yade) → measure → folder → progress → run → paper → compare → error → verify →
-//! reproduce → report → cli.
+//! stability → reproduce → report → cli.
 //! `docs/architecture.md` says what stands where.
 
 pub mod files;
