@@ -7,6 +7,7 @@ mod paper;
 mod reproduce;
 mod run;
 mod scene;
+mod stability;
 mod verify;
 
 use clap::{Parser, Subcommand};
@@ -43,6 +44,8 @@ enum Command {
     Reproduce(reproduce::Arguments),
     /// The ladder: exact solutions, symmetries, and native against YADE bit for bit
     Verify(verify::Arguments),
+    /// The largest stable time steps, predicted and found, and the places where methods fail
+    Stability(stability::Arguments),
     /// All engines side by side on the paper's bed: time a step, ratios, cost against size, limits
     Bench(bench::Arguments),
 }
@@ -58,6 +61,7 @@ impl Arguments {
             Command::Facts(arguments) => arguments.execute(),
             Command::Reproduce(arguments) => arguments.execute(),
             Command::Verify(arguments) => arguments.execute(),
+            Command::Stability(arguments) => arguments.execute(),
             Command::Bench(arguments) => arguments.execute(),
         }
     }

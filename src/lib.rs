@@ -1,8 +1,8 @@
 //! crossgrain: a validation harness for discrete-element engines.
 //!
 //! Data flows one way, and imports point back along it only:
-//! scene → model → generate → engine (native | yade) → measure → folder → progress → run → paper → compare → error → verify → bench →
-//! reproduce → report → cli.
+//! scene → model → generate → engine (native | yade) → measure → folder → progress → run → paper → compare → error → verify →
+//! stability → bench → reproduce → report → cli.
 //! `docs/architecture.md` says what stands where.
 
 pub mod files;
@@ -36,6 +36,8 @@ pub mod compare;
 pub mod error;
 
 pub mod verify;
+
+pub mod stability;
 
 pub mod bench;
 

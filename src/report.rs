@@ -6,6 +6,7 @@ pub mod disc_field;
 pub mod packing;
 pub mod page;
 mod shell;
+pub mod stability;
 pub mod verification;
 
 /// The style of all pages.

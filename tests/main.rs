@@ -23,6 +23,8 @@ mod compare;
 
 mod verify;
 
+mod stability;
+
 mod bench;
 
 mod cli;

@@ -11,13 +11,14 @@ use crate::engine::yade;
 use crate::error::{Error, exit};
 use crate::files::refuse_existing;
 use crate::folder::RunFolder;
-use crate::folder::record::Protocol;
+use crate::folder::record::{Protocol, StepChoice};
 use crate::model::Model;
 use crate::model::terms::Kernel;
 use crate::progress::Display;
-use crate::run::Engine;
-use crate::run::kept::to_folder;
-use crate::scene::read_scene;
+use crate::run::kept::with_choice;
+use crate::run::{Engine, EngineError};
+use crate::scene::{Scene, read_scene};
+use crate::stability::automatic;
 use crate::tables::StopReason;
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -59,6 +60,10 @@ pub struct Arguments {
     /// Native: which promise it keeps
     #[arg(long, value_enum, default_value = "exact")]
     mode: native::Mode,
+    /// Choose the time step: this share of the largest stable step that a probe of the scene in the native
+    /// engine shows; the evidence is in run.json
+    #[arg(long, value_name = "SHARE", num_args = 0..=1, default_missing_value = "0.8", value_parser = share)]
+    auto_step: Option<f64>,
     #[command(flatten)]
     yade: YadeArguments,
     /// No progress
@@ -122,12 +127,31 @@ impl Arguments {
             None => Protocol::Whole,
         };
         let display = Display::new(self.quiet);
-        let run = to_folder(&scene, &engine, protocol, &self.out, &display)?;
+        let choice = self.choose_step(&mut scene, &display)?;
+        let run = with_choice(&scene, choice, &engine, protocol, &self.out, &display)?;
         print(&summary(&run, &self.out))?;
+        print(&step_in_words(&run)?)?;
         Ok(match run.record.stop() {
             Some(StopReason::MaxSteps) => exit::INCOMPLETE,
             _ => exit::AGREED,
         })
+    }
+
+    /// Sets the scene's time step, if the program is to choose it.
+    fn choose_step(
+        &self,
+        scene: &mut Scene,
+        display: &Display,
+    ) -> Result<Option<StepChoice>, Error> {
+        let Some(share) = self.auto_step else {
+            return Ok(None);
+        };
+        let task = display.task("probe for the time step");
+        let choice = automatic::choose(scene, share)
+            .map_err(|error| Error::Engine(EngineError::Native(error)))?;
+        task.done(&format!("{:.4e} s", choice.time_step));
+        *scene = automatic::with_step(scene, &choice);
+        Ok(Some(choice))
     }
 
     fn engine(&self) -> Result<Engine, Error> {
@@ -157,8 +181,37 @@ impl Arguments {
     }
 }
 
+/// A share of the limit, in (0, 1].
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(share) if share > 0.0 && share <= 1.0 => Ok(share),
+        _ => Err("a share of the limit is above 0 and at most 1".to_owned()),
+    }
+}
+
+/// Says so if the step was beyond the limit of the bed, or near it.
+fn step_in_words(run: &RunFolder) -> Result<String, Error> {
+    let bed = run.settled.as_ref().unwrap_or(&run.last);
+    let share = automatic::share_of_limit(&run.scene, &bed.bodies)
+        .map_err(|error| Error::Engine(EngineError::Native(error)))?;
+    Ok(match share {
+        Some(share) if share > 1.0 => format!(
+            "the time step is {share:.3} of the largest stable step of this bed: do not rely on it; take a smaller \
+             one, or --auto-step\n"
+        ),
+        _ => String::new(),
+    })
+}
+
 fn summary(run: &RunFolder, out: &Path) -> String {
-    let mut text = format!(
+    let mut text = String::new();
+    if let Some(choice) = &run.record.step_choice {
+        text += &format!(
+            "time step {:.4e} s, {} of the limit {:.4e} s at {} looks\n",
+            choice.time_step, choice.share, choice.limit, choice.looks
+        );
+    }
+    text += &format!(
         "{}: {}\n{:.1} µs a step; wrote {}\n",
         run.record.engine.label(),
         run.stages_in_words(),

@@ -24,7 +24,7 @@ mod state;
 pub mod timing;
 
 pub use case::{CaseOptions, effective, loads, run_case, watch_case};
-pub use health::Trouble;
+pub use health::{Trouble, check_moment};
 pub use mode::Mode;
 pub use perturb::{Perturbation, PerturbationError};
 pub use stages::{NativeError, Options, first_contact_punch, run};

@@ -8,20 +8,24 @@ mod completeness;
 mod find;
 mod frames;
 mod job;
+mod proposals;
 pub mod timing;
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use crate::engine::native::Trouble;
 use crate::engine::{Observer, Outcome, Task};
 use crate::files::FileError;
 use crate::model::Model;
 use crate::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
+use crate::tables::Stage;
 
 pub use cases::{CaseInYade, CasesInYade, run_cases};
 pub use child::log;
 pub use find::{Installation, find, sibling};
 pub use job::script_digest;
+pub use proposals::{Proposal, propose};
 
 /// The oldest YADE whose options this driver relies on.
 pub const OLDEST_VERSION: (u32, u32) = (2023, 2);
@@ -80,6 +84,12 @@ pub enum YadeError {
     Interrupted,
     #[error("YADE wrote nonsense: {0}")]
     Nonsense(String),
+    #[error("YADE's run went wrong, seen in step {step} of stage {}: {trouble}", .stage.name())]
+    WentWrong {
+        stage: Stage,
+        step: u64,
+        trouble: Trouble,
+    },
     #[error(transparent)]
     File(#[from] FileError),
 }

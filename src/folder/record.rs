@@ -8,8 +8,9 @@ use crate::measure;
 use crate::model::terms::ModelRecord;
 use crate::tables::{Stage, StopReason};
 
-/// The version of `run.json` that this program writes; it reads all before it. Version 2 has the model.
-pub const RECORD_VERSION: u32 = 2;
+/// The version of `run.json` that this program writes; it reads all before it. Version 2 has the model, version 3
+/// the evidence for an automatic time step.
+pub const RECORD_VERSION: u32 = 3;
 
 /// Which engine ran, as it is recorded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -120,6 +121,9 @@ pub struct RunRecord {
     pub command: String,
     /// s.
     pub time_step: f64,
+    /// The evidence for the time step, where the program chose it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step_choice: Option<StepChoice>,
     /// The stages as they went, in order.
     pub stages: Vec<StageReport>,
     /// Largest resident memory of the crossgrain process up to the end of the run, bytes, where the
@@ -127,6 +131,62 @@ pub struct RunRecord {
     pub peak_memory: Option<u64>,
     /// Every measure of the settled and the last bed.
     pub measures: Vec<measure::Quantity>,
+}
+
+/// How an automatic time step was chosen: a share of the largest stable step that a probe of the scene showed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StepChoice {
+    /// The share of the limit that was taken.
+    pub share: f64,
+    /// share × limit, s.
+    pub time_step: f64,
+    /// The smallest of the largest stable steps at all looks, with the scene's α, s.
+    pub limit: f64,
+    /// The same look without Cundall damping: 2/ω_max where there are no dashpots, s.
+    pub limit_without_damping: f64,
+    /// The scene's α.
+    pub alpha: f64,
+    /// The step of the probing run, s.
+    pub probed_at: f64,
+    /// How often contacts were looked at.
+    pub looks: u64,
+    /// The look with the smallest limit; none if nothing ever touched.
+    pub least: Option<StepLook>,
+    /// The last look of pouring.
+    pub settled: Option<StepLook>,
+    /// The last look under the punch, if the probe came so far.
+    pub loaded: Option<StepLook>,
+    /// A limit that was found by trials; none where the bed did not come to rest.
+    pub trial: Option<StepTrial>,
+}
+
+/// The largest stable step at one moment of the probe.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StepLook {
+    /// The stage that was under way.
+    pub stage: Stage,
+    /// Steps of the stage so far, of the probe's length.
+    pub step: u64,
+    /// Contacts.
+    pub contacts: u64,
+    /// With the scene's α, s.
+    pub limit: f64,
+    /// Without damping, s.
+    pub undamped: f64,
+}
+
+/// The settled bed brought to rest, without dashpots and damping: its limit predicted and found by trials.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StepTrial {
+    /// From the springs, s.
+    pub predicted: f64,
+    /// The largest step at which a small disturbance did not grow, s.
+    pub stable: f64,
+    /// The smallest step at which it grew, s.
+    pub unstable: f64,
 }
 
 impl RunRecord {

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{Engine, EngineError, recorded};
 use crate::engine::yade::{YadeError, log as yade_log};
 use crate::files::{FileError, failed, write_beside};
-use crate::folder::record::Protocol;
+use crate::folder::record::{Protocol, StepChoice};
 use crate::folder::{FolderError, RunFolder};
 use crate::generate::initial_bodies;
 use crate::progress::Display;
@@ -25,6 +25,18 @@ pub enum KeptError {
 /// Runs the scene and writes its folder. When YADE fails, its log is kept beside.
 pub fn to_folder(
     scene: &Scene,
+    engine: &Engine,
+    protocol: Protocol,
+    out: &Path,
+    display: &Display,
+) -> Result<RunFolder, KeptError> {
+    with_choice(scene, None, engine, protocol, out, display)
+}
+
+/// The same, with the evidence for the scene's time step, where the program chose it.
+pub fn with_choice(
+    scene: &Scene,
+    choice: Option<StepChoice>,
     engine: &Engine,
     protocol: Protocol,
     out: &Path,
@@ -54,7 +66,7 @@ pub fn to_folder(
         work.path(),
         &mut |stage, step, share| task.run(stage, step, share),
     );
-    let run = match run {
+    let mut run = match run {
         Ok(run) => run,
         Err(error) => {
             task.done("failed");
@@ -62,6 +74,7 @@ pub fn to_folder(
             return Err(error.into());
         }
     };
+    run.record.step_choice = choice;
     run.write(out)?;
     task.done(&run.stages_in_words());
     Ok(run)

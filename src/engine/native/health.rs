@@ -3,13 +3,17 @@
 
 use super::constants::Constants;
 use super::state::State;
+use crate::tables::Snapshot;
 
 /// What went wrong, with the grain.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Trouble {
     #[error("grain {grain} has a position, velocity or force that is not a finite number")]
     NotFinite { grain: u32 },
-    #[error("grain {grain} has left the box: its centre is at x={x} m, z={z} m")]
+    #[error(
+        "grain {grain} has left the box: its centre is at x={x} m, z={z} m; a grain that moves more than its \
+         radius in a step can pass a wall: take a smaller /time_step or a lower /cloud/speed"
+    )]
     Lost { grain: u32, x: f64, z: f64 },
     #[error(
         "friction and dashpots are computed in exact mode only, and {mode} mode was asked for; leave --mode away"
@@ -19,9 +23,20 @@ pub enum Trouble {
     Interrupted,
     #[error(
         "the kinetic energy has grown to {energy} J, more than the {limit} J that this \
-         scene can give; grain {grain} is the fastest"
+         scene can give; grain {grain} is the fastest. The step is probably too large: try --auto-step"
     )]
     EnergyBlownUp { grain: u32, energy: f64, limit: f64 },
+    #[error(
+        "bodies {id1} and {id2} overlap by {overlap} m, beyond the radius {radius} m: grains pass through each other, and \
+         no linear spring means that; raise /material/youngs_modulus, lower what presses on them, or take a smaller step \
+         (--auto-step)"
+    )]
+    BeyondRadius {
+        id1: u32,
+        id2: u32,
+        overlap: f64,
+        radius: f64,
+    },
 }
 
 /// Every grain finite and inside the box.
@@ -42,6 +57,32 @@ pub fn check(state: &State, constants: &Constants) -> Result<(), Trouble> {
             && (x <= 0.0 || x >= width || z <= 0.0)
         {
             return Err(Trouble::Lost { grain, x, z });
+        }
+    }
+    Ok(())
+}
+
+/// A moment of any engine: every grain in a box of this width, and no overlap beyond the smaller radius of
+/// a pair.
+pub fn check_moment(moment: &Snapshot, box_width: f64) -> Result<(), Trouble> {
+    let bodies = &moment.bodies;
+    for (id, (&x, &z)) in bodies.x.iter().zip(&bodies.z).enumerate() {
+        if x <= 0.0 || x >= box_width || z <= 0.0 {
+            let grain = id as u32;
+            return Err(Trouble::Lost { grain, x, z });
+        }
+    }
+    for contact in &moment.contacts {
+        let radius = |id: u32| bodies.radius.get(id as usize).copied();
+        let one = radius(contact.id1).unwrap_or(f64::INFINITY);
+        let radius = radius(contact.id2).unwrap_or(f64::INFINITY).min(one);
+        if contact.overlap > radius {
+            return Err(Trouble::BeyondRadius {
+                id1: contact.id1,
+                id2: contact.id2,
+                overlap: contact.overlap,
+                radius,
+            });
         }
     }
     Ok(())

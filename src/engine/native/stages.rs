@@ -129,7 +129,7 @@ impl Runner<'_> {
         let (wall, cpu) = (Instant::now(), ThreadTime::now());
         let every = self.scene.measurement.history_every;
         let mut peak = 0.0;
-        self.observe();
+        self.observe()?;
         let mut observed = self.step;
         let stop = loop {
             if exactly.is_some_and(|steps| self.step >= steps) {
@@ -145,7 +145,7 @@ impl Runner<'_> {
                 break stop;
             }
             if self.step.is_multiple_of(every) {
-                self.observe();
+                self.observe()?;
                 observed = self.step;
             }
             if self.step.is_multiple_of(LOOK_UP_EVERY) {
@@ -154,7 +154,7 @@ impl Runner<'_> {
         };
         self.look_up()?;
         if observed != self.step {
-            self.observe();
+            self.observe()?;
         }
         self.reports.push(StageReport {
             stage: self.stage,
@@ -247,9 +247,14 @@ impl Runner<'_> {
         health::energy_limit(state, constants, stored + by_punch)
     }
 
-    fn observe(&mut self) {
+    fn observe(&mut self) -> Result<(), NativeError> {
         let snapshot = self.snapshot();
+        if let Some(width) = self.dynamics.constants.box_width {
+            health::check_moment(&snapshot, width)
+                .map_err(|trouble| self.error(self.step, trouble))?;
+        }
         self.observer.snapshot(&snapshot);
+        Ok(())
     }
 
     /// With the sizes that were given, whatever fault the step computes with.

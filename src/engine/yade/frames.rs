@@ -9,6 +9,7 @@ use serde::Deserialize;
 
 use super::binary::{MomentLine, Tables};
 use super::{YadeError, completeness, nonsense};
+use crate::engine::native::check_moment;
 use crate::engine::{Observer, Outcome, StageReport, Task};
 use crate::scene::Scene;
 use crate::tables::{Bodies, BodyIds, Snapshot, Stage, StopReason};
@@ -67,6 +68,13 @@ pub fn read(
                     "its first moment is not the start that it was given".to_owned(),
                 ));
             }
+            check_moment(&snapshot, scene.container.width).map_err(|trouble| {
+                YadeError::WentWrong {
+                    stage: snapshot.stage,
+                    step: snapshot.step,
+                    trouble,
+                }
+            })?;
             seen.push((snapshot.stage, snapshot.step));
             observer.snapshot(&snapshot);
             last = Some(snapshot);

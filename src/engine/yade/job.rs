@@ -14,7 +14,7 @@ use crate::model::Model;
 use crate::scene::Scene;
 use crate::tables::{Bodies, Stage, text};
 
-/// The fixed scripts: runs a scene, runs cases, and what both share.
+/// The fixed scripts: runs a scene, runs cases, asks for time steps, and what they share.
 pub const RUN_SCENE: (&str, &str) = (
     "run_scene.py",
     include_str!("../../../yade_scripts/run_scene.py"),
@@ -27,6 +27,11 @@ pub const RUN_CASES: (&str, &str) = (
 pub const TIME_STEPS: (&str, &str) = (
     "time_steps.py",
     include_str!("../../../yade_scripts/time_steps.py"),
+);
+/// The script that asks for time steps.
+pub const PROPOSE_STEPS: (&str, &str) = (
+    "propose_steps.py",
+    include_str!("../../../yade_scripts/propose_steps.py"),
 );
 const SHARED: (&str, &str) = (
     "model_in_yade.py",
@@ -176,7 +181,16 @@ pub const MOST_LOADED: usize = 200;
 
 /// Writes script and cases into `work`.
 pub fn write_cases(work: &Path, cases: &[&Case]) -> Result<(), YadeError> {
-    write_scripts(work, RUN_CASES)?;
+    write_cases_for(work, RUN_CASES, cases)
+}
+
+/// Writes this script and cases into `work`.
+pub fn write_cases_for(
+    work: &Path,
+    script: (&str, &str),
+    cases: &[&Case],
+) -> Result<(), YadeError> {
+    write_scripts(work, script)?;
     let job = CasesJob {
         punch_half_depth: PUNCH_HALF_DEPTH,
     };

@@ -1,0 +1,178 @@
+//! `crossgrain stability`: the largest stable steps, and where methods fail.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::run::YadeLimits;
+use super::{in_a_word, json, print};
+use crate::compare::Verdict;
+use crate::error::Error;
+use crate::files::{FileError, refuse_existing, write_folder, write_whole};
+use crate::interrupt::asked_to_end;
+use crate::progress::Display;
+use crate::report::stability;
+use crate::stability::growth::Found;
+use crate::stability::map::{Limits, Row};
+use crate::stability::{Map, Options, map};
+use crate::verify::ladder::Climbers;
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Without YADE its limits are shown as not made, and the exit code is 3.\n\nExamples:\n  \
+    crossgrain stability --quick\n  crossgrain stability --out stable\n  crossgrain run scene.json --engine native --auto-step --out run"
+)]
+pub struct Arguments {
+    /// Beds of 500 grains instead of 5,000
+    #[arg(long)]
+    quick: bool,
+    /// Which engines
+    #[arg(long, value_enum, default_value = "both")]
+    engine: Climbers,
+    /// A new folder for stability.json and report.html
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// No progress
+    #[arg(long)]
+    quiet: bool,
+    #[command(flatten)]
+    limits: YadeLimits,
+}
+
+impl Arguments {
+    pub fn execute(self) -> Result<u8, Error> {
+        if let Some(out) = &self.out {
+            refuse_existing(out)?;
+        }
+        let options = Options {
+            engine: self.engine,
+            quick: self.quick,
+            yade: self.limits.options(),
+            command: self.command(),
+        };
+        let found = map(&options, &Display::new(self.quiet))?;
+        if asked_to_end() {
+            return Err(Error::Interrupted);
+        }
+        let text = json(&found)?;
+        print(&if self.json {
+            text.clone()
+        } else {
+            in_words(&found)
+        })?;
+        if let Some(out) = &self.out {
+            let page = stability::page(&found)?;
+            write_folder::<FileError>(out, |aside| {
+                write_whole(&aside.join("stability.json"), text.as_bytes())?;
+                write_whole(&aside.join("report.html"), page.as_bytes())
+            })?;
+        }
+        Ok(super::exit_code(found.verdict))
+    }
+
+    fn command(&self) -> String {
+        let engine = match self.engine {
+            Climbers::Native => "native",
+            Climbers::Yade => "yade",
+            Climbers::Both => "both",
+        };
+        let quick = if self.quick { " --quick" } else { "" };
+        format!("crossgrain stability --engine {engine}{quick}")
+    }
+}
+
+/// The map as lines for a terminal.
+fn in_words(map: &Map) -> String {
+    let mut text = format!(
+        "largest stable steps; found ones over predicted, YADE's own choices over the limit without damping\n\
+         {:<20} {:>11} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n\
+         {:<20} {:>11} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n",
+        "scene",
+        "predicted",
+        "closed",
+        "native",
+        "YADE",
+        "native",
+        "YADE",
+        "random",
+        "PWave",
+        "Global",
+        "",
+        "s",
+        "form",
+        "α=0",
+        "α=0",
+        "α=0.2",
+        "α=0.2",
+        "α=0.2",
+        "",
+        "Stiffness"
+    );
+    for row in &map.rows {
+        text += &row_line(row);
+    }
+    text += "\nwhere methods fail\n";
+    for failure in &map.failures {
+        let mark = match failure.verdict {
+            Verdict::Pass => "    pass",
+            Verdict::Fail => "    FAIL",
+            Verdict::NotMade => "not made",
+        };
+        text += &format!(
+            "{mark} {}: {}\n{:>9}{}\n{:>9}noticed by: {}\n{:>9}says: {}\n",
+            failure.name,
+            failure.title,
+            "",
+            failure.happened,
+            "",
+            failure.noticed,
+            "",
+            failure.says
+        );
+        if let Some(yade) = &failure.yade {
+            text += &format!("{:>9}YADE: {yade}\n", "");
+        }
+    }
+    for row in &map.rows {
+        for check in row
+            .checks
+            .iter()
+            .filter(|check| check.verdict != Verdict::Pass)
+        {
+            text += &super::compare::check_line(check);
+        }
+    }
+    text + &format!(
+        "\n{}: {} checks passed, {} failed, {} not made; {:.0} s\n",
+        in_a_word(map.verdict),
+        map.tally.passed,
+        map.tally.failed,
+        map.tally.not_made,
+        map.seconds
+    )
+}
+
+fn row_line(row: &Row) -> String {
+    let ratio = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.4}"));
+    let of = |limits: &Limits, found: Option<Found>| {
+        ratio(found.map(|found| found.limit / limits.predicted))
+    };
+    let limit = row.undamped.predicted;
+    let proposal = row.proposal_of_yade.unwrap_or(row.proposal);
+    format!(
+        "{:<20} {:>11.4e} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8.4} {:>8.4}\n",
+        row.name,
+        limit,
+        ratio(row.closed.as_ref().map(|closed| closed.dt / limit)),
+        of(&row.undamped, row.undamped.native),
+        of(&row.undamped, row.undamped.yade),
+        of(&row.damped, row.damped.native),
+        of(&row.damped, row.damped.yade),
+        of(&row.damped, row.damped_at_random),
+        proposal.p_wave / limit,
+        proposal.global_stiffness / limit,
+    )
+}

@@ -1,0 +1,280 @@
+//! Stability: predicted limits against closed forms and dense eigenvalues, found limits against predicted ones, and
+//! every way to fail noticed.
+
+use std::sync::LazyLock;
+
+use crossgrain::compare::Verdict;
+use crossgrain::scene::{Damping, TimeStep};
+use crossgrain::stability::failures::{Failure, failures, small_bed};
+use crossgrain::stability::growth::{Disturbed, Found};
+use crossgrain::stability::network::Network;
+use crossgrain::stability::scenes::{MapScene, small};
+use crossgrain::stability::spectrum::{fastest_mode, limit, top};
+use crossgrain::stability::{automatic, beds};
+use nalgebra::{DMatrix, SymmetricEigen};
+
+/// dt²K + 2dt C over the masses as a full matrix, column by column.
+fn dense(network: &Network, stiffness: f64, damping: f64) -> DMatrix<f64> {
+    let size = network.freedoms();
+    let mut matrix = DMatrix::zeros(size, size);
+    let mut column = vec![0.0; size];
+    for at in 0..size {
+        let mut unit = vec![0.0; size];
+        unit[at] = 1.0;
+        network.apply(stiffness, damping, &unit, &mut column);
+        matrix.column_mut(at).copy_from_slice(&column);
+    }
+    matrix
+}
+
+fn largest(matrix: DMatrix<f64>) -> f64 {
+    SymmetricEigen::new(matrix).eigenvalues.max()
+}
+
+fn scenes() -> Vec<MapScene> {
+    let mut scenes = small();
+    scenes.push(beds::crystal(6).expect("a crystal at rest"));
+    scenes
+}
+
+fn apart(found: Option<Found>, predicted: f64) -> f64 {
+    found.map_or(f64::NAN, |found| (found.limit / predicted - 1.0).abs())
+}
+
+#[test]
+fn lanczos_finds_the_largest_eigenvalue_of_the_full_matrix() {
+    for scene in scenes() {
+        let network = Network::of(&scene.case).expect("a network");
+        let dt = limit(&network, 0.0).dt;
+        for (stiffness, damping) in [(1.0, 0.0), (dt * dt, 2.0 * dt)] {
+            let full = dense(&network, stiffness, damping);
+            assert!(
+                (&full - full.transpose()).amax() <= 1.0e-12 * full.amax(),
+                "{}",
+                scene.name
+            );
+            let found = top(&network, stiffness, damping).value;
+            let wanted = largest(full);
+            assert!(
+                (found / wanted - 1.0).abs() < 1.0e-6,
+                "{}: {found} {wanted}",
+                scene.name
+            );
+        }
+    }
+}
+
+/// At the limit the largest eigenvalue of dt²K + 2dt C over the masses is 4/(1+α), by the full matrix.
+#[test]
+fn at_the_limit_the_largest_eigenvalue_is_four() {
+    for scene in scenes() {
+        let network = Network::of(&scene.case).expect("a network");
+        for alpha in [0.0, 0.2] {
+            let dt = limit(&network, alpha).dt;
+            let found = largest(dense(&network, dt * dt, 2.0 * dt)) * (1.0 + alpha);
+            assert!((found - 4.0).abs() < 1.0e-4, "{}: {found}", scene.name);
+        }
+    }
+}
+
+#[test]
+fn predicted_limits_are_those_of_the_closed_forms() {
+    for scene in small() {
+        let closed = scene.closed.as_ref().expect("a closed form");
+        let network = Network::of(&scene.case).expect("a network");
+        let off = limit(&network, 0.0).dt / closed.dt - 1.0;
+        assert!(off.abs() < closed.tolerance, "{}: {off}", scene.name);
+    }
+}
+
+/// The stiffness is the derivative of the engine's forces: K by differences of the loads that it sums.
+#[test]
+fn the_network_is_the_derivative_of_the_forces() {
+    use crossgrain::engine::native::loads;
+    let scene = beds::crystal(4).expect("a crystal at rest");
+    let network = Network::of(&scene.case).expect("a network");
+    let full = dense(&network, 1.0, 0.0);
+    let mass = &scene.case.bodies.mass;
+    let step = 1.0e-10;
+    for grain in 0..mass.len() {
+        let moved = |by: f64| {
+            let mut case = scene.case.clone();
+            case.bodies.x[grain] += by;
+            loads(&case, None).expect("loads").remove(0)
+        };
+        let (ahead, behind) = (moved(step), moved(-step));
+        for other in 0..mass.len() {
+            for axis in 0..2 {
+                let slope = -(ahead[other][axis] - behind[other][axis]) / (2.0 * step);
+                let weighted = slope / (mass[grain] * mass[other]).sqrt();
+                let here = full[(3 * other + axis, 3 * grain)];
+                assert!(
+                    (weighted - here).abs() < 1.0e-4 * full.amax(),
+                    "{grain} {other} {weighted} {here}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn found_limits_are_the_predicted_ones() {
+    for scene in scenes() {
+        let network = Network::of(&scene.case).expect("a network");
+        let random = Disturbed::at_random(&scene.case, scene.axes).expect("a disturbance");
+        let found = random.undamped().expect("trials");
+        let off = apart(found, limit(&network, 0.0).dt);
+        assert!(off < 0.005, "{}: {off}", scene.name);
+        let mode = Disturbed::in_mode(&scene.case, &fastest_mode(&network, 0.2)).expect("a mode");
+        let undamped = found.expect("a limit");
+        let damped = mode.damped(0.2, &undamped).expect("trials");
+        let off = apart(damped, limit(&network, 0.2).dt);
+        assert!(off < 0.01, "{}: {off}", scene.name);
+    }
+}
+
+static FAILURES: LazyLock<Vec<Failure>> =
+    LazyLock::new(|| failures(None, &mut |_, _| ()).expect("every way to fail is tried"));
+
+fn noticed(name: &str, says: &str) {
+    let failure = FAILURES.iter().find(|failure| failure.name == name);
+    let failure = failure.expect("a way to fail of this name");
+    assert_eq!(failure.verdict, Verdict::Pass, "{failure:?}");
+    assert!(failure.says.contains(says), "{}", failure.says);
+}
+
+#[test]
+fn a_step_far_beyond_the_limit_is_noticed() {
+    noticed("step-beyond-limit", "native engine stopped in step");
+}
+
+#[test]
+fn a_step_just_beyond_the_limit_is_noticed() {
+    noticed("step-just-beyond-limit", "settle");
+}
+
+#[test]
+fn an_overlap_beyond_the_radius_is_noticed() {
+    noticed("overlap-beyond-radius", "beyond the radius");
+}
+
+#[test]
+fn tunnelling_through_a_wall_is_noticed() {
+    noticed("tunnelling", "has left the box");
+}
+
+#[test]
+fn a_punch_that_jumps_is_refused() {
+    noticed("punch-too-fast", "/loading/speed");
+}
+
+#[test]
+fn a_fast_punch_shows_in_the_unbalanced_force() {
+    noticed("fast-punch", "reached");
+}
+
+#[test]
+fn stiffness_contrast_is_noticed_and_cured_by_the_automatic_step() {
+    noticed("stiffness-contrast", "native engine stopped in step");
+}
+
+#[test]
+fn zero_damping_ends_at_the_largest_number_of_steps() {
+    noticed("zero-damping", "max steps");
+}
+
+#[test]
+fn a_bed_that_never_rests_ends_at_the_largest_number_of_steps() {
+    noticed("never-at-rest", "max steps");
+}
+
+#[test]
+fn a_load_that_the_bed_cannot_carry_ends_at_the_give_up_depth() {
+    noticed("load-too-large", "sank to give up depth");
+}
+
+#[test]
+fn the_automatic_step_is_the_share_of_a_limit_that_trials_confirm() {
+    let mut scene = small_bed();
+    scene.time_step = TimeStep::Fraction {
+        of_sqrt_m_over_k: 5.0,
+    };
+    let choice = automatic::choose(&scene, 0.8).expect("a step");
+    assert_eq!(choice.time_step, 0.8 * choice.limit);
+    assert!(choice.looks > 10 && choice.probed_at < choice.time_step);
+    let without = choice.limit_without_damping / choice.limit;
+    assert!((without - 1.2f64.sqrt()).abs() < 1.0e-6, "{without}");
+    let trial = choice.trial.expect("the bed comes to rest");
+    let off = (trial.stable * trial.unstable).sqrt() / trial.predicted - 1.0;
+    assert!(off.abs() < 0.03, "{off}");
+    // The step it was given in the file has no part in it.
+    scene.time_step = TimeStep::Absolute { seconds: 1.0e-6 };
+    let again = automatic::choose(&scene, 0.8).expect("a step");
+    assert_eq!(again.probed_at, choice.probed_at);
+    let other = again.limit / choice.limit - 1.0;
+    assert!(other.abs() < 0.3, "{other}");
+    let chosen = automatic::with_step(&scene, &choice);
+    assert_eq!(chosen.time_step_seconds(), choice.time_step);
+    scene.damping = Damping::Cundall { alpha: 0.0 };
+    assert_eq!(chosen.damping.alpha(), 0.2);
+}
+
+/// The evidence comes back from a run folder, with the step that was run.
+#[test]
+fn a_run_folder_keeps_the_evidence_for_its_step() {
+    use crossgrain::engine::native;
+    use crossgrain::folder::RunFolder;
+    use crossgrain::folder::record::{Protocol, RECORD_VERSION};
+    use crossgrain::progress::Display;
+    use crossgrain::run::{Engine, kept::with_choice};
+    let scene = small_bed();
+    let choice = automatic::choose(&scene, 0.5).expect("a step");
+    let chosen = automatic::with_step(&scene, &choice);
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let out = folder.path().join("run");
+    let engine = Engine::Native(native::Options::default());
+    let steps = Protocol::Steps { steps: 100 };
+    let display = Display::new(true);
+    with_choice(
+        &chosen,
+        Some(choice.clone()),
+        &engine,
+        steps,
+        &out,
+        &display,
+    )
+    .expect("a run");
+    let read = RunFolder::read(&out).expect("a run folder");
+    assert_eq!(read.record.version, RECORD_VERSION);
+    assert_eq!(read.record.time_step, choice.time_step);
+    assert_eq!(read.record.step_choice, Some(choice));
+}
+
+/// What YADE says that it would choose is what its formulas give.
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE: cargo test --features yade"
+)]
+fn yade_proposes_by_its_formulas() {
+    use crossgrain::engine::yade::{Options, propose};
+    use crossgrain::stability::proposals::by_formula;
+    let scenes = scenes();
+    let cases: Vec<_> = scenes.iter().map(|scene| &scene.case).collect();
+    let work = tempfile::tempdir().expect("a temporary folder");
+    let (proposals, _) = propose(&cases, &Options::default(), work.path()).expect("YADE answers");
+    for (scene, of_yade) in scenes.iter().zip(proposals) {
+        let ours = by_formula(&scene.case).expect("the formulas");
+        for (ours, yade) in [
+            (ours.p_wave, of_yade.p_wave),
+            (ours.global_stiffness, of_yade.global_stiffness),
+            (ours.with_dashpots, of_yade.with_dashpots),
+        ] {
+            assert!(
+                (ours / yade - 1.0).abs() < 1.0e-6,
+                "{}: {ours} {yade}",
+                scene.name
+            );
+        }
+    }
+}
