@@ -1,8 +1,8 @@
 //! crossgrain: a validation harness for discrete-element engines.
 //!
 //! Data flows one way, and imports point back along it only:
-//! scene → model → generate → engine (native | yade) → measure → folder → progress → run → paper → compare → error → verify →
-//! reproduce → report → cli.
+//! scene → model → generate → engine (native | yade) → measure → statistics → folder → progress → run → paper → compare → error → verify →
+//! pareto → reproduce → report → cli.
 //! `docs/architecture.md` says what stands where.
 
 pub mod files;
@@ -21,6 +21,8 @@ pub mod engine;
 
 pub mod measure;
 
+pub mod statistics;
+
 pub mod folder;
 
 pub mod progress;
@@ -34,6 +36,8 @@ pub mod compare;
 pub mod error;
 
 pub mod verify;
+
+pub mod pareto;
 
 pub mod reproduce;
 
