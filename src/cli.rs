@@ -3,6 +3,7 @@
 mod compare;
 mod facts;
 mod paper;
+mod pareto;
 mod reproduce;
 mod run;
 mod scene;
@@ -40,6 +41,8 @@ enum Command {
     Facts(facts::Arguments),
     /// The main job: the paper's experiment in both engines, compared, with a report
     Reproduce(reproduce::Arguments),
+    /// Cost against error of every way to run the paper's scene, and which of them are dominated
+    Pareto(pareto::Arguments),
     /// The ladder: exact solutions, symmetries, and native against YADE bit for bit
     Verify(verify::Arguments),
 }
@@ -54,6 +57,7 @@ impl Arguments {
             Command::Compare(arguments) => arguments.execute(),
             Command::Facts(arguments) => arguments.execute(),
             Command::Reproduce(arguments) => arguments.execute(),
+            Command::Pareto(arguments) => arguments.execute(),
             Command::Verify(arguments) => arguments.execute(),
         }
     }
