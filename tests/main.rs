@@ -16,6 +16,8 @@ mod measure;
 
 mod paper;
 
+mod pareto;
+
 mod folder;
 
 mod compare;

@@ -7,9 +7,6 @@ use crate::measure::energy;
 use crate::scene::{Damping, Scene, TimeStep};
 use crate::tables::{Bodies, Snapshot, Stage};
 
-/// How often the kinetic energy is looked at, s: as often as the paper's scene does.
-const LOOK_EVERY: f64 = 0.0288;
-
 /// A poured bed and what it took.
 #[derive(Debug, Clone)]
 pub struct Poured {
@@ -31,13 +28,15 @@ pub fn pour(
 ) -> Result<Option<Poured>, NativeError> {
     let mut bodies = initial;
     let (mut steps, mut peak, mut settled) = (0, 0.0f64, true);
+    // As often in time as the scene's own rule, so that one phase of the scene's settings is the scene's pouring.
+    let look_every = scene.settle.check_every as f64 * scene.time_step_seconds();
     let mut bed = None;
     for phase in phases {
         let scene = of_phase(scene, phase);
         let dt = scene.time_step_seconds();
         let (length, fraction) = match phase.end {
             End::Seconds(seconds) => (seconds, None),
-            End::Settled(fraction) => (LOOK_EVERY, Some(fraction)),
+            End::Settled(fraction) => (look_every, Some(fraction)),
         };
         let part = ((length / dt).round() as u64).max(1);
         let mut of_phase = 0;
