@@ -40,8 +40,8 @@ impl Margin {
 
 const HEIGHT: &str = "a fifth of the ±0.01 m that the paper gives its height";
 const POROSITY: &str = "a fifth of the ±0.01 that the paper gives its porosity";
-const STRESS: &str = "about the least that a hundred packings can show where one varies by a third; the three points of \
-                      Table 4 differ by factors of two";
+const STRESS: &str = "the least that a hundred packings can show where one varies by a third (at O it varies by a half, which \
+                      takes two hundred); the three points of Table 4 differ by factors of two";
 const ONE_GRAIN: &str = "one grain's stress varies by three quarters of its mean: no margin that matters could be shown";
 
 /// Every charted quantity.
