@@ -10,7 +10,7 @@ pub fn slope(points: &[(f64, f64)]) -> Option<Interval> {
     let ys: Vec<f64> = points.iter().map(|point| point.1).collect();
     let (x, y) = (mean(&xs), mean(&ys));
     let spread: f64 = xs.iter().map(|value| (value - x).powi(2)).sum();
-    if !(spread > 0.0) {
+    if spread.is_nan() || spread <= 0.0 {
         return None;
     }
     let products = points.iter().map(|(a, b)| (a - x) * (b - y));

@@ -21,7 +21,7 @@ pub fn gamma(values: &[f64]) -> Option<f64> {
     let positive = positive(values);
     let logarithms: Vec<f64> = positive.iter().map(|value| value.ln()).collect();
     let wanted = mean(&positive).ln() - mean(&logarithms);
-    if !(wanted > 0.0) {
+    if wanted.is_nan() || wanted <= 0.0 {
         return None;
     }
     // ln k − ψ(k) falls from ∞ to 0.
@@ -38,7 +38,7 @@ pub fn weibull(values: &[f64]) -> Option<f64> {
         .map(|value| (value / largest).ln())
         .collect();
     let centre = mean(&logarithms);
-    if !(centre < 0.0) {
+    if centre.is_nan() || centre >= 0.0 {
         return None;
     }
     falling_root(|c| {
