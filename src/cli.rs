@@ -4,6 +4,7 @@ mod bench;
 mod compare;
 mod facts;
 mod paper;
+mod pareto;
 mod reproduce;
 mod run;
 mod scene;
@@ -42,6 +43,8 @@ enum Command {
     Facts(facts::Arguments),
     /// The main job: the paper's experiment in both engines, compared, with a report
     Reproduce(reproduce::Arguments),
+    /// Cost against error of every way to run the paper's scene, and which of them are dominated
+    Pareto(pareto::Arguments),
     /// The ladder: exact solutions, symmetries, and native against YADE bit for bit
     Verify(verify::Arguments),
     /// The largest stable time steps, predicted and found, and the places where methods fail
@@ -60,6 +63,7 @@ impl Arguments {
             Command::Compare(arguments) => arguments.execute(),
             Command::Facts(arguments) => arguments.execute(),
             Command::Reproduce(arguments) => arguments.execute(),
+            Command::Pareto(arguments) => arguments.execute(),
             Command::Verify(arguments) => arguments.execute(),
             Command::Stability(arguments) => arguments.execute(),
             Command::Bench(arguments) => arguments.execute(),

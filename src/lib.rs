@@ -1,8 +1,8 @@
 //! crossgrain: a validation harness for discrete-element engines.
 //!
 //! Data flows one way, and imports point back along it only:
-//! scene → model → generate → engine (native | yade) → measure → folder → progress → run → paper → compare → error → verify →
-//! stability → bench → reproduce → report → cli.
+//! scene → model → generate → engine (native | yade) → measure → statistics → folder → progress → run → paper → compare → error →
+//! verify → stability → bench → pareto → reproduce → report → cli.
 //! `docs/architecture.md` says what stands where.
 
 pub mod files;
@@ -23,6 +23,8 @@ pub mod engine;
 
 pub mod measure;
 
+pub mod statistics;
+
 pub mod folder;
 
 pub mod progress;
@@ -40,6 +42,8 @@ pub mod verify;
 pub mod stability;
 
 pub mod bench;
+
+pub mod pareto;
 
 pub mod reproduce;
 

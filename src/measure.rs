@@ -8,6 +8,7 @@ pub mod extensive_stress;
 pub mod height;
 pub mod history;
 pub mod porosity;
+pub mod stress_at_depth;
 pub mod unbalanced_force;
 
 use serde::{Deserialize, Serialize};

@@ -5,6 +5,7 @@ pub mod chart;
 pub mod disc_field;
 pub mod packing;
 pub mod page;
+pub mod pareto;
 mod shell;
 pub mod stability;
 pub mod verification;

@@ -17,6 +17,8 @@ mod modes;
 
 mod paper;
 
+mod pareto;
+
 mod folder;
 
 mod compare;

@@ -1,0 +1,221 @@
+//! `crossgrain pareto`: cost against error, one point a method.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::run::YadeLimits;
+use super::{json, print};
+use crate::engine::yade;
+use crate::error::{Error, exit};
+use crate::files::{failed, write_whole};
+use crate::pareto::job::Job;
+use crate::pareto::judge::Judgement;
+use crate::pareto::plan::Plan;
+use crate::pareto::record::{Pareto, Point, pareto};
+use crate::progress::Display;
+use crate::report;
+use crate::reproduce::free_folder;
+
+/// The folder that is used when none is named; a number is added when it holds a finished chart.
+const DEFAULT_OUT: &str = "out/pareto";
+/// Realizations of the chart: the paper's bed, and the small one of `--quick`.
+const CHARTING: [u64; 2] = [24, 6];
+/// Realizations of each test of equivalence.
+const CONFIRMING: u64 = 300;
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Every finished realization is kept in members.jsonl; an interrupted chart is taken up again when it is \
+    started with the same --out, and may then have other numbers of realizations.\n\nExamples:\n  crossgrain pareto \
+    --quick\n  crossgrain pareto --seeds 8 --confirm 100 --out chart"
+)]
+pub struct Arguments {
+    /// A small bed and few methods
+    #[arg(long)]
+    quick: bool,
+    /// Realizations a method is charted with [default: 24, with --quick 6]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(2..=1000))]
+    seeds: Option<u64>,
+    /// Realizations of its own on which each candidate's equivalence is tested [default: 300, with --quick none]
+    #[arg(long, conflicts_with = "quick", value_parser = clap::value_parser!(u64).range(0..=100_000))]
+    confirm: Option<u64>,
+    /// Realizations in YADE, about five minutes each for the paper's bed; 0 leaves YADE out
+    #[arg(long, default_value_t = 1)]
+    yade_seeds: u64,
+    /// The folder to write; a finished chart in it is never overwritten
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    limits: YadeLimits,
+    /// No progress
+    #[arg(long)]
+    quiet: bool,
+}
+
+impl Arguments {
+    pub fn execute(self) -> Result<u8, Error> {
+        let out = match &self.out {
+            Some(out) if out.join("pareto.json").exists() => {
+                return Err(Error::Usage(format!(
+                    "{} holds a finished chart; name a folder that does not, or take its pareto.json away to go on \
+                     with its members",
+                    out.display()
+                )));
+            }
+            Some(out) => out.clone(),
+            None => free_folder(Path::new(DEFAULT_OUT)),
+        };
+        let plan = self.plan();
+        std::fs::create_dir_all(&out).map_err(failed("create", &out))?;
+        let job = Job {
+            out: out.clone(),
+            yade: yade::Options {
+                sorted: false,
+                ..self.limits.options()
+            },
+        };
+        let record = pareto(&plan, &job, self.command(&plan), &Display::new(self.quiet))?;
+        let text = json(&record)?;
+        let page = report::pareto::page(&record)?;
+        write_whole(&out.join("report.html"), page.as_bytes())?;
+        // Last of all: this file says that the chart is finished.
+        write_whole(&out.join("pareto.json"), text.as_bytes())?;
+        print(&if self.json {
+            text
+        } else {
+            in_words(&record, &out)
+        })?;
+        Ok(if record.complete {
+            exit::AGREED
+        } else {
+            exit::INCOMPLETE
+        })
+    }
+
+    fn plan(&self) -> Plan {
+        let charting = self.seeds.unwrap_or(CHARTING[usize::from(self.quick)]);
+        if self.quick {
+            Plan::quick(charting, self.yade_seeds)
+        } else {
+            Plan::full(
+                charting,
+                self.confirm.unwrap_or(CONFIRMING),
+                self.yade_seeds,
+            )
+        }
+    }
+
+    fn command(&self, plan: &Plan) -> String {
+        let (seeds, yade) = (plan.charting, self.yade_seeds);
+        if self.quick {
+            format!("crossgrain pareto --quick --seeds {seeds} --yade-seeds {yade}")
+        } else {
+            let confirm = plan.confirming;
+            format!("crossgrain pareto --seeds {seeds} --confirm {confirm} --yade-seeds {yade}")
+        }
+    }
+}
+
+/// The chart as a table for a terminal.
+fn in_words(record: &Pareto, out: &Path) -> String {
+    let mut text = format!(
+        "{} grains, {} realizations a method (dear ones fewer), against {}\ncost: processor time of one realization, \
+         median; errors: largest bias over its margin, with the ends of its 95 % interval\n\n",
+        record.grains, record.charting, record.reference.method.name
+    );
+    text += &format!(
+        "{:>3} {:<50} {:>8} {:>7} {:>6}  {:<22} {:<22} {}\n",
+        "",
+        "method",
+        "cpu s",
+        "steps",
+        "missed",
+        "error of the bed",
+        "error of the stresses",
+        "dominated by"
+    );
+    let chance = Point {
+        number: record.points.len() + 1,
+        charted: record.chance.clone(),
+        ..record.reference.clone()
+    };
+    text += &row("", "the reference", &record.reference, false);
+    text += &row("", "the reference on other clouds: chance", &chance, true);
+    let mut points: Vec<&Point> = record.points.iter().collect();
+    let cost = |point: &Point| point.costs.map_or(f64::INFINITY, |costs| costs.cpu_seconds);
+    points.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+    for point in points {
+        text += &row(&point.number.to_string(), &point.method.name, point, true);
+        for (reason, count) in &point.charted.endings.failed {
+            text += &format!("{:>4}{count} failed: {reason}\n", "");
+        }
+        if let Some(reason) = &point.not_made {
+            text += &format!("{:>4}not made: {reason}\n", "");
+        }
+    }
+    text += "\nequivalence on clouds of their own:\n";
+    for point in &record.points {
+        let Some(confirmed) = &point.confirmed else {
+            continue;
+        };
+        let open = crate::pareto::record::not_shown(confirmed);
+        text += &format!(
+            "{:>3} {}: {:?} over {} clouds{}\n",
+            point.number,
+            point.method.name,
+            confirmed.finding(),
+            confirmed.clouds,
+            if open.is_empty() {
+                String::new()
+            } else {
+                format!("; not shown: {}", open.join(", "))
+            }
+        );
+    }
+    text += "\norder of convergence on exact cases:\n";
+    for case in &record.convergence {
+        let order = case.order.map_or("none".to_owned(), |order| {
+            format!(
+                "{:.2} ({:.2} to {:.2})",
+                order.estimate, order.low, order.high
+            )
+        });
+        text += &format!("    {}: {order}, expected {}\n", case.title, case.expected);
+    }
+    text + &format!(
+        "\nrecommended: {}\n{:.0} s; report: {}\n",
+        record.recommendation,
+        record.seconds,
+        out.join("report.html").display()
+    )
+}
+
+fn row(number: &str, name: &str, point: &Point, with_errors: bool) -> String {
+    let (seconds, steps) = point
+        .costs
+        .map_or(("–".to_owned(), "–".to_owned()), |costs| {
+            let steps = costs.pour_steps + costs.load_steps;
+            (format!("{:.2}", costs.cpu_seconds), format!("{steps:.0}"))
+        });
+    let judged: &Judgement = &point.charted;
+    let error = |worst: &Option<crate::pareto::judge::Worst>| match worst {
+        Some(worst) if with_errors => {
+            let of = worst.error;
+            format!("{:.2} ({:.2} to {:.2})", of.estimate, of.low, of.high)
+        }
+        _ => String::new(),
+    };
+    let by = point.dominated_by.map_or(String::new(), |by| {
+        format!("{by}{}", if point.clearly { "" } else { " ?" })
+    });
+    let missed = format!("{}/{}", judged.endings.missed(), judged.endings.all());
+    format!(
+        "{number:>3} {name:<50} {seconds:>8} {steps:>7} {missed:>6}  {:<22} {:<22} {by}\n",
+        error(&judged.bed),
+        error(&judged.load)
+    )
+}

@@ -1,0 +1,61 @@
+//! Shares of members, with Wilson's score interval, and their difference with Newcombe's.
+
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use super::Interval;
+
+/// Wilson's interval for `hits` of `of` at this level (Wilson 1927); none of nothing.
+pub fn wilson(hits: usize, of: usize, level: f64) -> Option<Interval> {
+    if of == 0 {
+        return None;
+    }
+    let z = Normal::standard().inverse_cdf(0.5 + 0.5 * level);
+    let (n, p) = (of as f64, hits as f64 / of as f64);
+    let scale = 1.0 + z * z / n;
+    let centre = (p + 0.5 * z * z / n) / scale;
+    let reach = z / scale * (p * (1.0 - p) / n + 0.25 * z * z / (n * n)).sqrt();
+    Some(Interval {
+        estimate: p,
+        low: (centre - reach).max(0.0),
+        high: (centre + reach).min(1.0),
+    })
+}
+
+/// Second share minus first with Newcombe's interval (1998, method 10), each share as (hits, of).
+pub fn difference(first: (usize, usize), second: (usize, usize), level: f64) -> Option<Interval> {
+    let a = wilson(first.0, first.1, level)?;
+    let b = wilson(second.0, second.1, level)?;
+    let estimate = b.estimate - a.estimate;
+    let down = (b.estimate - b.low).hypot(a.high - a.estimate);
+    let up = (b.high - b.estimate).hypot(a.estimate - a.low);
+    Some(Interval {
+        estimate,
+        low: estimate - down,
+        high: estimate + up,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Newcombe 1998: 56 of 70 against 48 of 80 differ by 0.20, 95 % interval 0.0524 to 0.3339; Wilson's
+    /// interval of 81 of 263 is 0.2553 to 0.3662.
+    #[test]
+    fn newcombes_examples() {
+        let one = wilson(81, 263, 0.95).expect("not of nothing");
+        assert!((one.low - 0.2553).abs() < 1.0e-4 && (one.high - 0.3662).abs() < 1.0e-4);
+        let two = difference((48, 80), (56, 70), 0.95).expect("not of nothing");
+        assert!((two.estimate - 0.2).abs() < 1.0e-12);
+        assert!((two.low - 0.0524).abs() < 1.0e-4, "{two:?}");
+        assert!((two.high - 0.3339).abs() < 1.0e-4, "{two:?}");
+    }
+
+    #[test]
+    fn none_of_a_hundred_may_still_be_four() {
+        let none = wilson(0, 100, 0.95).expect("not of nothing");
+        assert_eq!(none.low, 0.0);
+        assert!((none.high - 0.0370).abs() < 1.0e-4);
+        assert!(wilson(0, 0, 0.95).is_none());
+    }
+}
