@@ -125,8 +125,10 @@ impl Contender {
 
     fn tolerance(self) -> Tolerance {
         match self {
-            Contender::Exact | Contender::Free => Tolerance::ROUNDING,
-            Contender::YadeOrdinary | Contender::YadeSorted => Tolerance::ROUNDING,
+            Contender::Exact | Contender::YadeOrdinary | Contender::YadeSorted => {
+                Tolerance::ROUNDING
+            }
+            Contender::Free => Tolerance::FREE,
             Contender::Single => Tolerance::SINGLE,
             Contender::Lammps | Contender::Liggghts => Tolerance::OTHER_LAW,
         }

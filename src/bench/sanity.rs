@@ -25,6 +25,12 @@ impl Tolerance {
         contacts: 1.0e-3,
         energy: 1.001,
     };
+    /// Other operations: a force is then rounded by a distance's last digit over the overlap, some 10⁴ times more than a sum
+    /// in another order is, and so much further apart are grains after the same steps.
+    pub const FREE: Tolerance = Tolerance {
+        displacement: 1.0e-2,
+        ..Tolerance::ROUNDING
+    };
     /// Forces in single precision: rounding that may have grown until grains are apart by as much as they have moved.
     pub const SINGLE: Tolerance = Tolerance {
         displacement: 0.1,

@@ -7,6 +7,7 @@ use clap::Args;
 use super::run::YadeLimits;
 use super::{json, print};
 use crate::bench::goals::Goal;
+use crate::bench::limits::Bound;
 use crate::bench::rounds::Contest;
 use crate::bench::{self, Bench, Options, one};
 use crate::engine::native::Mode;
@@ -142,15 +143,23 @@ fn in_words(bench: &Bench, out: &Path) -> String {
     }
     text += &format!(" a list for {:.0} steps\n", bench.bed.steps_per_build);
     for distance in &bench.distances {
-        text += &format!("\nlimits at {} grains, times above:", distance.grains);
-        for bound in &distance.bounds {
-            text += &format!(
-                " {} {:.1} (at least {:.1} µs),",
-                bound.resource,
-                bound.distance,
-                1e6 * bound.seconds
-            );
-        }
+        let bounds = distance.bounds.iter().map(|bound| {
+            let Bound {
+                resource,
+                distance,
+                seconds,
+            } = bound;
+            format!(
+                "{resource} {distance:.1} (at least {:.1} µs)",
+                1e6 * seconds
+            )
+        });
+        let bounds: Vec<String> = bounds.collect();
+        text += &format!(
+            "\nlimits at {} grains, times above: {}",
+            distance.grains,
+            bounds.join(", ")
+        );
     }
     text += "\n\n";
     for of in &bench.instructions {
