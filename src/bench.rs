@@ -194,6 +194,10 @@ pub struct Distance {
     pub grains: u32,
     /// What a step is measured to take, s.
     pub seconds_per_step: f64,
+    /// Bytes that a step passes over.
+    pub bytes: f64,
+    /// Bytes a second, from a working set of that size.
+    pub read_rate: f64,
     /// The bounds, the nearest first.
     pub bounds: Vec<Bound>,
 }
@@ -358,10 +362,14 @@ fn distances(points: &[Point], pairs_a_grain: f64, throughput: &Throughput) -> V
             pairs: pairs_a_grain * grains,
             grains,
         };
+        let read_rate = limits::read_rate(work.bytes() as usize);
+        let measured = point.seconds_per_step.median;
         Distance {
             grains: point.grains,
-            seconds_per_step: point.seconds_per_step.median,
-            bounds: work.bounds(throughput, point.seconds_per_step.median),
+            seconds_per_step: measured,
+            bytes: work.bytes(),
+            read_rate,
+            bounds: work.bounds(throughput, read_rate, measured),
         }
     })
     .collect()

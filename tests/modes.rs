@@ -131,3 +131,26 @@ fn a_steady_step_allocates_nothing() {
         assert!(long < short + 20, "{} mode: {short}, {long}", mode.name());
     }
 }
+
+#[test]
+fn the_free_modes_scene_differs_in_the_step_and_what_goes_with_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let printed = |arguments: &[&str]| -> serde_json::Value {
+        let (code, text, _) = told(&crossgrain(arguments, folder.path()));
+        assert_eq!(code, 0);
+        serde_json::from_str(&text).expect("JSON")
+    };
+    let plain = printed(&["scene", "paper"]);
+    let mut free = printed(&["scene", "paper", "--free"]);
+    let step = "/time_step/of_sqrt_m_over_k";
+    assert_eq!(plain.pointer(step), Some(&0.45.into()));
+    assert_eq!(free.pointer(step), Some(&0.65.into()));
+    // Looked at equally often in time.
+    let every = |of: &serde_json::Value| of.pointer("/settle/check_every").and_then(|n| n.as_f64());
+    let ratio = every(&plain).expect("a number") / every(&free).expect("a number");
+    assert!((ratio - 0.65 / 0.45).abs() < 0.01, "{ratio}");
+    for key in ["time_step", "settle", "measurement", "choices"] {
+        free[key] = plain[key].clone();
+    }
+    assert_eq!(free, plain);
+}

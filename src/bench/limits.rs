@@ -20,9 +20,8 @@ pub struct Throughput {
     pub read: Vec<f64>,
 }
 
-/// Bytes that are read again and again: what the nearest cache holds, what steps of 5,000 and of 100,000 grains pass
-/// over, and what no cache holds.
-pub const WORKING_SETS: [usize; 4] = [16 << 10, 1 << 20, 20 << 20, 256 << 20];
+/// Bytes that are read again and again: what the nearest cache holds, what caches further off hold, and what none does.
+pub const WORKING_SETS: [usize; 4] = [16 << 10, 512 << 10, 8 << 20, 256 << 20];
 
 /// What a step must do at least, whatever its program, to have YADE's bits: for each listed pair 2 divisions and a root,
 /// as n = (dx/d, dz/d) is asked for; for each grain 2 divisions, as a = f/m is. The native kernel computes each pair twice, once
@@ -62,8 +61,9 @@ impl Work {
         self.pairs * BYTES_A_PAIR + self.grains * BYTES_A_GRAIN
     }
 
-    /// The bounds of a step that takes `measured` seconds; the nearest first.
-    pub fn bounds(&self, of: &Throughput, measured: f64) -> Vec<Bound> {
+    /// The bounds of a step that takes `measured` seconds, where a working set of its size is read at `read_rate`
+    /// bytes a second; the nearest first.
+    pub fn bounds(&self, of: &Throughput, read_rate: f64, measured: f64) -> Vec<Bound> {
         let Work { pairs, grains } = *self;
         let divisions = (2.0 * pairs + 2.0 * grains) * of.division + pairs * of.square_root;
         let arithmetic = (ARITHMETIC_A_PAIR * pairs + ARITHMETIC_A_GRAIN * grains) * of.arithmetic;
@@ -75,7 +75,7 @@ impl Work {
         let mut bounds = vec![
             bound("divisions and square roots", divisions),
             bound("other arithmetic", arithmetic),
-            bound("memory", self.bytes() / of.read_rate(self.bytes())),
+            bound("memory", self.bytes() / read_rate),
         ];
         bounds.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         bounds
@@ -98,31 +98,25 @@ impl Throughput {
         let division = per_number(divide);
         let square_root = per_number(square_root);
         let arithmetic = per_number(add_and_multiply) / OPERATIONS as f64;
-        let read = WORKING_SETS.map(|bytes| {
-            let words = vec![1.0; bytes / 8];
-            let times = (WORKING_SETS[2] / bytes).max(1);
-            let best = fastest(|| {
-                for _ in 0..times {
-                    black_box(sum(black_box(&words)));
-                }
-            });
-            (times * bytes) as f64 / best
-        });
         Throughput {
             division,
             square_root,
             arithmetic,
-            read: read.to_vec(),
+            read: WORKING_SETS.map(read_rate).to_vec(),
         }
     }
+}
 
-    /// Bytes a second from the smallest working set that holds so many.
-    fn read_rate(&self, bytes: f64) -> f64 {
-        let sets = WORKING_SETS.iter().zip(&self.read);
-        let mut fitting = sets.filter(|(set, _)| **set as f64 >= bytes);
-        let slowest = self.read.last().copied().unwrap_or(f64::INFINITY);
-        fitting.next().map_or(slowest, |(_, rate)| *rate)
-    }
+/// Bytes a second read from a working set of so many bytes.
+pub fn read_rate(bytes: usize) -> f64 {
+    let words = vec![1.0; (bytes / 8).max(64)];
+    let times = ((20 << 20) / bytes.max(1)).max(1);
+    let best = fastest(|| {
+        for _ in 0..times {
+            black_box(sum(black_box(&words)));
+        }
+    });
+    (times * bytes) as f64 / best
 }
 
 /// The shortest of some times, s: what the machine can do when nothing disturbs it.

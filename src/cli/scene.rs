@@ -7,6 +7,7 @@ use clap::Subcommand;
 use super::{json, print};
 use crate::error::{Error, exit};
 use crate::model::Model;
+use crate::pareto::plan::free_mode_scene;
 use crate::scene::{json_schema, paper_scene, read_scene};
 
 #[derive(Debug, Subcommand)]
@@ -19,6 +20,9 @@ pub enum Verb {
         /// Number of grains
         #[arg(long, default_value_t = 5000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
         particles: u32,
+        /// With the choices that are the default of `run --mode free`: a longer step, tested to be equivalent
+        #[arg(long)]
+        free: bool,
     },
     /// Validate a scene file: every problem at once, each with its place and what would be right
     Check {
@@ -37,7 +41,14 @@ pub enum Verb {
 impl Verb {
     pub fn execute(self) -> Result<u8, Error> {
         match self {
-            Verb::Paper { seed, particles } => print(&json(&paper_scene(seed, particles))?)?,
+            Verb::Paper {
+                seed,
+                particles,
+                free,
+            } => {
+                let scene = if free { free_mode_scene } else { paper_scene };
+                print(&json(&scene(seed, particles))?)?;
+            }
             Verb::Check { file } => {
                 let scene = read_scene(&file)?;
                 print(&format!(
