@@ -8,5 +8,4 @@ pub mod margins;
 pub mod member;
 pub mod method;
 pub mod plan;
-pub mod pouring;
 pub mod record;

@@ -107,6 +107,7 @@ pub fn recorded(
         command: command(engine, protocol),
         time_step: scene.time_step_seconds(),
         step_choice: None,
+        softened: None,
         stages: outcome.stages,
         peak_memory: peak_memory(),
         measures: measure::all(scene, settled.as_ref().map(Moment::bed), last.bed()),

@@ -27,6 +27,18 @@ pub struct Bodies {
 }
 
 impl Bodies {
+    /// Σ ½mv², then Σ ½Iω², grain by grain, J, with the velocities as stored: half a step before the positions.
+    pub fn kinetic_energy(&self) -> f64 {
+        let mut energy = 0.0;
+        for ((mass, vx), vz) in self.mass.iter().zip(&self.vx).zip(&self.vz) {
+            energy += 0.5 * mass * (vx * vx + vz * vz);
+        }
+        for (inertia, spin) in self.inertia.iter().zip(&self.spin) {
+            energy += 0.5 * inertia * (spin * spin);
+        }
+        energy
+    }
+
     /// No grains, with room for some.
     pub fn with_capacity(count: usize) -> Self {
         let column = || Vec::with_capacity(count);

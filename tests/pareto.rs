@@ -2,16 +2,16 @@
 
 use std::path::Path;
 
+use crossgrain::engine::native::pouring::{End, Phase, pour};
 use crossgrain::engine::native::{self, Mode};
 use crossgrain::engine::{Task, yade};
 use crossgrain::generate::initial_bodies;
 use crossgrain::pareto::job::{self, Job};
 use crossgrain::pareto::member;
 use crossgrain::pareto::method::{
-    End, Family, Method, Phase, Runner, with_modulus, with_size, with_step, with_tolerance,
+    Family, Method, Runner, with_modulus, with_size, with_step, with_tolerance,
 };
 use crossgrain::pareto::plan::{FIRST_CONFIRMING, Plan, Planned};
-use crossgrain::pareto::pouring::pour;
 use crossgrain::pareto::record::of_members;
 use crossgrain::progress::Display;
 use crossgrain::scene::Scene;
@@ -207,4 +207,68 @@ fn a_finished_chart_is_never_overwritten() {
     let output = crossgrain(&["pareto", "--quick", "--out", &out], folder.path());
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("finished chart"));
+}
+
+/// `run --soft-pour` is the method that was tested: the same bed and the same end, in every bit.
+#[test]
+fn a_run_that_is_poured_softly_is_the_tested_method() {
+    use crossgrain::engine::native::pouring::Softly;
+    use crossgrain::folder::RunFolder;
+    use crossgrain::tables::StopReason;
+    let mut scene = small_scene();
+    scene.name = "poured softly".to_owned();
+    let softly = Softly::tested(&scene).expect("a step in proportion");
+    let options = native::Options {
+        mode: Mode::Free,
+        ..native::Options::default()
+    };
+    let phases = softly.phases(&scene);
+    let poured = pour(&scene, &phases, &options, initial_bodies(&scene)).expect("it settles");
+    let poured = poured.expect("there are phases");
+
+    let (folder, _) = crate::support::folder_with(&scene);
+    let run = |more: &[&str]| {
+        let mut words = vec![
+            "run",
+            "scene.json",
+            "--mode",
+            "free",
+            "--soft-pour",
+            "--quiet",
+        ];
+        words.extend(more);
+        crate::support::told(&crate::support::crossgrain(&words, folder.path()))
+    };
+    let (code, _, message) = run(&["--engine", "native", "--out", "soft"]);
+    assert_eq!(code, 0, "{message}");
+    let read = RunFolder::read(&folder.path().join("soft")).expect("a run folder");
+    let settled = read.settled.as_ref().expect("a settled bed");
+    assert_eq!(settled.bodies.digest(), poured.bed.bodies.digest());
+    let softened = read.record.softened.as_ref().expect("how it was poured");
+    assert_eq!(softened.cloud_digest, initial_bodies(&scene).digest());
+    assert_eq!(softened.phases, phases[..phases.len() - 1]);
+    assert_eq!(softened.steps + read.record.stages[0].steps, poured.steps);
+    assert_eq!(read.record.stages[0].stop, StopReason::Settled);
+    assert!(
+        read.record
+            .command
+            .contains("--mode free --soft-pour --out")
+    );
+
+    // Where it means nothing it is refused.
+    for wrong in [
+        &["--engine", "yade", "--out", "no"][..],
+        &["--engine", "native", "--steps", "5", "--out", "no"],
+        &[
+            "--engine",
+            "native",
+            "--perturb",
+            "stiffness=1e-9",
+            "--out",
+            "no",
+        ],
+    ] {
+        assert_eq!(run(wrong).0, 2, "{wrong:?}");
+    }
+    assert!(!folder.path().join("no").exists());
 }

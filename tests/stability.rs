@@ -226,7 +226,10 @@ fn a_run_folder_keeps_the_evidence_for_its_step() {
     use crossgrain::folder::RunFolder;
     use crossgrain::folder::record::{Protocol, RECORD_VERSION};
     use crossgrain::progress::Display;
-    use crossgrain::run::{Engine, kept::with_choice};
+    use crossgrain::run::{
+        Engine,
+        kept::{Preparation, prepared},
+    };
     let scene = small_bed();
     let choice = automatic::choose(&scene, 0.5).expect("a step");
     let chosen = automatic::with_step(&scene, &choice);
@@ -235,15 +238,11 @@ fn a_run_folder_keeps_the_evidence_for_its_step() {
     let engine = Engine::Native(native::Options::default());
     let steps = Protocol::Steps { steps: 100 };
     let display = Display::new(true);
-    with_choice(
-        &chosen,
-        Some(choice.clone()),
-        &engine,
-        steps,
-        &out,
-        &display,
-    )
-    .expect("a run");
+    let preparation = Preparation {
+        step_choice: Some(choice.clone()),
+        ..Preparation::default()
+    };
+    prepared(&chosen, preparation, &engine, steps, &out, &display).expect("a run");
     let read = RunFolder::read(&out).expect("a run folder");
     assert_eq!(read.record.version, RECORD_VERSION);
     assert_eq!(read.record.time_step, choice.time_step);

@@ -4,22 +4,25 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
+use cpu_time::ThreadTime;
 
 use super::print;
+use crate::engine::native::pouring::{Softly, pour};
 use crate::engine::native::{self, Perturbation, Trouble};
 use crate::engine::yade;
 use crate::error::{Error, exit};
 use crate::files::refuse_existing;
 use crate::folder::RunFolder;
-use crate::folder::record::{Protocol, StepChoice};
+use crate::folder::record::{Protocol, Softened, StepChoice};
+use crate::generate::initial_bodies;
 use crate::model::Model;
 use crate::model::terms::Kernel;
 use crate::progress::Display;
-use crate::run::kept::with_choice;
+use crate::run::kept::{Preparation, prepared};
 use crate::run::{Engine, EngineError};
 use crate::scene::{Scene, read_scene};
 use crate::stability::automatic;
-use crate::tables::StopReason;
+use crate::tables::{Bodies, StopReason};
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum EngineName {
@@ -64,6 +67,10 @@ pub struct Arguments {
     /// engine shows; the evidence is in run.json
     #[arg(long, value_name = "SHARE", num_args = 0..=1, default_missing_value = "0.8", value_parser = share)]
     auto_step: Option<f64>,
+    /// Native: pour the grains at a tenth of their modulus and stiffen them: what `crossgrain pareto` recommends with
+    /// `--mode free` and the scene of `scene paper --free`
+    #[arg(long)]
+    soft_pour: bool,
     #[command(flatten)]
     yade: YadeArguments,
     /// No progress
@@ -128,7 +135,12 @@ impl Arguments {
         };
         let display = Display::new(self.quiet);
         let choice = self.choose_step(&mut scene, &display)?;
-        let run = with_choice(&scene, choice, &engine, protocol, &self.out, &display)?;
+        let (softened, engine) = self.pour_softly(&scene, engine)?;
+        let preparation = Preparation {
+            step_choice: choice,
+            softened,
+        };
+        let run = prepared(&scene, preparation, &engine, protocol, &self.out, &display)?;
         print(&summary(&run, &self.out))?;
         print(&step_in_words(&run)?)?;
         Ok(match run.record.stop() {
@@ -152,6 +164,50 @@ impl Arguments {
         task.done(&format!("{:.4e} s", choice.time_step));
         *scene = automatic::with_step(scene, &choice);
         Ok(Some(choice))
+    }
+
+    /// Pours the grains softened and stiffens them, if that was asked for.
+    fn pour_softly(
+        &self,
+        scene: &Scene,
+        engine: Engine,
+    ) -> Result<(Option<(Softened, Bodies)>, Engine), Error> {
+        if !self.soft_pour {
+            return Ok((None, engine));
+        }
+        let usage = |reason: &str| Err(Error::Usage(format!("--soft-pour {reason}")));
+        let Engine::Native(options) = engine else {
+            return usage("is of the native engine; YADE pours at the scene's modulus");
+        };
+        if self.steps.is_some() || options.perturbation.is_some() {
+            return usage("is for whole runs without a fault: leave --steps and --perturb away");
+        }
+        let Some(softly) = Softly::tested(scene) else {
+            return usage("needs /time_step as a fraction, which grows as the grains get softer");
+        };
+        let cloud = initial_bodies(scene);
+        let cloud_digest = cloud.digest();
+        let mut phases = softly.phases(scene);
+        phases.pop();
+        let began = ThreadTime::now();
+        let poured = pour(scene, &phases, &options, cloud)
+            .map_err(|error| Error::Engine(EngineError::Native(error)))?;
+        let Some(poured) = poured else {
+            return usage("has no phases");
+        };
+        let options = native::Options {
+            energy_seen: poured.energy_seen,
+            ..options
+        };
+        let softened = Softened {
+            phases,
+            cloud_digest,
+            steps: poured.steps,
+            energy_seen: poured.energy_seen,
+            cpu_seconds: began.elapsed().as_secs_f64(),
+        };
+        let softened = Some((softened, poured.bed.bodies));
+        Ok((softened, Engine::Native(options)))
     }
 
     fn engine(&self) -> Result<Engine, Error> {

@@ -17,6 +17,7 @@ mod integrate;
 mod mode;
 mod neighbours;
 pub mod perturb;
+pub mod pouring;
 mod rows;
 mod springs;
 mod stages;

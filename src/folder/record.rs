@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::engine::StageReport;
+use crate::engine::native::pouring::Phase;
 use crate::engine::native::{Mode, Perturbation};
 use crate::measure;
 use crate::model::terms::ModelRecord;
@@ -99,6 +100,22 @@ pub enum Protocol {
     Steps { steps: u64 },
 }
 
+/// What came before `initial.csv`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Softened {
+    /// The phases before the one at the scene's own modulus.
+    pub phases: Vec<Phase>,
+    /// Digest of the poured cloud that they began with.
+    pub cloud_digest: String,
+    /// Steps of these phases.
+    pub steps: u64,
+    /// Largest kinetic energy that their rules saw, J; the settle rule goes on with it.
+    pub energy_seen: f64,
+    /// Processor time, s.
+    pub cpu_seconds: f64,
+}
+
 /// `run.json`: everything about a run that is not a table.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -124,6 +141,9 @@ pub struct RunRecord {
     /// The evidence for the time step, where the program chose it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step_choice: Option<StepChoice>,
+    /// How the grains were poured before `initial.csv`, where they were softened; `settle` is then the last phase alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub softened: Option<Softened>,
     /// The stages as they went, in order.
     pub stages: Vec<StageReport>,
     /// Largest resident memory of the crossgrain process up to the end of the run, bytes, where the

@@ -7,14 +7,7 @@ use crate::tables::{Bodies, Contact};
 
 /// Σ ½mv² + Σ ½Iω², with the velocities as stored: half a step before the positions.
 pub fn kinetic(bodies: &Bodies) -> f64 {
-    let mut energy = 0.0;
-    for ((mass, vx), vz) in bodies.mass.iter().zip(&bodies.vx).zip(&bodies.vz) {
-        energy += 0.5 * mass * (vx * vx + vz * vz);
-    }
-    for (inertia, spin) in bodies.inertia.iter().zip(&bodies.spin) {
-        energy += 0.5 * inertia * (spin * spin);
-    }
-    energy
+    bodies.kinetic_energy()
 }
 
 /// Σ mgz above the floor.

@@ -7,7 +7,6 @@ use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 
 use super::method::{Method, Runner};
-use super::pouring;
 use crate::engine::native::{self, NativeError, Trouble};
 use crate::engine::yade;
 use crate::engine::{Outcome, Start, Task, Until};
@@ -144,7 +143,7 @@ fn native_run(
         let outcome = native::run(scene, &Task::whole(initial), options, &mut ())?;
         return Ok(whole(outcome, 0.0));
     }
-    let poured = pouring::pour(scene, &method.phases, options, initial.clone())?;
+    let poured = native::pouring::pour(scene, &method.phases, options, initial.clone())?;
     let Some(poured) = poured else {
         let outcome = native::run(scene, &Task::whole(initial), options, &mut ())?;
         return Ok(whole(outcome, 0.0));

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::engine::native::Mode;
+use crate::engine::native::pouring::Phase;
 use crate::scene::{Cloud, Damping, Scene, TimeStep};
 
 /// What a method changes; methods of a family are compared along one axis.
@@ -73,30 +74,6 @@ pub struct Method {
     pub scene: Scene,
     /// Pouring, part by part; without any the engine's own stages and rules are used.
     pub phases: Vec<Phase>,
-}
-
-/// A part of pouring.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Phase {
-    /// Young's modulus as a share of the scene's.
-    pub modulus: f64,
-    /// Cundall's α.
-    pub alpha: f64,
-    /// dt over √(m/k) of the mean grain at this modulus.
-    pub step: f64,
-    /// What ends it.
-    pub end: End,
-}
-
-/// What ends a part of pouring.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum End {
-    /// So much time, s.
-    Seconds(f64),
-    /// The kinetic energy is at most this share of the largest that was seen since the start of pouring.
-    Settled(f64),
 }
 
 impl Method {

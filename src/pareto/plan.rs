@@ -2,6 +2,7 @@
 
 use super::method::*;
 use crate::engine::native::Mode;
+use crate::engine::native::pouring::{End, Phase, Softly};
 use crate::scene::Scene;
 
 /// Bed and punch of the paper; realizations are put in later.
@@ -121,7 +122,7 @@ impl Plan {
             };
             add(
                 methods,
-                soft.method(name, Family::Soft, Mode::Exact, &scene()),
+                softly(&soft, name, Family::Soft, Mode::Exact, &scene()),
                 1,
             );
         }
@@ -267,7 +268,7 @@ impl Plan {
                 alpha: ALPHA,
                 step: LONG_STEP,
             };
-            soft.method(name, Family::Combined, mode, scene)
+            softly(&soft, name, Family::Combined, mode, scene)
         };
         // The last two were too dense or no cheaper in the first charts, so nothing is spent on testing them.
         for (method, candidate) in [
@@ -336,45 +337,10 @@ fn poured_with(name: &str, alpha: f64, scene: &Scene) -> Method {
     }
 }
 
-/// Poured soft, then stiffened.
-struct Softly {
-    /// Modulus at the start, as a share.
-    start: f64,
-    /// The modulus grows by this factor from phase to phase.
-    ratio: f64,
-    /// The soft phase ends at this share of the largest kinetic energy.
-    until: f64,
-    alpha: f64,
-    /// dt over √(m/k) in all phases and in loading.
-    step: f64,
-}
-
-/// A phase between two moduli takes this long at full stiffness, s, and longer where the bed is softer: about ten
-/// times what a sound wave takes from the floor to the surface.
-const STIFFENING: f64 = 0.002;
-
-impl Softly {
-    fn method(&self, name: &str, family: Family, mode: Mode, scene: &Scene) -> Method {
-        let phase = |modulus: f64, end| Phase {
-            modulus,
-            alpha: self.alpha,
-            step: self.step,
-            end,
-        };
-        let mut phases = vec![phase(self.start, End::Settled(self.until))];
-        let mut modulus = self.start * self.ratio;
-        while modulus < 0.999 {
-            phases.push(phase(modulus, End::Seconds(STIFFENING / modulus.sqrt())));
-            modulus *= self.ratio;
-        }
-        phases.push(phase(
-            1.0,
-            End::Settled(scene.settle.kinetic_energy_fraction),
-        ));
-        Method {
-            phases,
-            ..Method::plain(name, family, mode, with_step(scene.clone(), self.step))
-        }
+fn softly(of: &Softly, name: &str, family: Family, mode: Mode, scene: &Scene) -> Method {
+    Method {
+        phases: of.phases(scene),
+        ..Method::plain(name, family, mode, with_step(scene.clone(), of.step))
     }
 }
 

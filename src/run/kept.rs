@@ -5,11 +5,12 @@ use std::path::Path;
 use super::{Engine, EngineError, recorded};
 use crate::engine::yade::{YadeError, log as yade_log};
 use crate::files::{FileError, failed, write_beside};
-use crate::folder::record::{Protocol, StepChoice};
+use crate::folder::record::{Protocol, Softened, StepChoice};
 use crate::folder::{FolderError, RunFolder};
 use crate::generate::initial_bodies;
 use crate::progress::Display;
 use crate::scene::Scene;
+use crate::tables::Bodies;
 
 /// The run was not made, or not kept.
 #[derive(Debug, thiserror::Error)]
@@ -30,13 +31,29 @@ pub fn to_folder(
     out: &Path,
     display: &Display,
 ) -> Result<RunFolder, KeptError> {
-    with_choice(scene, None, engine, protocol, out, display)
+    prepared(
+        scene,
+        Preparation::default(),
+        engine,
+        protocol,
+        out,
+        display,
+    )
 }
 
-/// The same, with the evidence for the scene's time step, where the program chose it.
-pub fn with_choice(
+/// What was done before a run, for its record.
+#[derive(Debug, Default)]
+pub struct Preparation {
+    /// The evidence for the scene's time step, where the program chose it.
+    pub step_choice: Option<StepChoice>,
+    /// Grains that were poured softly, with what that took; else the scene's cloud is the start.
+    pub softened: Option<(Softened, Bodies)>,
+}
+
+/// The same after a preparation.
+pub fn prepared(
     scene: &Scene,
-    choice: Option<StepChoice>,
+    preparation: Preparation,
     engine: &Engine,
     protocol: Protocol,
     out: &Path,
@@ -57,7 +74,10 @@ pub fn with_choice(
         .prefix(".crossgrain.partial-")
         .tempdir_in(parent)
         .map_err(failed("write into", parent))?;
-    let initial = initial_bodies(scene);
+    let (softened, initial) = match preparation.softened {
+        Some((softened, bodies)) => (Some(softened), bodies),
+        None => (None, initial_bodies(scene)),
+    };
     let run = recorded(
         scene,
         engine,
@@ -74,7 +94,11 @@ pub fn with_choice(
             return Err(error.into());
         }
     };
-    run.record.step_choice = choice;
+    run.record.step_choice = preparation.step_choice;
+    if softened.is_some() {
+        run.record.command = run.record.command.replace(" --out ", " --soft-pour --out ");
+    }
+    run.record.softened = softened;
     run.write(out)?;
     task.done(&run.stages_in_words());
     Ok(run)

@@ -25,6 +25,8 @@ pub struct Options {
     pub perturbation: Option<Perturbation>,
     /// Whether it keeps YADE's bits.
     pub mode: Mode,
+    /// The largest kinetic energy that was seen before the start, J; the settle rule counts it.
+    pub energy_seen: f64,
 }
 
 /// Signals and signs of trouble are looked for every so many steps.
@@ -81,6 +83,7 @@ pub fn run(
         observer,
         given: &start.bodies,
         energy_limit: 0.0,
+        energy_seen: options.energy_seen,
         reports: Vec::new(),
     };
     runner.energy_limit = runner.energy_limit();
@@ -95,6 +98,7 @@ struct Runner<'a> {
     observer: &'a mut dyn Observer,
     given: &'a Bodies,
     energy_limit: f64,
+    energy_seen: f64,
     reports: Vec<StageReport>,
 }
 
@@ -128,7 +132,7 @@ impl Runner<'_> {
     ) -> Result<StopReason, NativeError> {
         let (wall, cpu) = (Instant::now(), ThreadTime::now());
         let every = self.scene.measurement.history_every;
-        let mut peak = 0.0;
+        let mut peak = self.energy_seen;
         self.observe()?;
         let mut observed = self.step;
         let stop = loop {
