@@ -272,3 +272,46 @@ fn a_run_that_is_poured_softly_is_the_tested_method() {
     }
     assert!(!folder.path().join("no").exists());
 }
+
+/// Exact mode has the same bits on any machine, so a recorded realization comes out again.
+#[test]
+fn recorded_realizations_of_the_reference_come_out_again() {
+    use crossgrain::pareto::member::Member;
+    use crossgrain::pareto::plan::Plan;
+    use std::io::Read;
+    let unpacked = |name: &str| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("reference_data/pareto-1")
+            .join(name);
+        let file = std::fs::File::open(path).expect("recorded evidence");
+        let mut text = String::new();
+        let mut reader = flate2::read::GzDecoder::new(file);
+        reader.read_to_string(&mut text).expect("gzip");
+        text
+    };
+    let chart: serde_json::Value = serde_json::from_str(&unpacked("pareto.json.gz")).expect("JSON");
+    assert_eq!(chart["recommended"], 42);
+    let digest = chart["reference"]["digest"].as_str().expect("a digest");
+    let members = unpacked("members.jsonl.gz");
+    let members = members
+        .lines()
+        .map(|line| serde_json::from_str::<Member>(line).expect("a member"));
+    let recorded: Vec<Member> = members.filter(|member| member.method == digest).collect();
+    assert_eq!(recorded.len(), 308);
+    let reference = Plan::full(8, 300, 1).reference;
+    for realization in [2, 1001] {
+        let again = member::run(
+            &reference,
+            realization,
+            &yade::Options::default(),
+            Path::new(""),
+        );
+        let again = again.expect("it runs");
+        let of = recorded
+            .iter()
+            .find(|member| member.realization == realization);
+        let of = of.expect("a recorded member");
+        assert_eq!(again.measured, of.measured);
+        assert_eq!(again.cost.pour_steps, of.cost.pour_steps);
+    }
+}

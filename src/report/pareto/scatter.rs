@@ -129,7 +129,9 @@ impl Scatter {
                 at + 4.0
             )?;
         }
-        for (value, words) in &self.lines {
+        // One at the left, the next at the right: lines may lie close together.
+        let ends = [(LEFT + 4.0, "start"), (right - 4.0, "end")];
+        for ((value, words), (x, anchor)) in self.lines.iter().zip(ends.iter().cycle()) {
             if *value < y.low || *value > y.high {
                 continue;
             }
@@ -137,8 +139,7 @@ impl Scatter {
             write!(svg, "<path class=\"level\" d=\"M{LEFT} {at:.1}H{right}\"/>")?;
             write!(
                 svg,
-                "<text class=\"words\" x=\"{:.1}\" y=\"{:.1}\">{words}</text>",
-                LEFT + 4.0,
+                "<text class=\"words\" x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{words}</text>",
                 at - 5.0
             )?;
         }
