@@ -281,6 +281,24 @@ fn troubles_name_step_and_grain() {
     assert_eq!(error.step, 0);
 }
 
+/// Two centres in one place have no normal: noticed in the very step, though nobody looks for it.
+#[test]
+fn what_is_not_a_number_is_noticed_in_its_step() {
+    let grains = [Grain::disc([0.1, 0.1], 0.005, 2600.0); 2];
+    let case = case(
+        "two in one place",
+        model(springs(1.0e6), 1.0e-5),
+        &grains,
+        vec![900],
+    );
+    let error = native::run_case(&case, None).expect_err("0/0");
+    assert!(
+        matches!(error.trouble, Trouble::NotFinite { .. }),
+        "{error}"
+    );
+    assert!(error.step <= 2, "{error}");
+}
+
 /// One grain on the floor with twice the stable step gains energy at every bounce.
 #[test]
 fn energy_from_a_step_beyond_the_limit_is_noticed() {

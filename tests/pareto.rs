@@ -315,3 +315,23 @@ fn recorded_realizations_of_the_reference_come_out_again() {
         assert_eq!(again.cost.pour_steps, of.cost.pour_steps);
     }
 }
+
+#[test]
+fn yade_has_no_clouds_that_the_reference_has_not() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let words = [
+        "pareto",
+        "--quick",
+        "--seeds",
+        "2",
+        "--yade-seeds",
+        "3",
+        "--out",
+        "no",
+    ];
+    let (code, _, message) =
+        crate::support::told(&crate::support::crossgrain(&words, folder.path()));
+    assert_eq!(code, 2);
+    assert!(message.contains("at most --seeds, 2"), "{message}");
+    assert!(!folder.path().join("no").exists());
+}

@@ -12,8 +12,11 @@ const WRITES: &str = r#"
 import json, os, struct, sys, time
 job = os.environ["CROSSGRAIN_JOB"]
 def put(name, text):
-    with open(os.path.join(job, name), "w") as file:
+    # As the real scripts do it: a file is there whole or not at all.
+    aside = os.path.join(job, name + ".aside")
+    with open(aside, "w") as file:
         file.write(text)
+    os.replace(aside, os.path.join(job, name))
 def frames(values, lines, steps=10):
     put("hello.json", json.dumps({"version": "2023.02a"}))
     with open(os.path.join(job, "frames.bin"), "wb") as file:

@@ -63,15 +63,24 @@ impl Counting<'_> {
         let mut all: Vec<Instructions> = Vec::new();
         for (index, contender) in of.iter().enumerate() {
             progress.share(index as f64 / of.len() as f64, contender.name());
+            let exact = all.first().map(|exact| exact.per_step);
+            if exact.is_none() && *contender != Contender::Exact {
+                // There is nothing to hold it against.
+                continue;
+            }
             match self.count(*contender) {
                 Ok(mut counted) => {
-                    let exact = all.first().map_or(counted.per_step, |exact| exact.per_step);
+                    let exact = exact.unwrap_or(counted.per_step);
                     counted.over_exact = counted.per_step / exact;
                     all.push(counted);
                 }
                 Err(error) => {
                     let what = format!("instructions of {}", contender.name());
-                    missed.push(Missed::of(&what, false, error)?);
+                    // The counter's failure is none of the engine's.
+                    missed.push(Missed {
+                        failed: false,
+                        ..Missed::of(&what, false, error)?
+                    });
                 }
             }
         }

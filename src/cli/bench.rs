@@ -10,6 +10,7 @@ use crate::bench::goals::Goal;
 use crate::bench::limits::Bound;
 use crate::bench::rounds::Contest;
 use crate::bench::{self, Bench, Options, one};
+use crate::compare::Verdict;
 use crate::engine::native::Mode;
 use crate::error::{Error, exit};
 use crate::files::{failed, write_whole};
@@ -82,10 +83,10 @@ impl Arguments {
         } else {
             in_words(&bench, &out)
         })?;
-        Ok(if bench.engine_failed() {
-            exit::ENGINE_FAILED
-        } else {
-            super::exit_code(bench.verdict)
+        Ok(match bench.verdict {
+            Verdict::Fail => exit::CHECK_FAILED,
+            _ if bench.engine_failed() => exit::ENGINE_FAILED,
+            verdict => super::exit_code(verdict),
         })
     }
 

@@ -69,6 +69,7 @@ impl Arguments {
             Some(out) => out.clone(),
             None => free_folder(Path::new(DEFAULT_OUT)),
         };
+        self.check()?;
         let plan = self.plan();
         std::fs::create_dir_all(&out).map_err(failed("create", &out))?;
         let job = Job {
@@ -94,6 +95,18 @@ impl Arguments {
         } else {
             exit::INCOMPLETE
         })
+    }
+
+    /// YADE is paired with the reference, so it can have no clouds that the reference has not.
+    fn check(&self) -> Result<(), Error> {
+        let charting = self.seeds.unwrap_or(CHARTING[usize::from(self.quick)]);
+        if self.yade_seeds > charting {
+            return Err(Error::Usage(format!(
+                "--yade-seeds is {}, and must be at most --seeds, {charting}",
+                self.yade_seeds
+            )));
+        }
+        Ok(())
     }
 
     fn plan(&self) -> Plan {

@@ -58,11 +58,6 @@ impl Arguments {
             return Err(Error::Interrupted);
         }
         let text = json(&found)?;
-        print(&if self.json {
-            text.clone()
-        } else {
-            in_words(&found)
-        })?;
         if let Some(out) = &self.out {
             let page = stability::page(&found)?;
             write_folder::<FileError>(out, |aside| {
@@ -70,6 +65,11 @@ impl Arguments {
                 write_whole(&aside.join("report.html"), page.as_bytes())
             })?;
         }
+        print(&if self.json {
+            text.clone()
+        } else {
+            in_words(&found)
+        })?;
         Ok(super::exit_code(found.verdict))
     }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::method::{Method, Runner};
 use crate::engine::native::{self, NativeError, Trouble};
-use crate::engine::yade;
+use crate::engine::yade::{self, YadeError};
 use crate::engine::{Outcome, Start, Task, Until};
 use crate::generate::initial_bodies;
 use crate::measure::{self, Bed, height, stress_at_depth};
@@ -111,6 +111,15 @@ pub fn run(
         Err(EngineError::Native(error)) => {
             member.ending = Ending::Failed(error.to_string());
             member.cost.cpu_seconds = clock.elapsed().as_secs_f64();
+            return Ok(member);
+        }
+        Err(EngineError::Yade(
+            error @ (YadeError::Crashed { .. }
+            | YadeError::Hung { .. }
+            | YadeError::WentWrong { .. }
+            | YadeError::Nonsense(_)),
+        )) => {
+            member.ending = Ending::Failed(error.to_string());
             return Ok(member);
         }
         Err(error) => return Err(error),

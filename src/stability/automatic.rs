@@ -40,8 +40,15 @@ pub fn choose(scene: &Scene, share: f64) -> Result<StepChoice, NativeError> {
         match looks_of(scene, probe) {
             Ok((looks, last)) => {
                 let least = least(&looks).map_or(f64::INFINITY, |look| look.limit);
-                if probe < 0.75 * least || halvings == MOST_HALVINGS {
+                if probe < 0.75 * least {
                     break (looks, last);
+                }
+                if halvings == MOST_HALVINGS {
+                    return Err(NativeError {
+                        stage: Stage::Settle,
+                        step: 0,
+                        trouble: Trouble::NoProbe { dt: probe },
+                    });
                 }
             }
             Err(error)

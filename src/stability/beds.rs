@@ -3,12 +3,12 @@
 use super::scenes::MapScene;
 use crate::engine::Task;
 use crate::engine::case::Case;
-use crate::engine::native::{self, NativeError, Options};
+use crate::engine::native::{self, NativeError, Options, Trouble};
 use crate::generate::initial_bodies;
 use crate::interrupt::asked_to_end;
 use crate::model::{Axis, Law, Model};
 use crate::scene::{Cloud, Scene, paper_scene};
-use crate::tables::{Bodies, Punch, Snapshot};
+use crate::tables::{Bodies, Punch, Snapshot, Stage};
 use crate::verify::build::{self, Grain};
 
 /// Cundall's α while a bed is brought to rest. Stronger damping takes longer: the bed creeps.
@@ -46,7 +46,7 @@ pub fn beds(grains: u32) -> Result<Vec<MapScene>, NativeError> {
     rough_scene.material.friction_angle = FRICTION_ANGLE;
     let rough = poured(&rough_scene)?;
     let rough_model = Model::of(&rough_scene);
-    let frictional = rested("a frictional bed", &rough_model, &rough, None)?;
+    let frictional = rested("a frictional bed", &rough_model, &rough, None)?.ok_or_else(unrest)?;
     let pressed = pressed(&scene, &dense.bodies)?;
     let of = |name: &str, title: String, case: Case, remark: &str| MapScene {
         name: name.to_owned(),
@@ -56,7 +56,7 @@ pub fn beds(grains: u32) -> Result<Vec<MapScene>, NativeError> {
         closed: None,
         remark: remark.to_owned(),
     };
-    let mut beds = vec![
+    Ok(vec![
         of(
             "dense-bed",
             format!("the paper's bed of {grains} grains, settled"),
@@ -69,17 +69,14 @@ pub fn beds(grains: u32) -> Result<Vec<MapScene>, NativeError> {
             pressed,
             "",
         ),
-    ];
-    if let Some(frictional) = frictional {
-        beds.push(of(
+        of(
             "frictional-bed",
             format!("{grains} grains poured with friction 0.5, every contact sticking, k_s = k_n"),
             frictional,
             "a case cannot be given the shear forces of a bed, so the bed rests without friction before it is switched \
              on again: as many contacts as without friction, all sticking, which is the harder case",
-        ));
-    }
-    Ok(beds)
+        ),
+    ])
 }
 
 /// A crystal between four walls: rows one over the other, every other one moved by half a grain.
@@ -156,8 +153,24 @@ fn at_rest(
     bodies: &Bodies,
     punch: Option<Punch>,
 ) -> Result<Case, NativeError> {
-    let (case, _) = braked(name, model, bodies, punch)?;
-    Ok(case)
+    let (case, rests) = braked(name, model, bodies, punch)?;
+    if rests { Ok(case) } else { Err(unrest()) }
+}
+
+/// Why there is no bed at rest.
+fn unrest() -> NativeError {
+    let trouble = if asked_to_end() {
+        Trouble::Interrupted
+    } else {
+        Trouble::DoesNotRest {
+            steps: MOST_RESTING_STEPS,
+        }
+    };
+    NativeError {
+        stage: Stage::Settle,
+        step: MOST_RESTING_STEPS,
+        trouble,
+    }
 }
 
 /// A bed brought to rest without friction, and then with the model's friction switched on, which no contact has
@@ -260,12 +273,20 @@ fn pressed(scene: &Scene, bodies: &Bodies) -> Result<Case, NativeError> {
     };
     let mut pressed = bodies.clone();
     let target = scene.target_force();
+    let mut reached = false;
     native::watch_case(&pressing, &native::CaseOptions::default(), &mut |moment| {
-        let reached = moment.punch.is_some_and(|punch| punch.force >= target);
+        reached = moment.punch.is_some_and(|punch| punch.force >= target);
         pressed = moment.bodies;
         punch = moment.punch.unwrap_or(punch);
         !reached
     })?;
+    if !reached {
+        return Err(NativeError {
+            stage: Stage::Load,
+            step: steps,
+            trouble: Trouble::DoesNotBear,
+        });
+    }
     punch.velocity = 0.0;
     at_rest("a bed under the punch", &model, &pressed, Some(punch))
 }

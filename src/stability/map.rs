@@ -330,8 +330,8 @@ fn look_in_yade(
     let work = work_folder()?;
     let (proposals, version) = match propose(&cases, &options.yade, work.path()) {
         Ok(answer) => answer,
-        Err(error @ YadeError::Missing(_)) => {
-            task.done("YADE is missing");
+        Err(error @ (YadeError::Missing(_) | YadeError::TooOld { .. })) => {
+            task.done("YADE is missing or too old");
             return Ok(Err(error.to_string()));
         }
         Err(error) => return Err(failed(error)),

@@ -89,6 +89,7 @@ pub fn loads(case: &Case, options: impl Into<CaseOptions>) -> Result<Vec<Vec<Loa
             step += 1;
             dynamics.step().map_err(failed(step))?;
         }
+        super::health::check(&dynamics.state, &dynamics.constants).map_err(failed(step))?;
         let state = &dynamics.state;
         let torque = |id: usize| state.torque.get(id).copied().unwrap_or(0.0);
         let of = state.force.iter().enumerate();

@@ -19,6 +19,17 @@ pub enum Trouble {
         "friction and dashpots are computed in exact mode only, and {mode} mode was asked for; leave --mode away"
     )]
     OnlyExact { mode: &'static str },
+    #[error(
+        "the bed did not come to rest within {steps} steps, so nothing can be said of it at rest; with this load it may \
+         not be able to"
+    )]
+    DoesNotRest { steps: u64 },
+    #[error("the punch did not get its force, so there is no bed under load")]
+    DoesNotBear,
+    #[error(
+        "no step was found at which the scene can be probed: even {dt} s is not below its limit; give /time_step instead"
+    )]
+    NoProbe { dt: f64 },
     #[error("it was asked to end; start it again")]
     Interrupted,
     #[error(
@@ -67,8 +78,11 @@ pub fn check(state: &State, constants: &Constants) -> Result<(), Trouble> {
 pub fn check_moment(moment: &Snapshot, box_width: f64) -> Result<(), Trouble> {
     let bodies = &moment.bodies;
     for (id, (&x, &z)) in bodies.x.iter().zip(&bodies.z).enumerate() {
+        let grain = id as u32;
+        if !(x.is_finite() && z.is_finite()) {
+            return Err(Trouble::NotFinite { grain });
+        }
         if x <= 0.0 || x >= box_width || z <= 0.0 {
-            let grain = id as u32;
             return Err(Trouble::Lost { grain, x, z });
         }
     }

@@ -11,8 +11,8 @@ const WIDTH: usize = 16;
 pub type Fastest = [f64; 2];
 
 /// Advances velocities and positions: v += dt·a, x += dt·v. With damping the acceleration, gravity
-/// included, is scaled by 1 − α·sign(a·(v + ½dt·a)); without it nothing is computed for it. A velocity that is not
-/// a number does not count among the fastest.
+/// included, is scaled by 1 − α·sign(a·(v + ½dt·a)); without it nothing is computed for it. Where a velocity is not
+/// a number, the fastest is not one either.
 pub fn integrate(state: &mut State, dt: f64, gravity: [f64; 2], alpha: f64) -> Fastest {
     if alpha == 0.0 {
         undamped(state, dt, gravity)
@@ -42,6 +42,8 @@ fn integrate_plain<const DAMPED: bool>(
 ) -> Fastest {
     let pull: [f64; WIDTH] = std::array::from_fn(|lane| gravity[lane % 2]);
     let mut fastest = [0.0; WIDTH];
+    // A maximum passes over what is not a number, a sum does not.
+    let mut total = [0.0; WIDTH];
     let (positions, last_positions) = state.position.as_flattened_mut().as_chunks_mut::<WIDTH>();
     let (velocities, last_velocities) = state.velocity.as_flattened_mut().as_chunks_mut::<WIDTH>();
     let (forces, last_forces) = state.force.as_flattened().as_chunks::<WIDTH>();
@@ -54,7 +56,7 @@ fn integrate_plain<const DAMPED: bool>(
                 force[lane] / mass[lane] + pull[lane],
                 dt,
                 alpha,
-                &mut fastest[lane],
+                (&mut fastest[lane], &mut total[lane]),
             );
         }
     }
@@ -67,8 +69,11 @@ fn integrate_plain<const DAMPED: bool>(
             acceleration,
             dt,
             alpha,
-            &mut fastest[lane],
+            (&mut fastest[lane], &mut total[lane]),
         );
+    }
+    if total.iter().any(|total: &f64| total.is_nan()) {
+        return [f64::NAN; 2];
     }
     let of = |axis: usize| {
         fastest
@@ -87,7 +92,7 @@ fn advance<const DAMPED: bool>(
     mut acceleration: f64,
     dt: f64,
     alpha: f64,
-    fastest: &mut f64,
+    (fastest, total): (&mut f64, &mut f64),
 ) {
     if DAMPED {
         let power = acceleration * (*velocity + 0.5 * dt * acceleration);
@@ -97,6 +102,7 @@ fn advance<const DAMPED: bool>(
     *velocity += dt * acceleration;
     *position += dt * *velocity;
     let square = *velocity * *velocity;
+    *total += square;
     *fastest = if square > *fastest { square } else { *fastest };
 }
 

@@ -124,16 +124,21 @@ fn insertion_sort(row: &mut [u32]) {
     }
 }
 
-/// The largest distance between a position and its reference, m.
+/// The largest distance between a position and its reference, m; infinite if one is not a number.
 fn furthest(position: &[[f64; 2]], reference: &[[f64; 2]]) -> f64 {
     let mut largest = [0.0f64; 8];
+    let mut total = 0.0;
     let pairs = position.chunks(8).zip(reference.chunks(8));
     for (position, reference) in pairs {
         for ((at, from), largest) in position.iter().zip(reference).zip(&mut largest) {
             let (dx, dz) = (at[0] - from[0], at[1] - from[1]);
             let square = dx * dx + dz * dz;
+            total += square;
             *largest = if square > *largest { square } else { *largest };
         }
+    }
+    if total.is_nan() {
+        return f64::INFINITY;
     }
     largest.into_iter().fold(0.0, f64::max).sqrt()
 }
