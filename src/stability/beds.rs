@@ -14,7 +14,7 @@ use crate::verify::build::{self, Grain};
 /// Cundall's α while a bed is brought to rest. Stronger damping takes longer: the bed creeps.
 const BRAKE: f64 = 0.2;
 /// A bed rests when the mean unbalanced force of its grains is this share of the mean contact force.
-const AT_REST: f64 = 1.0e-8;
+const AT_REST: f64 = 1.0e-9;
 /// Looked at every so many steps; after so many it is given up.
 const LOOK_EVERY: usize = 10_000;
 const MOST_RESTING_STEPS: u64 = 3_000_000;
