@@ -1,7 +1,7 @@
 //! crossgrain: a validation harness for discrete-element engines.
 //!
 //! Data flows one way, and imports point back along it only:
-//! scene → model → generate → engine (native | yade) → measure → statistics → folder → progress → run → paper → compare → error →
+//! scene → model → generate → engine (native | yade) → measure → statistics → folder → progress → run → continuum → paper → compare → error →
 //! verify → stability → bench → pareto → reproduce → report → cli.
 //! `docs/architecture.md` says what stands where.
 
@@ -30,6 +30,10 @@ pub mod folder;
 pub mod progress;
 
 pub mod run;
+
+pub mod quadrature;
+
+pub mod continuum;
 
 pub mod paper;
 
