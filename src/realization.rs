@@ -85,6 +85,8 @@ pub struct Realization {
     pub load_steps: u64,
     /// Processor time of an engine in another process, s.
     pub elsewhere: f64,
+    /// Engine and version.
+    pub engine: String,
 }
 
 /// Runs the scene's realization.
@@ -109,7 +111,8 @@ pub fn run(scene: &Scene, way: &Way<'_>) -> Result<Realization, EngineError> {
             let run = yade::run(&scene, &task, &options, way.work, &mut ())?;
             let seconds = run.outcome.stages.iter().map(|stage| stage.cpu_seconds);
             let seconds = seconds.sum();
-            Ok(whole(run.outcome, seconds))
+            let engine = format!("YADE {}", run.version);
+            Ok(whole(run.outcome, seconds, engine))
         }
     }
 }
@@ -141,7 +144,7 @@ fn in_native(
     };
     let Some(poured) = poured else {
         let outcome = native::run(scene, &Task::whole(initial), options, &mut ())?;
-        return Ok(whole(outcome, 0.0));
+        return Ok(whole(outcome, 0.0, native_engine()));
     };
     let task = Task {
         start: Start {
@@ -159,11 +162,16 @@ fn in_native(
         load_steps: steps_of(&outcome, Stage::Load),
         pour_steps: poured.steps,
         elsewhere: 0.0,
+        engine: native_engine(),
         outcome,
     })
 }
 
-fn whole(outcome: Outcome, elsewhere: f64) -> Realization {
+fn native_engine() -> String {
+    format!("native {}", env!("CARGO_PKG_VERSION"))
+}
+
+fn whole(outcome: Outcome, elsewhere: f64, engine: String) -> Realization {
     let mut pouring = outcome.stages.iter();
     let unsettled =
         pouring.any(|stage| stage.stage == Stage::Settle && stage.stop != StopReason::Settled);
@@ -172,6 +180,7 @@ fn whole(outcome: Outcome, elsewhere: f64) -> Realization {
         pour_steps: steps_of(&outcome, Stage::Settle),
         load_steps: steps_of(&outcome, Stage::Load),
         elsewhere,
+        engine,
         outcome,
     }
 }
