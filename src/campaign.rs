@@ -1,0 +1,3 @@
+//! Campaigns: many realizations of one scene, shared out, written down one by one, merged.
+
+pub mod member;
