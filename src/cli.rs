@@ -1,6 +1,7 @@
 //! The command line: one verb a file. Arguments in, one library call, an exit code out.
 
 mod bench;
+mod campaign;
 mod compare;
 mod continuum;
 mod facts;
@@ -48,6 +49,9 @@ enum Command {
     Reproduce(reproduce::Arguments),
     /// Cost against error of every way to run the paper's scene, and which of them are dominated
     Pareto(pareto::Arguments),
+    /// Many realizations of a scene: plan, run in shards, merge
+    #[command(subcommand)]
+    Campaign(campaign::Verb),
     /// The ladder: exact solutions, symmetries, and native against YADE bit for bit
     Verify(verify::Arguments),
     /// The largest stable time steps, predicted and found, and the places where methods fail
@@ -68,6 +72,7 @@ impl Arguments {
             Command::Facts(arguments) => arguments.execute(),
             Command::Reproduce(arguments) => arguments.execute(),
             Command::Pareto(arguments) => arguments.execute(),
+            Command::Campaign(verb) => verb.execute(),
             Command::Verify(arguments) => arguments.execute(),
             Command::Stability(arguments) => arguments.execute(),
             Command::Bench(arguments) => arguments.execute(),

@@ -26,8 +26,8 @@ pub struct Start {
     pub step: u64,
     /// All grains, with velocities half a step before the positions.
     pub bodies: Bodies,
-    /// The punch, if it is there already; its speed is always the scene's. A loading stage at step 0
-    /// makes it.
+    /// The punch, if it is there already; its speed is the scene's, or zero if it stands still. A loading stage at
+    /// step 0 makes it.
     pub punch: Option<Punch>,
 }
 

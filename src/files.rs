@@ -86,6 +86,11 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let mut aside =
         tempfile::NamedTempFile::new_in(&folder).map_err(failed("write into", &folder))?;
     aside.write_all(bytes).map_err(failed("write", path))?;
+    into_place(aside, path)
+}
+
+/// Gives a file that was written aside, on the same file system, its name.
+pub fn into_place(aside: tempfile::NamedTempFile, path: &Path) -> Result<(), FileError> {
     aside.as_file().sync_all().map_err(failed("write", path))?;
     readable_by_all(aside.path());
     aside

@@ -2,7 +2,7 @@
 //!
 //! Data flows one way, and imports point back along it only:
 //! scene → model → generate → engine (native | yade) → measure → statistics → folder → progress → run → continuum → paper → compare → error →
-//! verify → stability → bench → pareto → reproduce → report → cli.
+//! verify → stability → bench → realization → pareto → campaign → claims → figures → reproduce → report → cli.
 //! `docs/architecture.md` says what stands where.
 
 pub mod files;
@@ -47,7 +47,13 @@ pub mod stability;
 
 pub mod bench;
 
+pub mod realization;
+
 pub mod pareto;
+
+pub mod campaign;
+
+pub mod claims;
 
 pub mod reproduce;
 

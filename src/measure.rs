@@ -7,7 +7,9 @@ pub mod energy;
 pub mod extensive_stress;
 pub mod height;
 pub mod history;
+pub mod neighbourhood;
 pub mod porosity;
+pub mod profile;
 pub mod stress_at_depth;
 pub mod unbalanced_force;
 

@@ -244,6 +244,35 @@ pub struct Snapshot {
     pub punch: Option<Punch>,
 }
 
+impl Snapshot {
+    /// 64 bits of SHA-256 over the bits of grains, contacts and punch: as [`Bodies::digest`], for a whole moment.
+    pub fn digest(&self) -> String {
+        let mut hash = Sha256::new();
+        let mut number = |value: f64| hash.update(value.to_le_bytes());
+        for (_, column) in self.bodies.motion() {
+            column.iter().copied().for_each(&mut number);
+        }
+        for contact in &self.contacts {
+            number(f64::from(contact.id1));
+            number(f64::from(contact.id2));
+            for value in [
+                contact.overlap,
+                contact.normal_force,
+                contact.tangential_force,
+            ] {
+                number(value);
+            }
+            contact.normal.into_iter().for_each(&mut number);
+            contact.point.into_iter().for_each(&mut number);
+        }
+        if let Some(punch) = &self.punch {
+            number(punch.centre[1]);
+            number(punch.force);
+        }
+        crate::files::short_hex(hash)
+    }
+}
+
 /// Why a stage ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -37,8 +37,8 @@ half_extents = (loading["half_width"], 0.5 * loading["punch_height"])
 target_force = 2.0 * loading["half_width"] * loading["pressure"]
 
 
-def add_punch(centre, start):
-    model.add_punch(centre, half_extents, job["punch_half_depth"], -loading["speed"], start)
+def add_punch(centre, start, velocity):
+    model.add_punch(centre, half_extents, job["punch_half_depth"], velocity, start)
 
 
 def lower_punch():
@@ -48,7 +48,7 @@ def lower_punch():
     for state, row in zip(model.states, rows):
         if abs(state.pos[0] - axis) < half_extents[0] + row["radius"]:
             top = max(top, state.pos[2] + row["radius"])
-    add_punch((axis, top + half_extents[1]), top)
+    add_punch((axis, top + half_extents[1]), top, -loading["speed"])
 
 
 # --- the stages -----------------------------------------------------------------------------
@@ -73,8 +73,15 @@ def load_rule(step, memory):
     force = O.forces.f(model.punch["id"])[2]
     if not math.isfinite(force):
         return "not_finite"
+    if "standing_since" in memory:
+        long_enough = step >= memory["standing_since"] + job["steps_standing_still"]
+        return "reached" if long_enough else None
     if force >= target_force:
-        return "reached"
+        if job["steps_standing_still"] is None:
+            return "reached"
+        memory["standing_since"] = step
+        model.punch["state"].vel = (0.0, 0.0, 0.0)
+        return None
     depth = model.punch["start"] - (model.punch["state"].pos[2] - half_extents[1])
     memory["share"] = max(force / target_force, depth / loading["give_up_depth"])
     return "sank_to_give_up_depth" if depth >= loading["give_up_depth"] else None
@@ -84,6 +91,8 @@ def run_stage(stage, step, rule):
     wall, cpu = time.monotonic(), time.process_time()
     memory = {"peak": 0.0, "share": 0.0}
     last_beat = wall
+    if stage == "load" and model.punch["state"].vel[2] == 0.0:
+        memory["standing_since"] = step
 
     def frame():
         tables.frame(model, {"frame": stage, "step": step})
@@ -121,7 +130,9 @@ def run_stage(stage, step, rule):
 
 start = job["start"]
 if start["punch"] is not None:
-    add_punch(start["punch"]["centre"], start["punch"]["start"])
+    # A punch that stands still goes on doing so; any other has the scene's speed.
+    standing = start["punch"]["velocity"] == 0.0
+    add_punch(start["punch"]["centre"], start["punch"]["start"], 0.0 if standing else -loading["speed"])
 model.evaluate_at_start()
 
 go_on = True

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use super::ledger::Ledger;
 use super::member::{self, Member};
-use super::method::{Method, Runner};
+use super::method::Method;
 use super::plan::{FIRST_CONFIRMING, Plan};
 use crate::engine::yade::{self, YadeError};
 use crate::error::Error;
@@ -91,7 +91,7 @@ pub fn run(plan: &Plan, job: &Job, display: &Display) -> Result<Members, Error> 
             return Ok(());
         }
         let folder = work.path().join(index.to_string());
-        if method.runner == Runner::YadeOrdinary {
+        if method.runner.is_yade() {
             std::fs::create_dir(&folder).map_err(crate::files::failed("create", &folder))?;
         }
         match member::run(method, realization, &job.yade, &folder) {

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::native::Mode;
 use crate::engine::native::pouring::Phase;
+pub use crate::realization::Runner;
 use crate::scene::{Cloud, Damping, Scene, TimeStep};
 
 /// What a method changes; methods of a family are compared along one axis.
@@ -48,16 +49,6 @@ impl Family {
             Family::Yade => "YADE",
         }
     }
-}
-
-/// Who runs it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Runner {
-    /// The native engine.
-    Native(Mode),
-    /// YADE's ordinary loop, as it is usually run.
-    YadeOrdinary,
 }
 
 /// One way of running a scene.

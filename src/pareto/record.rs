@@ -205,6 +205,7 @@ fn point(
         number,
         engine: match method.runner {
             Runner::Native(mode) => format!("native, {} mode", mode.name()),
+            Runner::YadeSorted => "YADE, sorted loop".to_owned(),
             Runner::YadeOrdinary => "YADE, ordinary loop".to_owned(),
         },
         costs: costs(&own),

@@ -137,7 +137,7 @@ fn class(point: &Point) -> &'static str {
     match point.method.runner {
         Runner::Native(Mode::Exact) => "exact",
         Runner::Native(_) => "free",
-        Runner::YadeOrdinary => "other",
+        Runner::YadeOrdinary | Runner::YadeSorted => "other",
     }
 }
 

@@ -301,6 +301,15 @@ fn loading(scene: &Scene, found: &mut Findings) {
         &loading.punch_height,
         "a finite number larger than /loading/give_up_depth",
     );
+    if let AfterForce::StandStill { seconds } = loading.after_force {
+        found.positive("/loading/after_force/stand_still/seconds", seconds);
+        found.unless(
+            seconds / scene.time_step_seconds() <= MOST_LOADING_STEPS,
+            "/loading/after_force/stand_still/seconds",
+            &seconds,
+            &format!("at most {MOST_LOADING_STEPS:e} steps"),
+        );
+    }
 }
 
 fn measurement(scene: &Scene, found: &mut Findings) {

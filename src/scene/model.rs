@@ -297,11 +297,16 @@ pub enum Surface {
 }
 
 /// What follows the moment at which the force is reached.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum AfterForce {
     /// The run ends with the first step at which the force is at least 2ap.
     MeasureAtOnce,
+    /// With that step the punch stands still, and the run ends when it has stood so long, whatever the force is then.
+    StandStill {
+        /// s.
+        seconds: f64,
+    },
 }
 
 /// How the bed is measured.
@@ -390,6 +395,16 @@ impl Scene {
     /// The vertical force 2ap at which the punch stops, N.
     pub fn target_force(&self) -> f64 {
         2.0 * self.loading.half_width * self.loading.pressure
+    }
+
+    /// Steps that the punch stands still once the force is reached; none where the bed is measured at once.
+    pub fn steps_standing_still(&self) -> Option<u64> {
+        match self.loading.after_force {
+            AfterForce::MeasureAtOnce => None,
+            AfterForce::StandStill { seconds } => {
+                Some(((seconds / self.time_step_seconds()).round() as u64).max(1))
+            }
+        }
     }
 
     /// x of the punch axis: the middle of the box, m.

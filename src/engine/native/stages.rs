@@ -57,8 +57,13 @@ pub fn run(
     if let Some(perturbation) = options.perturbation {
         perturbation.apply(&mut constants, &mut bodies);
     }
+    // A punch that stands still goes on doing so; any other has the scene's speed.
     let punch = task.start.punch.map(|punch| Punch {
-        velocity: -scene.loading.speed,
+        velocity: if punch.velocity == 0.0 {
+            0.0
+        } else {
+            -scene.loading.speed
+        },
         ..punch
     });
     let skin = match options.skin {
@@ -84,6 +89,9 @@ pub fn run(
         given: &start.bodies,
         energy_limit: 0.0,
         energy_seen: options.energy_seen,
+        standing_since: (start.stage == Stage::Load
+            && punch.is_some_and(|punch| punch.velocity == 0.0))
+        .then_some(start.step),
         reports: Vec::new(),
     };
     runner.energy_limit = runner.energy_limit();
@@ -99,6 +107,8 @@ struct Runner<'a> {
     given: &'a Bodies,
     energy_limit: f64,
     energy_seen: f64,
+    /// The step in which the force was reached and the punch stopped.
+    standing_since: Option<u64>,
     reports: Vec<StageReport>,
 }
 
@@ -201,8 +211,20 @@ impl Runner<'_> {
             self.observer
                 .progress(self.stage, self.step, of_force.max(of_depth));
         }
+        if let Some(since) = self.standing_since {
+            let long_enough = self.scene.steps_standing_still().unwrap_or(0);
+            return Ok((self.step >= since + long_enough).then_some(StopReason::Reached));
+        }
         if punch.force >= self.scene.target_force() {
-            return Ok(Some(StopReason::Reached));
+            if self.scene.steps_standing_still().is_none() {
+                return Ok(Some(StopReason::Reached));
+            }
+            self.standing_since = Some(self.step);
+            self.dynamics.state.punch = Some(Punch {
+                velocity: 0.0,
+                ..punch
+            });
+            return Ok(None);
         }
         let too_deep = punch.depth() >= self.scene.loading.give_up_depth;
         Ok(too_deep.then_some(StopReason::SankToGiveUpDepth))

@@ -54,6 +54,7 @@ struct Job {
     punch_half_depth: f64,
     until_step: Option<u64>,
     ends_settled: bool,
+    steps_standing_still: Option<u64>,
     start: Start,
 }
 
@@ -68,6 +69,7 @@ struct Start {
 struct StartPunch {
     centre: [f64; 2],
     start: f64,
+    velocity: f64,
 }
 
 /// Writes script, scene, grains and job into `work`.
@@ -82,12 +84,14 @@ pub fn write(work: &Path, scene: &Scene, task: &Task, options: &Options) -> Resu
             Until::EndOfSettling | Until::EndOfLoading => None,
         },
         ends_settled: task.until == Until::EndOfSettling,
+        steps_standing_still: scene.steps_standing_still(),
         start: Start {
             stage: task.start.stage,
             step: task.start.step,
             punch: task.start.punch.map(|punch| StartPunch {
                 centre: punch.centre,
                 start: punch.start,
+                velocity: punch.velocity,
             }),
         },
     };

@@ -1,0 +1,3 @@
+//! The paper's claims about its simulations, held against a campaign's members.
+
+pub mod published;

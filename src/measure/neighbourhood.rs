@@ -1,0 +1,118 @@
+//! The grains around a point: one by one, and summed over ever more of them.
+
+use nalgebra::Matrix2;
+use serde::{Deserialize, Serialize};
+
+use super::Bed;
+use super::cells::Cells;
+
+/// So many nearest grains are kept one by one.
+pub const SINGLY: usize = 8;
+
+/// The control volumes: so many nearest cells together.
+pub const GROWING: [usize; 9] = [1, 2, 4, 8, 16, 32, 64, 128, 256];
+
+/// One grain near a point.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Neighbour {
+    /// Place of its centre from the point, m.
+    pub from_point: [f64; 2],
+    /// How many bodies it touches.
+    pub contacts: u32,
+    /// V_p: area of its cell, m².
+    pub cell: f64,
+    /// Extensive stress Σ_xx, J per metre of depth, compression positive.
+    pub xx: f64,
+    /// Σ_zz.
+    pub zz: f64,
+    /// Σ_xz.
+    pub xz: f64,
+}
+
+/// The nearest cells to a point together.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Together {
+    /// How many.
+    pub grains: usize,
+    /// ΣV_p, m².
+    pub cell: f64,
+    /// ΣΣ_xx, J per metre of depth.
+    pub xx: f64,
+    /// ΣΣ_zz.
+    pub zz: f64,
+    /// Height of their centre of volume above the point, m.
+    pub rise: f64,
+}
+
+/// The grains around a point.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Neighbourhood {
+    /// The point's name in the scene.
+    pub point: String,
+    /// The nearest [`SINGLY`] grains, nearest first.
+    pub singly: Vec<Neighbour>,
+    /// The sums over the nearest of [`GROWING`], as far as there are so many grains.
+    pub together: Vec<Together>,
+}
+
+/// The neighbourhood of a place; `extensive` is Σ of every grain. Grains at the same distance are ordered by id.
+pub fn of(
+    point: &str,
+    place: [f64; 2],
+    bed: Bed<'_>,
+    cells: &Cells,
+    extensive: &[Matrix2<f64>],
+) -> Neighbourhood {
+    let bodies = bed.bodies;
+    let from_point = |id: usize| [bodies.x[id] - place[0], bodies.z[id] - place[1]];
+    let distance = |id: usize| {
+        let [x, z] = from_point(id);
+        x.hypot(z)
+    };
+    let mut nearest: Vec<(f64, usize)> = (0..bodies.len()).map(|id| (distance(id), id)).collect();
+    let most = GROWING[GROWING.len() - 1].min(nearest.len());
+    let order = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+    if most < nearest.len() {
+        nearest.select_nth_unstable_by(most, order);
+        nearest.truncate(most);
+    }
+    nearest.sort_by(order);
+    let touched = |grain: usize| {
+        let grain = grain as u32;
+        let of_it =
+            |contact: &&crate::tables::Contact| contact.id1 == grain || contact.id2 == grain;
+        bed.contacts.iter().filter(of_it).count() as u32
+    };
+    let singly = nearest.iter().take(SINGLY).map(|(_, id)| Neighbour {
+        from_point: from_point(*id),
+        contacts: touched(*id),
+        cell: cells.area[*id],
+        xx: extensive[*id][(0, 0)],
+        zz: extensive[*id][(1, 1)],
+        xz: 0.5 * (extensive[*id][(0, 1)] + extensive[*id][(1, 0)]),
+    });
+    let mut together = Vec::new();
+    let (mut sum, mut cell, mut moment) = (Matrix2::zeros(), 0.0, 0.0);
+    for (index, (_, id)) in nearest.iter().enumerate() {
+        sum += extensive[*id];
+        cell += cells.area[*id];
+        moment += cells.area[*id] * from_point(*id)[1];
+        if GROWING.contains(&(index + 1)) {
+            together.push(Together {
+                grains: index + 1,
+                cell,
+                xx: sum[(0, 0)],
+                zz: sum[(1, 1)],
+                rise: moment / cell,
+            });
+        }
+    }
+    Neighbourhood {
+        point: point.to_owned(),
+        singly: singly.collect(),
+        together,
+    }
+}
