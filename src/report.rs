@@ -2,7 +2,11 @@
 
 pub mod bench;
 pub mod chart;
+mod contours;
 pub mod disc_field;
+pub mod distribution;
+pub mod figure_files;
+mod frame;
 pub mod packing;
 pub mod page;
 pub mod pareto;

@@ -2,12 +2,12 @@
 //! square, and σ_zz along the axes beside its averages. Compression is positive here, as in the
 //! paper's tables.
 
-mod contours;
 mod panel;
 
 use std::fmt::Write;
 
-use self::contours::Grid;
+use super::contours::Grid;
+use super::frame::round_step;
 use crate::paper::disc_field::{DiscField, PointForce};
 use crate::paper::short;
 
@@ -176,16 +176,6 @@ impl Scale {
             .filter(move |band| (band + offset).is_multiple_of(every))
             .map(|band| (band, number(self.level(band), 6)))
     }
-}
-
-/// 1, 2 or 5 times a power of ten, at least `least`; 1 if that is not above zero.
-fn round_step(least: f64) -> f64 {
-    if !(least > 0.0 && least.is_finite()) {
-        return 1.0;
-    }
-    let power = 10f64.powf(least.log10().floor());
-    let factor = [1.0, 2.0, 5.0].into_iter().find(|f| f * power >= least);
-    factor.unwrap_or(10.0) * power
 }
 
 /// Places of the grid's nodes, in radii.
