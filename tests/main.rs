@@ -19,6 +19,7 @@ mod paper;
 
 mod pareto;
 
+mod figures;
 mod folder;
 
 mod compare;
