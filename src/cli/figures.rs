@@ -55,15 +55,19 @@ impl Arguments {
             }
             None => paper_scene(1, 5000),
         };
+        // First, as it runs nothing and may have nothing to draw.
+        let fifth = match &campaign {
+            Some(campaign) => Some(distributions(&samples(campaign)?)?),
+            None => None,
+        };
         let mut figures = vec![
             bulbs::figure(&setup_of(&scene))?,
             chains::figure(&loaded_bed(&scene, Runner::Native(Mode::Exact))?)?,
             sharings::figure()?,
             inside_a_grain(&figure_4().map_err(|error| Error::Report(error.to_string()))?)?,
         ];
-        if let Some(campaign) = &campaign {
-            figures.push(distributions(&samples(campaign)?)?);
-        }
+        let has_all = fifth.is_some();
+        figures.extend(fifth);
         let out = self
             .out
             .unwrap_or_else(|| free_folder(Path::new(DEFAULT_OUT)));
@@ -73,7 +77,7 @@ impl Arguments {
             figure_files(&out, figure.name, &figure.svg, &figure.csv, self.scale)?;
             text += &format!("{}: {}\n", figure.name, figure.title);
         }
-        if campaign.is_none() {
+        if !has_all {
             text += "figure-5 is of a campaign's members: name one with --campaign\n";
         }
         print(&format!(

@@ -122,7 +122,8 @@ fn every_cut_carries_the_load() {
             let carried = |model, reach: f64| {
                 let field = Field::new(model, load(spread));
                 let zz = |x: f64| field.stress(x, z).zz;
-                2.0 * (integrate(0.0, 0.25, 100, zz) + integrate(0.25, reach, 50, zz))
+                let far = (54.0 * (reach - 0.25)) as u32;
+                2.0 * (integrate(0.0, 0.25, 100, zz) + integrate(0.25, reach, far, zz))
             };
             let force = load(spread).force();
             let bounded = Model::Box {

@@ -44,7 +44,9 @@ pub const COLUMNS: [&str; 8] = [
 ];
 
 const MAIN: Area = [62.0, 66.0, 344.0, 256.0];
-const INSET: Area = [222.0, 88.0, 172.0, 128.0];
+const INSET: Area = [266.0, 88.0, 130.0, 92.0];
+/// From the inset's border to the ends of its labels: left and below.
+const AROUND: [f64; 2] = [42.0, 26.0];
 /// Of the intervals.
 const LEVEL: f64 = 0.95;
 /// About so many bins.
@@ -103,7 +105,7 @@ impl Distribution<'_> {
         let none = values.iter().filter(|value| **value <= 0.0).count();
         let unborne = match none {
             0 => String::new(),
-            _ => format!("; {none} values not above zero"),
+            _ => format!("; {none} not above zero"),
         };
         let said = [
             format!(
@@ -157,7 +159,20 @@ impl Distribution<'_> {
             .fold(0.0, f64::max);
         let peak = peak.max(1.0 / self.theory_mean);
         let x = Axis::across(MAIN, bins.start, bins.edge(bins.count));
-        let y = Axis::upwards(MAIN, 0.0, 1.06 * peak);
+        // What stands below the inset leaves room for it.
+        let beside = x.low + (x.high - x.low) * (INSET[0] - AROUND[0] - MAIN[0]) / MAIN[2];
+        let below = MAIN[1] + MAIN[3] - (INSET[1] + INSET[3] + AROUND[1]);
+        let bars = shares.iter().filter(|(from, _)| from + bins.step > beside);
+        let laws = self
+            .laws()
+            .into_iter()
+            .map(|(_, _, law)| law.density(beside));
+        let tallest = bars
+            .map(|(_, share)| share.high)
+            .chain(laws)
+            .fold(0.0, f64::max);
+        let highest = (1.06 * peak).max(tallest * MAIN[3] / below);
+        let y = Axis::upwards(MAIN, 0.0, highest);
         let floor = y.place(0.0);
         for (from, share) in &shares {
             let (left, right) = (x.place(*from), x.place(from + bins.step));
@@ -199,17 +214,9 @@ impl Distribution<'_> {
     fn survival(&self, panel: &mut Panel, values: &[f64], bins: &Bins) {
         let count = values.len();
         let least = 10f64.powf((0.5 / count as f64).log10().floor()).min(1e-2);
-        let [left, top, width, height] = INSET;
+        let [left, top, _, _] = INSET;
         let x = Axis::across(INSET, bins.start, bins.edge(bins.count));
         let y = Axis::upwards(INSET, least, 1.0).logarithmic();
-        let _ = write!(
-            panel.svg,
-            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"#fff\" fill-opacity=\".9\"/>",
-            left - 44.0,
-            top - 20.0,
-            width + 52.0,
-            height + 46.0
-        );
         let shares: Vec<(f64, Interval)> = (0..=bins.count)
             .filter_map(|index| {
                 let at = bins.edge(index);
