@@ -29,6 +29,8 @@ mod stability;
 
 mod bench;
 
+mod claims;
+
 mod cli;
 
 mod yade_driver;
