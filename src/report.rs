@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod chart;
+pub mod claims;
 pub mod disc_field;
 pub mod packing;
 pub mod page;
