@@ -3,6 +3,7 @@
 //! A campaign is a folder: `plan.json`, which never changes; `records/`, a file a shard, which only grow; and, once it
 //! is merged, `members.jsonl`, `members.csv` and `merged.json`.
 
+pub mod compare;
 pub mod member;
 pub mod merge;
 pub mod merged;

@@ -4,6 +4,7 @@ mod bench;
 mod campaign;
 mod claims;
 mod compare;
+mod continuum;
 mod facts;
 mod paper;
 mod pareto;
@@ -34,6 +35,8 @@ pub struct Arguments {
 enum Command {
     /// Every published number that needs no simulation: published, recomputed, verdict, how
     Paper(paper::Arguments),
+    /// The continuum's stress at the control points: half-space, layer and box, uniform load and rigid punch
+    Continuum(continuum::Arguments),
     /// Print the paper's scene, check a scene file, print the JSON Schema of scenes
     #[command(subcommand)]
     Scene(scene::Verb),
@@ -65,6 +68,7 @@ impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
         match self.command {
             Command::Paper(arguments) => arguments.execute(),
+            Command::Continuum(arguments) => arguments.execute(),
             Command::Scene(verb) => verb.execute(),
             Command::Run(arguments) => arguments.execute(),
             Command::Compare(arguments) => arguments.execute(),

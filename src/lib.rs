@@ -1,8 +1,8 @@
 //! crossgrain: a validation harness for discrete-element engines.
 //!
 //! Data flows one way, and imports point back along it only:
-//! scene → model → generate → engine (native | yade) → measure → statistics → folder → progress → run → paper → compare → error →
-//! verify → stability → bench → realization → pareto → campaign → claims → reproduce → report → cli.
+//! scene → model → generate → engine (native | yade) → measure → statistics → folder → progress → run → continuum → paper → compare → error →
+//! verify → stability → bench → realization → pareto → campaign → claims → figures → reproduce → report → cli.
 //! `docs/architecture.md` says what stands where.
 
 pub mod files;
@@ -30,6 +30,10 @@ pub mod folder;
 pub mod progress;
 
 pub mod run;
+
+pub mod quadrature;
+
+pub mod continuum;
 
 pub mod paper;
 
