@@ -9,7 +9,6 @@ use crate::statistics::goodness;
 use crate::statistics::law::{Family, Law};
 use crate::statistics::likelihood::{against_exponential, not_nested};
 use crate::statistics::moments::{deviation, median};
-use crate::statistics::shape::weibull;
 
 /// Samples drawn for a p-value: the smallest that can be found is 1/1000.
 pub const SAMPLES: usize = 999;
@@ -94,7 +93,7 @@ fn rows_of(name: &str, values: &[f64]) -> Vec<Row> {
             format!("{name}: Weibull shape"),
             "1",
             above_zero.len(),
-            quantities::statistic(&above_zero, |values| weibull(values).unwrap_or(f64::NAN)),
+            quantities::law_shape(Family::Weibull, &above_zero),
         )
         .against(1.0),
     );

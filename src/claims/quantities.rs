@@ -27,11 +27,16 @@ pub fn share(values: &[f64], holds: fn(f64) -> bool) -> impl Fn(f64) -> Option<I
     move |level| proportion::wilson(hits, values.len(), level)
 }
 
-/// Shape of the gamma law with its deviance interval. That one is of 95 %; other levels have the ends where
-/// a normal logarithm of the shape would have them.
+/// Shape of the gamma law with its deviance interval.
 pub fn gamma_shape(values: &[f64]) -> impl Fn(f64) -> Option<Interval> {
+    law_shape(Family::Gamma, values)
+}
+
+/// Shape of the gamma or Weibull law with its deviance interval. That one is of 95 %; other levels have the ends
+/// where a normal logarithm of the shape would have them.
+pub fn law_shape(family: Family, values: &[f64]) -> impl Fn(f64) -> Option<Interval> + use<> {
     use statrs::distribution::{ContinuousCDF, Normal};
-    let found = against_exponential(Family::Gamma, values).map(|found| found.shape);
+    let found = against_exponential(family, values).map(|found| found.shape);
     move |level| {
         let of = found?;
         let normal = Normal::standard();
