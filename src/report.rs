@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod chart;
+pub mod claims;
 mod contours;
 pub mod disc_field;
 pub mod distribution;

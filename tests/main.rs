@@ -32,6 +32,8 @@ mod stability;
 
 mod bench;
 
+mod claims;
+
 mod cli;
 
 mod yade_driver;
