@@ -6,6 +6,7 @@ mod claims;
 mod compare;
 mod continuum;
 mod facts;
+mod figures;
 mod paper;
 mod pareto;
 mod reproduce;
@@ -37,6 +38,8 @@ enum Command {
     Paper(paper::Arguments),
     /// The continuum's stress at the control points: half-space, layer and box, uniform load and rigid punch
     Continuum(continuum::Arguments),
+    /// The paper's figures from our own numbers, each as SVG, PNG and CSV
+    Figures(figures::Arguments),
     /// Print the paper's scene, check a scene file, print the JSON Schema of scenes
     #[command(subcommand)]
     Scene(scene::Verb),
@@ -69,6 +72,7 @@ impl Arguments {
         match self.command {
             Command::Paper(arguments) => arguments.execute(),
             Command::Continuum(arguments) => arguments.execute(),
+            Command::Figures(arguments) => arguments.execute(),
             Command::Scene(verb) => verb.execute(),
             Command::Run(arguments) => arguments.execute(),
             Command::Compare(arguments) => arguments.execute(),

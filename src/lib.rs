@@ -55,6 +55,8 @@ pub mod campaign;
 
 pub mod claims;
 
+pub mod figures;
+
 pub mod reproduce;
 
 pub mod report;

@@ -7,6 +7,7 @@ mod scene;
 mod generate;
 
 mod native;
+mod standing_punch;
 
 mod properties;
 
@@ -18,6 +19,8 @@ mod modes;
 mod paper;
 
 mod pareto;
+
+mod campaign_compare;
 
 mod folder;
 
