@@ -13,6 +13,8 @@ pub mod published;
 mod quantities;
 mod record;
 mod sample;
+mod section_5;
+mod signs;
 mod volumes;
 
 pub use figures::{Figures, Histogram};

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::claim::{Claim, Verdict};
 use super::figures::{self, Figures};
 use super::sample::Moment;
-use super::{bed, cells, exponential, means, volumes};
+use super::{bed, cells, exponential, means, section_5, signs, volumes};
 use crate::campaign::member::Member;
 use crate::realization::Ending;
 use crate::scene::{Scene, paper_scene};
@@ -78,13 +78,13 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
     claims.extend([
         exponential::horizontal(members),
         exponential::settled(members),
-        exponential::positive_only(members),
-        exponential::laplace(members),
+        signs::positive_only(members),
+        signs::laplace(members),
         cells::independence(members),
-        volumes::square_root(members, &series, Moment::Loaded),
-        volumes::square_root(members, &series, Moment::Settled),
-        volumes::erlang(members, &series),
-        volumes::good_enough(members, &series),
+        section_5::square_root(members, &series, Moment::Loaded),
+        section_5::square_root(members, &series, Moment::Settled),
+        section_5::erlang(members, &series),
+        section_5::good_enough(members, &series),
     ]);
     claims.push(exponential::conclusion(&claims));
     adjust(&mut claims);

@@ -80,7 +80,7 @@ fn in_words(found: &Claims) -> String {
             .map_or("open: too few members", Verdict::words);
         text += &format!("\n{:<20} {verdict}  [{}]\n", claim.id, claim.place);
         if let Some(row) = claim.rows.iter().find(|row| row.judged.is_some()) {
-            let published = row.published.map_or("–".to_owned(), crate::paper::short);
+            let published = row.published.map_or("–".to_owned(), report::claims::short);
             text += &format!(
                 "{:>4}{}: published {published}, ours {}, {} packings\n",
                 "",

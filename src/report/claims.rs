@@ -9,7 +9,6 @@ use super::shell;
 use crate::claims::claim::{Answer, Claim, Judged, Row, Verdict};
 use crate::claims::{Claims, Histogram};
 use crate::error::Error;
-use crate::paper::short;
 use crate::statistics::Interval;
 
 const PAGE: &str = include_str!("claims.html");
@@ -115,6 +114,12 @@ fn unit(of: &str) -> String {
     } else {
         format!(" {of}")
     }
+}
+
+/// Four figures.
+pub fn short(value: f64) -> String {
+    let rounded = format!("{value:.3e}").parse().unwrap_or(value);
+    crate::paper::short(rounded)
 }
 
 /// An interval with its unit.

@@ -46,7 +46,13 @@ pub fn histogram(of: &Histogram) -> String {
         );
     }
     for (law, colour, dashes) in &laws {
-        plot.curve(|x| law.density(x.max(1.0e-9 * of.bin)), colour, dashes);
+        // A gamma law of a shape below 1 has no density at zero.
+        let least = if shear {
+            f64::NEG_INFINITY
+        } else {
+            1.0e-9 * of.bin
+        };
+        plot.curve(|x| law.density(x.max(least)), colour, dashes);
     }
     for (index, bin) in of.density.iter().enumerate() {
         let middle = of.start + of.bin * (index as f64 + 0.5);
@@ -145,7 +151,7 @@ pub fn volumes(claims: &Claims, moment: &str) -> [String; 3] {
         ),
         growing(
             &series,
-            Axis::new(0.05, 10.0, true),
+            Axis::new(0.02, 5.0, true),
             "gamma shape over N",
             |_| 1.0,
             None,
@@ -153,7 +159,7 @@ pub fn volumes(claims: &Claims, moment: &str) -> [String; 3] {
         ),
         growing(
             &series,
-            Axis::new(-0.5, 0.5, false),
+            Axis::new(-0.2, 0.8, false),
             "mean correlation of two cells",
             |_| 0.0,
             None,

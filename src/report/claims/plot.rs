@@ -133,7 +133,7 @@ impl Plot {
     fn frame(&mut self, [left, top, right, bottom]: Frame, labels: [&str; 2]) -> std::fmt::Result {
         let size = if self.inner { 9.5 } else { 12.0 };
         let (width, height) = (right - left, bottom - top);
-        let wanted = [(width / 70.0).max(2.5), (height / 45.0).max(2.5)];
+        let wanted = [(width / 70.0).max(3.0), (height / 45.0).max(2.5)];
         let name = format!("c{:.0}-{:.0}-{:.0}", left, top, width);
         write!(
             self.svg,
@@ -288,5 +288,6 @@ fn written(tick: f64) -> String {
         let rounded: f64 = format!("{tick:.11e}").parse().unwrap_or(tick);
         return rounded.to_string().replace('-', "−");
     }
-    format!("{tick:.0e}").replace('-', "−")
+    let power = format!("{tick:.1e}").replace(".0e", "e");
+    power.replace('-', "−")
 }
