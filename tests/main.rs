@@ -29,6 +29,10 @@ mod stability;
 
 mod bench;
 
+mod campaign;
+
+mod slurm;
+
 mod cli;
 
 mod yade_driver;
