@@ -11,6 +11,7 @@ pub mod plan;
 pub mod records;
 pub mod run;
 pub mod shard;
+pub mod slurm;
 pub mod status;
 
 use std::path::PathBuf;

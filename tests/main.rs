@@ -32,7 +32,10 @@ mod stability;
 
 mod bench;
 
+mod campaign;
 mod claims;
+
+mod slurm;
 
 mod cli;
 

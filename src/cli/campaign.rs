@@ -1,7 +1,7 @@
 //! `crossgrain campaign`: many realizations of a scene.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
@@ -13,10 +13,12 @@ use crate::campaign::merged;
 use crate::campaign::plan::Plan;
 use crate::campaign::run::{Job, run};
 use crate::campaign::shard::Shard;
+use crate::campaign::slurm;
 use crate::campaign::status::status;
 use crate::engine::native::Mode;
 use crate::engine::native::pouring::Softly;
 use crate::error::{Error, exit};
+use crate::files::failed;
 use crate::model::Model;
 use crate::model::terms::Kernel;
 use crate::progress::Display;
@@ -31,6 +33,7 @@ use crate::statistics::equivalence::Finding;
     crossgrain campaign run thousand\n  \
     crossgrain campaign run thousand --shard 2/8\n  \
     crossgrain campaign merge thousand\n  \
+    crossgrain campaign slurm thousand --tasks 20\n  \
     crossgrain claims thousand")]
 pub enum Verb {
     /// Fix what is run: scene, engine, seed and number of members
@@ -43,6 +46,8 @@ pub enum Verb {
     Merge(MergeArguments),
     /// Two merged campaigns of one scene, such as of two engines: bits of common realizations, else equivalence
     Compare(CompareArguments),
+    /// Write the scripts of a Slurm job array and of the merge after it, and print how they are submitted
+    Slurm(SlurmArguments),
 }
 
 #[derive(Debug, Args)]
@@ -114,6 +119,21 @@ pub struct CompareArguments {
     json: bool,
 }
 
+#[derive(Debug, Args)]
+pub struct SlurmArguments {
+    /// The campaign's folder, on a file system that all nodes share
+    folder: PathBuf,
+    /// Tasks of the array; each runs its share of the members one after another
+    #[arg(long)]
+    tasks: u64,
+    /// Members at a time in a task, and processors that it asks for
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: u16,
+    /// The partition, where the cluster has no default
+    #[arg(long)]
+    partition: Option<String>,
+}
+
 impl Verb {
     pub fn execute(self) -> Result<u8, Error> {
         match self {
@@ -126,6 +146,7 @@ impl Verb {
                 print(&in_words(&summary))?;
                 Ok(exit::AGREED)
             }
+            Verb::Slurm(arguments) => arguments.execute(),
         }
     }
 }
@@ -340,15 +361,36 @@ fn short(value: f64) -> String {
     format!("{value:.4e}")
 }
 
+impl SlurmArguments {
+    fn execute(self) -> Result<u8, Error> {
+        let program = std::env::current_exe().map_err(failed("find", Path::new("this program")))?;
+        let scripts = slurm::write(
+            &self.folder,
+            &slurm::Array {
+                tasks: self.tasks,
+                threads: self.threads,
+                partition: self.partition.as_deref(),
+                program: &program,
+            },
+        )?;
+        print(&format!("{}\n", scripts.submit.join("\n")))?;
+        Ok(exit::AGREED)
+    }
+}
+
 fn in_words(summary: &Summary) -> String {
     let endings = summary.endings.iter();
     let endings: Vec<String> = endings
         .map(|(how, count)| format!("{count} {how}"))
         .collect();
+    // None where it gave up on every member.
+    let engine = match summary.engine.as_str() {
+        "" => String::new(),
+        engine => format!(" of {engine}"),
+    };
     format!(
-        "merged {} members of {}: {}; sha256 {}\n",
+        "merged {} members{engine}: {}; sha256 {}\n",
         summary.members,
-        summary.engine,
         endings.join(", "),
         &summary.sha256[..16]
     )
