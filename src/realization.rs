@@ -10,7 +10,7 @@ use crate::engine::native::{self, Mode, NativeError, Trouble};
 use crate::engine::yade::{self, YadeError};
 use crate::engine::{Outcome, Start, Task, Until};
 use crate::generate::initial_bodies;
-use crate::measure::{self, Bed, height, stress_at_depth};
+use crate::measure::{self, Bed, height, stress_at_depth, support};
 use crate::run::EngineError;
 use crate::scene::Scene;
 use crate::statistics::shape;
@@ -200,7 +200,7 @@ fn ending(outcome: &Outcome, unsettled: bool) -> Ending {
 }
 
 /// Every measured number of a realization by its key, SI units: those of [`measure::all`], the shape of the settled
-/// bed's stresses (`settled.distribution.*`) and the punch's depth and force. Those of the last moment only where
+/// bed's stresses (`settled.distribution.*`), what the floor bears, and the punch's depth and force. Those of the last moment only where
 /// the force was reached, none of a bed that did not settle.
 pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f64> {
     let outcome = &realization.outcome;
@@ -226,9 +226,16 @@ pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f6
             measured.insert(format!("settled.distribution.{name}"), value);
         }
     }
+    let mut insert = |key: &str, value: f64| measured.insert(key.to_owned(), value);
+    insert(
+        "settled.support.by_floor",
+        support::by_floor(scene, settled_bed, 0.0),
+    );
     if let Some(punch) = &outcome.last.punch {
-        measured.insert("last.punch.depth".to_owned(), punch.depth());
-        measured.insert("last.punch.force".to_owned(), punch.force);
+        insert("last.punch.depth", punch.depth());
+        insert("last.punch.force", punch.force);
+        let share = support::by_floor(scene, last_bed, punch.force);
+        insert("last.support.by_floor", share);
     }
     let reached = realization.ending == Ending::Reached;
     measured.retain(|key, value| (reached || !key.starts_with("last.")) && value.is_finite());

@@ -384,3 +384,31 @@ fn a_profile_has_the_mean_stress_of_every_piece() {
     }
     assert!(down.iter().filter(|stress| **stress > 0.0).count() >= 5);
 }
+
+#[test]
+fn the_floor_bears_what_presses_down_if_the_bed_is_at_rest() {
+    let scene = paper_scene(1, 2);
+    let mut bodies = Bodies::default();
+    bodies.push([0.1, 0.005], [0.0, 0.0], 0.005, 2.0);
+    bodies.push([0.1, 0.015], [0.0, 0.0], 0.005, 3.0);
+    let weight = 5.0 * scene.gravity;
+    // The walls have the ids after the grains: left, right, floor. What leans on a wall does not count.
+    let of = |floor: f64| {
+        [
+            contact(0, 1, [0.0, 1.0], 3.0 * scene.gravity, [0.1, 0.01]),
+            contact(2, 0, [1.0, 0.0], 7.0, [0.095, 0.005]),
+            contact(4, 0, [0.0, 1.0], floor, [0.1, 0.0]),
+        ]
+    };
+    let share = |floor: f64, pressed: f64| {
+        let contacts = of(floor);
+        let bed = Bed {
+            bodies: &bodies,
+            contacts: &contacts,
+        };
+        support::by_floor(&scene, bed, pressed)
+    };
+    assert_approx_eq!(share(weight, 0.0), 1.0, 1e-15);
+    assert_approx_eq!(share(0.9 * weight, 0.0), 0.9, 1e-15);
+    assert_approx_eq!(share(weight, weight), 0.5, 1e-15);
+}
