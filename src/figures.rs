@@ -72,7 +72,7 @@ pub fn loaded_bed(scene: &Scene, runner: Runner) -> Result<LoadedBed, Error> {
     };
     let Realization { outcome, .. } = run(scene, &way).map_err(EngineError::from)?;
     let settled = outcome.settled.ok_or_else(|| {
-        Error::Report(format!(
+        Error::Usage(format!(
             "realization {} did not settle, so there is no loaded bed to draw; take another one",
             scene.realization
         ))
@@ -113,7 +113,7 @@ pub fn samples(campaign: &Merged) -> Result<Vec<Sample>, Error> {
                 .filter_map(|member| member.measured.get(&key).copied())
                 .collect();
             if values.is_empty() {
-                return Err(Error::Report(format!(
+                return Err(Error::Usage(format!(
                     "no member of the campaign has a stress at {}, so Figure 5 cannot be drawn",
                     point.name
                 )));
