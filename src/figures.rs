@@ -9,7 +9,6 @@ use crate::files::work_folder;
 use crate::measure::height;
 use crate::paper;
 use crate::realization::{Realization, Runner, Way, run};
-use crate::run::EngineError;
 use crate::scene::Scene;
 use crate::statistics::law::{Family, Law};
 use crate::tables::Snapshot;
@@ -70,7 +69,7 @@ pub fn loaded_bed(scene: &Scene, runner: Runner) -> Result<LoadedBed, Error> {
         yade: &options,
         work: work.path(),
     };
-    let Realization { outcome, .. } = run(scene, &way).map_err(EngineError::from)?;
+    let Realization { outcome, .. } = run(scene, &way)?;
     let settled = outcome.settled.ok_or_else(|| {
         Error::Usage(format!(
             "realization {} did not settle, so there is no loaded bed to draw; take another one",

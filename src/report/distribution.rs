@@ -75,7 +75,7 @@ impl Distribution<'_> {
         }
         // A few outliers would press all bins to the left.
         let usual = values[((values.len() - 1) as f64 * 0.995) as usize];
-        let end = usual.max(4.0 * self.theory_mean);
+        let end = usual.max(2.5 * self.theory_mean);
         let step = super::frame::round_step(end / BINS);
         let (first, last) = ((least / step).floor().min(0.0), (end / step).ceil());
         let bins = Bins {
@@ -100,9 +100,11 @@ impl Distribution<'_> {
             text([left, top - 42.0], "start", self.title)
         );
         let mean = moments::mean(values);
-        let fitted = self.gamma.map_or(String::new(), |(shape, _)| {
-            format!("; fitted Gamma: shape {}", three_digits(shape))
-        });
+        let none = values.iter().filter(|value| **value <= 0.0).count();
+        let unborne = match none {
+            0 => String::new(),
+            _ => format!("; {none} values not above zero"),
+        };
         let said = [
             format!(
                 "{} values, mean {} {unit}, variation {}",
@@ -111,7 +113,7 @@ impl Distribution<'_> {
                 three_digits(moments::deviation(values) / mean)
             ),
             format!(
-                "theory: mean {} {unit}, variation 1{fitted}",
+                "theory: mean {} {unit}, variation 1{unborne}",
                 three_digits(self.theory_mean)
             ),
         ];
@@ -324,7 +326,7 @@ impl Distribution<'_> {
         for ((name, colour, _), (at, dashes)) in self
             .laws()
             .into_iter()
-            .zip([(126.0, ""), (260.0, " stroke-dasharray=\"6 4\"")])
+            .zip([(112.0, ""), (194.0, " stroke-dasharray=\"6 4\"")])
         {
             let at = left + at;
             let _ = write!(
@@ -332,11 +334,13 @@ impl Distribution<'_> {
                 "<path stroke=\"{colour}\" stroke-width=\"2.2\"{dashes} d=\"M{at:.1} {:.1}h22\"/>",
                 y - 4.5
             );
-            let words = match name {
-                "gamma" => "fitted Gamma",
-                _ => "theory",
+            let words = match self.gamma {
+                Some((shape, _)) if name == "gamma" => {
+                    format!("Gamma, shape {}", three_digits(shape))
+                }
+                _ => "theory".to_owned(),
             };
-            svg += &text([at + 28.0, y], "start", words);
+            svg += &text([at + 28.0, y], "start", &words);
         }
         svg
     }

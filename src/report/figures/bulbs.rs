@@ -76,7 +76,9 @@ pub fn figure(setup: &Setup) -> Result<Figure, Error> {
             shade(share)
         );
         let ray = |[x, z]: &[f64; 2]| (z.atan2(-x) - (0.5 * std::f64::consts::PI - LEAN)).abs();
-        let within = |[_, z]: &&[f64; 2]| *z > 0.005 && *z < REACH[1] - 0.01;
+        // Not on the edges that close lines which leave the frame.
+        let within =
+            |[x, z]: &&[f64; 2]| *z > 0.005 && *z < REACH[1] - 0.015 && x.abs() < REACH[0] - 0.02;
         let at = lines.iter().flatten().filter(within);
         if let Some(at) = at.min_by(|a, b| ray(a).total_cmp(&ray(b))) {
             let [x, y] = on(*at);
@@ -98,7 +100,9 @@ pub fn figure(setup: &Setup) -> Result<Figure, Error> {
         "</g><g font-size=\"12\" stroke=\"#fff\" stroke-width=\"3.5\" stroke-linejoin=\"round\" paint-order=\"stroke\">{labels}</g>"
     );
     svg += &load(setup, &x, top);
-    for point in &setup.points {
+    for (index, point) in setup.points.iter().enumerate() {
+        // In turn below and above, for points side by side.
+        let beside = if index % 2 == 0 { 19.0 } else { -10.0 };
         let value = field.stress(point.offset, point.depth).zz / setup.load.pressure;
         let [at, depth] = on([point.offset, point.depth]);
         let _ = write!(
@@ -106,8 +110,8 @@ pub fn figure(setup: &Setup) -> Result<Figure, Error> {
             "<circle cx=\"{at:.1}\" cy=\"{depth:.1}\" r=\"4.5\" fill=\"{VERMILION}\" stroke=\"#fff\" stroke-width=\"1.5\"/>\
              <g stroke=\"#fff\" stroke-width=\"3.5\" stroke-linejoin=\"round\" paint-order=\"stroke\">{}</g>",
             text(
-                [at + 8.0, depth + 4.5],
-                "start",
+                [at, depth + beside],
+                "middle",
                 &format!("{} {value:.3}", point.name)
             )
         );

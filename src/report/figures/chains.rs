@@ -14,7 +14,7 @@ use crate::tables::Punch;
 
 const WIDTH: f64 = 900.0;
 const MARGIN: f64 = 12.0;
-/// Half the width and the height of the closer look, m.
+/// Half the width and the height of the closer look in a large bed, m.
 const NEAR: [f64; 2] = [0.2, 0.22];
 
 /// The bed at the end of loading, with its control points. An error where there are no forces.
@@ -33,14 +33,12 @@ pub fn figure(bed: &LoadedBed) -> Result<Figure, Error> {
     let inner = WIDTH - 2.0 * MARGIN;
     let full_width = bed.scene.container.width;
     let axis = bed.scene.punch_axis();
+    // No more than the bed.
+    let half = NEAR[0].min(0.5 * full_width + 0.004);
+    let lower = (bed.surface + 0.03 - NEAR[1] * half / NEAR[0]).max(-0.004);
     // Left, right, upper and lower edge of what each window shows, m.
     let all = [-0.004, full_width + 0.004, top, -0.004];
-    let near = [
-        axis - NEAR[0],
-        axis + NEAR[0],
-        bed.surface + 0.03,
-        bed.surface + 0.03 - NEAR[1],
-    ];
+    let near = [axis - half, axis + half, bed.surface + 0.03, lower];
     let area = |above: f64, [left, right, upper, lower]: [f64; 4]| -> Area {
         [
             MARGIN,
