@@ -8,6 +8,7 @@ mod pareto;
 mod reproduce;
 mod run;
 mod scene;
+mod sensitivity;
 mod stability;
 mod verify;
 
@@ -45,6 +46,8 @@ enum Command {
     Reproduce(reproduce::Arguments),
     /// Cost against error of every way to run the paper's scene, and which of them are dominated
     Pareto(pareto::Arguments),
+    /// Which published figures come out under which of the choices that the paper leaves open
+    Sensitivity(sensitivity::Arguments),
     /// The ladder: exact solutions, symmetries, and native against YADE bit for bit
     Verify(verify::Arguments),
     /// The largest stable time steps, predicted and found, and the places where methods fail
@@ -64,6 +67,7 @@ impl Arguments {
             Command::Facts(arguments) => arguments.execute(),
             Command::Reproduce(arguments) => arguments.execute(),
             Command::Pareto(arguments) => arguments.execute(),
+            Command::Sensitivity(arguments) => arguments.execute(),
             Command::Verify(arguments) => arguments.execute(),
             Command::Stability(arguments) => arguments.execute(),
             Command::Bench(arguments) => arguments.execute(),

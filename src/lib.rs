@@ -2,7 +2,7 @@
 //!
 //! Data flows one way, and imports point back along it only:
 //! scene → model → generate → engine (native | yade) → measure → statistics → folder → progress → run → paper → compare → error →
-//! verify → stability → bench → realization → pareto → campaign → claims → reproduce → report → cli.
+//! workers → verify → stability → bench → realization → pareto → campaign → claims → sensitivity → reproduce → report → cli.
 //! `docs/architecture.md` says what stands where.
 
 pub mod files;
@@ -37,6 +37,8 @@ pub mod compare;
 
 pub mod error;
 
+pub mod workers;
+
 pub mod verify;
 
 pub mod stability;
@@ -50,6 +52,8 @@ pub mod pareto;
 pub mod campaign;
 
 pub mod claims;
+
+pub mod sensitivity;
 
 pub mod reproduce;
 

@@ -6,6 +6,7 @@ pub mod disc_field;
 pub mod packing;
 pub mod page;
 pub mod pareto;
+pub mod sensitivity;
 mod shell;
 pub mod stability;
 pub mod verification;

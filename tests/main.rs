@@ -25,6 +25,8 @@ mod compare;
 
 mod verify;
 
+mod sensitivity;
+
 mod stability;
 
 mod bench;
