@@ -157,7 +157,7 @@ fn a_watched_punch_goes_through_or_stands_still() {
     assert_eq!(watched.stop, Some(StopReason::Reached));
     let pressures: Vec<f64> = watched.windows.iter().map(|of| of.pressure).collect();
     assert_eq!(pressures.len(), push::TIMES.len() - 1);
-    // What is left after a second is a small part of what was reached.
+    // What is left after half a second is a small part of what was reached.
     let last = pressures.last().expect("windows");
     assert!(*last < 0.5 * base.loading.pressure, "{pressures:?}");
 }

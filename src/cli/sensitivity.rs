@@ -32,7 +32,7 @@ pub struct Arguments {
     #[arg(long)]
     quick: bool,
     /// Clouds of a cheap setting; dear ones have a share of them [default: 12, with --quick 6]
-    #[arg(long, value_parser = clap::value_parser!(u64).range(4..=10_000))]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(3..=10_000))]
     clouds: Option<u64>,
     /// The folder to write; a finished map in it is never overwritten
     #[arg(long)]

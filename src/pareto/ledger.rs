@@ -84,7 +84,7 @@ fn key<T: Entry>(member: &T) -> (String, u64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pareto::member::{Cost, Ending};
+    use crate::pareto::member::{Cost, Ending, Member};
 
     fn member(realization: u64) -> Member {
         Member {

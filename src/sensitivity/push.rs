@@ -21,7 +21,7 @@ use crate::tables::{BodyIds, Contact, Snapshot, Stage, StopReason};
 pub enum Kind {
     /// It goes on to the scene's give-up depth, whatever the force is.
     Through,
-    /// It stops at the scene's force and stands still for a second.
+    /// It stops at the scene's force and stands still for half a second.
     Stand,
 }
 
@@ -42,12 +42,12 @@ pub struct Push {
 /// Depths of a window, m.
 pub const DEPTH_WINDOW: f64 = 0.01;
 /// Times after the stop, s: windows are between one and the next.
-pub const TIMES: [f64; 11] = [
-    0.0, 1.0e-3, 2.0e-3, 5.0e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.01,
+pub const TIMES: [f64; 10] = [
+    0.0, 1.0e-3, 2.0e-3, 5.0e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.51,
 ];
 /// So deep goes a punch that nothing stops, m.
 const DEEP: f64 = 0.2;
-const STANDING: f64 = 1.0;
+const STANDING: f64 = 0.5;
 /// More than any bed bears, Pa.
 const NEVER_REACHED: f64 = 1.0e12;
 
@@ -61,10 +61,10 @@ impl Push {
             (0.8, &[0.02, 0.1]),
         ] {
             for &speed in speeds {
-                // The slowest go only as deep as the paper's points.
-                let slow = speed < 0.02;
+                // The slow ones go only as deep as the paper's points.
+                let slow = speed < 0.03;
                 let depth = if slow { 0.11 } else { DEEP };
-                let clouds = if slow { clouds.div_ceil(2) } else { clouds };
+                let clouds = if speed < 0.01 { 2 } else { clouds };
                 all.push(Push::through(base, speed, alpha, 0.0, depth, clouds));
             }
         }
@@ -74,7 +74,7 @@ impl Push {
                 speed,
                 0.2,
                 0.3,
-                0.04,
+                0.03,
                 clouds.div_ceil(2),
             ));
         }
