@@ -86,7 +86,7 @@ impl Axis {
             }
             Axis::Friction => {
                 "Table 2 prints zero; friction angle in rad, to 0.6 rad = 34 degrees, a sand's. A friction coefficient is \
-                 its tangent"
+                 its tangent. In a box half as wide, as steps with friction cost twenty times as much"
             }
             Axis::Shape => "'spherical' particles, but weights of discs one metre long",
             Axis::Diameter | Axis::DiameterSameArea => {

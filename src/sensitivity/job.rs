@@ -68,6 +68,7 @@ fn work(plan: &Plan) -> Vec<(Work<'_>, u64)> {
     for realization in clouds {
         // By what is poured, in the order of the plan.
         let mut beds: Vec<(&str, Vec<&Setting>)> = Vec::new();
+        let mut whole = Vec::new();
         for (index, setting) in plan.settings.iter().enumerate() {
             let wanted = setting.first..setting.first + setting.clouds;
             if !wanted.contains(&realization)
@@ -76,7 +77,7 @@ fn work(plan: &Plan) -> Vec<(Work<'_>, u64)> {
                 continue;
             }
             if !setting.can_share_beds() {
-                all.push((Work::Whole(setting), realization));
+                whole.push((Work::Whole(setting), realization));
                 continue;
             }
             let pour = pour_digests[index].as_str();
@@ -88,6 +89,7 @@ fn work(plan: &Plan) -> Vec<(Work<'_>, u64)> {
         all.extend(beds.into_iter().map(|bed| (Work::Bed(bed.1), realization)));
         let pushes = plan.pushes.iter().filter(|push| realization <= push.clouds);
         all.extend(pushes.map(|push| (Work::Push(push), realization)));
+        all.append(&mut whole);
     }
     all
 }

@@ -3,13 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 use super::choices::{with_friction, with_hold, with_speed};
+use super::plan::NARROW;
 use super::row::options;
 use crate::engine::native;
 use crate::engine::{Observer, Task};
 use crate::files::sha256_hex;
 use crate::generate::initial_bodies;
 use crate::pareto::ledger::Entry;
-use crate::pareto::method::with_alpha;
+use crate::pareto::method::{with_alpha, with_size};
 use crate::realization::went_wrong;
 use crate::run::EngineError;
 use crate::scene::Scene;
@@ -68,21 +69,15 @@ impl Push {
                 all.push(Push::through(base, speed, alpha, 0.0, depth, clouds));
             }
         }
-        for speed in [0.02, 0.1] {
-            all.push(Push::through(
-                base,
-                speed,
-                0.2,
-                0.3,
-                0.03,
-                clouds.div_ceil(2),
-            ));
+        let narrow = &with_size(base.clone(), NARROW, 1.0);
+        for speed in [0.05, 0.1] {
+            all.push(Push::through(narrow, speed, 0.2, 0.3, 0.11, clouds));
         }
         for (speed, alpha) in [(0.05, 0.2), (0.1, 0.2), (0.1, 0.8)] {
             all.push(Push::stand(base, speed, alpha, 0.0, clouds));
         }
         for angle in [0.3, 0.5] {
-            all.push(Push::stand(base, 0.1, 0.2, angle, clouds.div_ceil(2)));
+            all.push(Push::stand(narrow, 0.1, 0.2, angle, clouds));
         }
         all
     }
