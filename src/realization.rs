@@ -143,24 +143,44 @@ fn in_native(
         native::pouring::pour(scene, phases, options, initial.clone())?
     };
     let Some(poured) = poured else {
-        let outcome = native::run(scene, &Task::whole(initial), options, &mut ())?;
-        return Ok(whole(outcome, 0.0, native_engine()));
+        return native_whole(scene, options);
     };
+    Ok(Realization {
+        pour_steps: poured.steps,
+        ..loaded(scene, &poured.bed, poured.settled, options)?
+    })
+}
+
+/// Pours and loads in the native engine, by the scene's own rules.
+pub fn native_whole(scene: &Scene, options: &native::Options) -> Result<Realization, NativeError> {
+    let task = Task::whole(initial_bodies(scene));
+    let outcome = native::run(scene, &task, options, &mut ())?;
+    Ok(whole(outcome, 0.0, native_engine()))
+}
+
+/// Loads a bed that was poured before, in the native engine; a bed that has not `settled` is none to judge by. The
+/// bits are those of the whole run as long as contacts remember nothing, that is without friction.
+pub fn loaded(
+    scene: &Scene,
+    bed: &Snapshot,
+    settled: bool,
+    options: &native::Options,
+) -> Result<Realization, NativeError> {
     let task = Task {
         start: Start {
             stage: Stage::Load,
             step: 0,
-            bodies: poured.bed.bodies.clone(),
+            bodies: bed.bodies.clone(),
             punch: None,
         },
         until: Until::EndOfLoading,
     };
     let mut outcome = native::run(scene, &task, options, &mut ())?;
-    outcome.settled = Some(poured.bed);
+    outcome.settled = Some(bed.clone());
     Ok(Realization {
-        ending: ending(&outcome, !poured.settled),
+        ending: ending(&outcome, !settled),
         load_steps: steps_of(&outcome, Stage::Load),
-        pour_steps: poured.steps,
+        pour_steps: bed.step,
         elsewhere: 0.0,
         engine: native_engine(),
         outcome,

@@ -12,6 +12,7 @@ mod frame;
 pub mod packing;
 pub mod page;
 pub mod pareto;
+pub mod sensitivity;
 mod shades;
 mod shell;
 pub mod stability;

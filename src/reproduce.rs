@@ -445,8 +445,8 @@ pub fn rounding_spread(native: &RunFolder, display: &Display) -> Result<Spread, 
 
 /// A folder beside `wanted` that is free: `wanted`, `wanted-2`, `wanted-3`, … A folder without a
 /// finished job in it counts as free: the job is taken up again.
-pub fn free_folder(wanted: &Path) -> PathBuf {
-    let taken = |folder: &Path| folder.join("run.json").exists();
+pub fn free_folder(wanted: &Path, finished: &str) -> PathBuf {
+    let taken = |folder: &Path| folder.join(finished).exists();
     if !taken(wanted) {
         return wanted.to_owned();
     }

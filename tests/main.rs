@@ -29,6 +29,8 @@ mod compare;
 
 mod verify;
 
+mod sensitivity;
+
 mod stability;
 
 mod bench;

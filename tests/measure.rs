@@ -7,7 +7,7 @@ use crossgrain::measure::neighbourhood::{GROWING, SINGLY};
 use crossgrain::measure::porosity::{self, Window};
 use crossgrain::measure::{
     Bed, cells, control_stress, coordination, energy, extensive_stress, height, neighbourhood,
-    profile, unbalanced_force,
+    profile, support, unbalanced_force,
 };
 use crossgrain::scene::{Scene, Tension, Viscosity, paper_scene};
 use crossgrain::tables::{Bodies, Contact};

@@ -67,7 +67,7 @@ impl Arguments {
                 )));
             }
             Some(out) => out.clone(),
-            None => free_folder(Path::new(DEFAULT_OUT)),
+            None => free_folder(Path::new(DEFAULT_OUT), "pareto.json"),
         };
         self.check()?;
         let plan = self.plan();

@@ -61,7 +61,7 @@ impl Arguments {
                 )));
             }
             Some(out) => out.clone(),
-            None => free_folder(Path::new(DEFAULT_OUT)),
+            None => free_folder(Path::new(DEFAULT_OUT), "run.json"),
         };
         std::fs::create_dir_all(&out).map_err(failed("create", &out))?;
         let display = Display::new(self.quiet);
