@@ -3,6 +3,7 @@
 //! A campaign is a folder: `plan.json`, which never changes; `records/`, a file a shard, which only grow; and, once it
 //! is merged, `members.jsonl`, `members.csv` and `merged.json`.
 
+pub mod compare;
 pub mod member;
 pub mod merge;
 pub mod merged;
@@ -10,6 +11,7 @@ pub mod plan;
 pub mod records;
 pub mod run;
 pub mod shard;
+pub mod slurm;
 pub mod status;
 
 use std::path::PathBuf;

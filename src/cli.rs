@@ -2,6 +2,7 @@
 
 mod bench;
 mod campaign;
+mod claims;
 mod compare;
 mod continuum;
 mod facts;
@@ -11,6 +12,7 @@ mod pareto;
 mod reproduce;
 mod run;
 mod scene;
+mod sensitivity;
 mod stability;
 mod verify;
 
@@ -55,6 +57,10 @@ enum Command {
     /// Many realizations of a scene: plan, run in shards, merge
     #[command(subcommand)]
     Campaign(campaign::Verb),
+    /// The paper's claims against a campaign's members: ours, interval, verdict, figures
+    Claims(claims::Arguments),
+    /// Which published figures come out under which of the choices that the paper leaves open
+    Sensitivity(sensitivity::Arguments),
     /// The ladder: exact solutions, symmetries, and native against YADE bit for bit
     Verify(verify::Arguments),
     /// The largest stable time steps, predicted and found, and the places where methods fail
@@ -77,6 +83,8 @@ impl Arguments {
             Command::Reproduce(arguments) => arguments.execute(),
             Command::Pareto(arguments) => arguments.execute(),
             Command::Campaign(verb) => verb.execute(),
+            Command::Claims(arguments) => arguments.execute(),
+            Command::Sensitivity(arguments) => arguments.execute(),
             Command::Verify(arguments) => arguments.execute(),
             Command::Stability(arguments) => arguments.execute(),
             Command::Bench(arguments) => arguments.execute(),

@@ -144,6 +144,23 @@ pub fn refuse_existing(path: &Path) -> Result<(), FileError> {
     Ok(())
 }
 
+/// A folder beside `wanted` that is free: `wanted`, `wanted-2`, `wanted-3`, … A folder without a
+/// finished job in it, which the file `finished` tells, counts as free: the job is taken up again.
+pub fn free_folder(wanted: &Path, finished: &str) -> PathBuf {
+    let taken = |folder: &Path| folder.join(finished).exists();
+    if !taken(wanted) {
+        return wanted.to_owned();
+    }
+    (2..)
+        .map(|number| {
+            let mut name = wanted.as_os_str().to_owned();
+            name.push(format!("-{number}"));
+            PathBuf::from(name)
+        })
+        .find(|folder| !taken(folder))
+        .unwrap_or_else(|| wanted.to_owned())
+}
+
 /// SHA-256 in hexadecimal.
 pub fn sha256_hex(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))

@@ -1,8 +1,9 @@
 //! crossgrain: a validation harness for discrete-element engines.
 //!
 //! Data flows one way, and imports point back along it only:
-//! scene → model → generate → engine (native | yade) → measure → statistics → folder → progress → run → continuum → paper → compare → error →
-//! verify → stability → bench → realization → pareto → campaign → claims → figures → reproduce → report → cli.
+//! scene → model → generate → engine (native | yade) → measure → statistics → folder → progress → run → continuum → paper → compare →
+//! error → workers → verify → stability → bench → realization → pareto → campaign → claims → sensitivity → figures → reproduce → report →
+//! cli.
 //! `docs/architecture.md` says what stands where.
 
 pub mod files;
@@ -41,6 +42,8 @@ pub mod compare;
 
 pub mod error;
 
+pub mod workers;
+
 pub mod verify;
 
 pub mod stability;
@@ -54,6 +57,8 @@ pub mod pareto;
 pub mod campaign;
 
 pub mod claims;
+
+pub mod sensitivity;
 
 pub mod figures;
 

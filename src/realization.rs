@@ -10,7 +10,7 @@ use crate::engine::native::{self, Mode, NativeError, Trouble};
 use crate::engine::yade::{self, YadeError};
 use crate::engine::{Outcome, Start, Task, Until};
 use crate::generate::initial_bodies;
-use crate::measure::{self, Bed, height, stress_at_depth};
+use crate::measure::{self, Bed, height, stress_at_depth, support};
 use crate::run::EngineError;
 use crate::scene::Scene;
 use crate::statistics::shape;
@@ -143,24 +143,44 @@ fn in_native(
         native::pouring::pour(scene, phases, options, initial.clone())?
     };
     let Some(poured) = poured else {
-        let outcome = native::run(scene, &Task::whole(initial), options, &mut ())?;
-        return Ok(whole(outcome, 0.0, native_engine()));
+        return native_whole(scene, options);
     };
+    Ok(Realization {
+        pour_steps: poured.steps,
+        ..loaded(scene, &poured.bed, poured.settled, options)?
+    })
+}
+
+/// Pours and loads in the native engine, by the scene's own rules.
+pub fn native_whole(scene: &Scene, options: &native::Options) -> Result<Realization, NativeError> {
+    let task = Task::whole(initial_bodies(scene));
+    let outcome = native::run(scene, &task, options, &mut ())?;
+    Ok(whole(outcome, 0.0, native_engine()))
+}
+
+/// Loads a bed that was poured before, in the native engine; a bed that has not `settled` is none to judge by. The
+/// bits are those of the whole run as long as contacts remember nothing, that is without friction.
+pub fn loaded(
+    scene: &Scene,
+    bed: &Snapshot,
+    settled: bool,
+    options: &native::Options,
+) -> Result<Realization, NativeError> {
     let task = Task {
         start: Start {
             stage: Stage::Load,
             step: 0,
-            bodies: poured.bed.bodies.clone(),
+            bodies: bed.bodies.clone(),
             punch: None,
         },
         until: Until::EndOfLoading,
     };
     let mut outcome = native::run(scene, &task, options, &mut ())?;
-    outcome.settled = Some(poured.bed);
+    outcome.settled = Some(bed.clone());
     Ok(Realization {
-        ending: ending(&outcome, !poured.settled),
+        ending: ending(&outcome, !settled),
         load_steps: steps_of(&outcome, Stage::Load),
-        pour_steps: poured.steps,
+        pour_steps: bed.step,
         elsewhere: 0.0,
         engine: native_engine(),
         outcome,
@@ -200,7 +220,7 @@ fn ending(outcome: &Outcome, unsettled: bool) -> Ending {
 }
 
 /// Every measured number of a realization by its key, SI units: those of [`measure::all`], the shape of the settled
-/// bed's stresses (`settled.distribution.*`) and the punch's depth and force. Those of the last moment only where
+/// bed's stresses (`settled.distribution.*`), what the floor bears, and the punch's depth and force. Those of the last moment only where
 /// the force was reached, none of a bed that did not settle.
 pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f64> {
     let outcome = &realization.outcome;
@@ -226,9 +246,16 @@ pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f6
             measured.insert(format!("settled.distribution.{name}"), value);
         }
     }
+    let mut insert = |key: &str, value: f64| measured.insert(key.to_owned(), value);
+    insert(
+        "settled.support.by_floor",
+        support::by_floor(scene, settled_bed, 0.0),
+    );
     if let Some(punch) = &outcome.last.punch {
-        measured.insert("last.punch.depth".to_owned(), punch.depth());
-        measured.insert("last.punch.force".to_owned(), punch.force);
+        insert("last.punch.depth", punch.depth());
+        insert("last.punch.force", punch.force);
+        let share = support::by_floor(scene, last_bed, punch.force);
+        insert("last.support.by_floor", share);
     }
     let reached = realization.ending == Ending::Reached;
     measured.retain(|key, value| (reached || !key.starts_with("last.")) && value.is_finite());

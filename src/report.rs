@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod chart;
+pub mod claims;
 mod contours;
 pub mod disc_field;
 pub mod distribution;
@@ -11,6 +12,7 @@ mod frame;
 pub mod packing;
 pub mod page;
 pub mod pareto;
+pub mod sensitivity;
 mod shades;
 mod shell;
 pub mod stability;

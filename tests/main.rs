@@ -7,6 +7,7 @@ mod scene;
 mod generate;
 
 mod native;
+mod standing_punch;
 
 mod properties;
 
@@ -19,6 +20,8 @@ mod paper;
 
 mod pareto;
 
+mod campaign_compare;
+
 mod figures;
 mod folder;
 
@@ -26,9 +29,16 @@ mod compare;
 
 mod verify;
 
+mod sensitivity;
+
 mod stability;
 
 mod bench;
+
+mod campaign;
+mod claims;
+
+mod slurm;
 
 mod cli;
 

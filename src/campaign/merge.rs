@@ -166,7 +166,10 @@ struct Aside {
 
 impl Aside {
     fn new(folder: &Path) -> Result<Self, FileError> {
-        let file = tempfile::NamedTempFile::new_in(folder).map_err(failed("write into", folder))?;
+        let file = tempfile::Builder::new()
+            .prefix(".crossgrain.partial-")
+            .tempfile_in(folder)
+            .map_err(failed("write into", folder))?;
         Ok(Aside {
             file: BufWriter::new(file),
         })

@@ -37,6 +37,18 @@ pub fn is_merged(folder: &Path) -> bool {
 
 /// Reads a merged campaign and checks its bytes and members against summary and plan.
 pub fn read(folder: &Path) -> Result<Merged, CampaignError> {
+    let mut members = Vec::new();
+    let (plan, summary) = each(folder, |member| members.push(member))?;
+    Ok(Merged {
+        plan,
+        summary,
+        members,
+    })
+}
+
+/// The same, a member at a time: of a million members not all fit into memory. What was taken counts only if this
+/// ends well, since the bytes are known to be sound at the end alone.
+pub fn each(folder: &Path, mut take: impl FnMut(Member)) -> Result<(Plan, Summary), CampaignError> {
     let plan = Plan::read(folder)?;
     let not_one = |reason: String| CampaignError::NotACampaign {
         path: folder.to_owned(),
@@ -54,7 +66,7 @@ pub fn read(folder: &Path) -> Result<Merged, CampaignError> {
         return Err(not_one(format!("{SUMMARY} is of another plan")));
     }
     let (path, mut lines) = open(folder)?;
-    let mut members = Vec::new();
+    let mut read = 0;
     let mut hash = Sha256::new();
     let mut line = String::new();
     loop {
@@ -68,7 +80,7 @@ pub fn read(folder: &Path) -> Result<Merged, CampaignError> {
             break;
         }
         hash.update(line.as_bytes());
-        let number = members.len() as u64 + 1;
+        let number = read + 1;
         let member: Member = serde_json::from_str(&line)
             .map_err(|error| not_one(format!("line {number} of {MEMBERS}: {error}")))?;
         if member.member != number || member.realization != plan.realization(number) {
@@ -76,23 +88,20 @@ pub fn read(folder: &Path) -> Result<Merged, CampaignError> {
                 "line {number} of {MEMBERS} is of another member"
             )));
         }
-        members.push(member);
+        take(member);
+        read = number;
     }
     let sha256: String = hash
         .finalize()
         .iter()
         .map(|byte| format!("{byte:02x}"))
         .collect();
-    if sha256 != summary.sha256 || members.len() as u64 != plan.members {
+    if sha256 != summary.sha256 || read != plan.members {
         return Err(not_one(format!(
             "{MEMBERS} is not what was merged; take it and {SUMMARY} away and merge again"
         )));
     }
-    Ok(Merged {
-        plan,
-        summary,
-        members,
-    })
+    Ok((plan, summary))
 }
 
 fn open(folder: &Path) -> Result<(PathBuf, BufReader<Box<dyn Read>>), CampaignError> {

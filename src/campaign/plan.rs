@@ -18,6 +18,8 @@ pub const MOST_MEMBERS: u64 = 1_000_000;
 /// A scene is a few kB.
 const LARGEST: u64 = 10_000_000;
 const NAME: &str = "plan.json";
+/// The key of the digest in the plan's file.
+const DIGEST: &str = "digest";
 
 /// What is run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -92,10 +94,18 @@ impl Plan {
         write_folder(folder, |aside| {
             let records = super::records::records_folder(aside);
             std::fs::create_dir(&records).map_err(crate::files::failed("create", &records))?;
-            let mut text = serde_json::to_string_pretty(self).unwrap_or_default();
+            let mut text = self.text();
             text.push('\n');
             Ok(write_whole(&aside.join(NAME), text.as_bytes())?)
         })
+    }
+
+    /// As it is on the disk: the plan with its digest at the end, so that a plan that was edited is noticed before
+    /// anything is run.
+    fn text(&self) -> String {
+        let mut stored = serde_json::to_value(self).unwrap_or_default();
+        stored[DIGEST] = self.digest().into();
+        serde_json::to_string_pretty(&stored).unwrap_or_default()
     }
 
     /// Reads the plan of a campaign's folder and checks that it is whole.
@@ -109,12 +119,21 @@ impl Plan {
             return Err(not_one(format!("it has no {NAME}")));
         }
         let text = read_text(&path, LARGEST)?;
-        let plan: Plan =
-            serde_json::from_str(&text).map_err(|error| not_one(format!("{NAME}: {error}")))?;
+        let wrong = |error: serde_json::Error| not_one(format!("{NAME}: {error}"));
+        let mut stored: serde_json::Value = serde_json::from_str(&text).map_err(wrong)?;
+        let digest = stored.as_object_mut().and_then(|of| of.remove(DIGEST));
+        let plan: Plan = serde_json::from_value(stored).map_err(wrong)?;
         if plan.version != PLAN_VERSION {
             return Err(not_one(format!(
                 "{NAME} has version {}, and this program reads {PLAN_VERSION}",
                 plan.version
+            )));
+        }
+        // The first campaigns have none; their records name the plan's digest all the same.
+        if digest.is_some_and(|digest| digest != plan.digest()) {
+            return Err(not_one(format!(
+                "{NAME} was changed after it was made, and plans never change; put back what was there, or plan a new \
+                 campaign"
             )));
         }
         // What a scene must fulfil is checked where scenes are read.

@@ -5,6 +5,7 @@
 //! believed and stands for nothing; the next writer begins a new line after it.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -185,10 +186,9 @@ impl Index {
                         offset: offset + (line.len() - length) as u64,
                         length: length as u32,
                     };
-                    if self.places.contains_key(&member) {
-                        self.repeated.push((member, place));
-                    } else {
-                        self.places.insert(member, place);
+                    match self.places.entry(member) {
+                        Entry::Occupied(_) => self.repeated.push((member, place)),
+                        Entry::Vacant(free) => drop(free.insert(place)),
                     }
                 }
                 // A new line after a torn one.
@@ -235,16 +235,14 @@ impl<'a> Reader<'a> {
         if self.open.len() >= MOST_OPEN {
             self.open.clear();
         }
-        if !self.open.contains_key(&place.file) {
-            let file = File::open(path).map_err(failed("open", path))?;
-            self.open.insert(place.file, file);
-        }
+        let file = match self.open.entry(place.file) {
+            Entry::Occupied(open) => open.into_mut(),
+            Entry::Vacant(free) => free.insert(File::open(path).map_err(failed("open", path))?),
+        };
         let mut bytes = vec![0; place.length as usize];
-        if let Some(file) = self.open.get_mut(&place.file) {
-            file.seek(SeekFrom::Start(place.offset))
-                .and_then(|_| file.read_exact(&mut bytes))
-                .map_err(failed("read", path))?;
-        }
+        file.seek(SeekFrom::Start(place.offset))
+            .and_then(|_| file.read_exact(&mut bytes))
+            .map_err(failed("read", path))?;
         String::from_utf8(bytes).map_err(|_| FileError::NotText {
             path: path.to_owned(),
         })

@@ -152,8 +152,9 @@ impl Work<'_> {
             }
         });
         let finished = self.finished.load(Ordering::Relaxed);
+        let an_hour = finished as f64 / began.elapsed().as_secs_f64() * 3600.0;
         task.done(&format!(
-            "{finished} of {} written down",
+            "{finished} of {} written down, {an_hour:.0} an hour,",
             self.missing.len()
         ));
         Ok(())

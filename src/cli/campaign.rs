@@ -1,25 +1,31 @@
 //! `crossgrain campaign`: many realizations of a scene.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
 use super::run::{EngineName, LoopOrder, YadeLimits};
 use super::{json, print};
+use crate::campaign::compare::{Comparison, Verdict, compare};
 use crate::campaign::merge::{Summary, merge};
+use crate::campaign::merged;
 use crate::campaign::plan::Plan;
 use crate::campaign::run::{Job, run};
 use crate::campaign::shard::Shard;
+use crate::campaign::slurm;
 use crate::campaign::status::status;
 use crate::engine::native::Mode;
 use crate::engine::native::pouring::Softly;
 use crate::error::{Error, exit};
+use crate::files::failed;
 use crate::model::Model;
 use crate::model::terms::Kernel;
 use crate::progress::Display;
 use crate::realization::Runner;
 use crate::scene::read_scene;
+use crate::statistics::Interval;
+use crate::statistics::equivalence::Finding;
 
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Examples:\n  crossgrain scene paper > scene.json\n  \
@@ -27,6 +33,7 @@ use crate::scene::read_scene;
     crossgrain campaign run thousand\n  \
     crossgrain campaign run thousand --shard 2/8\n  \
     crossgrain campaign merge thousand\n  \
+    crossgrain campaign slurm thousand --tasks 20\n  \
     crossgrain claims thousand")]
 pub enum Verb {
     /// Fix what is run: scene, engine, seed and number of members
@@ -37,6 +44,10 @@ pub enum Verb {
     Status(StatusArguments),
     /// Put the members of a finished campaign into one file
     Merge(MergeArguments),
+    /// Two merged campaigns of one scene, such as of two engines: bits of common realizations, else equivalence
+    Compare(CompareArguments),
+    /// Write the scripts of a Slurm job array and of the merge after it, and print how they are submitted
+    Slurm(SlurmArguments),
 }
 
 #[derive(Debug, Args)]
@@ -97,17 +108,45 @@ pub struct MergeArguments {
     folder: PathBuf,
 }
 
+#[derive(Debug, Args)]
+pub struct CompareArguments {
+    /// A merged campaign
+    first: PathBuf,
+    /// Another one
+    second: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct SlurmArguments {
+    /// The campaign's folder, on a file system that all nodes share
+    folder: PathBuf,
+    /// Tasks of the array; each runs its share of the members one after another
+    #[arg(long)]
+    tasks: u64,
+    /// Members at a time in a task, and processors that it asks for
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: u16,
+    /// The partition, where the cluster has no default
+    #[arg(long)]
+    partition: Option<String>,
+}
+
 impl Verb {
     pub fn execute(self) -> Result<u8, Error> {
         match self {
             Verb::Plan(arguments) => arguments.execute(),
             Verb::Run(arguments) => arguments.execute(),
             Verb::Status(arguments) => arguments.execute(),
+            Verb::Compare(arguments) => arguments.execute(),
             Verb::Merge(arguments) => {
                 let summary = merge(&arguments.folder)?;
                 print(&in_words(&summary))?;
                 Ok(exit::AGREED)
             }
+            Verb::Slurm(arguments) => arguments.execute(),
         }
     }
 }
@@ -238,15 +277,120 @@ impl StatusArguments {
     }
 }
 
+impl CompareArguments {
+    fn execute(self) -> Result<u8, Error> {
+        let first = merged::read(&self.first)?;
+        let second = merged::read(&self.second)?;
+        let comparison = compare(&first, &second)?;
+        print(&if self.json {
+            json(&comparison)?
+        } else {
+            compared_in_words(&comparison)
+        })?;
+        Ok(match comparison.verdict {
+            Verdict::SameBits | Verdict::Equivalent => exit::AGREED,
+            Verdict::Different => exit::CHECK_FAILED,
+            Verdict::Undecided => exit::INCOMPLETE,
+        })
+    }
+}
+
+fn compared_in_words(comparison: &Comparison) -> String {
+    let Comparison { bits, .. } = comparison;
+    let mut text = format!(
+        "A: {} packings of {}\nB: {} packings of {}\n\nrealizations in both: {}; settled beds with the same bits: {}; \
+         last moments with the same bits: {}\n",
+        comparison.packings[0],
+        comparison.engines[0],
+        comparison.packings[1],
+        comparison.engines[1],
+        bits.common,
+        bits.settled,
+        bits.last
+    );
+    if let Some(missed) = comparison.missed {
+        let _ = writeln!(
+            text,
+            "punches that missed the force, B − A: {:.3} ({:.3} to {:.3})",
+            missed.estimate, missed.low, missed.high
+        );
+    }
+    if !comparison.quantities.is_empty() {
+        let _ = writeln!(
+            text,
+            "\n{:<46} {:>12} {:>12} {:>34} {:>10}  {:<12} p equal",
+            "quantity", "A", "B", "B − A (95 %)", "margin", "finding"
+        );
+    }
+    for of in &comparison.quantities {
+        let Interval {
+            estimate,
+            low,
+            high,
+        } = of.unpaired.difference;
+        let finding = match of.finding {
+            Some(Finding::Equivalent) => "equivalent",
+            Some(Finding::Different) => "different",
+            Some(Finding::Undecided) => "undecided",
+            None => "",
+        };
+        let _ = writeln!(
+            text,
+            "{:<46} {:>12} {:>12} {:>34} {:>10}  {:<12} {:.3}",
+            format!("{} [{}]", of.title, of.unit),
+            short(of.first[0]),
+            short(of.second[0]),
+            format!("{} ({} to {})", short(estimate), short(low), short(high)),
+            of.margin.map(short).unwrap_or_default(),
+            finding,
+            of.distribution_p
+        );
+    }
+    let verdict = match comparison.verdict {
+        Verdict::SameBits => "SAME BITS",
+        Verdict::Equivalent => "EQUIVALENT",
+        Verdict::Different => "DIFFERENT",
+        Verdict::Undecided => "UNDECIDED: more packings are needed for these margins",
+    };
+    let _ = writeln!(text, "{verdict}");
+    text
+}
+
+/// Four digits.
+fn short(value: f64) -> String {
+    format!("{value:.4e}")
+}
+
+impl SlurmArguments {
+    fn execute(self) -> Result<u8, Error> {
+        let program = std::env::current_exe().map_err(failed("find", Path::new("this program")))?;
+        let scripts = slurm::write(
+            &self.folder,
+            &slurm::Array {
+                tasks: self.tasks,
+                threads: self.threads,
+                partition: self.partition.as_deref(),
+                program: &program,
+            },
+        )?;
+        print(&format!("{}\n", scripts.submit.join("\n")))?;
+        Ok(exit::AGREED)
+    }
+}
+
 fn in_words(summary: &Summary) -> String {
     let endings = summary.endings.iter();
     let endings: Vec<String> = endings
         .map(|(how, count)| format!("{count} {how}"))
         .collect();
+    // None where it gave up on every member.
+    let engine = match summary.engine.as_str() {
+        "" => String::new(),
+        engine => format!(" of {engine}"),
+    };
     format!(
-        "merged {} members of {}: {}; sha256 {}\n",
+        "merged {} members{engine}: {}; sha256 {}\n",
         summary.members,
-        summary.engine,
         endings.join(", "),
         &summary.sha256[..16]
     )

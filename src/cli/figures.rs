@@ -9,12 +9,11 @@ use crate::campaign::merged;
 use crate::engine::native::Mode;
 use crate::error::{Error, exit};
 use crate::figures::{loaded_bed, samples, setup_of};
-use crate::files::failed;
+use crate::files::{failed, free_folder};
 use crate::paper::disc_field::figure_4;
 use crate::realization::Runner;
 use crate::report::figure_files::{SCALE, figure_files};
 use crate::report::figures::{bulbs, chains, distributions, inside_a_grain, sharings};
-use crate::reproduce::free_folder;
 use crate::scene::paper_scene;
 
 /// The folder that is used when none is named; a number is added when it exists.
@@ -70,7 +69,7 @@ impl Arguments {
         figures.extend(fifth);
         let out = self
             .out
-            .unwrap_or_else(|| free_folder(Path::new(DEFAULT_OUT)));
+            .unwrap_or_else(|| free_folder(Path::new(DEFAULT_OUT), "figure-1.svg"));
         std::fs::create_dir_all(&out).map_err(failed("create", &out))?;
         let mut text = String::new();
         for figure in &figures {

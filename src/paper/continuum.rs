@@ -58,6 +58,30 @@ const TABLE_4: [Row; 3] = [
     },
 ];
 
+/// A row of Table 4 in Pa and J.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parts {
+    /// σ_g,zz.
+    pub weight: f64,
+    /// σ_p,zz.
+    pub load: f64,
+    /// σ_zz.
+    pub stress: f64,
+    /// Σ_zz of the control volume.
+    pub extensive: f64,
+}
+
+/// What Table 4 prints for a control point, by its name.
+pub fn published_parts(point: &str) -> Option<Parts> {
+    let row = TABLE_4.iter().find(|row| row.point == point)?;
+    Some(Parts {
+        weight: 1e3 * row.weight,
+        load: 1e3 * row.load,
+        stress: 1e3 * row.stress,
+        extensive: row.extensive,
+    })
+}
+
 /// What Table 4 prints for a control point, by its name: σ_zz in Pa and Σ_zz in J.
 pub fn published_stress(point: &str) -> Option<(f64, f64)> {
     let row = TABLE_4.iter().find(|row| row.point == point)?;

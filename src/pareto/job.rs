@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use super::ledger::Ledger;
 use super::member::{self, Member};
@@ -12,9 +11,9 @@ use super::plan::{FIRST_CONFIRMING, Plan};
 use crate::engine::yade::{self, YadeError};
 use crate::error::Error;
 use crate::files::work_folder;
-use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 use crate::run::EngineError;
+use crate::workers::{self, lock};
 
 /// Where and how the job runs.
 #[derive(Debug, Clone)]
@@ -73,17 +72,10 @@ pub fn wanted(plan: &Plan) -> Vec<(&Method, u64)> {
 
 /// Runs what the ledger does not have.
 pub fn run(plan: &Plan, job: &Job, display: &Display) -> Result<Members, Error> {
-    let ledger = Mutex::new(Ledger::open(&job.out.join("members.jsonl"))?);
+    let ledger = Mutex::new(Ledger::<Member>::open(&job.out.join("members.jsonl"))?);
     let work = work_folder()?;
     let wanted = wanted(plan);
-    let task = display.task("realizations");
     let not_made: Mutex<BTreeMap<String, String>> = Mutex::default();
-    let failure: Mutex<Option<Error>> = Mutex::default();
-    let (next, done, stop) = (
-        AtomicUsize::new(0),
-        AtomicUsize::new(0),
-        AtomicBool::new(false),
-    );
     let one = |index: usize| -> Result<(), Error> {
         let (method, realization) = wanted[index];
         let digest = method.digest();
@@ -103,34 +95,7 @@ pub fn run(plan: &Plan, job: &Job, display: &Display) -> Result<Members, Error> 
         }
         Ok(())
     };
-    let workers = std::thread::available_parallelism().map_or(1, usize::from);
-    std::thread::scope(|scope| {
-        for _ in 0..workers {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= wanted.len() || stop.load(Ordering::Relaxed) || asked_to_end() {
-                        return;
-                    }
-                    if let Err(error) = one(index) {
-                        stop.store(true, Ordering::Relaxed);
-                        lock(&failure).get_or_insert(error);
-                        return;
-                    }
-                    let finished = done.fetch_add(1, Ordering::Relaxed) + 1;
-                    let share = finished as f64 / wanted.len() as f64;
-                    task.share(share, &format!("{finished} of {}", wanted.len()));
-                }
-            });
-        }
-    });
-    if asked_to_end() {
-        return Err(Error::Interrupted);
-    }
-    if let Some(error) = lock(&failure).take() {
-        return Err(error);
-    }
-    task.done(&format!("{} made", wanted.len()));
+    workers::all(wanted.len(), "realizations", display, one)?;
     let mut members = Members {
         not_made: std::mem::take(&mut lock(&not_made)),
         ..Members::default()
@@ -142,12 +107,4 @@ pub fn run(plan: &Plan, job: &Job, display: &Display) -> Result<Members, Error> 
         }
     }
     Ok(members)
-}
-
-/// A worker that panicked left nothing half done behind.
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    match mutex.lock() {
-        Ok(guard) => guard,
-        Err(poisoned) => poisoned.into_inner(),
-    }
 }

@@ -42,10 +42,11 @@ pub struct Endings {
 }
 
 impl Endings {
-    fn of<'a>(members: impl Iterator<Item = &'a Member>) -> Self {
+    /// Counts them.
+    pub fn of<'a>(all: impl Iterator<Item = &'a Ending>) -> Self {
         let mut endings = Endings::default();
-        for member in members {
-            match &member.ending {
+        for ending in all {
+            match ending {
                 Ending::Reached => endings.reached += 1,
                 Ending::Sank => endings.sank += 1,
                 Ending::NotSettled => endings.not_settled += 1,
@@ -144,8 +145,8 @@ impl Judgement {
 
 /// Judges pairs (reference, method), one a cloud, in the quantities that can be compared.
 pub fn judge(pairs: &[(&Member, &Member)], comparable: impl Fn(&str) -> bool) -> Judgement {
-    let endings = Endings::of(pairs.iter().map(|pair| pair.1));
-    let reference = Endings::of(pairs.iter().map(|pair| pair.0));
+    let endings = Endings::of(pairs.iter().map(|pair| &pair.1.ending));
+    let reference = Endings::of(pairs.iter().map(|pair| &pair.0.ending));
     let differences: Vec<Difference> = CHARTED
         .iter()
         .filter(|charted| comparable(charted.key))

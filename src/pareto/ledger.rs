@@ -5,22 +5,32 @@ use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::member::Member;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
 use crate::files::{FileError, failed, read_text, write_whole};
 
 /// Ten thousand members are about 10 MB.
 const LARGEST: u64 = 1_000_000_000;
 
-/// `members.jsonl` of a job.
-#[derive(Debug)]
-pub struct Ledger {
-    path: PathBuf,
-    file: File,
-    /// By method digest and realization.
-    finished: BTreeMap<(String, u64), Member>,
+/// What a line holds.
+pub trait Entry: Serialize + DeserializeOwned {
+    /// Digest of what was run.
+    fn digest(&self) -> &str;
+    /// Which cloud.
+    fn realization(&self) -> u64;
 }
 
-impl Ledger {
+/// The file of a job's finished members, such as `members.jsonl`.
+#[derive(Debug)]
+pub struct Ledger<T> {
+    path: PathBuf,
+    file: File,
+    /// By digest and realization.
+    finished: BTreeMap<(String, u64), T>,
+}
+
+impl<T: Entry> Ledger<T> {
     /// Opens or begins the ledger. A line that is not a whole member – the last one of a job that was killed – is
     /// not believed and is taken out.
     pub fn open(path: &Path) -> Result<Self, FileError> {
@@ -29,10 +39,10 @@ impl Ledger {
             let text = read_text(path, LARGEST)?;
             let mut kept = String::new();
             for line in text.lines() {
-                if let Ok(member) = serde_json::from_str::<Member>(line) {
+                if let Ok(member) = serde_json::from_str::<T>(line) {
                     kept += line;
                     kept += "\n";
-                    finished.insert((member.method.clone(), member.realization), member);
+                    finished.insert(key(&member), member);
                 }
             }
             if kept != text {
@@ -51,27 +61,30 @@ impl Ledger {
         })
     }
 
-    /// The member of this method and realization, if it is finished.
-    pub fn member(&self, method: &str, realization: u64) -> Option<&Member> {
-        self.finished.get(&(method.to_owned(), realization))
+    /// The member of this digest and realization, if it is finished.
+    pub fn member(&self, digest: &str, realization: u64) -> Option<&T> {
+        self.finished.get(&(digest.to_owned(), realization))
     }
 
     /// Writes a member down.
-    pub fn add(&mut self, member: Member) -> Result<(), FileError> {
+    pub fn add(&mut self, member: T) -> Result<(), FileError> {
         let mut line = serde_json::to_string(&member).unwrap_or_default();
         line.push('\n');
         let written = self.file.write_all(line.as_bytes());
         written.map_err(failed("write", &self.path))?;
-        self.finished
-            .insert((member.method.clone(), member.realization), member);
+        self.finished.insert(key(&member), member);
         Ok(())
     }
+}
+
+fn key<T: Entry>(member: &T) -> (String, u64) {
+    (member.digest().to_owned(), member.realization())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pareto::member::{Cost, Ending};
+    use crate::pareto::member::{Cost, Ending, Member};
 
     fn member(realization: u64) -> Member {
         Member {
@@ -87,14 +100,14 @@ mod tests {
     fn a_half_written_last_line_is_not_believed() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("members.jsonl");
-        let mut ledger = Ledger::open(&path).expect("a new ledger");
+        let mut ledger: Ledger<Member> = Ledger::open(&path).expect("a new ledger");
         for realization in 1..=3 {
             ledger.add(member(realization)).expect("written");
         }
         drop(ledger);
         let text = std::fs::read_to_string(&path).expect("readable");
         std::fs::write(&path, &text[..text.len() - 9]).expect("cut");
-        let mut ledger = Ledger::open(&path).expect("opened again");
+        let mut ledger: Ledger<Member> = Ledger::open(&path).expect("opened again");
         assert_eq!(ledger.member("abc", 2), Some(&member(2)));
         assert_eq!(ledger.member("abc", 3), None);
         ledger.add(member(3)).expect("written");

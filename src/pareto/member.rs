@@ -6,6 +6,7 @@ use std::path::Path;
 use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 
+use super::ledger::Entry;
 use super::method::Method;
 use crate::engine::yade::{self, YadeError};
 pub use crate::realization::Ending;
@@ -40,6 +41,16 @@ pub struct Member {
     pub cost: Cost,
     /// By the keys of the charted quantities, SI units; those of the loaded bed only where the force was reached.
     pub measured: BTreeMap<String, f64>,
+}
+
+impl Entry for Member {
+    fn digest(&self) -> &str {
+        &self.method
+    }
+
+    fn realization(&self) -> u64 {
+        self.realization
+    }
 }
 
 /// Runs a realization. An engine that fails is a result; an interrupt and a missing YADE are errors. `work` is an
