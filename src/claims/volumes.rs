@@ -52,7 +52,7 @@ pub struct Volumes {
     pub volumes: Vec<Volume>,
     /// CV ∝ N^exponent, all of the volumes.
     pub exponent: Option<Interval>,
-    /// The number of cells from which on CV is below [`GOOD_ENOUGH`], between those looked at by a power law;
+    /// The number of cells from which on CV is below a tenth, between those looked at by a power law;
     /// none where it is beyond them.
     pub enough: Option<f64>,
 }
