@@ -88,7 +88,9 @@ impl Axis {
                 "Table 2 prints zero; friction angle in rad, to 0.6 rad = 34 degrees, a sand's. A friction coefficient is \
                  its tangent. In a box half as wide, as steps with friction cost twenty times as much"
             }
-            Axis::Shape => "'spherical' particles, but weights of discs one metre long",
+            Axis::Shape => {
+                "'spherical' particles, but weights of discs one metre long. Spheres in a box half as wide: their steps are shorter"
+            }
             Axis::Diameter | Axis::DiameterSameArea => {
                 "never printed; R = 5 mm follows from the control volume alone"
             }

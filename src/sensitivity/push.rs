@@ -46,8 +46,8 @@ pub const DEPTH_WINDOW: f64 = 0.01;
 pub const TIMES: [f64; 10] = [
     0.0, 1.0e-3, 2.0e-3, 5.0e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.51,
 ];
-/// So deep goes a punch that nothing stops, m.
-const DEEP: f64 = 0.2;
+/// So deep goes a punch that nothing stops, m: as deep as the paper's points.
+const DEEP: f64 = 0.11;
 const STANDING: f64 = 0.5;
 /// More than any bed bears, Pa.
 const NEVER_REACHED: f64 = 1.0e12;
@@ -57,28 +57,20 @@ impl Push {
     pub fn all(base: &Scene, clouds: u64) -> Vec<Push> {
         let mut all = Vec::new();
         for (alpha, speeds) in [
-            (0.2, &[0.005, 0.01, 0.02, 0.05, 0.1][..]),
+            (0.2, &[0.01, 0.02, 0.05, 0.1][..]),
             (0.05, &[0.02, 0.1]),
             (0.8, &[0.02, 0.1]),
         ] {
             for &speed in speeds {
-                // The slow ones go only as deep as the paper's points.
-                let slow = speed < 0.03;
-                let depth = if slow { 0.11 } else { DEEP };
-                let clouds = if speed < 0.01 { 2 } else { clouds };
-                all.push(Push::through(base, speed, alpha, 0.0, depth, clouds));
+                all.push(Push::through(base, speed, alpha, 0.0, DEEP, clouds));
             }
         }
         let narrow = &with_size(base.clone(), NARROW, 1.0);
-        for speed in [0.05, 0.1] {
-            all.push(Push::through(narrow, speed, 0.2, 0.3, 0.11, clouds));
-        }
+        all.push(Push::through(narrow, 0.1, 0.2, 0.3, DEEP, clouds));
         for (speed, alpha) in [(0.05, 0.2), (0.1, 0.2), (0.1, 0.8)] {
             all.push(Push::stand(base, speed, alpha, 0.0, clouds));
         }
-        for angle in [0.3, 0.5] {
-            all.push(Push::stand(narrow, 0.1, 0.2, angle, clouds));
-        }
+        all.push(Push::stand(narrow, 0.1, 0.2, 0.3, clouds));
         all
     }
 
