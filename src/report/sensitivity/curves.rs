@@ -51,7 +51,7 @@ fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
 }
 
 impl Curves {
-    /// The picture as an SVG element; empty without points.
+    /// The picture as an SVG element; empty without points that lie apart.
     pub fn svg(&self) -> String {
         let points = || self.lines.iter().flat_map(|line| &line.points);
         if points().next().is_none() {
@@ -61,6 +61,9 @@ impl Curves {
         let high = 1.3 * ends(points().map(|point| point.1[2]))[1];
         let across = ends(points().map(|point| point.0));
         let from = if self.logarithmic { across[0] } else { 0.0 };
+        if across[1].is_nan() || across[1] <= from {
+            return String::new();
+        }
         let x = |value: f64| {
             let share = if self.logarithmic {
                 (value / from).ln() / (across[1] / from).ln()
@@ -213,8 +216,11 @@ fn decades(low: f64, high: f64) -> Vec<f64> {
         .collect()
 }
 
-/// About five even steps from zero.
+/// About five even steps from zero; none to where nothing is.
 fn steps(to: f64) -> Vec<f64> {
+    if !(to.is_finite() && to > 0.0) {
+        return Vec::new();
+    }
     let rough = to / 5.0;
     let power = 10f64.powf(rough.log10().floor());
     let step = [1.0, 2.0, 5.0, 10.0]
@@ -231,4 +237,17 @@ fn steps(to: f64) -> Vec<f64> {
 /// Without the noise of its last digits.
 fn plain(tick: f64) -> String {
     format!("{}", (tick * 1.0e9).round() / 1.0e9)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_end() {
+        assert_eq!(steps(10.0), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
+        for nowhere in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(steps(nowhere).is_empty());
+        }
+    }
 }
