@@ -43,7 +43,7 @@ pub const COLOURS: [&str; 7] = [
 ];
 
 impl Curves {
-    /// The picture as an SVG element; empty without points.
+    /// The picture as an SVG element; empty without two places.
     pub fn svg(&self) -> String {
         let points = || self.lines.iter().flat_map(|line| &line.points);
         if points().next().is_none() {
@@ -56,6 +56,9 @@ impl Curves {
         let high = 1.3 * most(&|point| point.1[2]);
         let across = [least(&|point| point.0), most(&|point| point.0)];
         let from = if self.logarithmic { across[0] } else { 0.0 };
+        if across[1] <= from {
+            return String::new();
+        }
         let x = |value: f64| {
             let share = if self.logarithmic {
                 (value / from).ln() / (across[1] / from).ln()
