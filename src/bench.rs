@@ -18,7 +18,7 @@ pub mod sanity;
 pub mod scaling;
 pub mod spread;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::Serialize;
 
@@ -394,20 +394,4 @@ fn verdict(contests: &[Contest], bits: Option<&TableBits>, missed: &[Missed]) ->
         return Verdict::NotMade;
     }
     Verdict::Pass
-}
-
-/// The folder, or the next one with a number after it that holds no finished benchmark.
-pub fn free_folder(wanted: &Path) -> PathBuf {
-    let taken = |folder: &Path| folder.join("bench.json").exists();
-    if !taken(wanted) {
-        return wanted.to_owned();
-    }
-    (2..)
-        .map(|number| {
-            let mut name = wanted.as_os_str().to_owned();
-            name.push(format!("-{number}"));
-            PathBuf::from(name)
-        })
-        .find(|folder| !taken(folder))
-        .unwrap_or_else(|| wanted.to_owned())
 }

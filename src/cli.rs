@@ -1,8 +1,12 @@
 //! The command line: one verb a file. Arguments in, one library call, an exit code out.
 
 mod bench;
+mod campaign;
+mod claims;
 mod compare;
+mod continuum;
 mod facts;
+mod figures;
 mod paper;
 mod pareto;
 mod reproduce;
@@ -33,6 +37,10 @@ pub struct Arguments {
 enum Command {
     /// Every published number that needs no simulation: published, recomputed, verdict, how
     Paper(paper::Arguments),
+    /// The continuum's stress at the control points: half-space, layer and box, uniform load and rigid punch
+    Continuum(continuum::Arguments),
+    /// The paper's figures from our own numbers, each as SVG, PNG and CSV
+    Figures(figures::Arguments),
     /// Print the paper's scene, check a scene file, print the JSON Schema of scenes
     #[command(subcommand)]
     Scene(scene::Verb),
@@ -46,6 +54,11 @@ enum Command {
     Reproduce(reproduce::Arguments),
     /// Cost against error of every way to run the paper's scene, and which of them are dominated
     Pareto(pareto::Arguments),
+    /// Many realizations of a scene: plan, run in shards, merge
+    #[command(subcommand)]
+    Campaign(campaign::Verb),
+    /// The paper's claims against a campaign's members: ours, interval, verdict, figures
+    Claims(claims::Arguments),
     /// Which published figures come out under which of the choices that the paper leaves open
     Sensitivity(sensitivity::Arguments),
     /// The ladder: exact solutions, symmetries, and native against YADE bit for bit
@@ -61,12 +74,16 @@ impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
         match self.command {
             Command::Paper(arguments) => arguments.execute(),
+            Command::Continuum(arguments) => arguments.execute(),
+            Command::Figures(arguments) => arguments.execute(),
             Command::Scene(verb) => verb.execute(),
             Command::Run(arguments) => arguments.execute(),
             Command::Compare(arguments) => arguments.execute(),
             Command::Facts(arguments) => arguments.execute(),
             Command::Reproduce(arguments) => arguments.execute(),
             Command::Pareto(arguments) => arguments.execute(),
+            Command::Campaign(verb) => verb.execute(),
+            Command::Claims(arguments) => arguments.execute(),
             Command::Sensitivity(arguments) => arguments.execute(),
             Command::Verify(arguments) => arguments.execute(),
             Command::Stability(arguments) => arguments.execute(),

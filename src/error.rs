@@ -1,5 +1,6 @@
 //! Every way in which the program can fail, and its exit code.
 
+use crate::campaign::CampaignError;
 use crate::engine::native::{NativeError, Trouble};
 use crate::engine::yade::YadeError;
 use crate::files::FileError;
@@ -47,6 +48,8 @@ pub enum Error {
     Program(String),
     #[error("the report cannot be made: {0}")]
     Report(String),
+    #[error(transparent)]
+    Campaign(#[from] CampaignError),
 }
 
 impl From<KeptError> for Error {
@@ -64,20 +67,37 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Usage(_) => exit::USAGE,
+            Error::Campaign(error) => of_campaign(error),
             Error::Scene(SceneError::File(error)) | Error::File(error) => of_file(error),
             Error::Scene(_) => exit::USAGE,
             Error::Folder(error) => of_folder(error),
-            Error::Engine(EngineError::Yade(YadeError::Unsupported(_))) => exit::USAGE,
-            Error::Engine(EngineError::Yade(YadeError::File(_) | YadeError::Interrupted)) => {
-                exit::TRY_AGAIN
-            }
-            Error::Engine(EngineError::Native(NativeError {
-                trouble: Trouble::Interrupted,
-                ..
-            })) => exit::TRY_AGAIN,
-            Error::Engine(_) | Error::Program(_) => exit::ENGINE_FAILED,
+            Error::Engine(error) => of_engine(error),
+            Error::Program(_) => exit::ENGINE_FAILED,
             Error::Output(_) | Error::Report(_) | Error::Interrupted => exit::TRY_AGAIN,
         }
+    }
+}
+
+fn of_engine(error: &EngineError) -> u8 {
+    match error {
+        EngineError::Yade(YadeError::Unsupported(_)) => exit::USAGE,
+        EngineError::Yade(YadeError::File(_) | YadeError::Interrupted) => exit::TRY_AGAIN,
+        EngineError::Native(NativeError {
+            trouble: Trouble::Interrupted,
+            ..
+        }) => exit::TRY_AGAIN,
+        _ => exit::ENGINE_FAILED,
+    }
+}
+
+fn of_campaign(error: &CampaignError) -> u8 {
+    match error {
+        CampaignError::Engine(error) => of_engine(error),
+        CampaignError::File(error) | CampaignError::Scene(SceneError::File(error)) => {
+            of_file(error)
+        }
+        CampaignError::Scene(_) => exit::USAGE,
+        error => error.exit_code().unwrap_or(exit::USAGE),
     }
 }
 

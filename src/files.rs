@@ -86,6 +86,11 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let mut aside =
         tempfile::NamedTempFile::new_in(&folder).map_err(failed("write into", &folder))?;
     aside.write_all(bytes).map_err(failed("write", path))?;
+    into_place(aside, path)
+}
+
+/// Gives a file that was written aside, on the same file system, its name.
+pub fn into_place(aside: tempfile::NamedTempFile, path: &Path) -> Result<(), FileError> {
     aside.as_file().sync_all().map_err(failed("write", path))?;
     readable_by_all(aside.path());
     aside
@@ -137,6 +142,23 @@ pub fn refuse_existing(path: &Path) -> Result<(), FileError> {
         });
     }
     Ok(())
+}
+
+/// A folder beside `wanted` that is free: `wanted`, `wanted-2`, `wanted-3`, … A folder without a
+/// finished job in it, which the file `finished` tells, counts as free: the job is taken up again.
+pub fn free_folder(wanted: &Path, finished: &str) -> PathBuf {
+    let taken = |folder: &Path| folder.join(finished).exists();
+    if !taken(wanted) {
+        return wanted.to_owned();
+    }
+    (2..)
+        .map(|number| {
+            let mut name = wanted.as_os_str().to_owned();
+            name.push(format!("-{number}"));
+            PathBuf::from(name)
+        })
+        .find(|folder| !taken(folder))
+        .unwrap_or_else(|| wanted.to_owned())
 }
 
 /// SHA-256 in hexadecimal.

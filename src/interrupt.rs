@@ -1,4 +1,5 @@
-//! SIGTERM and Ctrl-C: long work notices, cleans up and ends; nothing is half-written.
+//! SIGTERM and Ctrl-C: long work notices, cleans up and ends; nothing is half-written. A limit on the size of files is
+//! an error of writing, as a full disk is.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -13,6 +14,9 @@ pub fn notice() -> std::io::Result<()> {
         signal_hook::flag::register_conditional_shutdown(signal, 75, Arc::clone(asked))?;
         signal_hook::flag::register(signal, Arc::clone(asked))?;
     }
+    // Unnoticed it would end the program without a word; writing fails all the same.
+    let noticed = Arc::new(AtomicBool::new(false));
+    signal_hook::flag::register(signal_hook::consts::signal::SIGXFSZ, noticed)?;
     Ok(())
 }
 

@@ -1,8 +1,9 @@
 //! crossgrain: a validation harness for discrete-element engines.
 //!
 //! Data flows one way, and imports point back along it only:
-//! scene → model → generate → engine (native | yade) → measure → statistics → folder → progress → run → paper → compare → error →
-//! workers → verify → stability → bench → realization → pareto → campaign → claims → sensitivity → reproduce → report → cli.
+//! scene → model → generate → engine (native | yade) → measure → statistics → folder → progress → run → continuum → paper → compare →
+//! error → workers → verify → stability → bench → realization → pareto → campaign → claims → sensitivity → figures → reproduce → report →
+//! cli.
 //! `docs/architecture.md` says what stands where.
 
 pub mod files;
@@ -31,6 +32,10 @@ pub mod progress;
 
 pub mod run;
 
+pub mod quadrature;
+
+pub mod continuum;
+
 pub mod paper;
 
 pub mod compare;
@@ -54,6 +59,8 @@ pub mod campaign;
 pub mod claims;
 
 pub mod sensitivity;
+
+pub mod figures;
 
 pub mod reproduce;
 

@@ -11,6 +11,7 @@ pub mod neighbourhood;
 pub mod porosity;
 pub mod profile;
 pub mod stress_at_depth;
+pub mod support;
 pub mod unbalanced_force;
 
 use serde::{Deserialize, Serialize};

@@ -6,7 +6,6 @@ pub mod disc;
 pub mod disc_field;
 pub mod packing;
 pub mod piles;
-mod quadrature;
 pub mod sums;
 
 use serde::Serialize;

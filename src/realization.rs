@@ -10,7 +10,7 @@ use crate::engine::native::{self, Mode, NativeError, Trouble};
 use crate::engine::yade::{self, YadeError};
 use crate::engine::{Outcome, Start, Task, Until};
 use crate::generate::initial_bodies;
-use crate::measure::{self, Bed, height, stress_at_depth};
+use crate::measure::{self, Bed, height, stress_at_depth, support};
 use crate::run::EngineError;
 use crate::scene::Scene;
 use crate::statistics::shape;
@@ -85,6 +85,8 @@ pub struct Realization {
     pub load_steps: u64,
     /// Processor time of an engine in another process, s.
     pub elsewhere: f64,
+    /// Engine and version.
+    pub engine: String,
 }
 
 /// Runs the scene's realization.
@@ -109,7 +111,8 @@ pub fn run(scene: &Scene, way: &Way<'_>) -> Result<Realization, EngineError> {
             let run = yade::run(&scene, &task, &options, way.work, &mut ())?;
             let seconds = run.outcome.stages.iter().map(|stage| stage.cpu_seconds);
             let seconds = seconds.sum();
-            Ok(whole(run.outcome, seconds))
+            let engine = format!("YADE {}", run.version);
+            Ok(whole(run.outcome, seconds, engine))
         }
     }
 }
@@ -152,7 +155,7 @@ fn in_native(
 pub fn native_whole(scene: &Scene, options: &native::Options) -> Result<Realization, NativeError> {
     let task = Task::whole(initial_bodies(scene));
     let outcome = native::run(scene, &task, options, &mut ())?;
-    Ok(whole(outcome, 0.0))
+    Ok(whole(outcome, 0.0, native_engine()))
 }
 
 /// Loads a bed that was poured before, in the native engine; a bed that has not `settled` is none to judge by. The
@@ -179,11 +182,16 @@ pub fn loaded(
         load_steps: steps_of(&outcome, Stage::Load),
         pour_steps: bed.step,
         elsewhere: 0.0,
+        engine: native_engine(),
         outcome,
     })
 }
 
-fn whole(outcome: Outcome, elsewhere: f64) -> Realization {
+fn native_engine() -> String {
+    format!("native {}", env!("CARGO_PKG_VERSION"))
+}
+
+fn whole(outcome: Outcome, elsewhere: f64, engine: String) -> Realization {
     let mut pouring = outcome.stages.iter();
     let unsettled =
         pouring.any(|stage| stage.stage == Stage::Settle && stage.stop != StopReason::Settled);
@@ -192,6 +200,7 @@ fn whole(outcome: Outcome, elsewhere: f64) -> Realization {
         pour_steps: steps_of(&outcome, Stage::Settle),
         load_steps: steps_of(&outcome, Stage::Load),
         elsewhere,
+        engine,
         outcome,
     }
 }
@@ -211,7 +220,7 @@ fn ending(outcome: &Outcome, unsettled: bool) -> Ending {
 }
 
 /// Every measured number of a realization by its key, SI units: those of [`measure::all`], the shape of the settled
-/// bed's stresses (`settled.distribution.*`) and the punch's depth and force. Those of the last moment only where
+/// bed's stresses (`settled.distribution.*`), what the floor bears, and the punch's depth and force. Those of the last moment only where
 /// the force was reached, none of a bed that did not settle.
 pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f64> {
     let outcome = &realization.outcome;
@@ -237,9 +246,16 @@ pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f6
             measured.insert(format!("settled.distribution.{name}"), value);
         }
     }
+    let mut insert = |key: &str, value: f64| measured.insert(key.to_owned(), value);
+    insert(
+        "settled.support.by_floor",
+        support::by_floor(scene, settled_bed, 0.0),
+    );
     if let Some(punch) = &outcome.last.punch {
-        measured.insert("last.punch.depth".to_owned(), punch.depth());
-        measured.insert("last.punch.force".to_owned(), punch.force);
+        insert("last.punch.depth", punch.depth());
+        insert("last.punch.force", punch.force);
+        let share = support::by_floor(scene, last_bed, punch.force);
+        insert("last.support.by_floor", share);
     }
     let reached = realization.ending == Ending::Reached;
     measured.retain(|key, value| (reached || !key.starts_with("last.")) && value.is_finite());

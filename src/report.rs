@@ -2,11 +2,18 @@
 
 pub mod bench;
 pub mod chart;
+pub mod claims;
+mod contours;
 pub mod disc_field;
+pub mod distribution;
+pub mod figure_files;
+pub mod figures;
+mod frame;
 pub mod packing;
 pub mod page;
 pub mod pareto;
 pub mod sensitivity;
+mod shades;
 mod shell;
 pub mod stability;
 pub mod verification;

@@ -442,20 +442,3 @@ pub fn rounding_spread(native: &RunFolder, display: &Display) -> Result<Spread, 
     task.done("done");
     Ok(spread)
 }
-
-/// A folder beside `wanted` that is free: `wanted`, `wanted-2`, `wanted-3`, … A folder without a
-/// finished job in it counts as free: the job is taken up again.
-pub fn free_folder(wanted: &Path, finished: &str) -> PathBuf {
-    let taken = |folder: &Path| folder.join(finished).exists();
-    if !taken(wanted) {
-        return wanted.to_owned();
-    }
-    (2..)
-        .map(|number| {
-            let mut name = wanted.as_os_str().to_owned();
-            name.push(format!("-{number}"));
-            PathBuf::from(name)
-        })
-        .find(|folder| !taken(folder))
-        .unwrap_or_else(|| wanted.to_owned())
-}

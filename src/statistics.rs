@@ -2,12 +2,23 @@
 //!
 //! The unit of replication is always the packing: a sample has one number a packing.
 
+pub mod bootstrap;
+pub mod correlation;
 pub mod equivalence;
+pub mod exponential;
+pub mod goodness;
+pub mod holm;
+pub mod kolmogorov;
+pub mod law;
+pub mod likelihood;
 pub mod line;
 pub mod moments;
 pub mod paired;
 pub mod proportion;
+pub mod random;
 pub mod shape;
+pub mod two_samples;
+pub mod unpaired;
 
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};

@@ -7,6 +7,7 @@ mod scene;
 mod generate;
 
 mod native;
+mod standing_punch;
 
 mod properties;
 
@@ -19,6 +20,9 @@ mod paper;
 
 mod pareto;
 
+mod campaign_compare;
+
+mod figures;
 mod folder;
 
 mod compare;
@@ -30,6 +34,11 @@ mod sensitivity;
 mod stability;
 
 mod bench;
+
+mod campaign;
+mod claims;
+
+mod slurm;
 
 mod cli;
 

@@ -1,6 +1,6 @@
 //! The paper's numbers: our routes against each other and against what is known to be misprinted.
 
-use crossgrain::paper::continuum::strip_load;
+use crossgrain::continuum::half_space::strip_load;
 use crossgrain::paper::{Finding, numbers, text_faults};
 
 use crate::support::{crossgrain, told};
@@ -76,4 +76,34 @@ fn the_command_prints_json_that_says_the_same() {
     let (code, out, _) = told(&crossgrain(&["paper"], folder.path()));
     assert_eq!(code, 0);
     assert!(out.contains("7776"), "{out}");
+}
+
+#[test]
+fn the_continuum_is_table_4_and_says_what_geometry_changes() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (code, out, _) = told(&crossgrain(&["continuum", "--json"], folder.path()));
+    assert_eq!(code, 0);
+    let value: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    let rows = value["rows"].as_array().expect("rows");
+    // Three points of six loads on the surface and four depths of four kinds.
+    assert_eq!(rows.len(), 3 * (6 + 4 * 4));
+    for (row, published) in rows.iter().zip([13.6e3, 7.4e3, 3.8e3]) {
+        assert!((row["stress"].as_f64().expect("a number") - published).abs() < 50.0);
+        assert_eq!(row["change"], 0.0);
+    }
+    // Base, walls and a rigid punch matter by some per cent, at B most.
+    let on_the_surface = rows.iter().filter(|row| row["sunk"] == 0.0);
+    let changes = on_the_surface.map(|row| row["change"].as_f64().expect("a number").abs());
+    let largest = changes.fold(0.0, f64::max);
+    assert!((1.0..3.0).contains(&largest), "{largest}");
+    for wrong in [
+        ["--height", "0.1"],
+        ["--height", "NaN"],
+        ["--porosity", "1"],
+    ] {
+        let arguments = ["continuum", wrong[0], wrong[1]];
+        let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
+        assert_eq!(code, 2, "{errors}");
+        assert!(errors.contains(wrong[0]), "{errors}");
+    }
 }

@@ -14,7 +14,7 @@ use crossgrain::folder::record::Protocol;
 use crossgrain::generate::initial_bodies;
 use crossgrain::progress::Display;
 use crossgrain::run::{Engine, recorded};
-use crossgrain::scene::{Damping, Scene, paper_scene};
+use crossgrain::scene::{AfterForce, Damping, Scene, paper_scene};
 use crossgrain::tables::Stage;
 use crossgrain::verify::ladder::Climbers;
 use crossgrain::verify::record;
@@ -157,7 +157,9 @@ fn a_whole_experiment_gives_the_same_bits_for_several_scenes() {
         speed: 0.1,
         spin: 0.0,
     };
-    for scene in [small_scene(), slow, spheres] {
+    let mut standing = small_scene();
+    standing.loading.after_force = AfterForce::StandStill { seconds: 0.02 };
+    for scene in [small_scene(), slow, spheres, standing] {
         let native = native_run(&scene, sound(), Protocol::Whole);
         let yade = yade_run(&scene, sorted(), Protocol::Whole);
         all_pass(&native, &yade);

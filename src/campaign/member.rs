@@ -19,6 +19,8 @@ pub struct Member {
     pub member: u64,
     /// Which cloud was poured.
     pub realization: u64,
+    /// Engine and version; empty where the engine gave up.
+    pub engine: String,
     /// How it ended.
     pub ending: Ending,
     /// Steps of pouring.
@@ -55,6 +57,7 @@ impl Member {
         Member {
             member,
             realization,
+            engine: String::new(),
             ending: Ending::Failed(reason),
             pour_steps: 0,
             load_steps: 0,
@@ -76,6 +79,7 @@ impl Member {
         Member {
             member,
             realization: scene.realization,
+            engine: run.engine.clone(),
             ending: run.ending.clone(),
             pour_steps: run.pour_steps,
             load_steps: run.load_steps,

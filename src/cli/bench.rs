@@ -13,7 +13,7 @@ use crate::bench::{self, Bench, Options, one};
 use crate::compare::Verdict;
 use crate::engine::native::Mode;
 use crate::error::{Error, exit};
-use crate::files::{failed, write_whole};
+use crate::files::{failed, free_folder, write_whole};
 use crate::progress::Display;
 
 /// The folder that is used when none is named; a number is added when it holds a finished benchmark.
@@ -98,7 +98,7 @@ impl Arguments {
                 out.display()
             ))),
             Some(out) => Ok(out.clone()),
-            None => Ok(bench::free_folder(Path::new(DEFAULT_OUT))),
+            None => Ok(free_folder(Path::new(DEFAULT_OUT), "bench.json")),
         }
     }
 

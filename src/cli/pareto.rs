@@ -8,14 +8,13 @@ use super::run::YadeLimits;
 use super::{json, print};
 use crate::engine::yade;
 use crate::error::{Error, exit};
-use crate::files::{failed, write_whole};
+use crate::files::{failed, free_folder, write_whole};
 use crate::pareto::job::Job;
 use crate::pareto::judge::Judgement;
 use crate::pareto::plan::Plan;
 use crate::pareto::record::{Pareto, Point, pareto};
 use crate::progress::Display;
 use crate::report;
-use crate::reproduce::free_folder;
 
 /// The folder that is used when none is named; a number is added when it holds a finished chart.
 const DEFAULT_OUT: &str = "out/pareto";

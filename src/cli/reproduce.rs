@@ -8,11 +8,11 @@ use super::run::YadeLimits;
 use super::{json, print};
 use crate::compare::Verdict;
 use crate::error::Error;
-use crate::files::{failed, write_whole};
+use crate::files::{failed, free_folder, write_whole};
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 use crate::reproduce::record::Reproduction;
-use crate::reproduce::{Options, free_folder, reproduce};
+use crate::reproduce::{Options, reproduce};
 use crate::scene::{paper_scene, read_scene};
 
 /// The folder that is used when none is named; a number is added when it holds a finished job.

@@ -6,10 +6,9 @@ use clap::Args;
 
 use super::{json, print};
 use crate::error::{Error, exit};
-use crate::files::{failed, write_whole};
+use crate::files::{failed, free_folder, write_whole};
 use crate::progress::Display;
 use crate::report;
-use crate::reproduce::free_folder;
 use crate::sensitivity::judge::Verdict;
 use crate::sensitivity::plan::Plan;
 use crate::sensitivity::record::{Point, Sensitivity, sensitivity};

@@ -4,8 +4,11 @@
 use std::f64::consts::PI;
 
 use super::packing::mean_solid_area;
-use super::quadrature::integrate;
 use super::{Finding, Number};
+use crate::continuum::half_space::strip_load;
+use crate::continuum::table::{Point, Setup};
+use crate::continuum::{Load, Spread};
+use crate::quadrature::integrate;
 
 const GRAVITY: f64 = 9.81;
 const DENSITY: f64 = 2600.0;
@@ -55,18 +58,58 @@ const TABLE_4: [Row; 3] = [
     },
 ];
 
+/// A row of Table 4 in Pa and J.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parts {
+    /// σ_g,zz.
+    pub weight: f64,
+    /// σ_p,zz.
+    pub load: f64,
+    /// σ_zz.
+    pub stress: f64,
+    /// Σ_zz of the control volume.
+    pub extensive: f64,
+}
+
+/// What Table 4 prints for a control point, by its name.
+pub fn published_parts(point: &str) -> Option<Parts> {
+    let row = TABLE_4.iter().find(|row| row.point == point)?;
+    Some(Parts {
+        weight: 1e3 * row.weight,
+        load: 1e3 * row.load,
+        stress: 1e3 * row.stress,
+        extensive: row.extensive,
+    })
+}
+
 /// What Table 4 prints for a control point, by its name: σ_zz in Pa and Σ_zz in J.
 pub fn published_stress(point: &str) -> Option<(f64, f64)> {
     let row = TABLE_4.iter().find(|row| row.point == point)?;
     Some((1e3 * row.stress, row.extensive))
 }
 
-/// σ_p,zz under a strip load, Pa: Flamant's line load 2p/π·z³/((x−s)²+z²)² integrated over the strip.
-pub fn strip_load(pressure: f64, half_width: f64, offset: f64, depth: f64) -> f64 {
-    integrate(-half_width, half_width, 500, |s| {
-        let square = (offset - s).powi(2) + depth * depth;
-        2.0 * pressure / PI * depth.powi(3) / (square * square)
-    })
+/// The published load, bed and control points. The bed's height is section 4.2's.
+pub fn setup() -> Setup {
+    Setup {
+        load: Load {
+            spread: Spread::Uniform,
+            pressure: PRESSURE,
+            half_width: HALF_WIDTH,
+        },
+        points: TABLE_4
+            .iter()
+            .map(|row| Point {
+                name: row.point.to_owned(),
+                offset: row.offset,
+                depth: DEPTH,
+            })
+            .collect(),
+        width: 1.0,
+        height: 0.46,
+        density: DENSITY,
+        gravity: GRAVITY,
+        porosity: POROSITY,
+    }
 }
 
 /// σ_g,zz, Pa, by weighing: discs of the mean size on a triangular lattice that is so wide that its

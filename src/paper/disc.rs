@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use super::Number;
-use super::quadrature::integrate;
+use crate::quadrature::integrate;
 
 /// m.
 const RADIUS: f64 = 1.0;

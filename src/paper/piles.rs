@@ -29,21 +29,60 @@ const TABLE_1: [(&str, Subclass, f64); 7] = [
     ("optimistic", [0, 5, 0, 0, 0, 0], 1.0),
 ];
 
+/// A subclass of Table 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Counted {
+    /// As the paper calls it, or its row.
+    pub name: &'static str,
+    /// How many piles bear 0, 1, … 5 units.
+    pub piles: [u32; 6],
+    /// Its cases, counted.
+    pub cases: u32,
+}
+
+/// The subclasses in the order of Table 1 with their cases counted.
+pub fn table_1() -> Vec<Counted> {
+    let subclasses = subclasses();
+    let counted = |(name, piles, _): &(&'static str, Subclass, f64)| Counted {
+        name,
+        piles: *piles,
+        cases: subclasses.get(piles).copied().unwrap_or(0),
+    };
+    TABLE_1.iter().map(counted).collect()
+}
+
+/// The chance that one of the five piles bears at least so many units, all cases being alike.
+pub fn chance_of_at_least_of_five(units: u32) -> f64 {
+    let all = balanced();
+    let enough = all.iter().filter(|loads| loads[0] >= units).count();
+    enough as f64 / all.len() as f64
+}
+
+/// The cases with five units in all.
+fn balanced() -> Vec<[u32; 5]> {
+    all_loads()
+        .filter(|loads| loads.iter().sum::<u32>() == 5)
+        .collect()
+}
+
+/// Their subclasses with the number of cases.
+fn subclasses() -> BTreeMap<Subclass, u32> {
+    let mut subclasses: BTreeMap<Subclass, u32> = BTreeMap::new();
+    for loads in balanced() {
+        let mut piles = [0; 6];
+        for load in loads {
+            piles[load as usize] += 1;
+        }
+        *subclasses.entry(piles).or_default() += 1;
+    }
+    subclasses
+}
+
 /// The numbers of section 2.2.
 pub fn numbers() -> Vec<Number> {
     let place = "section 2.2";
     let how = "listing all 6⁵ sets of loads";
-    let balanced: Vec<[u32; 5]> = all_loads()
-        .filter(|loads| loads.iter().sum::<u32>() == 5)
-        .collect();
-    let mut subclasses: BTreeMap<Subclass, u32> = BTreeMap::new();
-    for loads in &balanced {
-        let mut piles = [0; 6];
-        for load in loads {
-            piles[*load as usize] += 1;
-        }
-        *subclasses.entry(piles).or_default() += 1;
-    }
+    let (balanced, subclasses) = (balanced(), subclasses());
     let cases = |of: &Subclass| f64::from(subclasses.get(of).copied().unwrap_or(0));
     let most = subclasses.values().copied().max().unwrap_or(0);
     let total = balanced.len() as f64;

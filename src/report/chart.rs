@@ -8,7 +8,7 @@ use plotters::style::{FontStyle, register_font};
 use crate::error::Error;
 
 /// Labels are laid out with this font; the page shows them in the reader's own.
-const FONT: &[u8] = include_bytes!("../../assets/DejaVuSans-subset.ttf");
+pub(super) const FONT: &[u8] = include_bytes!("../../assets/DejaVuSans-subset.ttf");
 
 /// Colours that colour-blind readers can tell apart (Okabe and Ito).
 pub const BLUE: RGBColor = RGBColor(0, 114, 178);

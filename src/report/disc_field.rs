@@ -2,12 +2,13 @@
 //! square, and σ_zz along the axes beside its averages. Compression is positive here, as in the
 //! paper's tables.
 
-mod contours;
 mod panel;
 
 use std::fmt::Write;
 
-use self::contours::Grid;
+use super::contours::Grid;
+use super::frame::round_step;
+use super::shades::viridis;
 use crate::paper::disc_field::{DiscField, PointForce};
 use crate::paper::short;
 
@@ -32,20 +33,6 @@ const LINE: f64 = 22.0;
 const ARROW: f64 = 46.0;
 /// About as many bands of colour.
 const BANDS: f64 = 20.0;
-
-/// Anchors of the colours from low to high: viridis, whose lightness rises evenly, so that the order
-/// is seen without telling hues apart.
-const COLOURS: [[f64; 3]; 9] = [
-    [68.0, 1.0, 84.0],
-    [71.0, 44.0, 122.0],
-    [59.0, 81.0, 139.0],
-    [44.0, 113.0, 142.0],
-    [33.0, 144.0, 141.0],
-    [39.0, 173.0, 129.0],
-    [92.0, 200.0, 99.0],
-    [170.0, 220.0, 50.0],
-    [253.0, 231.0, 37.0],
-];
 
 /// Beyond this many distances between the quartiles lie outliers, after Tukey.
 const FENCE: f64 = 1.5;
@@ -80,6 +67,40 @@ pub fn picture(field: &DiscField) -> String {
          {}</svg>",
         parts.concat()
     )
+}
+
+/// What is drawn, as rows of kind, x and z in m and σ_zz in Pa: the map's nodes within the disc, both axes, and the
+/// averages, which have no place.
+pub fn numbers(field: &DiscField) -> Vec<[String; 4]> {
+    let row = |kind: &str, [x, z]: [f64; 2]| {
+        let place = [x, z].map(|part| format!("{:.6}", field.radius() * part));
+        let value = format!("{:.6e}", compression(field, [x, z]));
+        let [x, z] = place;
+        [kind.to_owned(), x, z, value]
+    };
+    let mut rows: Vec<[String; 4]> = nodes()
+        .flat_map(|x| nodes().map(move |z| [x, z]))
+        .filter(|[x, z]| x.hypot(*z) < 1.0)
+        .map(|point| row("map", point))
+        .collect();
+    for (kind, axis) in ["vertical axis", "horizontal axis"]
+        .into_iter()
+        .zip(panel::AXES)
+    {
+        for [place, _] in panel::profile(field, axis) {
+            rows.push(row(kind, axis.map(|part| place * part)));
+        }
+    }
+    let kinds = [
+        "average over the disc",
+        "over the control square",
+        "over the cell",
+    ];
+    for (kind, value) in kinds.into_iter().zip(panel::averages(field)) {
+        let value = format!("{value:.6e}");
+        rows.push([kind.to_owned(), String::new(), String::new(), value]);
+    }
+    rows
 }
 
 /// σ_zz with compression positive, Pa; the point in radii.
@@ -156,15 +177,7 @@ impl Scale {
     }
 
     fn colour(&self, band: u32) -> String {
-        let last = (COLOURS.len() - 1) as f64;
-        let place = last * (f64::from(band) + 0.5) / f64::from(self.bands);
-        let index = (place as usize).min(COLOURS.len() - 2);
-        let part = place - index as f64;
-        let [red, green, blue] = [0, 1, 2].map(|channel| {
-            let (from, to) = (COLOURS[index][channel], COLOURS[index + 1][channel]);
-            (from + part * (to - from)) as u8
-        });
-        format!("#{red:02x}{green:02x}{blue:02x}")
+        viridis((f64::from(band) + 0.5) / f64::from(self.bands))
     }
 
     /// Bands with a label: all, or so many that the labels have room on `length`.
@@ -176,16 +189,6 @@ impl Scale {
             .filter(move |band| (band + offset).is_multiple_of(every))
             .map(|band| (band, number(self.level(band), 6)))
     }
-}
-
-/// 1, 2 or 5 times a power of ten, at least `least`; 1 if that is not above zero.
-fn round_step(least: f64) -> f64 {
-    if !(least > 0.0 && least.is_finite()) {
-        return 1.0;
-    }
-    let power = 10f64.powf(least.log10().floor());
-    let factor = [1.0, 2.0, 5.0].into_iter().find(|f| f * power >= least);
-    factor.unwrap_or(10.0) * power
 }
 
 /// Places of the grid's nodes, in radii.

@@ -22,12 +22,27 @@ pub fn picture(
     let label = label.replace(['<', '>', '&', '"'], " ");
     let width = 1e3 * scene.container.width;
     let height = 1e3 * top;
+    format!(
+        "<svg class=\"packing\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-4 -4 {:.0} {:.0}\" role=\"img\" aria-label=\"{label}\">\n{}</svg>",
+        width + 8.0,
+        height + 8.0,
+        contents(scene, bed, punch_bottom, strong_force, top)
+    )
+}
+
+/// The elements of [`picture`] without a root, in millimetres from the box's upper left corner.
+pub fn contents(
+    scene: &Scene,
+    bed: Bed<'_>,
+    punch_bottom: Option<f64>,
+    strong_force: f64,
+    top: f64,
+) -> String {
+    let width = 1e3 * scene.container.width;
+    let height = 1e3 * top;
     let flip = |z: f64| 1e3 * (top - z);
     let mut svg = format!(
-        "<svg class=\"packing\" viewBox=\"-4 -4 {:.0} {:.0}\" role=\"img\" aria-label=\"{label}\">\n\
-         <path class=\"box\" d=\"M0 0V{height:.1}H{width:.1}V0\"/>\n<g class=\"grains\">",
-        width + 8.0,
-        height + 8.0
+        "<path fill=\"none\" stroke=\"#333\" stroke-width=\"2\" d=\"M0 0V{height:.1}H{width:.1}V0\"/>\n<g fill=\"#dfe3e8\">"
     );
     for i in 0..bed.bodies.len() {
         // Writing to a string cannot fail.
@@ -39,7 +54,7 @@ pub fn picture(
             1e3 * bed.bodies.radius[i]
         );
     }
-    svg += "</g>\n<g class=\"forces\">";
+    svg += "</g>\n<g fill=\"none\" stroke=\"#0072b2\" stroke-linecap=\"round\">";
     let mut lines = vec![String::new(); CLASSES];
     for contact in bed.contacts {
         let share = (contact.normal_force / strong_force).clamp(0.0, 1.0);
@@ -63,16 +78,16 @@ pub fn picture(
         let left = 1e3 * (scene.punch_axis() - scene.loading.half_width);
         let _ = writeln!(
             svg,
-            "<rect class=\"punch\" x=\"{left:.1}\" y=\"0\" width=\"{:.1}\" height=\"{:.1}\"/>",
+            "<rect fill=\"#d55e00\" fill-opacity=\".75\" x=\"{left:.1}\" y=\"0\" width=\"{:.1}\" height=\"{:.1}\"/>",
             2e3 * scene.loading.half_width,
             flip(bottom).max(0.0)
         );
     }
-    svg + "</svg>"
+    svg
 }
 
 /// A line from centre to centre, or from the contact point where one body is flat.
-fn ends(bodies: &Bodies, contact: &Contact) -> [[f64; 2]; 2] {
+pub fn ends(bodies: &Bodies, contact: &Contact) -> [[f64; 2]; 2] {
     let end = |id: u32| {
         let id = id as usize;
         if id < bodies.len() {

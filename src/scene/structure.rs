@@ -83,7 +83,8 @@ fn object_fits(
     }
 }
 
-/// Alternatives are told apart by their `kind`, or are plain names.
+/// Alternatives are told apart by their `kind`, or are plain names, some of them with numbers of their own as in
+/// `{"name": {…}}`.
 fn one_of(
     root: &Value,
     variants: &[Value],
@@ -94,14 +95,7 @@ fn one_of(
     let kind_of = |variant: &Value| variant.pointer("/properties/kind/const").cloned();
     let kinds: Vec<Value> = variants.iter().filter_map(kind_of).collect();
     if kinds.is_empty() {
-        let names: Vec<&Value> = variants
-            .iter()
-            .filter_map(|variant| variant.get("const"))
-            .collect();
-        if !names.contains(&value) {
-            let wanted = format!("one of {}", list(names.into_iter()));
-            problems.push(Problem::new(place, value, wanted));
-        }
+        named(root, variants, value, place, problems);
         return;
     }
     let Some(object) = value.as_object() else {
@@ -119,6 +113,41 @@ fn one_of(
             format!("one of {}", list(kinds.iter())),
         )),
     }
+}
+
+/// A plain name, or an object with a name as its only key.
+fn named(
+    root: &Value,
+    variants: &[Value],
+    value: &Value,
+    place: &str,
+    problems: &mut Vec<Problem>,
+) {
+    let plain = |variant: &Value| variant.get("const").cloned();
+    if variants
+        .iter()
+        .any(|variant| plain(variant).as_ref() == Some(value))
+    {
+        return;
+    }
+    let has_name = |variant: &&Value| {
+        let mut names = required(variant);
+        names.any(|name| value.as_object().is_some_and(|of| of.contains_key(name)))
+    };
+    if let (Some(variant), Some(object)) = (variants.iter().find(has_name), value.as_object()) {
+        object_fits(root, variant, object, place, problems);
+        return;
+    }
+    let with_numbers = |variant: &Value| Some(format!("{{\"{}\": …}}", required(variant).next()?));
+    let names: Vec<String> = variants
+        .iter()
+        .filter_map(|variant| match plain(variant) {
+            Some(name) => Some(name.to_string()),
+            None => with_numbers(variant),
+        })
+        .collect();
+    let wanted = format!("one of {}", names.join(", "));
+    problems.push(Problem::new(place, value, wanted));
 }
 
 fn walk_variant(

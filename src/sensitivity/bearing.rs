@@ -318,7 +318,9 @@ mod tests {
                 assert!((found - known).abs() < 0.006, "{degrees} {found} {known}");
             }
         }
-        assert_eq!(factors(0.0), [1.0, 0.0]);
+        // tan(π/4) is 1 to its last bit at most.
+        assert!((factors(0.0)[0] - 1.0).abs() < 1.0e-14);
+        assert_eq!(factors(0.0)[1], 0.0);
     }
 
     #[test]
@@ -332,7 +334,7 @@ mod tests {
         assert!((soil.bears(depth, angle) / 44.4e3 - 1.0).abs() < 1.0e-12);
         assert!((soil.angle_for(44.4e3, depth) / angle - 1.0).abs() < 1.0e-9);
         // A fluid bears its own displacement, and needs no friction for less.
-        assert_eq!(soil.bears(0.1, 0.0), 2140.0);
+        assert!((soil.bears(0.1, 0.0) / 2140.0 - 1.0).abs() < 1.0e-14);
         assert_eq!(soil.angle_for(1000.0, 0.1), 0.0);
     }
 }

@@ -16,8 +16,17 @@ pub fn wilson(hits: usize, of: usize, level: f64) -> Option<Interval> {
     let reach = z / scale * (p * (1.0 - p) / n + 0.25 * z * z / (n * n)).sqrt();
     Some(Interval {
         estimate: p,
-        low: (centre - reach).max(0.0),
-        high: (centre + reach).min(1.0),
+        // Both ends are exact where none or all were hit; rounding would leave 10⁻¹⁸.
+        low: if hits == 0 {
+            0.0
+        } else {
+            (centre - reach).max(0.0)
+        },
+        high: if hits == of {
+            1.0
+        } else {
+            (centre + reach).min(1.0)
+        },
     })
 }
 

@@ -99,7 +99,7 @@ pub(super) fn profile(field: &DiscField, axis: [f64; 2]) -> impl Iterator<Item =
 }
 
 /// Of σ_zz over the disc, the control square of side R and the cell of side 2R, compression positive.
-fn averages(field: &DiscField) -> [f64; 3] {
+pub(super) fn averages(field: &DiscField) -> [f64; 3] {
     let radius = field.radius();
     let square = field.average_over_square(radius);
     [

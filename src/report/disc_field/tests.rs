@@ -60,11 +60,3 @@ fn only_what_is_clipped_is_hatched() {
     assert!(!hatched(&figure_4().expect("balances"), "below"));
     assert!(!hatched(&no_forces(), "above") && !hatched(&no_forces(), "below"));
 }
-
-#[test]
-fn steps_are_round() {
-    assert_eq!(round_step(0.085), 0.1);
-    assert_eq!(round_step(1.3), 2.0);
-    assert_eq!(round_step(400.0), 500.0);
-    assert_eq!(round_step(0.0), 1.0);
-}

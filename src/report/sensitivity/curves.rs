@@ -42,6 +42,14 @@ pub const COLOURS: [&str; 7] = [
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#b8860b", "#1b1b1b",
 ];
 
+/// The least and the largest.
+fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let start = [f64::MAX, f64::MIN];
+    values.fold(start, |[least, most], value| {
+        [least.min(value), most.max(value)]
+    })
+}
+
 impl Curves {
     /// The picture as an SVG element; empty without two places.
     pub fn svg(&self) -> String {
@@ -49,12 +57,9 @@ impl Curves {
         if points().next().is_none() {
             return String::new();
         }
-        let least =
-            |of: &dyn Fn(&(f64, [f64; 3])) -> f64| points().map(of).fold(f64::MAX, f64::min);
-        let most = |of: &dyn Fn(&(f64, [f64; 3])) -> f64| points().map(of).fold(f64::MIN, f64::max);
-        let low = (0.8 * least(&|point| point.1[0])).max(self.lowest);
-        let high = 1.3 * most(&|point| point.1[2]);
-        let across = [least(&|point| point.0), most(&|point| point.0)];
+        let low = (0.8 * ends(points().map(|point| point.1[0]))[0]).max(self.lowest);
+        let high = 1.3 * ends(points().map(|point| point.1[2]))[1];
+        let across = ends(points().map(|point| point.0));
         let from = if self.logarithmic { across[0] } else { 0.0 };
         if across[1] <= from {
             return String::new();

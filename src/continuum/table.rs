@@ -1,0 +1,146 @@
+//! The continuum's stress at the control points, for each ground, each load and a punch that has sunk: how much of a
+//! misfit between a simulation's means and the half-space is geometry.
+
+use serde::Serialize;
+
+use super::sunk::{beneath, within};
+use super::{Field, Load, Model, Spread, weight};
+
+/// A control point.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Point {
+    /// `O` in the paper.
+    pub name: String,
+    /// From the middle of the load, m.
+    pub offset: f64,
+    /// Below the surface before loading, m.
+    pub depth: f64,
+}
+
+/// What the stresses are computed for.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Setup {
+    /// Its spread is that of the half-space everything is compared with.
+    pub load: Load,
+    /// Where the stress is wanted.
+    pub points: Vec<Point>,
+    /// Of the box, m.
+    pub width: f64,
+    /// From surface to base, m.
+    pub height: f64,
+    /// ρ_s, kg/m³.
+    pub density: f64,
+    /// g, m/s².
+    pub gravity: f64,
+    /// n.
+    pub porosity: f64,
+}
+
+/// What the ground above the base of a sunk punch does.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Above {
+    /// It bears nothing: the surface is taken at the punch's base.
+    Nothing,
+    /// It is elastic, fills the hole and hangs on the punch (Melan); half-space and uniform load only.
+    Elastic {
+        /// ν.
+        poisson: f64,
+    },
+}
+
+/// One point of one case.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// Name of the control point.
+    pub point: String,
+    /// What the load stands on, before it sinks.
+    pub model: Model,
+    /// Over its width.
+    pub spread: Spread,
+    /// How far the load has sunk below the surface, m.
+    pub sunk: f64,
+    /// What the ground above it does; none for a load on the surface.
+    pub above: Option<Above>,
+    /// σ_p,zz, Pa: of the load alone.
+    pub load: f64,
+    /// σ_zz = σ_g,zz + σ_p,zz, Pa. The weight is that of the point's depth before loading.
+    pub stress: f64,
+    /// σ_p,zz over that of the unsunk uniform load on the half-space, minus 1, in per cent.
+    pub change_of_load: f64,
+    /// The same of σ_zz.
+    pub change: f64,
+}
+
+/// Depths of sunk punches, m: what punches of the paper's scene reach.
+const SUNK: [f64; 4] = [0.01, 0.02, 0.03, 0.04];
+/// Of the elastic ground above a sunk punch: the ends of what is usual.
+const POISSON: [f64; 2] = [0.2, 0.5];
+
+/// Every point for every case. Points that are not below a sunk load are left out.
+pub fn rows(setup: &Setup) -> Vec<Row> {
+    let ground = |height: f64| {
+        [
+            Model::HalfSpace,
+            Model::Layer { depth: height },
+            Model::Box {
+                width: setup.width,
+                depth: height,
+            },
+        ]
+    };
+    let mut rows = Vec::new();
+    for model in ground(setup.height) {
+        for spread in [Spread::Uniform, Spread::RigidPunch] {
+            add_case(&mut rows, setup, model, spread, 0.0, None);
+        }
+    }
+    for sunk in SUNK {
+        let nothing = Some(Above::Nothing);
+        let [half_space, _, bounded] = ground(setup.height);
+        add_case(&mut rows, setup, half_space, Spread::Uniform, sunk, nothing);
+        add_case(&mut rows, setup, bounded, Spread::RigidPunch, sunk, nothing);
+        for poisson in POISSON {
+            let elastic = Some(Above::Elastic { poisson });
+            add_case(&mut rows, setup, half_space, Spread::Uniform, sunk, elastic);
+        }
+    }
+    rows
+}
+
+/// A row a point.
+fn add_case(
+    rows: &mut Vec<Row>,
+    setup: &Setup,
+    model: Model,
+    spread: Spread,
+    sunk: f64,
+    above: Option<Above>,
+) {
+    let load = Load {
+        spread,
+        ..setup.load
+    };
+    let reference = Field::new(Model::HalfSpace, setup.load);
+    let field = Field::new(beneath(model, sunk), load);
+    for point in setup.points.iter().filter(|point| point.depth > sunk) {
+        let (x, z) = (point.offset, point.depth);
+        let of_load = match above {
+            None | Some(Above::Nothing) => field.stress(x, z - sunk).zz,
+            Some(Above::Elastic { poisson }) => within(load, sunk, poisson, x, z),
+        };
+        let of_weight = weight(setup.density, setup.gravity, setup.porosity, z);
+        let usual = reference.stress(x, z).zz;
+        rows.push(Row {
+            point: point.name.clone(),
+            model,
+            spread,
+            sunk,
+            above,
+            load: of_load,
+            stress: of_weight + of_load,
+            change_of_load: 100.0 * (of_load / usual - 1.0),
+            change: 100.0 * ((of_weight + of_load) / (of_weight + usual) - 1.0),
+        });
+    }
+}

@@ -1,0 +1,65 @@
+//! The paper's figures, redrawn from our own numbers: each a drawing and the numbers that are drawn.
+
+pub mod bulbs;
+pub mod chains;
+pub mod sharings;
+
+use super::distribution::{self, Distribution, side_by_side};
+use super::figure_files::table;
+use crate::error::Error;
+use crate::figures::Sample;
+use crate::paper::disc_field::DiscField;
+
+/// A figure before it is written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// Of its files: `figure-1`.
+    pub name: &'static str,
+    /// What it shows.
+    pub title: &'static str,
+    /// The drawing, which needs nothing else.
+    pub svg: String,
+    /// The numbers that are drawn.
+    pub csv: String,
+}
+
+/// Figure 4's content: the stress inside a disc.
+pub fn inside_a_grain(field: &DiscField) -> Result<Figure, Error> {
+    Ok(Figure {
+        name: "figure-4",
+        title: "The stress inside a grain and its averages",
+        svg: super::disc_field::picture(field),
+        csv: table(
+            &["kind", "x (m)", "z (m)", "stress zz (Pa)"],
+            super::disc_field::numbers(field),
+        )?,
+    })
+}
+
+/// Figure 5's content: the extensive stress at the control points against the theory's exponential.
+pub fn distributions(samples: &[Sample]) -> Result<Figure, Error> {
+    if samples.is_empty() {
+        return Err(Error::Report(
+            "the campaign's scene has no control points, so Figure 5 cannot be drawn".to_owned(),
+        ));
+    }
+    let mut panels = Vec::new();
+    for sample in samples {
+        let of = Distribution {
+            title: &sample.point,
+            quantity: "Σ_zz",
+            unit: "J",
+            values: &sample.values,
+            theory_mean: sample.theory_mean,
+            gamma: sample.gamma,
+        };
+        panels.push(of.panel()?);
+    }
+    let rows = panels.iter().flat_map(|panel| &panel.rows);
+    Ok(Figure {
+        name: "figure-5",
+        title: "The vertical extensive stress at the control points against the exponential law",
+        svg: side_by_side(&panels, "Distributions of the vertical extensive stress"),
+        csv: table(&distribution::COLUMNS, rows)?,
+    })
+}

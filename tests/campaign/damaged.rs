@@ -1,0 +1,228 @@
+//! Record files that were cut off, changed, or are of another campaign: not believed, named, and made good.
+
+use std::fs;
+use std::path::Path;
+
+use crossgrain::campaign::member::Member;
+use crossgrain::campaign::plan::Plan;
+use crossgrain::campaign::records;
+
+use super::{Chance, MEMBERS, campaign, expected, finishes_as_expected, merged_bytes, must};
+use super::{plan, small_member};
+
+const FILE: &str = "records/shard-1-of-1.jsonl";
+
+/// The bytes of a finished record file, and what of a campaign with these bytes in it is reported.
+struct Finished {
+    place: tempfile::TempDir,
+    sound: Vec<u8>,
+}
+
+impl Finished {
+    fn new() -> Self {
+        let place = plan(&small_member(), MEMBERS, "c");
+        must(place.path(), "run", &["--threads", "2", "--shard", "1/1"]);
+        let sound = fs::read(place.path().join("c").join(FILE)).expect("records");
+        Finished { place, sound }
+    }
+
+    fn put(&self, bytes: &[u8]) {
+        let folder = self.place.path().join("c");
+        fs::write(folder.join(FILE), bytes).expect("writable");
+        for name in ["members.jsonl", "members.csv", "merged.json"] {
+            let _ = fs::remove_file(folder.join(name));
+        }
+    }
+
+    fn status(&self) -> (i32, serde_json::Value) {
+        let (code, said, errors) = campaign(self.place.path(), "status", &["--json"]);
+        let status = serde_json::from_str(&said).unwrap_or_else(|_| panic!("{said}{errors}"));
+        (code, status)
+    }
+}
+
+/// Lines of these bytes that are no lines of the sound file: their numbers.
+fn strange_lines(bytes: &[u8], sound: &[u8]) -> Vec<u64> {
+    let known: Vec<&[u8]> = sound.split_inclusive(|byte| *byte == b'\n').collect();
+    let lines = bytes.split_inclusive(|byte| *byte == b'\n').enumerate();
+    lines
+        .filter(|(_, line)| !known.contains(line) && *line != b"\n")
+        .map(|(index, _)| index as u64 + 1)
+        .collect()
+}
+
+fn damaged_lines(status: &serde_json::Value) -> Vec<u64> {
+    let damaged = status["damaged"].as_array().expect("a list");
+    damaged
+        .iter()
+        .map(|entry| {
+            assert_eq!(entry[0], "shard-1-of-1.jsonl");
+            entry[1].as_u64().expect("a line")
+        })
+        .collect()
+}
+
+/// Every way to cut is reported for what it is; a few are run to their end.
+#[test]
+fn a_file_that_was_cut_off_counts_to_its_last_whole_record() {
+    let campaign_of = Finished::new();
+    let sound = &campaign_of.sound;
+    let mut chance = Chance(4);
+    let newline = sound
+        .iter()
+        .position(|byte| *byte == b'\n')
+        .expect("a line");
+    let mut cuts: Vec<usize> = (0..12)
+        .map(|_| chance.below(sound.len() as u64) as usize)
+        .collect();
+    // Nothing, the first record without and with its end, all but the last end.
+    cuts.extend([0, newline, newline + 1, sound.len() - 1]);
+    for (index, cut) in cuts.into_iter().enumerate() {
+        let bytes = &sound[..cut];
+        campaign_of.put(bytes);
+        let (code, status) = campaign_of.status();
+        assert_eq!(code, 3, "cut at {cut}");
+        let whole = bytes.iter().filter(|byte| **byte == b'\n').count();
+        assert_eq!(status["finished"], whole, "cut at {cut}");
+        assert_eq!(damaged_lines(&status), strange_lines(bytes, sound));
+        let place = campaign_of.place.path();
+        let (code, _, _) = campaign(place, "merge", &[]);
+        assert_eq!(code, 3, "cut at {cut}");
+        if index % 4 == 0 {
+            finishes_as_expected(place);
+        }
+    }
+}
+
+/// Bits that flipped, at random and where it hurts most: line ends, member numbers, checks, digits of numbers.
+#[test]
+fn a_changed_record_is_not_believed_and_its_member_is_run_again() {
+    let campaign_of = Finished::new();
+    let sound = &campaign_of.sound;
+    let mut chance = Chance(5);
+    let second = 1 + sound
+        .iter()
+        .position(|byte| *byte == b'\n')
+        .expect("a line");
+    let mut places: Vec<usize> = (0..24)
+        .map(|_| chance.below(sound.len() as u64) as usize)
+        .collect();
+    // A line's end, a digit of the check, the space after it, the member's number, the space, the JSON's first byte.
+    places.extend([
+        second - 1,
+        second + 3,
+        second + 16,
+        second + 17,
+        second + 18,
+        second + 19,
+    ]);
+    for (index, place) in places.into_iter().enumerate() {
+        let mut bytes = sound.clone();
+        bytes[place] ^= 1 << chance.below(8);
+        campaign_of.put(&bytes);
+        let strange = strange_lines(&bytes, sound);
+        assert!(!strange.is_empty());
+        let (code, status) = campaign_of.status();
+        assert_eq!(code, 3, "byte {place}");
+        assert_eq!(damaged_lines(&status), strange, "byte {place}");
+        let finished = status["finished"].as_u64().expect("a number");
+        // A line's end that is gone takes two records with it.
+        let lost = if sound[place] == b'\n' { 2 } else { 1 };
+        assert_eq!(finished, MEMBERS - lost, "byte {place}");
+        let folder = campaign_of.place.path();
+        let (code, _, errors) = campaign(folder, "merge", &[]);
+        assert_eq!(code, 3, "{errors}");
+        if index % 6 == 0 {
+            let said = must(folder, "run", &["--threads", "2"]);
+            let message = format!(
+                "shard-1-of-1.jsonl line {} is no whole record and is not believed",
+                strange[0]
+            );
+            assert!(said.contains(&message), "{said}");
+            assert_eq!(&merged_bytes(&folder.join("c")), expected());
+        }
+    }
+}
+
+/// Bytes that are no text, and one line of 5 MB.
+#[test]
+fn rubbish_is_no_record() {
+    let campaign_of = Finished::new();
+    let mut chance = Chance(6);
+    let mut bytes = campaign_of.sound.clone();
+    bytes.extend((0..100_000).map(|_| chance.below(256) as u8));
+    bytes.push(b'\n');
+    bytes.extend(std::iter::repeat_n(b'x', 5_000_000));
+    campaign_of.put(&bytes);
+    let (code, status) = campaign_of.status();
+    assert_eq!(code, 0, "every member has its record");
+    assert!(damaged_lines(&status).len() > 100);
+    finishes_as_expected(campaign_of.place.path());
+}
+
+fn member(line: &[u8]) -> Member {
+    let text = std::str::from_utf8(line).expect("text");
+    let (_, json) = text.split_once('{').expect("JSON");
+    serde_json::from_str(&format!("{{{json}")).expect("a member")
+}
+
+fn digest(folder: &Path) -> String {
+    Plan::read(folder).expect("a plan").digest()
+}
+
+/// A record that says something else with a sound check: somebody, or an engine, is wrong.
+#[test]
+fn records_that_contradict_each_other_are_an_error_that_names_both_files() {
+    let campaign_of = Finished::new();
+    let folder = campaign_of.place.path().join("c");
+    campaign_of.put(&campaign_of.sound);
+    let first = campaign_of.sound.split(|byte| *byte == b'\n').next();
+    let mut wrong = member(first.expect("a line"));
+    wrong.load_steps += 1;
+    let number = wrong.member;
+    let line = records::line(&digest(&folder), &wrong) + "\n";
+    fs::write(folder.join("records/shard-1-of-9.jsonl"), line).expect("writable");
+    let (code, _, errors) = campaign(campaign_of.place.path(), "merge", &[]);
+    assert_eq!(code, 1, "{errors}");
+    for part in [
+        &format!("two records of member {number} differ"),
+        "shard-1-of-1.jsonl",
+        "shard-1-of-9.jsonl",
+    ] {
+        assert!(errors.contains(part), "{errors}");
+    }
+    assert!(!folder.join("merged.json").exists());
+}
+
+/// The same scene from another seed has other members under the same numbers.
+#[test]
+fn records_of_another_plan_are_not_believed() {
+    let campaign_of = Finished::new();
+    let scene = small_member();
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let runner = Plan::read(&campaign_of.place.path().join("c"))
+        .expect("a plan")
+        .runner;
+    let other = Plan::new(&scene, runner, Vec::new(), MEMBERS, 2).expect("a plan");
+    other.write(&place.path().join("c")).expect("writable");
+    let folder = place.path().join("c");
+    fs::write(folder.join(FILE), &campaign_of.sound).expect("writable");
+    let (code, said, _) = campaign(place.path(), "status", &[]);
+    assert_eq!(code, 3);
+    assert!(said.contains("0 of 24 members finished"), "{said}");
+    // Nor is a record of a member that the plan does not have.
+    let mut beyond = member(
+        campaign_of
+            .sound
+            .split(|byte| *byte == b'\n')
+            .next()
+            .expect("a line"),
+    );
+    beyond.member = MEMBERS + 1;
+    let line = records::line(&digest(&folder), &beyond) + "\n";
+    fs::write(folder.join(FILE), line).expect("writable");
+    let (code, said, _) = campaign(place.path(), "status", &[]);
+    assert_eq!(code, 3);
+    assert!(said.contains("0 of 24 members finished"), "{said}");
+    assert!(said.contains("line 1 is no whole record"), "{said}");
+}

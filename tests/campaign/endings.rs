@@ -1,0 +1,214 @@
+//! Members that go wrong are rows; engines that go wrong are not. What is said while a campaign runs.
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+
+use crossgrain::campaign::merged;
+use crossgrain::campaign::plan::Plan;
+use crossgrain::realization::{Ending, Runner};
+use crossgrain::scene::{Scene, TimeStep};
+
+use super::{campaign, must, plan, small_member};
+
+/// Runs twelve members of the scene, merges them, and returns the column `ending` of `members.csv` with the members.
+fn endings(scene: &Scene) -> (Vec<String>, merged::Merged, String) {
+    let place = plan(scene, 12, "c");
+    let said = must(place.path(), "run", &["--threads", "2"]);
+    must(place.path(), "status", &[]);
+    let folder = place.path().join("c");
+    let table = fs::read_to_string(folder.join("members.csv")).expect("a table");
+    let mut rows = table.lines();
+    let columns = rows.next().expect("a header").split(',').count();
+    let endings = rows.map(|row| {
+        let cells: Vec<&str> = row.split(',').collect();
+        assert_eq!(cells.len(), columns, "{row}");
+        cells[2].to_owned()
+    });
+    let endings = endings.collect();
+    (
+        endings,
+        merged::read(&folder).expect("a merged campaign"),
+        said,
+    )
+}
+
+fn count(endings: &[String], of: &str) -> usize {
+    endings.iter().filter(|ending| *ending == of).count()
+}
+
+/// Too few steps for some, too shallow a way for the punch of the others.
+#[test]
+fn members_that_do_not_settle_or_sink_are_rows() {
+    let mut scene = small_member();
+    scene.settle.max_steps = 20_000;
+    scene.loading.give_up_depth = 0.002;
+    let (endings, merged, said) = endings(&scene);
+    let [sank, not_settled] = ["sank", "not_settled"].map(|of| count(&endings, of));
+    assert!(sank > 0 && not_settled > 0, "{endings:?}");
+    assert_eq!(sank + not_settled, 12);
+    assert!(
+        said.contains(&format!("{not_settled} not_settled, {sank} sank")),
+        "{said}"
+    );
+    for member in &merged.members {
+        let settled = member.ending == Ending::Sank;
+        assert_eq!(member.settled.is_some(), settled);
+        assert!(member.last.is_none());
+        assert!(member.measured.values().all(|value| value.is_finite()));
+    }
+}
+
+/// A time step at which the beds of some realizations fly apart.
+#[test]
+fn members_whose_engine_gives_up_are_rows_with_its_words() {
+    let mut scene = small_member();
+    scene.time_step = TimeStep::Fraction {
+        of_sqrt_m_over_k: 1.25,
+    };
+    scene.settle.max_steps = 20_000;
+    let (endings, merged, _) = endings(&scene);
+    let failed = count(&endings, "failed");
+    assert!(failed > 0 && failed < 12, "{endings:?}");
+    assert_eq!(merged.summary.endings["failed"], failed as u64);
+    let reasons = merged
+        .members
+        .iter()
+        .filter_map(|member| match &member.ending {
+            Ending::Failed(reason) => Some(reason),
+            _ => None,
+        });
+    for reason in reasons {
+        assert!(reason.contains("has left the box"), "{reason}");
+    }
+
+    // All of them: there is no engine to name, and still a campaign.
+    scene.time_step = TimeStep::Fraction {
+        of_sqrt_m_over_k: 2.5,
+    };
+    let (endings, merged, said) = self::endings(&scene);
+    assert_eq!(count(&endings, "failed"), 12);
+    assert_eq!(merged.summary.engine, "");
+    assert!(said.contains("merged 12 members: 12 failed"), "{said}");
+}
+
+/// Two grains that never settle, poured by a program that is not YADE: it writes back the start as the end, and what
+/// `also` says goes wrong before that.
+fn with_yade(members: u64, also: &str) -> tempfile::TempDir {
+    let mut scene = small_member();
+    scene.particles.count = 2;
+    scene.settle.max_steps = 10;
+    scene.settle.check_every = 10;
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let plan = Plan::new(&scene, Runner::YadeSorted, Vec::new(), members, 1);
+    plan.and_then(|plan| plan.write(&place.path().join("c")))
+        .expect("a new campaign");
+    let program = format!(
+        r#"#!/usr/bin/python3
+import json, os, struct, time
+job = os.environ["CROSSGRAIN_JOB"]
+member = int(os.path.basename(job.rstrip("/")))
+{also}
+def put(name, text):
+    with open(os.path.join(job, name + ".aside"), "w") as file:
+        file.write(text)
+    os.replace(os.path.join(job, name + ".aside"), os.path.join(job, name))
+rows = [line.split(",") for line in open(os.path.join(job, "initial.csv")).read().split()[1:]]
+fine = [float(row[column]) for column in (1, 2, 3, 4) for row in rows]
+put("hello.json", json.dumps({{"version": "2023.02a"}}))
+with open(os.path.join(job, "frames.bin"), "wb") as file:
+    file.write(struct.pack("%dd" % (2 * len(fine)), *(fine + fine)))
+frames = [{{"frame": "settle", "step": step, "bodies": 2, "contacts": 0, "out_of_plane": 0.0, "punch": None}}
+          for step in (0, 10)]
+end = {{"end": "settle", "steps": 10, "stop": "max_steps", "wall_seconds": 1.0, "cpu_seconds": 1.0}}
+put("frames.jsonl", "".join(json.dumps(line) + "\n" for line in frames + [end]))
+put("done.json", json.dumps({{"steps_by_yade": 10}}))
+os._exit(0)
+"#
+    );
+    let path = place.path().join("yade");
+    fs::write(&path, program).expect("writable");
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("ours");
+    place
+}
+
+fn run(place: &Path) -> (i32, String, String) {
+    let yade = place.join("yade");
+    let options = ["--threads", "2", "--yade", &yade.to_string_lossy()];
+    campaign(place, "run", &options)
+}
+
+/// A YADE that crashes for some members: the others are written down, and the same command goes on.
+#[test]
+fn a_broken_engine_is_no_row() {
+    let place = with_yade(
+        6,
+        "if member in (2, 5) and not os.path.exists('mended'): raise SystemExit('broken')",
+    );
+    // A program is started where it is needed, not where this one is.
+    let text = fs::read_to_string(place.path().join("yade")).expect("a program");
+    let mended = place.path().join("mended");
+    let text = text.replace("'mended'", &format!("{:?}", mended.to_string_lossy()));
+    fs::write(place.path().join("yade"), text).expect("writable");
+    let (code, _, errors) = run(place.path());
+    assert_eq!(code, 4, "{errors}");
+    for part in [
+        "4 members are written down",
+        "members 2, 5 the engine failed",
+        "broken",
+    ] {
+        assert!(errors.contains(part), "{errors}");
+    }
+    let (code, said, _) = campaign(place.path(), "status", &[]);
+    assert_eq!(code, 3);
+    assert!(
+        said.contains("4 of 6") && said.contains("missing: members 2, 5"),
+        "{said}"
+    );
+    fs::write(mended, "").expect("writable");
+    let (code, said, errors) = run(place.path());
+    assert_eq!(code, 0, "{errors}");
+    assert!(
+        said.contains("6 members, 4 of them finished before"),
+        "{said}"
+    );
+    assert!(
+        said.contains("merged 6 members of YADE 2023.02a: 6 not_settled"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_missing_engine_is_no_row() {
+    let place = with_yade(3, "");
+    fs::remove_file(place.path().join("yade")).expect("a file");
+    let (code, _, errors) = run(place.path());
+    assert_eq!(code, 4, "{errors}");
+    assert!(errors.contains("YADE is missing"), "{errors}");
+    let (code, said, _) = campaign(place.path(), "status", &[]);
+    assert_eq!(code, 3);
+    assert!(said.contains("0 of 3 members finished"), "{said}");
+}
+
+/// Where there is no terminal: lines now and then. Members that take their time without using a processor.
+#[test]
+fn lines_tell_members_an_hour_and_the_time_left() {
+    let place = with_yade(4, "time.sleep(6)");
+    let yade = place.path().join("yade");
+    let options = ["--threads", "1", "--yade", &yade.to_string_lossy()];
+    let (code, _, errors) = campaign(place.path(), "run", &options);
+    assert_eq!(code, 0, "{errors}");
+    let line = errors.lines().find(|line| line.contains(" s left"));
+    let line = line.unwrap_or_else(|| panic!("no line says the time left: {errors}"));
+    assert!(
+        line.starts_with("members, shard 1/1: ") && line.contains(" of 4, "),
+        "{line}"
+    );
+    let before = line.split(" an hour").next().unwrap_or_default();
+    let an_hour = before.rsplit(' ').next().and_then(|of| of.parse().ok());
+    let an_hour: f64 = an_hour.expect("a rate");
+    assert!((50.0..=600.0).contains(&an_hour), "{line}");
+    assert!(errors.contains("4 of 4 written down, "), "{errors}");
+    let (_, _, errors) = campaign(place.path(), "run", &["--quiet"]);
+    assert_eq!(errors, "");
+}

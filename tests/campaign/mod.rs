@@ -1,0 +1,184 @@
+//! Campaigns as processes: what shards, signals, kills, full disks, damaged files and other processes may not change.
+
+mod damaged;
+mod endings;
+mod killed;
+mod plans;
+mod scale;
+mod shards;
+mod together;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use crossgrain::campaign::plan::Plan;
+use crossgrain::engine::native::Mode;
+use crossgrain::realization::Runner;
+use crossgrain::scene::{Cloud, Scene, paper_scene};
+
+use crate::support::{crossgrain, told};
+
+/// The paper's scene, 0.15 m wide with 100 grains: about a twentieth of a second.
+pub fn small_member() -> Scene {
+    let mut scene = paper_scene(1, 100);
+    scene.container.width = 0.15;
+    scene.cloud = Cloud::JitteredLattice {
+        columns: 12,
+        jitter: 0.9,
+        speed: 0.3,
+        spin: 0.0,
+    };
+    for point in &mut scene.control_points {
+        point.offset *= 0.25;
+        point.depth = 0.0267;
+    }
+    scene
+}
+
+/// A folder that goes away, with a campaign of this name in it.
+pub fn plan(scene: &Scene, members: u64, name: &str) -> tempfile::TempDir {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let plan = Plan::new(scene, Runner::Native(Mode::Exact), Vec::new(), members, 1);
+    plan.and_then(|plan| plan.write(&place.path().join(name)))
+        .expect("a new campaign");
+    place
+}
+
+/// The bytes of `members.jsonl`, `members.csv` and `merged.json`, and how many members they have.
+#[derive(Clone, PartialEq, Eq)]
+pub struct Merged(Vec<Vec<u8>>);
+
+impl std::fmt::Debug for Merged {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let sizes: Vec<usize> = self.0.iter().map(Vec::len).collect();
+        let last = self.0.last().map(|bytes| String::from_utf8_lossy(bytes));
+        write!(out, "{sizes:?} bytes, {}", last.unwrap_or_default())
+    }
+}
+
+/// What was merged in this campaign.
+pub fn merged_bytes(folder: &Path) -> Merged {
+    let names = ["members.jsonl", "members.csv", "merged.json"];
+    let read = |name: &str| fs::read(folder.join(name)).expect("a merged campaign");
+    Merged(names.map(read).to_vec())
+}
+
+/// What one process with one thread makes of a campaign of this scene.
+pub fn undisturbed(scene: &Scene, members: u64) -> Merged {
+    let place = plan(scene, members, "c");
+    let run = ["campaign", "run", "c", "--threads", "1"];
+    let (code, _, errors) = told(&crossgrain(&run, place.path()));
+    assert_eq!(code, 0, "{errors}");
+    merged_bytes(&place.path().join("c"))
+}
+
+/// Members of most campaigns here.
+const MEMBERS: u64 = 24;
+
+/// [`undisturbed`] for them, made once.
+fn expected() -> &'static Merged {
+    static EXPECTED: OnceLock<Merged> = OnceLock::new();
+    EXPECTED.get_or_init(|| undisturbed(&small_member(), MEMBERS))
+}
+
+/// Whole lines of a file; none if there is no file.
+pub fn lines(path: &Path) -> usize {
+    let bytes = fs::read(path).unwrap_or_default();
+    bytes.iter().filter(|byte| **byte == b'\n').count()
+}
+
+/// The record file of a shard.
+fn records(folder: &Path, shard: &str) -> PathBuf {
+    let (index, of) = shard.split_once('/').expect("I/N");
+    folder.join(format!("records/shard-{index}-of-{of}.jsonl"))
+}
+
+/// Runs the program on the campaign `c`: exit code, standard output, standard error.
+fn campaign(place: &Path, verb: &str, options: &[&str]) -> (i32, String, String) {
+    let mut arguments = vec!["campaign", verb, "c"];
+    arguments.extend(options);
+    told(&crossgrain(&arguments, place))
+}
+
+/// The same with exit code 0, or else.
+fn must(place: &Path, verb: &str, options: &[&str]) -> String {
+    let (code, out, errors) = campaign(place, verb, options);
+    assert_eq!(code, 0, "{verb} {options:?}: {out}{errors}");
+    out + &errors
+}
+
+/// Runs and merges what is left, and compares with the undisturbed campaign.
+fn finishes_as_expected(place: &Path) {
+    must(place, "run", &["--threads", "2"]);
+    assert_eq!(&merged_bytes(&place.join("c")), expected());
+}
+
+/// A child that is ended with the value.
+struct Running(Child);
+
+impl Running {
+    fn start(place: &Path, options: &[&str]) -> Self {
+        let child = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+            .args(["campaign", "run", "c"])
+            .args(options)
+            .current_dir(place)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        Running(child)
+    }
+
+    /// Waits until so many lines are in its file.
+    fn wait_for_lines(&mut self, path: &Path, wanted: usize) {
+        let began = Instant::now();
+        while lines(path) < wanted {
+            assert_eq!(self.0.try_wait().expect("a child"), None, "it has ended");
+            assert!(began.elapsed() < Duration::from_secs(100), "no members");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    /// kill -9.
+    fn kill(&mut self) {
+        assert_eq!(self.0.try_wait().expect("a child"), None, "it has ended");
+        self.0.kill().expect("a running child");
+        self.0.wait().expect("an ended child");
+    }
+
+    /// Waits for its end: exit code, standard error.
+    fn end(mut self) -> (i32, String) {
+        use std::io::Read;
+        let mut errors = String::new();
+        if let Some(mut pipe) = self.0.stderr.take() {
+            pipe.read_to_string(&mut errors).expect("text");
+        }
+        let status = self.0.wait().expect("an ended child");
+        (status.code().unwrap_or(-1), errors)
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Both fail only when it has ended already.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// The same numbers every time (splitmix64).
+struct Chance(u64);
+
+impl Chance {
+    /// Below this bound.
+    fn below(&mut self, bound: u64) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut bits = self.0;
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (bits ^ (bits >> 31)) % bound
+    }
+}

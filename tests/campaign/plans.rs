@@ -1,0 +1,186 @@
+//! A plan is made once and never changed.
+
+use std::fs;
+use std::path::Path;
+
+use crossgrain::campaign::plan::Plan;
+
+use super::{MEMBERS, campaign, must, plan, small_member};
+use crate::support::{crossgrain, folder_with, told};
+
+#[test]
+fn a_plan_is_written_into_a_folder_of_its_own() {
+    let (folder, _) = folder_with(&small_member());
+    let arguments = [
+        "campaign",
+        "plan",
+        "scene.json",
+        "--members",
+        "3",
+        "--seed",
+        "7",
+        "--out",
+        "c",
+    ];
+    let (code, out, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 0, "{errors}");
+    assert!(out.contains("realizations 7 to 9"), "{out}");
+    let before = fs::read(folder.path().join("c/plan.json")).expect("a plan");
+    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 2, "{errors}");
+    assert!(errors.contains("exists already"), "{errors}");
+    assert_eq!(
+        fs::read(folder.path().join("c/plan.json")).expect("a plan"),
+        before
+    );
+    for members in ["0", "1000001"] {
+        let mut other = arguments;
+        (other[4], other[8]) = (members, "d");
+        let (code, _, errors) = told(&crossgrain(&other, folder.path()));
+        assert_eq!(code, 2);
+        assert!(errors.contains("1 to 1000000"), "{errors}");
+    }
+    assert!(!folder.path().join("d").exists());
+}
+
+/// Changes the plan's text and says what the verbs answer.
+fn edited(from: &str, to: &str) -> Vec<(i32, String)> {
+    let place = plan(&small_member(), MEMBERS, "c");
+    must(place.path(), "run", &["--shard", "1/8"]);
+    let path = place.path().join("c/plan.json");
+    let text = fs::read_to_string(&path).expect("a plan");
+    assert!(text.contains(from), "{from} is not in {text}");
+    fs::write(&path, text.replacen(from, to, 1)).expect("writable");
+    let answers = |verb| {
+        let (code, _, errors) = campaign(place.path(), verb, &[]);
+        (code, errors)
+    };
+    ["run", "status", "merge"].map(answers).to_vec()
+}
+
+#[test]
+fn an_edited_plan_is_refused() {
+    for (from, to, why) in [
+        (
+            "\"version\": 1,\n  \"crossgrain\"",
+            "\"version\": 2,\n  \"crossgrain\"",
+            "has version 2",
+        ),
+        (
+            "\"members\": 24",
+            "\"members\": 25",
+            "was changed after it was made",
+        ),
+        (
+            "\"seed\": 1,",
+            "\"seed\": 2,",
+            "was changed after it was made",
+        ),
+        (
+            "\"phases\": []",
+            "\"phases\": [],\n  \"colour\": 1",
+            "unknown field `colour`",
+        ),
+        (
+            "\"crossgrain\": \"",
+            "\"crossgrain\": \"9.",
+            "was changed after it was made",
+        ),
+        (
+            "\"width\": 0.15",
+            "\"width\": 0.16",
+            "was changed after it was made",
+        ),
+        (
+            "\"width\": 0.15",
+            "\"width\": -0.15",
+            "was changed after it was made",
+        ),
+        ("{", "", "plan.json"),
+    ] {
+        for (code, errors) in edited(from, to) {
+            assert_eq!(code, 2, "{to}: {errors}");
+            assert!(errors.contains(why), "{to}: {errors}");
+        }
+    }
+}
+
+/// Made by another version of the program, whose bits may be others: read, and not run.
+#[test]
+fn a_plan_of_another_version_is_not_run() {
+    let place = plan(&small_member(), MEMBERS, "c");
+    let mut other = Plan::read(&place.path().join("c")).expect("a plan");
+    other.crossgrain = "0.0.9".to_owned();
+    fs::remove_dir_all(place.path().join("c")).expect("a folder");
+    other.write(&place.path().join("c")).expect("writable");
+    let (code, _, errors) = campaign(place.path(), "run", &[]);
+    assert_eq!(code, 2, "{errors}");
+    assert!(errors.contains("planned with crossgrain 0.0.9"), "{errors}");
+    let (code, _, errors) = campaign(place.path(), "slurm", &["--tasks", "2"]);
+    assert_eq!(code, 2, "{errors}");
+    let (code, _, errors) = campaign(place.path(), "status", &[]);
+    assert_eq!(code, 3, "{errors}");
+}
+
+#[test]
+fn a_folder_without_a_plan_is_no_campaign() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    for verb in ["run", "status", "merge"] {
+        let (code, _, errors) = campaign(place.path(), verb, &[]);
+        assert_eq!(code, 2);
+        assert!(errors.contains("it has no plan.json"), "{errors}");
+    }
+}
+
+/// What Slurm is told, and by which scripts; that they work is shown where there is a Slurm.
+#[test]
+fn scripts_for_slurm() {
+    let place = plan(&small_member(), MEMBERS, "c");
+    let out = must(
+        place.path(),
+        "slurm",
+        &["--tasks", "8", "--threads", "2", "--partition", "long"],
+    );
+    let folder = fs::canonicalize(place.path().join("c")).expect("a folder");
+    let expected = format!(
+        "job=$(sbatch --parsable --array=1-8 '{0}/slurm/array.sh')\n\
+         sbatch --parsable --dependency=afterany:${{job%%;*}} '{0}/slurm/merge.sh'\n",
+        folder.display()
+    );
+    assert_eq!(out, expected);
+    let script = fs::read_to_string(folder.join("slurm/array.sh")).expect("a script");
+    for part in [
+        "#SBATCH --cpus-per-task=2\n",
+        "#SBATCH --partition=long\n",
+        "export CROSSGRAIN_TASKS=8\n",
+        "--shard auto --threads 2\n",
+    ] {
+        assert!(script.contains(part), "{script}");
+    }
+    // A task by hand: the variables are all that a shard needs.
+    let task = |script: &Path, task: &str| {
+        let status = std::process::Command::new("bash")
+            .arg(script)
+            .env("SLURM_ARRAY_TASK_ID", task)
+            .current_dir("/")
+            .status();
+        status.expect("bash is there").code()
+    };
+    assert_eq!(task(&folder.join("slurm/array.sh"), "3"), Some(0));
+    assert_eq!(super::lines(&super::records(&folder, "3/8")), 3);
+    assert_eq!(task(&folder.join("slurm/merge.sh"), ""), Some(3));
+    let said = fs::read_to_string(folder.join("slurm/merge.log")).expect("a log");
+    assert!(said.contains("are missing, 21 of 24"), "{said}");
+    for (options, why) in [
+        (vec!["--tasks", "25"], "25 tasks for 24 members"),
+        (vec!["--tasks", "0"], "0 shards"),
+        (
+            vec!["--tasks", "2", "--partition", "a b"],
+            "no name of a partition",
+        ),
+    ] {
+        let (code, _, errors) = campaign(place.path(), "slurm", &options);
+        assert_eq!(code, 2);
+        assert!(errors.contains(why), "{errors}");
+    }
+}

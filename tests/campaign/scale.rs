@@ -1,0 +1,125 @@
+//! How far a campaign carries: members that were never run, written as records of their plan, counted and merged in
+//! bounded memory.
+
+use std::fs;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use crossgrain::campaign::member::Member;
+use crossgrain::campaign::plan::Plan;
+use crossgrain::campaign::records;
+use crossgrain::realization::Ending;
+use crossgrain::scene::paper_scene;
+
+use super::{plan, small_member};
+use crate::support::told;
+
+/// One member run, and its copies under all other numbers in the files of so many shards.
+fn fabricated(members: u64, shards: u64) -> tempfile::TempDir {
+    let place = plan(&small_member(), members, "c");
+    let folder = place.path().join("c");
+    let plan = Plan::read(&folder).expect("a plan");
+    let digest = plan.digest();
+    let mut member = crossgrain::campaign::run::again(&plan, 1).expect("a member");
+    for index in 1..=shards {
+        let path = super::records(&folder, &format!("{index}/{shards}"));
+        let mut file = BufWriter::new(fs::File::create(path).expect("writable"));
+        for number in (index..=members).step_by(shards as usize) {
+            (member.member, member.realization) = (number, plan.realization(number));
+            writeln!(file, "{}", records::line(&digest, &member)).expect("room");
+        }
+        file.flush().expect("room");
+    }
+    place
+}
+
+/// Runs a verb and watches it: its output, seconds of processor time, and the high-water mark of its memory in bytes.
+fn watched(place: &Path, arguments: &[&str]) -> (String, f64, u64) {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+        .args(arguments)
+        .current_dir(place)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let [status, times] = ["status", "stat"].map(|of| format!("/proc/{}/{of}", child.id()));
+    let (mut peak, mut seconds) = (0, 0.0);
+    while child.try_wait().expect("a child").is_none() {
+        let text = fs::read_to_string(&status).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kibibytes = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
+        peak = peak.max(kibibytes.unwrap_or_default() * 1024);
+        // Of the user and of the system, in hundredths of a second, after a name in brackets.
+        let text = fs::read_to_string(&times).unwrap_or_default();
+        let fields = text.rsplit(')').next().unwrap_or_default();
+        let ticks = fields.split_whitespace().skip(11).take(2);
+        let ticks: u64 = ticks.filter_map(|of| of.parse::<u64>().ok()).sum();
+        seconds = f64::max(seconds, ticks as f64 / 100.0);
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let (code, out, errors) = told(&child.wait_with_output().expect("an ended child"));
+    assert_eq!(code, 0, "{arguments:?}: {out}{errors}");
+    assert!(peak > 1_000_000, "its memory was not seen: {peak}");
+    (out, seconds, peak)
+}
+
+/// Counts and merges so many members in no more than so much memory.
+fn stays_small(members: u64, shards: u64, most: u64) {
+    let place = fabricated(members, shards);
+    for verb in ["status", "merge"] {
+        let (out, seconds, peak) = watched(place.path(), &["campaign", verb, "c"]);
+        println!("{verb} of {members} members: {seconds:.2} s of a processor, {peak} bytes");
+        assert!(peak < most, "{verb}: {peak} bytes");
+        let counted = match verb {
+            "status" => format!("{members} of {members} members finished"),
+            _ => format!("merged {members} members"),
+        };
+        assert!(out.contains(&counted), "{out}");
+    }
+    let lines = fs::metadata(place.path().join("c/members.jsonl")).expect("a file");
+    println!("members.jsonl: {} bytes", lines.len());
+}
+
+#[test]
+fn merging_needs_little_memory() {
+    stays_small(3_000, 7, 30_000_000);
+}
+
+/// The figures in `docs/campaigns.md`.
+#[test]
+#[ignore = "writes 4 GB of records and merges them, to measure how far a campaign carries"]
+fn merging_a_hundred_thousand_members_needs_little_memory() {
+    stays_small(100_000, 100, 60_000_000);
+}
+
+/// Full-size members, few of their steps: what is kept in memory is all there.
+#[test]
+fn running_needs_little_memory() {
+    let mut scene = paper_scene(1, 5000);
+    scene.settle.max_steps = 3_000;
+    let place = plan(&scene, 4, "c");
+    let (out, _, peak) = watched(place.path(), &["campaign", "run", "c", "--threads", "2"]);
+    assert!(out.contains("4 not_settled"), "{out}");
+    assert!(peak < 200_000_000, "{peak} bytes");
+    // From the first member to the hundredth nothing is kept.
+    let place = plan(&small_member(), 10, "c");
+    let (_, _, few) = watched(place.path(), &["campaign", "run", "c", "--threads", "1"]);
+    let place = plan(&small_member(), 60, "c");
+    let (_, _, many) = watched(place.path(), &["campaign", "run", "c", "--threads", "1"]);
+    assert!(many < few + 4_000_000, "{few} bytes, then {many}");
+}
+
+/// One real member of the paper's scene, both stages.
+#[test]
+fn a_whole_member_of_5000_grains_needs_little_memory() {
+    let place = plan(&paper_scene(1, 5000), 1, "c");
+    let (_, _, peak) = watched(place.path(), &["campaign", "run", "c"]);
+    println!("a member of 5000 grains: {peak} bytes");
+    assert!(peak < 200_000_000, "{peak} bytes");
+    let line = fs::read_to_string(place.path().join("c/members.jsonl")).expect("a member");
+    let member: Member = serde_json::from_str(&line).expect("a member");
+    assert_eq!(member.ending, Ending::Reached);
+    println!("its record: {} bytes", line.len());
+}

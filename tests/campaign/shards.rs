@@ -1,0 +1,70 @@
+//! The merged bytes are the same for any number of shards, threads and processes, in any order.
+
+use super::{MEMBERS, Running, campaign, expected, finishes_as_expected, merged_bytes, must};
+use super::{plan, small_member};
+
+#[test]
+fn bytes_do_not_depend_on_threads() {
+    let place = plan(&small_member(), MEMBERS, "c");
+    finishes_as_expected(place.path());
+    assert!(
+        must(place.path(), "status", &[]).contains("24 of 24 members finished, merged"),
+        "status"
+    );
+}
+
+#[test]
+fn bytes_do_not_depend_on_shards() {
+    for of in [2, 3] {
+        let place = plan(&small_member(), MEMBERS, "c");
+        let shards: Vec<String> = (1..=of).map(|index| format!("{index}/{of}")).collect();
+        let running: Vec<Running> = shards
+            .iter()
+            .map(|shard| Running::start(place.path(), &["--shard", shard]))
+            .collect();
+        for process in running {
+            let (code, errors) = process.end();
+            assert_eq!(code, 0, "{errors}");
+        }
+        must(place.path(), "merge", &[]);
+        assert_eq!(&merged_bytes(&place.path().join("c")), expected(), "{of}");
+    }
+}
+
+/// A third, then half of the rest, then all.
+#[test]
+fn a_campaign_goes_on_with_another_number_of_shards() {
+    let place = plan(&small_member(), MEMBERS, "c");
+    let said = must(place.path(), "run", &["--shard", "2/3"]);
+    assert!(
+        said.contains("8 members, 0 of them finished before"),
+        "{said}"
+    );
+    let (code, said, errors) = campaign(place.path(), "merge", &[]);
+    assert_eq!(code, 3, "{said}");
+    assert!(
+        errors.contains("members 1, 3, 4, 6, 7, 9, 10, 12 and 8 more are missing"),
+        "{errors}"
+    );
+    let said = must(place.path(), "run", &["--shard", "1/2", "--threads", "2"]);
+    assert!(
+        said.contains("12 members, 4 of them finished before"),
+        "{said}"
+    );
+    let (code, said, _) = campaign(place.path(), "status", &[]);
+    assert_eq!(code, 3, "{said}");
+    assert!(said.contains("16 of 24 members finished"), "{said}");
+    let said = must(place.path(), "run", &[]);
+    assert!(
+        said.contains("24 members, 16 of them finished before"),
+        "{said}"
+    );
+    assert_eq!(&merged_bytes(&place.path().join("c")), expected());
+    // Nothing is left to do, and nothing changes.
+    let said = must(place.path(), "run", &["--shard", "3/5"]);
+    assert!(
+        said.contains("5 members, 5 of them finished before"),
+        "{said}"
+    );
+    finishes_as_expected(place.path());
+}

@@ -1,0 +1,72 @@
+//! Several processes on one folder: nothing is lost, nothing counts twice.
+
+use std::fs;
+
+use crossgrain::campaign::records::Writer;
+use crossgrain::campaign::shard::Shard;
+
+use super::{MEMBERS, Running, campaign, expected, finishes_as_expected, lines, merged_bytes};
+use super::{must, plan, records, small_member};
+
+#[test]
+fn the_second_process_of_a_shard_is_told_to_try_again() {
+    let place = plan(&small_member(), MEMBERS, "c");
+    let file = records(&place.path().join("c"), "1/1");
+    let mut first = Running::start(place.path(), &["--threads", "1"]);
+    first.wait_for_lines(&file, 1);
+    let (code, _, errors) = campaign(place.path(), "run", &[]);
+    assert_eq!(code, 75, "{errors}");
+    assert!(
+        errors.contains("is being written by another process"),
+        "{errors}"
+    );
+    let (code, errors) = first.end();
+    assert_eq!(code, 0, "{errors}");
+    assert_eq!(lines(&file), MEMBERS as usize);
+    finishes_as_expected(place.path());
+}
+
+/// The same without chance: this test holds the shard's file.
+#[test]
+fn the_second_process_changes_nothing() {
+    let place = plan(&small_member(), MEMBERS, "c");
+    let folder = place.path().join("c");
+    must(place.path(), "run", &["--shard", "2/3"]);
+    let file = records(&folder, "2/3");
+    let before = fs::read(&file).expect("records");
+    let held = Writer::open(&folder, Shard::new(2, 3).expect("a shard")).expect("it is free");
+    let (code, _, errors) = campaign(place.path(), "run", &["--shard", "2/3"]);
+    assert_eq!(code, 75, "{errors}");
+    // Another shard's file is free, and reading is too.
+    must(place.path(), "run", &["--shard", "1/3"]);
+    let (code, _, _) = campaign(place.path(), "status", &[]);
+    assert_eq!(code, 3);
+    assert_eq!(fs::read(&file).expect("records"), before);
+    drop(held);
+    must(place.path(), "run", &["--shard", "2/3"]);
+    finishes_as_expected(place.path());
+}
+
+/// Whoever shares a campaign out in two ways at the same time does work twice, and that is all.
+#[test]
+fn members_that_several_processes_made_count_once() {
+    let place = plan(&small_member(), MEMBERS, "c");
+    let shards = ["1/1", "1/2", "2/2"];
+    let running = shards.map(|shard| Running::start(place.path(), &["--shard", shard]));
+    for process in running {
+        let (code, errors) = process.end();
+        assert_eq!(code, 0, "{errors}");
+    }
+    finishes_as_expected(place.path());
+    // Each of them twice for certain.
+    let folder = place.path().join("c");
+    fs::remove_dir_all(folder.join("records")).expect("a folder");
+    fs::create_dir(folder.join("records")).expect("writable");
+    must(place.path(), "run", &["--shard", "1/1", "--threads", "2"]);
+    fs::copy(records(&folder, "1/1"), records(&folder, "7/9")).expect("writable");
+    let said = must(place.path(), "status", &[]);
+    assert!(said.contains("24 of 24 members finished"), "{said}");
+    assert!(said.contains("24 records repeat a member"), "{said}");
+    must(place.path(), "merge", &[]);
+    assert_eq!(&merged_bytes(&folder), expected());
+}

@@ -1,0 +1,115 @@
+//! A campaign as a real Slurm job array. Without the feature `slurm` this is listed as ignored and not made; with it a
+//! missing Slurm is a failure. `ci/test` starts one with `ci/start_slurm` and runs it.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use crate::campaign::{lines, merged_bytes, plan, small_member, undisturbed};
+use crate::support::{crossgrain, told};
+
+/// What a shell prints for these lines, in which every command must succeed.
+fn shell(lines: &str) -> String {
+    let output = Command::new("bash")
+        .args(["-euc", lines])
+        .output()
+        .expect("bash is there");
+    let (code, out, errors) = told(&output);
+    assert_eq!(code, 0, "{lines}: {out}{errors}");
+    out.trim().to_owned()
+}
+
+/// Waits until the job has left the queue.
+fn wait_for(job: &str) {
+    let began = Instant::now();
+    while !shell(&format!("squeue -h -j {job} 2>/dev/null || true")).is_empty() {
+        assert!(
+            began.elapsed() < Duration::from_secs(100),
+            "job {job} does not end: {}",
+            shell("squeue; sinfo")
+        );
+        std::thread::sleep(Duration::from_millis(200));
+    }
+}
+
+fn log(folder: &Path, name: &str) -> String {
+    fs::read_to_string(folder.join("slurm").join(name)).unwrap_or_default()
+}
+
+/// An array of four tasks, two at a time; the third is ended in the middle, and the merge that waited for the array
+/// says what is missing. The third is submitted again alone, with a merge after it: the bytes are those of one process.
+/// The folder's name would break a script that does not quote it.
+#[test]
+#[cfg_attr(
+    not(feature = "slurm"),
+    ignore = "needs Slurm: ci/start_slurm FOLDER, SLURM_CONF=FOLDER/slurm.conf cargo test --features slurm"
+)]
+fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
+    assert!(
+        std::env::var_os("SLURM_CONF").is_some(),
+        "no Slurm: ci/start_slurm FOLDER, then SLURM_CONF=FOLDER/slurm.conf"
+    );
+    const MEMBERS: u64 = 80;
+    let name = "it's $HOME, 100%";
+    let place = plan(&small_member(), MEMBERS, name);
+    let folder = place.path().join(name);
+    let (code, out, errors) = told(&crossgrain(
+        &["campaign", "slurm", name, "--tasks", "4"],
+        place.path(),
+    ));
+    assert_eq!(code, 0, "{errors}");
+    let submit: Vec<&str> = out.lines().collect();
+    assert_eq!(submit.len(), 2, "{out}");
+
+    // The lines as they are printed, two tasks at a time.
+    let array = submit[0].replace("--array=1-4", "--array=1-4%2");
+    assert_ne!(array, submit[0]);
+    let jobs = shell(&format!("{array}\necho \"$job\"\n{}", submit[1]));
+    let [job, merge]: [&str; 2] = jobs
+        .lines()
+        .collect::<Vec<&str>>()
+        .try_into()
+        .expect("two jobs");
+
+    let third = folder.join("records/shard-3-of-4.jsonl");
+    let began = Instant::now();
+    while lines(&third) < 2 {
+        assert!(
+            began.elapsed() < Duration::from_secs(100),
+            "the third task writes nothing: {}{}",
+            shell("squeue"),
+            log(&folder, "task-3.log")
+        );
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    shell(&format!("scancel {job}_3"));
+    wait_for(job);
+    wait_for(merge);
+    let written = lines(&third);
+    assert!(
+        (2..MEMBERS as usize / 4).contains(&written),
+        "{written} members of the third task: it was not ended in its middle"
+    );
+    let said = log(&folder, "task-3.log");
+    assert!(said.contains("asked to end"), "{said}");
+    let said = log(&folder, "merge.log");
+    assert!(said.contains("are missing"), "{said}");
+    assert!(!folder.join("merged.json").exists());
+    let (code, out, _) = told(&crossgrain(&["campaign", "status", name], place.path()));
+    assert_eq!(code, 3, "{out}");
+
+    let again = submit[0].replace("--array=1-4", "--array=3");
+    let jobs = shell(&format!("{again}\necho \"$job\"\n{}", submit[1]));
+    let merge = jobs.lines().last().expect("two jobs");
+    wait_for(merge);
+    let said = log(&folder, "task-3.log");
+    let goes_on = format!("{written} of them finished before");
+    assert!(said.contains(&goes_on), "{said}");
+    let said = log(&folder, "merge.log");
+    assert!(
+        said.contains(&format!("merged {MEMBERS} members")),
+        "{said}"
+    );
+    assert_eq!(merged_bytes(&folder), undisturbed(&small_member(), MEMBERS));
+}
