@@ -134,6 +134,9 @@ pub fn pictures(record: &Sensitivity) -> Vec<(&'static str, String)> {
 
 fn pushed(bearing: &Bearing) -> String {
     let kilo = |value: f64| 1.0e-3 * value;
+    if bearing.through.is_empty() {
+        return String::new();
+    }
     let mut lines: Vec<Line> = bearing
         .through
         .iter()
