@@ -3,7 +3,6 @@
 use crossgrain::pareto::method::with_tolerance;
 use crossgrain::progress::Display;
 use crossgrain::realization::Ending;
-use crossgrain::scene::Scene;
 use crossgrain::sensitivity::choices::{Axis, with_friction, with_hold, with_speed};
 use crossgrain::sensitivity::job;
 use crossgrain::sensitivity::judge::Verdict;
