@@ -11,6 +11,8 @@ const LEFT: f64 = 50.0;
 const HEAD: f64 = 26.0;
 const FOOT: f64 = 40.0;
 const GAP: f64 = 14.0;
+/// What the longest title takes, its beginning included.
+const TITLE: f64 = 370.0;
 const LEGEND: f64 = 30.0;
 const ACROSS: usize = 3;
 
@@ -79,7 +81,7 @@ pub fn svg(record: &Sensitivity) -> String {
 }
 
 fn draw(panels: &[(String, Vec<Option<Cell>>)], speeds: &[f64], alphas: &[f64]) -> String {
-    let width = LEFT + CELL[0] * speeds.len() as f64 + GAP;
+    let width = (LEFT + CELL[0] * speeds.len() as f64).max(TITLE) + GAP;
     let height = HEAD + CELL[1] * alphas.len() as f64 + FOOT;
     let rows = panels.len().div_ceil(ACROSS);
     let size = [width * ACROSS as f64, LEGEND + height * rows as f64];
