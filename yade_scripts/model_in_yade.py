@@ -12,7 +12,8 @@ from yade import config, utils  # noqa: E402
 GREY = (0.7, 0.7, 0.7)  # without a colour, YADE reseeds Python's random numbers
 
 folder = os.environ.get("CROSSGRAIN_JOB", os.getcwd())
-parent = os.getppid()
+# Named by whoever started it, who may be gone before this line is reached.
+parent = int(os.environ.get("CROSSGRAIN_PARENT", os.getppid()))
 
 
 def place(name):

@@ -128,6 +128,7 @@ fn start(
         .arg(script)
         .current_dir(&work)
         .env("CROSSGRAIN_JOB", &work)
+        .env("CROSSGRAIN_PARENT", std::process::id().to_string())
         .env("PYTHONPATH", &work)
         .env("PYTHONUNBUFFERED", "1")
         .env("PYTHONDONTWRITEBYTECODE", "1")
