@@ -197,8 +197,7 @@ fn quantities(first: &[Member], second: &[Member]) -> Vec<Compared> {
 }
 
 fn verdict(same: bool, quantities: &[Compared]) -> Verdict {
-    let mut findings = quantities.iter().filter_map(|of| of.finding);
-    let all: Vec<Finding> = findings.by_ref().collect();
+    let all: Vec<Finding> = quantities.iter().filter_map(|of| of.finding).collect();
     if same {
         Verdict::SameBits
     } else if all.contains(&Finding::Different) {

@@ -215,11 +215,12 @@ impl Work<'_> {
 
 /// The member, run anew outside of any campaign: what a record must be equal to.
 pub fn again(plan: &Plan, member: u64) -> Result<Member, CampaignError> {
+    let work = work_folder()?;
     let way = Way {
         runner: plan.runner,
         phases: &plan.phases,
         yade: &yade::Options::default(),
-        work: Path::new(""),
+        work: work.path(),
     };
     Ok(member::run(
         member,

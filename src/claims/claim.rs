@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::statistics::Interval;
+use crate::statistics::goodness::Fit;
 
 /// With so many packings a claim whose interval touches a limit is decided by the estimate, and says so; with
 /// fewer it stays open.
@@ -174,6 +175,16 @@ impl Row {
             adjusted: f64::NAN,
         });
         self
+    }
+
+    /// With both distances from a law.
+    pub fn with_fit(self, test: &str, fit: &Fit) -> Self {
+        self.with(test, fit.distances.kolmogorov, fit.kolmogorov_p)
+            .with(
+                "the same (A², drawn samples)",
+                fit.distances.anderson_darling,
+                fit.anderson_darling_p,
+            )
     }
 
     /// Estimate; not a number without one.

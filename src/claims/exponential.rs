@@ -38,17 +38,10 @@ fn rows_of(name: &str, values: &[f64]) -> Vec<Row> {
     )
     .against(1.0);
     if let Some(fit) = goodness::fitted(Family::Exponential, &above_zero, SAMPLES) {
-        variation = variation
-            .with(
-                "exponential with the fitted mean (Lilliefors' D, drawn samples)",
-                fit.distances.kolmogorov,
-                fit.kolmogorov_p,
-            )
-            .with(
-                "the same (A², drawn samples)",
-                fit.distances.anderson_darling,
-                fit.anderson_darling_p,
-            );
+        variation = variation.with_fit(
+            "exponential with the fitted mean (Lilliefors' D, drawn samples)",
+            &fit,
+        );
     }
     let mut shape = Row::judged(
         format!("{name}: gamma shape"),

@@ -170,17 +170,10 @@ pub fn with_theorys_rate(members: &[Member]) -> Option<Claim> {
         )
         .against(1.0);
         if let Some(fit) = goodness::known(&law, &values, super::exponential::SAMPLES) {
-            row = row
-                .with(
-                    "exponential with the theory's rate (Kolmogorov's D, exact)",
-                    fit.distances.kolmogorov,
-                    fit.kolmogorov_p,
-                )
-                .with(
-                    "the same (A², drawn samples)",
-                    fit.distances.anderson_darling,
-                    fit.anderson_darling_p,
-                );
+            row = row.with_fit(
+                "exponential with the theory's rate (Kolmogorov's D, exact)",
+                &fit,
+            );
         }
         rows.push(row);
         rows.push(

@@ -90,17 +90,10 @@ pub fn laplace(members: &[Member]) -> Claim {
         )
         .against(laplace);
         if let Some(fit) = goodness::fitted(Family::Laplace, &values, SAMPLES) {
-            row = row
-                .with(
-                    "Laplace with fitted location and scale (D, drawn samples)",
-                    fit.distances.kolmogorov,
-                    fit.kolmogorov_p,
-                )
-                .with(
-                    "the same (A², drawn samples)",
-                    fit.distances.anderson_darling,
-                    fit.anderson_darling_p,
-                );
+            row = row.with_fit(
+                "Laplace with fitted location and scale (D, drawn samples)",
+                &fit,
+            );
             if let Law::Laplace { scale, .. } = fit.law {
                 found.push(format!(
                     "{point} {:.3} (scale {scale:.0} Pa)",

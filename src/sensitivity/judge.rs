@@ -1,7 +1,5 @@
 //! Whether a published figure comes out of a setting.
 
-use rand_chacha::ChaCha8Rng;
-use rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
 
 use super::row::Row;
@@ -9,7 +7,7 @@ use crate::claims::published::{Of, Published};
 use crate::realization::Ending;
 use crate::statistics::moments::{mean, mean_interval};
 use crate::statistics::paired::paired;
-use crate::statistics::{Interval, proportion, shape};
+use crate::statistics::{Interval, bootstrap, proportion};
 
 /// Confidence of all intervals.
 const LEVEL: f64 = 0.95;
@@ -17,8 +15,6 @@ const LEVEL: f64 = 0.95;
 const FEWEST: [usize; 2] = [3, 8];
 /// Stresses of a setting in which a smaller share of the punches gets the force are those of its firmer beds.
 const ENOUGH_REACHED: f64 = 0.9;
-/// Draws of the bootstrap.
-const DRAWS: usize = 2000;
 
 /// Whether a figure comes out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -111,38 +107,17 @@ fn value(figure: &Published, row: &Row) -> Option<f64> {
     row.measured.get(figure.key).copied()
 }
 
-/// t for a mean, the percentile bootstrap for a variation, Wilson for a share.
+/// t for a mean, the bootstrap (BCa) for a variation, Wilson for a share.
 pub fn interval(of: Of, values: &[f64]) -> Option<Interval> {
     match of {
         Of::Mean => mean_interval(values, LEVEL),
-        Of::Variation => bootstrap(values, shape::variation),
+        Of::Variation => bootstrap::variation(values, LEVEL),
         Of::ShareAbove(multiple) => {
             let limit = f64::from(multiple) * mean(values);
             let hits = values.iter().filter(|value| **value > limit).count();
             proportion::wilson(hits, values.len(), LEVEL)
         }
     }
-}
-
-fn bootstrap(values: &[f64], statistic: fn(&[f64]) -> f64) -> Option<Interval> {
-    let mut random = ChaCha8Rng::seed_from_u64(values.len() as u64);
-    let mut drawn: Vec<f64> = (0..DRAWS)
-        .map(|_| {
-            let again: Vec<f64> = values
-                .iter()
-                .map(|_| values[(random.next_u64() % values.len() as u64) as usize])
-                .collect();
-            statistic(&again)
-        })
-        .filter(|value| value.is_finite())
-        .collect();
-    drawn.sort_by(f64::total_cmp);
-    let at = |share: f64| drawn.get((share * drawn.len() as f64) as usize).copied();
-    Some(Interval {
-        estimate: statistic(values),
-        low: at(0.5 - 0.5 * LEVEL)?,
-        high: at(0.5 + 0.5 * LEVEL)?,
-    })
 }
 
 fn change(figure: &Published, rows: &[&Row], base: &[&Row]) -> Option<Interval> {

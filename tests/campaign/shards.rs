@@ -2,6 +2,8 @@
 
 use super::{MEMBERS, Running, campaign, expected, finishes_as_expected, merged_bytes, must};
 use super::{plan, small_member};
+use crossgrain::campaign::merged;
+use crossgrain::campaign::run::again;
 
 #[test]
 fn bytes_do_not_depend_on_threads() {
@@ -11,6 +13,19 @@ fn bytes_do_not_depend_on_threads() {
         must(place.path(), "status", &[]).contains("24 of 24 members finished, merged"),
         "status"
     );
+}
+
+/// A member run anew by its number alone is the one that the campaign wrote down.
+#[test]
+fn a_member_run_again_is_the_recorded_one() {
+    let place = plan(&small_member(), MEMBERS, "c");
+    finishes_as_expected(place.path());
+    let merged = merged::read(&place.path().join("c")).expect("a merged campaign");
+    for number in [1, MEMBERS] {
+        let member = again(&merged.plan, number).expect("it runs");
+        assert_eq!(member, merged.members[number as usize - 1]);
+        assert_ne!(member, merged.members[1]);
+    }
 }
 
 #[test]
