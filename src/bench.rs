@@ -3,6 +3,7 @@
 //! not run or whose bed is no longer the bed.
 
 pub mod bed;
+pub mod checks;
 pub mod contender;
 pub mod goals;
 pub mod instructions;
@@ -42,7 +43,7 @@ use rounds::Contest;
 use scaling::Point;
 
 /// The version of `bench.json`.
-pub const BENCH_VERSION: u32 = 1;
+pub const BENCH_VERSION: u32 = 2;
 
 /// A benchmark could not be made.
 #[derive(Debug, thiserror::Error)]

@@ -1,10 +1,13 @@
 //! The command line: one verb a file. Arguments in, one library call, an exit code out.
 
+mod baseline;
 mod bench;
 mod campaign;
+mod checks;
 mod claims;
 mod compare;
 mod continuum;
+mod explain;
 mod facts;
 mod figures;
 mod paper;
@@ -13,6 +16,7 @@ mod reproduce;
 mod run;
 mod scene;
 mod sensitivity;
+mod shell;
 mod stability;
 mod verify;
 
@@ -52,6 +56,13 @@ enum Command {
     Facts(facts::Arguments),
     /// The main job: the paper's experiment in both engines, compared, with a report
     Reproduce(reproduce::Arguments),
+    /// Keep a run's checks under a name, and hold later runs against them
+    #[command(subcommand)]
+    Baseline(baseline::Verb),
+    /// The checks of a finished job as lines, JUnit XML, CSV or a job summary in Markdown
+    Checks(checks::Arguments),
+    /// What a check means, its formula, its source and what usually breaks it
+    Explain(explain::Arguments),
     /// Cost against error of every way to run the paper's scene, and which of them are dominated
     Pareto(pareto::Arguments),
     /// Many realizations of a scene: plan, run in shards, merge
@@ -67,6 +78,10 @@ enum Command {
     Stability(stability::Arguments),
     /// All engines side by side on the paper's bed: time a step, ratios, cost against size, limits
     Bench(bench::Arguments),
+    /// Print a script that completes this command line in a shell
+    Completions(shell::Completions),
+    /// Print the manual page, or write those of all verbs
+    Man(shell::Man),
 }
 
 impl Arguments {
@@ -81,6 +96,9 @@ impl Arguments {
             Command::Compare(arguments) => arguments.execute(),
             Command::Facts(arguments) => arguments.execute(),
             Command::Reproduce(arguments) => arguments.execute(),
+            Command::Baseline(verb) => verb.execute(),
+            Command::Checks(arguments) => arguments.execute(),
+            Command::Explain(arguments) => arguments.execute(),
             Command::Pareto(arguments) => arguments.execute(),
             Command::Campaign(verb) => verb.execute(),
             Command::Claims(arguments) => arguments.execute(),
@@ -88,6 +106,8 @@ impl Arguments {
             Command::Verify(arguments) => arguments.execute(),
             Command::Stability(arguments) => arguments.execute(),
             Command::Bench(arguments) => arguments.execute(),
+            Command::Completions(arguments) => arguments.execute(),
+            Command::Man(arguments) => arguments.execute(),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Two run folders side by side: bits, the first difference, then every measured quantity.
 
 pub mod bits;
+pub mod checks;
 pub mod common_start;
 pub mod first_difference;
 pub mod parting;

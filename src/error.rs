@@ -1,6 +1,7 @@
 //! Every way in which the program can fail, and its exit code.
 
 use crate::campaign::CampaignError;
+use crate::checks::record::RecordError;
 use crate::engine::native::{NativeError, Trouble};
 use crate::engine::yade::YadeError;
 use crate::files::FileError;
@@ -50,6 +51,8 @@ pub enum Error {
     Report(String),
     #[error(transparent)]
     Campaign(#[from] CampaignError),
+    #[error(transparent)]
+    Record(#[from] RecordError),
 }
 
 impl From<KeptError> for Error {
@@ -68,6 +71,8 @@ impl Error {
         match self {
             Error::Usage(_) => exit::USAGE,
             Error::Campaign(error) => of_campaign(error),
+            Error::Record(RecordError::File(error)) => of_file(error),
+            Error::Record(_) => exit::USAGE,
             Error::Scene(SceneError::File(error)) | Error::File(error) => of_file(error),
             Error::Scene(_) => exit::USAGE,
             Error::Folder(error) => of_folder(error),

@@ -2,8 +2,8 @@
 //!
 //! Data flows one way, and imports point back along it only:
 //! scene → model → generate → engine (native | yade) → measure → statistics → folder → progress → run → continuum → paper → compare →
-//! error → workers → verify → stability → bench → realization → pareto → campaign → claims → sensitivity → figures → reproduce → report →
-//! cli.
+//! error → workers → verify → stability → bench → realization → pareto → campaign → claims → sensitivity → figures → reproduce → baseline →
+//! explain → report → cli.
 //! `docs/architecture.md` says what stands where.
 
 pub mod files;
@@ -11,6 +11,8 @@ pub mod files;
 pub mod interrupt;
 
 pub mod child;
+
+pub mod checks;
 
 pub mod scene;
 
@@ -63,6 +65,10 @@ pub mod sensitivity;
 pub mod figures;
 
 pub mod reproduce;
+
+pub mod baseline;
+
+pub mod explain;
 
 pub mod report;
 

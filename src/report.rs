@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod chart;
+pub mod check_files;
 pub mod claims;
 mod contours;
 pub mod disc_field;
@@ -9,6 +10,7 @@ pub mod distribution;
 pub mod figure_files;
 pub mod figures;
 mod frame;
+pub mod junit;
 pub mod packing;
 pub mod page;
 pub mod pareto;

@@ -1,5 +1,6 @@
 //! The main job: the paper's experiment in the native engine and in YADE, recorded and live, compared.
 
+pub mod checks;
 pub mod claims;
 pub mod faults;
 pub mod record;
@@ -12,6 +13,7 @@ use std::time::Instant;
 use crate::compare::first_difference::Locator;
 use crate::compare::spread::{Spread, TWINS, of_twins};
 use crate::compare::{Comparison, Verdict, Yardstick, compare};
+use crate::engine::native::Perturbation;
 use crate::engine::{native, yade};
 use crate::error::Error;
 use crate::files::work_folder;
@@ -43,8 +45,19 @@ pub struct Options {
     pub ladder: bool,
     /// How YADE is started.
     pub yade: yade::Options,
+    /// A fault in the native engine, to see that the whole job would notice.
+    pub fault: Option<Perturbation>,
     /// The command as it was given.
     pub command: String,
+}
+
+impl Options {
+    fn native(&self) -> Engine {
+        Engine::Native(native::Options {
+            perturbation: self.fault,
+            ..native::Options::default()
+        })
+    }
 }
 
 /// `verletDist` of the second ordinary run, over that of the first.
@@ -76,7 +89,7 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         facts: Vec::new(),
     };
     job.compare_facts()?;
-    let native = job.run(&options.scene, "native", &native_engine())?;
+    let native = job.run(&options.scene, "native", &options.native())?;
     let recorded = job.recorded()?;
     if let Some(recorded) = &recorded {
         job.compare(
@@ -126,10 +139,6 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         ordinary,
     };
     Ok((reproduction, runs))
-}
-
-fn native_engine() -> Engine {
-    Engine::Native(native::Options::default())
 }
 
 struct Job<'a> {
@@ -365,7 +374,7 @@ impl Job<'_> {
         });
         for (scene, sorted) in realizations.iter().zip(sorted) {
             let (native_name, sorted_name) = (name("native", scene), name("yade-sorted", scene));
-            let native = self.run(scene, &native_name, &native_engine())?;
+            let native = self.run(scene, &native_name, &options.native())?;
             let sorted = sorted?;
             self.runs.push(RunSummary::of(&sorted_name, &sorted));
             self.compare(

@@ -1,6 +1,7 @@
 //! The ladder: small cases with known answers, each run by any engine and judged by the same code.
 
 pub mod build;
+pub mod checks;
 pub mod collisions;
 pub mod facts;
 pub mod field;

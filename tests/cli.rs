@@ -235,6 +235,7 @@ fn a_failed_comparison_shows_on_the_page() {
             program: Some("/nowhere/yade".into()),
             ..Default::default()
         },
+        fault: None,
         command: "a test".to_owned(),
     };
     let display = crossgrain::progress::Display::new(true);
@@ -248,7 +249,7 @@ fn a_failed_comparison_shows_on_the_page() {
         comparison,
     });
     reproduction.verdict = Verdict::Fail;
-    let page = crossgrain::report::page::render(&reproduction, &runs).expect("a page");
+    let page = crossgrain::report::page::render(&reproduction, &runs, None).expect("a page");
     let failed = page.find("What failed").expect("a section");
     assert!(failed < page.find("Comparisons</h2>").expect("a section"));
     assert!(page.contains("<strong>Different</strong>"));

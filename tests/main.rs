@@ -36,6 +36,7 @@ mod stability;
 mod bench;
 
 mod campaign;
+mod checks;
 mod claims;
 
 mod slurm;

@@ -25,6 +25,11 @@ pub struct Machine {
 }
 
 impl Machine {
+    /// What ratios of times depend on besides the programs.
+    pub fn kind(&self) -> String {
+        format!("{}, {}", self.processor, self.vector_unit)
+    }
+
     /// This machine, now.
     pub fn this() -> Self {
         let text = |path: &str| fs::read_to_string(path).unwrap_or_default();

@@ -6,10 +6,12 @@ use clap::Args;
 
 use super::run::YadeLimits;
 use super::{json, print};
+use crate::bench::checks;
 use crate::bench::goals::Goal;
 use crate::bench::limits::Bound;
 use crate::bench::rounds::Contest;
 use crate::bench::{self, Bench, Options, one};
+use crate::checks::record::Whole;
 use crate::compare::Verdict;
 use crate::engine::native::Mode;
 use crate::error::{Error, exit};
@@ -73,7 +75,14 @@ impl Arguments {
             command: self.command(),
         };
         let bench = bench::bench(&options, &Display::new(self.quiet))?;
-        let text = json(&bench)?;
+        let whole = Whole::of(
+            "bench",
+            &bench,
+            bench.machine.kind(),
+            checks::all(&bench),
+            checks::speeds(&bench),
+        );
+        let text = json(&whole)?;
         let page = crate::report::bench::page(&bench)?;
         write_whole(&out.join("report.html"), page.as_bytes())?;
         // Last of all: this file says that the benchmark is finished.

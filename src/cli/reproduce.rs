@@ -4,13 +4,21 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::baseline::Where;
+use super::checks::Files;
 use super::run::YadeLimits;
 use super::{json, print};
+use crate::baseline::diff::diff;
+use crate::bench::machine::Machine;
+use crate::checks::Tally;
+use crate::checks::record::{Whole, parse};
 use crate::compare::Verdict;
+use crate::engine::native::Perturbation;
 use crate::error::Error;
 use crate::files::{failed, free_folder, write_whole};
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
+use crate::reproduce::checks;
 use crate::reproduce::record::Reproduction;
 use crate::reproduce::{Options, reproduce};
 use crate::scene::{paper_scene, read_scene};
@@ -36,6 +44,16 @@ pub struct Arguments {
     scene: Option<PathBuf>,
     #[command(flatten)]
     limits: YadeLimits,
+    /// Put a deliberate fault into the native engine, such as stiffness=1e-3, to see that the job would notice
+    #[arg(long, value_name = "FAULT")]
+    perturb: Option<Perturbation>,
+    /// Hold the run against this baseline: what changed stands second on the page, and what is worse fails
+    #[arg(long, value_name = "NAME")]
+    baseline: Option<String>,
+    #[command(flatten)]
+    at: Where,
+    #[command(flatten)]
+    files: Files,
     /// No progress
     #[arg(long)]
     quiet: bool,
@@ -43,9 +61,22 @@ pub struct Arguments {
 
 impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
+        let done = self.reproduce();
+        if let Err(error) = &done {
+            self.files.write_error("crossgrain reproduce", error)?;
+        }
+        done
+    }
+
+    fn reproduce(&self) -> Result<u8, Error> {
         let scene = match &self.scene {
             Some(path) => read_scene(path)?,
             None => paper_scene(1, 5000),
+        };
+        // A name that is wrong is said before hours of work, not after.
+        let baseline = match &self.baseline {
+            Some(name) => Some(self.at.store().load(name)?),
+            None => None,
         };
         let out = match &self.out {
             Some(out) if out.join("run.json").exists() => {
@@ -71,6 +102,7 @@ impl Arguments {
             full: self.full,
             ladder: self.scene.is_none(),
             yade: self.limits.options(),
+            fault: self.perturb,
             command: self.command(),
         };
         let (reproduction, runs) = reproduce(&options, &display)?;
@@ -81,12 +113,32 @@ impl Arguments {
             &out.join("scene.json"),
             json(&runs.native.scene)?.as_bytes(),
         )?;
-        let page = crate::report::page::render(&reproduction, &runs)?;
+        let own = Whole::of(
+            "reproduce",
+            &reproduction,
+            Machine::this().kind(),
+            checks::all(&reproduction),
+            reproduction.speeds(),
+        );
+        let text = json(&own)?;
+        let record = parse("run.json", &text)?;
+        let diff = baseline.map(|baseline| diff(&baseline, &record));
+        let page = crate::report::page::render(&reproduction, &runs, diff.as_ref())?;
         write_whole(&out.join("report.html"), page.as_bytes())?;
+        self.files.write(&record, diff.as_ref())?;
         // Last of all: this file says that the job is finished.
-        write_whole(&out.join("run.json"), json(&reproduction)?.as_bytes())?;
-        print(&in_words(&reproduction, &out))?;
-        Ok(super::exit_code(reproduction.verdict))
+        write_whole(&out.join("run.json"), text.as_bytes())?;
+        let mut words = in_words(&reproduction, record.tally(), &out);
+        if let Some(diff) = &diff {
+            words += &super::baseline::in_words(diff, false);
+        }
+        print(&words)?;
+        let worse = diff.is_some_and(|diff| diff.verdict == Verdict::Fail);
+        Ok(super::exit_code(if worse {
+            Verdict::Fail
+        } else {
+            reproduction.verdict
+        }))
     }
 
     fn command(&self) -> String {
@@ -97,11 +149,14 @@ impl Arguments {
         if self.scene.is_some() {
             command += " --scene scene.json";
         }
+        if let Some(fault) = &self.perturb {
+            command += &format!(" --perturb {fault}");
+        }
         command
     }
 }
 
-fn in_words(reproduction: &Reproduction, out: &Path) -> String {
+fn in_words(reproduction: &Reproduction, tally: Tally, out: &Path) -> String {
     let mut text = String::new();
     for named in &reproduction.comparisons {
         let verdict = super::in_a_word(named.comparison.verdict());
@@ -139,13 +194,9 @@ fn in_words(reproduction: &Reproduction, out: &Path) -> String {
             run.microseconds_per_step, run.engine, run.stages
         );
     }
-    let tally = reproduction.tally();
     text += &format!(
-        "\n{}: {} checks passed, {} failed, {} not made; {} s\nreport: {}\n",
+        "\n{}: {tally}; {} s\nreport: {}\n",
         super::in_a_word(reproduction.verdict),
-        tally.passed,
-        tally.failed,
-        tally.not_made,
         reproduction.seconds.round(),
         out.join("report.html").display()
     );

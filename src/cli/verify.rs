@@ -7,12 +7,16 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::run::YadeLimits;
 use super::{in_a_word, json, print};
+use crate::bench::machine::Machine;
+use crate::checks::number_repeated;
+use crate::checks::record::Whole;
 use crate::compare::Verdict;
 use crate::error::Error;
 use crate::files::{FileError, refuse_existing, write_folder, write_whole};
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 use crate::report::verification;
+use crate::verify::checks::of_rungs;
 use crate::verify::ladder::{Climbed, Climbers};
 use crate::verify::limits::{Limit, Limits};
 use crate::verify::record::{Options, Tally, Verification, verify};
@@ -67,7 +71,15 @@ impl Arguments {
         if asked_to_end() {
             return Err(Error::Interrupted);
         }
-        let text = json(&verification)?;
+        let mut checks = of_rungs(&verification.rungs);
+        number_repeated(&mut checks);
+        let text = json(&Whole::of(
+            "verify",
+            &verification,
+            Machine::this().kind(),
+            checks,
+            Vec::new(),
+        ))?;
         print(&if self.json {
             text.clone()
         } else {

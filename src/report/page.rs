@@ -3,15 +3,19 @@
 use serde::Serialize;
 
 use super::chart::{BLUE, Chart, Corner, GREEN, Mark, Series, VERMILION};
+use super::junit::in_a_line;
 use super::packing;
 use super::shell::{self, Figure};
 use super::verification::part;
+use crate::baseline::diff::{Change, Changed, Diff};
+use crate::checks::{Check, Tally};
 use crate::compare::Verdict;
 use crate::compare::parting::Separation;
 use crate::error::Error;
 use crate::folder::{Moment, RunFolder};
 use crate::measure::history::HistoryRow;
 use crate::reproduce::Runs;
+use crate::reproduce::checks;
 use crate::reproduce::faults::FaultCheck;
 use crate::reproduce::record::Reproduction;
 use crate::tables::Stage;
@@ -19,9 +23,16 @@ use crate::tables::Stage;
 const TEMPLATE: &str = include_str!("page.html");
 
 /// The page as HTML.
-pub fn render(reproduction: &Reproduction, runs: &Runs) -> Result<String, Error> {
+pub fn render(
+    reproduction: &Reproduction,
+    runs: &Runs,
+    diff: Option<&Diff>,
+) -> Result<String, Error> {
     let page = Page {
         r: reproduction,
+        changed: diff.map(changed),
+        diff,
+        diff_line: diff.map(Diff::in_a_line),
         word: match reproduction.verdict {
             Verdict::Pass => "Agreed",
             Verdict::Fail => "Different",
@@ -41,6 +52,10 @@ pub fn render(reproduction: &Reproduction, runs: &Runs) -> Result<String, Error>
 #[derive(Debug, Serialize)]
 struct Page<'a> {
     r: &'a Reproduction,
+    /// Against a baseline, if there is one.
+    changed: Option<Vec<ChangedRow<'a>>>,
+    diff: Option<&'a Diff>,
+    diff_line: Option<String>,
     word: &'static str,
     summary: Summary,
     choices: Vec<Choice>,
@@ -57,19 +72,58 @@ struct Summary {
     passed: usize,
     failed: usize,
     not_made: usize,
+    expected_failures: usize,
     faults_found: usize,
 }
 
 impl Summary {
     fn of(reproduction: &Reproduction) -> Self {
-        let tally = reproduction.tally();
+        let tally = Tally::of(&checks::all(reproduction));
         Summary {
             passed: tally.passed,
             failed: tally.failed,
             not_made: tally.not_made,
+            expected_failures: tally.expected_failures,
             faults_found: tally_faults(reproduction),
         }
     }
+}
+
+/// A check that is not as it was.
+#[derive(Debug, Serialize)]
+struct ChangedRow<'a> {
+    id: &'a str,
+    change: &'static str,
+    bad: bool,
+    before: String,
+    after: String,
+    share: Option<f64>,
+}
+
+/// Rows of moved checks at most; the worst come first.
+const MOST_MOVED: usize = 12;
+
+fn changed(diff: &Diff) -> Vec<ChangedRow<'_>> {
+    let side = |check: &Option<Check>| check.as_ref().map_or("–".to_owned(), in_a_line);
+    let row = |of: &'_ Changed| ChangedRow {
+        id: "",
+        change: of.change.words(),
+        bad: of.change == Change::NewFailure,
+        before: side(&of.before),
+        after: side(&of.after),
+        share: of.share_of_tolerance,
+    };
+    let (moved, other): (Vec<_>, Vec<_>) = diff
+        .changes
+        .iter()
+        .partition(|of| of.change == Change::Moved);
+    let shown = other.into_iter().chain(moved.into_iter().take(MOST_MOVED));
+    shown
+        .map(|of| ChangedRow {
+            id: &of.id,
+            ..row(of)
+        })
+        .collect()
 }
 
 fn tally_faults(reproduction: &Reproduction) -> usize {

@@ -4,16 +4,17 @@ use serde::Serialize;
 
 use super::claims::Claim;
 use super::faults::FaultCheck;
+use crate::checks::Speed;
 use crate::compare::{Comparison, Verdict};
 use crate::engine::yade;
 use crate::folder::RunFolder;
 use crate::paper;
-use crate::verify::facts::{self, FactPair};
+use crate::verify::facts::FactPair;
 use crate::verify::ladder::Climbers;
 use crate::verify::record::{Options, Verification};
 
 /// The version of the reproduction's `run.json`.
-pub const REPRODUCTION_VERSION: u32 = 2;
+pub const REPRODUCTION_VERSION: u32 = 3;
 
 /// Grains of the longest trajectories of the ladder in the main job; `crossgrain verify` has all.
 const LADDER_GRAINS: u32 = 500;
@@ -67,37 +68,23 @@ pub struct Reproduction {
     pub seconds: f64,
 }
 
-/// How many checks fared how.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Tally {
-    /// Checks that hold.
-    pub passed: usize,
-    /// Checks that do not.
-    pub failed: usize,
-    /// What was not checked, with the reason.
-    pub not_made: usize,
-}
-
 impl Reproduction {
-    /// Counts the checks of all comparisons, each measured quantity, each fault and each
-    /// rung among them.
-    pub fn tally(&self) -> Tally {
-        let mut verdicts = Vec::new();
-        for named in &self.comparisons {
-            verdicts.extend(named.comparison.checks.iter().map(|check| check.verdict));
-            verdicts.extend(named.comparison.quantities.iter().map(|pair| pair.verdict));
-        }
-        verdicts.extend(self.faults.iter().map(|fault| fault.verdict));
-        verdicts.extend(facts::verdict(&self.facts));
-        let rungs = self.ladder.iter().flat_map(|ladder| &ladder.rungs);
-        let applicable = rungs.filter(|rung| !rung.inapplicable);
-        verdicts.extend(applicable.map(|rung| rung.verdict));
-        let count = |of: Verdict| verdicts.iter().filter(|verdict| **verdict == of).count();
-        Tally {
-            passed: count(Verdict::Pass),
-            failed: count(Verdict::Fail),
-            not_made: count(Verdict::NotMade) + self.not_made.len(),
-        }
+    /// YADE's time a step over the native engine's, of the runs that were made live, one each.
+    pub fn speeds(&self) -> Vec<Speed> {
+        let of = |run: &RunSummary| {
+            let value = run
+                .times_native
+                .filter(|_| run.folder.starts_with("yade"))?;
+            Some(Speed {
+                id: format!("time/{}", run.folder),
+                what: format!("time a step of {} over native exact", run.engine),
+                unit: "times native".to_owned(),
+                value,
+                range: None,
+                less_is_better: false,
+            })
+        };
+        self.runs.iter().filter_map(of).collect()
     }
 }
 

@@ -14,7 +14,7 @@ use crate::progress::Display;
 use crate::run::EngineError;
 
 /// The version of `verify.json`.
-pub const VERIFICATION_VERSION: u32 = 1;
+pub const VERIFICATION_VERSION: u32 = 2;
 
 /// What is to be verified, and how.
 #[derive(Debug, Clone)]

@@ -1,0 +1,515 @@
+//! A run held against a baseline: what is worse, what is better, what moved, and what cannot be told.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::Baseline;
+use crate::checks::record::Record;
+use crate::checks::{Check, Outcome, Speed};
+use crate::compare::Verdict;
+
+/// What became of a check. The order is that of reading: the worst first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Change {
+    /// It fails now, and did not or was not there.
+    NewFailure,
+    /// It was made and is not now.
+    NoLongerMade,
+    /// It is gone.
+    Removed,
+    /// Its unit, method, basis or limits are others, so its values do not compare.
+    DefinitionChanged,
+    /// It failed and holds now.
+    Fixed,
+    /// It was not made and is now.
+    NowMade,
+    /// It was not there.
+    Added,
+    /// Its value is another, its outcome the same.
+    Moved,
+}
+
+impl Change {
+    /// For people.
+    pub fn words(self) -> &'static str {
+        match self {
+            Change::NewFailure => "new failure",
+            Change::NoLongerMade => "no longer made",
+            Change::Removed => "removed",
+            Change::DefinitionChanged => "definition changed",
+            Change::Fixed => "fixed",
+            Change::NowMade => "now made",
+            Change::Added => "added",
+            Change::Moved => "moved within tolerance",
+        }
+    }
+}
+
+/// A check that is not as it was.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Changed {
+    /// Of the check.
+    pub id: String,
+    /// What became of it.
+    pub change: Change,
+    /// In the baseline.
+    pub before: Option<Check>,
+    /// In this run.
+    pub after: Option<Check>,
+    /// Value after minus value before, in the check's unit.
+    pub by: Option<f64>,
+    /// The same over what the limits leave to either side of what is expected.
+    pub share_of_tolerance: Option<f64>,
+}
+
+/// What became of a speed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Pace {
+    /// Beyond what rounds scatter.
+    Slower,
+    /// Beyond what rounds scatter.
+    Faster,
+    /// Within it.
+    Same,
+    /// The machines are not the same, or one run does not have it.
+    NotJudged,
+}
+
+/// A speed in both.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SpeedPair {
+    /// Of the speed.
+    pub id: String,
+    /// For people.
+    pub what: String,
+    /// Of both.
+    pub unit: String,
+    /// In the baseline.
+    pub before: Option<f64>,
+    /// In this run.
+    pub after: Option<f64>,
+    /// Cost after over cost before: above 1 is slower.
+    pub cost: Option<f64>,
+    /// A change of cost up to this factor, either way, says nothing.
+    pub scatter: f64,
+    /// What that amounts to.
+    pub pace: Pace,
+}
+
+/// A run against a baseline.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Diff {
+    /// The baseline's name.
+    pub baseline: String,
+    /// Versions of crossgrain, before and after.
+    pub crossgrain: [String; 2],
+    /// Commands, before and after.
+    pub commands: [String; 2],
+    /// Both were made on machines of the same kind.
+    pub same_machine: bool,
+    /// Every check that is not as it was, the worst first.
+    pub changes: Vec<Changed>,
+    /// Checks that are as they were, to the last bit.
+    pub same: usize,
+    /// Checks that fail now and failed before.
+    pub still_failing: usize,
+    /// All speeds.
+    pub speeds: Vec<SpeedPair>,
+    /// Failed if anything is worse; not made if something can no longer be told; else passed.
+    pub verdict: Verdict,
+}
+
+/// Times of one round each.
+const SINGLE_ROUND: f64 = 1.5;
+/// Times whose rounds do not overlap.
+const APART: f64 = 1.05;
+/// Numbers of instructions.
+const INSTRUCTIONS: f64 = 1.01;
+/// Limits that differ by less, relative to their width, are the same.
+const SAME_WIDTH: f64 = 0.01;
+
+/// Holds a run against a baseline.
+pub fn diff(baseline: &Baseline, run: &Record) -> Diff {
+    let before = &baseline.record;
+    let by_id = |checks: &[Check]| -> BTreeMap<String, Check> {
+        let pair = |check: &Check| (check.id.clone(), check.clone());
+        checks.iter().map(pair).collect()
+    };
+    let (old, new) = (by_id(&before.checks), by_id(&run.checks));
+    let mut changes = Vec::new();
+    let mut same = 0;
+    for (id, after) in &new {
+        match changed(id, old.get(id), Some(after)) {
+            Some(change) => changes.push(change),
+            None => same += 1,
+        }
+    }
+    let gone = old.iter().filter(|(id, _)| !new.contains_key(*id));
+    changes.extend(gone.filter_map(|(id, check)| changed(id, Some(check), None)));
+    let moved = |of: &Changed| of.share_of_tolerance.unwrap_or(0.0);
+    changes.sort_by(|a, b| {
+        let by_size = moved(b).total_cmp(&moved(a));
+        a.change.cmp(&b.change).then(by_size).then(a.id.cmp(&b.id))
+    });
+    let same_machine = before.machine_kind == run.machine_kind && run.machine_kind.is_some();
+    let speeds = speeds(&before.speeds, &run.speeds, same_machine);
+    let failing = |id: &String| {
+        let fails = |of: &BTreeMap<String, Check>| {
+            of.get(id)
+                .is_some_and(|check| check.outcome == Outcome::Fail)
+        };
+        fails(&old) && fails(&new)
+    };
+    Diff {
+        baseline: baseline.name.clone(),
+        crossgrain: [before.crossgrain.clone(), run.crossgrain.clone()],
+        commands: [before.command.clone(), run.command.clone()],
+        same_machine,
+        same,
+        still_failing: new.keys().filter(|id| failing(id)).count(),
+        verdict: verdict(&changes, &speeds),
+        changes,
+        speeds,
+    }
+}
+
+impl Diff {
+    /// The counts.
+    pub fn in_a_line(&self) -> String {
+        let mut parts = Vec::new();
+        let mut count = |number: usize, words: &str| {
+            if number > 0 {
+                parts.push(format!("{number} {words}"));
+            }
+        };
+        for change in [
+            Change::NewFailure,
+            Change::NoLongerMade,
+            Change::Removed,
+            Change::DefinitionChanged,
+            Change::Fixed,
+            Change::NowMade,
+            Change::Added,
+            Change::Moved,
+        ] {
+            let of = self.changes.iter().filter(|of| of.change == change);
+            count(of.count(), change.words());
+        }
+        for (pace, words) in [(Pace::Slower, "slower"), (Pace::Faster, "faster")] {
+            let of = self.speeds.iter().filter(|of| of.pace == pace);
+            count(of.count(), words);
+        }
+        count(self.still_failing, "still failing");
+        count(self.same, "as they were");
+        parts.join(", ")
+    }
+}
+
+impl SpeedPair {
+    /// Both values, and what that amounts to.
+    pub fn in_a_line(&self) -> String {
+        let number = |of: Option<f64>| of.map_or("–".to_owned(), |of| format!("{of:.4}"));
+        let cost = self
+            .cost
+            .map_or(String::new(), |cost| format!(", {cost:.3} times the cost"));
+        format!(
+            "{}: {} to {} {}{cost}",
+            self.what,
+            number(self.before),
+            number(self.after),
+            self.unit
+        )
+    }
+}
+
+fn verdict(changes: &[Changed], speeds: &[SpeedPair]) -> Verdict {
+    let any = |wanted: &[Change]| changes.iter().any(|of| wanted.contains(&of.change));
+    if any(&[Change::NewFailure]) || speeds.iter().any(|of| of.pace == Pace::Slower) {
+        Verdict::Fail
+    } else if any(&[
+        Change::NoLongerMade,
+        Change::Removed,
+        Change::DefinitionChanged,
+    ]) {
+        Verdict::NotMade
+    } else {
+        Verdict::Pass
+    }
+}
+
+/// None for a check that is as it was.
+fn changed(id: &str, before: Option<&Check>, after: Option<&Check>) -> Option<Changed> {
+    use Outcome::{Fail, NotMade};
+    let change = match (before, after) {
+        (None, None) => return None,
+        (Some(_), None) => Change::Removed,
+        (None, Some(after)) if after.outcome == Fail => Change::NewFailure,
+        (None, Some(_)) => Change::Added,
+        (Some(before), Some(after)) => match (before.outcome, after.outcome) {
+            (Fail, Fail) => return moved(id, before, after),
+            (_, Fail) => Change::NewFailure,
+            (NotMade, NotMade) => return None,
+            (_, NotMade) => Change::NoLongerMade,
+            (NotMade, _) => Change::NowMade,
+            (Fail, _) => Change::Fixed,
+            (a, b) if a != b => Change::DefinitionChanged,
+            _ => return moved(id, before, after),
+        },
+    };
+    Some(of(id, change, before, after))
+}
+
+/// Both were made and came to the same.
+fn moved(id: &str, before: &Check, after: &Check) -> Option<Changed> {
+    if !same_definition(before, after) {
+        return Some(of(id, Change::DefinitionChanged, Some(before), Some(after)));
+    }
+    let bits = |check: &Check| check.value.map(f64::to_bits);
+    (bits(before) != bits(after)).then(|| of(id, Change::Moved, Some(before), Some(after)))
+}
+
+fn of(id: &str, change: Change, before: Option<&Check>, after: Option<&Check>) -> Changed {
+    let value = |check: Option<&Check>| check.and_then(|check| check.value);
+    let by = value(before)
+        .zip(value(after))
+        .map(|(before, after)| after - before);
+    let room = after.and_then(|check| {
+        let [below, above] = room(check);
+        if by.is_some_and(|by| by < 0.0) {
+            below
+        } else {
+            above
+        }
+    });
+    Changed {
+        id: id.to_owned(),
+        change,
+        before: before.cloned(),
+        after: after.cloned(),
+        by,
+        share_of_tolerance: by
+            .zip(room)
+            .and_then(|(by, room)| (room > 0.0).then(|| by.abs() / room)),
+    }
+}
+
+/// What the limits leave below and above what is expected.
+fn room(check: &Check) -> [Option<f64>; 2] {
+    let expected = check.expected;
+    [
+        expected
+            .zip(check.lower)
+            .map(|(expected, lower)| expected - lower),
+        expected
+            .zip(check.upper)
+            .map(|(expected, upper)| upper - expected),
+    ]
+}
+
+fn same_definition(a: &Check, b: &Check) -> bool {
+    let alike = |(a, b): (Option<f64>, Option<f64>)| match (a, b) {
+        (Some(a), Some(b)) => a == b || (a - b).abs() <= SAME_WIDTH * a.abs().max(b.abs()),
+        (a, b) => a.is_none() == b.is_none(),
+    };
+    let rooms = room(a).into_iter().zip(room(b));
+    (&a.unit, &a.method, &a.basis) == (&b.unit, &b.method, &b.basis) && rooms.into_iter().all(alike)
+}
+
+fn speeds(before: &[Speed], after: &[Speed], same_machine: bool) -> Vec<SpeedPair> {
+    let find = |list: &[Speed], id: &str| list.iter().find(|speed| speed.id == id).cloned();
+    let mut ids: Vec<&Speed> = after.iter().collect();
+    ids.extend(
+        before
+            .iter()
+            .filter(|speed| find(after, &speed.id).is_none()),
+    );
+    let pair = |speed: &Speed| {
+        let (old, new) = (find(before, &speed.id), find(after, &speed.id));
+        let both = old.as_ref().zip(new.as_ref());
+        let cost = both.map(|(old, new)| {
+            if new.less_is_better {
+                new.value / old.value
+            } else {
+                old.value / new.value
+            }
+        });
+        let scatter = both.map_or(SINGLE_ROUND, |(old, new)| scatter(old, new));
+        SpeedPair {
+            id: speed.id.clone(),
+            what: speed.what.clone(),
+            unit: speed.unit.clone(),
+            before: old.as_ref().map(|speed| speed.value),
+            after: new.as_ref().map(|speed| speed.value),
+            cost,
+            scatter,
+            pace: match cost {
+                Some(cost) if same_machine && cost.is_finite() => pace(cost, scatter),
+                _ => Pace::NotJudged,
+            },
+        }
+    };
+    ids.into_iter().map(pair).collect()
+}
+
+fn pace(cost: f64, scatter: f64) -> Pace {
+    if cost > scatter {
+        Pace::Slower
+    } else if cost < 1.0 / scatter {
+        Pace::Faster
+    } else {
+        Pace::Same
+    }
+}
+
+/// Rounds that overlap say nothing, however far their medians are apart.
+fn scatter(old: &Speed, new: &Speed) -> f64 {
+    match (old.range, new.range) {
+        (Some([_, high]), Some([low, _])) if high < low => APART,
+        (Some([low, _]), Some([_, high])) if high < low => APART,
+        (Some(_), Some(_)) => f64::INFINITY,
+        _ if old.unit.starts_with("instructions") => INSTRUCTIONS,
+        _ => SINGLE_ROUND,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(id: &str, value: f64, outcome: Outcome) -> Check {
+        Check::of_words(id.to_owned(), id, outcome, "")
+            .with_limits(value, 1.0, Some(0.5))
+            .judged_by("by looking", "told so")
+    }
+
+    fn speed(value: f64, range: Option<[f64; 2]>, unit: &str) -> Speed {
+        Speed {
+            id: "time/yade".to_owned(),
+            what: "YADE over native".to_owned(),
+            unit: unit.to_owned(),
+            value,
+            range,
+            less_is_better: unit.starts_with("instructions"),
+        }
+    }
+
+    fn record(checks: Vec<Check>, speeds: Vec<Speed>) -> Record {
+        Record {
+            job: "verify".to_owned(),
+            version: 2,
+            crossgrain: "0.1.0".to_owned(),
+            command: "crossgrain verify".to_owned(),
+            machine_kind: Some("a machine".to_owned()),
+            scene_digest: None,
+            yade: None,
+            verdict: Outcome::Pass,
+            checks,
+            speeds,
+        }
+    }
+
+    fn between(before: Record, after: &Record) -> Diff {
+        let baseline = Baseline {
+            baseline: 1,
+            name: "main".to_owned(),
+            source: String::new(),
+            record: before,
+        };
+        diff(&baseline, after)
+    }
+
+    fn of_one(before: Option<Check>, after: Option<Check>) -> (Option<Change>, Verdict) {
+        let run = |check: Option<Check>| record(check.into_iter().collect(), Vec::new());
+        let diff = between(run(before), &run(after));
+        (diff.changes.first().map(|of| of.change), diff.verdict)
+    }
+
+    #[test]
+    fn each_kind_of_change_is_told_and_weighed() {
+        use Change::*;
+        use Outcome::{ExpectedFailure, Fail, NotMade, Pass};
+        use Verdict::{Fail as Worse, NotMade as Open, Pass as Fine};
+        let a = |value, outcome| Some(check("a", value, outcome));
+        let other = |change: fn(&mut Check)| {
+            let mut check = check("a", 1.0, Pass);
+            change(&mut check);
+            Some(check)
+        };
+        let looser = other(|check| check.upper = Some(1.6));
+        let unit = other(|check| check.unit = "m".to_owned());
+        let method = other(|check| check.method = "by hearsay".to_owned());
+        for (before, after, change, verdict) in [
+            (a(1.0, Pass), a(1.0, Pass), None, Fine),
+            (a(1.0, Pass), a(1.1, Pass), Some(Moved), Fine),
+            (a(1.0, Pass), a(1.6, Fail), Some(NewFailure), Worse),
+            (None, a(1.6, Fail), Some(NewFailure), Worse),
+            (a(0.0, NotMade), a(1.6, Fail), Some(NewFailure), Worse),
+            (a(1.6, Fail), a(1.6, Fail), None, Fine),
+            (a(1.6, Fail), a(1.7, Fail), Some(Moved), Fine),
+            (a(1.6, Fail), a(1.0, Pass), Some(Fixed), Fine),
+            (a(1.0, Pass), a(0.0, NotMade), Some(NoLongerMade), Open),
+            (a(1.6, Fail), a(0.0, NotMade), Some(NoLongerMade), Open),
+            (a(0.0, NotMade), a(1.0, Pass), Some(NowMade), Fine),
+            (a(0.0, NotMade), a(0.0, NotMade), None, Fine),
+            (None, a(1.0, Pass), Some(Added), Fine),
+            (a(1.0, Pass), None, Some(Removed), Open),
+            (a(1.0, Pass), looser, Some(DefinitionChanged), Open),
+            (a(1.0, Pass), unit, Some(DefinitionChanged), Open),
+            (a(1.0, Pass), method, Some(DefinitionChanged), Open),
+            (
+                a(1.0, ExpectedFailure),
+                a(1.0, Pass),
+                Some(DefinitionChanged),
+                Open,
+            ),
+        ] {
+            let found = of_one(before.clone(), after.clone());
+            assert_eq!(found, (change, verdict), "{before:?} {after:?}");
+        }
+    }
+
+    #[test]
+    fn a_move_is_measured_in_its_tolerance_and_the_worst_comes_first() {
+        let of = |values: [f64; 3], outcome| {
+            let checks = ["a", "b", "c"].into_iter().zip(values);
+            checks
+                .map(|(id, value)| check(id, value, outcome))
+                .collect()
+        };
+        let before = record(of([1.0; 3], Outcome::Pass), Vec::new());
+        let mut after = record(of([1.1, 1.0, 0.6], Outcome::Pass), Vec::new());
+        after.checks[1].outcome = Outcome::Fail;
+        let diff = between(before, &after);
+        let ids: Vec<&str> = diff.changes.iter().map(|of| of.id.as_str()).collect();
+        assert_eq!(ids, ["b", "c", "a"]);
+        let share = diff.changes[1].share_of_tolerance.expect("limits");
+        assert!((share - 0.8).abs() < 1e-12, "{share}");
+    }
+
+    #[test]
+    fn speeds_are_ratios_judged_beyond_their_scatter_on_one_machine() {
+        let pace = |before: Speed, after: Speed| {
+            let run = |speed| record(Vec::new(), vec![speed]);
+            let diff = between(run(before), &run(after));
+            (diff.speeds[0].pace, diff.verdict)
+        };
+        let single = |value| speed(value, None, "times native");
+        let rounds = |value| speed(value, Some([value - 2.0, value + 2.0]), "times native");
+        let counted = |value| speed(value, None, "instructions a step");
+        use Verdict::{Fail, Pass};
+        assert_eq!(pace(single(80.0), single(60.0)), (Pace::Same, Pass));
+        assert_eq!(pace(single(80.0), single(40.0)), (Pace::Slower, Fail));
+        assert_eq!(pace(single(40.0), single(80.0)), (Pace::Faster, Pass));
+        assert_eq!(pace(rounds(80.0), rounds(77.0)), (Pace::Same, Pass));
+        assert_eq!(pace(rounds(80.0), rounds(70.0)), (Pace::Slower, Fail));
+        assert_eq!(pace(counted(1.0e6), counted(1.02e6)), (Pace::Slower, Fail));
+        assert_eq!(pace(counted(1.0e6), counted(1.005e6)), (Pace::Same, Pass));
+        let before = record(Vec::new(), vec![single(80.0)]);
+        let mut after = record(Vec::new(), vec![single(40.0)]);
+        after.machine_kind = Some("another".to_owned());
+        assert_eq!(between(before, &after).speeds[0].pace, Pace::NotJudged);
+    }
+}

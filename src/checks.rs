@@ -1,0 +1,251 @@
+//! Every check of a job in one shape: what terminal lines, pages, JUnit files, tables and baselines are made of.
+//!
+//! A job's own record (`run.json`, `verify.json`, …) has them as `checks` and `speeds`.
+
+pub mod record;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What a check came to.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// It holds.
+    Pass,
+    /// It does not.
+    Fail,
+    /// It could not be made, or nothing was expected of it; never counted as passed.
+    NotMade,
+    /// It does not hold and is known not to, for the reason that is given with it; were it to hold, it would fail.
+    ExpectedFailure,
+}
+
+impl Outcome {
+    /// For people.
+    pub fn word(self) -> &'static str {
+        match self {
+            Outcome::Pass => "pass",
+            Outcome::Fail => "FAIL",
+            Outcome::NotMade => "not made",
+            Outcome::ExpectedFailure => "expected failure",
+        }
+    }
+}
+
+/// One check.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Check {
+    /// Lasting and unique in its record: parts from the general to the special with `/` between them. A baseline finds a check
+    /// again by it.
+    pub id: String,
+    /// What is measured, for people.
+    pub quantity: String,
+    /// SI unit, `1` for a ratio or a count.
+    pub unit: String,
+    /// As measured; none where there is no number, or it is none.
+    pub value: Option<f64>,
+    /// What it should be.
+    pub expected: Option<f64>,
+    /// The least that passes.
+    pub lower: Option<f64>,
+    /// The most that passes.
+    pub upper: Option<f64>,
+    /// How it is measured and judged.
+    pub method: String,
+    /// Where the limits come from.
+    pub basis: String,
+    /// How many independent observations the value rests on.
+    pub n: u64,
+    /// The value's 95 % interval, where it has one.
+    pub interval: Option<[f64; 2]>,
+    /// What it came to.
+    pub outcome: Outcome,
+    /// What was found or why it was not made, in words; empty where the numbers say all.
+    pub found: String,
+}
+
+impl Check {
+    /// A check without numbers.
+    pub fn of_words(id: String, quantity: &str, outcome: Outcome, found: &str) -> Self {
+        Check {
+            id,
+            quantity: quantity.to_owned(),
+            unit: "1".to_owned(),
+            value: None,
+            expected: None,
+            lower: None,
+            upper: None,
+            method: String::new(),
+            basis: String::new(),
+            n: 1,
+            interval: None,
+            outcome,
+            found: found.to_owned(),
+        }
+    }
+
+    /// Sets value and limits: it passes within `allowed` of `expected`. What is not finite is no number.
+    pub fn with_limits(mut self, value: f64, expected: f64, allowed: Option<f64>) -> Self {
+        let number = |of: f64| of.is_finite().then_some(of);
+        self.value = number(value);
+        self.expected = number(expected);
+        self.lower = allowed.and_then(|allowed| number(expected - allowed));
+        self.upper = allowed.and_then(|allowed| number(expected + allowed));
+        self
+    }
+
+    /// Says how it is judged and where the limits come from.
+    pub fn judged_by(mut self, method: &str, basis: &str) -> Self {
+        method.clone_into(&mut self.method);
+        basis.clone_into(&mut self.basis);
+        self
+    }
+}
+
+/// A cost that travels between machines: a ratio of times in one run, or a number of instructions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Speed {
+    /// Lasting and unique, as a check's.
+    pub id: String,
+    /// What it is, for people.
+    pub what: String,
+    /// `times native`, `instructions a step`.
+    pub unit: String,
+    /// The median.
+    pub value: f64,
+    /// Least and largest of the rounds; none for one round.
+    pub range: Option<[f64; 2]>,
+    /// Whether a smaller value is the better one.
+    pub less_is_better: bool,
+}
+
+/// How many checks came to what.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tally {
+    pub passed: usize,
+    pub failed: usize,
+    pub not_made: usize,
+    pub expected_failures: usize,
+}
+
+impl Tally {
+    /// Of these checks.
+    pub fn of(checks: &[Check]) -> Self {
+        let mut tally = Tally::default();
+        for check in checks {
+            *match check.outcome {
+                Outcome::Pass => &mut tally.passed,
+                Outcome::Fail => &mut tally.failed,
+                Outcome::NotMade => &mut tally.not_made,
+                Outcome::ExpectedFailure => &mut tally.expected_failures,
+            } += 1;
+        }
+        tally
+    }
+}
+
+impl std::fmt::Display for Tally {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Tally {
+            passed,
+            failed,
+            not_made,
+            expected_failures,
+        } = self;
+        write!(
+            out,
+            "{passed} checks passed, {failed} failed, {not_made} not made, {expected_failures} expected failures"
+        )
+    }
+}
+
+/// A part of an id from words: letters and digits in lower case, anything else between them as one hyphen.
+pub fn slug(words: &str) -> String {
+    let mut slug = String::with_capacity(words.len());
+    for letter in words.chars() {
+        match letter {
+            '\'' | '’' => {}
+            '.' | '_' => slug.push(letter),
+            letter if letter.is_alphanumeric() => slug.extend(letter.to_lowercase()),
+            _ if slug.ends_with('-') || slug.is_empty() => {}
+            _ => slug.push('-'),
+        }
+    }
+    slug.truncate(slug.trim_end_matches('-').len());
+    slug
+}
+
+/// Makes ids unique: the second check of an id gets `#2`, the third `#3`.
+pub fn number_repeated(checks: &mut [Check]) {
+    let mut seen = std::collections::HashMap::new();
+    for check in checks {
+        let times = seen.entry(check.id.clone()).or_insert(0u32);
+        *times += 1;
+        if *times > 1 {
+            check.id += &format!("#{times}");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slugs_are_short_and_plain() {
+        assert_eq!(
+            slug("native against YADE's sorted loop, live"),
+            "native-against-yades-sorted-loop-live"
+        );
+        assert_eq!(slug("  σ_zz (x/R) "), "σ_zz-x-r");
+        assert_eq!(
+            slug("settled.height.mean_surface"),
+            "settled.height.mean_surface"
+        );
+    }
+
+    #[test]
+    fn repeated_ids_are_numbered() {
+        let check = |id: &str| Check::of_words(id.to_owned(), "", Outcome::Pass, "");
+        let mut checks = [check("a"), check("b"), check("a"), check("a")];
+        number_repeated(&mut checks);
+        let ids: Vec<&str> = checks.iter().map(|check| check.id.as_str()).collect();
+        assert_eq!(ids, ["a", "b", "a#2", "a#3"]);
+    }
+
+    #[test]
+    fn what_is_no_number_is_none_and_json_keeps_the_rest() {
+        let check = Check::of_words(
+            "a/b".to_owned(),
+            "overlap",
+            Outcome::Fail,
+            "it is not a number",
+        )
+        .with_limits(f64::NAN, 1.0, Some(f64::INFINITY));
+        assert_eq!((check.value, check.lower), (None, None));
+        let text = serde_json::to_string(&check).expect("JSON");
+        let read: Check = serde_json::from_str(&text).expect("a check");
+        assert_eq!(read, check);
+    }
+
+    #[test]
+    fn a_tally_counts_each_kind() {
+        use Outcome::{ExpectedFailure, Fail, NotMade, Pass};
+        let checks: Vec<Check> = [Pass, Pass, Pass, Fail, NotMade, NotMade, ExpectedFailure]
+            .map(|outcome| Check::of_words(String::new(), "", outcome, ""))
+            .into();
+        let tally = Tally {
+            passed: 3,
+            failed: 1,
+            not_made: 2,
+            expected_failures: 1,
+        };
+        assert_eq!(Tally::of(&checks), tally);
+    }
+}

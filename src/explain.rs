@@ -1,0 +1,178 @@
+//! What a check means, how it is computed, where that comes from and what usually breaks it, by the beginning of its id.
+
+/// Of a family of checks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Explanation {
+    /// Parts of the ids with `*` for any one part; the longest that fits counts.
+    pub pattern: &'static str,
+    /// What it means that it passes.
+    pub meaning: &'static str,
+    /// How it is computed.
+    pub formula: &'static str,
+    /// Where that comes from, and where in the project it is.
+    pub source: &'static str,
+    /// What usually breaks it, and what to do then.
+    pub breaks: &'static str,
+}
+
+/// All families.
+pub const EXPLANATIONS: [Explanation; 14] = [
+    Explanation {
+        pattern: "compare/*",
+        meaning: "Two runs of one scene agree in what is named last in the id.",
+        formula: "Runs that add forces in the same order are held against each other bit by bit, others against the scatter of rounding: \
+            twins of the native run that differ in one last bit at the start.",
+        source: "docs/determinism.md; src/compare/",
+        breaks: "Any change of an operation or of the order of sums in one of the engines. Read `first difference` in the report: it names the first \
+            step, grain and number.",
+    },
+    Explanation {
+        pattern: "compare/*/same-scene",
+        meaning: "Both runs were given the same scene, so that their results may be compared at all.",
+        formula: "Equal digests (SHA-256) of the canonical JSON of both scenes.",
+        source: "docs/run-folder.md; src/scene/",
+        breaks: "Comparing folders of different scenes, or a scene file edited between two runs; the keys that differ are listed.",
+    },
+    Explanation {
+        pattern: "compare/*/same-start",
+        meaning: "Both runs began with the same grains.",
+        formula: "Equal digests of every position, velocity and radius of the cloud.",
+        source: "src/generate.rs",
+        breaks: "Another realization, or a change of the random numbers or of the cloud.",
+    },
+    Explanation {
+        pattern: "compare/*/same-stages",
+        meaning: "Settling and loading took the same numbers of steps and ended for the same reasons.",
+        formula: "Steps and reason of each stage, compared as they are.",
+        source: "src/engine.rs",
+        breaks: "Another stop rule, or a run that has already parted from the other: look at the first difference before this.",
+    },
+    Explanation {
+        pattern: "compare/*/bits-along-the-way",
+        meaning: "The whole way is the same, not only its end.",
+        formula: "Digests of the bits of every position, velocity and spin at each row of the history.",
+        source: "docs/determinism.md; src/compare/bits.rs",
+        breaks: "The first row that differs brackets the step at which the engines part; `crossgrain compare` halves it down to one step.",
+    },
+    Explanation {
+        pattern: "compare/*/quantity/*",
+        meaning: "A measured quantity is the same in both runs: equal where bits are expected, else within what rounding alone scatters.",
+        formula: "The key says what is measured: moment (settled or last), measure, definition. Each definition is one file with its formula.",
+        source: "src/measure/; docs/architecture.md",
+        breaks: "If bits differ too, the engines differ: begin with the bits. If bits agree and this does not, the measuring code saw different tables.",
+    },
+    Explanation {
+        pattern: "faults/*",
+        meaning: "The comparison can fail: a small fault put into the native engine was found.",
+        formula: "The scene is poured with and without the fault; the comparison of the two must fail and name the first difference.",
+        source: "src/reproduce/faults.rs; src/engine/native/perturb.rs",
+        breaks: "A comparison that looks at too little, or a fault that changes nothing in this scene (then it is not made).",
+    },
+    Explanation {
+        pattern: "facts/*",
+        meaning: "Both engines use the same parameter: stiffness, mass, damping, time step.",
+        formula: "Each engine is asked what it uses for a few grains that touch each other, a wall and the punch; relative difference at most 1e-14.",
+        source: "src/verify/facts.rs; crossgrain facts",
+        breaks: "A formula changed in one engine (k_n, mass, Cundall's α, time step). Everything that is compared later will differ for this reason.",
+    },
+    Explanation {
+        pattern: "ladder/*",
+        meaning: "A small experiment with a known outcome came out as it must, in the engine that the id names.",
+        formula: "Closed forms in continuous time with the error of discretisation as tolerance, or the scheme's own exact solution with \
+            rounding as tolerance; the basis of each limit stands beside it.",
+        source: "docs/verification.md; src/verify/",
+        breaks: "A change of contact law, integrator, damping or walls. `crossgrain verify --detection-limits` says which fault of which size each \
+            rung notices.",
+    },
+    Explanation {
+        pattern: "paper/*",
+        meaning: "A number that the paper prints and that needs no simulation is what it says it is.",
+        formula: "Recomputed by a route of our own; it must round to the printed digits. Expected failures are numbers that the paper misprints or \
+            computes otherwise, each with the reason.",
+        source: "src/paper/; crossgrain paper",
+        breaks: "A change of the recomputation. The published numbers do not change.",
+    },
+    Explanation {
+        pattern: "bench/bed/*",
+        meaning: "An engine that was timed still has the bed that it was given: one that drops grains or contacts is fast for nothing.",
+        formula: "Largest displacement, number of contacts and kinetic energy against native exact's after the same steps.",
+        source: "src/bench/sanity.rs; docs/benchmark.md",
+        breaks: "A mode that rounds more than it may, a neighbour list that misses contacts, another contact law.",
+    },
+    Explanation {
+        pattern: "bench/bits",
+        meaning: "The engine whose speed is shown is the one that has YADE's bits.",
+        formula: "Every position and velocity of native exact and of YADE's sorted loop after the same steps.",
+        source: "docs/determinism.md; src/bench/rounds.rs",
+        breaks: "Optimising the kernel so that an operation or the order of a sum changes.",
+    },
+    Explanation {
+        pattern: "bench/missed/*",
+        meaning: "A part of the benchmark was not made, or failed.",
+        formula: "None; the reason stands beside it.",
+        source: "docs/benchmark.md",
+        breaks: "A program that is not installed (then it is not made), or that ended with an error (then it fails).",
+    },
+    Explanation {
+        pattern: "not-made/*",
+        meaning: "A check that this job could have and did not make; it counts for nothing.",
+        formula: "None; the reason stands beside it.",
+        source: "src/reproduce.rs",
+        breaks: "YADE missing, another scene than the paper's, or an option such as --full that was not given.",
+    },
+];
+
+/// The explanation of a check's id; none if it is of no family.
+pub fn of(id: &str) -> Option<&'static Explanation> {
+    let fitting = EXPLANATIONS.iter().filter(|of| fits(of.pattern, id));
+    fitting.max_by_key(|of| (of.pattern.split('/').count(), of.pattern.len()))
+}
+
+/// Whether an id, or its beginning, fits a pattern. What follows the pattern may be anything.
+fn fits(pattern: &str, id: &str) -> bool {
+    let mut parts = id.split('/');
+    pattern.split('/').all(|wanted| match parts.next() {
+        Some(part) => wanted == "*" || wanted == part,
+        None => wanted == "*",
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_longest_pattern_counts() {
+        for (id, pattern) in [
+            (
+                "compare/native-against-yade/same-scene",
+                "compare/*/same-scene",
+            ),
+            ("compare/native-against-yade/bits-of-bodies", "compare/*"),
+            (
+                "compare/a/quantity/settled.height.mean_surface",
+                "compare/*/quantity/*",
+            ),
+            ("ladder/native/free-fall/x", "ladder/*"),
+            ("ladder", "ladder/*"),
+            ("bench/bits", "bench/bits"),
+            ("facts/everything/dt", "facts/*"),
+        ] {
+            assert_eq!(of(id).map(|of| of.pattern), Some(pattern), "{id}");
+        }
+        assert_eq!(of("bake/a"), None);
+        assert_eq!(of(""), None);
+    }
+
+    #[test]
+    fn sources_are_there() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        for of in EXPLANATIONS {
+            for word in of.source.split("; ") {
+                if word.starts_with("src/") || word.starts_with("docs/") {
+                    assert!(root.join(word).exists(), "{}: {word}", of.pattern);
+                }
+            }
+        }
+    }
+}

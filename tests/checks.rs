@@ -1,0 +1,273 @@
+//! Checks of a job as files for other programs, and baselines: from the command line.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::support::{crossgrain, told};
+
+/// A record with these checks, as `(id, value, outcome)`, each expected to be 1 ± 0.5, and one speed.
+fn record(
+    folder: &Path,
+    name: &str,
+    checks: &[(&str, f64, &str)],
+    yade_over_native: f64,
+) -> PathBuf {
+    let failed = checks.iter().any(|(_, _, outcome)| *outcome == "fail");
+    let checks: Vec<Value> = checks
+        .iter()
+        .map(|(id, value, outcome)| {
+            serde_json::json!({
+                "id": id, "quantity": "height", "unit": "m", "value": value, "expected": 1.0, "lower": 0.5, "upper": 1.5,
+                "method": "by looking", "basis": "told so", "n": 1, "interval": null, "outcome": outcome, "found": "",
+            })
+        })
+        .collect();
+    let record = serde_json::json!({
+        "job": "reproduce", "version": 3, "crossgrain": "0.1.0", "command": "crossgrain reproduce", "machine_kind": "a machine",
+        "verdict": if failed { "fail" } else { "pass" }, "checks": checks, "comparisons": [],
+        "speeds": [{"id": "time/yade-ordinary", "what": "time a step of YADE over native exact", "unit": "times native",
+            "value": yade_over_native, "range": null, "less_is_better": false}],
+    });
+    let path = folder.join(name);
+    fs::write(&path, record.to_string()).expect("written");
+    path
+}
+
+fn run(arguments: &[&str]) -> (i32, String, String) {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    told(&crossgrain(arguments, here))
+}
+
+fn path(path: &Path) -> &str {
+    path.to_str().expect("a path in UTF-8")
+}
+
+#[test]
+fn a_regression_shows_in_words_files_and_exit_code() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    let store = at("kept");
+    let sound = [
+        ("compare/a/height", 1.0, "pass"),
+        ("faults/wall", 1.0, "pass"),
+        ("gone", 1.0, "pass"),
+    ];
+    let before = record(folder.path(), "before.json", &sound, 60.0);
+    let (code, out, _) = run(&[
+        "baseline",
+        "save",
+        path(&before),
+        "main",
+        "--store",
+        path(&store),
+    ]);
+    assert_eq!(code, 0, "{out}");
+    // Never silently overwritten.
+    let (code, _, err) = run(&[
+        "baseline",
+        "save",
+        path(&before),
+        "main",
+        "--store",
+        path(&store),
+    ]);
+    assert!(code == 2 && err.contains("--replace"), "{code} {err}");
+    let (code, out, _) = run(&["baseline", "list", "--store", path(&store)]);
+    assert!(
+        code == 0 && out.contains("main: reproduce") && out.contains("3 checks passed"),
+        "{out}"
+    );
+
+    let diff = |record: &Path| {
+        run(&[
+            "baseline",
+            "diff",
+            path(record),
+            "main",
+            "--store",
+            path(&store),
+        ])
+    };
+    let (code, out, _) = diff(&before);
+    assert!(code == 0 && out.contains("NOTHING WORSE"), "{out}");
+
+    let broken = [
+        ("compare/a/height", 1.7, "fail"),
+        ("faults/wall", 1.2, "pass"),
+        ("gone", 1.0, "pass"),
+    ];
+    let broken = record(folder.path(), "broken.json", &broken, 60.0);
+    let (code, out, _) = diff(&broken);
+    assert!(code == 1 && out.contains("WORSE"), "{out}");
+    let first = out.lines().next().expect("a line");
+    assert!(first.contains("new failure compare/a/height"), "{out}");
+    assert!(out.contains("moved by 0.400 of its tolerance"), "{out}");
+
+    let (code, out, _) = diff(&record(folder.path(), "fewer.json", &sound[..2], 60.0));
+    assert!(code == 3 && out.contains("removed gone"), "{out}");
+    let (code, out, _) = diff(&record(folder.path(), "slow.json", &sound, 30.0));
+    assert!(
+        code == 1 && out.contains("slower") && out.contains("2.000 times the cost"),
+        "{out}"
+    );
+
+    let (junit, table, summary) = (at("checks.xml"), at("checks.csv"), at("summary.md"));
+    fs::write(&summary, "an earlier step\n").expect("written");
+    let (code, out, _) = run(&[
+        "checks",
+        path(&broken),
+        "--junit",
+        path(&junit),
+        "--csv",
+        path(&table),
+        "--summary",
+        path(&summary),
+    ]);
+    assert_eq!(code, 1, "the job's own verdict");
+    assert!(
+        out.starts_with("            FAIL compare/a/height"),
+        "{out}"
+    );
+    let junit = fs::read_to_string(junit).expect("JUnit");
+    assert!(
+        junit.contains("failures=\"1\"") && junit.contains("height: 1.7 m, must be 0.5 to 1.5"),
+        "{junit}"
+    );
+    assert_eq!(fs::read_to_string(table).expect("CSV").lines().count(), 4);
+    let summary = fs::read_to_string(summary).expect("Markdown");
+    assert!(
+        summary.starts_with("an earlier step\n## reproduce: FAIL"),
+        "{summary}"
+    );
+}
+
+#[test]
+fn what_cannot_be_used_is_said_with_what_to_do() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let store = folder.path().join("kept");
+    let sound = record(folder.path(), "run.json", &[("a", 1.0, "pass")], 60.0);
+    for (arguments, words) in [
+        (
+            vec!["baseline", "save", path(&sound), "../main"],
+            "is no name",
+        ),
+        (vec!["baseline", "save", path(&sound), "a b"], "is no name"),
+        (
+            vec!["baseline", "diff", path(&sound), "main"],
+            "there are none yet",
+        ),
+        (
+            vec!["baseline", "save", "missing.json", "main"],
+            "missing.json",
+        ),
+    ] {
+        let mut arguments = arguments;
+        arguments.extend(["--store", path(&store)]);
+        let (code, _, err) = run(&arguments);
+        assert!(
+            code == 2 && err.contains(words),
+            "{arguments:?}: {code} {err}"
+        );
+    }
+    assert!(!store.exists(), "nothing is left behind");
+    fs::write(folder.path().join("other.json"), "{\"version\": 1}").expect("written");
+    let other = folder.path().join("other.json");
+    let (code, _, err) = run(&["checks", path(&other)]);
+    assert!(code == 2 && err.contains("no record of a job"), "{err}");
+    // Another job's record says nothing of this one.
+    let text = fs::read_to_string(&sound).expect("a record");
+    let text = text
+        .replace("\"reproduce\"", "\"verify\"")
+        .replace("\"version\":3", "\"version\":2");
+    fs::write(&other, text).expect("written");
+    let kept = path(&store).to_owned();
+    assert_eq!(
+        run(&["baseline", "save", path(&sound), "main", "--store", &kept]).0,
+        0
+    );
+    let (code, _, err) = run(&["baseline", "diff", path(&other), "main", "--store", &kept]);
+    assert!(code == 2 && err.contains("a run of the same job"), "{err}");
+}
+
+#[test]
+fn checks_are_explained() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let record = record(
+        folder.path(),
+        "run.json",
+        &[("facts/everything/dt", 1.0, "pass")],
+        60.0,
+    );
+    let (code, out, _) = run(&["explain", "facts/everything/dt", "--record", path(&record)]);
+    assert!(
+        code == 0 && out.contains("meaning:") && out.contains("must be 0.5 to 1.5"),
+        "{out}"
+    );
+    let (code, _, err) = run(&["explain", "bake/bread"]);
+    assert!(code == 2 && err.contains("names all kinds"), "{err}");
+    let (code, out, _) = run(&["explain"]);
+    assert!(code == 0 && out.contains("ladder/*"), "{out}");
+}
+
+#[test]
+fn the_schema_in_the_documentation_is_the_one_of_the_types() {
+    let written = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/record.schema.json");
+    let written = fs::read_to_string(written).expect("docs/record.schema.json");
+    let (code, printed, _) = run(&["checks", "--schema"]);
+    assert_eq!(code, 0);
+    assert_eq!(
+        printed, written,
+        "write it anew: crossgrain checks --schema > docs/record.schema.json"
+    );
+}
+
+/// A real job's record keeps to the common part, has a check for each figure of each rung, and passes as it says.
+#[test]
+fn the_ladder_has_its_checks_in_its_record() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let out = folder.path().join("verified");
+    let (code, ..) = run(&[
+        "verify",
+        "--engine",
+        "native",
+        "--quiet",
+        "--out",
+        path(&out),
+    ]);
+    assert_eq!(code, 0);
+    let record = crossgrain::checks::record::read(&out.join("verify.json")).expect("a record");
+    assert_eq!(record.job, "verify");
+    let fall = record
+        .checks
+        .iter()
+        .filter(|check| check.id.starts_with("ladder/native/free-fall/"));
+    assert!(fall.clone().count() > 1);
+    for check in fall {
+        let (value, upper) = (check.value.expect("a value"), check.upper.expect("a limit"));
+        assert!(value <= upper && !check.basis.is_empty(), "{check:?}");
+    }
+    let mut ids: Vec<&str> = record
+        .checks
+        .iter()
+        .map(|check| check.id.as_str())
+        .collect();
+    ids.sort_unstable();
+    let count = ids.len();
+    ids.dedup();
+    assert_eq!(ids.len(), count, "ids are unique");
+}
+
+#[test]
+fn shells_and_man_are_told_the_command_line() {
+    for shell in ["bash", "zsh", "fish"] {
+        let (code, out, _) = run(&["completions", shell]);
+        assert!(code == 0 && out.contains("baseline"), "{shell}: {out}");
+    }
+    let (code, out, _) = run(&["man"]);
+    assert!(code == 0 && out.contains(".TH crossgrain"), "{out}");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (code, ..) = run(&["man", "--out", path(folder.path())]);
+    assert!(code == 0 && folder.path().join("crossgrain-reproduce.1").exists());
+}
