@@ -22,3 +22,6 @@ pub mod verification;
 
 /// The style of all pages.
 const STYLE: &str = include_str!("report/style.css");
+
+/// What all pages do without a server: tables sort by a click on a heading, and long ones filter.
+const SCRIPT: &str = include_str!("report/tables.js");

@@ -28,6 +28,7 @@ pub fn render(
     runs: &Runs,
     diff: Option<&Diff>,
 ) -> Result<String, Error> {
+    let checks = checks::all(reproduction);
     let page = Page {
         r: reproduction,
         changed: diff.map(changed),
@@ -38,7 +39,8 @@ pub fn render(
             Verdict::Fail => "Different",
             Verdict::NotMade => "Incomplete",
         },
-        summary: Summary::of(reproduction),
+        summary: Summary::of(reproduction, &checks),
+        checks: &checks,
         choices: choices(&runs.native),
         packings: packings(runs),
         histories: histories(runs)?,
@@ -58,6 +60,8 @@ struct Page<'a> {
     diff_line: Option<String>,
     word: &'static str,
     summary: Summary,
+    /// Every check of the job.
+    checks: &'a [Check],
     choices: Vec<Choice>,
     packings: Vec<Figure>,
     histories: Vec<Figure>,
@@ -77,8 +81,8 @@ struct Summary {
 }
 
 impl Summary {
-    fn of(reproduction: &Reproduction) -> Self {
-        let tally = Tally::of(&checks::all(reproduction));
+    fn of(reproduction: &Reproduction, checks: &[Check]) -> Self {
+        let tally = Tally::of(checks);
         Summary {
             passed: tally.passed,
             failed: tally.failed,

@@ -3,7 +3,7 @@
 use minijinja::Environment;
 use serde::Serialize;
 
-use super::STYLE;
+use super::{SCRIPT, STYLE};
 use crate::error::Error;
 
 const SHELL: &str = include_str!("shell.html");
@@ -23,6 +23,7 @@ pub fn render(templates: &[(&str, &str)], page: &impl Serialize) -> Result<Strin
     let failed = |error: minijinja::Error| Error::Report(error.to_string());
     let mut environment = Environment::new();
     environment.add_global("style", STYLE);
+    environment.add_global("script", SCRIPT);
     environment.add_filter("short", crate::paper::short);
     environment.add_filter("exp", |value: f64| format!("{value:.2e}"));
     environment.add_filter("number", number);
