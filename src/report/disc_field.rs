@@ -6,11 +6,11 @@ mod panel;
 
 use std::fmt::Write;
 
+use super::axis::{round_step, rounded as number};
 use super::contours::Grid;
-use super::frame::round_step;
+use super::frame::{line, text};
 use super::shades::viridis;
 use crate::paper::disc_field::{DiscField, PointForce};
-use crate::paper::short;
 
 /// Width and height of the picture; all lengths that follow are in these units.
 const SIZE: [f64; 2] = [800.0, 800.0];
@@ -425,28 +425,6 @@ fn key(top: f64, entries: &[(String, String)]) -> String {
 
 fn swatch(fill: &str) -> String {
     format!("<rect y=\"-11\" width=\"24\" height=\"12\" fill=\"{fill}\"/>")
-}
-
-fn line(points: impl Iterator<Item = [f64; 2]>) -> String {
-    let mut path = String::new();
-    for (index, [x, y]) in points.enumerate() {
-        // Points after the first are lines; writing to a string cannot fail.
-        let _ = write!(path, "{}{x:.1} {y:.1}", if index == 0 { "M" } else { " " });
-    }
-    path
-}
-
-/// With so many digits, and a minus sign for print.
-fn number(value: f64, digits: i32) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let unit = 10f64.powi(value.abs().log10().floor() as i32 + 1 - digits);
-    short((value / unit).round() * unit).replace('-', "−")
-}
-
-fn text([x, y]: [f64; 2], anchor: &str, content: &str) -> String {
-    format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{content}</text>\n")
 }
 
 #[cfg(test)]
