@@ -157,7 +157,7 @@ fn in_words(record: &Pareto, out: &Path) -> String {
         let Some(confirmed) = &point.confirmed else {
             continue;
         };
-        let open = crate::pareto::record::not_shown(confirmed);
+        let open = crate::pareto::choice::not_shown(confirmed);
         text += &format!(
             "{:>3} {}: {:?} over {} clouds{}\n",
             point.number,
