@@ -121,6 +121,10 @@ pub fn round_step(least: f64) -> f64 {
 
 /// A number with a minus sign for print.
 pub fn printed(value: f64) -> String {
+    if value == 0.0 {
+        // Of −0 too.
+        return "0".to_owned();
+    }
     let text = short(value);
     // A power of ten without the zeros before it: 2e−5.
     let text = match text.split_once('e') {
@@ -190,6 +194,6 @@ mod tests {
         assert_eq!(printed(-0.5), "−0.5");
         assert_eq!(printed(2.0e-5), "2e−5");
         assert_eq!(rounded(0.072_58, 3), "0.0726");
-        assert_eq!(rounded(0.0, 3), "0");
+        assert_eq!(rounded(-0.0, 3), "0");
     }
 }

@@ -80,7 +80,7 @@ impl Curve {
         let (name, words, stroke) = match law {
             Law::Exponential { .. } => (
                 "fitted exponential",
-                "exponential of their mean".to_owned(),
+                "fitted exponential".to_owned(),
                 Stroke {
                     dashes: "2 3",
                     ..Stroke::whole(INK)
@@ -150,7 +150,7 @@ impl Distribution<'_> {
             survival::add(self, &mut panel, &curves);
         }
         let [left, top, _, height] = MAIN;
-        let (keys, lines) = key([left, WIDTH], top + height + 62.0, &entries(&curves));
+        let (keys, lines) = key([left - 20.0, WIDTH], top + height + 62.0, &entries(&curves));
         panel.svg += &keys;
         panel.size[1] = top + height + 58.0 + 20.0 * lines as f64;
         Ok(panel)

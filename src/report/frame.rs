@@ -23,7 +23,7 @@ const GRID: &str = "#e6e8ea";
 /// About so far apart are ticks across and upwards.
 const TICKS: [f64; 2] = [55.0, 32.0];
 /// Width of a letter over the size of the font, on average, and rather more.
-const LETTER: f64 = 0.56;
+const LETTER: f64 = 0.6;
 /// Size of the letters of a [`whole`] drawing.
 const FONT_SIZE: f64 = 13.0;
 
