@@ -27,6 +27,15 @@ pub enum CampaignError {
     #[error("{path} is no campaign: {reason}; `crossgrain campaign plan` makes one")]
     NotACampaign { path: PathBuf, reason: String },
     #[error(
+        "the members of {path} are not merged yet; `crossgrain campaign run` makes those that are missing and merges them"
+    )]
+    NotMerged { path: PathBuf },
+    #[error(
+        "the merged members of {path} are damaged: {reason}; put back what was there, or let `crossgrain campaign merge` \
+         write it anew from the records"
+    )]
+    Damaged { path: PathBuf, reason: String },
+    #[error(
         "{path} was planned with crossgrain {planned}, and this is {present}, which may give other bits; go on with the \
          version that planned it, or plan a new campaign"
     )]
@@ -84,10 +93,13 @@ impl CampaignError {
     pub fn exit_code(&self) -> Option<u8> {
         match self {
             CampaignError::NotACampaign { .. }
+            | CampaignError::Damaged { .. }
             | CampaignError::OtherVersion { .. }
             | CampaignError::Usage(_) => Some(exit::USAGE),
             CampaignError::Busy { .. } | CampaignError::Interrupted { .. } => Some(exit::TRY_AGAIN),
-            CampaignError::Incomplete { .. } => Some(exit::INCOMPLETE),
+            CampaignError::NotMerged { .. } | CampaignError::Incomplete { .. } => {
+                Some(exit::INCOMPLETE)
+            }
             CampaignError::Contradiction { .. } | CampaignError::MixedEngines { .. } => {
                 Some(exit::CHECK_FAILED)
             }

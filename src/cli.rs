@@ -10,6 +10,7 @@ mod continuum;
 mod explain;
 mod facts;
 mod figures;
+mod job_folder;
 mod paper;
 mod pareto;
 mod reproduce;
@@ -126,6 +127,24 @@ fn json(value: &impl serde::Serialize) -> Result<String, Error> {
     serde_json::to_string_pretty(value)
         .map(|text| text + "\n")
         .map_err(|error| Error::Report(error.to_string()))
+}
+
+/// Prints a record's text, or what it says in words.
+fn tell(as_json: bool, text: &str, words: impl FnOnce() -> String) -> Result<(), Error> {
+    if as_json {
+        print(text)
+    } else {
+        print(&words())
+    }
+}
+
+/// The exit code of a record that may lack something.
+fn exit_code_if(complete: bool) -> u8 {
+    if complete {
+        exit::AGREED
+    } else {
+        exit::INCOMPLETE
+    }
 }
 
 /// The exit code of a verdict.

@@ -92,8 +92,8 @@ pub struct Sample {
     pub values: Vec<f64>,
     /// μ = σ_zz V_c of the half-space (Eq. 7), J.
     pub theory_mean: f64,
-    /// Shape and scale of the Gamma law that fits best; none where none does.
-    pub gamma: Option<(f64, f64)>,
+    /// The Gamma law that fits best; none where none does.
+    pub gamma: Option<Law>,
 }
 
 /// A sample a control point; an error where one has no values.
@@ -119,15 +119,11 @@ pub fn samples(campaign: &Merged) -> Result<Vec<Sample>, Error> {
             }
             let of_weight = weight(setup.density, setup.gravity, setup.porosity, point.depth);
             let stress = of_weight + field.stress(point.offset, point.depth).zz;
-            let gamma = match Family::Gamma.fit(&values) {
-                Some(Law::Gamma { shape, scale }) => Some((shape, scale)),
-                _ => None,
-            };
             Ok(Sample {
                 point: point.name.clone(),
+                gamma: Family::Gamma.fit(&values),
                 values,
                 theory_mean: stress * volume,
-                gamma,
             })
         })
         .collect()

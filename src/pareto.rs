@@ -1,5 +1,6 @@
 //! Cost against error: what each way of running the paper's scene costs, and what it does to the results.
 
+pub mod choice;
 pub mod convergence;
 pub mod job;
 pub mod judge;

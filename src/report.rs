@@ -1,5 +1,6 @@
 //! The report: pages that open offline, and the pictures and charts on them.
 
+mod axis;
 pub mod bench;
 pub mod chart;
 pub mod check_files;
@@ -14,6 +15,7 @@ pub mod junit;
 pub mod packing;
 pub mod page;
 pub mod pareto;
+mod plot;
 pub mod sensitivity;
 mod shades;
 mod shell;

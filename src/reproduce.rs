@@ -3,16 +3,16 @@
 pub mod checks;
 pub mod claims;
 pub mod faults;
+mod live;
 pub mod record;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 use std::time::Instant;
 
 use crate::compare::first_difference::Locator;
 use crate::compare::spread::{Spread, TWINS, of_twins};
-use crate::compare::{Comparison, Verdict, Yardstick, compare};
+use crate::compare::{Comparison, Verdict, compare};
 use crate::engine::native::Perturbation;
 use crate::engine::{native, yade};
 use crate::error::Error;
@@ -59,12 +59,6 @@ impl Options {
         })
     }
 }
-
-/// `verletDist` of the second ordinary run, over that of the first.
-const CONTROL_DISTANCE: f64 = 2.0;
-
-/// Realizations that `--full` adds.
-const FURTHER_REALIZATIONS: u64 = 2;
 
 /// The runs that the page draws.
 #[derive(Debug)]
@@ -150,12 +144,6 @@ struct Job<'a> {
     facts: Vec<FactPair>,
 }
 
-/// The live runs of YADE.
-struct Live {
-    sorted: RunFolder,
-    ordinary: RunFolder,
-}
-
 impl Job<'_> {
     fn run(&mut self, scene: &Scene, name: &str, engine: &Engine) -> Result<RunFolder, Error> {
         let run = run_or_take_over(self.options, self.display, scene, name, engine)?;
@@ -237,84 +225,6 @@ impl Job<'_> {
         Ok(Some(recorded))
     }
 
-    /// YADE live: sorted on one core; the ordinary pair and the yardstick on the other.
-    fn live(&mut self, native: &RunFolder) -> Result<Option<Live>, Error> {
-        let sorted_title = "native against YADE's sorted loop, live";
-        let ordinary_title = "native against YADE's ordinary loop, live";
-        if let Err(missing) = yade::find(self.options.yade.program.as_deref()) {
-            self.not_made(sorted_title, &missing.to_string());
-            self.not_made(ordinary_title, &missing.to_string());
-            return Ok(None);
-        }
-        if let Some(reason) = yade::unsupported(&Model::of(&self.options.scene)) {
-            self.not_made(sorted_title, &format!("YADE has no {reason}"));
-            self.not_made(ordinary_title, &format!("YADE has no {reason}"));
-            return Ok(None);
-        }
-        if facts::verdict(&self.facts) != Some(Verdict::Pass) {
-            let why = "the two engines do not use the same parameters";
-            self.not_made(sorted_title, why);
-            self.not_made(ordinary_title, why);
-            return Ok(None);
-        }
-        let (options, display) = (self.options, self.display);
-        let ordinary_run = |name: &str, distance: f64| {
-            let engine = Engine::Yade(yade::Options {
-                sorted: false,
-                verlet_distance: distance * options.yade.verlet_distance,
-                ..options.yade.clone()
-            });
-            run_or_take_over(options, display, &options.scene, name, &engine)
-        };
-        let (sorted, others) = thread::scope(|scope| {
-            let others = scope.spawn(|| {
-                let ordinary = ordinary_run("yade-ordinary", 1.0)?;
-                let control = ordinary_run("yade-ordinary-control", CONTROL_DISTANCE)?;
-                let spread = rounding_spread(native, display)?;
-                Ok::<_, Error>((ordinary, control, spread))
-            });
-            let sorted = sorted_run(options, display, &options.scene, "yade-sorted");
-            let others = match others.join() {
-                Ok(others) => others,
-                Err(panic) => std::panic::resume_unwind(panic),
-            };
-            (sorted, others)
-        });
-        let sorted = sorted?;
-        let (ordinary, control, spread) = others?;
-        for (name, run) in [
-            ("yade-sorted", &sorted),
-            ("yade-ordinary", &ordinary),
-            ("yade-ordinary-control", &control),
-        ] {
-            self.runs.push(RunSummary::of(name, run));
-        }
-        let locator = self.locator();
-        self.compare(
-            sorted_title,
-            &["native", "yade-sorted"],
-            compare(native, &sorted, None, Some(&locator)),
-        );
-        let yardstick = Yardstick {
-            control: &control,
-            spread: &spread,
-        };
-        self.compare(
-            ordinary_title,
-            &["native", "yade-ordinary", "yade-ordinary-control"],
-            compare(native, &ordinary, Some(yardstick), Some(&locator)),
-        );
-        if options.full {
-            self.further_realizations()?;
-        } else {
-            self.not_made(
-                "further realizations, whole, against YADE's sorted loop",
-                "asked for with --full only",
-            );
-        }
-        Ok(Some(Live { sorted, ordinary }))
-    }
-
     /// What both engines say that they use, before anything is run; nothing without a YADE for this scene.
     fn compare_facts(&mut self) -> Result<(), Error> {
         let there = yade::find(self.options.yade.program.as_deref()).is_ok();
@@ -345,63 +255,6 @@ impl Job<'_> {
         let options = record::verification(&self.options.yade);
         verify(&options, self.display).map(Some)
     }
-
-    fn further_realizations(&mut self) -> Result<(), Error> {
-        let (options, display) = (self.options, self.display);
-        let first = self.options.scene.realization.saturating_add(1);
-        let realizations: Vec<Scene> = (first..first.saturating_add(FURTHER_REALIZATIONS))
-            .map(|realization| Scene {
-                realization,
-                ..self.options.scene.clone()
-            })
-            .collect();
-        let name = |engine: &str, scene: &Scene| format!("{engine}-{}", scene.realization);
-        let sorted: Vec<Result<RunFolder, Error>> = thread::scope(|scope| {
-            let handles: Vec<_> = realizations
-                .iter()
-                .map(|scene| {
-                    let name = name("yade-sorted", scene);
-                    scope.spawn(move || sorted_run(options, display, scene, &name))
-                })
-                .collect();
-            handles
-                .into_iter()
-                .map(|handle| match handle.join() {
-                    Ok(run) => run,
-                    Err(panic) => std::panic::resume_unwind(panic),
-                })
-                .collect()
-        });
-        for (scene, sorted) in realizations.iter().zip(sorted) {
-            let (native_name, sorted_name) = (name("native", scene), name("yade-sorted", scene));
-            let native = self.run(scene, &native_name, &options.native())?;
-            let sorted = sorted?;
-            self.runs.push(RunSummary::of(&sorted_name, &sorted));
-            self.compare(
-                &format!(
-                    "native against YADE's sorted loop, live, realization {}",
-                    scene.realization
-                ),
-                &[&native_name, &sorted_name],
-                compare(&native, &sorted, None, Some(&self.locator())),
-            );
-        }
-        Ok(())
-    }
-}
-
-/// A whole run of YADE in sorted mode.
-fn sorted_run(
-    options: &Options,
-    display: &Display,
-    scene: &Scene,
-    name: &str,
-) -> Result<RunFolder, Error> {
-    let engine = Engine::Yade(yade::Options {
-        sorted: true,
-        ..options.yade.clone()
-    });
-    run_or_take_over(options, display, scene, name, &engine)
 }
 
 /// Runs, or reads the folder that an earlier, interrupted job has left.

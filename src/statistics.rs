@@ -7,6 +7,7 @@ pub mod correlation;
 pub mod equivalence;
 pub mod exponential;
 pub mod goodness;
+pub mod histogram;
 pub mod holm;
 pub mod kolmogorov;
 pub mod law;

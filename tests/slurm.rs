@@ -6,8 +6,8 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use crate::campaign::{lines, merged_bytes, plan, small_member, undisturbed};
-use crate::support::{crossgrain, told};
+use crate::campaign::{lines, merged_bytes, plan, undisturbed};
+use crate::support::{crossgrain, tiny_scene, told};
 
 /// What a shell prints for these lines, in which every command must succeed.
 fn shell(lines: &str) -> String {
@@ -52,7 +52,7 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     );
     const MEMBERS: u64 = 80;
     let name = "it's $HOME, 100%";
-    let place = plan(&small_member(), MEMBERS, name);
+    let place = plan(&tiny_scene(), MEMBERS, name);
     let folder = place.path().join(name);
     let (code, out, errors) = told(&crossgrain(
         &["campaign", "slurm", name, "--tasks", "4"],
@@ -111,5 +111,5 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
         said.contains(&format!("merged {MEMBERS} members")),
         "{said}"
     );
-    assert_eq!(merged_bytes(&folder), undisturbed(&small_member(), MEMBERS));
+    assert_eq!(merged_bytes(&folder), undisturbed(&tiny_scene(), MEMBERS));
 }

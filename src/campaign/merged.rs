@@ -19,6 +19,9 @@ pub const SUMMARY: &str = "merged.json";
 /// A member is about 20 kB; a longer line is none.
 const LONGEST_LINE: u64 = 4_000_000;
 
+/// A file and its lines.
+type Lines = (PathBuf, BufReader<Box<dyn Read>>);
+
 /// A merged campaign.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Merged {
@@ -50,22 +53,24 @@ pub fn read(folder: &Path) -> Result<Merged, CampaignError> {
 /// ends well, since the bytes are known to be sound at the end alone.
 pub fn each(folder: &Path, mut take: impl FnMut(Member)) -> Result<(Plan, Summary), CampaignError> {
     let plan = Plan::read(folder)?;
-    let not_one = |reason: String| CampaignError::NotACampaign {
+    let damaged = |reason: String| CampaignError::Damaged {
         path: folder.to_owned(),
         reason,
     };
     if !is_merged(folder) {
-        return Err(not_one(
-            "its members are not merged yet: `crossgrain campaign merge` does it".to_owned(),
-        ));
+        return Err(CampaignError::NotMerged {
+            path: folder.to_owned(),
+        });
     }
     let text = read_text(&folder.join(SUMMARY), 1_000_000)?;
     let summary: Summary =
-        serde_json::from_str(&text).map_err(|error| not_one(format!("{SUMMARY}: {error}")))?;
+        serde_json::from_str(&text).map_err(|error| damaged(format!("{SUMMARY}: {error}")))?;
     if summary.plan != plan.digest() {
-        return Err(not_one(format!("{SUMMARY} is of another plan")));
+        return Err(damaged(format!("{SUMMARY} is of another plan")));
     }
-    let (path, mut lines) = open(folder)?;
+    let Some((path, mut lines)) = open(folder)? else {
+        return Err(damaged(format!("{MEMBERS} is not there")));
+    };
     let mut read = 0;
     let mut hash = Sha256::new();
     let mut line = String::new();
@@ -82,9 +87,9 @@ pub fn each(folder: &Path, mut take: impl FnMut(Member)) -> Result<(Plan, Summar
         hash.update(line.as_bytes());
         let number = read + 1;
         let member: Member = serde_json::from_str(&line)
-            .map_err(|error| not_one(format!("line {number} of {MEMBERS}: {error}")))?;
+            .map_err(|error| damaged(format!("line {number} of {MEMBERS}: {error}")))?;
         if member.member != number || member.realization != plan.realization(number) {
-            return Err(not_one(format!(
+            return Err(damaged(format!(
                 "line {number} of {MEMBERS} is of another member"
             )));
         }
@@ -97,22 +102,23 @@ pub fn each(folder: &Path, mut take: impl FnMut(Member)) -> Result<(Plan, Summar
         .map(|byte| format!("{byte:02x}"))
         .collect();
     if sha256 != summary.sha256 || read != plan.members {
-        return Err(not_one(format!(
-            "{MEMBERS} is not what was merged; take it and {SUMMARY} away and merge again"
-        )));
+        return Err(damaged(format!("{MEMBERS} is not what was merged")));
     }
     Ok((plan, summary))
 }
 
-fn open(folder: &Path) -> Result<(PathBuf, BufReader<Box<dyn Read>>), CampaignError> {
+/// The members' lines, if they are there.
+fn open(folder: &Path) -> Result<Option<Lines>, CampaignError> {
     let plain = folder.join(MEMBERS);
     let packed = folder.join(format!("{MEMBERS}.gz"));
-    let path = if plain.is_file() { plain } else { packed };
+    let Some(path) = [plain, packed].into_iter().find(|path| path.is_file()) else {
+        return Ok(None);
+    };
     let file = File::open(&path).map_err(failed("open", &path))?;
     let reader: Box<dyn Read> = if path.extension().is_some_and(|end| end == "gz") {
         Box::new(flate2::read::GzDecoder::new(file))
     } else {
         Box::new(file)
     };
-    Ok((path, BufReader::new(reader)))
+    Ok(Some((path, BufReader::new(reader))))
 }

@@ -55,7 +55,7 @@ pub fn write(folder: &Path, array: &Array<'_>) -> Result<Scripts, CampaignError>
     let texts = Texts {
         folder: quoted(&folder)?,
         program: quoted(array.program)?,
-        header: array
+        partition: array
             .partition
             .map(|name| format!("#SBATCH --partition={name}\n"))
             .unwrap_or_default(),
@@ -88,58 +88,81 @@ pub fn write(folder: &Path, array: &Array<'_>) -> Result<Scripts, CampaignError>
 struct Texts {
     folder: String,
     program: String,
-    header: String,
+    /// A line that names the partition, or nothing.
+    partition: String,
 }
 
 impl Texts {
-    /// The program replaces the shell, so that signals reach it. What is said goes into a file that the script itself
-    /// opens: Slurm gives `%` and `\` in the names of its own files a meaning.
     fn array(&self, array: &Array<'_>) -> String {
         let Array { tasks, threads, .. } = array;
-        let Texts {
-            folder,
-            program,
-            header,
-        } = self;
-        format!(
-            "#!/bin/bash\n\
-             #SBATCH --job-name=crossgrain\n\
-             #SBATCH --ntasks=1\n\
-             #SBATCH --cpus-per-task={threads}\n\
-             #SBATCH --requeue\n\
-             #SBATCH --output=/dev/null\n\
-             {header}\
-             # A task of the array 1-{tasks} is a shard of the campaign. A task that was ended is submitted again alone,\n\
-             # as with --array=3, and goes on with the members that it had not finished.\n\
-             folder={folder}\n\
-             export {TASKS_VARIABLE}={tasks}\n\
-             exec >>\"$folder/slurm/task-${{SLURM_ARRAY_TASK_ID:?is for a task of a job array}}.log\" 2>&1\n\
-             echo \"job ${{SLURM_JOB_ID:-}} on $(hostname), $(date -u +%FT%TZ)\"\n\
-             exec {program} campaign run \"$folder\" --shard auto --threads {threads}\n"
-        )
+        self.script(&Script {
+            name: "crossgrain",
+            processors: *threads,
+            first: format!(
+                "# A task of the array 1-{tasks} is a shard of the campaign. A task that was ended is submitted again alone,\n\
+                 # as with --array=3, and goes on with the members that it had not finished.\n\
+                 export {TASKS_VARIABLE}={tasks}\n"
+            ),
+            log: "task-${SLURM_ARRAY_TASK_ID:?is for a task of a job array}.log",
+            verb: "run",
+            options: format!(" --shard auto --threads {threads}"),
+        })
     }
 
     fn merge(&self) -> String {
+        self.script(&Script {
+            name: "crossgrain-merge",
+            processors: 1,
+            first: "# Exit code 3: members are missing; the log says which.\n".to_owned(),
+            log: "merge.log",
+            verb: "merge",
+            options: String::new(),
+        })
+    }
+
+    /// The program replaces the shell, so that signals reach it. What is said goes into a file that the script itself
+    /// opens: Slurm gives `%` and `\` in the names of its own files a meaning.
+    fn script(&self, script: &Script) -> String {
         let Texts {
             folder,
             program,
-            header,
+            partition,
         } = self;
+        let Script {
+            name,
+            processors,
+            first,
+            log,
+            verb,
+            options,
+        } = script;
         format!(
             "#!/bin/bash\n\
-             #SBATCH --job-name=crossgrain-merge\n\
+             #SBATCH --job-name={name}\n\
              #SBATCH --ntasks=1\n\
-             #SBATCH --cpus-per-task=1\n\
+             #SBATCH --cpus-per-task={processors}\n\
              #SBATCH --requeue\n\
              #SBATCH --output=/dev/null\n\
-             {header}\
-             # Exit code 3: members are missing; the log says which.\n\
+             {partition}\
+             {first}\
              folder={folder}\n\
-             exec >>\"$folder/slurm/merge.log\" 2>&1\n\
+             exec >>\"$folder/slurm/{log}\" 2>&1\n\
              echo \"job ${{SLURM_JOB_ID:-}} on $(hostname), $(date -u +%FT%TZ)\"\n\
-             exec {program} campaign merge \"$folder\"\n"
+             exec {program} campaign {verb} \"$folder\"{options}\n"
         )
     }
+}
+
+/// How the scripts differ.
+struct Script {
+    name: &'static str,
+    processors: u16,
+    /// Lines before all others.
+    first: String,
+    log: &'static str,
+    /// Of `crossgrain campaign`, with its options.
+    verb: &'static str,
+    options: String,
 }
 
 /// The path as one word of a shell, whatever is in it; lines that are to be copied cannot hold a line's end.

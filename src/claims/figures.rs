@@ -8,14 +8,16 @@ use super::volumes::Volumes;
 use crate::campaign::member::Member;
 use crate::paper::continuum::published_parts;
 use crate::statistics::Interval;
+use crate::statistics::histogram::Bins;
 use crate::statistics::law::{Family, Law};
 use crate::statistics::moments::mean;
-use crate::statistics::proportion::wilson;
 
 /// A bin is so wide, in means of the sample.
 const BIN: f64 = 0.25;
 /// Up to so many means.
 const UP_TO: f64 = 6.0;
+/// Of the densities' intervals.
+const LEVEL: f64 = 0.95;
 
 /// A distribution at a point.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -70,17 +72,6 @@ pub struct Cloud {
     pub beds: Vec<[f64; 2]>,
 }
 
-fn bins(values: &[f64], start: f64, bin: f64, count: usize) -> Vec<Interval> {
-    (0..count)
-        .filter_map(|index| {
-            let low = start + bin * index as f64;
-            let inside = |value: &&f64| **value >= low && **value < low + bin;
-            let hits = values.iter().filter(inside).count();
-            Some(wilson(hits, values.len(), 0.95)?.over(bin))
-        })
-        .collect()
-}
-
 fn sorted(values: &[f64]) -> Vec<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -106,6 +97,11 @@ fn normal(members: &[Member], moment: Moment, what: &str) -> Vec<Histogram> {
             _ => None,
         };
         let centre = mean(&values);
+        let bins = Bins {
+            start: 0.0,
+            step: BIN * centre,
+            count: (UP_TO / BIN) as usize,
+        };
         Histogram {
             point,
             what: format!("{words} at {point}, {unit}"),
@@ -113,9 +109,9 @@ fn normal(members: &[Member], moment: Moment, what: &str) -> Vec<Histogram> {
             mean: if values.is_empty() { 0.0 } else { centre },
             theory,
             fitted: Family::Gamma.fit(&positive(&values)),
-            bin: BIN * centre,
-            start: 0.0,
-            density: bins(&values, 0.0, BIN * centre, (UP_TO / BIN) as usize),
+            bin: bins.step,
+            start: bins.start,
+            density: bins.densities(&values, LEVEL),
             sorted: sorted(&values),
         }
     };
@@ -130,7 +126,11 @@ fn shear(members: &[Member]) -> Vec<Histogram> {
         let Law::Laplace { location, scale } = law else {
             return None;
         };
-        let start = location - UP_TO * scale;
+        let bins = Bins {
+            start: location - UP_TO * scale,
+            step: 2.0 * BIN * scale,
+            count: (UP_TO / BIN) as usize,
+        };
         Some(Histogram {
             point,
             what: format!("σ_xz at {point}, Pa"),
@@ -138,9 +138,9 @@ fn shear(members: &[Member]) -> Vec<Histogram> {
             mean: mean(&values),
             theory: None,
             fitted: Some(law),
-            bin: 2.0 * BIN * scale,
-            start,
-            density: bins(&values, start, 2.0 * BIN * scale, (UP_TO / BIN) as usize),
+            bin: bins.step,
+            start: bins.start,
+            density: bins.densities(&values, LEVEL),
             sorted: sorted(&values),
         })
     };

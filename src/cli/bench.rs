@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::job_folder::{JobFolder, page_line};
 use super::run::YadeLimits;
-use super::{json, print};
+use super::{json, print, tell};
 use crate::bench::checks;
 use crate::bench::goals::Goal;
 use crate::bench::limits::Bound;
@@ -15,11 +16,14 @@ use crate::checks::record::Whole;
 use crate::compare::Verdict;
 use crate::engine::native::Mode;
 use crate::error::{Error, exit};
-use crate::files::{failed, free_folder, write_whole};
 use crate::progress::Display;
 
-/// The folder that is used when none is named; a number is added when it holds a finished benchmark.
-const DEFAULT_OUT: &str = "out/bench";
+const FOLDER: JobFolder = JobFolder {
+    what: "benchmark",
+    usual: "out/bench",
+    record: "bench.json",
+    keeps_members: false,
+};
 
 #[derive(Debug, Args)]
 #[command(
@@ -62,8 +66,7 @@ impl Arguments {
             print(&(line.map_err(|error| Error::Report(error.to_string()))? + "\n"))?;
             return Ok(exit::AGREED);
         }
-        let out = self.folder()?;
-        std::fs::create_dir_all(&out).map_err(failed("create", &out))?;
+        let out = FOLDER.open(self.out.as_deref())?;
         let crossgrain = std::env::current_exe()
             .map_err(|error| Error::Program(format!("this program cannot be found: {error}")))?;
         let options = Options {
@@ -84,31 +87,13 @@ impl Arguments {
         );
         let text = json(&whole)?;
         let page = crate::report::bench::page(&bench)?;
-        write_whole(&out.join("report.html"), page.as_bytes())?;
-        // Last of all: this file says that the benchmark is finished.
-        write_whole(&out.join("bench.json"), text.as_bytes())?;
-        print(&if self.json {
-            text
-        } else {
-            in_words(&bench, &out)
-        })?;
+        FOLDER.finish(&out, &page, &text)?;
+        tell(self.json, &text, || in_words(&bench, &out))?;
         Ok(match bench.verdict {
             Verdict::Fail => exit::CHECK_FAILED,
             _ if bench.engine_failed() => exit::ENGINE_FAILED,
             verdict => super::exit_code(verdict),
         })
-    }
-
-    fn folder(&self) -> Result<PathBuf, Error> {
-        let finished = |folder: &Path| folder.join("bench.json").exists();
-        match &self.out {
-            Some(out) if finished(out) => Err(Error::Usage(format!(
-                "{} holds a finished benchmark; name a folder that does not",
-                out.display()
-            ))),
-            Some(out) => Ok(out.clone()),
-            None => Ok(free_folder(Path::new(DEFAULT_OUT), "bench.json")),
-        }
     }
 
     fn command(&self) -> String {
@@ -191,10 +176,10 @@ fn in_words(bench: &Bench, out: &Path) -> String {
         text += &format!("{word}: {}: {}\n", missed.what, missed.why);
     }
     text + &format!(
-        "\n{}: {:.0} s\nreport: {}\n",
+        "\n{}: {:.0} s\n{}",
         super::in_a_word(bench.verdict),
         bench.seconds,
-        out.join("report.html").display()
+        page_line(out)
     )
 }
 

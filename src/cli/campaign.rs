@@ -1,31 +1,28 @@
 //! `crossgrain campaign`: many realizations of a scene.
 
+mod compare;
+mod slurm;
+
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
 use super::run::{EngineName, LoopOrder, YadeLimits};
-use super::{json, print};
-use crate::campaign::compare::{Comparison, Verdict, compare};
+use super::{exit_code_if, json, print};
 use crate::campaign::merge::{Summary, merge};
-use crate::campaign::merged;
 use crate::campaign::plan::Plan;
 use crate::campaign::run::{Job, run};
 use crate::campaign::shard::Shard;
-use crate::campaign::slurm;
 use crate::campaign::status::status;
 use crate::engine::native::Mode;
 use crate::engine::native::pouring::Softly;
 use crate::error::{Error, exit};
-use crate::files::failed;
 use crate::model::Model;
 use crate::model::terms::Kernel;
 use crate::progress::Display;
 use crate::realization::Runner;
 use crate::scene::read_scene;
-use crate::statistics::Interval;
-use crate::statistics::equivalence::Finding;
 
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Examples:\n  crossgrain scene paper > scene.json\n  \
@@ -45,9 +42,9 @@ pub enum Verb {
     /// Put the members of a finished campaign into one file
     Merge(MergeArguments),
     /// Two merged campaigns of one scene, such as of two engines: bits of common realizations, else equivalence
-    Compare(CompareArguments),
+    Compare(compare::Arguments),
     /// Write the scripts of a Slurm job array and of the merge after it, and print how they are submitted
-    Slurm(SlurmArguments),
+    Slurm(slurm::Arguments),
 }
 
 #[derive(Debug, Args)]
@@ -106,32 +103,6 @@ pub struct StatusArguments {
 pub struct MergeArguments {
     /// The campaign's folder
     folder: PathBuf,
-}
-
-#[derive(Debug, Args)]
-pub struct CompareArguments {
-    /// A merged campaign
-    first: PathBuf,
-    /// Another one
-    second: PathBuf,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-}
-
-#[derive(Debug, Args)]
-pub struct SlurmArguments {
-    /// The campaign's folder, on a file system that all nodes share
-    folder: PathBuf,
-    /// Tasks of the array; each runs its share of the members one after another
-    #[arg(long)]
-    tasks: u64,
-    /// Members at a time in a task, and processors that it asks for
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: u16,
-    /// The partition, where the cluster has no default
-    #[arg(long)]
-    partition: Option<String>,
 }
 
 impl Verb {
@@ -237,11 +208,7 @@ impl StatusArguments {
     /// Exit code 0 if no member is missing, else 3.
     fn execute(self) -> Result<u8, Error> {
         let status = status(&self.folder)?;
-        let code = if status.finished == status.members {
-            exit::AGREED
-        } else {
-            exit::INCOMPLETE
-        };
+        let code = exit_code_if(status.finished == status.members);
         if self.json {
             print(&json(&status)?)?;
             return Ok(code);
@@ -274,107 +241,6 @@ impl StatusArguments {
         }
         print(&text)?;
         Ok(code)
-    }
-}
-
-impl CompareArguments {
-    fn execute(self) -> Result<u8, Error> {
-        let first = merged::read(&self.first)?;
-        let second = merged::read(&self.second)?;
-        let comparison = compare(&first, &second)?;
-        print(&if self.json {
-            json(&comparison)?
-        } else {
-            compared_in_words(&comparison)
-        })?;
-        Ok(match comparison.verdict {
-            Verdict::SameBits | Verdict::Equivalent => exit::AGREED,
-            Verdict::Different => exit::CHECK_FAILED,
-            Verdict::Undecided => exit::INCOMPLETE,
-        })
-    }
-}
-
-fn compared_in_words(comparison: &Comparison) -> String {
-    let Comparison { bits, .. } = comparison;
-    let mut text = format!(
-        "A: {} packings of {}\nB: {} packings of {}\n\nrealizations in both: {}; settled beds with the same bits: {}; \
-         last moments with the same bits: {}\n",
-        comparison.packings[0],
-        comparison.engines[0],
-        comparison.packings[1],
-        comparison.engines[1],
-        bits.common,
-        bits.settled,
-        bits.last
-    );
-    if let Some(missed) = comparison.missed {
-        let _ = writeln!(
-            text,
-            "punches that missed the force, B − A: {:.3} ({:.3} to {:.3})",
-            missed.estimate, missed.low, missed.high
-        );
-    }
-    if !comparison.quantities.is_empty() {
-        let _ = writeln!(
-            text,
-            "\n{:<46} {:>12} {:>12} {:>34} {:>10}  {:<12} p equal",
-            "quantity", "A", "B", "B − A (95 %)", "margin", "finding"
-        );
-    }
-    for of in &comparison.quantities {
-        let Interval {
-            estimate,
-            low,
-            high,
-        } = of.unpaired.difference;
-        let finding = match of.finding {
-            Some(Finding::Equivalent) => "equivalent",
-            Some(Finding::Different) => "different",
-            Some(Finding::Undecided) => "undecided",
-            None => "",
-        };
-        let _ = writeln!(
-            text,
-            "{:<46} {:>12} {:>12} {:>34} {:>10}  {:<12} {:.3}",
-            format!("{} [{}]", of.title, of.unit),
-            short(of.first[0]),
-            short(of.second[0]),
-            format!("{} ({} to {})", short(estimate), short(low), short(high)),
-            of.margin.map(short).unwrap_or_default(),
-            finding,
-            of.distribution_p
-        );
-    }
-    let verdict = match comparison.verdict {
-        Verdict::SameBits => "SAME BITS",
-        Verdict::Equivalent => "EQUIVALENT",
-        Verdict::Different => "DIFFERENT",
-        Verdict::Undecided => "UNDECIDED: more packings are needed for these margins",
-    };
-    let _ = writeln!(text, "{verdict}");
-    text
-}
-
-/// Four digits.
-fn short(value: f64) -> String {
-    format!("{value:.4e}")
-}
-
-impl SlurmArguments {
-    fn execute(self) -> Result<u8, Error> {
-        let program = std::env::current_exe().map_err(failed("find", Path::new("this program")))?;
-        let scripts = slurm::write(
-            &self.folder,
-            &slurm::Array {
-                tasks: self.tasks,
-                threads: self.threads,
-                partition: self.partition.as_deref(),
-                program: &program,
-            },
-        )?;
-        print(&format!("{}\n", scripts.submit.join("\n")))?;
-        Ok(exit::AGREED)
     }
 }
 

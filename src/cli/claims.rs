@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{json, print};
+use super::job_folder::write_new;
+use super::{exit_code_if, json, tell};
 use crate::campaign::merged;
 use crate::claims::claim::Verdict;
 use crate::claims::{self, Claims, Origin};
-use crate::error::{Error, exit};
-use crate::files::{FileError, refuse_existing, write_folder, write_whole};
+use crate::error::Error;
+use crate::files::refuse_existing;
 use crate::report;
 
 #[derive(Debug, Args)]
@@ -44,17 +45,10 @@ impl Arguments {
         let text = json(&found)?;
         if let Some(out) = &self.out {
             let page = report::claims::page(&found)?;
-            write_folder::<FileError>(out, |aside| {
-                write_whole(&aside.join("claims.json"), text.as_bytes())?;
-                write_whole(&aside.join("report.html"), page.as_bytes())
-            })?;
+            write_new(out, "claims.json", &text, &page)?;
         }
-        print(&if self.json { text } else { in_words(&found) })?;
-        Ok(if found.complete {
-            exit::AGREED
-        } else {
-            exit::INCOMPLETE
-        })
+        tell(self.json, &text, || in_words(&found))?;
+        Ok(exit_code_if(found.complete))
     }
 }
 

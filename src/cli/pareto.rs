@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::job_folder::{JobFolder, page_line};
 use super::run::YadeLimits;
-use super::{json, print};
+use super::{exit_code_if, json, tell};
 use crate::engine::yade;
-use crate::error::{Error, exit};
-use crate::files::{failed, free_folder, write_whole};
+use crate::error::Error;
 use crate::pareto::job::Job;
 use crate::pareto::judge::Judgement;
 use crate::pareto::plan::Plan;
@@ -16,8 +16,12 @@ use crate::pareto::record::{Pareto, Point, pareto};
 use crate::progress::Display;
 use crate::report;
 
-/// The folder that is used when none is named; a number is added when it holds a finished chart.
-const DEFAULT_OUT: &str = "out/pareto";
+const FOLDER: JobFolder = JobFolder {
+    what: "chart",
+    usual: "out/pareto",
+    record: "pareto.json",
+    keeps_members: true,
+};
 /// Realizations of the chart: the paper's bed, and the small one of `--quick`.
 const CHARTING: [u64; 2] = [24, 6];
 /// Realizations of each test of equivalence.
@@ -57,20 +61,9 @@ pub struct Arguments {
 
 impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
-        let out = match &self.out {
-            Some(out) if out.join("pareto.json").exists() => {
-                return Err(Error::Usage(format!(
-                    "{} holds a finished chart; name a folder that does not, or take its pareto.json away to go on \
-                     with its members",
-                    out.display()
-                )));
-            }
-            Some(out) => out.clone(),
-            None => free_folder(Path::new(DEFAULT_OUT), "pareto.json"),
-        };
         self.check()?;
         let plan = self.plan();
-        std::fs::create_dir_all(&out).map_err(failed("create", &out))?;
+        let out = FOLDER.open(self.out.as_deref())?;
         let job = Job {
             out: out.clone(),
             yade: yade::Options {
@@ -81,19 +74,9 @@ impl Arguments {
         let record = pareto(&plan, &job, self.command(&plan), &Display::new(self.quiet))?;
         let text = json(&record)?;
         let page = report::pareto::page(&record)?;
-        write_whole(&out.join("report.html"), page.as_bytes())?;
-        // Last of all: this file says that the chart is finished.
-        write_whole(&out.join("pareto.json"), text.as_bytes())?;
-        print(&if self.json {
-            text
-        } else {
-            in_words(&record, &out)
-        })?;
-        Ok(if record.complete {
-            exit::AGREED
-        } else {
-            exit::INCOMPLETE
-        })
+        FOLDER.finish(&out, &page, &text)?;
+        tell(self.json, &text, || in_words(&record, &out))?;
+        Ok(exit_code_if(record.complete))
     }
 
     /// YADE is paired with the reference, so it can have no clouds that the reference has not.
@@ -174,7 +157,7 @@ fn in_words(record: &Pareto, out: &Path) -> String {
         let Some(confirmed) = &point.confirmed else {
             continue;
         };
-        let open = crate::pareto::record::not_shown(confirmed);
+        let open = crate::pareto::choice::not_shown(confirmed);
         text += &format!(
             "{:>3} {}: {:?} over {} clouds{}\n",
             point.number,
@@ -199,10 +182,10 @@ fn in_words(record: &Pareto, out: &Path) -> String {
         text += &format!("    {}: {order}, expected {}\n", case.title, case.expected);
     }
     text + &format!(
-        "\nrecommended: {}\n{:.0} s; report: {}\n",
+        "\nrecommended: {}\n{:.0} s; {}",
         record.recommendation,
         record.seconds,
-        out.join("report.html").display()
+        page_line(out)
     )
 }
 

@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::baseline::Where;
 use super::checks::Files;
+use super::job_folder::{JobFolder, page_line};
 use super::run::YadeLimits;
 use super::{json, print};
 use crate::baseline::diff::diff;
@@ -15,7 +16,7 @@ use crate::checks::record::{Whole, parse};
 use crate::compare::Verdict;
 use crate::engine::native::Perturbation;
 use crate::error::Error;
-use crate::files::{failed, free_folder, write_whole};
+use crate::files::write_whole;
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 use crate::reproduce::checks;
@@ -23,8 +24,12 @@ use crate::reproduce::record::Reproduction;
 use crate::reproduce::{Options, reproduce};
 use crate::scene::{paper_scene, read_scene};
 
-/// The folder that is used when none is named; a number is added when it holds a finished job.
-const DEFAULT_OUT: &str = "out/reproduce";
+const FOLDER: JobFolder = JobFolder {
+    what: "job",
+    usual: "out/reproduce",
+    record: "run.json",
+    keeps_members: false,
+};
 
 #[derive(Debug, Args)]
 #[command(
@@ -78,23 +83,18 @@ impl Arguments {
             Some(name) => Some(self.at.store().load(name)?),
             None => None,
         };
-        let out = match &self.out {
-            Some(out) if out.join("run.json").exists() => {
-                return Err(Error::Usage(format!(
-                    "{} holds a finished job; name a folder that does not",
-                    out.display()
-                )));
-            }
-            Some(out) if out.join("report.html").exists() && !out.join("native").exists() => {
-                return Err(Error::Usage(format!(
-                    "{} holds a report.html that is not of this job; name another folder",
-                    out.display()
-                )));
-            }
-            Some(out) => out.clone(),
-            None => free_folder(Path::new(DEFAULT_OUT), "run.json"),
-        };
-        std::fs::create_dir_all(&out).map_err(failed("create", &out))?;
+        let has = |folder: &Path, name: &str| folder.join(name).exists();
+        if let Some(out) = &self.out
+            && has(out, "report.html")
+            && !has(out, "native")
+            && !has(out, FOLDER.record)
+        {
+            return Err(Error::Usage(format!(
+                "{} holds a report.html that is not of this job; name another folder",
+                out.display()
+            )));
+        }
+        let out = FOLDER.open(self.out.as_deref())?;
         let display = Display::new(self.quiet);
         let options = Options {
             out: out.clone(),
@@ -124,10 +124,8 @@ impl Arguments {
         let record = parse("run.json", &text)?;
         let diff = baseline.map(|baseline| diff(&baseline, &record));
         let page = crate::report::page::render(&reproduction, &runs, diff.as_ref())?;
-        write_whole(&out.join("report.html"), page.as_bytes())?;
         self.files.write(&record, diff.as_ref())?;
-        // Last of all: this file says that the job is finished.
-        write_whole(&out.join("run.json"), text.as_bytes())?;
+        FOLDER.finish(&out, &page, &text)?;
         let mut words = in_words(&reproduction, record.tally(), &out);
         if let Some(diff) = &diff {
             words += &super::baseline::in_words(diff, false);
@@ -195,10 +193,10 @@ fn in_words(reproduction: &Reproduction, tally: Tally, out: &Path) -> String {
         );
     }
     text += &format!(
-        "\n{}: {tally}; {} s\nreport: {}\n",
+        "\n{}: {tally}; {} s\n{}",
         super::in_a_word(reproduction.verdict),
         reproduction.seconds.round(),
-        out.join("report.html").display()
+        page_line(out)
     );
     text
 }

@@ -4,19 +4,22 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{json, print};
-use crate::error::{Error, exit};
-use crate::files::{failed, free_folder, write_whole};
+use super::job_folder::{JobFolder, page_line};
+use super::{exit_code_if, json, tell};
+use crate::error::Error;
+use crate::files::write_whole;
 use crate::progress::Display;
 use crate::report;
 use crate::sensitivity::judge::Verdict;
 use crate::sensitivity::plan::Plan;
 use crate::sensitivity::record::{Point, Sensitivity, sensitivity};
 
-/// The folder that is used when none is named; a number is added when it holds a finished map.
-const DEFAULT_OUT: &str = "out/sensitivity";
-/// The file that is written last.
-const FINISHED: &str = "sensitivity.json";
+const FOLDER: JobFolder = JobFolder {
+    what: "map",
+    usual: "out/sensitivity",
+    record: "sensitivity.json",
+    keeps_members: true,
+};
 /// Clouds of a cheap setting: of the paper's bed, and of the small one of `--quick`.
 const CLOUDS: [u64; 2] = [12, 6];
 
@@ -46,18 +49,7 @@ pub struct Arguments {
 
 impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
-        let out = match &self.out {
-            Some(out) if out.join(FINISHED).exists() => {
-                return Err(Error::Usage(format!(
-                    "{} holds a finished map; name a folder that does not, or take its {FINISHED} away to go on with \
-                     its members",
-                    out.display()
-                )));
-            }
-            Some(out) => out.clone(),
-            None => free_folder(Path::new(DEFAULT_OUT), FINISHED),
-        };
-        std::fs::create_dir_all(&out).map_err(failed("create", &out))?;
+        let out = FOLDER.open(self.out.as_deref())?;
         let clouds = self.clouds.unwrap_or(CLOUDS[usize::from(self.quick)]);
         let plan = if self.quick {
             Plan::quick(clouds)
@@ -72,19 +64,9 @@ impl Arguments {
             write_whole(&out.join(format!("{name}.svg")), svg.as_bytes())?;
         }
         let page = report::sensitivity::page(&record)?;
-        write_whole(&out.join("report.html"), page.as_bytes())?;
-        // Last of all: this file says that the map is finished.
-        write_whole(&out.join(FINISHED), text.as_bytes())?;
-        print(&if self.json {
-            text
-        } else {
-            in_words(&record, &out)
-        })?;
-        Ok(if record.complete {
-            exit::AGREED
-        } else {
-            exit::INCOMPLETE
-        })
+        FOLDER.finish(&out, &page, &text)?;
+        tell(self.json, &text, || in_words(&record, &out))?;
+        Ok(exit_code_if(record.complete))
     }
 }
 
@@ -124,11 +106,7 @@ fn in_words(record: &Sensitivity, out: &Path) -> String {
         bearing.depth_needed,
         bearing.height
     );
-    text + &format!(
-        "{:.0} s; report: {}\n",
-        record.seconds,
-        out.join("report.html").display()
-    )
+    text + &format!("{:.0} s; {}", record.seconds, page_line(out))
 }
 
 fn row(record: &Sensitivity, point: &Point) -> String {

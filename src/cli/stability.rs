@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::job_folder::write_new;
 use super::run::YadeLimits;
-use super::{in_a_word, json, print};
+use super::{in_a_word, json, tell};
 use crate::compare::Verdict;
 use crate::error::Error;
-use crate::files::{FileError, refuse_existing, write_folder, write_whole};
+use crate::files::refuse_existing;
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 use crate::report::stability;
@@ -60,25 +61,14 @@ impl Arguments {
         let text = json(&found)?;
         if let Some(out) = &self.out {
             let page = stability::page(&found)?;
-            write_folder::<FileError>(out, |aside| {
-                write_whole(&aside.join("stability.json"), text.as_bytes())?;
-                write_whole(&aside.join("report.html"), page.as_bytes())
-            })?;
+            write_new(out, "stability.json", &text, &page)?;
         }
-        print(&if self.json {
-            text.clone()
-        } else {
-            in_words(&found)
-        })?;
+        tell(self.json, &text, || in_words(&found))?;
         Ok(super::exit_code(found.verdict))
     }
 
     fn command(&self) -> String {
-        let engine = match self.engine {
-            Climbers::Native => "native",
-            Climbers::Yade => "yade",
-            Climbers::Both => "both",
-        };
+        let engine = self.engine.name();
         let quick = if self.quick { " --quick" } else { "" };
         format!("crossgrain stability --engine {engine}{quick}")
     }

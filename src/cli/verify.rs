@@ -5,14 +5,15 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
+use super::job_folder::write_new;
 use super::run::YadeLimits;
-use super::{in_a_word, json, print};
+use super::{in_a_word, json, tell};
 use crate::bench::machine::Machine;
 use crate::checks::number_repeated;
 use crate::checks::record::Whole;
 use crate::compare::Verdict;
 use crate::error::Error;
-use crate::files::{FileError, refuse_existing, write_folder, write_whole};
+use crate::files::refuse_existing;
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 use crate::report::verification;
@@ -80,27 +81,16 @@ impl Arguments {
             checks,
             Vec::new(),
         ))?;
-        print(&if self.json {
-            text.clone()
-        } else {
-            in_words(&verification)
-        })?;
+        tell(self.json, &text, || in_words(&verification))?;
         if let Some(out) = &self.out {
             let page = verification::page(&verification)?;
-            write_folder::<FileError>(out, |aside| {
-                write_whole(&aside.join("verify.json"), text.as_bytes())?;
-                write_whole(&aside.join("report.html"), page.as_bytes())
-            })?;
+            write_new(out, "verify.json", &text, &page)?;
         }
         Ok(super::exit_code(verification.verdict))
     }
 
     fn command(&self) -> String {
-        let engine = match self.engine {
-            Climbers::Native => "native",
-            Climbers::Yade => "yade",
-            Climbers::Both => "both",
-        };
+        let engine = self.engine.name();
         let limits = if self.detection_limits {
             " --detection-limits"
         } else {

@@ -1,7 +1,6 @@
 //! The claims of a campaign as a page.
 
-mod figures;
-mod plot;
+mod pictures;
 
 use serde::Serialize;
 
@@ -78,7 +77,7 @@ pub fn page(claims: &Claims) -> Result<String, Error> {
                 .map(|(ending, count)| (*ending, *count)),
         ),
         claims: claims.claims.iter().map(shown).collect(),
-        groups: groups(claims),
+        groups: groups(claims)?,
         c: claims,
     };
     shell::render(&[("claims.html", PAGE)], &page)
@@ -197,16 +196,19 @@ fn probability(p: f64) -> String {
     }
 }
 
-fn groups(claims: &Claims) -> Vec<Group> {
+fn groups(claims: &Claims) -> Result<Vec<Group>, Error> {
     let data = &claims.figures;
-    let histograms = |of: &[Histogram]| of.iter().map(figures::histogram).collect::<Vec<String>>();
-    let [loaded, settled] = ["last", "settled"].map(|moment| figures::volumes(claims, moment));
+    let drawn = |of: &[Histogram], quantity: &str, unit: (&str, f64)| {
+        let pictures = of.iter().map(|of| pictures::histogram(of, quantity, unit));
+        pictures.collect::<Result<Vec<String>, Error>>()
+    };
+    let (joule, kilopascal) = (("J", 1.0), ("kPa", 1.0e3));
+    let [loaded, settled] = ["last", "settled"].map(|moment| pictures::volumes(claims, moment));
     let [variation_loaded, shape_loaded, correlation_loaded] = loaded;
     let [variation_settled, shape_settled, correlation_settled] = settled;
-    let laws = "Bars and black points with 95 % binomial intervals: members. Dashed blue: exponential with the members' mean; \
-                green: fitted gamma law";
+    let laws = "Bars with 95 % binomial intervals: members. Dotted: exponential with the members' mean; dashed green: fitted gamma law";
     let theory = "; vermilion: exponential with the theory's mean of Table 4";
-    let inset = "Inset: share of members above a value, on a logarithmic axis, where an exponential is a straight line.";
+    let inset = "Inset: share of members above a value with its interval, on a logarithmic axis, where an exponential is a straight line.";
     let group = |id, title, caption: String, pictures, wide| Group {
         id,
         title,
@@ -215,33 +217,33 @@ fn groups(claims: &Claims) -> Vec<Group> {
         wide,
     };
     let pairs = "Left under the load, right under gravity alone; blue O, vermilion A, green B, with 95 % intervals.";
-    vec![
+    Ok(vec![
         group(
             "figure5",
             "Distributions of Σ_zz at O, A and B under the load (the paper's Figure 5)",
             format!("{laws}{theory}. {inset}"),
-            histograms(&data.figure5),
+            drawn(&data.figure5, "Σ_zz", joule)?,
             false,
         ),
         group(
             "figure5.gravity",
             "The same under gravity alone",
             format!("{laws}{theory}. {inset}"),
-            histograms(&data.gravity),
+            drawn(&data.gravity, "σ_zz", kilopascal)?,
             false,
         ),
         group(
             "figure5.xx",
             "Horizontal stress under the load",
             format!("{laws}. {inset}"),
-            histograms(&data.horizontal),
+            drawn(&data.horizontal, "σ_xx", kilopascal)?,
             false,
         ),
         group(
             "shear",
             "Shear stress under the load",
-            "Bars and black points: members; green: fitted Laplace law.".to_owned(),
-            histograms(&data.shear),
+            "Bars with 95 % binomial intervals: members; dashed green: fitted Laplace law.".to_owned(),
+            drawn(&data.shear, "σ_xz", kilopascal)?,
             false,
         ),
         group(
@@ -250,7 +252,7 @@ fn groups(claims: &Claims) -> Vec<Group> {
             "Ours over published, with 95 % intervals; shaded: within a tenth. Green within the limits, vermilion beyond, grey \
              shown only."
                 .to_owned(),
-            vec![figures::means(claims)],
+            vec![pictures::means(claims)],
             true,
         ),
         group(
@@ -259,7 +261,7 @@ fn groups(claims: &Claims) -> Vec<Group> {
             "Yellow: what is printed, H = 0.46 ± 0.01 m and n = 0.17 ± 0.01. Black: n = 1 − S/(L·H), on which all beds lie that have \
              one definition for both."
                 .to_owned(),
-            vec![figures::plane(claims)],
+            vec![pictures::plane(claims)],
             true,
         ),
         group(
@@ -286,5 +288,5 @@ fn groups(claims: &Claims) -> Vec<Group> {
             vec![correlation_loaded, correlation_settled],
             false,
         ),
-    ]
+    ])
 }

@@ -4,7 +4,7 @@ pub mod bulbs;
 pub mod chains;
 pub mod sharings;
 
-use super::distribution::{self, Distribution, side_by_side};
+use super::distribution::{COLUMNS, Distribution, round_bins, side_by_side};
 use super::figure_files::table;
 use crate::error::Error;
 use crate::figures::Sample;
@@ -45,13 +45,20 @@ pub fn distributions(samples: &[Sample]) -> Result<Figure, Error> {
     }
     let mut panels = Vec::new();
     for sample in samples {
+        let bins = round_bins(&sample.values, 2.5 * sample.theory_mean).ok_or_else(|| {
+            let point = &sample.point;
+            Error::Report(format!(
+                "a value at {point} is not finite, so Figure 5 cannot be drawn"
+            ))
+        })?;
         let of = Distribution {
             title: &sample.point,
             quantity: "Σ_zz",
             unit: "J",
             values: &sample.values,
-            theory_mean: sample.theory_mean,
-            gamma: sample.gamma,
+            bins,
+            theory_mean: Some(sample.theory_mean),
+            fitted: sample.gamma.as_slice(),
         };
         panels.push(of.panel()?);
     }
@@ -60,6 +67,6 @@ pub fn distributions(samples: &[Sample]) -> Result<Figure, Error> {
         name: "figure-5",
         title: "The vertical extensive stress at the control points against the exponential law",
         svg: side_by_side(&panels, "Distributions of the vertical extensive stress"),
-        csv: table(&distribution::COLUMNS, rows)?,
+        csv: table(&COLUMNS, rows)?,
     })
 }

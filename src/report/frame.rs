@@ -1,105 +1,31 @@
-//! Parts of drawings in SVG: axes with ticks, texts, lines.
+//! Parts of drawings in SVG: colours, texts, lines, borders with ticks, keys.
 
 use std::fmt::Write;
 
-use crate::paper::short;
+use super::axis::{Area, Axis, printed};
 
 /// Ink of frames and texts.
 pub const INK: &str = "#1b1b1b";
+/// Of what stands back.
+pub const SOFT: &str = "#5f6368";
 /// Of what is drawn first: see [`crate::report::chart::BLUE`].
 pub const BLUE: &str = "#0072b2";
 /// See [`BLUE`].
 pub const VERMILION: &str = "#d55e00";
 /// See [`BLUE`].
 pub const GREEN: &str = "#009e73";
+/// See [`BLUE`].
+pub const PURPLE: &str = "#cc79a7";
+/// Of bars, with [`BLUE`] on them.
+pub const BARS: &str = "#b4d3e8";
+const GRID: &str = "#e6e8ea";
 
-/// A rectangle of a drawing: left, top, width, height.
-pub type Area = [f64; 4];
-
-/// From values to places along one side of an area.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Axis {
-    /// Value at `from`.
-    pub low: f64,
-    /// Value at `to`.
-    pub high: f64,
-    /// Place of `low`.
-    pub from: f64,
-    /// Place of `high`.
-    pub to: f64,
-    /// Powers of ten are evenly apart.
-    pub logarithmic: bool,
-}
-
-impl Axis {
-    /// Along the floor of an area.
-    pub fn across([left, _, width, _]: Area, low: f64, high: f64) -> Self {
-        Axis {
-            low,
-            high,
-            from: left,
-            to: left + width,
-            logarithmic: false,
-        }
-    }
-
-    /// Upwards along the left side of an area.
-    pub fn upwards([_, top, _, height]: Area, low: f64, high: f64) -> Self {
-        Axis {
-            low,
-            high,
-            from: top + height,
-            to: top,
-            logarithmic: false,
-        }
-    }
-
-    /// The same axis with powers of ten evenly apart.
-    pub fn logarithmic(self) -> Self {
-        Axis {
-            logarithmic: true,
-            ..self
-        }
-    }
-
-    /// Where a value is; values beyond the ends are at the ends.
-    pub fn place(&self, value: f64) -> f64 {
-        let value = value.clamp(self.low, self.high);
-        let share = if self.logarithmic {
-            (value / self.low).ln() / (self.high / self.low).ln()
-        } else {
-            (value - self.low) / (self.high - self.low)
-        };
-        self.from + share * (self.to - self.from)
-    }
-
-    /// About `most` round values: multiples of 1, 2 or 5 times a power of ten, or powers of ten.
-    pub fn ticks(&self, most: f64) -> Vec<f64> {
-        if self.logarithmic {
-            let powers = (self.low.log10().ceil() as i32)..=(self.high.log10().floor() as i32);
-            return powers.map(|power| 10f64.powi(power)).collect();
-        }
-        let step = round_step((self.high - self.low) / most);
-        let first = (self.low / step - 1e-9).ceil() as i64;
-        let last = (self.high / step + 1e-9).floor() as i64;
-        (first..=last).map(|index| step * index as f64).collect()
-    }
-}
-
-/// 1, 2 or 5 times a power of ten, at least `least`; 1 if that is not above zero.
-pub fn round_step(least: f64) -> f64 {
-    if !(least > 0.0 && least.is_finite()) {
-        return 1.0;
-    }
-    let power = 10f64.powf(least.log10().floor());
-    let factor = [1.0, 2.0, 5.0].into_iter().find(|f| f * power >= least);
-    factor.unwrap_or(10.0) * power
-}
-
-/// A number with a minus sign for print.
-pub fn printed(value: f64) -> String {
-    short(value).replace('-', "−")
-}
+/// About so far apart are ticks across and upwards.
+const TICKS: [f64; 2] = [55.0, 32.0];
+/// Width of a letter over the size of the font, on average, and rather more.
+const LETTER: f64 = 0.6;
+/// Size of the letters of a [`whole`] drawing.
+const FONT_SIZE: f64 = 13.0;
 
 /// A text at a place; `anchor` is `start`, `middle` or `end`. Signs of the markup are replaced.
 pub fn text([x, y]: [f64; 2], anchor: &str, content: &str) -> String {
@@ -108,6 +34,14 @@ pub fn text([x, y]: [f64; 2], anchor: &str, content: &str) -> String {
         .replace('<', "&lt;")
         .replace('>', "&gt;");
     format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{content}</text>\n")
+}
+
+/// The same in a colour.
+pub fn coloured(colour: &str, place: [f64; 2], anchor: &str, content: &str) -> String {
+    format!(
+        "<g fill=\"{colour}\">{}</g>",
+        text(place, anchor, content).trim_end()
+    )
 }
 
 /// The data of a path through these places.
@@ -127,12 +61,12 @@ pub fn border(area: Area, x: &Axis, y: &Axis, [across, upwards]: [&str; 2]) -> S
     let mut svg = format!(
         "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"none\" stroke=\"{INK}\"/>\n"
     );
-    for tick in x.ticks(width / 55.0) {
+    for tick in x.ticks(width / TICKS[0]) {
         let at = x.place(tick);
         let _ = write!(svg, "<path stroke=\"{INK}\" d=\"M{at:.1} {floor}v5\"/>");
         svg += &text([at, floor + 18.0], "middle", &printed(tick));
     }
-    for tick in y.ticks(height / 32.0) {
+    for tick in y.ticks(height / TICKS[1]) {
         let at = y.place(tick);
         let _ = write!(svg, "<path stroke=\"{INK}\" d=\"M{left} {at:.1}h-5\"/>");
         svg += &text([left - 8.0, at + 4.5], "end", &printed(tick));
@@ -150,12 +84,51 @@ pub fn border(area: Area, x: &Axis, y: &Axis, [across, upwards]: [&str; 2]) -> S
     svg
 }
 
+/// Thin lines through an area at the ticks of its [`border`].
+pub fn grid([left, top, width, height]: Area, x: &Axis, y: &Axis) -> String {
+    let mut path = String::new();
+    for tick in x.ticks(width / TICKS[0]) {
+        let _ = write!(path, "M{:.1} {top}v{height}", x.place(tick));
+    }
+    for tick in y.ticks(height / TICKS[1]) {
+        let _ = write!(path, "M{left} {:.1}h{width}", y.place(tick));
+    }
+    format!("<path stroke=\"{GRID}\" d=\"{path}\"/>\n")
+}
+
+/// A sample of a line for a [`key`].
+pub fn sample(colour: &str, width: f64, dashes: &str) -> String {
+    format!(
+        "<path stroke=\"{colour}\" stroke-width=\"{width}\" stroke-dasharray=\"{dashes}\" d=\"M0 -4.5h22\"/>"
+    )
+}
+
+/// Symbols, each drawn upwards from its own origin and 22 wide, with their words: one after another from `left` on, in
+/// a new line where the next would end beyond `right`. The value is the drawing and the number of its lines.
+pub fn key([left, right]: [f64; 2], top: f64, entries: &[(String, String)]) -> (String, usize) {
+    let (mut svg, mut x, mut row) = (String::new(), left, 0);
+    for (symbol, words) in entries {
+        let width = 26.0 + LETTER * FONT_SIZE * words.chars().count() as f64;
+        if x > left && x + width > right {
+            (x, row) = (left, row + 1);
+        }
+        let y = top + 20.0 * row as f64;
+        let _ = write!(
+            svg,
+            "<g transform=\"translate({x:.1} {y:.1})\">{symbol}</g>"
+        );
+        svg += &text([x + 26.0, y], "start", words);
+        x += width + 6.0;
+    }
+    (svg, row + 1)
+}
+
 /// A whole drawing of this size that needs nothing else.
 pub fn whole([width, height]: [f64; 2], label: &str, contents: &str) -> String {
     let label = label.replace(['<', '>', '&', '"'], " ");
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{label}\" \
-         font-family=\"'DejaVu Sans', system-ui, sans-serif\" font-size=\"13\" fill=\"{INK}\">\n\
+         font-family=\"'DejaVu Sans', system-ui, sans-serif\" font-size=\"{FONT_SIZE}\" fill=\"{INK}\">\n\
          <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n{contents}</svg>\n"
     )
 }
@@ -165,23 +138,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ticks_are_round_and_within() {
-        let axis = Axis::across([0.0, 0.0, 100.0, 10.0], -0.3, 1.0);
-        assert_eq!(
-            axis.ticks(7.0),
-            [-0.2, 0.0, 0.2, 0.4, 0.6000000000000001, 0.8, 1.0]
-        );
-        let powers = Axis::upwards([0.0, 0.0, 10.0, 90.0], 1e-3, 1.0).logarithmic();
-        assert_eq!(powers.ticks(3.0), [1e-3, 1e-2, 1e-1, 1.0]);
-        assert!((powers.place(1e-1) - 30.0).abs() < 1e-9);
-        assert_eq!(axis.place(7.0), 100.0);
-    }
-
-    #[test]
-    fn steps_are_round() {
-        assert_eq!(round_step(0.085), 0.1);
-        assert_eq!(round_step(1.3), 2.0);
-        assert_eq!(round_step(400.0), 500.0);
-        assert_eq!(round_step(0.0), 1.0);
+    fn a_key_goes_on_in_a_new_line() {
+        let entry = |words: &str| (String::new(), words.to_owned());
+        let entries = [entry("the first words"), entry("the second words")];
+        assert_eq!(key([0.0, 400.0], 0.0, &entries).1, 1);
+        assert_eq!(key([0.0, 200.0], 0.0, &entries).1, 2);
     }
 }

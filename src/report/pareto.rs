@@ -10,9 +10,10 @@ use super::chart::{BLUE, Chart, Corner, GREEN, Mark, Series, VERMILION};
 use super::shell;
 use crate::engine::native::Mode;
 use crate::error::Error;
+use crate::pareto::choice::not_shown;
 use crate::pareto::judge::{Judgement, MISSED_KEY, Worst};
 use crate::pareto::method::Runner;
-use crate::pareto::record::{Pareto, Point, not_shown};
+use crate::pareto::record::{Pareto, Point};
 use crate::statistics::equivalence::Finding;
 
 const PAGE: &str = include_str!("pareto.html");

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
+use super::contact::Viscosity;
 use super::model::*;
 use super::paper_scene::OPEN_CHOICES;
 use super::problem::Problem;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::contact::ContactLaw;
 use super::model::*;
 
 /// What the paper does not print, and why this project chose what it chose.

@@ -121,6 +121,25 @@ impl Law {
         }
     }
 
+    /// The law of the values over a unit above zero.
+    pub fn over(&self, unit: f64) -> Law {
+        match *self {
+            Law::Exponential { mean } => Law::Exponential { mean: mean / unit },
+            Law::Gamma { shape, scale } => Law::Gamma {
+                shape,
+                scale: scale / unit,
+            },
+            Law::Weibull { shape, scale } => Law::Weibull {
+                shape,
+                scale: scale / unit,
+            },
+            Law::Laplace { location, scale } => Law::Laplace {
+                location: location / unit,
+                scale: scale / unit,
+            },
+        }
+    }
+
     /// The probability of a value up to `x`; not a number for impossible parameters.
     pub fn cumulative(&self, x: f64) -> f64 {
         match *self {

@@ -49,6 +49,17 @@ pub enum Climbers {
     Both,
 }
 
+impl Climbers {
+    /// On the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Climbers::Native => "native",
+            Climbers::Yade => "yade",
+            Climbers::Both => "both",
+        }
+    }
+}
+
 /// What YADE made of the ladder.
 #[derive(Debug, Clone)]
 pub struct ClimbedInYade {

@@ -7,8 +7,9 @@ use crossgrain::campaign::member::Member;
 use crossgrain::campaign::plan::Plan;
 use crossgrain::campaign::records;
 
+use super::plan;
 use super::{Chance, MEMBERS, campaign, expected, finishes_as_expected, merged_bytes, must};
-use super::{plan, small_member};
+use crate::support::tiny_scene;
 
 const FILE: &str = "records/shard-1-of-1.jsonl";
 
@@ -20,7 +21,7 @@ struct Finished {
 
 impl Finished {
     fn new() -> Self {
-        let place = plan(&small_member(), MEMBERS, "c");
+        let place = plan(&tiny_scene(), MEMBERS, "c");
         must(place.path(), "run", &["--threads", "2", "--shard", "1/1"]);
         let sound = fs::read(place.path().join("c").join(FILE)).expect("records");
         Finished { place, sound }
@@ -198,7 +199,7 @@ fn records_that_contradict_each_other_are_an_error_that_names_both_files() {
 #[test]
 fn records_of_another_plan_are_not_believed() {
     let campaign_of = Finished::new();
-    let scene = small_member();
+    let scene = tiny_scene();
     let place = tempfile::tempdir().expect("a temporary folder");
     let runner = Plan::read(&campaign_of.place.path().join("c"))
         .expect("a plan")

@@ -9,7 +9,8 @@ use crossgrain::campaign::plan::Plan;
 use crossgrain::realization::{Ending, Runner};
 use crossgrain::scene::{Scene, TimeStep};
 
-use super::{campaign, must, plan, small_member};
+use super::{campaign, must, plan};
+use crate::support::tiny_scene;
 
 /// Runs twelve members of the scene, merges them, and returns the column `ending` of `members.csv` with the members.
 fn endings(scene: &Scene) -> (Vec<String>, merged::Merged, String) {
@@ -40,7 +41,7 @@ fn count(endings: &[String], of: &str) -> usize {
 /// Too few steps for some, too shallow a way for the punch of the others.
 #[test]
 fn members_that_do_not_settle_or_sink_are_rows() {
-    let mut scene = small_member();
+    let mut scene = tiny_scene();
     scene.settle.max_steps = 20_000;
     scene.loading.give_up_depth = 0.002;
     let (endings, merged, said) = endings(&scene);
@@ -62,7 +63,7 @@ fn members_that_do_not_settle_or_sink_are_rows() {
 /// A time step at which the beds of some realizations fly apart.
 #[test]
 fn members_whose_engine_gives_up_are_rows_with_its_words() {
-    let mut scene = small_member();
+    let mut scene = tiny_scene();
     scene.time_step = TimeStep::Fraction {
         of_sqrt_m_over_k: 1.25,
     };
@@ -95,7 +96,7 @@ fn members_whose_engine_gives_up_are_rows_with_its_words() {
 /// Two grains that never settle, poured by a program that is not YADE: it writes back the start as the end, and what
 /// `also` says goes wrong before that.
 fn with_yade(members: u64, also: &str) -> tempfile::TempDir {
-    let mut scene = small_member();
+    let mut scene = tiny_scene();
     scene.particles.count = 2;
     scene.settle.max_steps = 10;
     scene.settle.check_every = 10;

@@ -7,8 +7,8 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use super::{Chance, MEMBERS, Running, campaign, expected, finishes_as_expected, lines};
-use super::{merged_bytes, must, plan, records, small_member, undisturbed};
-use crate::support::told;
+use super::{merged_bytes, must, plan, records, undisturbed};
+use crate::support::{tiny_scene, told};
 
 /// The whole lines of all record files.
 fn written(folder: &Path) -> BTreeSet<Vec<u8>> {
@@ -30,7 +30,7 @@ fn written(folder: &Path) -> BTreeSet<Vec<u8>> {
 #[test]
 fn kills_at_any_moment_lose_nothing_finished_and_believe_nothing_half_written() {
     const MANY: u64 = 120;
-    let place = plan(&small_member(), MANY, "c");
+    let place = plan(&tiny_scene(), MANY, "c");
     let folder = place.path().join("c");
     let mut chance = Chance(20);
     let mut before = BTreeSet::new();
@@ -65,12 +65,12 @@ fn kills_at_any_moment_lose_nothing_finished_and_believe_nothing_half_written() 
     );
     must(place.path(), "run", &["--threads", "2"]);
     assert!(before.is_subset(&written(&folder)));
-    assert_eq!(merged_bytes(&folder), undisturbed(&small_member(), MANY));
+    assert_eq!(merged_bytes(&folder), undisturbed(&tiny_scene(), MANY));
 }
 
 #[test]
 fn asked_to_end_it_ends_soon_and_goes_on_later() {
-    let place = plan(&small_member(), MEMBERS, "c");
+    let place = plan(&tiny_scene(), MEMBERS, "c");
     let folder = place.path().join("c");
     let mut process = Running::start(place.path(), &["--threads", "1"]);
     process.wait_for_lines(&records(&folder, "1/1"), 2);
@@ -99,7 +99,7 @@ fn asked_to_end_it_ends_soon_and_goes_on_later() {
 /// A file that may not grow any more stands for a full disk: the write fails in the middle of a record.
 #[test]
 fn a_full_disk_says_try_again_and_later_goes_on() {
-    let place = plan(&small_member(), MEMBERS, "c");
+    let place = plan(&tiny_scene(), MEMBERS, "c");
     let limited = |kilobytes: u32| {
         let script = format!("ulimit -f {kilobytes}; exec \"$0\" campaign run c --threads 2");
         let output = Command::new("bash")

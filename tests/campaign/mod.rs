@@ -4,6 +4,7 @@ mod damaged;
 mod endings;
 mod killed;
 mod plans;
+mod readers;
 mod scale;
 mod shards;
 mod together;
@@ -17,26 +18,9 @@ use std::time::{Duration, Instant};
 use crossgrain::campaign::plan::Plan;
 use crossgrain::engine::native::Mode;
 use crossgrain::realization::Runner;
-use crossgrain::scene::{Cloud, Scene, paper_scene};
+use crossgrain::scene::Scene;
 
-use crate::support::{crossgrain, told};
-
-/// The paper's scene, 0.15 m wide with 100 grains: about a twentieth of a second.
-pub fn small_member() -> Scene {
-    let mut scene = paper_scene(1, 100);
-    scene.container.width = 0.15;
-    scene.cloud = Cloud::JitteredLattice {
-        columns: 12,
-        jitter: 0.9,
-        speed: 0.3,
-        spin: 0.0,
-    };
-    for point in &mut scene.control_points {
-        point.offset *= 0.25;
-        point.depth = 0.0267;
-    }
-    scene
-}
+use crate::support::{crossgrain, tiny_scene, told};
 
 /// A folder that goes away, with a campaign of this name in it.
 pub fn plan(scene: &Scene, members: u64, name: &str) -> tempfile::TempDir {
@@ -81,7 +65,7 @@ const MEMBERS: u64 = 24;
 /// [`undisturbed`] for them, made once.
 fn expected() -> &'static Merged {
     static EXPECTED: OnceLock<Merged> = OnceLock::new();
-    EXPECTED.get_or_init(|| undisturbed(&small_member(), MEMBERS))
+    EXPECTED.get_or_init(|| undisturbed(&tiny_scene(), MEMBERS))
 }
 
 /// Whole lines of a file; none if there is no file.

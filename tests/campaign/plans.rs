@@ -5,12 +5,12 @@ use std::path::Path;
 
 use crossgrain::campaign::plan::Plan;
 
-use super::{MEMBERS, campaign, must, plan, small_member};
-use crate::support::{crossgrain, folder_with, told};
+use super::{MEMBERS, campaign, must, plan};
+use crate::support::{crossgrain, folder_with, tiny_scene, told};
 
 #[test]
 fn a_plan_is_written_into_a_folder_of_its_own() {
-    let (folder, _) = folder_with(&small_member());
+    let (folder, _) = folder_with(&tiny_scene());
     let arguments = [
         "campaign",
         "plan",
@@ -45,7 +45,7 @@ fn a_plan_is_written_into_a_folder_of_its_own() {
 
 /// Changes the plan's text and says what the verbs answer.
 fn edited(from: &str, to: &str) -> Vec<(i32, String)> {
-    let place = plan(&small_member(), MEMBERS, "c");
+    let place = plan(&tiny_scene(), MEMBERS, "c");
     must(place.path(), "run", &["--shard", "1/8"]);
     let path = place.path().join("c/plan.json");
     let text = fs::read_to_string(&path).expect("a plan");
@@ -108,7 +108,7 @@ fn an_edited_plan_is_refused() {
 /// Made by another version of the program, whose bits may be others: read, and not run.
 #[test]
 fn a_plan_of_another_version_is_not_run() {
-    let place = plan(&small_member(), MEMBERS, "c");
+    let place = plan(&tiny_scene(), MEMBERS, "c");
     let mut other = Plan::read(&place.path().join("c")).expect("a plan");
     other.crossgrain = "0.0.9".to_owned();
     fs::remove_dir_all(place.path().join("c")).expect("a folder");
@@ -135,7 +135,7 @@ fn a_folder_without_a_plan_is_no_campaign() {
 /// What Slurm is told, and by which scripts; that they work is shown where there is a Slurm.
 #[test]
 fn scripts_for_slurm() {
-    let place = plan(&small_member(), MEMBERS, "c");
+    let place = plan(&tiny_scene(), MEMBERS, "c");
     let out = must(
         place.path(),
         "slurm",

@@ -13,12 +13,12 @@ use crossgrain::campaign::records;
 use crossgrain::realization::Ending;
 use crossgrain::scene::paper_scene;
 
-use super::{plan, small_member};
-use crate::support::told;
+use super::plan;
+use crate::support::{tiny_scene, told};
 
 /// One member run, and its copies under all other numbers in the files of so many shards.
 fn fabricated(members: u64, shards: u64) -> tempfile::TempDir {
-    let place = plan(&small_member(), members, "c");
+    let place = plan(&tiny_scene(), members, "c");
     let folder = place.path().join("c");
     let plan = Plan::read(&folder).expect("a plan");
     let digest = plan.digest();
@@ -104,9 +104,9 @@ fn running_needs_little_memory() {
     assert!(out.contains("4 not_settled"), "{out}");
     assert!(peak < 200_000_000, "{peak} bytes");
     // From the first member to the hundredth nothing is kept.
-    let place = plan(&small_member(), 10, "c");
+    let place = plan(&tiny_scene(), 10, "c");
     let (_, _, few) = watched(place.path(), &["campaign", "run", "c", "--threads", "1"]);
-    let place = plan(&small_member(), 60, "c");
+    let place = plan(&tiny_scene(), 60, "c");
     let (_, _, many) = watched(place.path(), &["campaign", "run", "c", "--threads", "1"]);
     assert!(many < few + 4_000_000, "{few} bytes, then {many}");
 }

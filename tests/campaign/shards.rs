@@ -1,13 +1,14 @@
 //! The merged bytes are the same for any number of shards, threads and processes, in any order.
 
+use super::plan;
 use super::{MEMBERS, Running, campaign, expected, finishes_as_expected, merged_bytes, must};
-use super::{plan, small_member};
+use crate::support::tiny_scene;
 use crossgrain::campaign::merged;
 use crossgrain::campaign::run::again;
 
 #[test]
 fn bytes_do_not_depend_on_threads() {
-    let place = plan(&small_member(), MEMBERS, "c");
+    let place = plan(&tiny_scene(), MEMBERS, "c");
     finishes_as_expected(place.path());
     assert!(
         must(place.path(), "status", &[]).contains("24 of 24 members finished, merged"),
@@ -18,7 +19,7 @@ fn bytes_do_not_depend_on_threads() {
 /// A member run anew by its number alone is the one that the campaign wrote down.
 #[test]
 fn a_member_run_again_is_the_recorded_one() {
-    let place = plan(&small_member(), MEMBERS, "c");
+    let place = plan(&tiny_scene(), MEMBERS, "c");
     finishes_as_expected(place.path());
     let merged = merged::read(&place.path().join("c")).expect("a merged campaign");
     for number in [1, MEMBERS] {
@@ -31,7 +32,7 @@ fn a_member_run_again_is_the_recorded_one() {
 #[test]
 fn bytes_do_not_depend_on_shards() {
     for of in [2, 3] {
-        let place = plan(&small_member(), MEMBERS, "c");
+        let place = plan(&tiny_scene(), MEMBERS, "c");
         let shards: Vec<String> = (1..=of).map(|index| format!("{index}/{of}")).collect();
         let running: Vec<Running> = shards
             .iter()
@@ -49,7 +50,7 @@ fn bytes_do_not_depend_on_shards() {
 /// A third, then half of the rest, then all.
 #[test]
 fn a_campaign_goes_on_with_another_number_of_shards() {
-    let place = plan(&small_member(), MEMBERS, "c");
+    let place = plan(&tiny_scene(), MEMBERS, "c");
     let said = must(place.path(), "run", &["--shard", "2/3"]);
     assert!(
         said.contains("8 members, 0 of them finished before"),

@@ -6,11 +6,12 @@ use crossgrain::campaign::records::Writer;
 use crossgrain::campaign::shard::Shard;
 
 use super::{MEMBERS, Running, campaign, expected, finishes_as_expected, lines, merged_bytes};
-use super::{must, plan, records, small_member};
+use super::{must, plan, records};
+use crate::support::tiny_scene;
 
 #[test]
 fn the_second_process_of_a_shard_is_told_to_try_again() {
-    let place = plan(&small_member(), MEMBERS, "c");
+    let place = plan(&tiny_scene(), MEMBERS, "c");
     let file = records(&place.path().join("c"), "1/1");
     let mut first = Running::start(place.path(), &["--threads", "1"]);
     first.wait_for_lines(&file, 1);
@@ -29,7 +30,7 @@ fn the_second_process_of_a_shard_is_told_to_try_again() {
 /// The same without chance: this test holds the shard's file.
 #[test]
 fn the_second_process_changes_nothing() {
-    let place = plan(&small_member(), MEMBERS, "c");
+    let place = plan(&tiny_scene(), MEMBERS, "c");
     let folder = place.path().join("c");
     must(place.path(), "run", &["--shard", "2/3"]);
     let file = records(&folder, "2/3");
@@ -50,7 +51,7 @@ fn the_second_process_changes_nothing() {
 /// Whoever shares a campaign out in two ways at the same time does work twice, and that is all.
 #[test]
 fn members_that_several_processes_made_count_once() {
-    let place = plan(&small_member(), MEMBERS, "c");
+    let place = plan(&tiny_scene(), MEMBERS, "c");
     let shards = ["1/1", "1/2", "2/2"];
     let running = shards.map(|shard| Running::start(place.path(), &["--shard", shard]));
     for process in running {

@@ -2,8 +2,11 @@
 
 use std::fmt::Write;
 
-use super::{PANEL, SHADE, Scale, compression, key, line, number, swatch, text, tick};
+use super::scale::Scale;
+use super::{PANEL, SHADE, compression, key, swatch, tick};
 use crate::paper::disc_field::DiscField;
+use crate::report::axis::rounded;
+use crate::report::frame::{line, text};
 
 /// Points of each curve.
 const POINTS: u32 = 240;
@@ -79,7 +82,7 @@ fn panel_ticks(field: &DiscField, scale: &Scale) -> String {
         svg += &text(
             [x, bottom + 20.0],
             "middle",
-            &number(field.radius() * place, 4),
+            &rounded(field.radius() * place, 4),
         );
     }
     svg + &text(
@@ -111,7 +114,7 @@ pub(super) fn averages(field: &DiscField) -> [f64; 3] {
 
 /// What is drawn in the panel.
 pub(super) fn panel_key(field: &DiscField) -> String {
-    let [disc, square, cell] = averages(field).map(|value| number(value, 4));
+    let [disc, square, cell] = averages(field).map(|value| rounded(value, 4));
     let sample = |style: &str| format!("<path {style} d=\"M0 -4.5h24\"/>");
     let entries = [
         (sample(CURVES[0]), "along the vertical axis".to_owned()),

@@ -6,9 +6,10 @@ use super::Figure;
 use crate::continuum::table::Setup;
 use crate::continuum::{Field, Model};
 use crate::error::Error;
+use crate::report::axis::{Area, Axis, printed};
 use crate::report::contours::Grid;
 use crate::report::figure_files::table;
-use crate::report::frame::{Area, Axis, INK, VERMILION, border, line, printed, text, whole};
+use crate::report::frame::{INK, VERMILION, border, line, text, whole};
 use crate::report::shades::shade;
 
 const SIZE: [f64; 2] = [760.0, 640.0];
@@ -45,13 +46,7 @@ pub fn figure(setup: &Setup) -> Result<Figure, Error> {
         to: AREA[1] + AREA[3],
         logarithmic: false,
     };
-    // Linear beyond the frame too.
-    let on = |[at, depth]: [f64; 2]| {
-        [
-            AREA[0] + AREA[2] * (at + REACH[0]) / (2.0 * REACH[0]),
-            AREA[1] + AREA[3] * depth / REACH[1],
-        ]
-    };
+    let on = |[at, depth]: [f64; 2]| [x.place(at), z.place(depth)];
     let [left, top, width, height] = AREA;
     let mut svg = format!(
         "<defs><clipPath id=\"bulbs\"><rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/></clipPath></defs>\n\

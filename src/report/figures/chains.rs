@@ -7,8 +7,9 @@ use crate::error::Error;
 use crate::figures::LoadedBed;
 use crate::measure::height;
 use crate::realization::bed_of;
+use crate::report::axis::Area;
 use crate::report::figure_files::table;
-use crate::report::frame::{Area, INK, text, whole};
+use crate::report::frame::{INK, text, whole};
 use crate::report::packing;
 use crate::tables::Punch;
 

@@ -5,8 +5,9 @@ use std::fmt::Write;
 use super::Figure;
 use crate::error::Error;
 use crate::paper::piles::{Counted, chance_of_at_least_of_five, table_1};
+use crate::report::axis::{Area, Axis};
 use crate::report::figure_files::table;
-use crate::report::frame::{Area, Axis, BLUE, GREEN, INK, VERMILION, border, line, text, whole};
+use crate::report::frame::{BARS, BLUE, GREEN, INK, VERMILION, border, line, text, whole};
 
 const SIZE: [f64; 2] = [980.0, 400.0];
 const CHART: Area = [620.0, 70.0, 330.0, 262.0];
@@ -60,7 +61,7 @@ pub fn figure() -> Result<Figure, Error> {
         let right = (bar + 9.0).min(CHART[0] + CHART[2]);
         let _ = write!(
             svg,
-            "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"#b4d3e8\" stroke=\"{BLUE}\"/>\
+            "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{BARS}\" stroke=\"{BLUE}\"/>\
              <circle cx=\"{bar:.1}\" cy=\"{:.1}\" r=\"5\" fill=\"none\" stroke=\"{GREEN}\" stroke-width=\"2.2\"/>",
             right - left,
             y.place(0.0) - top,
@@ -185,7 +186,7 @@ fn key() -> String {
     let entries = [
         (
             format!(
-                "<rect y=\"-11\" width=\"18\" height=\"12\" fill=\"#b4d3e8\" stroke=\"{BLUE}\"/>"
+                "<rect y=\"-11\" width=\"18\" height=\"12\" fill=\"{BARS}\" stroke=\"{BLUE}\"/>"
             ),
             "five piles, counted",
         ),

@@ -3,6 +3,9 @@
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
+use crate::report::axis::{Area, Axis};
+use crate::report::frame::{border, grid, text, whole};
+
 /// A point of the chart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dot {
@@ -31,41 +34,11 @@ pub struct Scatter {
     pub dots: Vec<Dot>,
 }
 
-const SIZE: [f64; 2] = [720.0, 480.0];
-const LEFT: f64 = 62.0;
-const RIGHT: f64 = 14.0;
-const TOP: f64 = 14.0;
-const BOTTOM: f64 = 46.0;
+const SIZE: [f64; 2] = [720.0, 490.0];
+const AREA: Area = [66.0, 14.0, 640.0, 426.0];
 const DOT: f64 = 4.0;
 /// Half the width and height of a number of two digits.
 const LABEL: [f64; 2] = [8.0, 6.0];
-
-struct Axis {
-    low: f64,
-    high: f64,
-    from: f64,
-    to: f64,
-}
-
-impl Axis {
-    fn place(&self, value: f64) -> f64 {
-        let share =
-            (value.clamp(self.low, self.high) / self.low).ln() / (self.high / self.low).ln();
-        self.from + share * (self.to - self.from)
-    }
-
-    /// 1, 2 and 5 times powers of ten.
-    fn ticks(&self) -> Vec<f64> {
-        let (first, last) = (
-            self.low.log10().floor() as i32,
-            self.high.log10().ceil() as i32,
-        );
-        (first..=last)
-            .flat_map(|power| [1.0, 2.0, 5.0].map(|of| of * 10f64.powi(power)))
-            .filter(|tick| (self.low..=self.high).contains(tick))
-            .collect()
-    }
-}
 
 impl Scatter {
     /// The chart as an SVG element; empty where there are no points.
@@ -77,85 +50,43 @@ impl Scatter {
         ) else {
             return String::new();
         };
-        let x = Axis {
-            low: 0.8 * xs[0],
-            high: 1.25 * xs[1],
-            from: LEFT,
-            to: SIZE[0] - RIGHT,
-        };
-        let y = Axis {
-            low: (0.7 * ys[0]).clamp(LOWEST, 0.5),
-            high: (1.6 * ys[1]).max(2.0),
-            from: SIZE[1] - BOTTOM,
-            to: TOP,
-        };
-        let mut svg = format!(
-            "<svg class=\"scatter\" viewBox=\"0 0 {} {}\" role=\"img\" xmlns=\"http://www.w3.org/2000/svg\">",
-            SIZE[0], SIZE[1]
-        );
+        let low = (0.7 * ys[0]).clamp(LOWEST, 0.5);
+        let x = Axis::across(AREA, 0.8 * xs[0], 1.25 * xs[1]).logarithmic();
+        let y = Axis::upwards(AREA, low, (1.6 * ys[1]).max(2.0)).logarithmic();
+        let mut svg = grid(AREA, &x, &y);
+        let words = self.levels(&mut svg, &y);
         // Writing to a string does not fail.
-        let _ = self.frame(&mut svg, &x, &y);
-        let words: Vec<[f64; 4]> = self
-            .lines
-            .iter()
-            .map(|(value, words)| {
-                let at = y.place(*value);
-                let length = 7.0 * words.chars().count() as f64;
-                [LEFT, LEFT + length, at - 17.0, at]
-            })
-            .collect();
         let _ = points(&mut svg, &dots, &x, &y, &words);
-        svg + "</svg>"
+        svg += &border(AREA, &x, &y, [&self.x, &self.y]);
+        format!(
+            "<div class=\"scatter\">{}</div>",
+            whole(SIZE, &self.y, &svg)
+        )
     }
 
-    fn frame(&self, svg: &mut String, x: &Axis, y: &Axis) -> std::fmt::Result {
-        let (right, floor) = (SIZE[0] - RIGHT, SIZE[1] - BOTTOM);
-        for tick in x.ticks() {
-            let at = x.place(tick);
-            write!(svg, "<path class=\"grid\" d=\"M{at:.1} {TOP}V{floor}\"/>")?;
-            write!(
-                svg,
-                "<text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{tick}</text>",
-                floor + 16.0
-            )?;
-        }
-        for tick in y.ticks() {
-            let at = y.place(tick);
-            write!(svg, "<path class=\"grid\" d=\"M{LEFT} {at:.1}H{right}\"/>")?;
-            write!(
-                svg,
-                "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{tick}</text>",
-                LEFT - 6.0,
-                at + 4.0
-            )?;
-        }
+    /// Adds the lines with their words; the value is the words' boxes, from left to right and from top to bottom.
+    fn levels(&self, svg: &mut String, y: &Axis) -> Vec<[f64; 4]> {
+        let [left, right] = [AREA[0], AREA[0] + AREA[2]];
         // One at the left, the next at the right: lines may lie close together.
-        let ends = [(LEFT + 4.0, "start"), (right - 4.0, "end")];
-        for ((value, words), (x, anchor)) in self.lines.iter().zip(ends.iter().cycle()) {
-            if *value < y.low || *value > y.high {
-                continue;
-            }
-            let at = y.place(*value);
-            write!(svg, "<path class=\"level\" d=\"M{LEFT} {at:.1}H{right}\"/>")?;
-            write!(
-                svg,
-                "<text class=\"words\" x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{words}</text>",
-                at - 5.0
-            )?;
-        }
-        write!(
-            svg,
-            "<text x=\"{:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-            0.5 * (LEFT + right),
-            SIZE[1] - 8.0,
-            self.x
-        )?;
-        let middle = 0.5 * (TOP + floor);
-        write!(
-            svg,
-            "<text transform=\"translate(15 {middle:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
-            self.y
-        )
+        let sides = ["start", "end"].into_iter().cycle();
+        let shown = |(value, _): &&(f64, String)| *value >= y.low && *value <= y.high;
+        let lines = self.lines.iter().filter(shown).zip(sides);
+        lines
+            .map(|((value, words), side)| {
+                let at = y.place(*value);
+                let length = 7.5 * words.chars().count() as f64;
+                let (x, from) = if side == "start" {
+                    (left + 4.0, left)
+                } else {
+                    (right - 4.0, right - length)
+                };
+                *svg += &format!(
+                    "<path class=\"level\" d=\"M{left} {at:.1}H{right}\"/><g class=\"words\">{}</g>",
+                    text([x, at - 5.0], side, words)
+                );
+                [from, from + length, at - 17.0, at]
+            })
+            .collect()
     }
 }
 
@@ -181,10 +112,10 @@ fn points(
 ) -> std::fmt::Result {
     let places: Vec<[f64; 2]> = dots
         .iter()
-        .map(|dot| [x.place(dot.x), y.place(dot.y[0])])
+        .map(|dot| [x.place(dot.x), y.place_within(dot.y[0])])
         .collect();
     for (dot, [at, _]) in dots.iter().zip(&places) {
-        let (low, high) = (y.place(dot.y[1]), y.place(dot.y[2]));
+        let [low, high] = [dot.y[1], dot.y[2]].map(|value| y.place_within(value));
         write!(
             svg,
             "<path class=\"bar\" d=\"M{at:.1} {low:.1}V{high:.1}\"/>"
@@ -238,10 +169,11 @@ fn labels(places: &[[f64; 2]], words: &[[f64; 4]]) -> Vec<[f64; 2]> {
             ]
         };
         let free = |label: &[f64; 2]| {
-            let inside = label[0] > LEFT + LABEL[0]
-                && label[0] < SIZE[0] - RIGHT - LABEL[0]
-                && label[1] > TOP + LABEL[1]
-                && label[1] < SIZE[1] - BOTTOM - LABEL[1];
+            let [left, top, width, height] = AREA;
+            let inside = label[0] > left + LABEL[0]
+                && label[0] < left + width - LABEL[0]
+                && label[1] > top + LABEL[1]
+                && label[1] < top + height - LABEL[1];
             let off_dots = places.iter().all(|dot| {
                 (dot[0] - label[0]).abs() > LABEL[0] + DOT
                     || (dot[1] - label[1]).abs() > LABEL[1] + DOT

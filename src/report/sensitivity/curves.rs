@@ -2,6 +2,10 @@
 
 use std::fmt::Write;
 
+use crate::report::axis::{Area, Axis};
+use crate::report::frame::{BLUE, GREEN, INK, PURPLE, VERMILION, coloured, whole};
+use crate::report::plot::{Plot, Stroke};
+
 /// A line of the picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
@@ -30,17 +34,13 @@ pub struct Curves {
     pub lines: Vec<Line>,
 }
 
-const SIZE: [f64; 2] = [720.0, 400.0];
-const LEFT: f64 = 62.0;
-const RIGHT: f64 = 190.0;
-const TOP: f64 = 14.0;
-const BOTTOM: f64 = 46.0;
+const SIZE: [f64; 2] = [720.0, 410.0];
+/// Room on the right is for names.
+const AREA: Area = [66.0, 14.0, 454.0, 346.0];
 const LINE: f64 = 15.0;
 
 /// Okabe and Ito's colours, dark enough for thin lines.
-pub const COLOURS: [&str; 7] = [
-    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#b8860b", "#1b1b1b",
-];
+pub const COLOURS: [&str; 7] = [BLUE, VERMILION, GREEN, PURPLE, "#56b4e9", "#b8860b", INK];
 
 /// The least and the largest.
 fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
@@ -64,190 +64,93 @@ impl Curves {
         if across[1].is_nan() || across[1] <= from {
             return String::new();
         }
-        let x = |value: f64| {
-            let share = if self.logarithmic {
-                (value / from).ln() / (across[1] / from).ln()
-            } else {
-                (value - from) / (across[1] - from)
-            };
-            LEFT + share * (SIZE[0] - LEFT - RIGHT)
-        };
-        let y = |value: f64| {
-            let share = (value.clamp(low, high) / low).ln() / (high / low).ln();
-            SIZE[1] - BOTTOM - share * (SIZE[1] - BOTTOM - TOP)
-        };
-        let mut svg = format!(
-            "<svg class=\"map\" viewBox=\"0 0 {} {}\" role=\"img\" xmlns=\"http://www.w3.org/2000/svg\"><style>{}</style>",
-            SIZE[0],
-            SIZE[1],
-            super::words::STYLE
-        );
-        // Writing to a string does not fail.
-        let _ = self.frame(&mut svg, [low, high], [from, across[1]], &x, &y);
-        let _ = self.draw(&mut svg, &x, &y);
-        svg + "</svg>"
-    }
-
-    fn frame(
-        &self,
-        svg: &mut String,
-        [low, high]: [f64; 2],
-        [from, to]: [f64; 2],
-        x: &dyn Fn(f64) -> f64,
-        y: &dyn Fn(f64) -> f64,
-    ) -> std::fmt::Result {
-        let (right, floor) = (SIZE[0] - RIGHT, SIZE[1] - BOTTOM);
-        for tick in decades(low, high) {
-            let at = y(tick);
-            write!(svg, "<path class=\"grid\" d=\"M{LEFT} {at:.1}H{right}\"/>")?;
-            write!(
-                svg,
-                "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-                LEFT - 6.0,
-                at + 4.0,
-                plain(tick)
-            )?;
-        }
-        let ticks = if self.logarithmic {
-            let tens = decades(from, to).into_iter();
-            tens.filter(|tick| (tick.log10() - tick.log10().round()).abs() < 1.0e-9)
-                .collect()
+        // What stands at the ends is not cut.
+        let x = if self.logarithmic {
+            Axis::across(AREA, from / 1.1, 1.1 * across[1]).logarithmic()
         } else {
-            steps(to)
+            Axis::across(AREA, from, 1.01 * across[1])
         };
-        for tick in ticks {
-            let at = x(tick);
-            write!(svg, "<path class=\"grid\" d=\"M{at:.1} {TOP}V{floor}\"/>")?;
-            write!(
-                svg,
-                "<text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-                floor + 16.0,
-                plain(tick)
-            )?;
-        }
-        write!(
-            svg,
-            "<text class=\"axis\" x=\"{:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-            0.5 * (LEFT + right),
-            SIZE[1] - 8.0,
-            self.x
-        )?;
-        write!(
-            svg,
-            "<text class=\"axis\" transform=\"translate(15 {:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
-            0.5 * (TOP + floor),
-            self.y
-        )
-    }
-
-    fn draw(
-        &self,
-        svg: &mut String,
-        x: &dyn Fn(f64) -> f64,
-        y: &dyn Fn(f64) -> f64,
-    ) -> std::fmt::Result {
+        let y = Axis::upwards(AREA, low, high).logarithmic();
+        let mut plot = Plot::with_grid(AREA, x, y);
+        let shown = |value: f64| value.clamp(low, high);
         for line in &self.lines {
-            let path: Vec<String> = line
-                .points
-                .iter()
-                .map(|(at, value)| format!("{:.1} {:.1}", x(*at), y(value[0])))
-                .collect();
-            let dashes = if line.dashed {
-                " stroke-dasharray=\"6 4\""
+            let stroke = if line.dashed {
+                Stroke::dashed(line.colour)
             } else {
-                ""
+                Stroke::whole(line.colour)
             };
-            let colour = line.colour;
-            write!(
-                svg,
-                "<path class=\"curve\" stroke=\"{colour}\"{dashes} d=\"M{}\"/>",
-                path.join("L")
-            )?;
-            for (at, [value, low, high]) in &line.points {
-                if low < high {
-                    write!(
-                        svg,
-                        "<path class=\"whisker\" stroke=\"{colour}\" d=\"M{at:.1} {:.1}V{:.1}\"/><circle fill=\"{colour}\" cx=\"{at:.1}\" cy=\"{:.1}\" r=\"2.4\"/>",
-                        y(*low),
-                        y(*high),
-                        y(*value),
-                        at = x(*at),
-                    )?;
+            let points = line.points.iter();
+            plot.line(points.map(|(at, value)| [*at, shown(value[0])]), stroke);
+            for (at, [value, least, most]) in &line.points {
+                if least < most {
+                    plot.upright(*at, [shown(*least), shown(*most)], line.colour);
+                    plot.dot([*at, shown(*value)], line.colour, 2.4, 1.0);
                 }
             }
         }
-        // Names in the order of the lines' ends, none on top of another.
-        let mut names: Vec<(f64, f64, &Line)> = self
+        let drawn = plot.svg([&self.x, &self.y])
+            + &self.names(|[at, value]| [x.place(at), y.place(shown(value))]);
+        whole(SIZE, &self.y, &drawn)
+    }
+
+    /// In the order of the lines' ends, none on top of another.
+    fn names(&self, place: impl Fn([f64; 2]) -> [f64; 2]) -> String {
+        let mut names: Vec<([f64; 2], &Line)> = self
             .lines
             .iter()
             .filter_map(|line| {
                 let (at, value) = line.points.last()?;
-                Some((y(value[0]), x(*at), line))
+                Some((place([*at, value[0]]), line))
             })
             .collect();
-        names.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let right = SIZE[0] - RIGHT + 14.0;
-        let most = SIZE[1] - BOTTOM - LINE * (names.len() as f64 - 1.0);
-        let mut free = TOP + 6.0;
-        for (index, (end, from, line)) in names.iter().enumerate() {
+        names.sort_by(|(a, _), (b, _)| a[1].total_cmp(&b[1]));
+        let [left, top, width, height] = AREA;
+        let right = left + width + 14.0;
+        let most = top + height - LINE * (names.len() as f64 - 1.0);
+        let (mut svg, mut free) = (String::new(), top + 6.0);
+        for (index, ([from, end], line)) in names.iter().enumerate() {
             let at = end.max(free).min(most + LINE * index as f64);
             free = at + LINE;
-            write!(
+            // Writing to a string does not fail.
+            let _ = write!(
                 svg,
-                "<path class=\"whisker\" stroke=\"{}\" opacity=\".5\" d=\"M{:.1} {end:.1}L{:.1} {at:.1}\"/><text x=\"{right:.1}\" y=\"{:.1}\" style=\"fill:{}\">{}</text>",
+                "<path stroke=\"{}\" opacity=\".5\" d=\"M{:.1} {end:.1}L{:.1} {at:.1}\"/>",
                 line.colour,
                 from + 2.0,
-                right - 3.0,
-                at + 4.0,
-                line.colour,
-                line.name
-            )?;
+                right - 3.0
+            );
+            svg += &coloured(line.colour, [right, at + 4.0], "start", &line.name);
         }
-        Ok(())
+        svg
     }
-}
-
-/// 1, 2 and 5 times powers of ten.
-fn decades(low: f64, high: f64) -> Vec<f64> {
-    let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
-    (first..=last)
-        .flat_map(|power| [1.0, 2.0, 5.0].map(|of| of * 10f64.powi(power)))
-        .filter(|tick| (low..=high).contains(tick))
-        .collect()
-}
-
-/// About five even steps from zero; none to where nothing is.
-fn steps(to: f64) -> Vec<f64> {
-    if !(to.is_finite() && to > 0.0) {
-        return Vec::new();
-    }
-    let rough = to / 5.0;
-    let power = 10f64.powf(rough.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0]
-        .map(|of| of * power)
-        .into_iter()
-        .find(|step| *step >= rough)
-        .unwrap_or(rough);
-    (0..)
-        .map(|index| f64::from(index) * step)
-        .take_while(|tick| *tick <= to * 1.001)
-        .collect()
-}
-
-/// Without the noise of its last digits.
-fn plain(tick: f64) -> String {
-    format!("{}", (tick * 1.0e9).round() / 1.0e9)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn steps_end() {
-        assert_eq!(steps(10.0), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
-        for nowhere in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(steps(nowhere).is_empty());
+    fn line(points: &[(f64, [f64; 3])]) -> Curves {
+        Curves {
+            x: "x".to_owned(),
+            y: "y".to_owned(),
+            logarithmic: false,
+            lowest: 0.1,
+            lines: vec![Line {
+                name: "one".to_owned(),
+                colour: INK,
+                dashed: false,
+                points: points.to_vec(),
+            }],
         }
+    }
+
+    #[test]
+    fn nothing_apart_draws_nothing() {
+        assert_eq!(line(&[]).svg(), "");
+        for nowhere in [0.0, -1.0, f64::NAN] {
+            assert_eq!(line(&[(nowhere, [1.0; 3])]).svg(), "", "{nowhere}");
+        }
+        let drawn = line(&[(0.0, [1.0; 3]), (10.0, [2.0, 1.0, 3.0])]).svg();
+        assert!(drawn.contains(">one<") && !drawn.contains("NaN"), "{drawn}");
     }
 }

@@ -11,8 +11,7 @@ rect.near{fill:#9fcfea}rect.open{fill:#e3e5e8}rect.not{fill:#efa970}rect.none{fi
 rect.r3{fill:#c9e7dc}rect.r2{fill:#e4f2ec}rect.r1{fill:#f6f1e3}rect.r0{fill:#fff;stroke:#c9cdd2}\
 .band{fill:#e8f3ee}.one{stroke:#8b9197}.grid{stroke:#e6e8ea}\
 line.out,circle.out{stroke:#0072b2;fill:#0072b2}line.near,circle.near{stroke:#4ba3d3;fill:#4ba3d3}\
-line.open,circle.open{stroke:#80868b;fill:#80868b}line.not,circle.not{stroke:#d55e00;fill:#d55e00}\
-path.curve{fill:none;stroke-width:1.8}path.whisker{stroke-width:1;fill:none}";
+line.open,circle.open{stroke:#80868b;fill:#80868b}line.not,circle.not{stroke:#d55e00;fill:#d55e00}";
 
 /// Class and words of each colour.
 pub const LEGEND: [(&str, &str); 5] = [

@@ -1,0 +1,67 @@
+//! Where the record and the page of a job go.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+use crate::files::{FileError, failed, free_folder, write_folder, write_whole};
+
+/// The page of a job.
+const PAGE: &str = "report.html";
+
+/// The folder of a long job, which is taken up again there. Its record is written last of all and says that it is
+/// finished.
+pub struct JobFolder {
+    /// What the job makes: `map`.
+    pub what: &'static str,
+    /// Taken when none is named; a number is added when it holds a finished job.
+    pub usual: &'static str,
+    /// The record's file.
+    pub record: &'static str,
+    /// Whether it keeps members that a finished job can go on with.
+    pub keeps_members: bool,
+}
+
+impl JobFolder {
+    /// The folder, made if it is not there. A finished job in a named one is never overwritten.
+    pub fn open(&self, named: Option<&Path>) -> Result<PathBuf, Error> {
+        let JobFolder { what, record, .. } = self;
+        let folder = match named {
+            Some(folder) if folder.join(record).exists() => {
+                let go_on = if self.keeps_members {
+                    format!(", or take its {record} away to go on with its members")
+                } else {
+                    String::new()
+                };
+                return Err(Error::Usage(format!(
+                    "{} holds a finished {what}; name a folder that does not{go_on}",
+                    folder.display()
+                )));
+            }
+            Some(folder) => folder.to_owned(),
+            None => free_folder(Path::new(self.usual), record),
+        };
+        std::fs::create_dir_all(&folder).map_err(failed("create", &folder))?;
+        Ok(folder)
+    }
+
+    /// Writes the page and then the record.
+    pub fn finish(&self, folder: &Path, page: &str, record: &str) -> Result<(), Error> {
+        write_whole(&folder.join(PAGE), page.as_bytes())?;
+        write_whole(&folder.join(self.record), record.as_bytes())?;
+        Ok(())
+    }
+}
+
+/// Writes a new folder with a record and its page, whole or not at all.
+pub fn write_new(out: &Path, name: &str, record: &str, page: &str) -> Result<(), Error> {
+    write_folder::<FileError>(out, |aside| {
+        write_whole(&aside.join(name), record.as_bytes())?;
+        write_whole(&aside.join(PAGE), page.as_bytes())
+    })?;
+    Ok(())
+}
+
+/// Where the page is, as a line.
+pub fn page_line(folder: &Path) -> String {
+    format!("report: {}\n", folder.join(PAGE).display())
+}

@@ -1,0 +1,105 @@
+//! Verbs that read a merged campaign: what they say of one that is not merged, damaged or none, and that nothing is
+//! written then.
+
+use std::fs;
+use std::path::Path;
+
+use super::{must, plan};
+use crate::support::{crossgrain, tiny_scene, told};
+
+/// What each verb says of the campaign `c`: exit code and standard error. None of them writes `drawn`.
+fn refused(place: &Path) -> Vec<(i32, String)> {
+    let verbs: [&[&str]; 3] = [
+        &["claims", "c", "--out", "drawn"],
+        &["figures", "--campaign", "c", "--out", "drawn"],
+        &["campaign", "compare", "c", "c"],
+    ];
+    let said = verbs.map(|verb| {
+        let (code, out, errors) = told(&crossgrain(verb, place));
+        assert_eq!(out, "", "{verb:?}");
+        assert!(!place.join("drawn").exists(), "{verb:?}");
+        (code, errors)
+    });
+    said.to_vec()
+}
+
+fn all_say(place: &Path, code: i32, words: &[&str]) {
+    for (found, errors) in refused(place) {
+        assert_eq!(found, code, "{errors}");
+        for word in words {
+            assert!(errors.contains(word), "{word:?} in {errors}");
+        }
+    }
+}
+
+#[test]
+fn a_campaign_that_is_not_merged_is_incomplete() {
+    let place = plan(&tiny_scene(), 4, "c");
+    let place = place.path();
+    let words = ["not merged yet", "crossgrain campaign run"];
+    all_say(place, 3, &words);
+    must(place, "run", &["--shard", "1/2"]);
+    all_say(place, 3, &words);
+    must(place, "run", &["--shard", "2/2"]);
+    all_say(place, 3, &words);
+    must(place, "merge", &[]);
+    assert_eq!(
+        told(&crossgrain(&["campaign", "compare", "c", "c"], place)).0,
+        0
+    );
+    // Nothing at all is no campaign.
+    fs::remove_file(place.join("c/plan.json")).expect("a plan");
+    all_say(place, 2, &["c is no campaign", "crossgrain campaign plan"]);
+}
+
+/// One thing wrong at a time; merging again puts each right.
+#[test]
+fn damaged_members_are_bad_input_and_can_be_merged_again() {
+    let mut scene = tiny_scene();
+    // So light that every member gets the force.
+    scene.loading.pressure *= 0.1;
+    let place = plan(&scene, 4, "c");
+    let place = place.path();
+    must(place, "run", &["--threads", "2"]);
+    let members = place.join("c/members.jsonl");
+    let sound = fs::read(&members).expect("members");
+    let mut turned = sound.clone();
+    // A digit within a number, which is JSON before and after.
+    let digit = turned
+        .iter()
+        .rposition(u8::is_ascii_digit)
+        .expect("a digit");
+    turned[digit] = if turned[digit] == b'5' { b'6' } else { b'5' };
+    let first_line = 1 + sound.iter().position(|byte| *byte == b'\n').expect("lines");
+    let damages: [(&str, Option<&[u8]>); 5] = [
+        ("members.jsonl", Some(&turned)),
+        ("members.jsonl", Some(&sound[..first_line])),
+        ("members.jsonl", Some(&sound[..first_line / 2])),
+        ("members.jsonl", None),
+        ("merged.json", Some(b"{")),
+    ];
+    for (file, bytes) in damages {
+        let path = place.join("c").join(file);
+        match bytes {
+            Some(bytes) => fs::write(&path, bytes),
+            None => fs::remove_file(&path),
+        }
+        .expect("a writable folder");
+        all_say(place, 2, &["damaged", file, "crossgrain campaign merge"]);
+        must(place, "merge", &[]);
+        assert_eq!(fs::read(&members).expect("members"), sound);
+    }
+    // Four members leave claims open, which is a result: its files are there.
+    let (code, _, errors) = told(&crossgrain(&["claims", "c", "--out", "drawn"], place));
+    assert_eq!((code, errors.as_str()), (3, ""));
+    for file in ["claims.json", "report.html"] {
+        assert!(place.join("drawn").join(file).is_file(), "{file}");
+    }
+    let arguments = ["figures", "--campaign", "c", "--out", "figures"];
+    let (code, _, errors) = told(&crossgrain(&arguments, place));
+    assert_eq!((code, errors.as_str()), (0, ""));
+    assert_eq!(
+        fs::read_dir(place.join("figures")).expect("files").count(),
+        15
+    );
+}

@@ -1,0 +1,207 @@
+//! The kernels and their neighbour list against the method written out plainly, which looks at every pair.
+
+use crossgrain::engine::case::Case;
+use crossgrain::engine::native::{self, CaseOptions, contact};
+use crossgrain::engine::{Start, Task, Until};
+use crossgrain::generate::initial_bodies;
+use crossgrain::measure::{Bed, coordination};
+use crossgrain::model::Model;
+use crossgrain::scene::{
+    NewContactSlip, Rotation, Scene, Shape, SlipVelocity, TimeStep, TorqueArms,
+};
+use crossgrain::tables::{Bodies, Snapshot, Stage};
+use proptest::prelude::*;
+
+use crate::support::all_pairs::AllPairs;
+use crate::support::{frictional_scene, native_outcome, small_scene};
+
+/// Skins of the neighbour list: most pairs near one another or hardly any, m.
+const SKINS: [f64; 4] = [2.0e-5, 2.0e-4, 1.0e-3, 4.0e-3];
+
+fn assert_same(engine: &Snapshot, all: &AllPairs, when: &str) {
+    assert_eq!(engine.bodies.digest(), all.bodies.digest(), "{when}");
+    assert_eq!(engine.contacts, all.contacts, "{when}");
+    assert_eq!(engine.punch, all.punch, "{when}");
+}
+
+/// Pours this scene, as long as asked and with each skin, and compares on the way.
+fn pours_like_all_pairs(scene: &Scene, steps: u64) {
+    let initial = initial_bodies(scene);
+    let mut scene = scene.clone();
+    scene.measurement.history_every = steps / 8;
+    let mut all = AllPairs::new(&Model::of(&scene), &initial, None);
+    let task = Task::pour(initial, steps);
+    let runs = SKINS.map(|skin| native_outcome(&scene, &task, Some(skin)).1.0);
+    for moment in 0..runs[0].len() {
+        for (run, skin) in runs.iter().zip(SKINS) {
+            let step = run[moment].step;
+            assert_same(&run[moment], &all, &format!("step {step}, skin {skin}"));
+        }
+        if moment < 8 {
+            (0..steps / 8).for_each(|_| all.step());
+        }
+    }
+    let contacts = all.contacts.len();
+    assert!(contacts > all.bodies.len(), "the bed has {contacts}");
+}
+
+/// A punch driven into the poured bed, compared with each skin. Returns the last moment.
+fn is_pressed_like_all_pairs(scene: &mut Scene, poured: u64, steps: u64) -> Snapshot {
+    let (settled, _) = native_outcome(scene, &Task::pour(initial_bodies(scene), poured), None);
+    let bodies = settled.last.bodies;
+    scene.loading.speed = 0.4;
+    let punch = native::first_contact_punch(scene, &bodies);
+    let mut all = AllPairs::new(&Model::of(scene), &bodies, Some(punch));
+    (0..steps).for_each(|_| all.step());
+    let task = Task {
+        start: Start {
+            stage: Stage::Load,
+            step: 0,
+            bodies,
+            punch: Some(punch),
+        },
+        until: Until::Step(steps),
+    };
+    let [last, ..] = SKINS.map(|skin| {
+        let (outcome, _) = native_outcome(scene, &task, Some(skin));
+        assert_same(&outcome.last, &all, &format!("skin {skin}"));
+        outcome.last
+    });
+    let id = scene.particles.count + 3;
+    let on_punch = last.contacts.iter().filter(|c| c.id1 == id).count();
+    assert!(on_punch > 0, "it touches grains");
+    last
+}
+
+#[test]
+fn the_kernel_has_the_bits_of_looking_at_every_pair_while_pouring() {
+    let mut scene = small_scene();
+    scene.particles.count = 120;
+    pours_like_all_pairs(&scene, 8000);
+}
+
+#[test]
+fn the_kernel_has_the_bits_of_looking_at_every_pair_under_the_punch() {
+    let mut scene = small_scene();
+    scene.particles.count = 120;
+    is_pressed_like_all_pairs(&mut scene, 20_000, 1500);
+}
+
+#[test]
+fn friction_has_the_bits_of_looking_at_every_pair_while_pouring() {
+    let mut scene = frictional_scene();
+    pours_like_all_pairs(&scene, 16_000);
+    // Lighter grains, softer, so that the time step is about the same.
+    scene.particles.shape = Shape::Sphere;
+    scene.material.youngs_modulus *= 0.01;
+    scene.contact.torque_arms = TorqueArms::ContactPoint;
+    scene.contact.slip_velocity = SlipVelocity::ContactPoint;
+    scene.contact.new_contact_slip = NewContactSlip::SinceTouch;
+    pours_like_all_pairs(&scene, 16_000);
+    scene.contact.rotation = Rotation::Blocked;
+    pours_like_all_pairs(&scene, 16_000);
+}
+
+#[test]
+fn friction_has_the_bits_of_looking_at_every_pair_under_the_punch() {
+    let last = is_pressed_like_all_pairs(&mut frictional_scene(), 30_000, 4000);
+    let turned = last.bodies.spin.iter().all(|spin| *spin != 0.0);
+    let rubbed = last.contacts.iter().any(|c| c.tangential_force != 0.0);
+    assert!(turned && rubbed);
+}
+
+/// Settled by its rule, then loaded: what contacts remember goes from one stage into the next.
+#[test]
+fn friction_has_the_bits_of_looking_at_every_pair_in_a_whole_experiment() {
+    let scene = frictional_scene();
+    let initial = initial_bodies(&scene);
+    let task = Task::whole(initial.clone());
+    let [outcome, ..] = SKINS.map(|skin| native_outcome(&scene, &task, Some(skin)).0);
+    let steps: Vec<u64> = outcome.stages.iter().map(|stage| stage.steps).collect();
+    let mut all = AllPairs::new(&Model::of(&scene), &initial, None);
+    (0..steps[0]).for_each(|_| all.step());
+    let settled = outcome.settled.as_ref().expect("a settled bed");
+    assert_same(settled, &all, "settled");
+    assert!(settled.contacts.iter().any(|c| c.tangential_force != 0.0));
+    all.punch = Some(native::first_contact_punch(&scene, &all.bodies));
+    (0..steps[1]).for_each(|_| all.step());
+    assert_same(&outcome.last, &all, "loaded");
+    for skin in &SKINS[1..] {
+        let (other, _) = native_outcome(&scene, &task, Some(*skin));
+        assert_eq!(other.last, outcome.last, "skin {skin}");
+        assert_eq!(other.settled, outcome.settled, "skin {skin}");
+    }
+}
+
+#[test]
+fn bits_do_not_depend_on_the_skin() {
+    let scene = small_scene();
+    let task = Task::whole(initial_bodies(&scene));
+    let (thin, thin_history) = native_outcome(&scene, &task, Some(2.0e-5));
+    for skin in [2.0e-4, 1.0e-3, 4.0e-3] {
+        let (other, history) = native_outcome(&scene, &task, Some(skin));
+        assert_eq!(other.last, thin.last, "skin {skin}");
+        assert_eq!(history.0, thin_history.0, "skin {skin}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Contacts found through the neighbour list are those of looking at every pair, after motion
+    /// that makes the list old.
+    #[test]
+    fn the_neighbour_list_misses_no_contact(
+        places in proptest::collection::vec((0.01f64..0.29, 0.01f64..0.2, -1.0f64..1.0, -1.0f64..1.0), 2..120),
+        steps in 1u64..40,
+        skin in 1.0e-5f64..3.0e-3,
+    ) {
+        let mut scene = small_scene();
+        scene.particles.count = places.len() as u32;
+        // Soft grains: they may overlap deeply without flying apart.
+        scene.material.youngs_modulus = 1.0e3;
+        scene.time_step = TimeStep::Absolute { seconds: 1.0e-4 };
+        let mut bodies = Bodies::default();
+        for (index, (x, z, vx, vz)) in places.iter().enumerate() {
+            let radius = 0.004 + 0.002 * (index % 7) as f64 / 7.0;
+            bodies.push([*x, *z], [*vx, *vz], radius, scene.grain_mass(radius));
+        }
+        // A case, as nobody asks whether its overlaps mean anything.
+        let case = Case {
+            name: "random grains".to_owned(),
+            model: Model::of(&scene),
+            punch: None,
+            moments: vec![steps],
+            bodies,
+        };
+        let largest = case.bodies.radius.iter().copied().fold(0.0, f64::max);
+        let options = CaseOptions {
+            skin_over_radius: skin / largest,
+            ..CaseOptions::default()
+        };
+        let moments = native::run_case(&case, options).expect("a case that finishes");
+        let last = &moments[0];
+        let mut expected = Vec::new();
+        for i in 0..last.bodies.len() {
+            for j in i + 1..last.bodies.len() {
+                let at = |i: usize| [last.bodies.x[i], last.bodies.z[i]];
+                let (a, b) = (last.bodies.radius[i], last.bodies.radius[j]);
+                if contact::grains(at(i), a, at(j), b).is_some() {
+                    expected.push((i as u32, j as u32));
+                }
+            }
+        }
+        let found: Vec<(u32, u32)> = last
+            .contacts
+            .iter()
+            .filter(|contact| contact.id1 < scene.particles.count)
+            .map(|contact| (contact.id1, contact.id2))
+            .collect();
+        prop_assert_eq!(&found, &expected);
+        prop_assert!(last.contacts.iter().all(|contact| contact.normal_force >= 0.0));
+        let bed = Bed { bodies: &last.bodies, contacts: &last.contacts };
+        let ends = 2 * found.len() + (last.contacts.len() - found.len());
+        let mean = coordination::of(bed).mean;
+        prop_assert!((mean - ends as f64 / places.len() as f64).abs() < 1e-12);
+    }
+}
