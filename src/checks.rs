@@ -124,6 +124,18 @@ pub struct Speed {
     pub less_is_better: bool,
 }
 
+/// A number that is judged by nothing but a baseline: as measured in the native run, say.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Measured {
+    /// Lasting and unique, as a check's.
+    pub id: String,
+    /// SI unit, `1` for a ratio or a count.
+    pub unit: String,
+    /// As measured.
+    pub value: f64,
+}
+
 /// How many checks came to what.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

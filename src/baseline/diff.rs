@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::Baseline;
 use crate::checks::record::Record;
-use crate::checks::{Check, Outcome, Speed};
+use crate::checks::{Check, Measured, Outcome, Speed};
 use crate::compare::Verdict;
 
 /// What became of a check. The order is that of reading: the worst first.
@@ -99,6 +99,21 @@ pub struct SpeedPair {
     pub pace: Pace,
 }
 
+/// A measured number that is not as it was.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MovedNumber {
+    /// Of the number.
+    pub id: String,
+    /// SI unit.
+    pub unit: String,
+    /// In the baseline, if it was there.
+    pub before: Option<f64>,
+    /// In this run, if it is there.
+    pub after: Option<f64>,
+    /// |after − before| over the larger of the two; none where one is missing.
+    pub relative: Option<f64>,
+}
+
 /// A run against a baseline.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Diff {
@@ -116,6 +131,10 @@ pub struct Diff {
     pub same: usize,
     /// Checks that fail now and failed before.
     pub still_failing: usize,
+    /// Measured numbers that are others, the most by their own size first.
+    pub moved: Vec<MovedNumber>,
+    /// Measured numbers that are the same to the last bit.
+    pub unmoved: usize,
     /// All speeds.
     pub speeds: Vec<SpeedPair>,
     /// Failed if anything is worse; not made if something can no longer be told; else passed.
@@ -163,8 +182,11 @@ pub fn diff(baseline: &Baseline, run: &Record) -> Diff {
         };
         fails(&old) && fails(&new)
     };
+    let (moved, unmoved) = numbers(&before.measured, &run.measured);
     Diff {
         baseline: baseline.name.clone(),
+        moved,
+        unmoved,
         crossgrain: [before.crossgrain.clone(), run.crossgrain.clone()],
         commands: [before.command.clone(), run.command.clone()],
         same_machine,
@@ -177,6 +199,14 @@ pub fn diff(baseline: &Baseline, run: &Record) -> Diff {
 }
 
 impl Diff {
+    /// Every measured number must be the same to the last bit, as in a change that is to change nothing.
+    pub fn demanding_bits(mut self) -> Self {
+        if !self.moved.is_empty() {
+            self.verdict = Verdict::Fail;
+        }
+        self
+    }
+
     /// The counts.
     pub fn in_a_line(&self) -> String {
         let mut parts = Vec::new();
@@ -204,6 +234,11 @@ impl Diff {
         }
         count(self.still_failing, "still failing");
         count(self.same, "as they were");
+        let numbers = self.moved.len() + self.unmoved;
+        if numbers > 0 {
+            let of = self.moved.len();
+            parts.push(format!("{of} of {numbers} measured numbers moved"));
+        }
         parts.join(", ")
     }
 }
@@ -318,6 +353,40 @@ fn same_definition(a: &Check, b: &Check) -> bool {
     (&a.unit, &a.method, &a.basis) == (&b.unit, &b.method, &b.basis) && rooms.into_iter().all(alike)
 }
 
+/// Those that moved, and how many did not.
+fn numbers(before: &[Measured], after: &[Measured]) -> (Vec<MovedNumber>, usize) {
+    let by_id = |of: &[Measured]| -> BTreeMap<String, Measured> {
+        of.iter().map(|of| (of.id.clone(), of.clone())).collect()
+    };
+    let (old, new) = (by_id(before), by_id(after));
+    let ids: std::collections::BTreeSet<&String> = old.keys().chain(new.keys()).collect();
+    let pairs = ids.into_iter().map(|id| {
+        let (before, after) = (old.get(id), new.get(id));
+        let both = before.zip(after);
+        let unit = after.or(before).map(|of| of.unit.clone());
+        MovedNumber {
+            id: id.clone(),
+            unit: unit.unwrap_or_default(),
+            before: before.map(|of| of.value),
+            after: after.map(|of| of.value),
+            relative: both.map(|(a, b)| relative(a.value, b.value)),
+        }
+    });
+    let (mut moved, same): (Vec<_>, Vec<_>) = pairs.partition(|of| of.relative != Some(0.0));
+    let size = |of: &MovedNumber| of.relative.unwrap_or(f64::INFINITY);
+    moved.sort_by(|a, b| size(b).total_cmp(&size(a)));
+    (moved, same.len())
+}
+
+/// 0 only for the same bits.
+fn relative(a: f64, b: f64) -> f64 {
+    if a.to_bits() == b.to_bits() {
+        0.0
+    } else {
+        ((a - b).abs() / a.abs().max(b.abs())).max(f64::MIN_POSITIVE)
+    }
+}
+
 fn speeds(before: &[Speed], after: &[Speed], same_machine: bool) -> Vec<SpeedPair> {
     let find = |list: &[Speed], id: &str| list.iter().find(|speed| speed.id == id).cloned();
     let mut ids: Vec<&Speed> = after.iter().collect();
@@ -407,6 +476,7 @@ mod tests {
             yade: None,
             verdict: Outcome::Pass,
             checks,
+            measured: Vec::new(),
             speeds,
         }
     }
@@ -487,6 +557,38 @@ mod tests {
         assert_eq!(ids, ["b", "c", "a"]);
         let share = diff.changes[1].share_of_tolerance.expect("limits");
         assert!((share - 0.8).abs() < 1e-12, "{share}");
+    }
+
+    #[test]
+    fn measured_numbers_that_moved_are_told_by_their_own_size() {
+        let run = |numbers: &[(&str, f64)]| Record {
+            measured: numbers
+                .iter()
+                .map(|(id, value)| Measured {
+                    id: (*id).to_owned(),
+                    unit: "m".to_owned(),
+                    value: *value,
+                })
+                .collect(),
+            ..record(Vec::new(), Vec::new())
+        };
+        let before = run(&[("a", 1.0), ("b", 1.0), ("c", 100.0), ("gone", 1.0)]);
+        let after = run(&[
+            ("a", 1.0),
+            ("b", 1.0 + f64::EPSILON),
+            ("c", 101.0),
+            ("new", 1.0),
+        ]);
+        let diff = between(before.clone(), &after);
+        let moved: Vec<&str> = diff.moved.iter().map(|of| of.id.as_str()).collect();
+        assert_eq!(moved, ["gone", "new", "c", "b"]);
+        assert_eq!(diff.unmoved, 1);
+        assert!(diff.in_a_line().contains("4 of 5 measured numbers moved"));
+        // Numbers alone are findings; whether they may move is for the caller to say.
+        assert_eq!(diff.verdict, Verdict::Pass);
+        assert_eq!(diff.demanding_bits().verdict, Verdict::Fail);
+        let same = between(before.clone(), &before).demanding_bits();
+        assert_eq!(same.verdict, Verdict::Pass);
     }
 
     #[test]

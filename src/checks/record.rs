@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::{Check, Outcome, Speed, Tally};
+use super::{Check, Measured, Outcome, Speed, Tally};
 use crate::files::{FileError, read_text};
 
 /// Longest record that is read, bytes.
@@ -36,6 +36,9 @@ pub struct Record {
     pub verdict: Outcome,
     /// Every check.
     pub checks: Vec<Check>,
+    /// What was measured and is judged by nothing here.
+    #[serde(default)]
+    pub measured: Vec<Measured>,
     /// What may be compared between machines.
     #[serde(default)]
     pub speeds: Vec<Speed>,
@@ -129,6 +132,7 @@ fn older(job: String, version: u32, value: &Value) -> Record {
         yade: text("yade"),
         verdict: outcome(&value["verdict"]).unwrap_or(Outcome::NotMade),
         checks,
+        measured: Vec::new(),
         speeds: Vec::new(),
     }
 }
@@ -178,25 +182,26 @@ pub struct Whole<'a, T: Serialize> {
     #[serde(flatten)]
     own: &'a T,
     machine_kind: String,
-    checks: Vec<Check>,
-    speeds: Vec<Speed>,
+    #[serde(flatten)]
+    found: Found,
+}
+
+/// What a job found, in the shape of all jobs.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Found {
+    pub checks: Vec<Check>,
+    pub measured: Vec<Measured>,
+    pub speeds: Vec<Speed>,
 }
 
 impl<'a, T: Serialize> Whole<'a, T> {
     /// Of this job, one of those that [`read`] knows.
-    pub fn of(
-        job: &'static str,
-        own: &'a T,
-        machine_kind: String,
-        checks: Vec<Check>,
-        speeds: Vec<Speed>,
-    ) -> Self {
+    pub fn of(job: &'static str, own: &'a T, machine_kind: String, found: Found) -> Self {
         Whole {
             job,
             own,
             machine_kind,
-            checks,
-            speeds,
+            found,
         }
     }
 }

@@ -73,6 +73,9 @@ pub struct DiffArguments {
     /// Print every check that moved within its tolerance, not only the five that moved most
     #[arg(long)]
     all: bool,
+    /// Every measured number must be the same to the last bit, as after a change that is to change nothing
+    #[arg(long)]
+    bits: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -123,7 +126,10 @@ impl DiffArguments {
                 self.name, baseline.record.job, record.job
             )));
         }
-        let found = diff(&baseline, &record);
+        let mut found = diff(&baseline, &record);
+        if self.bits {
+            found = found.demanding_bits();
+        }
         if let Some(path) = &self.summary {
             append(path, &markdown(&record, Some(&found)))?;
         }
@@ -154,6 +160,21 @@ pub fn in_words(diff: &Diff, all: bool) -> String {
             "{:>18} {} more moved less (--all)\n",
             "…",
             moved - MOST_MOVED
+        );
+    }
+    let shown = if all { diff.moved.len() } else { MOST_MOVED };
+    for number in diff.moved.iter().take(shown) {
+        let value = |of: Option<f64>| of.map_or("–".to_owned(), |of| of.to_string());
+        let relative = number
+            .relative
+            .map_or(String::new(), |of| format!(", by {of:.1e} of itself"));
+        text += &format!(
+            "{:>18} {}: {} to {} {}{relative}\n",
+            "measured",
+            number.id,
+            value(number.before),
+            value(number.after),
+            number.unit
         );
     }
     for speed in &diff.speeds {

@@ -12,7 +12,7 @@ use crate::bench::goals::Goal;
 use crate::bench::limits::Bound;
 use crate::bench::rounds::Contest;
 use crate::bench::{self, Bench, Options, one};
-use crate::checks::record::Whole;
+use crate::checks::record::{Found, Whole};
 use crate::compare::Verdict;
 use crate::engine::native::Mode;
 use crate::error::{Error, exit};
@@ -82,8 +82,11 @@ impl Arguments {
             "bench",
             &bench,
             bench.machine.kind(),
-            checks::all(&bench),
-            checks::speeds(&bench),
+            Found {
+                checks: checks::all(&bench),
+                speeds: checks::speeds(&bench),
+                ..Found::default()
+            },
         );
         let text = json(&whole)?;
         let page = crate::report::bench::page(&bench)?;

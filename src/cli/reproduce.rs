@@ -12,7 +12,7 @@ use super::{json, print};
 use crate::baseline::diff::diff;
 use crate::bench::machine::Machine;
 use crate::checks::Tally;
-use crate::checks::record::{Whole, parse};
+use crate::checks::record::{Found, Whole, parse};
 use crate::compare::Verdict;
 use crate::engine::native::Perturbation;
 use crate::error::Error;
@@ -117,8 +117,11 @@ impl Arguments {
             "reproduce",
             &reproduction,
             Machine::this().kind(),
-            checks::all(&reproduction),
-            reproduction.speeds(),
+            Found {
+                checks: checks::all(&reproduction),
+                measured: checks::measured(&runs.native),
+                speeds: reproduction.speeds(),
+            },
         );
         let text = json(&own)?;
         let record = parse("run.json", &text)?;

@@ -10,7 +10,7 @@ use super::run::YadeLimits;
 use super::{in_a_word, json, tell};
 use crate::bench::machine::Machine;
 use crate::checks::number_repeated;
-use crate::checks::record::Whole;
+use crate::checks::record::{Found, Whole};
 use crate::compare::Verdict;
 use crate::error::Error;
 use crate::files::refuse_existing;
@@ -78,8 +78,10 @@ impl Arguments {
             "verify",
             &verification,
             Machine::this().kind(),
-            checks,
-            Vec::new(),
+            Found {
+                checks,
+                ..Found::default()
+            },
         ))?;
         tell(self.json, &text, || in_words(&verification))?;
         if let Some(out) = &self.out {

@@ -212,6 +212,7 @@ mod tests {
             yade: None,
             verdict: Outcome::Fail,
             checks,
+            measured: Vec::new(),
             speeds: Vec::new(),
         };
         let text = markdown(&record, None);

@@ -1,8 +1,10 @@
 //! The main job as one list of checks.
 
 use super::record::Reproduction;
-use crate::checks::{Check, Outcome, number_repeated, slug};
+use crate::checks::{Check, Measured, Outcome, number_repeated, slug};
 use crate::compare;
+use crate::compare::spread::quantities;
+use crate::folder::RunFolder;
 use crate::paper::{Finding, Number};
 use crate::verify::checks::{of_facts, of_rungs};
 
@@ -37,6 +39,16 @@ pub fn all(of: &Reproduction) -> Vec<Check> {
     }
     number_repeated(&mut checks);
     checks
+}
+
+/// Everything that was measured in a run, for baselines to hold later runs against.
+pub fn measured(run: &RunFolder) -> Vec<Measured> {
+    let of = |quantity: crate::measure::Quantity| Measured {
+        id: format!("native/{}", quantity.key),
+        unit: quantity.unit,
+        value: quantity.value,
+    };
+    quantities(run).into_iter().map(of).collect()
 }
 
 /// A printed number and its recomputation; that the paper misprints is known and no fault of ours.
