@@ -38,6 +38,7 @@ mod bench;
 mod campaign;
 mod checks;
 mod claims;
+mod recorded_campaigns;
 
 mod slurm;
 

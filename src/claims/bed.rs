@@ -237,10 +237,15 @@ pub fn reached(members: &[Member]) -> Claim {
             .iter()
             .map(|row| format!("{} {:+.1} %", row.what, 100.0 * row.estimate()))
             .collect();
-        format!(
-            "means under load leave them out, and the members kept differ before loading from all settled ones by: {}",
-            shifts.join(", ")
-        )
+        if shifts.is_empty() {
+            "means under load leave them out; they are too few to say what that does to other means"
+                .to_owned()
+        } else {
+            format!(
+                "means under load leave them out, and the members kept differ before loading from all settled ones by: {}",
+                shifts.join(", ")
+            )
+        }
     };
     Claim {
         id: "reached",

@@ -88,7 +88,7 @@ fn in_words(found: &Claims) -> String {
     let verdicts: Vec<String> = found
         .verdicts
         .iter()
-        .map(|(verdict, count)| format!("{count} {verdict}"))
+        .map(|(verdict, count)| format!("{verdict}: {count}"))
         .collect();
     text + &format!("\n{}\n", verdicts.join(", "))
 }

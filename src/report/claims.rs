@@ -64,12 +64,12 @@ pub fn page(claims: &Claims) -> Result<String, Error> {
         } else {
             "the paper's claims, some open"
         },
-        tally: listed(
-            claims
-                .verdicts
-                .iter()
-                .map(|(verdict, count)| (*verdict, *count)),
-        ),
+        tally: claims
+            .verdicts
+            .iter()
+            .map(|(verdict, count)| format!("{verdict}: {count}"))
+            .collect::<Vec<_>>()
+            .join(", "),
         endings: listed(
             claims
                 .endings
