@@ -8,6 +8,7 @@ mod claims;
 mod compare;
 mod continuum;
 mod explain;
+mod export;
 mod facts;
 mod figures;
 mod job_folder;
@@ -79,6 +80,9 @@ enum Command {
     Stability(stability::Arguments),
     /// All engines side by side on the paper's bed: time a step, ratios, cost against size, limits
     Bench(bench::Arguments),
+    /// Run folders for ParaView and for archives
+    #[command(subcommand)]
+    Export(export::Verb),
     /// Print a script that completes this command line in a shell
     Completions(shell::Completions),
     /// Print the manual page, or write those of all verbs
@@ -107,6 +111,7 @@ impl Arguments {
             Command::Verify(arguments) => arguments.execute(),
             Command::Stability(arguments) => arguments.execute(),
             Command::Bench(arguments) => arguments.execute(),
+            Command::Export(verb) => verb.execute(),
             Command::Completions(arguments) => arguments.execute(),
             Command::Man(arguments) => arguments.execute(),
         }

@@ -70,6 +70,8 @@ pub mod baseline;
 
 pub mod explain;
 
+pub mod export;
+
 pub mod report;
 
 pub mod cli;

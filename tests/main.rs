@@ -22,6 +22,7 @@ mod pareto;
 
 mod campaign_compare;
 
+mod export;
 mod figures;
 mod folder;
 

@@ -1,0 +1,160 @@
+//! Run folders as other programs read them.
+
+use std::fs;
+use std::process::Command;
+
+use crossgrain::files::sha256_hex;
+use crossgrain::folder::RunFolder;
+
+use crate::support::{crossgrain, folder_with, small_scene, told};
+
+/// A folder with a finished run `run` of the small scene.
+fn with_a_run() -> tempfile::TempDir {
+    let (folder, _) = folder_with(&small_scene());
+    let arguments = [
+        "run",
+        "scene.json",
+        "--engine",
+        "native",
+        "--quiet",
+        "--out",
+        "run",
+    ];
+    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 0, "{errors}");
+    folder
+}
+
+/// The numbers of a data array.
+fn array<T: std::str::FromStr>(text: &str, name: &str) -> Vec<T> {
+    let at = text
+        .find(&format!("Name=\"{name}\""))
+        .unwrap_or_else(|| panic!("no array {name}"));
+    let rest = &text[at..];
+    let from = rest.find('>').expect("an end of the tag") + 1;
+    let to = rest.find("</DataArray>").expect("an end of the array");
+    let words = rest[from..to].split_whitespace();
+    words
+        .map(|word| word.parse().unwrap_or_else(|_| panic!("{word}")))
+        .collect()
+}
+
+#[test]
+fn vtk_files_hold_every_digit_of_the_run() {
+    let folder = with_a_run();
+    let (code, out, errors) = told(&crossgrain(
+        &["export", "vtk", "run", "--out", "vtk"],
+        folder.path(),
+    ));
+    assert_eq!(code, 0, "{errors}");
+    let run = RunFolder::read(&folder.path().join("run")).expect("a run folder");
+    let read = |name: &str| {
+        assert!(out.contains(name), "{out}");
+        fs::read_to_string(folder.path().join("vtk").join(name)).expect("a file")
+    };
+    let settled = run.settled.as_ref().expect("a settled bed");
+    for (prefix, moment) in [("", &run.last), ("settled-", settled)] {
+        let grains = read(&format!("{prefix}grains.vtp"));
+        let points: Vec<f64> = array(&grains, "points");
+        let x: Vec<f64> = points.iter().step_by(3).copied().collect();
+        assert_eq!(x, moment.bodies.x);
+        assert_eq!(array::<f64>(&grains, "radius"), moment.bodies.radius);
+        let count = moment.bodies.len();
+        assert!(grains.contains(&format!(
+            "NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\""
+        )));
+        let contacts = read(&format!("{prefix}contacts.vtp"));
+        let forces: Vec<f64> = moment.contacts.iter().map(|of| of.normal_force).collect();
+        assert_eq!(array::<f64>(&contacts, "normal_force"), forces);
+        assert_eq!(array::<usize>(&contacts, "offsets").len(), forces.len());
+        // The cells tile the box up to the highest grain.
+        let cells = read(&format!("{prefix}cells.vtp"));
+        let area: f64 = array::<f64>(&cells, "area").iter().sum();
+        let box_area =
+            run.scene.container.width * crossgrain::measure::height::highest_grain(&moment.bodies);
+        assert!((area / box_area - 1.0).abs() < 1e-9, "{area} {box_area}");
+        let corners = array::<usize>(&cells, "connectivity");
+        assert_eq!(corners, (0..corners.len()).collect::<Vec<_>>());
+        assert_eq!(
+            array::<usize>(&cells, "offsets").last(),
+            Some(&corners.len())
+        );
+    }
+}
+
+#[test]
+fn an_archive_is_whole_described_and_the_same_each_time() {
+    let folder = with_a_run();
+    let at = |name: &str| folder.path().join(name);
+    let archive = ["export", "archive", "run", "--out", "one.tar.gz"];
+    let (code, _, errors) = told(&crossgrain(&archive, folder.path()));
+    assert_eq!(code, 0, "{errors}");
+    let unpack = Command::new("tar")
+        .arg("xzf")
+        .arg("one.tar.gz")
+        .current_dir(folder.path())
+        .status();
+    assert!(unpack.expect("tar").success());
+    let inside = at("one");
+    assert_eq!(
+        RunFolder::read(&inside).expect("it reads back"),
+        RunFolder::read(&at("run")).expect("a run folder")
+    );
+    let sums = fs::read_to_string(inside.join("SHA256SUMS")).expect("checksums");
+    let mut summed = 0;
+    for line in sums.lines() {
+        let (sum, file) = line.split_once("  ").expect("a line");
+        assert_eq!(
+            sum,
+            sha256_hex(&fs::read(inside.join(file)).expect("a file")),
+            "{file}"
+        );
+        summed += 1;
+    }
+    assert_eq!(
+        summed + 1,
+        fs::read_dir(&inside).expect("a folder").count(),
+        "every file but the sums themselves"
+    );
+    let text = fs::read_to_string(inside.join("ro-crate-metadata.json")).expect("a description");
+    let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let graph = value["@graph"].as_array().expect("a graph");
+    let entity = |id: &str| {
+        graph
+            .iter()
+            .find(|of| of["@id"] == id)
+            .unwrap_or_else(|| panic!("no {id}"))
+    };
+    for part in entity("./")["hasPart"].as_array().expect("parts") {
+        let file = part["@id"].as_str().expect("an id");
+        let bytes = fs::read(inside.join(file)).expect("a file");
+        assert_eq!(entity(file)["sha256"], sha256_hex(&bytes));
+    }
+    // The same folder under the same name gives the same bytes.
+    fs::create_dir(at("again")).expect("a folder");
+    let again = ["export", "archive", "run", "--out", "again/one.tar.gz"];
+    assert_eq!(told(&crossgrain(&again, folder.path())).0, 0);
+    let bytes = |name: &str| fs::read(at(name)).expect("an archive");
+    assert!(bytes("one.tar.gz") == bytes("again/one.tar.gz"));
+    let (code, _, errors) = told(&crossgrain(&archive, folder.path()));
+    assert!(code == 2 && errors.contains("exists already"), "{errors}");
+}
+
+#[test]
+fn a_damaged_folder_is_not_exported() {
+    let folder = with_a_run();
+    let contacts = folder.path().join("run/contacts.csv");
+    let text = fs::read_to_string(&contacts).expect("a table");
+    fs::write(&contacts, &text[..text.len() / 2]).expect("written");
+    for (verb, out) in [("vtk", "vtk"), ("archive", "a.tar.gz")] {
+        let (code, _, errors) = told(&crossgrain(
+            &["export", verb, "run", "--out", out],
+            folder.path(),
+        ));
+        assert!(
+            code == 2 && errors.contains("contacts.csv"),
+            "{code} {errors}"
+        );
+        assert!(!folder.path().join(out).exists(), "nothing half-written");
+    }
+}
