@@ -1,0 +1,115 @@
+"""Version 1 of crossgrain's engine protocol, as an engine in Python sees it (docs/engine-protocol.md)."""
+import csv
+import json
+import os
+import sys
+import time
+
+PROTOCOL = 1
+MOTION = ("x", "z", "vx", "vz")
+CONTACTS = "id1,id2,overlap,fn,ft,nx,nz,x,z"
+
+
+class Refused(Exception):
+    """The job asks for something that the engine does not have."""
+
+
+class Job:
+    """One folder: a scene or a case, what it asks for and what is written of it."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        with open(self.place("job.json"), encoding="utf-8") as file:
+            self.asked = json.load(file)
+        if self.asked["protocol"] != PROTOCOL:
+            sys.exit("this engine speaks protocol %d, the job is of %s" % (PROTOCOL, self.asked["protocol"]))
+        self.kind = self.asked["kind"]
+        if self.kind == "cases":
+            return
+        with open(self.place("initial.csv"), encoding="utf-8", newline="") as file:
+            self.rows = list(csv.DictReader(file))
+        self.grains = [{key: float(value) for key, value in row.items()} for row in self.rows]
+        self.model = self.asked["model"]
+        self.first = self.asked["step"] if self.kind == "scene" else 0
+        self.index = None
+
+    def place(self, name):
+        return os.path.join(self.folder, name)
+
+    def inner(self):
+        """The jobs of a list of cases."""
+        return [Job(self.place(name)) for name in self.asked["folders"]]
+
+    def line(self, value):
+        if self.index is None:
+            self.index = open(self.place("moments.jsonl"), "w", encoding="utf-8")
+        self.index.write(json.dumps(value) + "\n")
+        self.index.flush()
+
+    def moment(self, stage, step, motion, contacts, punch=None):
+        """Write a moment: (x, z, vx, vz) of each grain, and rows of contacts in any order."""
+        with open(self.place("%s-%d-bodies.csv" % (stage, step)), "w", encoding="utf-8") as file:
+            file.write("id,x,z,vx,vz,radius,mass\n")
+            for row, numbers in zip(self.rows, motion):
+                file.write("%s,%r,%r,%r,%r,%s,%s\n" % (row["id"], *numbers, row["radius"], row["mass"]))
+        with open(self.place("%s-%d-contacts.csv" % (stage, step)), "w", encoding="utf-8") as file:
+            file.write(CONTACTS + "\n")
+            for row in sorted(contacts):
+                file.write("%d,%d,%r,%r,%r,%r,%r,%r,%r\n" % tuple(row))
+        self.line({"stage": stage, "step": step, "punch": punch})
+
+    def settle_rule(self, step, motion, memory):
+        """Why settling ends in this step, if it does; `memory` keeps the peak of the kinetic energy."""
+        settle = self.asked["settle"]
+        if step % settle["check_every"] == 0:
+            energy = 0.0
+            for grain, (_, _, vx, vz) in zip(self.grains, motion):
+                energy += 0.5 * grain["mass"] * (vx * vx + vz * vz)
+            memory["peak"] = max(memory.get("peak", 0.0), energy)
+            if energy <= settle["kinetic_energy_fraction"] * memory["peak"]:
+                return "settled"
+        return "max_steps" if step >= settle["max_steps"] else None
+
+
+def progress(stage, step, share):
+    print("%s %d %.4f" % (stage, step, share), flush=True)
+
+
+def serve(description, run_scene, run_case):
+    """Answer `describe` and `run FOLDER`; the functions take a job and return the steps that they did."""
+    if sys.argv[1:] == ["describe"]:
+        print(json.dumps(dict(description(), protocol=PROTOCOL)))
+        return
+    if len(sys.argv) != 3 or sys.argv[1] != "run":
+        sys.exit("usage: %s describe | run FOLDER" % sys.argv[0])
+    job = Job(sys.argv[2])
+    steps = 0
+    for one in job.inner() if job.kind == "cases" else [job]:
+        try:
+            steps += run_case(one) if one.kind == "case" else run_scene(one)
+        except Refused as reason:
+            one.line({"refused": str(reason)})
+    with open(job.place("done.json"), "w", encoding="utf-8") as file:
+        json.dump({"steps": steps}, file)
+
+
+class Clock:
+    """Time on the clock and of the processor since its start; another program's counts when it has ended."""
+
+    def __init__(self):
+        self.wall = time.monotonic()
+        self.cpu = self.spent()
+
+    @staticmethod
+    def spent():
+        of = os.times()
+        return of.user + of.system + of.children_user + of.children_system
+
+    def end(self, stage, steps, stop):
+        return {
+            "end": stage,
+            "steps": steps,
+            "stop": stop,
+            "wall_seconds": time.monotonic() - self.wall,
+            "cpu_seconds": self.spent() - self.cpu,
+        }

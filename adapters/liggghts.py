@@ -1,0 +1,77 @@
+#!/usr/bin/env python3
+"""LIGGGHTS as an engine of crossgrain: `model hooke/stiffness` without tangential forces."""
+import math
+import os
+
+import granular
+from exchange import serve
+from granular import Classes, Program, number, stiffness
+
+MODEL = "model hooke/stiffness tangential off"
+# Constants of what is switched off; the program asks for them.
+NONE = ("kt", "gamman", "gammat", "coefficientFriction")
+
+
+def script(job, classes, folder):
+    """Everything up to the first step."""
+    modulus, radii = job.model["law"]["modulus"], classes.radii
+    # A wall's own type: a grain touches it with the stiffness of two grains of its radius.
+    types = len(radii) + 1
+    granular.write_data(os.path.join(folder, "data"), job, classes, types, lambda radius: math.pi * radius**2)
+    edges = "f f p" if job.kind == "scene" else "s s p"
+    lines = ["clear", "units si", "dimension 2", "atom_style granular", "atom_modify map array sort 0 0", "boundary " + edges]
+    lines += ["newton off", "communicate single vel yes", "read_data data"]
+    lines += granular.masses(job, classes)
+    lines += ["neighbor %s bin" % number(granular.SKIN * max(radii)), "neigh_modify delay 0 every 1 check yes"]
+    # With a wall both radii are the grain's.
+    met = lambda one, two: radii[one] if one < len(radii) else radii[min(two, len(radii) - 1)]
+    pairs = [(one, two) for one in range(types) for two in range(types)]
+    table = [number(stiffness(modulus, met(one, two), met(two, one))) for one, two in pairs]
+    lines.append("fix kn all property/global kn peratomtypepair %d %s" % (types, " ".join(table)))
+    for name in NONE:
+        lines.append("fix %s all property/global %s peratomtypepair %d %s" % (name, name, types, "0 " * types**2))
+    lines += ["pair_style gran " + MODEL, "pair_coeff * *"]
+    for index, wall in enumerate(job.model["walls"]):
+        axis, place = {"x": "x", "z": "y"}[wall["axis"]], number(wall["place"])
+        lines.append("fix wall_%d all wall/gran %s primitive type %d %splane %s" % (index, MODEL, types, axis, place))
+    lines += granular.motion(job.model, job.first)
+    lines += ["reset_timestep %d" % job.first, "thermo_style custom step", "thermo 1000000000"]
+    lines += ["compute pushing all pair/gran/local id force"]
+    return lines
+
+
+def advance(step, to):
+    run = "run 0 post no" if to == step else "run %d pre no post no" % (to - step)
+    grains = "write_dump all custom grains id x y v_half_x v_half_y modify format \"%d %.17g %.17g %.17g %.17g\""
+    pushing = " ".join("c_pushing[%d]" % column for column in (1, 2, 4, 5))
+    return [run, grains, "write_dump all local pairs %s modify format \"%%.17g %%.17g %%.17g %%.17g\"" % pushing]
+
+
+def look(job, step, folder):
+    grains, pairs = (granular.read_rows(os.path.join(folder, name)) for name in ("grains", "pairs"))
+    grains.sort(key=lambda row: int(row[0]))
+    forces = [(int(row[0]) - 1, int(row[1]) - 1, math.hypot(float(row[2]), float(row[3]))) for row in pairs]
+    return step, granular.motion_in(job, grains), forces
+
+
+def run(job, moments, program, folder):
+    lines = script(job, Classes(job.grains), folder)
+    return granular.moments_of(job, moments, program, folder, lines, advance, look)
+
+
+def start(folder):
+    return Program("liggghts", ["-log", "none", "-nocite"], folder)
+
+
+def description():
+    granular.find("liggghts", "liggghts")
+    return {
+        "name": "LIGGGHTS",
+        "version": granular.version("liggghts"),
+        "parts": granular.PARTS,
+        "approximations": [granular.APPROXIMATION],
+    }
+
+
+if __name__ == "__main__":
+    serve(description, *granular.runners(start, run))
