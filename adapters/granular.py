@@ -59,7 +59,7 @@ class Program:
         surroundings.update(
             OMP_NUM_THREADS="1", OMPI_MCA_btl="self", OMPI_MCA_ess_singleton_isolated="1", HWLOC_COMPONENTS="-gl"
         )
-        self.name = name
+        self.name, self.folder = name, folder
         self.marks = 0
         # Lines come when they are whole, not when a block is full.
         self.child = subprocess.Popen(
@@ -72,7 +72,10 @@ class Program:
         """Have it do the commands; what it prints meanwhile."""
         self.marks += 1
         mark = "crossgrain: done %d" % self.marks
-        self.tell(commands + '\nprint "%s"\n' % mark)
+        # From a file: what it prints meanwhile could fill a pipe that nobody reads while this one is written.
+        with open(os.path.join(self.folder, "commands"), "w", encoding="utf-8") as file:
+            file.write(commands + "\n")
+        self.tell('include commands\nprint "%s"\n' % mark)
         heard = []
         for line in self.child.stdout:
             if line.strip() == mark:
