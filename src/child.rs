@@ -47,6 +47,26 @@ impl Group {
         Ok(status)
     }
 
+    /// Resident memory of every process of the group, bytes, where the system tells.
+    pub fn memory(&self) -> u64 {
+        let group = self.child.id().to_string();
+        let Ok(processes) = std::fs::read_dir("/proc") else {
+            return 0;
+        };
+        let pages = processes.flatten().filter_map(|process| {
+            let path = process.path();
+            // After the name in brackets, which may hold anything: state, parent, group.
+            let stat = std::fs::read_to_string(path.join("stat")).ok()?;
+            let of = stat.rsplit_once(')')?.1.split_whitespace().nth(2)?;
+            if of != group {
+                return None;
+            }
+            let size = std::fs::read_to_string(path.join("statm")).ok()?;
+            size.split_whitespace().nth(1)?.parse::<u64>().ok()
+        });
+        pages.sum::<u64>() * rustix::param::page_size() as u64
+    }
+
     /// Waits for its end, but no longer than `limit`; whatever does not end is ended.
     pub fn wait(mut self, limit: Duration) -> Result<ExitStatus, Unfinished> {
         let began = Instant::now();

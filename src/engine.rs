@@ -1,8 +1,11 @@
 //! What an engine is asked and what it promises to return; native and YADE behind the same words.
 
 pub mod case;
+mod completeness;
+pub mod exec;
 pub mod native;
 pub mod timing;
+pub mod watch;
 pub mod yade;
 
 use serde::{Deserialize, Serialize};

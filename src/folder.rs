@@ -18,7 +18,7 @@ use crate::measure::history::HistoryRow;
 use crate::model::Model;
 use crate::scene::{Scene, SceneError, read_scene};
 use crate::tables::text::{self, TableError};
-use crate::tables::{Bodies, Contact, Snapshot, Stage};
+use crate::tables::{Bodies, BodyIds, Contact, Snapshot, Stage};
 
 use record::{RECORD_VERSION, RunRecord, TraceRow};
 
@@ -209,7 +209,7 @@ impl RunFolder {
                 )));
             }
             let contacts = packed(path, &format!("{prefix}contacts.csv"));
-            let contacts = text::read_contacts(&contacts, count)?;
+            let contacts = text::read_contacts(&contacts, BodyIds::of_box(count))?;
             Ok(Moment { bodies, contacts })
         };
         let last = moment_in("")?;

@@ -220,7 +220,7 @@ fn nonsense() {
         ),
         (
             "frames(fine + fine, [frame(0), frame(10), end(10)], steps=9)",
-            "YADE counts 9 steps, its stages 10",
+            "it counts 9 steps, its stages have 10",
         ),
         (
             "frames([0.2] + fine[1:] + fine, [frame(0), frame(10), end(10)])",

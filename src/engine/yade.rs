@@ -4,7 +4,6 @@
 mod binary;
 mod cases;
 mod child;
-mod completeness;
 mod find;
 mod frames;
 mod job;

@@ -178,10 +178,10 @@ pub fn most_contacts(grains: u32) -> u64 {
     12 * u64::from(grains) + 64
 }
 
-/// Reads the contacts of a bed of so many grains, sorted by ids, normals of length 1.
-pub fn read_contacts(path: &Path, grains: u32) -> Result<Vec<Contact>, TableError> {
-    let bodies = BodyIds::of_box(grains).punch() + 1;
-    let rows: Vec<ContactRow> = read_rows(path, room_for(most_contacts(grains)))?;
+/// Reads the contacts between these bodies, sorted by ids, normals of length 1.
+pub fn read_contacts(path: &Path, ids: BodyIds) -> Result<Vec<Contact>, TableError> {
+    let bodies = ids.punch() + 1;
+    let rows: Vec<ContactRow> = read_rows(path, room_for(most_contacts(ids.grains)))?;
     let mut before = None;
     let mut contacts = Vec::with_capacity(rows.len());
     for (row, of) in rows.iter().enumerate() {

@@ -1,24 +1,17 @@
 //! YADE as a child process: its own home, no display, no socket, a watch on its heartbeat.
 
 use std::fs;
-use std::io::{Read, Seek, SeekFrom};
 use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Command, ExitStatus};
-use std::thread;
-use std::time::{Duration, Instant};
 
 use serde::Deserialize;
 
 use super::{Installation, OLDEST_VERSION, Options, YadeError};
-use crate::child::{Group, LOOK_EVERY};
+use crate::child::Group;
 use crate::engine::Observer;
+use crate::engine::watch::{Beats, Ended, Limits, end_of, length, watch};
 use crate::files::{failed, read_text};
-use crate::interrupt::asked_to_end;
-use crate::tables::Stage;
-
-/// The most of a log that is kept, bytes.
-const LONGEST_LOG: u64 = 1 << 20;
 
 /// What a finished child said about itself.
 pub struct Finished {
@@ -39,39 +32,42 @@ pub fn run(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Finished, YadeError> {
-    let mut child = start(installation, script, work, &options.under)?;
-    let began = Instant::now();
-    let mut heart = Heart::default();
-    let mut version = None;
-    let status = loop {
-        if let Some(status) = child.status().map_err(failed("wait for", work))? {
-            break status;
-        }
-        if version.is_none() {
-            version = hello(work)?;
-        }
-        heart.look(work, observer);
-        if asked_to_end() {
-            return Err(YadeError::Interrupted);
-        }
-        let hung = if began.elapsed() > options.time_limit {
-            Some(format!("not done within {:?}", options.time_limit))
-        } else if heart.still_for() > options.stall_limit {
-            Some(format!("no sign of life for {:?}", options.stall_limit))
-        } else {
-            None
-        };
-        if let Some(reason) = hung {
-            drop(child);
-            return Err(YadeError::Hung {
-                reason,
-                log: end_of(&log(work)),
-            });
-        }
-        thread::sleep(LOOK_EVERY);
+    let child = start(installation, script, work, &options.under)?;
+    let mut beats = Beats::default();
+    let mut version = Ok(None);
+    let size = |name: &str| length(&work.join(name));
+    let limits = Limits {
+        time: options.time_limit,
+        stall: options.stall_limit,
+        memory: u64::MAX,
+        output: u64::MAX,
     };
-    heart.look(work, observer);
-    finished(work, status, version)
+    let status = watch(
+        child,
+        &limits,
+        &mut || {
+            if let Some((stage, step, share)) = beats.newest(&work.join("heartbeat")) {
+                observer.progress(stage, step, share);
+            }
+            if matches!(version, Ok(None)) {
+                version = hello(work);
+            }
+            let done = size("heartbeat") + size("frames.bin") + size("frames.jsonl");
+            version.is_ok().then_some(done)
+        },
+        &|| 0,
+    );
+    let version = version?;
+    let hung = |reason| YadeError::Hung {
+        reason,
+        log: end_of(&log(work)),
+    };
+    match status {
+        Ok(status) => finished(work, status, version),
+        Err(Ended::Interrupted) => Err(YadeError::Interrupted),
+        Err(Ended::Io(error)) => Err(failed("wait for", work)(error).into()),
+        Err(other) => Err(hung(other.to_string())),
+    }
 }
 
 fn finished(
@@ -174,76 +170,7 @@ fn hello(work: &Path) -> Result<Option<String>, YadeError> {
     }
 }
 
-/// The child's signs of life: the heartbeat and the tables grow.
-struct Heart {
-    read: u64,
-    size: u64,
-    changed: Instant,
-}
-
-impl Default for Heart {
-    fn default() -> Self {
-        Heart {
-            read: 0,
-            size: 0,
-            changed: Instant::now(),
-        }
-    }
-}
-
-impl Heart {
-    fn look(&mut self, work: &Path, observer: &mut dyn Observer) {
-        let length = |name: &str| fs::metadata(work.join(name)).map_or(0, |data| data.len());
-        let size = length("heartbeat") + length("frames.bin") + length("frames.jsonl");
-        if size != self.size {
-            self.size = size;
-            self.changed = Instant::now();
-        }
-        if let Some((stage, step, share)) = self.last_beat(work) {
-            observer.progress(stage, step, share);
-        }
-    }
-
-    fn still_for(&self) -> Duration {
-        self.changed.elapsed()
-    }
-
-    /// The newest whole line since the last look. The heartbeat is for display only, so what
-    /// cannot be read is passed over.
-    fn last_beat(&mut self, work: &Path) -> Option<(Stage, u64, f64)> {
-        let mut file = fs::File::open(work.join("heartbeat")).ok()?;
-        file.seek(SeekFrom::Start(self.read)).ok()?;
-        let mut new = String::new();
-        file.take(1 << 16).read_to_string(&mut new).ok()?;
-        let whole = new.rfind('\n')? + 1;
-        self.read += whole as u64;
-        let mut words = new[..whole].lines().last()?.split(' ');
-        let name = words.next()?;
-        let stage = [Stage::Settle, Stage::Load]
-            .into_iter()
-            .find(|stage| stage.name() == name)?;
-        Some((
-            stage,
-            words.next()?.parse().ok()?,
-            words.next()?.parse().ok()?,
-        ))
-    }
-}
-
 /// What YADE wrote on its standard output and error; of a very long log the end.
 pub fn log(work: &Path) -> String {
-    let mut bytes = Vec::new();
-    if let Ok(mut file) = fs::File::open(work.join("yade.log")) {
-        let length = file.metadata().map_or(0, |data| data.len());
-        // What could be read of it is better than nothing.
-        let _ = file.seek(SeekFrom::Start(length.saturating_sub(LONGEST_LOG)));
-        let _ = file.take(LONGEST_LOG).read_to_end(&mut bytes);
-    }
-    String::from_utf8_lossy(&bytes).into_owned()
-}
-
-fn end_of(log: &str) -> String {
-    let lines: Vec<&str> = log.lines().collect();
-    let from = lines.len().saturating_sub(12);
-    lines[from..].join("\n")
+    crate::engine::watch::log(&work.join("yade.log"))
 }

@@ -8,9 +8,11 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::binary::{MomentLine, Tables};
-use super::{YadeError, completeness, nonsense};
+use super::{YadeError, nonsense};
+use crate::engine::completeness;
 use crate::engine::native::check_moment;
 use crate::engine::{Observer, Outcome, StageReport, Task};
+use crate::files::read_text;
 use crate::scene::Scene;
 use crate::tables::{Bodies, BodyIds, Snapshot, Stage, StopReason};
 
@@ -24,12 +26,8 @@ struct FrameLine {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct EndLine {
-    end: Stage,
-    steps: u64,
-    stop: String,
-    wall_seconds: f64,
-    cpu_seconds: f64,
+struct DoneFile {
+    steps_by_yade: u64,
 }
 
 /// Reads all moments in order, shows them to the observer and returns the outcome.
@@ -56,7 +54,8 @@ pub fn read(
     for line in index.lines() {
         let line = line.map_err(|error| nonsense(format!("frames.jsonl: {error}")))?;
         if line.starts_with(r#"{"end""#) {
-            let report = end(&line)?;
+            let report = completeness::end_of_stage(&line)
+                .map_err(|reason| nonsense(format!("frames.jsonl: {reason}")))?;
             if report.stop == StopReason::Settled {
                 settled.clone_from(&last);
             }
@@ -82,7 +81,7 @@ pub fn read(
     }
     reader.tables.at_end()?;
     let last = last.ok_or_else(|| nonsense("not one moment of the run".to_owned()))?;
-    completeness::check(work, scene, task, &stages, &seen)?;
+    completeness::check(scene, task, &stages, &seen, own_count(work)?).map_err(nonsense)?;
     Ok(Outcome {
         stages,
         settled,
@@ -90,31 +89,13 @@ pub fn read(
     })
 }
 
-fn end(line: &str) -> Result<StageReport, YadeError> {
-    let of: EndLine =
-        serde_json::from_str(line).map_err(|error| nonsense(format!("frames.jsonl: {error}")))?;
-    let stop = match of.stop.as_str() {
-        "settled" => StopReason::Settled,
-        "reached" => StopReason::Reached,
-        "sank_to_give_up_depth" => StopReason::SankToGiveUpDepth,
-        "steps_done" => StopReason::StepsDone,
-        "max_steps" => StopReason::MaxSteps,
-        "not_finite" => {
-            return Err(nonsense(format!(
-                "numbers that are not finite in step {} of stage {}",
-                of.steps,
-                of.end.name()
-            )));
-        }
-        other => return Err(nonsense(format!("the stop reason {other:?}"))),
-    };
-    Ok(StageReport {
-        stage: of.end,
-        steps: of.steps,
-        stop,
-        wall_seconds: of.wall_seconds,
-        cpu_seconds: of.cpu_seconds,
-    })
+/// YADE's own count of steps.
+fn own_count(work: &Path) -> Result<u64, YadeError> {
+    let text =
+        read_text(&work.join("done.json"), 1 << 16).map_err(|error| nonsense(error.to_string()))?;
+    let done: DoneFile =
+        serde_json::from_str(&text).map_err(|error| nonsense(format!("done.json: {error}")))?;
+    Ok(done.steps_by_yade)
 }
 
 struct Frames<'a> {

@@ -1,0 +1,109 @@
+//! The engine as a child process: in the job's folder, without a display, watched.
+
+use std::fs::{self, File};
+use std::path::Path;
+use std::process::Command;
+
+use super::{ExecError, Options};
+use crate::child::Group;
+use crate::engine::Observer;
+use crate::engine::watch::{self, Beats, Ended, end_of, length, watch};
+use crate::files::failed;
+
+/// What the engine prints goes here, in the job's folder; of `describe` its standard output alone.
+pub const SAID: &str = "engine.log";
+/// Standard error of `describe`.
+const COMPLAINED: &str = "engine-errors.log";
+
+/// What the engine wrote on its standard output and error; of a very long log the end.
+pub fn log(work: &Path) -> String {
+    watch::log(&work.join(SAID))
+}
+
+/// Has the engine do the job in `work`.
+pub fn run(options: &Options, work: &Path, observer: &mut dyn Observer) -> Result<(), ExecError> {
+    let work = &fs::canonicalize(work).map_err(failed("find", work))?;
+    let said = work.join(SAID);
+    let output = File::create(&said).map_err(failed("create", &said))?;
+    let errors = output.try_clone().map_err(failed("create", &said))?;
+    let mut command = command(options, work)?;
+    command.arg("run").arg(work).stdout(output).stderr(errors);
+    finish(options, work, &mut command, observer)
+}
+
+/// Has the engine describe itself into `work`.
+pub fn describe(options: &Options, work: &Path) -> Result<(), ExecError> {
+    let create = |name: &str| {
+        let path = work.join(name);
+        File::create(&path).map_err(failed("create", &path))
+    };
+    let mut command = command(options, work)?;
+    command
+        .arg("describe")
+        .stdout(create(SAID)?)
+        .stderr(create(COMPLAINED)?);
+    finish(options, work, &mut command, &mut ())
+}
+
+fn command(options: &Options, work: &Path) -> Result<Command, ExecError> {
+    // The path as it is: nothing is looked up, and no shell sees it.
+    let program = fs::canonicalize(&options.program).map_err(|error| ExecError::Missing {
+        path: options.program.clone(),
+        reason: error.to_string(),
+    })?;
+    let mut command = Command::new(program);
+    command
+        .current_dir(work)
+        .env("PYTHONUNBUFFERED", "1")
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .env("OMP_NUM_THREADS", "1")
+        .env_remove("DISPLAY");
+    Ok(command)
+}
+
+fn finish(
+    options: &Options,
+    work: &Path,
+    command: &mut Command,
+    observer: &mut dyn Observer,
+) -> Result<(), ExecError> {
+    let child = Group::spawn(command).map_err(|error| ExecError::Missing {
+        path: options.program.clone(),
+        reason: error.to_string(),
+    })?;
+    let mut beats = Beats::default();
+    let said = work.join(SAID);
+    let mut look = || {
+        if let Some((stage, step, share)) = beats.newest(&said) {
+            observer.progress(stage, step, share);
+        }
+        Some(length(&said) + size_of_folder(work))
+    };
+    let status = watch(child, &options.limits, &mut look, &|| size_of_folder(work));
+    let log = || end_of(&[log(work), watch::log(&work.join(COMPLAINED))].concat());
+    match status {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(ExecError::Crashed {
+            status: status.to_string(),
+            log: log(),
+        }),
+        Err(Ended::Interrupted) => Err(ExecError::Interrupted),
+        Err(Ended::Hung(reason)) => Err(ExecError::Hung { reason, log: log() }),
+        Err(Ended::TooMuch(reason)) => Err(ExecError::TooMuch { reason }),
+        Err(Ended::Io(error)) => Err(failed("wait for", work)(error).into()),
+        Err(Ended::RuledOut) => Err(ExecError::Interrupted),
+    }
+}
+
+/// Bytes of all files in a folder and in those inside it. What comes or goes meanwhile counts or does not.
+fn size_of_folder(folder: &Path) -> u64 {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return 0;
+    };
+    let size = |entry: fs::DirEntry| match entry.metadata() {
+        Ok(of) if of.is_dir() => size_of_folder(&entry.path()),
+        Ok(of) => of.len(),
+        Err(_) => 0,
+    };
+    entries.flatten().map(size).sum()
+}

@@ -1,0 +1,170 @@
+//! Watching a program that works in a folder: how long it takes, whether it still moves, how much memory and room
+//! it takes. Whoever goes beyond a limit is ended with all that it has started.
+
+use std::fs;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::Path;
+use std::process::ExitStatus;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::child::{Group, LOOK_EVERY};
+use crate::interrupt::asked_to_end;
+use crate::tables::Stage;
+
+/// The most of a log that is kept, bytes.
+const LONGEST_LOG: u64 = 1 << 20;
+/// Lines of a log that a message shows.
+const LINES_SHOWN: usize = 12;
+
+/// How far a program may go.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limits {
+    /// The whole run may take so long.
+    pub time: Duration,
+    /// It counts as hung when it has not moved on for so long.
+    pub stall: Duration,
+    /// Resident memory of the program and all that it has started, bytes.
+    pub memory: u64,
+    /// All that it may write, its log included, bytes.
+    pub output: u64,
+}
+
+/// Why a program was ended, or could not be watched.
+#[derive(Debug, thiserror::Error)]
+pub enum Ended {
+    #[error("it was asked to end")]
+    Interrupted,
+    #[error("{0}")]
+    Hung(String),
+    #[error("{0}")]
+    TooMuch(String),
+    #[error("what it says of itself rules it out")]
+    RuledOut,
+    #[error("it cannot be waited for: {0}")]
+    Io(#[from] io::Error),
+}
+
+/// Memory and output are looked at every so many looks.
+const WEIGH_EVERY: u32 = 4;
+
+/// Waits for its end. `look` is called now and then and says how much it has done by some count that grows, or nothing
+/// if there is no use in going on; what it has written is counted by `written`.
+pub fn watch(
+    mut child: Group,
+    limits: &Limits,
+    look: &mut dyn FnMut() -> Option<u64>,
+    written: &dyn Fn() -> u64,
+) -> Result<ExitStatus, Ended> {
+    let began = Instant::now();
+    let mut done = 0;
+    let mut moved = Instant::now();
+    for looks in 0u32.. {
+        let ended = child.status()?;
+        let now = look().ok_or(Ended::RuledOut)?;
+        if looks.is_multiple_of(WEIGH_EVERY) || ended.is_some() {
+            weigh(&child, limits, written)?;
+        }
+        if let Some(status) = ended {
+            return Ok(status);
+        }
+        if now != done {
+            done = now;
+            moved = Instant::now();
+        }
+        if asked_to_end() {
+            return Err(Ended::Interrupted);
+        }
+        if began.elapsed() > limits.time {
+            return Err(Ended::Hung(format!("not done within {:?}", limits.time)));
+        }
+        if moved.elapsed() > limits.stall {
+            return Err(Ended::Hung(format!(
+                "no sign of life for {:?}",
+                limits.stall
+            )));
+        }
+        thread::sleep(LOOK_EVERY);
+    }
+    Err(Ended::Hung("it never ended".to_owned()))
+}
+
+fn weigh(child: &Group, limits: &Limits, written: &dyn Fn() -> u64) -> Result<(), Ended> {
+    let too_much = |what: &str, is: u64, limit: u64| {
+        let message = format!(
+            "{} MB of {what}, and {} MB is its limit",
+            is >> 20,
+            limit >> 20
+        );
+        Err(Ended::TooMuch(message))
+    };
+    if limits.memory < u64::MAX {
+        let memory = child.memory();
+        if memory > limits.memory {
+            return too_much("memory", memory, limits.memory);
+        }
+    }
+    let output = written();
+    if output > limits.output {
+        return too_much("output", output, limits.output);
+    }
+    Ok(())
+}
+
+/// Bytes of a file; 0 if there is none.
+pub fn length(path: &Path) -> u64 {
+    fs::metadata(path).map_or(0, |data| data.len())
+}
+
+/// What a program wrote on its standard output and error; of a very long log the end.
+pub fn log(path: &Path) -> String {
+    let mut bytes = Vec::new();
+    if let Ok(mut file) = fs::File::open(path) {
+        let length = file.metadata().map_or(0, |data| data.len());
+        // What could be read of it is better than nothing.
+        let _ = file.seek(SeekFrom::Start(length.saturating_sub(LONGEST_LOG)));
+        let _ = file.take(LONGEST_LOG).read_to_end(&mut bytes);
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// The last lines of a log.
+pub fn end_of(log: &str) -> String {
+    let lines: Vec<&str> = log.lines().collect();
+    lines[lines.len().saturating_sub(LINES_SHOWN)..].join("\n")
+}
+
+/// Lines `STAGE STEP SHARE` in a file that grows.
+#[derive(Debug, Default)]
+pub struct Beats {
+    read: u64,
+}
+
+impl Beats {
+    /// The newest whole line since the last look. It is for display only, so what cannot be read is passed over.
+    pub fn newest(&mut self, path: &Path) -> Option<(Stage, u64, f64)> {
+        let mut file = fs::File::open(path).ok()?;
+        file.seek(SeekFrom::Start(self.read)).ok()?;
+        let mut new = Vec::new();
+        file.take(1 << 16).read_to_end(&mut new).ok()?;
+        let Some(end) = new.iter().rposition(|byte| *byte == b'\n') else {
+            // A line so long is none of these.
+            self.read += if new.len() == 1 << 16 { 1 << 16 } else { 0 };
+            return None;
+        };
+        self.read += end as u64 + 1;
+        let new = String::from_utf8_lossy(&new[..end]);
+        new.lines().rev().find_map(beat)
+    }
+}
+
+fn beat(line: &str) -> Option<(Stage, u64, f64)> {
+    let mut words = line.split(' ');
+    let name = words.next()?;
+    let stage = [Stage::Settle, Stage::Load]
+        .into_iter()
+        .find(|stage| stage.name() == name)?;
+    let step = words.next()?.parse().ok()?;
+    let share: f64 = words.next()?.parse().ok()?;
+    share.is_finite().then_some((stage, step, share))
+}
