@@ -6,6 +6,7 @@ there, and the very first force, which is used for one half only, is doubled.
 """
 import math
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -14,8 +15,10 @@ from exchange import Clock, Refused, progress
 
 # The most classes of radii; LAMMPS has 32 groups, and LIGGGHTS a square table of classes in one line.
 MOST_CLASSES = 20
-# Kinds of a wall's neighbours over the largest radius.
+# Distance within which neighbours are listed, beyond touching, over the largest radius.
 SKIN = 0.2
+# Between a force that a program says and the one of the law, over the stiffness times the distance of the centres.
+ROUNDING = 1.0e-14
 APPROXIMATION = (
     "at most %d stiffnesses of grains: a bed of more radii has that many classes of radius, and a pair the k_n of its "
     "classes' middle radii" % MOST_CLASSES
@@ -107,9 +110,10 @@ def find(name, package):
 
 
 def version(name):
-    """The line in which the program says its version."""
+    """The program's version, as it says."""
     text = subprocess.run([name, "-h"], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60).stdout
-    return next((line.strip() for line in text.splitlines() if "LIGGGHTS" in line or " - " in line), "unknown")
+    found = re.search(r"Simulator - (.+)|LIGGGHTS-PUBLIC ([^,\s]+)", text)
+    return (found[1] or found[2]).strip() if found else "unknown"
 
 
 def refuse(job):
@@ -185,10 +189,11 @@ def read_rows(path):
     return [line.split() for line in lines[at + 1 :]]
 
 
-def contacts(job, places, pairs):
-    """Rows of contacts: `pairs` has (i, j, normal force) of grains as the program says; walls from the positions."""
+def contacts(job, classes, places, pairs):
+    """Rows of contacts. `pairs` has (i, j, force) of grains as the program says; the rows have the force that the law
+    gives to the overlap, so that both programs write the same bits, and it must be the program's up to rounding."""
     grains, rows, modulus = job.grains, [], job.model["law"]["modulus"]
-    for one, two, force in pairs:
+    for one, two, said in pairs:
         one, two = min(one, two), max(one, two)
         (x1, z1), (x2, z2) = places[one], places[two]
         dx, dz = x2 - x1, z2 - z1
@@ -197,6 +202,11 @@ def contacts(job, places, pairs):
         if overlap < 0.0:
             continue
         normal, arm = (dx / distance, dz / distance), grains[one]["radius"] - 0.5 * overlap
+        k = stiffness(modulus, classes.radii[classes.of[one]], classes.radii[classes.of[two]])
+        force = k * overlap
+        # The overlap is a small difference of lengths: its rounding is theirs.
+        if not abs(said - force) <= ROUNDING * k * distance:
+            raise RuntimeError("grains %d and %d push with %r N, and the law says %r N" % (one, two, said, force))
         rows.append((one, two, overlap, force, 0.0, *normal, x1 + arm * normal[0], z1 + arm * normal[1]))
     for index, wall in enumerate(job.model["walls"]):
         axis = "xz".index(wall["axis"])
@@ -207,16 +217,18 @@ def contacts(job, places, pairs):
                 continue
             normal, point = [0.0, 0.0], list(place)
             normal[axis], point[axis] = math.copysign(1.0, distance), wall["place"]
-            rows.append((len(grains) + index, grain, overlap, modulus * radius * overlap, 0.0, *normal, *point))
+            curvature = classes.radii[classes.of[grain]]
+            force = stiffness(modulus, curvature, curvature) * overlap
+            rows.append((len(grains) + index, grain, overlap, force, 0.0, *normal, *point))
     return rows
 
 
-def show(job, of, stage="settle"):
+def show(job, classes, of):
     """Write the moment of `of`: (step, motion, pairs)."""
     step, motion, pairs = of
     if step == job.first:  # The force there is the doubled one, and the start is known.
         motion = [(grain["x"], grain["z"], grain["vx"], grain["vz"]) for grain in job.grains]
-    job.moment(stage, step, motion, contacts(job, [of[:2] for of in motion], pairs))
+    job.moment("settle", step, motion, contacts(job, classes, [of[:2] for of in motion], pairs))
     return motion
 
 
@@ -233,7 +245,7 @@ def scene_moments(job):
         yield step
 
 
-def follow(job, program, moments):
+def follow(job, classes, program, moments):
     """Show a scene's moments until its rule ends it; `moments` gives (step, motion, pairs)."""
     clock = Clock()
     asked = job.asked
@@ -241,14 +253,14 @@ def follow(job, program, moments):
     for of in moments:
         step = of[0]
         shown = step == job.first or step % asked["moments_every"] == 0
-        motion = show(job, of) if shown else of[1]
+        motion = show(job, classes, of) if shown else of[1]
         if step > job.first and asked["until_step"] is None:
             stop = job.settle_rule(step, motion, memory)
         elif step == asked["until_step"]:
             stop = "steps_done"
         if stop is not None:
             if not shown:
-                show(job, of)
+                show(job, classes, of)
             last = step
             break
         progress("settle", step, step / (asked["until_step"] or asked["settle"]["max_steps"]))
@@ -265,17 +277,17 @@ def runners(start, run):
         if job.asked["stage"] != "settle" or not (job.asked["ends_settled"] or job.asked["until_step"] is not None):
             raise Refused("a punch")
         with tempfile.TemporaryDirectory(dir=job.folder) as folder:
-            program = start(folder)
-            return follow(job, program, run(job, scene_moments(job), program, folder))
+            program, classes = start(folder), Classes(job.grains)
+            return follow(job, classes, program, run(job, classes, scene_moments(job), program, folder))
 
     def run_case(job):
         refuse(job)
         moments = job.asked["moments"]
         with tempfile.TemporaryDirectory(dir=job.folder) as folder:
-            program = start(folder)
-            for of in run(job, moments if moments[0] == 0 else [0, *moments], program, folder):
+            program, classes = start(folder), Classes(job.grains)
+            for of in run(job, classes, moments if moments[0] == 0 else [0, *moments], program, folder):
                 if of[0] in moments:
-                    show(job, of)
+                    show(job, classes, of)
             program.ends()
         return moments[-1]
 

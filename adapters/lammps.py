@@ -5,7 +5,7 @@ import os
 
 import granular
 from exchange import serve
-from granular import Classes, Program, number, stiffness
+from granular import Program, number, stiffness
 
 SPRING = "hooke %s 0.0 tangential linear_nohistory 0.0 0.0 damping mass_velocity"
 
@@ -61,8 +61,8 @@ def look(job, step, folder):
     return step, granular.motion_in(job, grains), forces
 
 
-def run(job, moments, program, folder):
-    lines = script(job, Classes(job.grains), folder)
+def run(job, classes, moments, program, folder):
+    lines = script(job, classes, folder)
     return granular.moments_of(job, moments, program, folder, lines, advance, look)
 
 

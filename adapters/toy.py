@@ -15,11 +15,13 @@ def forces(x, radius, stiffness, walls):
             overlap = radius[i] + radius[j] - distance
             if overlap < 0.0: continue
             a, b, n = stiffness * radius[i], stiffness * radius[j], (dx / distance, dz / distance)
-            f, arm = 2.0 * a * b / (a + b) * overlap, radius[i] - 0.5 * overlap
+            push, arm = 2.0 * a * b / (a + b) * overlap, radius[i] - 0.5 * overlap
+            f = (push * n[0], push * n[1])
             for axis in (0, 1):
-                force[i][axis] -= f * n[axis]
-                force[j][axis] += f * n[axis]
-            rows.append((i, j, overlap, f, 0.0, *n, x[i][0] + arm * n[0], x[i][1] + arm * n[1]))
+                force[i][axis] -= f[axis]
+                force[j][axis] += f[axis]
+            fn, ft = f[0] * n[0] + f[1] * n[1], f[1] * n[0] - f[0] * n[1]
+            rows.append((i, j, overlap, fn, ft, *n, x[i][0] + arm * n[0], x[i][1] + arm * n[1]))
     for index, wall in enumerate(walls):
         axis = "xz".index(wall["axis"])
         for j in range(count):

@@ -16,7 +16,7 @@ use crate::measure::Quantity;
 use bits::TableBits;
 use common_start::CommonStart;
 use first_difference::{FirstDifference, Locator};
-
+use parting::Parting;
 use partings::Partings;
 use spread::Spread;
 
@@ -88,8 +88,9 @@ pub struct Comparison {
 /// What a run in another order of sums is judged against.
 #[derive(Debug, Clone, Copy)]
 pub struct Yardstick<'a> {
-    /// A run that differs from B only in the order of sums (YADE with another `verletDist`).
-    pub control: &'a RunFolder,
+    /// A run that differs from B only in the order of sums (YADE with another `verletDist`); without one the twins
+    /// are the control.
+    pub control: Option<&'a RunFolder>,
     /// How far runs part that differ in one last bit at the start.
     pub spread: &'a Spread,
 }
@@ -140,6 +141,17 @@ pub fn compare(
     locator: Option<&Locator>,
 ) -> Comparison {
     let bits_expected = a.record.engine.keeps_order() && b.record.engine.keeps_order();
+    compare_as(a, b, bits_expected, yardstick, locator)
+}
+
+/// The same where somebody says whether bits are expected: of engines that were brought nobody else knows.
+pub fn compare_as(
+    a: &RunFolder,
+    b: &RunFolder,
+    bits_expected: bool,
+    yardstick: Option<Yardstick<'_>>,
+    locator: Option<&Locator>,
+) -> Comparison {
     let mut comparison = Comparison {
         a: a.record.engine.label(),
         b: b.record.engine.label(),
@@ -151,6 +163,13 @@ pub fn compare(
         quantities: Vec::new(),
     };
     same_question(a, b, &mut comparison);
+    for (name, run) in [("A", a), ("B", b)] {
+        let stated = run.record.engine.approximations();
+        if !stated.is_empty() {
+            let name = format!("approximations that {name} states");
+            comparison.check(&name, Verdict::NotMade, stated.join("; "));
+        }
+    }
     if a.scene.particles.count != b.scene.particles.count {
         return comparison;
     }
@@ -266,7 +285,7 @@ fn expect_spread(
     let common = if same_operations {
         CommonStart::of(a, b, locator)
     } else {
-        Err("free and single mode compute a force by other operations, so runs part at the first contact".to_owned())
+        Err("one of them computes a force by other operations, so runs part at the first contact".to_owned())
     };
     let (verdict, found) = match common {
         Ok(common) => (common.verdict(), common.to_string()),
@@ -281,17 +300,36 @@ fn expect_spread(
         comparison.check(
             "parting as the control pair does",
             Verdict::NotMade,
-            "give a control run (--control) that differs from the second one only in verletDist",
+            "give a control run (--control) that differs from the second one only in verletDist, or --twins",
         );
         return;
     };
-    let wrong = unfit_control(b, yardstick.control);
+    let Some(control) = yardstick.control else {
+        let parting = Parting::of(a, b);
+        for (name, key, value) in [
+            (
+                "growth of rounding differences",
+                parting::GROWTH_KEY,
+                parting.steps_per_e,
+            ),
+            (
+                "as far apart in the end as twins",
+                parting::SETTLED_KEY,
+                parting.steps_per_e.map(|_| parting.settled_median),
+            ),
+        ] {
+            let (verdict, found) = yardstick.spread.judge(key, value);
+            comparison.check(name, verdict, found);
+        }
+        return;
+    };
+    let wrong = unfit_control(b, control);
     comparison.check(
         "control differs from B in verletDist only",
         pass_if(wrong.is_none()),
-        wrong.unwrap_or_else(|| yardstick.control.record.engine.label()),
+        wrong.unwrap_or_else(|| control.record.engine.label()),
     );
-    let partings = Partings::of(a, b, yardstick.control);
+    let partings = Partings::of(a, b, control);
     let (verdict, found) = partings.growth(yardstick.spread);
     comparison.check("growth of rounding differences", verdict, found);
     let (verdict, found) = partings.settled(yardstick.spread);
@@ -342,7 +380,9 @@ fn quantities(
 ) {
     let exact = comparison.bits_expected;
     let (of_a, of_b) = (spread::quantities(a), spread::quantities(b));
-    let of_control = yardstick.map(|yardstick| spread::quantities(yardstick.control));
+    let of_control = yardstick
+        .and_then(|yardstick| yardstick.control)
+        .map(spread::quantities);
     let find = |list: &[Quantity], key: &str| {
         list.iter()
             .find(|quantity| quantity.key == key)

@@ -2,6 +2,7 @@
 
 use crate::campaign::CampaignError;
 use crate::checks::record::RecordError;
+use crate::engine::exec::ExecError;
 use crate::engine::native::{NativeError, Trouble};
 use crate::engine::yade::YadeError;
 use crate::files::FileError;
@@ -87,6 +88,8 @@ fn of_engine(error: &EngineError) -> u8 {
     match error {
         EngineError::Yade(YadeError::Unsupported(_)) => exit::USAGE,
         EngineError::Yade(YadeError::File(_) | YadeError::Interrupted) => exit::TRY_AGAIN,
+        EngineError::Exec(ExecError::Unsupported { .. } | ExecError::Missing { .. }) => exit::USAGE,
+        EngineError::Exec(ExecError::File(_) | ExecError::Interrupted) => exit::TRY_AGAIN,
         EngineError::Native(NativeError {
             trouble: Trouble::Interrupted,
             ..

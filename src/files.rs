@@ -166,6 +166,19 @@ pub fn sha256_hex(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
 }
 
+/// SHA-256 of a file's bytes, in hexadecimal.
+pub fn file_digest(path: &Path) -> Result<String, FileError> {
+    let mut file = fs::File::open(path).map_err(failed("open", path))?;
+    let mut hash = Sha256::new();
+    let mut block = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut block).map_err(failed("read", path))? {
+            0 => return Ok(hex(&hash.finalize())),
+            count => hash.update(&block[..count]),
+        }
+    }
+}
+
 /// The first 64 bits of a running SHA-256, in hexadecimal.
 pub fn short_hex(hash: Sha256) -> String {
     hex(&hash.finalize()[..8])

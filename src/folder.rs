@@ -1,7 +1,8 @@
 //! The run folder: what a run leaves behind, and how it is read back without trust.
 //!
 //! `scene.json`, `run.json`, `initial.csv`, `bodies.csv`, `contacts.csv`, `history.csv`, `trace.csv`,
-//! for a run with loading also `settled-bodies.csv` and `settled-contacts.csv`, for YADE `yade.log`.
+//! for a run with loading also `settled-bodies.csv` and `settled-contacts.csv`, for YADE `yade.log`, for an engine that was
+//! brought `engine.log`.
 //! Any of the tables may be packed, with `.gz` after its name.
 
 pub mod record;
@@ -20,7 +21,7 @@ use crate::scene::{Scene, SceneError, read_scene};
 use crate::tables::text::{self, TableError};
 use crate::tables::{Bodies, BodyIds, Contact, Snapshot, Stage};
 
-use record::{RECORD_VERSION, RunRecord, TraceRow};
+use record::{EngineRecord, RECORD_VERSION, RunRecord, TraceRow};
 
 /// Grains and contacts at one moment.
 #[derive(Debug, Clone, PartialEq)]
@@ -144,7 +145,11 @@ impl RunFolder {
             self.trace.iter(),
         )?;
         if !self.log.is_empty() {
-            write_whole(&folder.join("yade.log"), self.log.as_bytes())?;
+            let name = match self.record.engine {
+                EngineRecord::Exec { .. } => "engine.log",
+                EngineRecord::Native { .. } | EngineRecord::Yade { .. } => "yade.log",
+            };
+            write_whole(&folder.join(name), self.log.as_bytes())?;
         }
         json("run.json", serde_json::to_string_pretty(&self.record))
     }
@@ -241,11 +246,10 @@ impl RunFolder {
                 row.id
             )));
         }
-        let log_path = packed(path, "yade.log");
-        let log = if log_path.is_file() {
-            read_text(&log_path, LARGEST_RECORD)?
-        } else {
-            String::new()
+        let logs = ["yade.log", "engine.log"].map(|name| packed(path, name));
+        let log = match logs.iter().find(|log| log.is_file()) {
+            Some(log) => read_text(log, LARGEST_RECORD)?,
+            None => String::new(),
         };
         let run = RunFolder {
             scene,

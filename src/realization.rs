@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use crate::engine::exec::ExecError;
 use crate::engine::native::pouring::Phase;
 use crate::engine::native::{self, Mode, NativeError, Trouble};
 use crate::engine::yade::{self, YadeError};
@@ -128,6 +129,8 @@ pub fn went_wrong(error: EngineError) -> Result<String, EngineError> {
         EngineError::Native(error) => Ok(error.to_string()),
         EngineError::Yade(error @ YadeError::WentWrong { .. }) => Ok(error.to_string()),
         EngineError::Yade(error) => Err(EngineError::Yade(error)),
+        EngineError::Exec(error @ ExecError::WentWrong { .. }) => Ok(error.to_string()),
+        EngineError::Exec(error) => Err(EngineError::Exec(error)),
     }
 }
 

@@ -282,6 +282,7 @@ fn run_or_take_over(
             let anew = recorded(scene, engine, protocol, initial, nowhere, &mut |_, _, _| {})?;
             same &= anew.history == run.history;
         }
+        EngineRecord::Exec { .. } => same = false,
     }
     if !same {
         return Err(Error::Usage(format!(

@@ -4,9 +4,11 @@ pub mod kept;
 
 use std::path::Path;
 
+use crate::engine::exec::{self, ExecError};
 use crate::engine::native::{self, NativeError};
 use crate::engine::yade::{self, YadeError};
 use crate::engine::{Observer, Outcome, Task, Until};
+use crate::files::file_digest;
 use crate::folder::record::{EngineRecord, Protocol, RECORD_VERSION, RunRecord, TraceRow};
 use crate::folder::{Moment, RunFolder};
 use crate::measure;
@@ -24,6 +26,8 @@ pub enum Engine {
     /// Our own.
     Native(native::Options),
     Yade(yade::Options),
+    /// A program that speaks the engine protocol.
+    Exec(exec::Options),
 }
 
 /// An engine did not finish.
@@ -34,6 +38,8 @@ pub enum EngineError {
     Native(#[from] NativeError),
     #[error(transparent)]
     Yade(#[from] YadeError),
+    #[error(transparent)]
+    Exec(#[from] ExecError),
 }
 
 /// Runs the task without recording anything; `work` is an empty folder for YADE's use.
@@ -64,6 +70,15 @@ pub fn bare(
             };
             Ok((run.outcome, record, run.log))
         }
+        Engine::Exec(options) => {
+            let run = exec::run(scene, task, options, work, observer)?;
+            let digest = file_digest(&options.program).map_err(ExecError::File)?;
+            let record = EngineRecord::Exec {
+                described: run.description,
+                digest,
+            };
+            Ok((run.outcome, record, run.log))
+        }
     }
 }
 
@@ -80,6 +95,7 @@ pub fn recorded(
     let task = match protocol {
         Protocol::Whole => Task::whole(initial),
         Protocol::Steps { steps } => Task::pour(initial, steps),
+        Protocol::Settled => Task::settle(initial),
     };
     let mut recorder = Recorder {
         scene,
@@ -176,9 +192,13 @@ pub fn command(engine: &Engine, protocol: Protocol) -> String {
                 options.verlet_distance
             );
         }
+        // The path belongs to a machine.
+        Engine::Exec(_) => words += " --engine exec:PATH",
     }
-    if let Protocol::Steps { steps } = protocol {
-        words += &format!(" --steps {steps}");
+    match protocol {
+        Protocol::Whole => {}
+        Protocol::Steps { steps } => words += &format!(" --steps {steps}"),
+        Protocol::Settled => words += " --until settled",
     }
     words + " --out DIR"
 }

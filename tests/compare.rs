@@ -234,7 +234,7 @@ fn an_ordinary_run_without_control_is_not_called_agreed() {
         let mut control = b.clone();
         control.record.engine = ordinary(distance);
         let yardstick = Yardstick {
-            control: &control,
+            control: Some(&control),
             spread: &spread,
         };
         let comparison = compare(&a, &b, Some(yardstick), None);

@@ -7,7 +7,7 @@ use clap::Args;
 use super::run::YadeLimits;
 use super::{json, print};
 use crate::compare::first_difference::Locator;
-use crate::compare::{Check, Comparison, Verdict, Yardstick, compare};
+use crate::compare::{Check, Comparison, Verdict, Yardstick, compare, compare_as};
 use crate::error::Error;
 use crate::folder::RunFolder;
 use crate::folder::record::EngineRecord;
@@ -31,6 +31,14 @@ pub struct Arguments {
     /// A run that differs from the second one only in YADE's verletDist
     #[arg(long)]
     control: Option<PathBuf>,
+    /// Judge by the scatter of twelve native twins of the first folder, a native run, alone: for an engine that has no
+    /// control run of its own
+    #[arg(long, conflicts_with = "control")]
+    twins: bool,
+    /// Every bit must agree, whichever engines they are: for two engines of the same law, as the adapters of LAMMPS and
+    /// LIGGGHTS with one radius
+    #[arg(long, conflicts_with_all = ["control", "twins"])]
+    expect_bits: bool,
     /// Do not run engines again to find the first difference
     #[arg(long)]
     no_locate: bool,
@@ -46,31 +54,36 @@ impl Arguments {
         let a = RunFolder::read(&self.a)?;
         let b = RunFolder::read(&self.b)?;
         let control = self.control.as_deref().map(RunFolder::read).transpose()?;
-        let spread = match &control {
+        let asked = (control.is_some() || self.twins).then_some(());
+        let spread = match asked {
             None => None,
-            Some(_) if a.record.engine.keeps_order() && b.record.engine.keeps_order() => {
+            Some(()) if a.record.engine.keeps_order() && b.record.engine.keeps_order() => {
                 return Err(Error::Usage(
-                    "--control is for a second run in YADE's ordinary loop; these two runs must agree \
-                     in every bit"
+                    "--control is for a second run in YADE's ordinary loop, --twins for one in another engine; these \
+                     two runs must agree in every bit"
                         .to_owned(),
                 ));
             }
-            Some(_) if !matches!(a.record.engine, EngineRecord::Native { .. }) => {
+            Some(()) if !matches!(a.record.engine, EngineRecord::Native { .. }) => {
                 return Err(Error::Usage(
-                    "--control needs a native run as the first folder: its twins are the yardstick"
+                    "--control and --twins need a native run as the first folder: its twins are the yardstick"
                         .to_owned(),
                 ));
             }
-            Some(_) => Some(rounding_spread(&a, &Display::new(false))?),
+            Some(()) => Some(rounding_spread(&a, &Display::new(false))?),
         };
-        let yardstick = control
-            .as_ref()
-            .zip(spread.as_ref())
-            .map(|(control, spread)| Yardstick { control, spread });
+        let yardstick = spread.as_ref().map(|spread| Yardstick {
+            control: control.as_ref(),
+            spread,
+        });
         let locator = (!self.no_locate).then(|| Locator {
             yade: self.limits.options(),
         });
-        let comparison = compare(&a, &b, yardstick, locator.as_ref());
+        let comparison = if self.expect_bits {
+            compare_as(&a, &b, true, None, locator.as_ref())
+        } else {
+            compare(&a, &b, yardstick, locator.as_ref())
+        };
         if self.json {
             print(&json(&comparison)?)?;
         } else {

@@ -9,7 +9,8 @@ use cpu_time::ThreadTime;
 use super::print;
 use crate::engine::native::pouring::{Softly, pour};
 use crate::engine::native::{self, Perturbation, Trouble};
-use crate::engine::yade;
+use crate::engine::watch::Limits;
+use crate::engine::{exec, yade};
 use crate::error::{Error, exit};
 use crate::files::refuse_existing;
 use crate::folder::RunFolder;
@@ -30,6 +31,36 @@ pub enum EngineName {
     Yade,
 }
 
+/// An engine that is named on the command line.
+#[derive(Debug, Clone)]
+pub enum Chosen {
+    Native,
+    Yade,
+    /// A program that speaks the engine protocol.
+    Exec(PathBuf),
+}
+
+impl std::str::FromStr for Chosen {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match (text, text.strip_prefix("exec:")) {
+            ("native", _) => Ok(Chosen::Native),
+            ("yade", _) => Ok(Chosen::Yade),
+            (_, Some(path)) if !path.is_empty() => Ok(Chosen::Exec(PathBuf::from(path))),
+            _ => Err("an engine is native, yade or exec:PATH".to_owned()),
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LastStage {
+    /// The bed has settled
+    Settled,
+    /// The punch has its force
+    Loaded,
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LoopOrder {
     /// Interactions in the order of their ids: slower, and the native engine's bits
@@ -41,15 +72,20 @@ pub enum LoopOrder {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  crossgrain scene paper > scene.json\n  \
     crossgrain run scene.json --engine native --out native\n  \
-    crossgrain run scene.json --engine yade --steps 20000 --out yade")]
+    crossgrain run scene.json --engine yade --steps 20000 --out yade\n  \
+    crossgrain run scene.json --engine exec:adapters/lammps.py --until settled --out lammps")]
 pub struct Arguments {
     /// The scene file
     scene: PathBuf,
-    #[arg(long, value_enum)]
-    engine: EngineName,
-    /// Exactly this many steps of pouring, no stop rule
+    /// native, yade, or exec:PATH for a program that speaks the engine protocol (docs/engine-protocol.md)
     #[arg(long)]
+    engine: Chosen,
+    /// Exactly this many steps of pouring, no stop rule
+    #[arg(long, conflicts_with = "until")]
     steps: Option<u64>,
+    /// How far to go, each stage ended by the scene's rule
+    #[arg(long, value_enum, default_value = "loaded")]
+    until: LastStage,
     /// Another realization than the scene's
     #[arg(long)]
     seed: Option<u64>,
@@ -95,12 +131,15 @@ pub struct YadeLimits {
     /// YADE: the program, instead of the one on the path (or CROSSGRAIN_YADE)
     #[arg(long)]
     yade: Option<PathBuf>,
-    /// YADE: longest time for a run, s
+    /// YADE and exec: longest time for a run, s
     #[arg(long, default_value_t = yade::Options::default().time_limit.as_secs())]
     time_limit: u64,
-    /// YADE: longest time without a sign of life, s
+    /// YADE and exec: longest time without a sign of life, s
     #[arg(long, default_value_t = yade::Options::default().stall_limit.as_secs())]
     stall_limit: u64,
+    /// exec: the most memory of the engine and all that it starts, MB
+    #[arg(long, default_value_t = 4096)]
+    memory_limit: u64,
 }
 
 impl YadeLimits {
@@ -111,6 +150,20 @@ impl YadeLimits {
             stall_limit: Duration::from_secs(self.stall_limit),
             program: self.yade.clone(),
             ..yade::Options::default()
+        }
+    }
+
+    /// The program at this path with these limits.
+    pub fn exec(&self, program: PathBuf) -> exec::Options {
+        let usual = exec::Options::new(program);
+        exec::Options {
+            limits: Limits {
+                time: Duration::from_secs(self.time_limit),
+                stall: Duration::from_secs(self.stall_limit),
+                memory: self.memory_limit << 20,
+                ..usual.limits
+            },
+            ..usual
         }
     }
 }
@@ -131,6 +184,7 @@ impl Arguments {
         let engine = self.engine()?;
         let protocol = match self.steps {
             Some(steps) => Protocol::Steps { steps },
+            None if self.until == LastStage::Settled => Protocol::Settled,
             None => Protocol::Whole,
         };
         let display = Display::new(self.quiet);
@@ -177,10 +231,13 @@ impl Arguments {
         }
         let usage = |reason: &str| Err(Error::Usage(format!("--soft-pour {reason}")));
         let Engine::Native(options) = engine else {
-            return usage("is of the native engine; YADE pours at the scene's modulus");
+            return usage("is of the native engine; others pour at the scene's modulus");
         };
-        if self.steps.is_some() || options.perturbation.is_some() {
-            return usage("is for whole runs without a fault: leave --steps and --perturb away");
+        let whole = self.steps.is_none() && self.until == LastStage::Loaded;
+        if !whole || options.perturbation.is_some() {
+            return usage(
+                "is for whole runs without a fault: leave --steps, --until and --perturb away",
+            );
         }
         let Some(softly) = Softly::tested(scene) else {
             return usage("needs /time_step as a fraction, which grows as the grains get softer");
@@ -211,16 +268,18 @@ impl Arguments {
     }
 
     fn engine(&self) -> Result<Engine, Error> {
-        match self.engine {
-            EngineName::Native => Ok(Engine::Native(native::Options {
+        match &self.engine {
+            Chosen::Native => Ok(Engine::Native(native::Options {
                 perturbation: self.perturb,
                 mode: self.mode,
                 ..native::Options::default()
             })),
-            EngineName::Yade if self.perturb.is_some() => Err(Error::Usage(
-                "--perturb puts a fault into the native engine; YADE has no such thing".to_owned(),
+            Chosen::Yade | Chosen::Exec(_) if self.perturb.is_some() => Err(Error::Usage(
+                "--perturb puts a fault into the native engine; no other has such a thing"
+                    .to_owned(),
             )),
-            EngineName::Yade => {
+            Chosen::Exec(program) => Ok(Engine::Exec(self.yade.limits.exec(program.clone()))),
+            Chosen::Yade => {
                 let distance = self.yade.verlet_distance;
                 if !(distance.is_finite() && distance >= 0.0) {
                     return Err(Error::Usage(format!(
@@ -274,6 +333,9 @@ fn summary(run: &RunFolder, out: &Path) -> String {
         1e6 * run.record.seconds_per_step(),
         out.display()
     );
+    for approximation in run.record.engine.approximations() {
+        text += &format!("it says of itself: {approximation}\n");
+    }
     if run.record.stop() == Some(StopReason::MaxSteps) {
         text += "not settled within the scene's /settle/max_steps: raise it, or relax \
                  /settle/kinetic_energy_fraction\n";

@@ -1,8 +1,9 @@
 //! `crossgrain verify`: the ladder of exact solutions, symmetries and bits.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::job_folder::write_new;
@@ -20,18 +21,18 @@ use crate::report::verification;
 use crate::verify::checks::of_rungs;
 use crate::verify::ladder::{Climbed, Climbers};
 use crate::verify::limits::{Limit, Limits};
-use crate::verify::record::{Options, Tally, Verification, verify};
+use crate::verify::record::{Options, Tally, Verification, verify, verify_exec};
 
 #[derive(Debug, Args)]
 #[command(
     after_help = "Every rung is run by both engines and judged by the same code; YADE runs all cases in \
     one process. Without YADE its rungs are shown as not made, and the exit code is 3.\n\nExamples:\n  \
-    crossgrain verify\n  crossgrain verify --engine native\n  crossgrain verify --detection-limits --out verified"
+    crossgrain verify\n  crossgrain verify --engine native\n  crossgrain verify --engine exec:adapters/lammps.py\n  crossgrain verify --detection-limits --out verified"
 )]
 pub struct Arguments {
-    /// Which engines climb
-    #[arg(long, value_enum, default_value = "both")]
-    engine: Climbers,
+    /// native, yade or both; or exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
+    #[arg(long, default_value = "both")]
+    engine: Climber,
     /// Find the smallest size of each fault that each rung notices
     #[arg(long)]
     detection_limits: bool,
@@ -51,6 +52,26 @@ pub struct Arguments {
     limits: YadeLimits,
 }
 
+/// Who climbs.
+#[derive(Debug, Clone)]
+enum Climber {
+    BuiltIn(Climbers),
+    Exec(PathBuf),
+}
+
+impl FromStr for Climber {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.strip_prefix("exec:") {
+            Some(path) if !path.is_empty() => Ok(Climber::Exec(PathBuf::from(path))),
+            _ => Climbers::from_str(text, false)
+                .map(Climber::BuiltIn)
+                .map_err(|_| "an engine is native, yade, both or exec:PATH".to_owned()),
+        }
+    }
+}
+
 /// The sizes of trajectories.
 fn sizes() -> impl TypedValueParser<Value = u32> {
     PossibleValuesParser::new(["5", "500", "5000"]).map(|text| text.parse().unwrap_or(5000))
@@ -61,14 +82,29 @@ impl Arguments {
         if let Some(out) = &self.out {
             refuse_existing(out)?;
         }
-        let options = Options {
-            engine: self.engine,
-            grains: self.grains,
-            detection_limits: self.detection_limits,
-            yade: self.limits.options(),
-            command: self.command(),
+        let display = Display::new(self.quiet);
+        let verification = match &self.engine {
+            Climber::BuiltIn(engine) => {
+                let options = Options {
+                    engine: *engine,
+                    grains: self.grains,
+                    detection_limits: self.detection_limits,
+                    yade: self.limits.options(),
+                    command: self.command(),
+                };
+                verify(&options, &display)?
+            }
+            Climber::Exec(_) if self.detection_limits => {
+                return Err(Error::Usage(
+                    "--detection-limits puts faults into the native engine; an engine that is brought has none of them"
+                        .to_owned(),
+                ));
+            }
+            Climber::Exec(program) => {
+                let options = self.limits.exec(program.clone());
+                verify_exec(&options, self.command(), &display)?
+            }
         };
-        let verification = verify(&options, &Display::new(self.quiet))?;
         if asked_to_end() {
             return Err(Error::Interrupted);
         }
@@ -92,7 +128,11 @@ impl Arguments {
     }
 
     fn command(&self) -> String {
-        let engine = self.engine.name();
+        let engine = match self.engine {
+            Climber::BuiltIn(engine) => engine.name(),
+            // The path belongs to a machine.
+            Climber::Exec(_) => return "crossgrain verify --engine exec:PATH".to_owned(),
+        };
         let limits = if self.detection_limits {
             " --detection-limits"
         } else {
@@ -108,6 +148,12 @@ impl Arguments {
 /// The verification as lines for a terminal.
 fn in_words(verification: &Verification) -> String {
     let mut text = String::new();
+    if let Some(engine) = &verification.exec {
+        text += &format!("{}\n", engine.label());
+        for approximation in &engine.approximations {
+            text += &format!("it says of itself: {approximation}\n");
+        }
+    }
     for rung in &verification.rungs {
         text += &rung_lines(rung);
     }
@@ -127,7 +173,7 @@ fn counts(tally: Tally) -> String {
     } = tally;
     format!(
         "{passed} rungs passed, {failed} failed, {not_made} not made, {inapplicable} of options that \
-         YADE does not have"
+         the engine does not have"
     )
 }
 

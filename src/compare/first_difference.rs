@@ -83,8 +83,8 @@ impl Locator {
             );
         }
         let mut search = Search {
-            a: Side::new(a, &self.yade),
-            b: Side::new(b, &self.yade),
+            a: Side::new(a, &self.yade)?,
+            b: Side::new(b, &self.yade)?,
             starts: 0,
         };
         let equal = if together.0 == stage { together.1 } else { 0 };
@@ -126,8 +126,8 @@ impl Locator {
             bodies: a.initial.clone(),
             punch: None,
         };
-        let of_a = Side::new(a, &self.yade).advance(&start, steps)?;
-        let of_b = Side::new(b, &self.yade).advance(&start, steps)?;
+        let of_a = Side::new(a, &self.yade)?.advance(&start, steps)?;
+        let of_b = Side::new(b, &self.yade)?.advance(&start, steps)?;
         Ok(states(&of_a, &of_b))
     }
 }
@@ -139,7 +139,7 @@ struct Side<'a> {
 }
 
 impl<'a> Side<'a> {
-    fn new(run: &'a RunFolder, limits: &yade::Options) -> Self {
+    fn new(run: &'a RunFolder, limits: &yade::Options) -> Result<Self, String> {
         let engine = match &run.record.engine {
             EngineRecord::Native {
                 perturbation, mode, ..
@@ -157,11 +157,14 @@ impl<'a> Side<'a> {
                 verlet_distance: *verlet_distance,
                 ..limits.clone()
             }),
+            EngineRecord::Exec { .. } => {
+                return Err("a run folder does not say where its engine is".to_owned());
+            }
         };
-        Side {
+        Ok(Side {
             scene: &run.scene,
             engine,
-        }
+        })
     }
 
     /// The state after `step`, from an earlier one.

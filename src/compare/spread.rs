@@ -4,6 +4,7 @@
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+use super::Verdict;
 use super::parting::Parting;
 use crate::engine::native;
 use crate::folder::{Moment, RunFolder};
@@ -77,6 +78,29 @@ impl Spread {
         let student = StudentsT::new(0.0, 1.0, freedom).ok()?;
         let tail = 0.5 * FALSE_ALARM / self.quantities.len() as f64;
         Some(student.inverse_cdf(1.0 - tail) * of.deviation * std::f64::consts::SQRT_2)
+    }
+
+    /// Whether a value that is no twin's is within what twins scatter about their mean.
+    pub fn judge(&self, key: &str, value: Option<f64>) -> (Verdict, String) {
+        let Some(value) = value else {
+            let found = format!("{key}: the runs do not part far enough to measure it");
+            return (Verdict::NotMade, found);
+        };
+        let of = self.quantities.iter().find(|of| of.key == key);
+        let Some((of, allowed)) = of.zip(self.allowed(key)) else {
+            let found = format!("{key}: {value:.3}; no scatter of twins");
+            return (Verdict::NotMade, found);
+        };
+        let verdict = if (value - of.mean).abs() <= allowed {
+            Verdict::Pass
+        } else {
+            Verdict::Fail
+        };
+        let found = format!(
+            "{key}: {value:.3}, twins {:.3}, allowed a difference of {allowed:.3}",
+            of.mean
+        );
+        (verdict, found)
     }
 }
 

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::engine::StageReport;
+use crate::engine::exec::Description;
 use crate::engine::native::pouring::Phase;
 use crate::engine::native::{Mode, Perturbation};
 use crate::measure;
@@ -10,8 +11,8 @@ use crate::model::terms::ModelRecord;
 use crate::tables::{Stage, StopReason};
 
 /// The version of `run.json` that this program writes; it reads all before it. Version 2 has the model, version 3
-/// the evidence for an automatic time step.
-pub const RECORD_VERSION: u32 = 3;
+/// the evidence for an automatic time step, version 4 engines that people bring and runs that end settled.
+pub const RECORD_VERSION: u32 = 4;
 
 /// Which engine ran, as it is recorded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -36,6 +37,13 @@ pub enum EngineRecord {
         /// SHA-256 of the script that ran inside YADE.
         script: String,
     },
+    /// A program that speaks the engine protocol.
+    Exec {
+        /// What it said of itself.
+        described: Description,
+        /// SHA-256 of the program's file.
+        digest: String,
+    },
 }
 
 impl EngineRecord {
@@ -44,6 +52,7 @@ impl EngineRecord {
         match self {
             EngineRecord::Native { mode, .. } => mode.is_exact(),
             EngineRecord::Yade { sorted, .. } => *sorted,
+            EngineRecord::Exec { .. } => false,
         }
     }
 
@@ -52,6 +61,16 @@ impl EngineRecord {
         match self {
             EngineRecord::Native { mode, .. } => mode.is_exact(),
             EngineRecord::Yade { .. } => true,
+            // Nobody has promised it.
+            EngineRecord::Exec { .. } => false,
+        }
+    }
+
+    /// Where the engine does something else than the model says, in its own words.
+    pub fn approximations(&self) -> &[String] {
+        match self {
+            EngineRecord::Exec { described, .. } => &described.approximations,
+            EngineRecord::Native { .. } | EngineRecord::Yade { .. } => &[],
         }
     }
 
@@ -59,6 +78,7 @@ impl EngineRecord {
     pub fn version(&self) -> &str {
         match self {
             EngineRecord::Native { version, .. } | EngineRecord::Yade { version, .. } => version,
+            EngineRecord::Exec { described, .. } => &described.version,
         }
     }
 
@@ -86,6 +106,7 @@ impl EngineRecord {
                 let order = if *sorted { "sorted" } else { "ordinary" };
                 format!("YADE {version}, {order} loop, verletDist {verlet_distance:e}")
             }
+            EngineRecord::Exec { described, .. } => format!("{} (exec)", described.label()),
         }
     }
 }
@@ -98,6 +119,8 @@ pub enum Protocol {
     Whole,
     /// Exactly so many steps of pouring.
     Steps { steps: u64 },
+    /// Pouring and settling, ended by its rule; no loading.
+    Settled,
 }
 
 /// What came before `initial.csv`.

@@ -86,7 +86,7 @@ impl Job<'_> {
             compare(native, &sorted, None, Some(&locator)),
         );
         let yardstick = Yardstick {
-            control: &control,
+            control: Some(&control),
             spread: &spread,
         };
         self.compare(

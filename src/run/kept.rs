@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::{Engine, EngineError, recorded};
+use crate::engine::exec::log as exec_log;
 use crate::engine::yade::{YadeError, log as yade_log};
 use crate::files::{FileError, failed, write_beside};
 use crate::folder::record::{Protocol, Softened, StepChoice};
@@ -63,6 +64,10 @@ pub fn prepared(
         Engine::Native(_) => "native".to_owned(),
         Engine::Yade(options) if options.sorted => "YADE sorted".to_owned(),
         Engine::Yade(options) => format!("YADE ordinary {:?}", options.verlet_distance),
+        Engine::Exec(options) => {
+            let name = options.program.file_name().unwrap_or_default();
+            format!("exec {}", name.to_string_lossy())
+        }
     };
     let task = display.task(&name);
     let parent = match out.parent() {
@@ -104,17 +109,21 @@ pub fn prepared(
     Ok(run)
 }
 
-/// A failed YADE leaves its whole log beside where its run folder would have been.
+/// An engine that failed leaves its whole log beside where its run folder would have been.
 fn keep_log(error: &EngineError, work: &Path, out: &Path, display: &Display) {
-    let without_log =
-        |error: &YadeError| matches!(error, YadeError::Missing(_) | YadeError::Interrupted);
-    if !matches!(error, EngineError::Yade(error) if !without_log(error)) {
+    let (log, end, whose) = match error {
+        EngineError::Yade(YadeError::Missing(_) | YadeError::Interrupted)
+        | EngineError::Native(_) => return,
+        EngineError::Yade(_) => (yade_log(work), ".yade.log", "YADE's"),
+        EngineError::Exec(_) => (exec_log(work), ".engine.log", "the engine's"),
+    };
+    // An engine that was never started has said nothing.
+    if log.is_empty() && matches!(error, EngineError::Exec(_)) {
         return;
     }
     let mut wanted = out.as_os_str().to_owned();
-    wanted.push(".yade.log");
-    let log = yade_log(work);
+    wanted.push(end);
     if let Ok(kept) = write_beside(Path::new(&wanted), log.as_bytes()) {
-        display.line(&format!("YADE's log is kept in {}", kept.display()));
+        display.line(&format!("{whose} log is kept in {}", kept.display()));
     }
 }

@@ -11,6 +11,7 @@ use super::{
 use crate::compare::Verdict;
 use crate::engine::Observer;
 use crate::engine::case::{Case, Load};
+use crate::engine::exec::{self, Description, ExecError};
 use crate::engine::native::{CaseOptions, NativeError, loads, run_case};
 use crate::engine::yade::{self, YadeError, run_cases, unsupported};
 use crate::files::work_folder;
@@ -169,6 +170,46 @@ impl Ladder {
                 })
                 .collect(),
         })
+    }
+
+    /// Every rung in an engine that was brought, each in a start of its own: what breaks one leaves the others.
+    pub fn climb_exec(
+        &self,
+        engine: &Description,
+        options: &exec::Options,
+        progress: &dyn Fn(usize, usize),
+    ) -> Result<Vec<Climbed>, ExecError> {
+        let name = engine.name.as_str();
+        let mut climbed = Vec::with_capacity(self.solo.len());
+        for (index, rung) in self.solo.iter().enumerate() {
+            progress(index, self.solo.len());
+            let lacks = |reason: String| not_made(rung.name, rung.title, rung.group, name, &reason, true);
+            let cases: Vec<&Case> = rung.cases.iter().collect();
+            let missing = cases
+                .iter()
+                .flat_map(|case| exec::missing_for_case(engine, case))
+                .next();
+            if let Some(part) = missing {
+                climbed.push(lacks(format!("{name} has no {}", part.in_words())));
+                continue;
+            }
+            let work = work_folder()?;
+            let results = exec::run_cases(&cases, engine, options, work.path(), &mut ());
+            climbed.push(match results {
+                Ok(results) => match results.into_iter().collect::<Result<Vec<Track>, String>>() {
+                    Ok(tracks) => solo(rung, name, Ok(tracks)),
+                    Err(reason) => lacks(format!("{name} refused: {reason}")),
+                },
+                Err(
+                    error @ (ExecError::Missing { .. }
+                    | ExecError::Hung { .. }
+                    | ExecError::Interrupted
+                    | ExecError::File(_)),
+                ) => return Err(error),
+                Err(error) => solo(rung, name, Err(error.to_string())),
+            });
+        }
+        Ok(climbed)
     }
 
     /// Native against what YADE made of the parity rungs.

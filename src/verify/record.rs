@@ -7,6 +7,7 @@ use super::limits::{FromYade, Limits, limits};
 use super::precision::{self, Errors, Precisions};
 use super::{Group, Line};
 use crate::compare::Verdict;
+use crate::engine::exec::{self, Description};
 use crate::engine::yade::{self, YadeError};
 use crate::error::Error;
 use crate::paper::disc_field::{DiscField, DiscFieldError, figure_4};
@@ -55,6 +56,9 @@ pub struct Verification {
     pub command: String,
     /// YADE's version, if it ran.
     pub yade: Option<String>,
+    /// What an engine that was brought says of itself, if one climbed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exec: Option<Description>,
     /// Every rung in every engine.
     pub rungs: Vec<Climbed>,
     /// Rounding errors, if they were measured.
@@ -154,17 +158,59 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Erro
         crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
         command: options.command.clone(),
         yade: in_yade.ok().map(|of| of.version),
+        exec: None,
         rungs,
         errors,
         disc,
         limits,
         tally,
-        verdict: match tally {
-            Tally { failed: 1.., .. } => Verdict::Fail,
-            Tally { not_made: 1.., .. } => Verdict::NotMade,
-            _ => Verdict::Pass,
+        verdict: of_tally(tally),
+    })
+}
+
+/// Climbs the ladder in an engine that was brought.
+pub fn verify_exec(
+    options: &exec::Options,
+    command: String,
+    display: &Display,
+) -> Result<Verification, Error> {
+    let failed = |error: exec::ExecError| Error::Engine(error.into());
+    let engine = exec::describe(options).map_err(failed)?;
+    let task = display.task(&format!("rungs in {}", engine.name));
+    let ladder = Ladder::new(0);
+    let rungs = ladder
+        .climb_exec(&engine, options, &|done, all| {
+            task.share(done as f64 / all as f64, &format!("{done} of {all} rungs"));
+        })
+        .map_err(failed)?;
+    task.done("done");
+    let tally = tally(&rungs);
+    Ok(Verification {
+        version: VERIFICATION_VERSION,
+        crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
+        command,
+        yade: None,
+        exec: Some(engine),
+        rungs,
+        errors: Vec::new(),
+        disc: disc_figures()?,
+        limits: None,
+        tally,
+        // An engine that has nothing of what is asked has not passed.
+        verdict: if tally.passed + tally.failed == 0 {
+            Verdict::NotMade
+        } else {
+            of_tally(tally)
         },
     })
+}
+
+fn of_tally(tally: Tally) -> Verdict {
+    match tally {
+        Tally { failed: 1.., .. } => Verdict::Fail,
+        Tally { not_made: 1.., .. } => Verdict::NotMade,
+        _ => Verdict::Pass,
+    }
 }
 
 /// What YADE made of the ladder; the inner error says why there is no YADE.
