@@ -19,7 +19,7 @@ def script(job, classes, folder):
     granular.write_data(
         os.path.join(folder, "data"), job, classes, len(classes), lambda radius: 4.0 / 3.0 * math.pi * radius**3
     )
-    edges = "f f p" if job.kind == "scene" else "s s p"
+    edges = "f f p" if job.kind == "scene" else "m m p"
     lines = ["clear", "units si", "dimension 2", "atom_style sphere", "atom_modify map array sort 0 0", "boundary " + edges]
     lines += ["newton off", "comm_modify vel yes", "read_data data"]
     lines += granular.masses(job, classes)

@@ -18,7 +18,7 @@ def script(job, classes, folder):
     # A wall's own type: a grain touches it with the stiffness of two grains of its radius.
     types = len(radii) + 1
     granular.write_data(os.path.join(folder, "data"), job, classes, types, lambda radius: math.pi * radius**2)
-    edges = "f f p" if job.kind == "scene" else "s s p"
+    edges = "f f p" if job.kind == "scene" else "m m p"
     lines = ["clear", "units si", "dimension 2", "atom_style granular", "atom_modify map array sort 0 0", "boundary " + edges]
     lines += ["newton off", "communicate single vel yes", "read_data data"]
     lines += granular.masses(job, classes)

@@ -8,6 +8,7 @@ mod claims;
 mod compare;
 mod continuum;
 mod explain;
+mod engine;
 mod export;
 mod facts;
 mod figures;
@@ -76,6 +77,9 @@ enum Command {
     Sensitivity(sensitivity::Arguments),
     /// The ladder: exact solutions, symmetries, and native against YADE bit for bit
     Verify(verify::Arguments),
+    /// An engine of your own, exec:PATH: what is wrong with it
+    #[command(subcommand)]
+    Engine(engine::Verb),
     /// The largest stable time steps, predicted and found, and the places where methods fail
     Stability(stability::Arguments),
     /// All engines side by side on the paper's bed: time a step, ratios, cost against size, limits
@@ -109,6 +113,7 @@ impl Arguments {
             Command::Claims(arguments) => arguments.execute(),
             Command::Sensitivity(arguments) => arguments.execute(),
             Command::Verify(arguments) => arguments.execute(),
+            Command::Engine(verb) => verb.execute(),
             Command::Stability(arguments) => arguments.execute(),
             Command::Bench(arguments) => arguments.execute(),
             Command::Export(verb) => verb.execute(),

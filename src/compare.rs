@@ -285,7 +285,10 @@ fn expect_spread(
     let common = if same_operations {
         CommonStart::of(a, b, locator)
     } else {
-        Err("one of them computes a force by other operations, so runs part at the first contact".to_owned())
+        Err(
+            "one of them computes a force by other operations, so runs part at the first contact"
+                .to_owned(),
+        )
     };
     let (verdict, found) = match common {
         Ok(common) => (common.verdict(), common.to_string()),

@@ -1,5 +1,6 @@
 //! The ladder: small cases with known answers, each run by any engine and judged by the same code.
 
+pub mod brought;
 pub mod build;
 pub mod checks;
 pub mod collisions;

@@ -183,7 +183,8 @@ impl Ladder {
         let mut climbed = Vec::with_capacity(self.solo.len());
         for (index, rung) in self.solo.iter().enumerate() {
             progress(index, self.solo.len());
-            let lacks = |reason: String| not_made(rung.name, rung.title, rung.group, name, &reason, true);
+            let lacks =
+                |reason: String| not_made(rung.name, rung.title, rung.group, name, &reason, true);
             let cases: Vec<&Case> = rung.cases.iter().collect();
             let missing = cases
                 .iter()
