@@ -1,6 +1,7 @@
 """Version 1 of crossgrain's engine protocol, as an engine in Python sees it (docs/engine-protocol.md)."""
 import csv
 import json
+import math
 import os
 import sys
 import time
@@ -66,8 +67,11 @@ class Job:
             for grain, (_, _, vx, vz) in zip(self.grains, motion):
                 energy += 0.5 * grain["mass"] * (vx * vx + vz * vz)
             memory["peak"] = max(memory.get("peak", 0.0), energy)
-            if energy <= settle["kinetic_energy_fraction"] * memory["peak"]:
+            fraction = settle["kinetic_energy_fraction"]
+            if energy <= fraction * memory["peak"]:
                 return "settled"
+            # The energy falls about exponentially, so its logarithm tells how far settling is.
+            memory["share"] = math.log(energy / memory["peak"]) / math.log(fraction)
         return "max_steps" if step >= settle["max_steps"] else None
 
 

@@ -263,7 +263,8 @@ def follow(job, classes, program, moments):
                 show(job, classes, of)
             last = step
             break
-        progress("settle", step, step / (asked["until_step"] or asked["settle"]["max_steps"]))
+        share = step / asked["until_step"] if asked["until_step"] else memory.get("share", 0.0)
+        progress("settle", step, share)
     program.ends()
     job.line(clock.end("settle", last, stop))
     return last - job.first

@@ -45,6 +45,9 @@ mod slurm;
 
 mod cli;
 
+mod exec_adapters;
+mod exec_engine;
+
 mod yade_driver;
 
 mod yade_live;

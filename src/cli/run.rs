@@ -140,6 +140,9 @@ pub struct YadeLimits {
     /// exec: the most memory of the engine and all that it starts, MB
     #[arg(long, default_value_t = 4096)]
     memory_limit: u64,
+    /// exec: the most that the engine may write, MB
+    #[arg(long, default_value_t = 16384)]
+    output_limit: u64,
 }
 
 impl YadeLimits {
@@ -160,8 +163,8 @@ impl YadeLimits {
             limits: Limits {
                 time: Duration::from_secs(self.time_limit),
                 stall: Duration::from_secs(self.stall_limit),
-                memory: self.memory_limit << 20,
-                ..usual.limits
+                memory: self.memory_limit.saturating_mul(1 << 20),
+                output: self.output_limit.saturating_mul(1 << 20),
             },
             ..usual
         }

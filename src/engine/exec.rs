@@ -68,7 +68,7 @@ pub enum ExecError {
         PROTOCOL
     )]
     OtherProtocol { found: u64 },
-    #[error("{engine} does not have {}; {hint}", missing.join(", "))]
+    #[error("{engine} has no {}; {hint}", missing.join(", "))]
     Unsupported {
         engine: String,
         missing: Vec<String>,
@@ -137,7 +137,7 @@ pub fn run(
 
 const HINT_SCENE: &str = "take an engine that has it, a scene that does not ask for it, or a shorter part of the run \
                           (--steps N, --until settled)";
-const HINT_CASES: &str = "cases need it";
+const HINT_CASES: &str = "these experiments ask for it";
 
 fn unsupported(description: &Description, missing: Vec<Part>, hint: &'static str) -> ExecError {
     ExecError::Unsupported {

@@ -76,7 +76,7 @@ impl Part {
             Part::LocalDamping => "Cundall's damping (local_damping)",
             Part::Gravity => "gravity (gravity)",
             Part::Walls => "walls (walls)",
-            Part::Punch => "a punch (punch)",
+            Part::Punch => "punch (punch)",
             Part::StopRules => "rules that end a stage (stop_rules)",
             Part::Cases => "lists of small experiments (cases)",
         }

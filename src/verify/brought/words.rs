@@ -195,10 +195,10 @@ pub fn damping(trial: &Trial, theirs: &Story, native: &Story) -> Result<String, 
         }
         let why = if is(-g * dt) {
             "it is not damped at all"
-        } else if is(-2.0 * g * dt - wanted) {
-            "the sign is the wrong way round: what speeds a grain up is made smaller, what slows it down larger"
         } else if id == 2 {
             "the sign is that of a·(v + ½dt·a), with the velocity in the middle of the kick"
+        } else if is(-2.0 * g * dt - wanted) {
+            "the sign is the wrong way round: what speeds a grain up is made smaller, what slows it down larger"
         } else {
             "each component of the acceleration, gravity included, is multiplied by 1 − α·sign(a·(v + ½dt·a))"
         };

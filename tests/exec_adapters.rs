@@ -1,0 +1,89 @@
+//! LAMMPS and LIGGGHTS through their adapters, live: with the feature `exec-engines` a missing one is a failure.
+#![cfg(feature = "exec-engines")]
+
+use std::fs;
+use std::path::Path;
+
+use crossgrain::folder::RunFolder;
+
+use crate::exec_engine::{adapter, narrow_scene};
+use crate::support::{crossgrain, folder_with, told};
+
+const ADAPTERS: [&str; 2] = ["lammps.py", "liggghts.py"];
+
+fn run(folder: &Path, engine: &str, more: &[&str], out: &str) {
+    let mut arguments = vec![
+        "run",
+        "scene.json",
+        "--engine",
+        engine,
+        "--out",
+        out,
+        "--quiet",
+    ];
+    arguments.extend(more);
+    let (code, _, errors) = told(&crossgrain(&arguments, folder));
+    assert_eq!(code, 0, "{engine}: {errors}");
+}
+
+/// Largest displacement over the mean radius at the end.
+fn apart(folder: &Path, a: &str, b: &str) -> f64 {
+    let read = |name: &str| RunFolder::read(&folder.join(name)).expect("a run folder");
+    let (a, b) = (read(a), read(b));
+    let radius = 0.5 * a.scene.particles.mean_diameter;
+    let (one, other) = (&a.last.bodies, &b.last.bodies);
+    let distance = |id: usize| (one.x[id] - other.x[id]).hypot(one.z[id] - other.z[id]);
+    (0..one.len()).map(distance).fold(0.0, f64::max) / radius
+}
+
+#[test]
+fn with_one_radius_both_are_native_up_to_rounding_and_each_other_to_the_bit() {
+    let (folder, _) = folder_with(&narrow_scene(0.0));
+    run(folder.path(), "native", &["--steps", "500"], "native");
+    for name in ADAPTERS {
+        run(folder.path(), &adapter(name), &["--steps", "500"], name);
+        let apart = apart(folder.path(), "native", name);
+        assert!(apart > 0.0 && apart < 1.0e-8, "{name}: {apart:e} R");
+    }
+    run(
+        folder.path(),
+        &adapter(ADAPTERS[0]),
+        &["--steps", "6000"],
+        "long-lammps",
+    );
+    run(
+        folder.path(),
+        &adapter(ADAPTERS[1]),
+        &["--steps", "6000"],
+        "long-liggghts",
+    );
+    let compare = ["compare", "long-lammps", "long-liggghts", "--expect-bits"];
+    let (code, text, errors) = told(&crossgrain(&compare, folder.path()));
+    assert_eq!(code, 0, "{text}{errors}");
+}
+
+#[test]
+fn with_many_radii_both_have_classes_of_them_and_say_so() {
+    let (folder, _) = folder_with(&narrow_scene(0.05));
+    for name in ADAPTERS {
+        run(folder.path(), &adapter(name), &["--until", "settled"], name);
+        let record =
+            fs::read_to_string(folder.path().join(name).join("run.json")).expect("a record");
+        assert!(record.contains("classes of radius"), "{record}");
+    }
+    let compare = ["compare", ADAPTERS[0], ADAPTERS[1], "--expect-bits"];
+    let (code, text, errors) = told(&crossgrain(&compare, folder.path()));
+    assert_eq!(code, 0, "{text}{errors}");
+}
+
+#[test]
+fn engine_check_finds_both_sound() {
+    let (folder, _) = folder_with(&narrow_scene(0.0));
+    for name in ADAPTERS {
+        let (code, text, errors) = told(&crossgrain(
+            &["engine", "check", &adapter(name), "--quiet"],
+            folder.path(),
+        ));
+        assert_eq!(code, 0, "{text}{errors}");
+    }
+}
