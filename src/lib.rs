@@ -1,7 +1,7 @@
 //! crossgrain: a validation harness for discrete-element engines.
 //!
 //! Data flows one way, and imports point back along it only:
-//! scene → model → generate → engine (native | yade) → measure → statistics → folder → progress → run → continuum → paper → compare →
+//! scene → model → generate → engine (native | yade | exec) → measure → statistics → folder → progress → run → continuum → paper → compare →
 //! error → workers → verify → stability → bench → realization → pareto → campaign → claims → sensitivity → figures → reproduce → baseline →
 //! explain → export → report → cli.
 //! `docs/architecture.md` says what stands where.
