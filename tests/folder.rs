@@ -217,7 +217,7 @@ fn unsound_folders_are_refused_with_exit_2() {
             "other version",
             |bad| {
                 change(&bad.join("run.json"), |text| {
-                    text.replacen("\"version\": 3", "\"version\": 99", 1)
+                    text.replacen("\"version\": 4", "\"version\": 99", 1)
                 });
             },
             "version 99",

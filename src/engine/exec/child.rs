@@ -1,8 +1,10 @@
 //! The engine as a child process: in the job's folder, without a display, watched.
 
+use std::cell::Cell;
 use std::fs::{self, File};
 use std::path::Path;
 use std::process::Command;
+use std::time::{Duration, Instant};
 
 use super::{ExecError, Options};
 use crate::child::Group;
@@ -73,13 +75,14 @@ fn finish(
     })?;
     let mut beats = Beats::default();
     let said = work.join(SAID);
+    let written = Written::new(work);
     let mut look = || {
         if let Some((stage, step, share)) = beats.newest(&said) {
             observer.progress(stage, step, share);
         }
-        Some(length(&said) + size_of_folder(work))
+        Some(length(&said) + written.bytes())
     };
-    let status = watch(child, &options.limits, &mut look, &|| size_of_folder(work));
+    let status = watch(child, &options.limits, &mut look, &|| written.bytes());
     let log = || end_of(&[log(work), watch::log(&work.join(COMPLAINED))].concat());
     match status {
         Ok(status) if status.success() => Ok(()),
@@ -92,6 +95,34 @@ fn finish(
         Err(Ended::TooMuch(reason)) => Err(ExecError::TooMuch { reason }),
         Err(Ended::Io(error)) => Err(failed("wait for", work)(error).into()),
         Err(Ended::RuledOut) => Err(ExecError::Interrupted),
+    }
+}
+
+/// How much a program has written, counted now and then: of thousands of files each count takes its time.
+struct Written<'a> {
+    folder: &'a Path,
+    /// When it is counted again, and what it was.
+    counted: Cell<(Instant, u64)>,
+}
+
+impl<'a> Written<'a> {
+    fn new(folder: &'a Path) -> Self {
+        Written {
+            folder,
+            counted: Cell::new((Instant::now(), 0)),
+        }
+    }
+
+    fn bytes(&self) -> u64 {
+        let (again, bytes) = self.counted.get();
+        let began = Instant::now();
+        if began < again {
+            return bytes;
+        }
+        let bytes = size_of_folder(self.folder);
+        let pause = (began.elapsed() * 20).max(Duration::from_millis(200));
+        self.counted.set((Instant::now() + pause, bytes));
+        bytes
     }
 }
 
