@@ -9,12 +9,12 @@
   // Numbers with a sign, decimals and a power of ten before anything else; what has none sorts as words, after the numbers.
   function number(words) {
     var found = words.replace(/[\u2212\u2013]/g, "-").match(/^[^0-9A-Za-z-]*(-?[0-9]+(\.[0-9]+)?(e[-+]?[0-9]+)?)/);
-    return found ? parseFloat(found[1]) : NaN;
+    return found ? parseFloat(found[1]) : null;
   }
   function compare(a, b) {
     var x = number(a), y = number(b);
-    if (isNaN(x) !== isNaN(y)) { return isNaN(x) ? 1 : -1; }
-    if (!isNaN(x) && x !== y) { return x - y; }
+    if ((x === null) !== (y === null)) { return x === null ? 1 : -1; }
+    if (x !== null && x !== y) { return x - y; }
     return a.localeCompare(b);
   }
   function sort(table, heading, rows) {
