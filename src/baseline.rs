@@ -1,6 +1,7 @@
 //! Baselines: the checks of a run, kept under a name to hold later runs against. Only an explicit command changes one.
 
 pub mod diff;
+mod pace;
 
 use std::path::{Path, PathBuf};
 

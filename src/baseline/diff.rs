@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::Baseline;
+use super::pace::speeds;
+pub use super::pace::{Pace, SpeedPair};
 use crate::checks::record::Record;
-use crate::checks::{Check, Measured, Outcome, Speed};
+use crate::checks::{Check, Measured, Outcome};
 use crate::compare::Verdict;
 
 /// What became of a check. The order is that of reading: the worst first.
@@ -64,41 +66,6 @@ pub struct Changed {
     pub share_of_tolerance: Option<f64>,
 }
 
-/// What became of a speed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Pace {
-    /// Beyond what rounds scatter.
-    Slower,
-    /// Beyond what rounds scatter.
-    Faster,
-    /// Within it.
-    Same,
-    /// The machines are not the same, or one run does not have it.
-    NotJudged,
-}
-
-/// A speed in both.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SpeedPair {
-    /// Of the speed.
-    pub id: String,
-    /// For people.
-    pub what: String,
-    /// Of both.
-    pub unit: String,
-    /// In the baseline.
-    pub before: Option<f64>,
-    /// In this run.
-    pub after: Option<f64>,
-    /// Cost after over cost before: above 1 is slower.
-    pub cost: Option<f64>,
-    /// A change of cost up to this factor, either way, says nothing.
-    pub scatter: f64,
-    /// What that amounts to.
-    pub pace: Pace,
-}
-
 /// A measured number that is not as it was.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MovedNumber {
@@ -141,12 +108,6 @@ pub struct Diff {
     pub verdict: Verdict,
 }
 
-/// Times of one round each.
-const SINGLE_ROUND: f64 = 1.5;
-/// Times whose rounds do not overlap.
-const APART: f64 = 1.05;
-/// Numbers of instructions.
-const INSTRUCTIONS: f64 = 1.01;
 /// Limits that differ by less, relative to their width, are the same.
 const SAME_WIDTH: f64 = 0.01;
 
@@ -240,23 +201,6 @@ impl Diff {
             parts.push(format!("{of} of {numbers} measured numbers moved"));
         }
         parts.join(", ")
-    }
-}
-
-impl SpeedPair {
-    /// Both values, and what that amounts to.
-    pub fn in_a_line(&self) -> String {
-        let number = |of: Option<f64>| of.map_or("–".to_owned(), |of| format!("{of:.4}"));
-        let cost = self
-            .cost
-            .map_or(String::new(), |cost| format!(", {cost:.3} times the cost"));
-        format!(
-            "{}: {} to {} {}{cost}",
-            self.what,
-            number(self.before),
-            number(self.after),
-            self.unit
-        )
     }
 }
 
@@ -384,63 +328,6 @@ fn relative(a: f64, b: f64) -> f64 {
         0.0
     } else {
         ((a - b).abs() / a.abs().max(b.abs())).max(f64::MIN_POSITIVE)
-    }
-}
-
-fn speeds(before: &[Speed], after: &[Speed], same_machine: bool) -> Vec<SpeedPair> {
-    let find = |list: &[Speed], id: &str| list.iter().find(|speed| speed.id == id).cloned();
-    let mut ids: Vec<&Speed> = after.iter().collect();
-    ids.extend(
-        before
-            .iter()
-            .filter(|speed| find(after, &speed.id).is_none()),
-    );
-    let pair = |speed: &Speed| {
-        let (old, new) = (find(before, &speed.id), find(after, &speed.id));
-        let both = old.as_ref().zip(new.as_ref());
-        let cost = both.map(|(old, new)| {
-            if new.less_is_better {
-                new.value / old.value
-            } else {
-                old.value / new.value
-            }
-        });
-        let scatter = both.map_or(SINGLE_ROUND, |(old, new)| scatter(old, new));
-        SpeedPair {
-            id: speed.id.clone(),
-            what: speed.what.clone(),
-            unit: speed.unit.clone(),
-            before: old.as_ref().map(|speed| speed.value),
-            after: new.as_ref().map(|speed| speed.value),
-            cost,
-            scatter,
-            pace: match cost {
-                Some(cost) if same_machine && cost.is_finite() => pace(cost, scatter),
-                _ => Pace::NotJudged,
-            },
-        }
-    };
-    ids.into_iter().map(pair).collect()
-}
-
-fn pace(cost: f64, scatter: f64) -> Pace {
-    if cost > scatter {
-        Pace::Slower
-    } else if cost < 1.0 / scatter {
-        Pace::Faster
-    } else {
-        Pace::Same
-    }
-}
-
-/// Rounds that overlap say nothing, however far their medians are apart.
-fn scatter(old: &Speed, new: &Speed) -> f64 {
-    match (old.range, new.range) {
-        (Some([_, high]), Some([low, _])) if high < low => APART,
-        (Some([low, _]), Some([_, high])) if high < low => APART,
-        (Some(_), Some(_)) => f64::INFINITY,
-        _ if old.unit.starts_with("instructions") => INSTRUCTIONS,
-        _ => SINGLE_ROUND,
     }
 }
 

@@ -1,4 +1,5 @@
 use super::*;
+use crate::checks::Speed;
 
 fn check(id: &str, value: f64, outcome: Outcome) -> Check {
     Check::of_words(id.to_owned(), id, outcome, "")
