@@ -45,6 +45,8 @@ mod slurm;
 
 mod cli;
 
+mod page;
+
 mod exec_adapters;
 mod exec_engine;
 

@@ -16,6 +16,7 @@ use crossgrain::pareto::record::of_members;
 use crossgrain::progress::Display;
 use crossgrain::scene::Scene;
 
+use crate::support::pages::each_figure_stands_once_and_has_numbers;
 use crate::support::{crossgrain, small_scene};
 
 fn planned(name: &str, scene: Scene, candidate: bool) -> Planned {
@@ -156,7 +157,9 @@ fn a_chart_is_taken_up_where_it_was_and_finds_the_large_bias() {
     assert!(height(1) > 0.004, "{}", height(1));
     assert!(height(0).abs() < height(1), "{} {}", height(0), height(1));
     let page = crossgrain::report::pareto::page(&record).expect("a page");
-    assert!(page.contains("hardly settled") && page.contains("class=\"forest\""));
+    let html = &page.html;
+    assert!(html.contains("hardly settled") && html.contains("class=\"forest\""));
+    each_figure_stands_once_and_has_numbers(&page);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::beds::{bed_scene, beds, crystal};
 use super::failures::{Failure, failures};
@@ -49,7 +49,7 @@ pub struct Options {
 }
 
 /// Limits with one damping number.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
     /// Cundall's α.
     pub alpha: f64,
@@ -62,7 +62,7 @@ pub struct Limits {
 }
 
 /// A scene of the map.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// A short name.
     pub name: String,
@@ -97,7 +97,7 @@ pub struct Row {
 }
 
 /// How many checks, by verdict.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tally {
     /// Checks that hold.
     pub passed: usize,
@@ -108,7 +108,7 @@ pub struct Tally {
 }
 
 /// The stability map.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Map {
     /// [`STABILITY_VERSION`].
     pub version: u32,
