@@ -17,6 +17,8 @@ const PAGE: &str = include_str!("stability.html");
 struct Page<'a> {
     map: &'a Map,
     word: &'static str,
+    /// The engine beside the native one.
+    other: &'a str,
     rows: Vec<TableRow<'a>>,
     allowed: String,
     figures: Vec<Figure>,
@@ -49,11 +51,17 @@ pub fn page(map: &Map) -> Result<String, Error> {
             Verdict::Fail => "Not as predicted",
             Verdict::NotMade => "Incomplete",
         },
+        other: other(map),
         rows: rows.map(|(at, row)| table_row(at + 1, row)).collect(),
         allowed: format!("{} %", 100.0 * map.allowed),
         figures: figures(map)?,
     };
     shell::render(&[("stability_page.html", PAGE)], &page)
+}
+
+/// The engine of the column beside the native one's.
+fn other(map: &Map) -> &str {
+    map.exec.as_ref().map_or("YADE", |engine| &engine.name)
 }
 
 fn table_row(number: usize, row: &Row) -> TableRow<'_> {
@@ -65,9 +73,9 @@ fn table_row(number: usize, row: &Row) -> TableRow<'_> {
         of: row,
         closed: ratio(row.closed.as_ref().map(|closed| closed.dt / limit)),
         native: over(&row.undamped, row.undamped.native),
-        yade: over(&row.undamped, row.undamped.yade),
+        yade: over(&row.undamped, row.undamped.yade.or(row.undamped.exec)),
         native_damped: over(&row.damped, row.damped.native),
-        yade_damped: over(&row.damped, row.damped.yade),
+        yade_damped: over(&row.damped, row.damped.yade.or(row.damped.exec)),
         at_random: over(&row.damped, row.damped_at_random),
         p_wave: ratio(Some(proposal.p_wave / limit)),
         global_stiffness: ratio(Some(proposal.global_stiffness / limit)),
@@ -126,7 +134,12 @@ fn figures(map: &Map) -> Result<Vec<Figure>, Error> {
         series: vec![
             series("allowed", BLUE, Mark::Line, frame),
             series("native", VERMILION, Mark::Circles, both(|of| of.native)),
-            series("YADE", GREEN, Mark::Circles, both(|of| of.yade)),
+            series(
+                other(map),
+                GREEN,
+                Mark::Circles,
+                both(|of| of.yade.or(of.exec)),
+            ),
         ]
         .into_iter()
         .filter(|series| !series.points.is_empty())
