@@ -204,6 +204,7 @@ impl Job<'_> {
     fn locator(&self) -> Locator {
         Locator {
             yade: self.options.yade.clone(),
+            programs: Vec::new(),
         }
     }
 

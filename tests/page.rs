@@ -43,7 +43,13 @@ fn every_part_stands_in_its_order_with_figures_and_where_they_come_from() {
     let places: Vec<Option<usize>> = PARTS.iter().map(|part| whole.html.find(part)).collect();
     assert!(places.iter().all(Option::is_some), "{places:?}");
     assert!(places.is_sorted(), "{places:?}");
-    assert_eq!(whole.html.matches("Recorded, and not run again here").count(), 4);
+    assert_eq!(
+        whole
+            .html
+            .matches("Recorded, and not run again here")
+            .count(),
+        4
+    );
     each_figure_stands_once_and_has_numbers(&whole);
     // The job's own record names them, and they judge nothing.
     assert_eq!(reproduction.beside.len(), 3);

@@ -1,5 +1,7 @@
 //! The chart of cost against error, on beds small enough for a test.
 
+mod brought;
+
 use std::path::Path;
 
 use crossgrain::engine::native::pouring::{End, Phase, pour};
@@ -43,6 +45,7 @@ fn job(out: &Path) -> Job {
     Job {
         out: out.to_owned(),
         yade: yade::Options::default(),
+        brought: None,
     }
 }
 
@@ -85,6 +88,7 @@ fn a_bed_that_is_stiffened_ends_at_the_full_stiffness_at_rest() {
             phase(1.0, End::Settled(1.0e-4)),
         ],
         scene: scene.clone(),
+        engine: None,
     };
     let options = native::Options::default();
     let initial = initial_bodies(&scene);
@@ -102,7 +106,7 @@ fn a_bed_that_is_stiffened_ends_at_the_full_stiffness_at_rest() {
     let weight: f64 = scene.gravity * poured.bed.bodies.mass.iter().sum::<f64>();
     assert!((borne / weight - 1.0).abs() < 0.05, "{borne} {weight}");
     let member =
-        member::run(&method, 1, &yade::Options::default(), Path::new("")).expect("it runs");
+        member::run(&method, 1, &yade::Options::default(), None, Path::new("")).expect("it runs");
     assert!(member.measured.contains_key("settled.height.mean_surface"));
     assert!(member.cost.pour_steps > 0 && member.cost.load_steps > 0);
 }
@@ -307,6 +311,7 @@ fn recorded_realizations_of_the_reference_come_out_again() {
             &reference,
             realization,
             &yade::Options::default(),
+            None,
             Path::new(""),
         );
         let again = again.expect("it runs");

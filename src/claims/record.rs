@@ -120,6 +120,7 @@ fn ending(of: &Ending) -> &'static str {
         Ending::Reached => "reached",
         Ending::Sank => "sank",
         Ending::NotSettled => "not settled",
+        Ending::Poured => "poured",
         Ending::Failed(_) => "failed",
     }
 }

@@ -60,6 +60,16 @@ pub struct Point {
     pub not_made: Option<String>,
 }
 
+impl Point {
+    /// What an engine without a punch did not make of its members, in words.
+    pub fn only_poured(&self) -> Option<String> {
+        (self.charted.endings.poured > 0).then(|| {
+            "loading is not made: the engine has no punch; cost and steps are those of pouring and settling"
+                .to_owned()
+        })
+    }
+}
+
 /// A charted quantity in words.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Quantity {
@@ -207,6 +217,10 @@ fn point(
             Runner::Native(mode) => format!("native, {} mode", mode.name()),
             Runner::YadeSorted => "YADE, sorted loop".to_owned(),
             Runner::YadeOrdinary => "YADE, ordinary loop".to_owned(),
+            Runner::Brought => method
+                .engine
+                .as_ref()
+                .map_or("brought".to_owned(), |of| of.described.label()),
         },
         costs: costs(&own),
         charted: judge(

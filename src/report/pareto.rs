@@ -140,7 +140,7 @@ fn charts(record: &Pareto) -> Result<Vec<Figure>, Error> {
             lines,
             dots: dots.collect(),
         };
-        let key = "Blue: exact mode; vermilion: free and single; green: YADE. Hollow: dominated. Bars: 95 % interval of that quantity.";
+        let key = "Blue: exact mode; vermilion: free and single; green: YADE and an engine that was brought. Hollow: dominated. Bars: 95 % interval of that quantity.";
         Ok(Figure {
             name: name.to_owned(),
             caption: format!("{caption} {key}"),
@@ -172,7 +172,7 @@ fn class(point: &Point) -> &'static str {
     match point.method.runner {
         Runner::Native(Mode::Exact) => "exact",
         Runner::Native(_) => "free",
-        Runner::YadeOrdinary | Runner::YadeSorted => "other",
+        Runner::YadeOrdinary | Runner::YadeSorted | Runner::Brought => "other",
     }
 }
 
@@ -215,7 +215,10 @@ fn row(record: &Pareto, point: &Point, judged: &Judgement) -> Row {
         steps: point.costs.map_or("–".to_owned(), |costs| {
             format!("{:.0} + {:.0}", costs.pour_steps, costs.load_steps)
         }),
-        missed: format!("{} of {}", judged.endings.missed(), judged.endings.all()),
+        missed: match judged.endings.all() {
+            0 => "–".to_owned(),
+            all => format!("{} of {all}", judged.endings.missed()),
+        },
         bed: error(&judged.bed),
         load: error(&judged.load),
         by: point.dominated_by.map_or(String::new(), |by| {
@@ -227,8 +230,17 @@ fn row(record: &Pareto, point: &Point, judged: &Judgement) -> Row {
             .iter()
             .map(|(reason, count)| format!("{count} failed: {reason}"))
             .chain(point.not_made.clone())
+            .chain(point.only_poured())
+            .chain(says_of_itself(point))
             .collect(),
     }
+}
+
+fn says_of_itself(point: &Point) -> Vec<String> {
+    let engine = point.method.engine.as_ref();
+    let says = engine.map_or(&[][..], |of| &of.described.approximations);
+    let line = |says: &String| format!("it says of itself: {says}");
+    says.iter().map(line).collect()
 }
 
 fn title<'a>(record: &'a Pareto, key: &'a str) -> &'a str {

@@ -19,6 +19,8 @@ const PART: &str = include_str!("stability_part.html");
 struct Given<'a> {
     map: &'a Map,
     word: &'static str,
+    /// The engine beside the native one.
+    other: &'a str,
     rows: Vec<TableRow<'a>>,
     allowed: String,
     figures: Vec<Figure>,
@@ -60,6 +62,7 @@ fn render(map: &Map, templates: &[(&str, &str)]) -> Result<Page, Error> {
             Verdict::Fail => "Not as predicted",
             Verdict::NotMade => "Incomplete",
         },
+        other: other(map),
         rows: rows.map(|(at, row)| table_row(at + 1, row)).collect(),
         allowed: format!("{} %", 100.0 * map.allowed),
         figures: figures(map)?,
@@ -68,6 +71,11 @@ fn render(map: &Map, templates: &[(&str, &str)]) -> Result<Page, Error> {
         html: shell::render(templates, &given)?,
         figures: given.figures,
     })
+}
+
+/// The engine of the column beside the native one's.
+fn other(map: &Map) -> &str {
+    map.exec.as_ref().map_or("YADE", |engine| &engine.name)
 }
 
 fn table_row(number: usize, row: &Row) -> TableRow<'_> {
@@ -79,9 +87,9 @@ fn table_row(number: usize, row: &Row) -> TableRow<'_> {
         of: row,
         closed: ratio(row.closed.as_ref().map(|closed| closed.dt / limit)),
         native: over(&row.undamped, row.undamped.native),
-        yade: over(&row.undamped, row.undamped.yade),
+        yade: over(&row.undamped, row.undamped.yade.or(row.undamped.exec)),
         native_damped: over(&row.damped, row.damped.native),
-        yade_damped: over(&row.damped, row.damped.yade),
+        yade_damped: over(&row.damped, row.damped.yade.or(row.damped.exec)),
         at_random: over(&row.damped, row.damped_at_random),
         p_wave: ratio(Some(proposal.p_wave / limit)),
         global_stiffness: ratio(Some(proposal.global_stiffness / limit)),
@@ -134,7 +142,7 @@ fn figures(map: &Map) -> Result<Vec<Figure>, Error> {
         series: vec![
             line("allowed", BLUE, frame),
             circles("native", VERMILION, both(|of| of.native)),
-            circles("YADE", GREEN, both(|of| of.yade)),
+            circles(other(map), GREEN, both(|of| of.yade.or(of.exec))),
         ]
         .into_iter()
         .filter(|series| !series.points.is_empty())
