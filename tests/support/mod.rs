@@ -1,6 +1,7 @@
 //! What several tests need.
 
 pub mod all_pairs;
+pub mod browser;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
