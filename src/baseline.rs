@@ -1,5 +1,6 @@
 //! Baselines: the checks of a run, kept under a name to hold later runs against. Only an explicit command changes one.
 
+pub mod checks;
 pub mod diff;
 mod pace;
 

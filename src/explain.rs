@@ -16,7 +16,7 @@ pub struct Explanation {
 }
 
 /// All families.
-pub const EXPLANATIONS: [Explanation; 14] = [
+pub const EXPLANATIONS: [Explanation; 16] = [
     Explanation {
         pattern: "compare/*",
         meaning: "Two runs of one scene agree in what is named last in the id.",
@@ -112,6 +112,23 @@ pub const EXPLANATIONS: [Explanation; 14] = [
         formula: "None; the reason stands beside it.",
         source: "docs/benchmark.md",
         breaks: "A program that is not installed (then it is not made), or that ended with an error (then it fails).",
+    },
+    Explanation {
+        pattern: "baseline/*",
+        meaning: "Nothing is worse than in a run that was kept under a name.",
+        formula: "Every check is held against the one of the same id: what fails now and did not is worse; what is gone, no longer made or defined \
+            otherwise can no longer be told.",
+        source: "docs/checks.md; src/baseline/",
+        breaks: "The change that was just made. The checks that it names say what broke; `crossgrain baseline diff` shows both values of each.",
+    },
+    Explanation {
+        pattern: "baseline/speed/*",
+        meaning: "The native engine costs no more than in a run that was kept under a name.",
+        formula: "A ratio of times in one run (YADE's over native exact's), or a number of instructions, over the same of the baseline; beyond what \
+            rounds scatter, on machines of one kind. Without a live YADE the main job has none.",
+        source: "docs/checks.md; src/baseline/pace.rs",
+        breaks: "A slower kernel, a longer neighbour list, or a busy machine: ratios of one round each are not told apart below a factor of 1.5. \
+            `crossgrain bench` counts instructions, to a hundredth.",
     },
     Explanation {
         pattern: "not-made/*",

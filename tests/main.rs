@@ -36,6 +36,9 @@ mod stability;
 
 mod bench;
 
+mod browser;
+mod regression;
+
 mod campaign;
 mod checks;
 mod claims;

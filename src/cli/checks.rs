@@ -51,14 +51,16 @@ pub struct Files {
 }
 
 impl Files {
-    /// Writes those that were asked for.
+    /// Writes those that were asked for, with what a baseline says.
     pub fn write(&self, record: &Record, diff: Option<&Diff>) -> Result<(), Error> {
+        let mut checks = record.checks.clone();
+        checks.extend(diff.map(crate::baseline::checks::all).unwrap_or_default());
         if let Some(path) = &self.junit {
             let name = format!("crossgrain {}", record.job);
-            write_whole(path, of_checks(&name, &record.checks)?.as_bytes())?;
+            write_whole(path, of_checks(&name, &checks)?.as_bytes())?;
         }
         if let Some(path) = &self.csv {
-            write_whole(path, csv(&record.checks)?.as_bytes())?;
+            write_whole(path, csv(&checks)?.as_bytes())?;
         }
         if let Some(path) = &self.summary {
             append(path, &markdown(record, diff))?;

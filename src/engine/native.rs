@@ -19,6 +19,7 @@ mod neighbours;
 pub mod perturb;
 pub mod pouring;
 mod rows;
+mod slow;
 mod springs;
 mod stages;
 mod state;

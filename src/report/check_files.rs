@@ -4,6 +4,7 @@ use super::junit::in_a_line;
 use crate::baseline::diff::{Change, Diff, Pace};
 use crate::checks::record::Record;
 use crate::checks::{Check, Outcome};
+use crate::compare::Verdict;
 use crate::error::Error;
 
 /// All checks, a row each.
@@ -113,7 +114,12 @@ pub fn error_in_markdown(name: &str, error: &Error) -> String {
 
 fn of_diff(diff: &Diff) -> String {
     let mut text = format!(
-        "\n### Against baseline {}\n\n{}\n",
+        "\n### {} baseline {}\n\n{}\n",
+        match diff.verdict {
+            Verdict::Pass => "Nothing is worse than in",
+            Verdict::Fail => "WORSE than",
+            Verdict::NotMade => "Some of it cannot be told against",
+        },
         escaped(&diff.baseline),
         diff.in_a_line()
     );

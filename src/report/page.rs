@@ -6,7 +6,7 @@ use super::chart::{BLUE, Chart, Corner, GREEN, VERMILION};
 use super::figure::{Figure, Page, circles, line};
 use super::junit::in_a_line;
 use super::{claims, difference, packing, pareto, shell, stability, verification};
-use crate::baseline::diff::{Change, Changed, Diff};
+use crate::baseline::diff::{Change, Changed, Diff, Pace};
 use crate::checks::{Check, Tally};
 use crate::compare::Verdict;
 use crate::compare::parting::Separation;
@@ -38,6 +38,7 @@ pub fn render(
         changed: diff.map(changed),
         diff,
         diff_line: diff.map(Diff::in_a_line),
+        worse: diff.filter(|diff| diff.verdict == Verdict::Fail).map(worse),
         word: match reproduction.verdict {
             Verdict::Pass => "Agreed",
             Verdict::Fail => "Different",
@@ -76,6 +77,8 @@ struct Given<'a> {
     changed: Option<Vec<ChangedRow<'a>>>,
     diff: Option<&'a Diff>,
     diff_line: Option<String>,
+    /// What is worse than in the baseline, a line each; none if nothing is.
+    worse: Option<Vec<String>>,
     word: &'static str,
     summary: Summary,
     /// Every check of the job.
@@ -207,6 +210,19 @@ fn changed(diff: &Diff) -> Vec<ChangedRow<'_>> {
             ..row(of)
         })
         .collect()
+}
+
+/// New failures as a number, as `What failed` names them, and every speed that is slower.
+fn worse(diff: &Diff) -> Vec<String> {
+    let new = |of: &&Changed| of.change == Change::NewFailure;
+    let failures = diff.changes.iter().filter(new).count();
+    let mut lines = Vec::new();
+    if failures > 0 {
+        lines.push(format!("{failures} new failures"));
+    }
+    let slower = diff.speeds.iter().filter(|of| of.pace == Pace::Slower);
+    lines.extend(slower.map(|of| format!("slower: {}", of.in_a_line())));
+    lines
 }
 
 fn tally_faults(reproduction: &Reproduction) -> usize {

@@ -50,7 +50,6 @@
       var input = document.createElement("input");
       var count = document.createElement("span");
       label.className = "filter";
-      label.style.display = "block";
       input.type = "search";
       input.placeholder = "show rows with \u2026";
       input.addEventListener("input", function () {

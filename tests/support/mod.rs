@@ -1,6 +1,7 @@
 //! What several tests need.
 
 pub mod all_pairs;
+pub mod browser;
 pub mod engines;
 pub mod pages;
 

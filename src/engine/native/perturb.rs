@@ -12,7 +12,7 @@ use crate::model::{Law, Model};
 use crate::scene::{Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
 use crate::tables::Bodies;
 
-/// One fault in the native engine, as written on the command line: `stiffness=1e-12`, `sums=reversed`.
+/// One fault in the native engine, as written on the command line: `stiffness=1e-12`, `sums=reversed`, `slow=2`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Perturbation {
@@ -20,6 +20,8 @@ pub enum Perturbation {
     Sized(Quantity, f64),
     /// Something is done in another way.
     Switched(Switch),
+    /// The same steps take so many times as long, 1 to 100: a fault that no result shows, only a clock.
+    Slowed(f64),
 }
 
 /// What can be a little wrong.
@@ -95,10 +97,15 @@ const SWITCHES: &[(&str, Switch)] = &[
     ("clipping=other", Switch::Clipping),
 ];
 
+const SLOW: &str = "slow";
+
+/// Times as long; a signal is noticed every thousand steps, which must not take minutes.
+const SLOWEST: f64 = 100.0;
+
 /// A perturbation that this engine does not know.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "unknown perturbation {found:?}; write one of {} with a number S, or one of {}",
+    "unknown perturbation {found:?}; write one of {} with a number S, or one of {}, or slow=F with a factor F of 1 to {SLOWEST}",
     quantities(),
     switches()
 )]
@@ -149,6 +156,15 @@ impl Perturbation {
         match self {
             Perturbation::Sized(quantity, size) => scale(quantity, 1.0 + size, constants, bodies),
             Perturbation::Switched(switch) => change(switch, constants),
+            Perturbation::Slowed(_) => {}
+        }
+    }
+
+    /// How many times as long the steps take, if that is the fault.
+    pub(super) fn slowed(self) -> Option<f64> {
+        match self {
+            Perturbation::Slowed(factor) => Some(factor),
+            Perturbation::Sized(..) | Perturbation::Switched(_) => None,
         }
     }
 }
@@ -249,11 +265,14 @@ impl FromStr for Perturbation {
             return Ok(Perturbation::Switched(*switch));
         }
         let (what, size) = text.split_once('=').ok_or_else(unknown)?;
+        let size: f64 = size.parse().map_err(|_| unknown())?;
+        if what == SLOW && (1.0..=SLOWEST).contains(&size) {
+            return Ok(Perturbation::Slowed(size));
+        }
         let (_, quantity) = QUANTITIES
             .iter()
             .find(|(name, _)| *name == what)
             .ok_or_else(unknown)?;
-        let size: f64 = size.parse().map_err(|_| unknown())?;
         if !size.is_finite() {
             return Err(unknown());
         }
@@ -280,6 +299,7 @@ impl fmt::Display for Perturbation {
         match self {
             Perturbation::Sized(quantity, size) => write!(out, "{quantity}={size:e}"),
             Perturbation::Switched(switch) => write!(out, "{switch}"),
+            Perturbation::Slowed(factor) => write!(out, "{SLOW}={factor}"),
         }
     }
 }

@@ -10,6 +10,7 @@ use super::health::{self, Trouble};
 use super::mode::Mode;
 use super::neighbours::Skin;
 use super::perturb::Perturbation;
+use super::slow::Slowness;
 use crate::engine::{Observer, Outcome, StageReport, Task, Until};
 use crate::interrupt::asked_to_end;
 use crate::model::Model;
@@ -92,6 +93,10 @@ pub fn run(
         standing_since: (start.stage == Stage::Load
             && punch.is_some_and(|punch| punch.velocity == 0.0))
         .then_some(start.step),
+        slowness: options
+            .perturbation
+            .and_then(Perturbation::slowed)
+            .map(Slowness::new),
         reports: Vec::new(),
     };
     runner.energy_limit = runner.energy_limit();
@@ -109,6 +114,8 @@ struct Runner<'a> {
     energy_seen: f64,
     /// The step in which the force was reached and the punch stopped.
     standing_since: Option<u64>,
+    /// Asked for as a fault.
+    slowness: Option<Slowness>,
     reports: Vec<StageReport>,
 }
 
@@ -241,7 +248,10 @@ impl Runner<'_> {
     }
 
     /// Ends the run if it was asked to end or has gone wrong.
-    fn look_up(&self) -> Result<(), NativeError> {
+    fn look_up(&mut self) -> Result<(), NativeError> {
+        if let Some(slowness) = &mut self.slowness {
+            slowness.stretch();
+        }
         let Dynamics {
             state, constants, ..
         } = &self.dynamics;

@@ -1,0 +1,175 @@
+//! Pages that are broken on purpose: a question that has nothing to say of them is no question.
+
+use std::path::{Path, PathBuf};
+
+use super::look;
+use crate::support::browser::Browser;
+
+/// A sound page with a table that can be sorted and filtered, and `head` and `body` put in.
+fn page(folder: &Path, head: &str, body: &str) -> PathBuf {
+    let rows: String = (0..15)
+        .map(|row| {
+            format!(
+                "<tr><td>row-{row}</td><td class=\"n\">{}</td></tr>",
+                row * 7 % 15
+            )
+        })
+        .collect();
+    let text = format!(
+        "<!doctype html><html><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\"><style>{}</style>{head}</head>\
+         <body><h1>A page</h1><p>Words that can be read.</p><svg viewBox=\"0 0 10 10\"><circle r=\"5\"/></svg><details><summary>more</summary>\
+         <div class=\"scroll\"><table><tr><th>name</th><th class=\"n\">value</th></tr>{rows}</table></div></details>{body}<script>{}</script></body></html>",
+        include_str!("../../src/report/style.css"),
+        include_str!("../../src/report/tables.js"),
+    );
+    let path = folder.join("page.html");
+    std::fs::write(&path, text).expect("a writable folder");
+    path
+}
+
+type Question = fn(&mut Browser) -> Vec<String>;
+
+const QUESTIONS: [(&str, Question); 6] = [
+    ("told", look::told),
+    ("requests", look::requests),
+    ("layout", look::layout),
+    ("contrast", look::contrast),
+    ("print", look::print),
+    ("tables", look::tables),
+];
+
+/// The names of the questions that complain of a page, and all that they say.
+fn complaining(browser: &mut Browser, head: &str, body: &str) -> (Vec<&'static str>, Vec<String>) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let page = page(folder.path(), head, body);
+    let (mut names, mut all) = (Vec::new(), Vec::new());
+    for (name, question) in QUESTIONS {
+        look::open(browser, &page);
+        let found = question(browser);
+        if !found.is_empty() {
+            names.push(name);
+        }
+        all.extend(found);
+    }
+    (names, all)
+}
+
+/// What is put into the head, what at the end of the body, which questions must complain, and a part of what they say.
+const BROKEN: [(&str, &str, &[&str], &str); 17] = [
+    (
+        "",
+        "<script>nothing.there();</script>",
+        &["told"],
+        "ReferenceError",
+    ),
+    (
+        "",
+        "<script>console.error('a trouble');</script>",
+        &["told"],
+        "a trouble",
+    ),
+    (
+        "",
+        "<script>console.warn('a worry');</script>",
+        &["told"],
+        "a worry",
+    ),
+    (
+        "",
+        "<script>setTimeout(() => Promise.reject('late'), 0);</script>",
+        &["told"],
+        "late",
+    ),
+    (
+        "",
+        "<img alt=\"\" width=\"9\" height=\"9\" src=\"http://pictures.invalid/a.png\">",
+        &["told", "requests", "layout"],
+        "pictures.invalid",
+    ),
+    (
+        "<link rel=\"stylesheet\" href=\"https://fonts.invalid/a.css\">",
+        "",
+        &["told", "requests"],
+        "fonts.invalid",
+    ),
+    (
+        "",
+        "<script>fetch('https://counter.invalid/').catch(() => 0);</script>",
+        &["told", "requests"],
+        "counter.invalid",
+    ),
+    (
+        "",
+        "<table><tr><td style=\"min-width: 2000px\">wide</td></tr></table>",
+        &["layout", "print"],
+        "360 px: sticks out",
+    ),
+    (
+        "",
+        "<div style=\"overflow: hidden\"><p style=\"width: 120rem; max-width: none\">cut</p></div>",
+        &["layout"],
+        "1600 px: cut off",
+    ),
+    ("", "<table></table>", &["layout"], "no size"),
+    (
+        "",
+        "<svg style=\"display: none\"></svg>",
+        &["layout"],
+        "no size",
+    ),
+    (
+        "<style>p { color: #999; }</style>",
+        "",
+        &["contrast"],
+        "light: contrast 2.85",
+    ),
+    (
+        "<style>@media (prefers-color-scheme: dark) { p { color: #333; } }</style>",
+        "",
+        &["contrast"],
+        "dark: contrast",
+    ),
+    (
+        "<style>@media print { details::details-content { content-visibility: hidden !important; } }</style>",
+        "",
+        &["print"],
+        "not printed",
+    ),
+    (
+        "<style>@media print { body { background: #222 !important; } }</style>",
+        "",
+        &["print"],
+        "printed over",
+    ),
+    (
+        "<style>tr.away { display: table-row !important; }</style>",
+        "",
+        &["tables"],
+        "rows are shown",
+    ),
+    (
+        "",
+        "<script>document.querySelectorAll('th').forEach(of => of.addEventListener('click', e => e.stopPropagation(), true));</script>",
+        &["tables"],
+        "click one",
+    ),
+];
+
+#[test]
+#[cfg_attr(
+    not(feature = "browser"),
+    ignore = "needs Chromium; cargo test --features browser"
+)]
+fn a_page_that_is_broken_on_purpose_is_complained_of_by_the_right_question() {
+    let mut browser = Browser::start();
+    let (names, all) = complaining(&mut browser, "", "");
+    assert!(names.is_empty(), "the sound page: {all:#?}");
+    for (head, body, wanted, words) in BROKEN {
+        let (names, all) = complaining(&mut browser, head, body);
+        assert_eq!(names, wanted, "{head}{body}: {all:#?}");
+        assert!(
+            all.iter().any(|of| of.contains(words)),
+            "{head}{body}: {all:#?}"
+        );
+    }
+}

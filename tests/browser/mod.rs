@@ -1,0 +1,161 @@
+//! The pages in a browser, as a reader has them. Without the feature `browser` this is listed as ignored and not made; with it
+//! a missing Chromium is a failure. `ci/install_browser` installs Debian's.
+
+mod broken;
+mod look;
+
+use std::path::{Path, PathBuf};
+
+use crate::regression::{RECORDED, seeded};
+use crate::support::browser::Browser;
+use crate::support::{crossgrain, folder_with, small_scene, told};
+
+/// Where pictures of the pages are kept: the folder that `CROSSGRAIN_SCREENSHOTS` names, else one in Cargo's.
+fn screenshots() -> PathBuf {
+    let named = std::env::var_os("CROSSGRAIN_SCREENSHOTS").map(PathBuf::from);
+    let folder =
+        named.unwrap_or_else(|| Path::new(env!("CARGO_TARGET_TMPDIR")).join("screenshots"));
+    std::fs::create_dir_all(&folder).expect("a writable folder");
+    folder
+}
+
+/// The first screen and the whole page at both widths, light and dark.
+fn keep_pictures(browser: &mut Browser, name: &str) {
+    look::look(browser, "open(false)");
+    for (width, height) in look::WINDOWS {
+        browser.resize(width, height);
+        for scheme in ["light", "dark"] {
+            browser.emulate("screen", scheme);
+            let path =
+                |part: &str| screenshots().join(format!("{name}-{width}-{scheme}{part}.png"));
+            browser.screenshot(&path(""), false);
+            browser.screenshot(&path("-whole"), true);
+        }
+    }
+    browser.emulate("screen", "light");
+}
+
+/// Everything that is asked of a page.
+fn inspect(browser: &mut Browser, name: &str, page: &Path) {
+    look::open(browser, page);
+    let mut all = Vec::new();
+    for question in [look::layout, look::contrast, look::tables] {
+        all.extend(question(browser));
+    }
+    look::open(browser, page);
+    keep_pictures(browser, name);
+    all.extend(look::print(browser));
+    // Last, as what was done to the page may have made it talk.
+    all.extend(look::told(browser));
+    all.extend(look::requests(browser));
+    let some = &all[..all.len().min(20)];
+    assert!(
+        all.is_empty(),
+        "{name}: {} complaints: {some:#?}",
+        all.len()
+    );
+    let count = |of: &str| format!("document.querySelectorAll('{of}').length > 0");
+    for of in ["table", "svg", ".filter input"] {
+        assert_eq!(browser.evaluate(&count(of)), true, "{name} has a {of}");
+    }
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "browser"),
+    ignore = "needs Chromium; cargo test --features browser"
+)]
+fn the_main_jobs_page_reads_well_everywhere_and_asks_for_nothing() {
+    let (folder, _) = folder_with(&small_scene());
+    let arguments = [
+        "reproduce",
+        "--scene",
+        "scene.json",
+        "--quiet",
+        "--out",
+        "o",
+        "--yade",
+        "/nowhere/yade",
+    ];
+    let (code, out, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 3, "{out}{errors}");
+    inspect(
+        &mut Browser::start(),
+        "reproduce",
+        &folder.path().join("o/report.html"),
+    );
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "browser"),
+    ignore = "needs Chromium; cargo test --features browser"
+)]
+fn the_ladders_page_reads_well_everywhere_and_asks_for_nothing() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let arguments = ["verify", "--engine", "native", "--quiet", "--out", "o"];
+    let (code, out, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 0, "{out}{errors}");
+    inspect(
+        &mut Browser::start(),
+        "verify",
+        &folder.path().join("o/report.html"),
+    );
+}
+
+/// Of a page that was opened: the verdict and what is named first stand where they are seen without scrolling.
+fn first_screen(browser: &mut Browser, page: &Path, name: &str, named: &[(&str, &str)]) {
+    look::open(browser, page);
+    keep_pictures(browser, name);
+    for (width, height) in look::WINDOWS {
+        browser.resize(width, height);
+        for (selector, words) in named {
+            let top = look::look(browser, &format!("top({selector:?}, {words:?})"));
+            let seen = top
+                .as_f64()
+                .is_some_and(|top| (0.0..f64::from(height)).contains(&top));
+            assert!(seen, "{width} × {height}: {words} is at {top}");
+        }
+    }
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "browser"),
+    ignore = "needs Chromium; cargo test --features browser"
+)]
+fn a_seeded_fault_and_its_verdict_are_on_the_first_screen() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (code, said, page) = seeded(folder.path(), "stiffness=1e-3", &RECORDED);
+    assert_eq!(code, 1, "{said}");
+    let named = [
+        (".verdict strong", "Different, and worse than main"),
+        (".verdict .named", "new failures"),
+        ("td.bad", "same stages"),
+    ];
+    let mut browser = Browser::start();
+    first_screen(&mut browser, &page, "seeded", &named);
+    inspect(&mut browser, "seeded", &page);
+    // What stands at the end of the page is not on the first screen: the question can be answered with no.
+    assert!(
+        look::look(&mut browser, "top('h2', 'Runs, versions')")
+            .as_f64()
+            .is_some_and(|top| top > 900.0)
+    );
+}
+
+#[test]
+#[cfg_attr(
+    not(all(feature = "browser", feature = "yade")),
+    ignore = "needs Chromium and YADE; cargo test --features browser,yade"
+)]
+fn a_slower_kernel_and_its_verdict_are_on_the_first_screen() {
+    let (folder, _) = folder_with(&small_scene());
+    let (code, said, page) = seeded(folder.path(), "slow=4", &["--scene", "scene.json"]);
+    assert_eq!(code, 1, "{said}");
+    let named = [
+        (".verdict strong", "Agreed, and worse than main"),
+        (".verdict .named", "slower: time a step of YADE"),
+    ];
+    first_screen(&mut Browser::start(), &page, "slower", &named);
+}

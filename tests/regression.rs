@@ -1,0 +1,143 @@
+//! Faults that are put in on purpose, against a baseline of a sound run: everything that a job writes must name them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use quick_junit::{NonSuccessKind, Report, TestCaseStatus};
+
+use crate::support::{crossgrain, folder_with, small_scene, told};
+
+/// `reproduce` in this folder, `out` in it, with these further arguments: exit code and what it printed.
+fn reproduce(folder: &Path, out: &str, arguments: &[&str]) -> (i32, String) {
+    let all = [&["reproduce", "--quiet", "--out", out], arguments].concat();
+    let (code, said, errors) = told(&crossgrain(&all, folder));
+    (code, said + &errors)
+}
+
+/// Keeps a sound run as `main`, and holds one with this fault against it; both with `arguments`. Writes `checks.xml` and
+/// `summary.md`; returns the exit code, what was printed, and where the page is.
+pub fn seeded(folder: &Path, fault: &str, arguments: &[&str]) -> (i32, String, PathBuf) {
+    let (code, said) = reproduce(folder, "sound", arguments);
+    assert!(code == 0, "{code}: {said}");
+    let save = ["baseline", "save", "sound/run.json", "main"];
+    assert_eq!(told(&crossgrain(&save, folder)).0, 0);
+    let against = [
+        "--perturb",
+        fault,
+        "--baseline",
+        "main",
+        "--junit",
+        "checks.xml",
+        "--summary",
+        "summary.md",
+    ];
+    let (code, said) = reproduce(folder, "faulty", &[arguments, &against].concat());
+    (code, said, folder.join("faulty/report.html"))
+}
+
+/// Without YADE: the paper's scene against the recorded run.
+pub const RECORDED: [&str; 2] = ["--yade", "/nowhere/yade"];
+
+/// The names of the test cases that failed, as `suite/case`, with what they say.
+fn failures(folder: &Path) -> Vec<(String, String)> {
+    let text = fs::read_to_string(folder.join("checks.xml")).expect("JUnit");
+    let report = Report::deserialize_from_str(&text).expect("JUnit");
+    let mut failed = Vec::new();
+    for suite in &report.test_suites {
+        for case in &suite.test_cases {
+            if let TestCaseStatus::NonSuccess {
+                kind: NonSuccessKind::Failure,
+                message,
+                ..
+            } = &case.status
+            {
+                let words = message
+                    .as_ref()
+                    .map_or(String::new(), |words| words.as_str().to_owned());
+                failed.push((
+                    format!("{}/{}", suite.name.as_str(), case.name.as_str()),
+                    words,
+                ));
+            }
+        }
+    }
+    failed
+}
+
+#[test]
+fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (code, said, _) = seeded(folder.path(), "stiffness=1e-3", &RECORDED);
+    assert_eq!(code, 1, "{said}");
+    assert!(said.contains("WORSE than main"), "{said}");
+    let failed = failures(folder.path());
+    let bits = "compare/native-against-yades-sorted-loop-recorded/bits-along-the-way";
+    assert!(failed.iter().any(|(id, _)| id == bits), "{failed:#?}");
+    let new = failed.iter().find(|(id, _)| id == "baseline/new-failures");
+    assert!(
+        new.is_some_and(|(_, words)| words.contains("bits-")),
+        "{failed:#?}"
+    );
+    let summary = fs::read_to_string(folder.path().join("summary.md")).expect("Markdown");
+    for words in [
+        "## reproduce: FAIL",
+        "### WORSE than baseline main",
+        &format!("| new failure | `{bits}`"),
+        "### Failed (",
+    ] {
+        assert!(
+            summary.contains(words),
+            "the summary lacks {words}: {summary}"
+        );
+    }
+}
+
+/// Its results are the same to the last bit, so no check fails: only the clock tells.
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE; cargo test --features yade"
+)]
+fn a_kernel_that_is_four_times_slower_is_named_by_exit_code_junit_and_summary() {
+    let (folder, _) = folder_with(&small_scene());
+    let (code, said, page) = seeded(folder.path(), "slow=4", &["--scene", "scene.json"]);
+    assert_eq!(code, 1, "{said}");
+    let failed = failures(folder.path());
+    assert!(!failed.is_empty(), "{said}");
+    for (id, words) in failed {
+        assert!(
+            id.starts_with("baseline/speed/time/yade") && words.contains("times the cost"),
+            "{id}: {words}"
+        );
+    }
+    let summary = fs::read_to_string(folder.path().join("summary.md")).expect("Markdown");
+    assert!(
+        summary.contains("### WORSE than baseline main")
+            && summary.contains("- slower: time a step of YADE"),
+        "{summary}"
+    );
+    let page = fs::read_to_string(page).expect("a page");
+    assert!(
+        page.contains("Agreed, and worse than main</strong>")
+            && page.contains("slower: time a step of YADE")
+    );
+}
+
+#[test]
+fn a_slow_kernel_has_the_same_bits_and_takes_as_long_as_it_was_told() {
+    use crate::support::{faulty, native_run, sound};
+    use crossgrain::folder::record::Protocol;
+    let of = |options| native_run(&small_scene(), options, Protocol::Steps { steps: 6000 });
+    let (sound, slow) = (of(sound()), of(faulty("slow=20")));
+    assert_eq!(sound.last, slow.last);
+    let (sound, slow) = (
+        sound.record.seconds_per_step(),
+        slow.record.seconds_per_step(),
+    );
+    assert!(slow > 5.0 * sound, "{slow} s against {sound} s a step");
+    assert!(
+        "slow=0.5"
+            .parse::<crossgrain::engine::native::Perturbation>()
+            .is_err()
+    );
+}
