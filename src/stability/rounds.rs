@@ -9,7 +9,7 @@ use super::growth::{Disturbed, Found};
 /// Half-width of the first round about where the limit is looked for, relative: without damping, and with it, where the
 /// first unstable steps are a narrow range.
 const FIRST: f64 = 0.06;
-const FIRST_DAMPED: f64 = 0.02;
+const FIRST_DAMPED: f64 = 0.012;
 /// Trials a round.
 const TRIALS: usize = 5;
 /// Rounds at most: two that halve in, and some to find the limit where it is not expected.
