@@ -11,7 +11,7 @@ import shutil
 import subprocess
 import tempfile
 
-from exchange import Clock, Refused, progress
+from exchange import Clock, Refused, progress, serve
 
 # The most classes of radii; LAMMPS has 32 groups, and LIGGGHTS a square table of classes in one line.
 MOST_CLASSES = 20
@@ -165,6 +165,15 @@ def masses(job, classes):
     return commands
 
 
+def bed(job, classes, style, communication):
+    """Commands that read the grains from the data file."""
+    edges = "f f p" if job.kind == "scene" else "m m p"
+    lines = ["clear", "units si", "dimension 2", "atom_style " + style, "atom_modify map array sort 0 0", "boundary " + edges]
+    lines += ["newton off", communication, "read_data data"]
+    lines += masses(job, classes)
+    return lines + ["neighbor %s bin" % number(SKIN * max(classes.radii)), "neigh_modify delay 0 every 1 check yes"]
+
+
 def motion(model, first):
     """Commands of the leapfrog with Cundall's damping: the force is given its sign rule at the half step's velocity."""
     half, alpha = number(0.5 * model["dt"]), number(model["alpha"])
@@ -178,7 +187,8 @@ def motion(model, first):
             % (axis, axis, alpha, axis, axis),
             'variable half_%s atom "v%s - %s*f%s/mass"' % (axis, axis, half, axis),
         ]
-    return commands + ["fix damp all setforce v_damped_x v_damped_y NULL", "fix plane all enforce2d"]
+    commands += ["fix damp all setforce v_damped_x v_damped_y NULL", "fix plane all enforce2d"]
+    return commands + ["reset_timestep %d" % first, "thermo_style custom step", "thermo 1000000000"]
 
 
 def read_rows(path):
@@ -311,3 +321,19 @@ def motion_in(job, rows):
     if len(rows) != len(job.grains):
         raise RuntimeError("grains were lost: %d of %d are left" % (len(rows), len(job.grains)))
     return [tuple(map(float, row[1:])) for row in rows]
+
+
+def serve_program(title, name, package, script, advance, look):
+    """Be the engine: `script` are the commands up to the first step; `advance` and `look` as `moments_of` has them."""
+
+    def description():
+        find(name, package)
+        return {"name": title, "version": version(name), "parts": PARTS, "approximations": [APPROXIMATION]}
+
+    def start(folder):
+        return Program(name, ["-log", "none", "-nocite"], folder)
+
+    def run(job, classes, moments, program, folder):
+        return moments_of(job, moments, program, folder, script(job, classes, folder), advance, look)
+
+    serve(description, *runners(start, run))

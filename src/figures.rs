@@ -67,6 +67,7 @@ pub fn loaded_bed(scene: &Scene, runner: Runner) -> Result<LoadedBed, Error> {
         runner,
         phases: &[],
         yade: &options,
+        brought: None,
         work: work.path(),
     };
     let Realization { outcome, .. } = run(scene, &way)?;

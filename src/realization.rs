@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::exec::ExecError;
+use crate::engine::exec::{Brought, ExecError, Part, missing_for_scene, run_brought};
 use crate::engine::native::pouring::Phase;
 use crate::engine::native::{self, Mode, NativeError, Trouble};
 use crate::engine::yade::{self, YadeError};
@@ -27,6 +27,8 @@ pub enum Ending {
     Sank,
     /// Not settled within the scene's steps.
     NotSettled,
+    /// Settled, in an engine that has no punch: nobody asked for more.
+    Poured,
     /// The engine gave up, with its words.
     Failed(String),
 }
@@ -41,6 +43,8 @@ pub enum Runner {
     YadeOrdinary,
     /// YADE's loop over sorted interactions, which has the native engine's bits.
     YadeSorted,
+    /// A program that was brought.
+    Brought,
 }
 
 impl Runner {
@@ -51,12 +55,13 @@ impl Runner {
             Runner::Native(mode) => format!("native-{}", mode.name()),
             Runner::YadeOrdinary => "yade-ordinary".to_owned(),
             Runner::YadeSorted => "yade-sorted".to_owned(),
+            Runner::Brought => "exec".to_owned(),
         }
     }
 
     /// Whether YADE is needed.
     pub fn is_yade(self) -> bool {
-        !matches!(self, Runner::Native(_))
+        matches!(self, Runner::YadeOrdinary | Runner::YadeSorted)
     }
 }
 
@@ -69,7 +74,9 @@ pub struct Way<'a> {
     pub phases: &'a [Phase],
     /// How YADE is started; its loop is the runner's.
     pub yade: &'a yade::Options,
-    /// An empty folder for YADE's use.
+    /// The program that was brought, for its runner.
+    pub brought: Option<&'a Brought>,
+    /// An empty folder for the use of YADE or of a program that was brought.
     pub work: &'a Path,
 }
 
@@ -115,7 +122,33 @@ pub fn run(scene: &Scene, way: &Way<'_>) -> Result<Realization, EngineError> {
             let engine = format!("YADE {}", run.version);
             Ok(whole(run.outcome, seconds, engine))
         }
+        Runner::Brought => {
+            let engine = way.brought.ok_or_else(|| ExecError::Missing {
+                path: "exec:PATH".into(),
+                reason: "it was not named".to_owned(),
+            })?;
+            Ok(in_brought(&scene, engine, way.work)?)
+        }
     }
+}
+
+/// Pours and loads in an engine that was brought. One that has everything but a punch pours and settles.
+fn in_brought(scene: &Scene, engine: &Brought, work: &Path) -> Result<Realization, ExecError> {
+    let mut task = Task::whole(initial_bodies(scene));
+    let missing = missing_for_scene(&engine.description, scene, &task);
+    let only_poured = missing == [Part::Punch];
+    if only_poured {
+        task.until = Until::EndOfSettling;
+    }
+    let run = run_brought(scene, &task, engine, work, &mut ())?;
+    let told = run.outcome.stages.iter().map(|stage| stage.cpu_seconds);
+    let elsewhere = run.took.processor_seconds.unwrap_or_else(|| told.sum());
+    let mut made = whole(run.outcome, elsewhere, run.description.label());
+    if only_poured && made.ending != Ending::NotSettled {
+        made.ending = Ending::Poured;
+        made.outcome.settled = Some(made.outcome.last.clone());
+    }
+    Ok(made)
 }
 
 /// The words of an engine for which the realization itself went wrong, as numbers that are not finite or grains that

@@ -1,5 +1,6 @@
 //! The main job: the paper's experiment in the native engine and in YADE, recorded and live, compared.
 
+pub mod beside;
 pub mod checks;
 pub mod claims;
 pub mod faults;
@@ -29,6 +30,7 @@ use crate::scene::Scene;
 use crate::tables::StopReason;
 use crate::verify::facts::{self, FactPair};
 use crate::verify::record::{Verification, verify};
+use beside::Beside;
 use faults::FaultCheck;
 use record::{NamedComparison, NotMade, REPRODUCTION_VERSION, Reproduction, RunSummary};
 
@@ -47,6 +49,8 @@ pub struct Options {
     pub yade: yade::Options,
     /// A fault in the native engine, to see that the whole job would notice.
     pub fault: Option<Perturbation>,
+    /// Records of other jobs that stand on the page, which the job's own record names.
+    pub beside: Beside,
     /// The command as it was given.
     pub command: String,
 }
@@ -124,6 +128,7 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         claims: claims::of(&native),
         numbers: paper::numbers(),
         text_faults: paper::text_faults(),
+        beside: options.beside.stated().into_iter().cloned().collect(),
         runs: job.runs,
         seconds: began.elapsed().as_secs_f64(),
     };
@@ -199,6 +204,7 @@ impl Job<'_> {
     fn locator(&self) -> Locator {
         Locator {
             yade: self.options.yade.clone(),
+            programs: Vec::new(),
         }
     }
 

@@ -3,12 +3,14 @@
 
 pub mod automatic;
 pub mod beds;
+pub mod draft;
 pub mod failures;
 pub mod growth;
-pub mod in_yade;
 pub mod map;
 pub mod network;
+pub mod others;
 pub mod proposals;
+pub mod rounds;
 pub mod scenes;
 pub mod spectrum;
 

@@ -1,6 +1,8 @@
 //! Benchmarks: their beds, what makes an engine's bed insane, and the reading of other programs' words. No test
 //! here asserts a time.
 
+mod brought;
+
 use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};

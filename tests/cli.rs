@@ -223,6 +223,7 @@ fn the_papers_scene_agrees_with_the_recorded_yade_run() {
 fn a_failed_comparison_shows_on_the_page() {
     use crossgrain::compare::{Verdict, compare};
     use crossgrain::folder::record::Protocol;
+    use crossgrain::reproduce::beside::Beside;
     use crossgrain::reproduce::record::NamedComparison;
     use crossgrain::reproduce::{Options, reproduce};
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -236,6 +237,7 @@ fn a_failed_comparison_shows_on_the_page() {
             ..Default::default()
         },
         fault: None,
+        beside: Beside::default(),
         command: "a test".to_owned(),
     };
     let display = crossgrain::progress::Display::new(true);
@@ -249,9 +251,11 @@ fn a_failed_comparison_shows_on_the_page() {
         comparison,
     });
     reproduction.verdict = Verdict::Fail;
-    let page = crossgrain::report::page::render(&reproduction, &runs, None).expect("a page");
+    let page = crossgrain::report::page::render(&reproduction, &runs, &options.beside, None)
+        .expect("a page")
+        .html;
     let failed = page.find("What failed").expect("a section");
-    assert!(failed < page.find("Comparisons</h2>").expect("a section"));
+    assert!(failed < page.find("id=\"comparisons\"").expect("a section"));
     assert!(page.contains("<strong>Different</strong>"));
     assert!(page.contains("sound against faulty"));
 }

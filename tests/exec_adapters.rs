@@ -6,25 +6,10 @@ use std::path::Path;
 
 use crossgrain::folder::RunFolder;
 
-use crate::exec_engine::{adapter, narrow_scene};
+use crate::support::engines::{adapter, narrow_scene, ran_in};
 use crate::support::{crossgrain, folder_with, told};
 
 const ADAPTERS: [&str; 2] = ["lammps.py", "liggghts.py"];
-
-fn run(folder: &Path, engine: &str, more: &[&str], out: &str) {
-    let mut arguments = vec![
-        "run",
-        "scene.json",
-        "--engine",
-        engine,
-        "--out",
-        out,
-        "--quiet",
-    ];
-    arguments.extend(more);
-    let (code, _, errors) = told(&crossgrain(&arguments, folder));
-    assert_eq!(code, 0, "{engine}: {errors}");
-}
 
 /// Largest displacement over the mean radius at the end.
 fn apart(folder: &Path, a: &str, b: &str) -> f64 {
@@ -36,6 +21,14 @@ fn apart(folder: &Path, a: &str, b: &str) -> f64 {
     (0..one.len()).map(distance).fold(0.0, f64::max) / radius
 }
 
+/// The run folders of both adapters, whose names begin so.
+fn agree_to_the_bit(folder: &Path, begin: &str) {
+    let [one, other] = ADAPTERS.map(|name| format!("{begin}{name}"));
+    let compare = ["compare", &one, &other, "--expect-bits"];
+    let (code, text, errors) = told(&crossgrain(&compare, folder));
+    assert_eq!(code, 0, "{text}{errors}");
+}
+
 #[test]
 #[cfg_attr(
     not(feature = "exec-engines"),
@@ -43,27 +36,17 @@ fn apart(folder: &Path, a: &str, b: &str) -> f64 {
 )]
 fn with_one_radius_both_are_native_up_to_rounding_and_each_other_to_the_bit() {
     let (folder, _) = folder_with(&narrow_scene(0.0));
-    run(folder.path(), "native", &["--steps", "500"], "native");
+    ran_in(folder.path(), "native", &["--steps", "500"], "native");
     for name in ADAPTERS {
-        run(folder.path(), &adapter(name), &["--steps", "500"], name);
+        ran_in(folder.path(), &adapter(name), &["--steps", "500"], name);
         let apart = apart(folder.path(), "native", name);
         assert!(apart > 0.0 && apart < 1.0e-8, "{name}: {apart:e} R");
     }
-    run(
-        folder.path(),
-        &adapter(ADAPTERS[0]),
-        &["--steps", "6000"],
-        "long-lammps",
-    );
-    run(
-        folder.path(),
-        &adapter(ADAPTERS[1]),
-        &["--steps", "6000"],
-        "long-liggghts",
-    );
-    let compare = ["compare", "long-lammps", "long-liggghts", "--expect-bits"];
-    let (code, text, errors) = told(&crossgrain(&compare, folder.path()));
-    assert_eq!(code, 0, "{text}{errors}");
+    for name in ADAPTERS {
+        let out = format!("long-{name}");
+        ran_in(folder.path(), &adapter(name), &["--steps", "6000"], &out);
+    }
+    agree_to_the_bit(folder.path(), "long-");
 }
 
 #[test]
@@ -74,14 +57,12 @@ fn with_one_radius_both_are_native_up_to_rounding_and_each_other_to_the_bit() {
 fn with_many_radii_both_have_classes_of_them_and_say_so() {
     let (folder, _) = folder_with(&narrow_scene(0.05));
     for name in ADAPTERS {
-        run(folder.path(), &adapter(name), &["--until", "settled"], name);
+        ran_in(folder.path(), &adapter(name), &["--until", "settled"], name);
         let record =
             fs::read_to_string(folder.path().join(name).join("run.json")).expect("a record");
         assert!(record.contains("classes of radius"), "{record}");
     }
-    let compare = ["compare", ADAPTERS[0], ADAPTERS[1], "--expect-bits"];
-    let (code, text, errors) = told(&crossgrain(&compare, folder.path()));
-    assert_eq!(code, 0, "{text}{errors}");
+    agree_to_the_bit(folder.path(), "");
 }
 
 #[test]

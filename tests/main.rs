@@ -48,6 +48,8 @@ mod slurm;
 
 mod cli;
 
+mod page;
+
 mod exec_adapters;
 mod exec_engine;
 

@@ -1,5 +1,7 @@
 //! The chart of cost against error, on beds small enough for a test.
 
+mod brought;
+
 use std::path::Path;
 
 use crossgrain::engine::native::pouring::{End, Phase, pour};
@@ -16,6 +18,7 @@ use crossgrain::pareto::record::of_members;
 use crossgrain::progress::Display;
 use crossgrain::scene::Scene;
 
+use crate::support::pages::each_figure_stands_once_and_has_numbers;
 use crate::support::{crossgrain, small_scene};
 
 fn planned(name: &str, scene: Scene, candidate: bool) -> Planned {
@@ -42,6 +45,7 @@ fn job(out: &Path) -> Job {
     Job {
         out: out.to_owned(),
         yade: yade::Options::default(),
+        brought: None,
     }
 }
 
@@ -84,6 +88,7 @@ fn a_bed_that_is_stiffened_ends_at_the_full_stiffness_at_rest() {
             phase(1.0, End::Settled(1.0e-4)),
         ],
         scene: scene.clone(),
+        engine: None,
     };
     let options = native::Options::default();
     let initial = initial_bodies(&scene);
@@ -101,7 +106,7 @@ fn a_bed_that_is_stiffened_ends_at_the_full_stiffness_at_rest() {
     let weight: f64 = scene.gravity * poured.bed.bodies.mass.iter().sum::<f64>();
     assert!((borne / weight - 1.0).abs() < 0.05, "{borne} {weight}");
     let member =
-        member::run(&method, 1, &yade::Options::default(), Path::new("")).expect("it runs");
+        member::run(&method, 1, &yade::Options::default(), None, Path::new("")).expect("it runs");
     assert!(member.measured.contains_key("settled.height.mean_surface"));
     assert!(member.cost.pour_steps > 0 && member.cost.load_steps > 0);
 }
@@ -156,7 +161,9 @@ fn a_chart_is_taken_up_where_it_was_and_finds_the_large_bias() {
     assert!(height(1) > 0.004, "{}", height(1));
     assert!(height(0).abs() < height(1), "{} {}", height(0), height(1));
     let page = crossgrain::report::pareto::page(&record).expect("a page");
-    assert!(page.contains("hardly settled") && page.contains("class=\"forest\""));
+    let html = &page.html;
+    assert!(html.contains("hardly settled") && html.contains("class=\"forest\""));
+    each_figure_stands_once_and_has_numbers(&page);
 }
 
 #[test]
@@ -304,6 +311,7 @@ fn recorded_realizations_of_the_reference_come_out_again() {
             &reference,
             realization,
             &yade::Options::default(),
+            None,
             Path::new(""),
         );
         let again = again.expect("it runs");

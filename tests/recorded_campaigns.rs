@@ -1,12 +1,16 @@
-//! The recorded campaigns: what is said to have been run comes out again.
+//! The recorded campaigns, the claims and the sensitivity map: what is said to have been run comes out again.
 
 use std::path::{Path, PathBuf};
 
 use crossgrain::campaign::compare::{Verdict, compare};
 use crossgrain::campaign::merged::{Merged, read};
 use crossgrain::campaign::run::again;
+use crossgrain::claims::{self, Claims};
+use crossgrain::files::read_text;
 use crossgrain::realization::{Ending, Runner};
 use crossgrain::scene::paper_scene;
+use crossgrain::sensitivity::plan::Plan;
+use crossgrain::sensitivity::row::{self, Row};
 
 fn recorded(name: &str) -> Merged {
     let folder: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -56,4 +60,42 @@ fn the_recorded_ordinary_yade_runs_are_of_the_same_kind() {
         "another order of sums has other bits"
     );
     assert_ne!(comparison.verdict, Verdict::Different, "{comparison:?}");
+}
+
+/// The claims that the main job's page shows are those of the recorded members.
+#[test]
+fn the_recorded_claims_are_those_of_the_recorded_members() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/claims-1");
+    let text = read_text(&folder.join("claims.json.gz"), 1 << 24).expect("is there");
+    let recorded: Claims = serde_json::from_str(&text).expect("claims");
+    let native = self::recorded("campaign-native-1");
+    let origin = recorded.origin.clone();
+    assert_eq!(origin.members_digest, native.summary.sha256);
+    let again = claims::of(&native.plan.scene, &native.members, origin);
+    assert!(again == recorded);
+}
+
+/// The sensitivity map's members come out again, number by number: one whose punch got its force, and a slower one.
+#[test]
+fn members_of_the_recorded_sensitivity_map_come_out_again() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/sensitivity-1");
+    let text = read_text(&folder.join("members.jsonl.gz"), 1 << 26).expect("is there");
+    let rows: Vec<Row> = text
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("a member"))
+        .collect();
+    let plan = Plan::full(12);
+    for (name, realization) in [("0.1 m/s, α = 0.2", 1), ("0.05 m/s, α = 0.8", 2)] {
+        let setting = plan.settings.iter().find(|setting| setting.name == name);
+        let setting = setting.expect("a setting of the plan");
+        let digest = setting.digest();
+        let recorded = rows
+            .iter()
+            .find(|row| row.setting == digest && row.realization == realization)
+            .expect("a recorded member");
+        let mut scene = setting.scene.clone();
+        scene.realization = realization;
+        let again = row::whole(&digest, &scene).expect("it runs");
+        assert_eq!(&again, recorded, "{name}");
+    }
 }

@@ -12,6 +12,7 @@ use crossgrain::sensitivity::record::of_members;
 use crossgrain::sensitivity::row::{self, Poured};
 use crossgrain::tables::StopReason;
 
+use crate::support::pages::each_figure_stands_once_and_has_numbers;
 use crate::support::{crossgrain, frictional_scene, small_scene, told};
 
 /// The small scene as it is, settled much too early, and loaded so slowly that the punch sinks.
@@ -121,7 +122,9 @@ fn a_map_is_taken_up_where_it_was_and_notices_what_was_moved() {
     assert_eq!(judged.conditional, sank > 0);
 
     let page = crossgrain::report::sensitivity::page(&record).expect("a page");
-    assert!(page.contains("hardly settled") && page.contains("does not come out"));
+    let html = &page.html;
+    assert!(html.contains("hardly settled") && html.contains("does not come out"));
+    each_figure_stands_once_and_has_numbers(&page);
 }
 
 #[test]

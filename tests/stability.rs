@@ -1,6 +1,8 @@
 //! Stability: predicted limits against closed forms and dense eigenvalues, found limits against predicted ones, and
 //! every way to fail noticed.
 
+mod brought;
+
 use std::sync::LazyLock;
 
 use crossgrain::compare::Verdict;

@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use super::bed::Bed;
 use super::sanity::{Sanity, Tolerance, between_grains};
-use super::{BenchError, lammps, liggghts, native, program};
+use super::{BenchError, brought, lammps, liggghts, native, program};
+use crate::engine::exec::Brought;
 use crate::engine::native::Mode;
 use crate::engine::timing::{Share, Window};
 use crate::engine::yade::{self, timing::Steps};
@@ -32,9 +33,11 @@ pub enum Contender {
     Lammps,
     /// LIGGGHTS, hooke/stiffness.
     Liggghts,
+    /// A program that speaks the engine protocol.
+    Brought,
 }
 
-/// In the order in which they stand in tables.
+/// Those that always take part, in the order in which they stand in tables.
 pub const ALL: [Contender; 7] = [
     Contender::Exact,
     Contender::Free,
@@ -78,6 +81,41 @@ impl Plan {
     }
 }
 
+/// The engines that are programs of their own, as far as they are not looked for on the path.
+#[derive(Debug, Clone, Copy)]
+pub struct Programs<'a> {
+    /// How YADE is started.
+    pub yade: &'a yade::Options,
+    /// The engine that was brought, if there is one.
+    pub brought: Option<&'a Brought>,
+}
+
+impl Programs<'_> {
+    /// For tables. A program that was brought may have the name of one that takes part anyway.
+    pub fn name_of(&self, contender: Contender) -> String {
+        match (contender, self.brought) {
+            (Contender::Brought, Some(of)) => format!("exec:{}", of.description.name),
+            _ => contender.name().to_owned(),
+        }
+    }
+
+    /// Where it says that it does something else than the model says.
+    pub fn approximations_of(&self, contender: Contender) -> Vec<String> {
+        match (contender, self.brought) {
+            (Contender::Brought, Some(of)) => of.description.approximations.clone(),
+            _ => Vec::new(),
+        }
+    }
+
+    fn tolerance_of(&self, contender: Contender) -> Tolerance {
+        if self.approximations_of(contender).is_empty() {
+            contender.tolerance()
+        } else {
+            Tolerance::OTHER_LAW
+        }
+    }
+}
+
 /// What an engine did in a round.
 #[derive(Debug)]
 pub struct Turn {
@@ -105,6 +143,7 @@ impl Contender {
             Contender::YadeSorted => "YADE -j1, sorted loop",
             Contender::Lammps => "LAMMPS gran/hooke",
             Contender::Liggghts => "LIGGGHTS hooke/stiffness",
+            Contender::Brought => "exec",
         }
     }
 
@@ -128,7 +167,7 @@ impl Contender {
             Contender::Exact | Contender::YadeOrdinary | Contender::YadeSorted => {
                 Tolerance::ROUNDING
             }
-            Contender::Free => Tolerance::FREE,
+            Contender::Free | Contender::Brought => Tolerance::FREE,
             Contender::Single => Tolerance::SINGLE,
             Contender::Lammps | Contender::Liggghts => Tolerance::OTHER_LAW,
         }
@@ -139,10 +178,11 @@ impl Contender {
         self,
         bed: &Bed,
         plan: &Plan,
-        yade: &yade::Options,
+        programs: Programs<'_>,
         work: &Path,
     ) -> Result<Turn, BenchError> {
         let folder = program::folder(work, "turn")?;
+        let yade = programs.yade;
         let limit = yade.time_limit;
         match self {
             Contender::Exact | Contender::Free | Contender::Single => {
@@ -159,15 +199,27 @@ impl Contender {
             Contender::YadeSorted => in_yade(bed, plan, true, yade, &folder),
             Contender::Lammps => foreign(lammps::time, bed, plan, &folder, limit),
             Contender::Liggghts => foreign(liggghts::time, bed, plan, &folder, limit),
+            Contender::Brought => {
+                let engine = programs.brought.ok_or_else(|| {
+                    BenchError::Missing("no engine was brought: --engine exec:PATH".to_owned())
+                })?;
+                brought::time(bed, plan, engine, &folder)
+            }
         }
     }
 
     /// Holds its bed against the exact one after the same steps.
-    pub fn check(self, turn: &Turn, bed: &Bed, exact: &Snapshot) -> Result<Sanity, BenchError> {
+    pub fn check(
+        self,
+        turn: &Turn,
+        programs: Programs<'_>,
+        bed: &Bed,
+        exact: &Snapshot,
+    ) -> Result<Sanity, BenchError> {
         let mean_radius = 0.5 * bed.scene.particles.mean_diameter;
-        let of = |bodies: &Bodies, contacts| {
-            Sanity::of(bodies, contacts, exact, mean_radius, self.tolerance())
-        };
+        let tolerance = programs.tolerance_of(self);
+        let of =
+            |bodies: &Bodies, contacts| Sanity::of(bodies, contacts, exact, mean_radius, tolerance);
         match (&turn.bed, self.mode()) {
             (Some((bodies, contacts)), _) => Ok(of(bodies, *contacts)),
             (None, mode) => {

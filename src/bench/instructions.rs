@@ -173,6 +173,12 @@ impl Counting<'_> {
                 run(&lmp, &lammps::ARGUMENTS.map(str::to_owned))?;
                 steps
             }
+            // Its start would be counted, and whatever starts it.
+            Contender::Brought => {
+                return Err(BenchError::Missing(
+                    "instructions of an engine that is brought are not counted".to_owned(),
+                ));
+            }
             Contender::Liggghts => {
                 let liggghts = liggghts::prepare(self.bed, 0, steps, &folder)?;
                 run(&liggghts, &lammps::ARGUMENTS.map(str::to_owned))?;

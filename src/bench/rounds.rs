@@ -6,14 +6,13 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::bed::Bed;
-use super::contender::{ALL, Contender, Plan, Turn};
+use super::contender::{ALL, Contender, Plan, Programs, Turn};
 use super::sanity::Sanity;
 use super::spread::Spread;
 use super::{BenchError, Missed, native};
 use crate::compare::bits::{self, TableBits};
 use crate::engine::native::Mode;
 use crate::engine::timing::Share;
-use crate::engine::yade;
 use crate::progress::Task;
 use crate::tables::Bodies;
 
@@ -40,6 +39,9 @@ pub struct Contest {
     pub peak_memory: Option<u64>,
     /// Its own account of where the time goes, where it gives one.
     pub shares: Vec<Share>,
+    /// Where it says that it does something else than the model says.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub approximations: Vec<String>,
     /// Whether its bed is still the bed.
     pub sanity: Sanity,
 }
@@ -60,11 +62,12 @@ pub fn run(
     bed: &Bed,
     plan: &Plan,
     rounds: u32,
-    yade: &yade::Options,
+    programs: Programs<'_>,
     work: &Path,
     progress: &Task,
 ) -> Result<Rounds, BenchError> {
     let mut turns: Vec<(Contender, Vec<Turn>)> = ALL.map(|of| (of, Vec::new())).into();
+    turns.extend(programs.brought.map(|_| (Contender::Brought, Vec::new())));
     let mut missed: Vec<Missed> = Vec::new();
     for round in 0..rounds {
         let mut order: Vec<usize> = (0..turns.len()).collect();
@@ -74,20 +77,22 @@ pub fn run(
         let turns_a_round = order.len();
         for (turn, index) in order.into_iter().enumerate() {
             let (contender, of) = &mut turns[index];
+            let name = programs.name_of(*contender);
             let of_round = turn as f64 / turns_a_round as f64;
             progress.share(
                 (f64::from(round) + of_round) / f64::from(rounds),
-                &format!("round {}, {}", round + 1, contender.name()),
+                &format!("round {}, {name}", round + 1),
             );
-            match contender.run(bed, plan, yade, work) {
+            match contender.run(bed, plan, programs, work) {
                 Ok(turn) => of.push(turn),
-                Err(error) => {
-                    missed.push(Missed::of(contender.name(), contender.is_needed(), error)?)
-                }
+                Err(error) => missed.push(Missed::of(&name, contender.is_needed(), error)?),
             }
         }
         // What has failed once does not run again.
-        turns.retain(|(contender, _)| missed.iter().all(|of| of.what != contender.name()));
+        turns.retain(|(contender, _)| {
+            let name = programs.name_of(*contender);
+            missed.iter().all(|of| of.what != name)
+        });
     }
     let exact_bed = native::after(bed, Mode::Exact, plan.compared_after())?;
     let spread_of = |wanted: Contender| {
@@ -104,7 +109,7 @@ pub fn run(
         let shares = of.iter().filter_map(|turn| turn.window.processor_share());
         contests.push(Contest {
             contender: *contender,
-            name: contender.name().to_owned(),
+            name: programs.name_of(*contender),
             version: last.version.clone(),
             steps: last.window.steps,
             processor_share: shares.min_by(f64::total_cmp),
@@ -112,7 +117,8 @@ pub fn run(
             over_free: over(&free),
             peak_memory: last.peak_memory,
             shares: last.shares.clone(),
-            sanity: contender.check(last, bed, &exact_bed)?,
+            approximations: programs.approximations_of(*contender),
+            sanity: contender.check(last, programs, bed, &exact_bed)?,
             seconds_per_step,
         });
     }

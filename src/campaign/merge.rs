@@ -127,6 +127,7 @@ pub fn ending_name(ending: &Ending) -> &'static str {
         Ending::Reached => "reached",
         Ending::Sank => "sank",
         Ending::NotSettled => "not_settled",
+        Ending::Poured => "poured",
         Ending::Failed(_) => "failed",
     }
 }

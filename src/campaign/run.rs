@@ -202,6 +202,7 @@ impl Work<'_> {
             runner: self.plan.runner,
             phases: &self.plan.phases,
             yade: self.job.yade,
+            brought: None,
             work,
         };
         member::run(
@@ -220,6 +221,7 @@ pub fn again(plan: &Plan, member: u64) -> Result<Member, CampaignError> {
         runner: plan.runner,
         phases: &plan.phases,
         yade: &yade::Options::default(),
+        brought: None,
         work: work.path(),
     };
     Ok(member::run(

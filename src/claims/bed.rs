@@ -86,8 +86,8 @@ pub fn height(members: &[Member]) -> Option<Claim> {
     let of = published("height")?;
     let rows = definitions(members, of, &HEIGHTS);
     Some(Claim {
-        id: "height",
-        place: of.place,
+        id: "height".into(),
+        place: of.place.into(),
         statement: "The height of the packing after pouring is H = 0.46 ± 0.01 m.".to_owned(),
         verdict: verdict(&rows, Rule::AnyReading),
         reading: format!(
@@ -99,7 +99,7 @@ pub fn height(members: &[Member]) -> Option<Claim> {
                      taken, so each definition is a reading."
             .to_owned(),
         rows,
-        figure: "plane",
+        figure: "plane".into(),
     })
 }
 
@@ -108,8 +108,8 @@ pub fn porosity(members: &[Member]) -> Option<Claim> {
     let of = published("porosity")?;
     let rows = definitions(members, of, &POROSITIES);
     Some(Claim {
-        id: "porosity",
-        place: of.place,
+        id: "porosity".into(),
+        place: of.place.into(),
         statement: "That height corresponds to an average porosity of n = 0.17 ± 0.01.".to_owned(),
         verdict: verdict(&rows, Rule::AnyReading),
         reading: format!("Mean porosity within the printed ± 0.01 by: {}.", which_hold(&rows)),
@@ -117,7 +117,7 @@ pub fn porosity(members: &[Member]) -> Option<Claim> {
                      taken, so each definition is a reading."
             .to_owned(),
         rows,
-        figure: "plane",
+        figure: "plane".into(),
     })
 }
 
@@ -161,8 +161,8 @@ pub fn both(scene: &Scene, members: &[Member]) -> Option<Claim> {
         _ => Verdict::HoldsUnderStatedChoices,
     });
     Some(Claim {
-        id: "height_and_porosity",
-        place: height.place,
+        id: "height_and_porosity".into(),
+        place: height.place.into(),
         statement: "H = 0.46 ± 0.01 m and n = 0.17 ± 0.01 belong to the same beds.".to_owned(),
         verdict: same,
         reading: format!(
@@ -178,7 +178,7 @@ pub fn both(scene: &Scene, members: &[Member]) -> Option<Claim> {
                      a mean porosity of different definitions count as a reading."
             .to_owned(),
         rows,
-        figure: "plane",
+        figure: "plane".into(),
     })
 }
 
@@ -248,8 +248,8 @@ pub fn reached(members: &[Member]) -> Claim {
         }
     };
     Claim {
-        id: "reached",
-        place: "section 3.2.2",
+        id: "reached".into(),
+        place: "section 3.2.2".into(),
         statement: "In each of about one thousand experiments the punch is moved until its force equals 2ap.".to_owned(),
         verdict,
         reading: format!(
@@ -262,7 +262,7 @@ pub fn reached(members: &[Member]) -> Claim {
             100.0 * NEGLIGIBLE
         ),
         rows,
-        figure: "means",
+        figure: "means".into(),
     }
 }
 

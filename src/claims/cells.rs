@@ -61,8 +61,8 @@ pub fn independence(members: &[Member]) -> Claim {
         }
     }
     Claim {
-        id: "independence",
-        place: "section 5, which sums independent cells",
+        id: "independence".into(),
+        place: "section 5, which sums independent cells".into(),
         statement: "The stresses of neighbouring cells are independent.".to_owned(),
         verdict: verdict(&rows, Rule::All),
         reading: format!(
@@ -74,7 +74,7 @@ pub fn independence(members: &[Member]) -> Claim {
              more would vary by a third more, or fewer, than independent ones."
         ),
         rows,
-        figure: "correlations",
+        figure: "correlations".into(),
     }
 }
 

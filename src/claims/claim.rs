@@ -1,6 +1,8 @@
 //! A claim with what it is held against, and how that is decided.
 
-use serde::Serialize;
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
 
 use crate::statistics::Interval;
 use crate::statistics::goodness::Fit;
@@ -16,7 +18,7 @@ pub const LEVEL: f64 = 0.95;
 const DECIDING: f64 = 0.90;
 
 /// What a claim comes to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// As the paper says it.
@@ -42,7 +44,7 @@ impl Verdict {
 }
 
 /// Whether a number lies within its limits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Answer {
     /// Within them.
@@ -54,7 +56,7 @@ pub enum Answer {
 }
 
 /// A number held against limits.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Judged {
     /// It should be at least this; none for no lower limit.
     pub low: Option<f64>,
@@ -89,7 +91,7 @@ impl Judged {
 }
 
 /// The probability of what was seen, or more, if a statement were true.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Probability {
     /// Which statement, by which test.
     pub test: String,
@@ -102,7 +104,7 @@ pub struct Probability {
 }
 
 /// A number of a claim.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// What it is.
     pub what: String,
@@ -111,7 +113,7 @@ pub struct Row {
     /// What it is here, with its 95 % interval; none where there are too few packings.
     pub ours: Option<Interval>,
     /// SI unit, `1` for a ratio.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// How many packings it comes from.
     pub packings: usize,
     /// Ours over published.
@@ -134,7 +136,7 @@ impl Row {
             what: what.into(),
             published: None,
             ours: of(LEVEL),
-            unit,
+            unit: unit.into(),
             packings,
             ratio: None,
             judged: None,
@@ -200,12 +202,12 @@ impl Row {
 }
 
 /// A claim of the paper.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
     /// Short and lasting: `mean.O`.
-    pub id: &'static str,
+    pub id: Cow<'static, str>,
     /// Where in the paper.
-    pub place: &'static str,
+    pub place: Cow<'static, str>,
     /// What the paper says.
     pub statement: String,
     /// Its numbers; the first judged one is the headline.
@@ -217,7 +219,7 @@ pub struct Claim {
     /// What was found, in a sentence.
     pub reading: String,
     /// Id of the figure that shows it.
-    pub figure: &'static str,
+    pub figure: Cow<'static, str>,
 }
 
 /// How the judged rows make a verdict.

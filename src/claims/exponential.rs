@@ -106,8 +106,9 @@ pub fn at_point(members: &[Member], point: &'static str) -> Claim {
             "O" => "exponential.O",
             "A" => "exponential.A",
             _ => "exponential.B",
-        },
-        place: "section 4.2, Figure 5",
+        }
+        .into(),
+        place: "section 4.2, Figure 5".into(),
         statement: format!("At {point} the measured distribution of Σ_zz matches an exponential."),
         verdict: verdict(&rows, Rule::All),
         reading: format!(
@@ -120,7 +121,7 @@ pub fn at_point(members: &[Member], point: &'static str) -> Claim {
         ),
         decided_by: DECIDED_BY.to_owned(),
         rows,
-        figure: "figure5",
+        figure: "figure5".into(),
     }
 }
 
@@ -164,8 +165,8 @@ fn several(
         rows.extend(of_point);
     }
     Claim {
-        id,
-        place,
+        id: id.into(),
+        place: place.into(),
         statement: statement.to_owned(),
         verdict: verdict(&rows, Rule::All),
         reading: format!("Gamma shapes instead of 1: {}.", found.join(", ")),
@@ -174,7 +175,8 @@ fn several(
         figure: match moment {
             Moment::Settled => "figure5.gravity",
             Moment::Loaded => "figure5.xx",
-        },
+        }
+        .into(),
     }
 }
 
@@ -191,7 +193,7 @@ pub fn conclusion(claims: &[Claim]) -> Claim {
                 "mean.A",
                 "mean.B",
             ]
-            .contains(&claim.id)
+            .contains(&claim.id.as_ref())
         })
         .collect();
     let verdicts: Vec<Option<Verdict>> = of.iter().map(|claim| claim.verdict).collect();
@@ -216,13 +218,13 @@ pub fn conclusion(claims: &[Claim]) -> Claim {
         })
         .collect();
     Claim {
-        id: "conclusion",
-        place: "sections 5 and 6",
+        id: "conclusion".into(),
+        place: "sections 5 and 6".into(),
         statement: "The mean stress over the realizations is the continuum's, and its distribution is exponential.".to_owned(),
         rows: Vec::new(),
         decided_by: "Holds where it holds at O, A and B in mean and form.".to_owned(),
         verdict,
         reading: format!("{}.", said.join("; ")),
-        figure: "figure5",
+        figure: "figure5".into(),
     }
 }

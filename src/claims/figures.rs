@@ -1,6 +1,8 @@
 //! The data of the figures, for whoever draws them.
 
-use serde::Serialize;
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
 
 use super::means::POINTS;
 use super::sample::{Moment, positive, stress};
@@ -20,10 +22,10 @@ const UP_TO: f64 = 6.0;
 const LEVEL: f64 = 0.95;
 
 /// A distribution at a point.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Histogram {
     /// The control point.
-    pub point: &'static str,
+    pub point: Cow<'static, str>,
     /// What is distributed, with its unit.
     pub what: String,
     /// How many packings.
@@ -45,7 +47,7 @@ pub struct Histogram {
 }
 
 /// Data of all figures.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
     /// Σ_zz under the load at O, A, B: Figure 5.
     pub figure5: Vec<Histogram>,
@@ -64,10 +66,10 @@ pub struct Figures {
 }
 
 /// Beds in the plane of height and porosity.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Cloud {
     /// How both are taken.
-    pub definition: &'static str,
+    pub definition: Cow<'static, str>,
     /// A bed each.
     pub beds: Vec<[f64; 2]>,
 }
@@ -103,7 +105,7 @@ fn normal(members: &[Member], moment: Moment, what: &str) -> Vec<Histogram> {
             count: (UP_TO / BIN) as usize,
         };
         Histogram {
-            point,
+            point: point.into(),
             what: format!("{words} at {point}, {unit}"),
             packings: values.len(),
             mean: if values.is_empty() { 0.0 } else { centre },
@@ -132,7 +134,7 @@ fn shear(members: &[Member]) -> Vec<Histogram> {
             count: (UP_TO / BIN) as usize,
         };
         Some(Histogram {
-            point,
+            point: point.into(),
             what: format!("σ_xz at {point}, Pa"),
             packings: values.len(),
             mean: mean(&values),
@@ -157,7 +159,7 @@ pub fn of(members: &[Member], volumes: Vec<Volumes>, solid: f64) -> Figures {
             ])
         });
         Cloud {
-            definition,
+            definition: definition.into(),
             beds: beds.collect(),
         }
     };

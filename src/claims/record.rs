@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::claim::{Claim, Verdict};
 use super::figures::{self, Figures};
@@ -17,7 +17,7 @@ use crate::statistics::holm;
 pub const CLAIMS_VERSION: u32 = 1;
 
 /// Where the members come from.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
     /// The command as it was given.
     pub command: String,
@@ -30,12 +30,12 @@ pub struct Origin {
 }
 
 /// The claims.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Claims {
     /// [`CLAIMS_VERSION`].
     pub version: u32,
     /// Version of crossgrain.
-    pub crossgrain: &'static str,
+    pub crossgrain: String,
     /// Where the members come from.
     pub origin: Origin,
     /// Digest of the campaign's scene.
@@ -45,11 +45,11 @@ pub struct Claims {
     /// How many members.
     pub members: usize,
     /// How they ended.
-    pub endings: BTreeMap<&'static str, usize>,
+    pub endings: BTreeMap<String, usize>,
     /// In the order of the paper.
     pub claims: Vec<Claim>,
     /// How many claims came to which verdict; `open` for those that need more members.
-    pub verdicts: BTreeMap<&'static str, usize>,
+    pub verdicts: BTreeMap<String, usize>,
     /// Whether every claim has a verdict.
     pub complete: bool,
     /// Data of the figures.
@@ -91,16 +91,18 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
     let mut verdicts = BTreeMap::new();
     for claim in &claims {
         *verdicts
-            .entry(claim.verdict.map_or("open", Verdict::words))
+            .entry(claim.verdict.map_or("open", Verdict::words).to_owned())
             .or_insert(0) += 1;
     }
     let mut endings = BTreeMap::new();
     for member in members {
-        *endings.entry(ending(&member.ending)).or_insert(0) += 1;
+        *endings
+            .entry(ending(&member.ending).to_owned())
+            .or_insert(0) += 1;
     }
     Claims {
         version: CLAIMS_VERSION,
-        crossgrain: env!("CARGO_PKG_VERSION"),
+        crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
         origin,
         scene_digest: scene.digest(),
         other_choices: other_choices(scene),
@@ -118,6 +120,7 @@ fn ending(of: &Ending) -> &'static str {
         Ending::Reached => "reached",
         Ending::Sank => "sank",
         Ending::NotSettled => "not settled",
+        Ending::Poured => "poured",
         Ending::Failed(_) => "failed",
     }
 }

@@ -24,7 +24,7 @@ pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Cl
     let mut rows = Vec::new();
     let mut found = Vec::new();
     for of in of_moment(series, moment) {
-        let table = table(members, moment, of.point);
+        let table = table(members, moment, &of.point);
         rows.push(
             Row::judged(
                 format!("{}: exponent of N", of.point),
@@ -40,7 +40,7 @@ pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Cl
             .iter()
             .filter(|one| [1, 16, 256].contains(&one.cells))
         {
-            let sums: Vec<f64> = together(members, moment, of.point, one.cells)
+            let sums: Vec<f64> = together(members, moment, &of.point, one.cells)
                 .iter()
                 .map(|one| one.zz)
                 .collect();
@@ -71,8 +71,9 @@ pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Cl
         id: match moment {
             Moment::Loaded => "variation.load",
             Moment::Settled => "variation.gravity",
-        },
-        place: "section 5",
+        }
+        .into(),
+        place: "section 5".into(),
         statement: format!(
             "The coefficient of variation of N cells together is 1/√N ({}).",
             moment.words()
@@ -85,7 +86,7 @@ pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Cl
              differs from packing to packing makes it fall slower."
         ),
         rows,
-        figure: "volumes",
+        figure: "volumes".into(),
     }
 }
 
@@ -96,7 +97,7 @@ pub fn erlang(members: &[Member], series: &[Volumes]) -> Claim {
     for moment in Moment::BOTH {
         for of in of_moment(series, moment) {
             for cells in JUDGED {
-                let sums: Vec<f64> = together(members, moment, of.point, cells)
+                let sums: Vec<f64> = together(members, moment, &of.point, cells)
                     .iter()
                     .map(|one| one.zz)
                     .collect();
@@ -123,8 +124,8 @@ pub fn erlang(members: &[Member], series: &[Volumes]) -> Claim {
         }
     }
     Claim {
-        id: "erlang",
-        place: "section 5",
+        id: "erlang".into(),
+        place: "section 5".into(),
         statement: "Σ_zz of N cells together follows an Erlang law of shape N.".to_owned(),
         verdict: verdict(&rows, Rule::All),
         reading: format!("Gamma shape over N at 64 cells: {}.", found.join(", ")),
@@ -133,7 +134,7 @@ pub fn erlang(members: &[Member], series: &[Volumes]) -> Claim {
              variation."
         ),
         rows,
-        figure: "shapes",
+        figure: "shapes".into(),
     }
 }
 
@@ -146,7 +147,7 @@ pub fn good_enough(members: &[Member], series: &[Volumes]) -> Claim {
             let Some(last) = of.volumes.last() else {
                 continue;
             };
-            let all = together(members, moment, of.point, last.cells);
+            let all = together(members, moment, &of.point, last.cells);
             let sums: Vec<f64> = all.iter().map(|one| one.zz).collect();
             let name = |what: &str| {
                 format!(
@@ -191,8 +192,8 @@ pub fn good_enough(members: &[Member], series: &[Volumes]) -> Claim {
         }
     }
     Claim {
-        id: "large_scale",
-        place: "section 5",
+        id: "large_scale".into(),
+        place: "section 5".into(),
         statement: "For many particles the variation tends to 0 and Σ_zz equals V σ_zz in every realization.".to_owned(),
         verdict: verdict(&rows, Rule::All),
         reading: format!("CV below 10 %, and mean against the continuum at the most cells: {}.", found.join("; ")),
@@ -200,6 +201,6 @@ pub fn good_enough(members: &[Member], series: &[Volumes]) -> Claim {
                      10 % of the continuum's mean over a disc of the same area and mean depth."
             .to_owned(),
         rows,
-        figure: "volumes",
+        figure: "volumes".into(),
     }
 }

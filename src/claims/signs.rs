@@ -48,8 +48,8 @@ pub fn positive_only(members: &[Member]) -> Claim {
         .map(Row::estimate)
         .collect();
     Claim {
-        id: "positive",
-        place: "section 3.3",
+        id: "positive".into(),
+        place: "section 3.3".into(),
         statement: "Particles may take any positive value of the extensive stress; negative ones are impossible.".to_owned(),
         verdict: verdict(&rows, Rule::All),
         reading: format!(
@@ -61,7 +61,7 @@ pub fn positive_only(members: &[Member]) -> Claim {
         ),
         decided_by: "At most one in a hundred below zero at each point.".to_owned(),
         rows,
-        figure: "figure5",
+        figure: "figure5".into(),
     }
 }
 
@@ -110,8 +110,8 @@ pub fn laplace(members: &[Member]) -> Claim {
         ));
     }
     Claim {
-        id: "laplace",
-        place: "section 3.3 and the same theory elsewhere",
+        id: "laplace".into(),
+        place: "section 3.3 and the same theory elsewhere".into(),
         statement: "Shear components can be positive or negative and do not follow an exponential; the theory gives them a \
                     Laplace law."
             .to_owned(),
@@ -125,6 +125,6 @@ pub fn laplace(members: &[Member]) -> Claim {
                      which differ from them at A and B."
             .to_owned(),
         rows,
-        figure: "shear",
+        figure: "shear".into(),
     }
 }

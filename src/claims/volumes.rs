@@ -1,6 +1,8 @@
 //! Many cells together: what is measured of growing volumes about the control points.
 
-use serde::Serialize;
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
 
 use super::claim::LEVEL;
 use super::means::POINTS;
@@ -19,7 +21,7 @@ const POROSITY: f64 = 0.17;
 pub const GOOD_ENOUGH: f64 = 0.1;
 
 /// So many nearest cells of a point.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Volume {
     /// How many.
     pub cells: usize,
@@ -42,12 +44,12 @@ pub struct Volume {
 }
 
 /// Growing volumes about a point at a moment.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Volumes {
     /// `last` or `settled`.
-    pub moment: &'static str,
+    pub moment: Cow<'static, str>,
     /// The control point.
-    pub point: &'static str,
+    pub point: Cow<'static, str>,
     /// In growing order.
     pub volumes: Vec<Volume>,
     /// CV ∝ N^exponent, all of the volumes.
@@ -192,8 +194,8 @@ pub fn all(scene: &Scene, members: &[Member]) -> Vec<Volumes> {
                 .filter_map(|cells| volume(scene, members, moment, point, *cells, single))
                 .collect();
             series.push(Volumes {
-                moment: moment.key(),
-                point,
+                moment: moment.key().into(),
+                point: point.into(),
                 exponent: exponent(&table(members, moment, point), LEVEL),
                 enough: enough(&volumes),
                 volumes,

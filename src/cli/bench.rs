@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::chosen::Beside;
 use super::job_folder::{JobFolder, page_line};
 use super::run::YadeLimits;
 use super::{json, print, tell};
@@ -29,7 +30,7 @@ const FOLDER: JobFolder = JobFolder {
 #[command(
     after_help = "Engines that are not installed are shown as not made. Goals that are met or not are findings; the \
     exit code tells whether the engines ran and whether their beds agree.\nA settled bed in --out is taken over.\n\n\
-    Examples:\n  crossgrain bench --quick\n  crossgrain bench --rounds 15 --out bench"
+    Examples:\n  crossgrain bench --quick\n  crossgrain bench --rounds 15 --out bench\n  crossgrain bench --quick --engine exec:adapters/lammps.py"
 )]
 pub struct Arguments {
     /// Few rounds, small beds: about a minute
@@ -38,6 +39,9 @@ pub struct Arguments {
     /// How often every engine takes its turn; 11, and 3 with --quick
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1000))]
     rounds: Option<u32>,
+    /// One more engine: exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
+    #[arg(long)]
+    engine: Option<Beside>,
     /// The folder to write; a finished benchmark in it is never overwritten
     #[arg(long)]
     out: Option<PathBuf>,
@@ -66,6 +70,10 @@ impl Arguments {
             print(&(line.map_err(|error| Error::Report(error.to_string()))? + "\n"))?;
             return Ok(exit::AGREED);
         }
+        let brought = match &self.engine {
+            Some(Beside(program)) => Some(self.limits.brought(program)?),
+            None => None,
+        };
         let out = FOLDER.open(self.out.as_deref())?;
         let crossgrain = std::env::current_exe()
             .map_err(|error| Error::Program(format!("this program cannot be found: {error}")))?;
@@ -74,6 +82,7 @@ impl Arguments {
             quick: self.quick,
             rounds: self.rounds.unwrap_or(Options::usual_rounds(self.quick)),
             yade: self.limits.options(),
+            brought,
             crossgrain,
             command: self.command(),
         };
@@ -104,6 +113,9 @@ impl Arguments {
         if self.quick {
             command += " --quick";
         }
+        if self.engine.is_some() {
+            command += " --engine exec:PATH";
+        }
         if let Some(rounds) = self.rounds {
             command += &format!(" --rounds {rounds}");
         }
@@ -131,6 +143,9 @@ fn in_words(bench: &Bench, out: &Path) -> String {
     );
     for contest in &bench.contests {
         text += &contest_line(contest);
+        for approximation in &contest.approximations {
+            text += &format!("{:>4}it says of itself: {approximation}\n", "");
+        }
     }
     if let Some(bits) = &bench.sorted_bits {
         text += &format!("native exact against YADE's sorted loop: {bits}\n");

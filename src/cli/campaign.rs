@@ -8,7 +8,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::run::{EngineName, LoopOrder, YadeLimits};
+use super::chosen::BuiltIn;
+use super::run::{LoopOrder, YadeLimits};
 use super::{exit_code_if, json, print};
 use crate::campaign::merge::{Summary, merge};
 use crate::campaign::plan::Plan;
@@ -59,8 +60,9 @@ pub struct PlanArguments {
     /// Realization of member 1; the next members have the next ones
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    #[arg(long, value_enum, default_value = "native")]
-    engine: EngineName,
+    /// native or yade
+    #[arg(long, default_value = "native")]
+    engine: BuiltIn,
     /// Native: which promise it keeps
     #[arg(long, value_enum, default_value = "exact")]
     mode: Mode,
@@ -135,14 +137,14 @@ impl PlanArguments {
             )));
         }
         let runner = match (self.engine, self.order) {
-            (EngineName::Native, _) => Runner::Native(self.mode),
-            (EngineName::Yade, _) if !self.mode.is_exact() || self.soft_pour => {
+            (BuiltIn::Native, _) => Runner::Native(self.mode),
+            (BuiltIn::Yade, _) if !self.mode.is_exact() || self.soft_pour => {
                 return Err(Error::Usage(
                     "--mode and --soft-pour are of the native engine".to_owned(),
                 ));
             }
-            (EngineName::Yade, LoopOrder::Sorted) => Runner::YadeSorted,
-            (EngineName::Yade, LoopOrder::Ordinary) => Runner::YadeOrdinary,
+            (BuiltIn::Yade, LoopOrder::Sorted) => Runner::YadeSorted,
+            (BuiltIn::Yade, LoopOrder::Ordinary) => Runner::YadeOrdinary,
         };
         let phases = if self.soft_pour {
             let softly = Softly::tested(&scene).ok_or_else(|| {

@@ -79,7 +79,7 @@ fn in_words(found: &Claims) -> String {
                 "{:>4}{}: published {published}, ours {}, {} packings\n",
                 "",
                 row.what,
-                report::claims::interval(row.ours, row.unit),
+                report::claims::interval(row.ours, &row.unit),
                 row.packings
             );
         }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::chosen::Beside;
 use super::run::YadeLimits;
 use super::{json, print};
 use crate::compare::first_difference::Locator;
@@ -42,6 +43,10 @@ pub struct Arguments {
     /// Do not run engines again to find the first difference
     #[arg(long)]
     no_locate: bool,
+    /// exec:PATH, where the engine of a run folder is, so that it can be run again to find the first difference; twice for
+    /// two of them
+    #[arg(long)]
+    engine: Vec<Beside>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -76,8 +81,11 @@ impl Arguments {
             control: control.as_ref(),
             spread,
         });
+        let programs = self.engine.iter();
+        let programs = programs.map(|Beside(program)| self.limits.exec(program.clone()));
         let locator = (!self.no_locate).then(|| Locator {
             yade: self.limits.options(),
+            programs: programs.collect(),
         });
         let comparison = if self.expect_bits {
             compare_as(&a, &b, true, None, locator.as_ref())
@@ -131,7 +139,8 @@ pub fn check_line(check: &Check) -> String {
     format!("{} {}: {}\n", mark(check.verdict), check.name, check.found)
 }
 
-fn mark(verdict: Verdict) -> &'static str {
+/// A verdict as the beginning of a line.
+pub fn mark(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Pass => "    pass",
         Verdict::Fail => "    FAIL",

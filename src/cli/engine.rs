@@ -2,7 +2,9 @@
 
 use clap::{Args, Subcommand};
 
-use super::run::{Chosen, YadeLimits};
+use super::chosen::Chosen;
+use super::compare::mark;
+use super::run::YadeLimits;
 use super::{json, print};
 use crate::compare::Verdict;
 use crate::error::{Error, exit};
@@ -82,13 +84,9 @@ fn in_words(found: &Examination) -> String {
     }
     text += "\n";
     for check in &found.checks {
-        let mark = match check.verdict {
-            Verdict::Pass => "    pass",
-            Verdict::Fail => "    FAIL",
-            Verdict::NotMade => "not made",
-        };
         text += &format!(
-            "{mark} {}: {}\n{:>9}{}\n",
+            "{} {}: {}\n{:>9}{}\n",
+            mark(check.verdict),
             check.name,
             check.job,
             "",

@@ -73,8 +73,8 @@ impl Arguments {
         std::fs::create_dir_all(&out).map_err(failed("create", &out))?;
         let mut text = String::new();
         for figure in &figures {
-            figure_files(&out, figure.name, &figure.svg, &figure.csv, self.scale)?;
-            text += &format!("{}: {}\n", figure.name, figure.title);
+            figure_files(&out, &figure.name, &figure.svg, &figure.csv, self.scale)?;
+            text += &format!("{}: {}\n", figure.name, figure.caption);
         }
         if !has_all {
             text += "figure-5 is of a campaign's members: name one with --campaign\n";

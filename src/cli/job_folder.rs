@@ -3,10 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
-use crate::files::{FileError, failed, free_folder, write_folder, write_whole};
-
-/// The page of a job.
-const PAGE: &str = "report.html";
+use crate::files::{failed, free_folder, write_folder, write_whole};
+use crate::report::figure::{PAGE, Page};
 
 /// The folder of a long job, which is taken up again there. Its record is written last of all and says that it is
 /// finished.
@@ -44,21 +42,20 @@ impl JobFolder {
         Ok(folder)
     }
 
-    /// Writes the page and then the record.
-    pub fn finish(&self, folder: &Path, page: &str, record: &str) -> Result<(), Error> {
-        write_whole(&folder.join(PAGE), page.as_bytes())?;
+    /// Writes the page with its figures, and then the record.
+    pub fn finish(&self, folder: &Path, page: &Page, record: &str) -> Result<(), Error> {
+        page.write(folder)?;
         write_whole(&folder.join(self.record), record.as_bytes())?;
         Ok(())
     }
 }
 
 /// Writes a new folder with a record and its page, whole or not at all.
-pub fn write_new(out: &Path, name: &str, record: &str, page: &str) -> Result<(), Error> {
-    write_folder::<FileError>(out, |aside| {
-        write_whole(&aside.join(name), record.as_bytes())?;
-        write_whole(&aside.join(PAGE), page.as_bytes())
-    })?;
-    Ok(())
+pub fn write_new(out: &Path, name: &str, record: &str, page: &Page) -> Result<(), Error> {
+    write_folder::<Error>(out, |aside| {
+        page.write(aside)?;
+        Ok(write_whole(&aside.join(name), record.as_bytes())?)
+    })
 }
 
 /// Where the page is, as a line.

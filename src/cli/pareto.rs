@@ -4,17 +4,21 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::chosen::Beside;
 use super::job_folder::{JobFolder, page_line};
 use super::run::YadeLimits;
 use super::{exit_code_if, json, tell};
+use crate::engine::exec::Brought;
 use crate::engine::yade;
 use crate::error::Error;
 use crate::pareto::job::Job;
 use crate::pareto::judge::Judgement;
+use crate::pareto::method::Program;
 use crate::pareto::plan::Plan;
 use crate::pareto::record::{Pareto, Point, pareto};
 use crate::progress::Display;
 use crate::report;
+use crate::run::EngineError;
 
 const FOLDER: JobFolder = JobFolder {
     what: "chart",
@@ -46,6 +50,12 @@ pub struct Arguments {
     /// Realizations in YADE, about five minutes each for the paper's bed; 0 leaves YADE out
     #[arg(long, default_value_t = 1)]
     yade_seeds: u64,
+    /// One more engine: exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
+    #[arg(long)]
+    engine: Option<Beside>,
+    /// Realizations a method in that engine; without a punch it pours and settles
+    #[arg(long, default_value_t = 1, requires = "engine", value_parser = clap::value_parser!(u64).range(1..=1000))]
+    engine_seeds: u64,
     /// The folder to write; a finished chart in it is never overwritten
     #[arg(long)]
     out: Option<PathBuf>,
@@ -62,7 +72,11 @@ pub struct Arguments {
 impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
         self.check()?;
-        let plan = self.plan();
+        let brought = match &self.engine {
+            Some(Beside(program)) => Some(self.limits.brought(program)?),
+            None => None,
+        };
+        let plan = self.plan(brought.as_ref())?;
         let out = FOLDER.open(self.out.as_deref())?;
         let job = Job {
             out: out.clone(),
@@ -70,6 +84,7 @@ impl Arguments {
                 sorted: false,
                 ..self.limits.options()
             },
+            brought,
         };
         let record = pareto(&plan, &job, self.command(&plan), &Display::new(self.quiet))?;
         let text = json(&record)?;
@@ -79,21 +94,29 @@ impl Arguments {
         Ok(exit_code_if(record.complete))
     }
 
-    /// YADE is paired with the reference, so it can have no clouds that the reference has not.
+    /// Other engines are paired with the reference, so they can have no clouds that the reference has not.
     fn check(&self) -> Result<(), Error> {
-        let charting = self.seeds.unwrap_or(CHARTING[usize::from(self.quick)]);
-        if self.yade_seeds > charting {
-            return Err(Error::Usage(format!(
-                "--yade-seeds is {}, and must be at most --seeds, {charting}",
-                self.yade_seeds
-            )));
+        let charting = self.charting();
+        for (name, seeds) in [
+            ("--yade-seeds", self.yade_seeds),
+            ("--engine-seeds", self.engine_seeds),
+        ] {
+            if seeds > charting {
+                return Err(Error::Usage(format!(
+                    "{name} is {seeds}, and must be at most --seeds, {charting}"
+                )));
+            }
         }
         Ok(())
     }
 
-    fn plan(&self) -> Plan {
-        let charting = self.seeds.unwrap_or(CHARTING[usize::from(self.quick)]);
-        if self.quick {
+    fn charting(&self) -> u64 {
+        self.seeds.unwrap_or(CHARTING[usize::from(self.quick)])
+    }
+
+    fn plan(&self, brought: Option<&Brought>) -> Result<Plan, Error> {
+        let charting = self.charting();
+        let plan = if self.quick {
             Plan::quick(charting, self.yade_seeds)
         } else {
             Plan::full(
@@ -101,16 +124,31 @@ impl Arguments {
                 self.confirm.unwrap_or(CONFIRMING),
                 self.yade_seeds,
             )
-        }
+        };
+        let Some(brought) = brought else {
+            return Ok(plan);
+        };
+        let program = Program {
+            described: brought.description.clone(),
+            digest: brought.digest().map_err(EngineError::from)?,
+        };
+        Ok(plan.with_brought(&program, self.engine_seeds))
     }
 
     fn command(&self, plan: &Plan) -> String {
         let (seeds, yade) = (plan.charting, self.yade_seeds);
+        let engine = match self.engine {
+            // The path belongs to a machine.
+            Some(_) => format!(" --engine exec:PATH --engine-seeds {}", self.engine_seeds),
+            None => String::new(),
+        };
         if self.quick {
-            format!("crossgrain pareto --quick --seeds {seeds} --yade-seeds {yade}")
+            format!("crossgrain pareto --quick --seeds {seeds} --yade-seeds {yade}{engine}")
         } else {
             let confirm = plan.confirming;
-            format!("crossgrain pareto --seeds {seeds} --confirm {confirm} --yade-seeds {yade}")
+            format!(
+                "crossgrain pareto --seeds {seeds} --confirm {confirm} --yade-seeds {yade}{engine}"
+            )
         }
     }
 }
@@ -150,6 +188,9 @@ fn in_words(record: &Pareto, out: &Path) -> String {
         }
         if let Some(reason) = &point.not_made {
             text += &format!("{:>4}not made: {reason}\n", "");
+        }
+        if let Some(words) = point.only_poured() {
+            text += &format!("{:>4}{words}\n", "");
         }
     }
     text += "\nequivalence on clouds of their own:\n";
@@ -207,7 +248,10 @@ fn row(number: &str, name: &str, point: &Point, with_errors: bool) -> String {
     let by = point.dominated_by.map_or(String::new(), |by| {
         format!("{by}{}", if point.clearly { "" } else { " ?" })
     });
-    let missed = format!("{}/{}", judged.endings.missed(), judged.endings.all());
+    let missed = match judged.endings.all() {
+        0 => "–".to_owned(),
+        all => format!("{}/{all}", judged.endings.missed()),
+    };
     format!(
         "{number:>3} {name:<50} {seconds:>8} {steps:>7} {missed:>6}  {:<22} {:<22} {by}\n",
         error(&judged.bed),

@@ -19,6 +19,7 @@ use crate::error::Error;
 use crate::files::write_whole;
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
+use crate::reproduce::beside::Beside;
 use crate::reproduce::checks;
 use crate::reproduce::record::Reproduction;
 use crate::reproduce::{Options, reproduce};
@@ -51,6 +52,9 @@ pub struct Arguments {
     scene: Option<PathBuf>,
     #[command(flatten)]
     limits: YadeLimits,
+    /// Show the record in this folder of a finished pareto, stability or claims job instead of the recorded one
+    #[arg(long, value_name = "DIR")]
+    with: Vec<PathBuf>,
     /// Put a deliberate fault into the native engine, such as stiffness=1e-3, to see that the job would notice
     #[arg(long, value_name = "FAULT")]
     perturb: Option<Perturbation>,
@@ -85,6 +89,8 @@ impl Arguments {
             Some(name) => Some(self.at.store().load(name)?),
             None => None,
         };
+        // The recorded ones are of the paper's scene.
+        let beside = Beside::read(&self.with, self.scene.is_none())?;
         let has = |folder: &Path, name: &str| folder.join(name).exists();
         if let Some(out) = &self.out
             && has(out, "report.html")
@@ -105,6 +111,7 @@ impl Arguments {
             ladder: self.scene.is_none(),
             yade: self.limits.options(),
             fault: self.perturb,
+            beside,
             command: self.command(),
         };
         let (reproduction, runs) = reproduce(&options, &display)?;
@@ -128,7 +135,8 @@ impl Arguments {
         let text = json(&own)?;
         let record = parse("run.json", &text)?;
         let diff = baseline.map(|baseline| diff(&baseline, &record));
-        let page = crate::report::page::render(&reproduction, &runs, diff.as_ref())?;
+        let page =
+            crate::report::page::render(&reproduction, &runs, &options.beside, diff.as_ref())?;
         self.files.write(&record, diff.as_ref())?;
         FOLDER.finish(&out, &page, &text)?;
         let mut words = in_words(&reproduction, &record, &out);

@@ -6,7 +6,9 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use cpu_time::ThreadTime;
 
+use super::chosen::Chosen;
 use super::print;
+use crate::engine::exec::Brought;
 use crate::engine::native::pouring::{Softly, pour};
 use crate::engine::native::{self, Perturbation, Trouble};
 use crate::engine::watch::Limits;
@@ -24,34 +26,6 @@ use crate::run::{Engine, EngineError};
 use crate::scene::{Scene, read_scene};
 use crate::stability::automatic;
 use crate::tables::{Bodies, StopReason};
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum EngineName {
-    Native,
-    Yade,
-}
-
-/// An engine that is named on the command line.
-#[derive(Debug, Clone)]
-pub enum Chosen {
-    Native,
-    Yade,
-    /// A program that speaks the engine protocol.
-    Exec(PathBuf),
-}
-
-impl std::str::FromStr for Chosen {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match (text, text.strip_prefix("exec:")) {
-            ("native", _) => Ok(Chosen::Native),
-            ("yade", _) => Ok(Chosen::Yade),
-            (_, Some(path)) if !path.is_empty() => Ok(Chosen::Exec(PathBuf::from(path))),
-            _ => Err("an engine is native, yade or exec:PATH".to_owned()),
-        }
-    }
-}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LastStage {
@@ -168,6 +142,12 @@ impl YadeLimits {
             },
             ..usual
         }
+    }
+
+    /// The program at this path, asked what it is before anything that takes long.
+    pub fn brought(&self, program: &Path) -> Result<Brought, Error> {
+        let asked = Brought::ask(self.exec(program.to_owned()));
+        Ok(asked.map_err(EngineError::from)?)
     }
 }
 

@@ -7,7 +7,6 @@ use clap::Args;
 use super::job_folder::{JobFolder, page_line};
 use super::{exit_code_if, json, tell};
 use crate::error::Error;
-use crate::files::write_whole;
 use crate::progress::Display;
 use crate::report;
 use crate::sensitivity::judge::Verdict;
@@ -60,9 +59,6 @@ impl Arguments {
         let command = format!("crossgrain sensitivity{quick} --clouds {clouds}");
         let record = sensitivity(&plan, &out, command, &Display::new(self.quiet))?;
         let text = json(&record)?;
-        for (name, svg) in report::sensitivity::pictures(&record) {
-            write_whole(&out.join(format!("{name}.svg")), svg.as_bytes())?;
-        }
         let page = report::sensitivity::page(&record)?;
         FOLDER.finish(&out, &page, &text)?;
         tell(self.json, &text, || in_words(&record, &out))?;

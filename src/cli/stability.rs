@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::chosen::Several;
+use super::compare::mark;
 use super::job_folder::write_new;
 use super::run::YadeLimits;
 use super::{in_a_word, json, tell};
@@ -14,22 +16,22 @@ use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 use crate::report::stability;
 use crate::stability::growth::Found;
-use crate::stability::map::{Limits, Row};
+use crate::stability::map::{Limits, Row, Wanted};
 use crate::stability::{Map, Options, map};
-use crate::verify::ladder::Climbers;
 
 #[derive(Debug, Args)]
 #[command(
     after_help = "Without YADE its limits are shown as not made, and the exit code is 3.\n\nExamples:\n  \
-    crossgrain stability --quick\n  crossgrain stability --out stable\n  crossgrain run scene.json --engine native --auto-step --out run"
+    crossgrain stability --quick\n  crossgrain stability --out stable\n  crossgrain stability --quick --engine \
+    exec:adapters/lammps.py\n  crossgrain run scene.json --engine native --auto-step --out run"
 )]
 pub struct Arguments {
     /// Beds of 500 grains instead of 5,000
     #[arg(long)]
     quick: bool,
-    /// Which engines
-    #[arg(long, value_enum, default_value = "both")]
-    engine: Climbers,
+    /// native, yade or both; or exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
+    #[arg(long, default_value = "both")]
+    engine: Several,
     /// A new folder for stability.json and report.html
     #[arg(long)]
     out: Option<PathBuf>,
@@ -49,7 +51,10 @@ impl Arguments {
             refuse_existing(out)?;
         }
         let options = Options {
-            engine: self.engine,
+            engine: match &self.engine {
+                Several::BuiltIn(engine) => Wanted::BuiltIn(*engine),
+                Several::Exec(program) => Wanted::Exec(self.limits.brought(program)?),
+            },
             quick: self.quick,
             yade: self.limits.options(),
             command: self.command(),
@@ -76,17 +81,25 @@ impl Arguments {
 
 /// The map as lines for a terminal.
 fn in_words(map: &Map) -> String {
-    let mut text = format!(
+    let mut text = String::new();
+    if let Some(engine) = &map.exec {
+        text += &format!("{}\n", engine.label());
+        for approximation in &engine.approximations {
+            text += &format!("it says of itself: {approximation}\n");
+        }
+    }
+    let other = map.exec.as_ref().map_or("YADE", |engine| &engine.name);
+    text += &format!(
         "largest stable steps; found ones over predicted, YADE's own choices over the limit without damping\n\
-         {:<20} {:>11} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n\
+         {:<20} {:>11} {:>8} {:>8} {:>8.8} {:>8} {:>8.8} {:>8} {:>8} {:>8}\n\
          {:<20} {:>11} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n",
         "scene",
         "predicted",
         "closed",
         "native",
-        "YADE",
+        other,
         "native",
-        "YADE",
+        other,
         "random",
         "PWave",
         "Global",
@@ -106,13 +119,9 @@ fn in_words(map: &Map) -> String {
     }
     text += "\nwhere methods fail\n";
     for failure in &map.failures {
-        let mark = match failure.verdict {
-            Verdict::Pass => "    pass",
-            Verdict::Fail => "    FAIL",
-            Verdict::NotMade => "not made",
-        };
         text += &format!(
-            "{mark} {}: {}\n{:>9}{}\n{:>9}noticed by: {}\n{:>9}says: {}\n",
+            "{} {}: {}\n{:>9}{}\n{:>9}noticed by: {}\n{:>9}says: {}\n",
+            mark(failure.verdict),
             failure.name,
             failure.title,
             "",
@@ -127,6 +136,9 @@ fn in_words(map: &Map) -> String {
         }
     }
     for row in &map.rows {
+        if let Some(reason) = &row.not_made {
+            text += &format!("{} {}: {reason}\n", mark(Verdict::NotMade), row.name);
+        }
         for check in row
             .checks
             .iter()
@@ -136,11 +148,15 @@ fn in_words(map: &Map) -> String {
         }
     }
     text + &format!(
-        "\n{}: {} checks passed, {} failed, {} not made; {:.0} s\n",
+        "\n{}: {} checks passed, {} failed, {} not made{}; {:.0} s\n",
         in_a_word(map.verdict),
         map.tally.passed,
         map.tally.failed,
         map.tally.not_made,
+        match map.tally.inapplicable {
+            0 => String::new(),
+            scenes => format!(", {scenes} scenes are of parts that the engine does not have"),
+        },
         map.seconds
     )
 }
@@ -158,9 +174,9 @@ fn row_line(row: &Row) -> String {
         limit,
         ratio(row.closed.as_ref().map(|closed| closed.dt / limit)),
         of(&row.undamped, row.undamped.native),
-        of(&row.undamped, row.undamped.yade),
+        of(&row.undamped, row.undamped.yade.or(row.undamped.exec)),
         of(&row.damped, row.damped.native),
-        of(&row.damped, row.damped.yade),
+        of(&row.damped, row.damped.yade.or(row.damped.exec)),
         of(&row.damped, row.damped_at_random),
         proposal.p_wave / limit,
         proposal.global_stiffness / limit,

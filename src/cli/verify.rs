@@ -1,11 +1,12 @@
 //! `crossgrain verify`: the ladder of exact solutions, symmetries and bits.
 
 use std::path::PathBuf;
-use std::str::FromStr;
 
+use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, ValueEnum};
 
+use super::chosen::Several;
+use super::compare::mark;
 use super::job_folder::write_new;
 use super::run::YadeLimits;
 use super::{in_a_word, json, tell};
@@ -19,7 +20,7 @@ use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 use crate::report::verification;
 use crate::verify::checks::of_rungs;
-use crate::verify::ladder::{Climbed, Climbers};
+use crate::verify::ladder::Climbed;
 use crate::verify::limits::{Limit, Limits};
 use crate::verify::record::{Options, Tally, Verification, verify, verify_exec};
 
@@ -32,7 +33,7 @@ use crate::verify::record::{Options, Tally, Verification, verify, verify_exec};
 pub struct Arguments {
     /// native, yade or both; or exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
     #[arg(long, default_value = "both")]
-    engine: Climber,
+    engine: Several,
     /// Find the smallest size of each fault that each rung notices
     #[arg(long)]
     detection_limits: bool,
@@ -52,26 +53,6 @@ pub struct Arguments {
     limits: YadeLimits,
 }
 
-/// Who climbs.
-#[derive(Debug, Clone)]
-enum Climber {
-    BuiltIn(Climbers),
-    Exec(PathBuf),
-}
-
-impl FromStr for Climber {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text.strip_prefix("exec:") {
-            Some(path) if !path.is_empty() => Ok(Climber::Exec(PathBuf::from(path))),
-            _ => Climbers::from_str(text, false)
-                .map(Climber::BuiltIn)
-                .map_err(|_| "an engine is native, yade, both or exec:PATH".to_owned()),
-        }
-    }
-}
-
 /// The sizes of trajectories.
 fn sizes() -> impl TypedValueParser<Value = u32> {
     PossibleValuesParser::new(["5", "500", "5000"]).map(|text| text.parse().unwrap_or(5000))
@@ -84,7 +65,7 @@ impl Arguments {
         }
         let display = Display::new(self.quiet);
         let verification = match &self.engine {
-            Climber::BuiltIn(engine) => {
+            Several::BuiltIn(engine) => {
                 let options = Options {
                     engine: *engine,
                     grains: self.grains,
@@ -94,13 +75,13 @@ impl Arguments {
                 };
                 verify(&options, &display)?
             }
-            Climber::Exec(_) if self.detection_limits => {
+            Several::Exec(_) if self.detection_limits => {
                 return Err(Error::Usage(
                     "--detection-limits puts faults into the native engine; an engine that is brought has none of them"
                         .to_owned(),
                 ));
             }
-            Climber::Exec(program) => {
+            Several::Exec(program) => {
                 let options = self.limits.exec(program.clone());
                 verify_exec(&options, self.command(), &display)?
             }
@@ -128,11 +109,10 @@ impl Arguments {
     }
 
     fn command(&self) -> String {
-        let engine = match self.engine {
-            Climber::BuiltIn(engine) => engine.name(),
-            // The path belongs to a machine.
-            Climber::Exec(_) => return "crossgrain verify --engine exec:PATH".to_owned(),
-        };
+        let engine = self.engine.name();
+        if let Several::Exec(_) = self.engine {
+            return format!("crossgrain verify --engine {engine}");
+        }
         let limits = if self.detection_limits {
             " --detection-limits"
         } else {
@@ -189,12 +169,13 @@ pub fn summary(verification: &Verification) -> String {
 }
 
 fn rung_lines(rung: &Climbed) -> String {
-    let mark = match rung.verdict {
-        Verdict::Pass => "    pass",
-        Verdict::Fail => "    FAIL",
-        Verdict::NotMade => "not made",
-    };
-    let mut text = format!("{mark} {} [{}]: {}\n", rung.name, rung.engine, rung.title);
+    let mut text = format!(
+        "{} {} [{}]: {}\n",
+        mark(rung.verdict),
+        rung.name,
+        rung.engine,
+        rung.title
+    );
     if !rung.reason.is_empty() {
         text += &format!("{:>12}{}\n", "", rung.reason);
     }

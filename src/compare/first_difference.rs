@@ -7,9 +7,8 @@
 use serde::Serialize;
 
 use super::bits::{self, NumberPair, TableBits};
-use crate::engine::native;
-use crate::engine::yade;
-use crate::engine::{Start, Task, Until};
+use crate::engine::{Start, Task, Until, exec, native, yade};
+use crate::files::file_digest;
 use crate::folder::RunFolder;
 use crate::folder::record::EngineRecord;
 use crate::model::Model;
@@ -50,6 +49,8 @@ impl std::fmt::Display for FirstDifference {
 pub struct Locator {
     /// How YADE is started; order and distance are taken from the runs.
     pub yade: yade::Options,
+    /// Where engines that were brought are; a run's is the one whose file has the digest of its record.
+    pub programs: Vec<exec::Options>,
 }
 
 impl Locator {
@@ -83,8 +84,8 @@ impl Locator {
             );
         }
         let mut search = Search {
-            a: Side::new(a, &self.yade)?,
-            b: Side::new(b, &self.yade)?,
+            a: Side::new(a, self)?,
+            b: Side::new(b, self)?,
             starts: 0,
         };
         let equal = if together.0 == stage { together.1 } else { 0 };
@@ -126,9 +127,30 @@ impl Locator {
             bodies: a.initial.clone(),
             punch: None,
         };
-        let of_a = Side::new(a, &self.yade)?.advance(&start, steps)?;
-        let of_b = Side::new(b, &self.yade)?.advance(&start, steps)?;
+        let of_a = Side::new(a, self)?.advance(&start, steps)?;
+        let of_b = Side::new(b, self)?.advance(&start, steps)?;
         Ok(states(&of_a, &of_b))
+    }
+}
+
+impl Locator {
+    /// The program that made a run: another one would find another difference.
+    fn program(&self, name: &str, digest: &str) -> Result<exec::Options, String> {
+        for options in &self.programs {
+            let found = file_digest(&options.program).map_err(|error| error.to_string())?;
+            if found == digest {
+                return Ok(options.clone());
+            }
+        }
+        Err(if self.programs.is_empty() {
+            format!(
+                "a run folder does not say where its engine is; name {name} with --engine exec:PATH"
+            )
+        } else {
+            format!(
+                "none of the programs that were named made the run of {name}: they have other bytes"
+            )
+        })
     }
 }
 
@@ -139,7 +161,7 @@ struct Side<'a> {
 }
 
 impl<'a> Side<'a> {
-    fn new(run: &'a RunFolder, limits: &yade::Options) -> Result<Self, String> {
+    fn new(run: &'a RunFolder, locator: &Locator) -> Result<Self, String> {
         let engine = match &run.record.engine {
             EngineRecord::Native {
                 perturbation, mode, ..
@@ -155,10 +177,10 @@ impl<'a> Side<'a> {
             } => Engine::Yade(yade::Options {
                 sorted: *sorted,
                 verlet_distance: *verlet_distance,
-                ..limits.clone()
+                ..locator.yade.clone()
             }),
-            EngineRecord::Exec { .. } => {
-                return Err("a run folder does not say where its engine is".to_owned());
+            EngineRecord::Exec { described, digest } => {
+                Engine::Exec(locator.program(&described.name, digest)?)
             }
         };
         Ok(Side {

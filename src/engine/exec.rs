@@ -12,9 +12,9 @@ use std::time::Duration;
 
 use crate::engine::case::Case;
 use crate::engine::native::Trouble;
-use crate::engine::watch::Limits;
+use crate::engine::watch::{Done, Limits};
 use crate::engine::{Observer, Outcome, Task};
-use crate::files::FileError;
+use crate::files::{FileError, file_digest};
 use crate::scene::Scene;
 use crate::tables::{Snapshot, Stage};
 
@@ -46,6 +46,30 @@ impl Options {
                 output: 16 << 30,
             },
         }
+    }
+}
+
+/// A program that was asked what it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Brought {
+    /// The program.
+    pub options: Options,
+    /// What it says of itself.
+    pub description: Description,
+}
+
+impl Brought {
+    /// Asks it.
+    pub fn ask(options: Options) -> Result<Self, ExecError> {
+        Ok(Brought {
+            description: describe(&options)?,
+            options,
+        })
+    }
+
+    /// SHA-256 of the program's file.
+    pub fn digest(&self) -> Result<String, ExecError> {
+        Ok(file_digest(&self.options.program)?)
     }
 }
 
@@ -110,6 +134,8 @@ pub struct ExecRun {
     pub description: Description,
     /// What it wrote on its standard output and error.
     pub log: String,
+    /// What the job took, its start and its tables included, as this program has seen it.
+    pub took: Done,
 }
 
 /// Runs the task. `work` is an empty folder on a disk with room for about 2 MB a moment of history.
@@ -120,18 +146,32 @@ pub fn run(
     work: &Path,
     observer: &mut dyn Observer,
 ) -> Result<ExecRun, ExecError> {
-    let description = describe(options)?;
-    let missing = missing_for_scene(&description, scene, task);
+    run_brought(scene, task, &Brought::ask(options.clone())?, work, observer)
+}
+
+/// Runs the task in an engine that was asked what it is before.
+pub fn run_brought(
+    scene: &Scene,
+    task: &Task,
+    Brought {
+        options,
+        description,
+    }: &Brought,
+    work: &Path,
+    observer: &mut dyn Observer,
+) -> Result<ExecRun, ExecError> {
+    let missing = missing_for_scene(description, scene, task);
     if !missing.is_empty() {
-        return Err(unsupported(&description, missing, HINT_SCENE));
+        return Err(unsupported(description, missing, HINT_SCENE));
     }
     job::write_scene(work, scene, task)?;
-    child::run(options, work, observer)?;
+    let took = child::run(options, work, observer)?;
     let outcome = read::scene(work, scene, task, observer)?;
     Ok(ExecRun {
         outcome,
-        description,
+        description: description.clone(),
         log: log(work),
+        took,
     })
 }
 

@@ -45,6 +45,16 @@ pub enum Ended {
     Io(#[from] io::Error),
 }
 
+/// How a program ended, and what it took.
+#[derive(Debug, Clone, Copy)]
+pub struct Done {
+    pub status: ExitStatus,
+    /// Time on the clock, s.
+    pub wall_seconds: f64,
+    /// Processor time of it and of all that it has started and waited for, s, where the system tells.
+    pub processor_seconds: Option<f64>,
+}
+
 /// Memory and output are looked at every so many looks.
 const WEIGH_EVERY: u32 = 4;
 
@@ -55,7 +65,7 @@ pub fn watch(
     limits: &Limits,
     look: &mut dyn FnMut() -> Option<u64>,
     written: &dyn Fn() -> u64,
-) -> Result<ExitStatus, Ended> {
+) -> Result<Done, Ended> {
     let began = Instant::now();
     let mut done = 0;
     let mut moved = Instant::now();
@@ -66,7 +76,11 @@ pub fn watch(
             weigh(&child, limits, written)?;
         }
         if let Some(status) = ended {
-            return Ok(status);
+            return Ok(Done {
+                status,
+                wall_seconds: began.elapsed().as_secs_f64(),
+                processor_seconds: child.processor_seconds(),
+            });
         }
         if now != done {
             done = now;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::engine::case::Case;
 use crate::engine::native::{self, NativeError};
@@ -24,7 +24,7 @@ const AMPLITUDE: f64 = 0.0625;
 const FREQUENCY: f64 = 100.0;
 
 /// A case at several steps.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Convergence {
     /// What happens.
     pub title: String,

@@ -6,8 +6,9 @@ use std::sync::Mutex;
 
 use super::ledger::Ledger;
 use super::member::{self, Member};
-use super::method::Method;
+use super::method::{Method, Runner};
 use super::plan::{FIRST_CONFIRMING, Plan};
+use crate::engine::exec::{Brought, ExecError};
 use crate::engine::yade::{self, YadeError};
 use crate::error::Error;
 use crate::files::work_folder;
@@ -22,6 +23,8 @@ pub struct Job {
     pub out: PathBuf,
     /// How YADE is started.
     pub yade: yade::Options,
+    /// The program that was brought, if the plan has methods of one.
+    pub brought: Option<Brought>,
 }
 
 /// All members of a plan that could be made.
@@ -83,12 +86,23 @@ pub fn run(plan: &Plan, job: &Job, display: &Display) -> Result<Members, Error> 
             return Ok(());
         }
         let folder = work.path().join(index.to_string());
-        if method.runner.is_yade() {
+        if !matches!(method.runner, Runner::Native(_)) {
             std::fs::create_dir(&folder).map_err(crate::files::failed("create", &folder))?;
         }
-        match member::run(method, realization, &job.yade, &folder) {
+        match member::run(
+            method,
+            realization,
+            &job.yade,
+            job.brought.as_ref(),
+            &folder,
+        ) {
             Ok(member) => lock(&ledger).add(member)?,
             Err(EngineError::Yade(error @ (YadeError::Missing(_) | YadeError::TooOld { .. }))) => {
+                lock(&not_made).insert(digest, error.to_string());
+            }
+            Err(EngineError::Exec(
+                error @ (ExecError::Unsupported { .. } | ExecError::Refused(_)),
+            )) => {
                 lock(&not_made).insert(digest, error.to_string());
             }
             Err(error) => return Err(error.into()),

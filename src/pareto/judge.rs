@@ -37,6 +37,9 @@ pub struct Endings {
     pub sank: usize,
     /// The bed did not settle.
     pub not_settled: usize,
+    /// Settled in an engine without a punch: these count for the bed, not for the force.
+    #[serde(default)]
+    pub poured: usize,
     /// The engine gave up: in which words, how often.
     pub failed: BTreeMap<String, usize>,
 }
@@ -50,6 +53,7 @@ impl Endings {
                 Ending::Reached => endings.reached += 1,
                 Ending::Sank => endings.sank += 1,
                 Ending::NotSettled => endings.not_settled += 1,
+                Ending::Poured => endings.poured += 1,
                 Ending::Failed(reason) => {
                     // The step and the grain are another in every cloud.
                     let words: String = reason
@@ -64,7 +68,7 @@ impl Endings {
         endings
     }
 
-    /// All members.
+    /// All members with a punch.
     pub fn all(&self) -> usize {
         self.reached + self.missed()
     }

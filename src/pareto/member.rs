@@ -7,7 +7,8 @@ use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 
 use super::ledger::Entry;
-use super::method::Method;
+use super::method::{Method, Runner};
+use crate::engine::exec::{Brought, ExecError};
 use crate::engine::yade::{self, YadeError};
 pub use crate::realization::Ending;
 use crate::realization::{self, Way};
@@ -53,12 +54,13 @@ impl Entry for Member {
     }
 }
 
-/// Runs a realization. An engine that fails is a result; an interrupt and a missing YADE are errors. `work` is an
-/// empty folder for YADE's use.
+/// Runs a realization. An engine that fails is a result; an interrupt, a missing YADE, and a program that was brought and
+/// does not have what it takes are errors. `work` is an empty folder for the use of either.
 pub fn run(
     method: &Method,
     realization: u64,
     yade: &yade::Options,
+    brought: Option<&Brought>,
     work: &Path,
 ) -> Result<Member, EngineError> {
     let clock = ThreadTime::now();
@@ -75,13 +77,14 @@ pub fn run(
         runner: method.runner,
         phases: &method.phases,
         yade,
+        brought,
         work,
     };
     let run = match realization::run(&scene, &way) {
         Ok(run) => run,
         Err(error) => {
             member.ending = Ending::Failed(failure(error)?);
-            if !method.runner.is_yade() {
+            if matches!(method.runner, Runner::Native(_)) {
                 member.cost.cpu_seconds = clock.elapsed().as_secs_f64();
             }
             return Ok(member);
@@ -101,11 +104,17 @@ pub fn run(
     Ok(member)
 }
 
-/// What a method that cannot do it costs its user is part of the chart, a YADE that breaks included.
+/// What a method that cannot do it costs its user is part of the chart, a YADE or a program that breaks included.
 fn failure(error: EngineError) -> Result<String, EngineError> {
     match error {
         EngineError::Yade(
             error @ (YadeError::Crashed { .. } | YadeError::Hung { .. } | YadeError::Nonsense(_)),
+        ) => Ok(error.to_string()),
+        EngineError::Exec(
+            error @ (ExecError::Crashed { .. }
+            | ExecError::Hung { .. }
+            | ExecError::TooMuch { .. }
+            | ExecError::Nonsense(_)),
         ) => Ok(error.to_string()),
         error => realization::went_wrong(error),
     }

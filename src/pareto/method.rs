@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::engine::exec::Description;
 use crate::engine::native::Mode;
 use crate::engine::native::pouring::Phase;
 pub use crate::realization::Runner;
@@ -31,6 +32,8 @@ pub enum Family {
     Combined,
     /// YADE at the same settings.
     Yade,
+    /// An engine that was brought.
+    Brought,
 }
 
 impl Family {
@@ -47,6 +50,7 @@ impl Family {
             Family::Cloud => "cloud",
             Family::Combined => "combined",
             Family::Yade => "YADE",
+            Family::Brought => "brought",
         }
     }
 }
@@ -65,6 +69,19 @@ pub struct Method {
     pub scene: Scene,
     /// Pouring, part by part; without any the engine's own stages and rules are used.
     pub phases: Vec<Phase>,
+    /// The engine that was brought, for its runner.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub engine: Option<Program>,
+}
+
+/// An engine that was brought, as far as its results depend on it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Program {
+    /// What it says of itself.
+    pub described: Description,
+    /// SHA-256 of its file.
+    pub digest: String,
 }
 
 impl Method {
@@ -76,6 +93,7 @@ impl Method {
             runner: Runner::Native(mode),
             scene,
             phases: Vec::new(),
+            engine: None,
         }
     }
 
@@ -83,7 +101,10 @@ impl Method {
     pub fn digest(&self) -> String {
         let phases = serde_json::to_string(&(&self.runner, &self.phases)).unwrap_or_default();
         let version = env!("CARGO_PKG_VERSION");
-        let text = format!("{version} {} {phases}", self.scene.digest());
+        let mut text = format!("{version} {} {phases}", self.scene.digest());
+        if let Some(engine) = &self.engine {
+            text += &serde_json::to_string(engine).unwrap_or_default();
+        }
         crate::files::sha256_hex(text.as_bytes())[..16].to_owned()
     }
 

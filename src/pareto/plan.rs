@@ -37,6 +37,8 @@ pub const FIRST_CONFIRMING: u64 = 1001;
 
 /// α of the paper's scene.
 const ALPHA: f64 = 0.2;
+/// Half of the paper scene's step, for engines that are brought.
+const SHORT_STEP: f64 = 0.225;
 /// The largest step of the combined methods, and that of [`free_mode_scene`].
 const LONG_STEP: f64 = 0.65;
 
@@ -239,6 +241,31 @@ impl Plan {
             });
         }
         plan
+    }
+
+    /// Adds the reference's scene, and two other steps, in an engine that was brought, on so many clouds.
+    pub fn with_brought(mut self, engine: &Program, charting: u64) -> Self {
+        let label = engine.described.label();
+        let scene = &self.reference.scene;
+        for step in [None, Some(SHORT_STEP), Some(LONG_STEP)] {
+            let (name, scene) = match step {
+                None => (label.clone(), scene.clone()),
+                Some(step) => (
+                    format!("{label}, step {step}"),
+                    with_step(scene.clone(), step),
+                ),
+            };
+            self.methods.push(Planned {
+                method: Method {
+                    runner: Runner::Brought,
+                    engine: Some(engine.clone()),
+                    ..exact(&name, Family::Brought, scene)
+                },
+                charting,
+                candidate: false,
+            });
+        }
+        self
     }
 
     fn of(scene: &Scene, charting: u64, confirming: u64) -> Self {

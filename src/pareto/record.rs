@@ -1,6 +1,8 @@
 //! The chart as a record: the source of its lines, its page and its picture.
 
-use serde::Serialize;
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
 
 use super::choice::{dominance, recommend};
 use super::convergence::{self, Convergence};
@@ -19,7 +21,7 @@ use crate::statistics::moments::{mean, median};
 pub const PARETO_VERSION: u32 = 1;
 
 /// What a realization costs.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Costs {
     /// Median over the charted realizations of the processor time of the whole protocol, s.
     pub cpu_seconds: f64,
@@ -34,7 +36,7 @@ pub struct Costs {
 }
 
 /// A method with its costs and its errors.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Point {
     /// Its number in chart and table; the reference has 0.
     pub number: usize,
@@ -58,25 +60,35 @@ pub struct Point {
     pub not_made: Option<String>,
 }
 
+impl Point {
+    /// What an engine without a punch did not make of its members, in words.
+    pub fn only_poured(&self) -> Option<String> {
+        (self.charted.endings.poured > 0).then(|| {
+            "loading is not made: the engine has no punch; cost and steps are those of pouring and settling"
+                .to_owned()
+        })
+    }
+}
+
 /// A charted quantity in words.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Quantity {
     /// Its key.
-    pub key: &'static str,
+    pub key: Cow<'static, str>,
     /// For people.
-    pub title: &'static str,
+    pub title: Cow<'static, str>,
     /// SI unit.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Of the reference over all of its realizations, with the number of them.
     pub reference: Option<Reference>,
     /// In its unit.
     pub margin: Option<f64>,
     /// Why this margin, or why none.
-    pub reason: &'static str,
+    pub reason: Cow<'static, str>,
 }
 
 /// What the reference gives.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Reference {
     /// Over realizations.
     pub mean: f64,
@@ -87,7 +99,7 @@ pub struct Reference {
 }
 
 /// The chart.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Pareto {
     /// [`PARETO_VERSION`].
     pub version: u32,
@@ -205,6 +217,10 @@ fn point(
             Runner::Native(mode) => format!("native, {} mode", mode.name()),
             Runner::YadeSorted => "YADE, sorted loop".to_owned(),
             Runner::YadeOrdinary => "YADE, ordinary loop".to_owned(),
+            Runner::Brought => method
+                .engine
+                .as_ref()
+                .map_or("brought".to_owned(), |of| of.described.label()),
         },
         costs: costs(&own),
         charted: judge(
@@ -286,15 +302,15 @@ fn quantities(plan: &Plan, members: &Members) -> Vec<Quantity> {
                 count: values.len(),
             });
             Quantity {
-                key: charted.key,
-                title: charted.title,
-                unit: charted.unit,
+                key: charted.key.into(),
+                title: charted.title.into(),
+                unit: charted.unit.into(),
                 margin: charted
                     .margin
                     .zip(found)
                     .map(|(margin, found)| margin.absolute(found.mean)),
                 reference: found,
-                reason: charted.reason,
+                reason: charted.reason.into(),
             }
         })
         .collect()

@@ -3,8 +3,9 @@
 use plotters::style::RGBColor;
 use serde::Serialize;
 
-use super::chart::{BLUE, Chart, Corner, GREEN, Mark, Series, VERMILION};
-use super::shell::{self, Figure};
+use super::chart::{BLUE, Chart, Corner, GREEN, VERMILION};
+use super::figure::{Figure, Page, line};
+use super::shell;
 use crate::bench::Bench;
 use crate::bench::scaling::Point;
 use crate::compare::Verdict;
@@ -23,7 +24,7 @@ const GREY: RGBColor = RGBColor(110, 110, 110);
 
 /// What the template is given.
 #[derive(Debug, Serialize)]
-struct Page<'a> {
+struct Given<'a> {
     b: &'a Bench,
     word: &'static str,
     strips: Option<Strips>,
@@ -40,7 +41,7 @@ struct SizeRow<'a> {
 }
 
 /// The page.
-pub fn page(bench: &Bench) -> Result<String, Error> {
+pub fn page(bench: &Bench) -> Result<Page, Error> {
     let names = names(&bench.scaling);
     let mut sizes: Vec<u32> = bench.scaling.iter().map(|point| point.grains).collect();
     sizes.sort_unstable();
@@ -53,7 +54,7 @@ pub fn page(bench: &Bench) -> Result<String, Error> {
         name,
         cells: sizes.iter().map(|size| cell(name, *size)).collect(),
     });
-    let page = Page {
+    let given = Given {
         b: bench,
         word: match bench.verdict {
             Verdict::Pass => "Every engine ran, every bed is sane",
@@ -65,7 +66,10 @@ pub fn page(bench: &Bench) -> Result<String, Error> {
         rows: rows.collect(),
         sizes,
     };
-    shell::render(&[("bench.html", PAGE)], &page)
+    Ok(Page {
+        html: shell::render(&[("bench.html", PAGE)], &given)?,
+        figures: given.figures,
+    })
 }
 
 fn names(points: &[Point]) -> Vec<&str> {
@@ -88,21 +92,19 @@ fn figures(bench: &Bench, names: &[&str]) -> Result<Vec<Figure>, Error> {
         series: names
             .iter()
             .zip(colours)
-            .map(|(name, colour)| Series {
-                name: (*name).to_owned(),
-                colour,
-                mark: Mark::Line,
-                points: bench
+            .map(|(name, colour)| {
+                let points = bench
                     .scaling
                     .iter()
                     .filter(|point| point.name == **name)
-                    .filter_map(|point| Some((f64::from(point.grains), of(point)?)))
-                    .collect(),
+                    .filter_map(|point| Some((f64::from(point.grains), of(point)?)));
+                line(name, colour, points.collect())
             })
             .collect(),
     };
     let charts = [
         (
+            "time-and-size",
             chart("ns a step and grain", Corner::MiddleLeft, |point| {
                 Some(1e9 * point.seconds_per_grain)
             }),
@@ -110,6 +112,7 @@ fn figures(bench: &Bench, names: &[&str]) -> Result<Vec<Figure>, Error> {
              the bed no longer fits into the caches.",
         ),
         (
+            "memory-and-size",
             chart("peak memory, MB", Corner::MiddleLeft, |point| {
                 Some(point.peak_memory? as f64 / 1e6)
             }),
@@ -117,13 +120,8 @@ fn figures(bench: &Bench, names: &[&str]) -> Result<Vec<Figure>, Error> {
         ),
     ];
     let mut figures = Vec::new();
-    for (chart, caption) in charts {
-        if chart.can_be_drawn() {
-            figures.push(Figure {
-                svg: chart.svg()?,
-                caption: caption.to_owned(),
-            });
-        }
+    for (name, chart, caption) in charts {
+        figures.extend(Figure::of_chart(name, caption, &chart)?);
     }
     Ok(figures)
 }

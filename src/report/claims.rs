@@ -4,6 +4,7 @@ mod pictures;
 
 use serde::Serialize;
 
+use super::figure::{Figure, Page};
 use super::shell;
 use crate::claims::claim::{Answer, Claim, Judged, Row, Verdict};
 use crate::claims::{Claims, Histogram};
@@ -11,10 +12,12 @@ use crate::error::Error;
 use crate::statistics::Interval;
 
 const PAGE: &str = include_str!("claims.html");
+const PART: &str = include_str!("claims_part.html");
+const DISTRIBUTIONS: &str = include_str!("distributions_part.html");
 
 /// What the template is given.
 #[derive(Debug, Serialize)]
-struct Page<'a> {
+struct Given<'a> {
     c: &'a Claims,
     word: &'static str,
     tally: String,
@@ -52,13 +55,36 @@ struct Group {
     id: &'static str,
     title: &'static str,
     caption: String,
-    pictures: Vec<String>,
+    pictures: Vec<Figure>,
     wide: bool,
 }
 
 /// A page of its own.
-pub fn page(claims: &Claims) -> Result<String, Error> {
-    let page = Page {
+pub fn page(claims: &Claims) -> Result<Page, Error> {
+    render(claims, groups(claims)?, &[("claims.html", PAGE)])
+}
+
+/// The distributions for the main report.
+pub fn distributions(claims: &Claims) -> Result<Page, Error> {
+    let wanted = ["figure5", "figure5.gravity"];
+    let mut groups = groups(claims)?;
+    groups.retain(|group| wanted.contains(&group.id));
+    render(
+        claims,
+        groups,
+        &[("distributions_part.html", DISTRIBUTIONS)],
+    )
+}
+
+/// Every claim with its verdict for the main report.
+pub fn part(claims: &Claims) -> Result<Page, Error> {
+    let mut groups = groups(claims)?;
+    groups.retain(|group| group.id == "means");
+    render(claims, groups, &[("claims_part.html", PART)])
+}
+
+fn render(claims: &Claims, groups: Vec<Group>, templates: &[(&str, &str)]) -> Result<Page, Error> {
+    let given = Given {
         word: if claims.complete {
             "the paper's claims"
         } else {
@@ -74,13 +100,18 @@ pub fn page(claims: &Claims) -> Result<String, Error> {
             claims
                 .endings
                 .iter()
-                .map(|(ending, count)| (*ending, *count)),
+                .map(|(ending, count)| (ending.as_str(), *count)),
         ),
         claims: claims.claims.iter().map(shown).collect(),
-        groups: groups(claims)?,
+        groups,
         c: claims,
     };
-    shell::render(&[("claims.html", PAGE)], &page)
+    let html = shell::render(templates, &given)?;
+    let figures = given.groups.into_iter().flat_map(|group| group.pictures);
+    Ok(Page {
+        html,
+        figures: figures.collect(),
+    })
 }
 
 fn listed<'a>(counts: impl Iterator<Item = (&'a str, usize)>) -> String {
@@ -163,9 +194,9 @@ fn line(row: &Row) -> Line {
     Line {
         what: row.what.clone(),
         published: row.published.map_or("–".to_owned(), |of| {
-            format!("{}{}", short(of), unit(row.unit))
+            format!("{}{}", short(of), unit(&row.unit))
         }),
-        ours: interval(row.ours, row.unit),
+        ours: interval(row.ours, &row.unit),
         ratio: row.ratio.map_or(String::new(), |of| {
             format!("{:.2} ({:.2} to {:.2})", of.estimate, of.low, of.high)
         }),
@@ -198,14 +229,16 @@ fn probability(p: f64) -> String {
 
 fn groups(claims: &Claims) -> Result<Vec<Group>, Error> {
     let data = &claims.figures;
-    let drawn = |of: &[Histogram], quantity: &str, unit: (&str, f64)| {
-        let pictures = of.iter().map(|of| pictures::histogram(of, quantity, unit));
-        pictures.collect::<Result<Vec<String>, Error>>()
+    let drawn = |group: &str, of: &[Histogram], quantity: &str, unit: (&str, f64)| {
+        let pictures = of
+            .iter()
+            .map(|of| pictures::histogram(group, of, quantity, unit));
+        pictures.collect::<Result<Vec<Figure>, Error>>()
     };
     let (joule, kilopascal) = (("J", 1.0), ("kPa", 1.0e3));
-    let [loaded, settled] = ["last", "settled"].map(|moment| pictures::volumes(claims, moment));
-    let [variation_loaded, shape_loaded, correlation_loaded] = loaded;
-    let [variation_settled, shape_settled, correlation_settled] = settled;
+    let [variation_loaded, shape_loaded, correlation_loaded] = pictures::volumes(claims, "last")?;
+    let [variation_settled, shape_settled, correlation_settled] =
+        pictures::volumes(claims, "settled")?;
     let laws = "Bars with 95 % binomial intervals: members. Dotted: exponential with the members' mean; dashed green: fitted gamma law";
     let theory = "; vermilion: exponential with the theory's mean of Table 4";
     let inset = "Inset: share of members above a value with its interval, on a logarithmic axis, where an exponential is a straight line.";
@@ -222,28 +255,28 @@ fn groups(claims: &Claims) -> Result<Vec<Group>, Error> {
             "figure5",
             "Distributions of Σ_zz at O, A and B under the load (the paper's Figure 5)",
             format!("{laws}{theory}. {inset}"),
-            drawn(&data.figure5, "Σ_zz", joule)?,
+            drawn("figure5", &data.figure5, "Σ_zz", joule)?,
             false,
         ),
         group(
             "figure5.gravity",
             "The same under gravity alone",
             format!("{laws}{theory}. {inset}"),
-            drawn(&data.gravity, "σ_zz", kilopascal)?,
+            drawn("figure5.gravity", &data.gravity, "σ_zz", kilopascal)?,
             false,
         ),
         group(
             "figure5.xx",
             "Horizontal stress under the load",
             format!("{laws}. {inset}"),
-            drawn(&data.horizontal, "σ_xx", kilopascal)?,
+            drawn("figure5.xx", &data.horizontal, "σ_xx", kilopascal)?,
             false,
         ),
         group(
             "shear",
             "Shear stress under the load",
             "Bars with 95 % binomial intervals: members; dashed green: fitted Laplace law.".to_owned(),
-            drawn(&data.shear, "σ_xz", kilopascal)?,
+            drawn("shear", &data.shear, "σ_xz", kilopascal)?,
             false,
         ),
         group(
@@ -252,7 +285,7 @@ fn groups(claims: &Claims) -> Result<Vec<Group>, Error> {
             "Ours over published, with 95 % intervals; shaded: within a tenth. Green within the limits, vermilion beyond, grey \
              shown only."
                 .to_owned(),
-            vec![pictures::means(claims)],
+            pictures::means(claims)?.into_iter().collect(),
             true,
         ),
         group(
@@ -261,7 +294,7 @@ fn groups(claims: &Claims) -> Result<Vec<Group>, Error> {
             "Yellow: what is printed, H = 0.46 ± 0.01 m and n = 0.17 ± 0.01. Black: n = 1 − S/(L·H), on which all beds lie that have \
              one definition for both."
                 .to_owned(),
-            vec![pictures::plane(claims)],
+            pictures::plane(claims)?.into_iter().collect(),
             true,
         ),
         group(

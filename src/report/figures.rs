@@ -5,29 +5,17 @@ pub mod chains;
 pub mod sharings;
 
 use super::distribution::{COLUMNS, Distribution, round_bins, side_by_side};
+use super::figure::Figure;
 use super::figure_files::table;
 use crate::error::Error;
 use crate::figures::Sample;
 use crate::paper::disc_field::DiscField;
 
-/// A figure before it is written.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Figure {
-    /// Of its files: `figure-1`.
-    pub name: &'static str,
-    /// What it shows.
-    pub title: &'static str,
-    /// The drawing, which needs nothing else.
-    pub svg: String,
-    /// The numbers that are drawn.
-    pub csv: String,
-}
-
 /// Figure 4's content: the stress inside a disc.
 pub fn inside_a_grain(field: &DiscField) -> Result<Figure, Error> {
     Ok(Figure {
-        name: "figure-4",
-        title: "The stress inside a grain and its averages",
+        name: "figure-4".to_owned(),
+        caption: "The stress inside a grain and its averages".to_owned(),
         svg: super::disc_field::picture(field),
         csv: table(
             &["kind", "x (m)", "z (m)", "stress zz (Pa)"],
@@ -64,8 +52,9 @@ pub fn distributions(samples: &[Sample]) -> Result<Figure, Error> {
     }
     let rows = panels.iter().flat_map(|panel| &panel.rows);
     Ok(Figure {
-        name: "figure-5",
-        title: "The vertical extensive stress at the control points against the exponential law",
+        name: "figure-5".to_owned(),
+        caption: "The vertical extensive stress at the control points against the exponential law"
+            .to_owned(),
         svg: side_by_side(&panels, "Distributions of the vertical extensive stress"),
         csv: table(&COLUMNS, rows)?,
     })

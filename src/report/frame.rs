@@ -29,11 +29,16 @@ const FONT_SIZE: f64 = 13.0;
 
 /// A text at a place; `anchor` is `start`, `middle` or `end`. Signs of the markup are replaced.
 pub fn text([x, y]: [f64; 2], anchor: &str, content: &str) -> String {
-    let content = content
+    let content = escaped(content);
+    format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{content}</text>\n")
+}
+
+/// Words with the signs of the markup replaced.
+pub fn escaped(words: &str) -> String {
+    words
         .replace('&', "&amp;")
         .replace('<', "&lt;")
-        .replace('>', "&gt;");
-    format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{content}</text>\n")
+        .replace('>', "&gt;")
 }
 
 /// The same in a colour.

@@ -2,6 +2,9 @@
 
 use std::fmt::Write;
 
+use super::figure::cells;
+use super::figure_files::table;
+use crate::error::Error;
 use crate::measure::Bed;
 use crate::scene::Scene;
 use crate::tables::{Bodies, Contact};
@@ -84,6 +87,16 @@ pub fn contents(
         );
     }
     svg
+}
+
+/// The lines as they are drawn.
+pub fn numbers(bed: Bed<'_>) -> Result<String, Error> {
+    let head = ["x1 (m)", "z1 (m)", "x2 (m)", "z2 (m)", "normal force (N)"];
+    let rows = bed.contacts.iter().map(|contact| {
+        let [from, to] = ends(bed.bodies, contact);
+        cells([from[0], from[1], to[0], to[1], contact.normal_force])
+    });
+    table(&head, rows)
 }
 
 /// A line from centre to centre, or from the contact point where one body is flat.

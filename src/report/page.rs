@@ -2,11 +2,10 @@
 
 use serde::Serialize;
 
-use super::chart::{BLUE, Chart, Corner, GREEN, Mark, Series, VERMILION};
+use super::chart::{BLUE, Chart, Corner, GREEN, VERMILION};
+use super::figure::{Figure, Page, circles, line};
 use super::junit::in_a_line;
-use super::packing;
-use super::shell::{self, Figure};
-use super::verification::part;
+use super::{claims, difference, packing, pareto, shell, stability, verification};
 use crate::baseline::diff::{Change, Changed, Diff, Pace};
 use crate::checks::{Check, Tally};
 use crate::compare::Verdict;
@@ -15,6 +14,7 @@ use crate::error::Error;
 use crate::folder::{Moment, RunFolder};
 use crate::measure::history::HistoryRow;
 use crate::reproduce::Runs;
+use crate::reproduce::beside::{Beside, Stated};
 use crate::reproduce::checks;
 use crate::reproduce::faults::FaultCheck;
 use crate::reproduce::record::Reproduction;
@@ -22,14 +22,18 @@ use crate::tables::Stage;
 
 const TEMPLATE: &str = include_str!("page.html");
 
-/// The page as HTML.
+/// The page; `beside` are the records of other jobs that stand on it.
 pub fn render(
     reproduction: &Reproduction,
     runs: &Runs,
+    beside: &Beside,
     diff: Option<&Diff>,
-) -> Result<String, Error> {
+) -> Result<Page, Error> {
     let checks = checks::all(reproduction);
-    let page = Page {
+    let ladder = reproduction.ladder.as_ref();
+    let ladder = ladder.map(verification::part).transpose()?;
+    let sections = sections(beside)?;
+    let given = Given {
         r: reproduction,
         changed: diff.map(changed),
         diff,
@@ -43,17 +47,31 @@ pub fn render(
         summary: Summary::of(reproduction, &checks),
         checks: &checks,
         choices: choices(&runs.native),
-        packings: packings(runs),
+        packings: packings(runs)?,
         histories: histories(runs)?,
         separation: separation(reproduction)?,
-        ladder: reproduction.ladder.as_ref().map(part).transpose()?,
+        differences: difference::figures(reproduction, runs)?,
+        charts: &sections.charts,
+        claimed: &sections.claimed,
+        beside: beside.stated(),
+        ladder: ladder.as_ref().map(|part| part.html.as_str()),
     };
-    shell::render(&[("page.html", TEMPLATE)], &page)
+    let html = shell::render(&[("page.html", TEMPLATE)], &given)?;
+    let own = given
+        .differences
+        .into_iter()
+        .chain(given.packings)
+        .chain(given.histories)
+        .chain(given.separation);
+    let mut figures = sections.figures;
+    figures.extend(own);
+    figures.extend(ladder.into_iter().flat_map(|part| part.figures));
+    Ok(Page { html, figures })
 }
 
 /// What the template is given.
 #[derive(Debug, Serialize)]
-struct Page<'a> {
+struct Given<'a> {
     r: &'a Reproduction,
     /// Against a baseline, if there is one.
     changed: Option<Vec<ChangedRow<'a>>>,
@@ -69,8 +87,69 @@ struct Page<'a> {
     packings: Vec<Figure>,
     histories: Vec<Figure>,
     separation: Option<Figure>,
+    differences: Vec<Figure>,
+    /// Cost against error, stable steps, distributions: from the records of other jobs.
+    charts: &'a [Section],
+    /// The claims, from theirs.
+    claimed: &'a [Section],
+    /// What the records of other jobs say of themselves.
+    beside: Vec<&'a Stated>,
     /// The ladder as HTML, if it was climbed.
-    ladder: Option<String>,
+    ladder: Option<&'a str>,
+}
+
+/// A part of the page that shows the record of another job.
+#[derive(Debug, Serialize)]
+struct Section {
+    id: &'static str,
+    title: &'static str,
+    html: String,
+    /// Where the record comes from.
+    stated: Stated,
+}
+
+/// All of them, with their figures.
+struct Sections {
+    charts: Vec<Section>,
+    claimed: Vec<Section>,
+    figures: Vec<Figure>,
+}
+
+fn sections(beside: &Beside) -> Result<Sections, Error> {
+    let mut figures = Vec::new();
+    let mut section = |id, title, part: Page, stated: &Stated| {
+        figures.extend(part.figures);
+        Section {
+            id,
+            title,
+            html: part.html,
+            stated: stated.clone(),
+        }
+    };
+    let mut charts = Vec::new();
+    if let Some(of) = &beside.pareto {
+        let part = pareto::part(&of.record)?;
+        charts.push(section("cost", "Cost against error", part, &of.stated));
+    }
+    if let Some(of) = &beside.stability {
+        let part = stability::part(&of.record)?;
+        let title = "The largest stable time steps";
+        charts.push(section("stability", title, part, &of.stated));
+    }
+    let mut claimed = Vec::new();
+    if let Some(of) = &beside.claims {
+        let part = claims::distributions(&of.record)?;
+        let title = "Distributions of a grain's stress, with fits";
+        charts.push(section("distributions", title, part, &of.stated));
+        let part = claims::part(&of.record)?;
+        let title = "The paper's claims about its simulations";
+        claimed.push(section("claims", title, part, &of.stated));
+    }
+    Ok(Sections {
+        charts,
+        claimed,
+        figures,
+    })
 }
 
 /// The verdict in figures.
@@ -170,7 +249,7 @@ fn choices(run: &RunFolder) -> Vec<Choice> {
 }
 
 /// Before and after loading, native and YADE, all with the same scale of forces.
-fn packings(runs: &Runs) -> Vec<Figure> {
+fn packings(runs: &Runs) -> Result<Vec<Figure>, Error> {
     let moments = |run: &RunFolder, engine: &str| {
         let bottom = punch_bottom(run);
         let mut moments = Vec::new();
@@ -194,17 +273,17 @@ fn packings(runs: &Runs) -> Vec<Figure> {
         .map(|(moment, _, _)| crate::measure::height::highest_grain(&moment.bodies))
         .fold(0.0, f64::max)
         + 0.02;
-    all.iter()
-        .map(|(moment, bottom, caption)| Figure {
-            svg: packing::picture(
-                &runs.native.scene,
-                moment.bed(),
-                *bottom,
-                strong,
-                top,
-                caption,
-            ),
-            caption: format!("{caption}; the thickest lines bear {strong:.0} N or more"),
+    let figures = all.iter().enumerate();
+    figures
+        .map(|(index, (moment, bottom, caption))| {
+            let bed = moment.bed();
+            let scene = &runs.native.scene;
+            Ok(Figure {
+                name: format!("packing-{}", index + 1),
+                svg: packing::picture(scene, bed, *bottom, strong, top, caption),
+                caption: format!("{caption}; the thickest lines bear {strong:.0} N or more."),
+                csv: packing::numbers(bed)?,
+            })
         })
         .collect()
 }
@@ -224,32 +303,19 @@ fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
             let rows = run.history.iter().filter(|row| row.stage == stage);
             rows.step_by(every).filter_map(of).collect::<Vec<_>>()
         };
-        let mut series = vec![Series {
-            name: "native".to_owned(),
-            colour: BLUE,
-            mark: Mark::Line,
-            points: points(&runs.native, 1),
-        }];
+        let mut series = vec![line("native", BLUE, points(&runs.native, 1))];
         if let Some(yade) = &runs.yade {
-            series.push(Series {
-                name: "YADE, sorted loop".to_owned(),
-                colour: VERMILION,
-                mark: Mark::Circles,
-                points: points(yade, if stage == Stage::Settle { 4 } else { 1 }),
-            });
+            let every = if stage == Stage::Settle { 4 } else { 1 };
+            series.push(circles("YADE, sorted loop", VERMILION, points(yade, every)));
         }
         if let Some(ordinary) = &runs.ordinary {
-            series.push(Series {
-                name: "YADE, ordinary loop".to_owned(),
-                colour: GREEN,
-                mark: Mark::Line,
-                points: points(ordinary, 1),
-            });
+            series.push(line("YADE, ordinary loop", GREEN, points(ordinary, 1)));
         }
         series
     };
     let mut figures = vec![
         (
+            "kinetic-energy",
             Chart {
                 x: "time since pouring began, s".to_owned(),
                 y: "kinetic energy, J".to_owned(),
@@ -260,6 +326,7 @@ fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
             "Settling: the kinetic energy falls until the settle rule holds",
         ),
         (
+            "unbalanced-force",
             Chart {
                 x: "time since pouring began, s".to_owned(),
                 y: "unbalanced force".to_owned(),
@@ -274,6 +341,7 @@ fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
     ];
     if runs.native.record.stages.len() > 1 {
         figures.push((
+            "punch-force",
             Chart {
                 x: "punch depth, mm".to_owned(),
                 y: "force on the punch, N".to_owned(),
@@ -288,16 +356,11 @@ fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
             "Loading: the force of the grains on the punch",
         ));
     }
-    figures
-        .into_iter()
-        .filter(|(chart, _)| chart.can_be_drawn())
-        .map(|(chart, caption)| {
-            Ok(Figure {
-                svg: chart.svg()?,
-                caption: caption.to_owned(),
-            })
-        })
-        .collect()
+    let mut drawn = Vec::new();
+    for (name, chart, caption) in figures {
+        drawn.extend(Figure::of_chart(name, caption, &chart)?);
+    }
+    Ok(drawn)
 }
 
 /// How rounding differences grow, where an ordinary pair was run.
@@ -316,31 +379,21 @@ fn separation(reproduction: &Reproduction) -> Result<Option<Figure>, Error> {
             .filter(|(_, apart)| *apart > 0.0)
             .collect::<Vec<_>>()
     };
-    let series = |name: &str, colour, curve: &[Separation]| Series {
-        name: name.to_owned(),
-        colour,
-        mark: Mark::Line,
-        points: largest(curve),
-    };
     let chart = Chart {
         x: "step of pouring".to_owned(),
         y: "largest separation over R".to_owned(),
         logarithmic: [false, true],
         legend: Corner::LowerRight,
         series: vec![
-            series("native, YADE", BLUE, &partings.engines.curve),
-            series("YADE, YADE", VERMILION, &partings.control.curve),
+            line("native, YADE", BLUE, largest(&partings.engines.curve)),
+            line("YADE, YADE", VERMILION, largest(&partings.control.curve)),
         ],
     };
     // A scene too short for rounding to matter has no curve to draw.
-    if !chart.can_be_drawn() {
-        return Ok(None);
-    }
-    Ok(Some(Figure {
-        svg: chart.svg()?,
-        caption:
-            "Rounding differences grow: native against YADE's ordinary loop, and two ordinary \
-                  YADE runs that differ in verletDist only (before the curves begin the bits agree)"
-                .to_owned(),
-    }))
+    Figure::of_chart(
+        "separation",
+        "Rounding differences grow: native against YADE's ordinary loop, and two ordinary YADE runs that differ in verletDist only (before the \
+         curves begin the bits agree)",
+        &chart,
+    )
 }

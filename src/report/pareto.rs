@@ -6,7 +6,8 @@ mod scatter;
 use serde::Serialize;
 
 use self::scatter::{Dot, Scatter};
-use super::chart::{BLUE, Chart, Corner, GREEN, Mark, Series, VERMILION};
+use super::chart::{BLUE, Chart, Corner, GREEN, VERMILION};
+use super::figure::{Figure, Page, line};
 use super::shell;
 use crate::engine::native::Mode;
 use crate::error::Error;
@@ -17,18 +18,19 @@ use crate::pareto::record::{Pareto, Point};
 use crate::statistics::equivalence::Finding;
 
 const PAGE: &str = include_str!("pareto.html");
+const PART: &str = include_str!("pareto_part.html");
 
 /// What the template is given.
 #[derive(Debug, Serialize)]
-struct Page<'a> {
+struct Given<'a> {
     p: &'a Pareto,
     word: &'static str,
-    charts: Vec<shell::Figure>,
+    charts: Vec<Figure>,
     rows: Vec<Row>,
     tested: Vec<Tested>,
-    forests: Vec<shell::Figure>,
+    forests: Vec<Figure>,
     orders: Vec<Order>,
-    convergence: String,
+    convergence: Option<Figure>,
     missing: Vec<String>,
 }
 
@@ -57,7 +59,7 @@ struct Tested {
     seconds: String,
     missed: String,
     not_shown: Vec<String>,
-    figure: shell::Figure,
+    figure: Figure,
     correlations: String,
 }
 
@@ -71,31 +73,54 @@ struct Order {
 }
 
 /// A page of its own.
-pub fn page(record: &Pareto) -> Result<String, Error> {
-    let page = Page {
+pub fn page(record: &Pareto) -> Result<Page, Error> {
+    let given = given(record)?;
+    let html = shell::render(&[("pareto.html", PAGE)], &given)?;
+    let tested = given.tested.into_iter().map(|of| of.figure);
+    let figures = given.charts.into_iter().chain(tested);
+    Ok(Page {
+        html,
+        figures: figures
+            .chain(given.forests)
+            .chain(given.convergence)
+            .collect(),
+    })
+}
+
+/// The part for the main report: the charts, and what was tested to be equivalent.
+pub fn part(record: &Pareto) -> Result<Page, Error> {
+    let given = given(record)?;
+    Ok(Page {
+        html: shell::render(&[("pareto_part.html", PART)], &given)?,
+        figures: given.charts,
+    })
+}
+
+fn given(record: &Pareto) -> Result<Given<'_>, Error> {
+    Ok(Given {
         p: record,
         word: if record.complete {
             "cost against error"
         } else {
             "cost against error, incomplete"
         },
-        charts: charts(record),
+        charts: charts(record)?,
         rows: rows(record),
-        tested: tested(record),
-        forests: forests(record),
+        tested: tested(record)?,
+        forests: forests(record)?,
         orders: orders(record),
         convergence: convergence(record)?,
         missing: missing(record),
-    };
-    shell::render(&[("pareto.html", PAGE)], &page)
+    })
 }
 
-fn charts(record: &Pareto) -> Vec<shell::Figure> {
-    let of = |what: &str, caption: &str, worst: fn(&Judgement) -> &Option<Worst>| {
+fn charts(record: &Pareto) -> Result<Vec<Figure>, Error> {
+    let of = |name: &str, what: &str, caption: &str, worst: fn(&Judgement) -> &Option<Worst>| {
         let dots = record.points.iter().filter_map(|point| {
             let error = worst(&point.charted).as_ref()?.error;
             Some(Dot {
                 number: point.number,
+                name: &point.method.name,
                 x: point.costs?.cpu_seconds,
                 y: [error.estimate, error.low, error.high],
                 class: class(point),
@@ -115,30 +140,39 @@ fn charts(record: &Pareto) -> Vec<shell::Figure> {
             lines,
             dots: dots.collect(),
         };
-        shell::Figure {
+        let key = "Blue: exact mode; vermilion: free and single; green: YADE and an engine that was brought. Hollow: dominated. Bars: 95 % interval of that quantity.";
+        Ok(Figure {
+            name: name.to_owned(),
+            caption: format!("{caption} {key}"),
             svg: scatter.svg(),
-            caption: caption.to_owned(),
-        }
+            csv: scatter.csv()?,
+        })
     };
-    vec![
+    let charts = [
         of(
+            "cost-and-error-of-the-settled-bed",
             "the settled bed",
             "Settled bed: heights, porosities, coordination and the shape of the distribution of stress.",
             |judged| &judged.bed,
         ),
         of(
+            "cost-and-error-of-the-loaded-bed",
             "the loaded bed",
             "Loaded bed: local mean stress at O, A and B, and the share of punches that miss the force.",
             |judged| &judged.load,
         ),
-    ]
+    ];
+    // Where nothing was measured there is nothing to draw.
+    let drawn =
+        |figure: &Result<Figure, Error>| figure.as_ref().map_or(true, |of| !of.svg.is_empty());
+    charts.into_iter().filter(drawn).collect()
 }
 
 fn class(point: &Point) -> &'static str {
     match point.method.runner {
         Runner::Native(Mode::Exact) => "exact",
         Runner::Native(_) => "free",
-        Runner::YadeOrdinary | Runner::YadeSorted => "other",
+        Runner::YadeOrdinary | Runner::YadeSorted | Runner::Brought => "other",
     }
 }
 
@@ -181,7 +215,10 @@ fn row(record: &Pareto, point: &Point, judged: &Judgement) -> Row {
         steps: point.costs.map_or("–".to_owned(), |costs| {
             format!("{:.0} + {:.0}", costs.pour_steps, costs.load_steps)
         }),
-        missed: format!("{} of {}", judged.endings.missed(), judged.endings.all()),
+        missed: match judged.endings.all() {
+            0 => "–".to_owned(),
+            all => format!("{} of {all}", judged.endings.missed()),
+        },
         bed: error(&judged.bed),
         load: error(&judged.load),
         by: point.dominated_by.map_or(String::new(), |by| {
@@ -193,8 +230,17 @@ fn row(record: &Pareto, point: &Point, judged: &Judgement) -> Row {
             .iter()
             .map(|(reason, count)| format!("{count} failed: {reason}"))
             .chain(point.not_made.clone())
+            .chain(point.only_poured())
+            .chain(says_of_itself(point))
             .collect(),
     }
+}
+
+fn says_of_itself(point: &Point) -> Vec<String> {
+    let engine = point.method.engine.as_ref();
+    let says = engine.map_or(&[][..], |of| &of.described.approximations);
+    let line = |says: &String| format!("it says of itself: {says}");
+    says.iter().map(line).collect()
 }
 
 fn title<'a>(record: &'a Pareto, key: &'a str) -> &'a str {
@@ -202,17 +248,17 @@ fn title<'a>(record: &'a Pareto, key: &'a str) -> &'a str {
         return "share of missed forces";
     }
     let found = record.quantities.iter().find(|of| of.key == key);
-    found.map_or(key, |of| of.title)
+    found.map_or(key, |of| &of.title)
 }
 
-fn tested(record: &Pareto) -> Vec<Tested> {
+fn tested(record: &Pareto) -> Result<Vec<Tested>, Error> {
     let candidates = record.points.iter().filter_map(|point| {
         let judged = point.confirmed.as_ref()?;
         let rows: Vec<forest::Row> = record
             .quantities
             .iter()
             .filter(|quantity| quantity.margin.is_some())
-            .map(|quantity| forest_row(judged, quantity.key, quantity.title.to_owned()))
+            .map(|quantity| forest_row(judged, &quantity.key, quantity.title.to_string()))
             .collect();
         let correlations: Vec<f64> = judged
             .differences
@@ -224,7 +270,14 @@ fn tested(record: &Pareto) -> Vec<Tested> {
             .iter()
             .copied()
             .fold(f64::NEG_INFINITY, f64::max);
-        Some(Tested {
+        let csv = forest::csv(&rows);
+        let figure = csv.map(|csv| Figure {
+            name: format!("equivalence-of-method-{}", point.number),
+            caption: "Bias of every quantity over its margin, with its 90 % interval.".to_owned(),
+            svg: forest::svg(&rows, "bias over margin, 90 % interval"),
+            csv,
+        });
+        Some(figure.map(|figure| Tested {
             number: point.number,
             name: point.method.name.clone(),
             word: match judged.finding() {
@@ -238,16 +291,13 @@ fn tested(record: &Pareto) -> Vec<Tested> {
             }),
             missed: format!("{} of {}", judged.endings.missed(), judged.endings.all()),
             not_shown: not_shown(judged),
-            figure: shell::Figure {
-                svg: forest::svg(&rows, "bias over margin, 90 % interval"),
-                caption: String::new(),
-            },
+            figure,
             correlations: if correlations.is_empty() {
                 "–".to_owned()
             } else {
                 format!("{least:.2} to {most:.2}")
             },
-        })
+        }))
     });
     candidates.collect()
 }
@@ -261,7 +311,7 @@ fn forest_row(judged: &Judgement, key: &str, name: String) -> forest::Row {
     }
 }
 
-fn forests(record: &Pareto) -> Vec<shell::Figure> {
+fn forests(record: &Pareto) -> Result<Vec<Figure>, Error> {
     let charted = record.quantities.iter().filter_map(|quantity| {
         let margin = quantity.margin?;
         let rows: Vec<forest::Row> = record
@@ -269,25 +319,27 @@ fn forests(record: &Pareto) -> Vec<shell::Figure> {
             .iter()
             .map(|point| {
                 let name = format!("{} {}", point.number, shortened(&point.method.name));
-                forest_row(&point.charted, quantity.key, name)
+                forest_row(&point.charted, &quantity.key, name)
             })
             .collect();
         let unit = if quantity.unit == "1" {
             ""
         } else {
-            quantity.unit
+            &quantity.unit
         };
-        Some(shell::Figure {
+        Some(forest::csv(&rows).map(|csv| Figure {
+            name: format!("bias-of-{}", quantity.key.replace(['.', '_'], "-")),
+            csv,
             svg: forest::svg(
                 &rows,
                 &format!("bias over the margin of {margin:.3} {unit}"),
             ),
             caption: format!(
                 "{}. Margin: {}.",
-                capitalised(quantity.title),
+                capitalised(&quantity.title),
                 quantity.reason
             ),
-        })
+        }))
     });
     charted.collect()
 }
@@ -324,7 +376,7 @@ fn orders(record: &Pareto) -> Vec<Order> {
     record.convergence.iter().map(order).collect()
 }
 
-fn convergence(record: &Pareto) -> Result<String, Error> {
+fn convergence(record: &Pareto) -> Result<Option<Figure>, Error> {
     let names = ["swing", "bounce", "damped swing"];
     let series = record
         .convergence
@@ -337,19 +389,14 @@ fn convergence(record: &Pareto) -> Result<String, Error> {
         logarithmic: [true, true],
         legend: Corner::LowerRight,
         series: series
-            .map(|((case, name), colour)| Series {
-                name: name.to_owned(),
-                colour,
-                mark: Mark::Line,
-                points: case.points.clone(),
-            })
+            .map(|((case, name), colour)| line(name, colour, case.points.clone()))
             .collect(),
     };
-    if chart.can_be_drawn() {
-        chart.svg()
-    } else {
-        Ok(String::new())
-    }
+    Figure::of_chart(
+        "order-of-convergence",
+        "Errors of exact cases over the time step.",
+        &chart,
+    )
 }
 
 fn missing(record: &Pareto) -> Vec<String> {

@@ -3,12 +3,14 @@
 mod axes;
 mod curves;
 mod grid;
+mod numbers;
 mod words;
 
 use serde::Serialize;
 
 use self::curves::{COLOURS, Curves, Line};
 use self::words::{class, in_unit, with_unit};
+use super::figure::{Figure, Page};
 use super::shell;
 use crate::error::Error;
 use crate::sensitivity::bearing::{Bearing, Curve};
@@ -23,13 +25,13 @@ const FAINT: f64 = 0.2;
 
 /// What the template is given.
 #[derive(Debug, Serialize)]
-struct Page<'a> {
+struct Given<'a> {
     s: &'a Sensitivity,
     word: &'static str,
-    grid: String,
-    axes: String,
-    pushed: String,
-    stood: String,
+    grid: Option<Figure>,
+    axes: Option<Figure>,
+    pushed: Option<Figure>,
+    stood: Option<Figure>,
     figures: Vec<FigureRow>,
     joint: Vec<JointRow>,
     groups: Vec<Group>,
@@ -101,42 +103,77 @@ struct StandingRow {
 }
 
 /// A page of its own.
-pub fn page(record: &Sensitivity) -> Result<String, Error> {
-    let page = Page {
+pub fn page(record: &Sensitivity) -> Result<Page, Error> {
+    let (pushed, stood) = (pushed(&record.bearing), stood(&record.bearing));
+    let given = Given {
         s: record,
         word: if record.complete {
             "what the figures depend on"
         } else {
             "what the figures depend on, incomplete"
         },
-        grid: grid::svg(record),
-        axes: axes::svg(record),
-        pushed: pushed(&record.bearing),
-        stood: stood(&record.bearing),
+        grid: drawn(
+            "speed-and-damping",
+            "Ours in kPa for stresses, mm for the height; damping is that of pouring and of loading. Last panel: members in which the punch got its force.",
+            grid::svg(record),
+            numbers::of_settings(record, |axis| axis == Axis::SpeedAndDamping),
+        )?,
+        axes: drawn(
+            "choices",
+            "Ours over published with 95 % intervals; shaded: what counts as the same. Hollow: fewer than 90 % of the punches got the force, whose number \
+             stands beside the name. A triangle points to an estimate beyond the column.",
+            axes::svg(record),
+            numbers::of_settings(record, |axis| axis != Axis::SpeedAndDamping),
+        )?,
+        pushed: drawn(
+            "pushed-through",
+            "Punches that go on whatever the force is: mean pressure in windows of depth, with 95 % intervals over clouds. Dashed grey: bearing capacity at rest.",
+            pushed.svg(),
+            numbers::of_curves(&pushed),
+        )?,
+        stood: drawn(
+            "left-standing",
+            &format!(
+                "Mean pressure on the punch after it stopped; the published load is {} Pa at the start.",
+                crate::paper::short(record.bearing.wanted)
+            ),
+            stood.svg(),
+            numbers::of_curves(&stood),
+        )?,
         figures: figures(record),
         joint: record.joint.iter().map(|of| joint(record, of)).collect(),
         groups: groups(record),
         rest: rest(&record.bearing),
         standing: record.bearing.standing.iter().map(standing).collect(),
     };
-    shell::render(&[("sensitivity.html", PAGE)], &page)
+    let html = shell::render(&[("sensitivity.html", PAGE)], &given)?;
+    let figures = [given.grid, given.axes, given.pushed, given.stood];
+    Ok(Page {
+        html,
+        figures: figures.into_iter().flatten().collect(),
+    })
 }
 
-/// The pictures, each with the name of its file.
-pub fn pictures(record: &Sensitivity) -> Vec<(&'static str, String)> {
-    vec![
-        ("speed-and-damping", grid::svg(record)),
-        ("choices", axes::svg(record)),
-        ("pushed-through", pushed(&record.bearing)),
-        ("left-standing", stood(&record.bearing)),
-    ]
-}
-
-fn pushed(bearing: &Bearing) -> String {
-    let kilo = |value: f64| 1.0e-3 * value;
-    if bearing.through.is_empty() {
-        return String::new();
+/// A figure, unless there was nothing to draw.
+fn drawn(
+    name: &str,
+    caption: &str,
+    svg: String,
+    csv: Result<String, Error>,
+) -> Result<Option<Figure>, Error> {
+    if svg.is_empty() {
+        return Ok(None);
     }
+    Ok(Some(Figure {
+        name: name.to_owned(),
+        caption: caption.to_owned(),
+        svg,
+        csv: csv?,
+    }))
+}
+
+fn pushed(bearing: &Bearing) -> Curves {
+    let kilo = |value: f64| 1.0e-3 * value;
     let mut lines: Vec<Line> = bearing
         .through
         .iter()
@@ -173,9 +210,12 @@ fn pushed(bearing: &Bearing) -> String {
         y: "mean pressure on the punch, kPa".to_owned(),
         logarithmic: false,
         lowest: FAINT,
-        lines,
+        lines: if bearing.through.is_empty() {
+            Vec::new()
+        } else {
+            lines
+        },
     }
-    .svg()
 }
 
 /// The damping of most curves: that of the base scene.
@@ -186,7 +226,7 @@ fn base_alpha(bearing: &Bearing) -> f64 {
         .map_or(f64::NAN, |curve| curve.alpha)
 }
 
-fn stood(bearing: &Bearing) -> String {
+fn stood(bearing: &Bearing) -> Curves {
     let lines = bearing.standing.iter().zip(COLOURS);
     Curves {
         x: "time after the punch stopped, s".to_owned(),
@@ -197,7 +237,6 @@ fn stood(bearing: &Bearing) -> String {
             .map(|(curve, colour)| line(curve, curve.name.clone(), colour, 1.0))
             .collect(),
     }
-    .svg()
 }
 
 fn line(curve: &Curve, name: String, colour: &'static str, scale: f64) -> Line {

@@ -7,15 +7,8 @@ use super::{SCRIPT, STYLE};
 use crate::error::Error;
 
 const SHELL: &str = include_str!("shell.html");
-
-/// A picture or chart with its words.
-#[derive(Debug, Serialize)]
-pub struct Figure {
-    /// The SVG element.
-    pub svg: String,
-    /// What it shows.
-    pub caption: String,
-}
+/// How every figure is set, with links to its files.
+const FIGURE: &str = include_str!("figure.html");
 
 /// Renders the last of these templates (name, text) with `page`; the others may be included in it. A page
 /// extends `shell.html`, which needs `word`, the title.
@@ -32,7 +25,10 @@ pub fn render(templates: &[(&str, &str)], page: &impl Serialize) -> Result<Strin
     environment.add_filter("truncated", truncated);
     environment.add_filter("figures", |value: f64| format!("{value:.6}"));
     let mut last = "shell.html";
-    for (name, text) in [(last, SHELL)].iter().chain(templates) {
+    for (name, text) in [("figure.html", FIGURE), (last, SHELL)]
+        .iter()
+        .chain(templates)
+    {
         environment.add_template(name, text).map_err(failed)?;
         last = name;
     }

@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
-use super::chart::{BLUE, Chart, Corner, GREEN, Mark, Series, VERMILION};
-use super::shell::{self, Figure};
+use super::chart::{BLUE, Chart, Corner, GREEN, VERMILION};
+use super::figure::{Figure, Page, circles, line};
+use super::shell;
 use crate::compare::Verdict;
 use crate::error::Error;
 use crate::stability::Map;
@@ -11,12 +12,15 @@ use crate::stability::growth::Found;
 use crate::stability::map::{Limits, Row};
 
 const PAGE: &str = include_str!("stability.html");
+const PART: &str = include_str!("stability_part.html");
 
 /// What the template is given.
 #[derive(Debug, Serialize)]
-struct Page<'a> {
+struct Given<'a> {
     map: &'a Map,
     word: &'static str,
+    /// The engine beside the native one.
+    other: &'a str,
     rows: Vec<TableRow<'a>>,
     allowed: String,
     figures: Vec<Figure>,
@@ -39,21 +43,39 @@ struct TableRow<'a> {
     verdict: Verdict,
 }
 
-/// The page.
-pub fn page(map: &Map) -> Result<String, Error> {
+/// A page of its own.
+pub fn page(map: &Map) -> Result<Page, Error> {
+    render(map, &[("stability_page.html", PAGE)])
+}
+
+/// The part for the main report.
+pub fn part(map: &Map) -> Result<Page, Error> {
+    render(map, &[("stability_part.html", PART)])
+}
+
+fn render(map: &Map, templates: &[(&str, &str)]) -> Result<Page, Error> {
     let rows = map.rows.iter().enumerate();
-    let page = Page {
+    let given = Given {
         map,
         word: match map.verdict {
             Verdict::Pass => "Stable as predicted",
             Verdict::Fail => "Not as predicted",
             Verdict::NotMade => "Incomplete",
         },
+        other: other(map),
         rows: rows.map(|(at, row)| table_row(at + 1, row)).collect(),
         allowed: format!("{} %", 100.0 * map.allowed),
         figures: figures(map)?,
     };
-    shell::render(&[("stability_page.html", PAGE)], &page)
+    Ok(Page {
+        html: shell::render(templates, &given)?,
+        figures: given.figures,
+    })
+}
+
+/// The engine of the column beside the native one's.
+fn other(map: &Map) -> &str {
+    map.exec.as_ref().map_or("YADE", |engine| &engine.name)
 }
 
 fn table_row(number: usize, row: &Row) -> TableRow<'_> {
@@ -65,9 +87,9 @@ fn table_row(number: usize, row: &Row) -> TableRow<'_> {
         of: row,
         closed: ratio(row.closed.as_ref().map(|closed| closed.dt / limit)),
         native: over(&row.undamped, row.undamped.native),
-        yade: over(&row.undamped, row.undamped.yade),
+        yade: over(&row.undamped, row.undamped.yade.or(row.undamped.exec)),
         native_damped: over(&row.damped, row.damped.native),
-        yade_damped: over(&row.damped, row.damped.yade),
+        yade_damped: over(&row.damped, row.damped.yade.or(row.damped.exec)),
         at_random: over(&row.damped, row.damped_at_random),
         p_wave: ratio(Some(proposal.p_wave / limit)),
         global_stiffness: ratio(Some(proposal.global_stiffness / limit)),
@@ -99,12 +121,6 @@ fn figures(map: &Map) -> Result<Vec<Figure>, Error> {
     let off = |limits: Limits, found: Option<Found>| {
         found.map(|found| 100.0 * (found.limit / limits.predicted - 1.0))
     };
-    let series = |name: &str, colour, mark, points| Series {
-        name: name.to_owned(),
-        colour,
-        mark,
-        points,
-    };
     let (left, right) = (0.5, map.rows.len() as f64 + 0.5);
     let level = |at: f64| vec![(left, at), (right, at)];
     let allowed = 100.0 * map.allowed;
@@ -124,9 +140,9 @@ fn figures(map: &Map) -> Result<Vec<Figure>, Error> {
         logarithmic: [false, false],
         legend: Corner::LowerRight,
         series: vec![
-            series("allowed", BLUE, Mark::Line, frame),
-            series("native", VERMILION, Mark::Circles, both(|of| of.native)),
-            series("YADE", GREEN, Mark::Circles, both(|of| of.yade)),
+            line("allowed", BLUE, frame),
+            circles("native", VERMILION, both(|of| of.native)),
+            circles(other(map), GREEN, both(|of| of.yade.or(of.exec))),
         ]
         .into_iter()
         .filter(|series| !series.points.is_empty())
@@ -144,39 +160,20 @@ fn figures(map: &Map) -> Result<Vec<Figure>, Error> {
         logarithmic: [false, false],
         legend: Corner::UpperLeft,
         series: vec![
-            series("the limit", BLUE, Mark::Line, level(1.0)),
-            series(
-                "PWaveTimeStep",
-                VERMILION,
-                Mark::Circles,
-                chosen(|of| of.p_wave),
-            ),
-            series(
-                "GlobalStiffness",
-                GREEN,
-                Mark::Circles,
-                chosen(|of| of.global_stiffness),
-            ),
+            line("the limit", BLUE, level(1.0)),
+            circles("PWaveTimeStep", VERMILION, chosen(|of| of.p_wave)),
+            circles("GlobalStiffness", GREEN, chosen(|of| of.global_stiffness)),
         ],
     };
-    let drawn = [
-        (
-            apart,
-            "Found limits against predicted ones, with and without damping; what is allowed is inside the frame.",
-        ),
-        (
-            choices,
-            "What YADE would choose, over the largest stable step without damping. Above the line it would be unstable.",
-        ),
-    ];
-    drawn
-        .into_iter()
-        .filter(|(chart, _)| chart.can_be_drawn())
-        .map(|(chart, caption)| {
-            Ok(Figure {
-                svg: chart.svg()?,
-                caption: caption.to_owned(),
-            })
-        })
-        .collect()
+    let apart = Figure::of_chart(
+        "stability-limits",
+        "Found limits against predicted ones, with and without damping; what is allowed is inside the frame.",
+        &apart,
+    )?;
+    let choices = Figure::of_chart(
+        "stability-choices",
+        "What YADE would choose, over the largest stable step without damping. Above the line it would be unstable.",
+        &choices,
+    )?;
+    Ok(apart.into_iter().chain(choices).collect())
 }

@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
-use super::chart::{BLUE, Chart, Corner, GREEN, Mark, Series, VERMILION};
-use super::disc_field;
+use super::chart::{BLUE, Chart, Corner, GREEN, VERMILION};
+use super::figure::{Figure, Page, circles, line};
+use super::figures::inside_a_grain;
 use super::shell;
 use crate::compare::Verdict;
 use crate::error::Error;
@@ -19,13 +20,13 @@ const PART: &str = include_str!("verification.html");
 
 /// What the template is given.
 #[derive(Debug, Serialize)]
-struct Page<'a> {
+struct Given<'a> {
     v: &'a Verification,
     word: &'static str,
     rungs: Vec<RungRow<'a>>,
     table: Option<Table<'a>>,
-    disc: String,
-    errors: Option<String>,
+    disc: Figure,
+    errors: Option<Figure>,
     /// Why rungs that need YADE were not made.
     missing: &'a str,
     /// Whether this is a page of its own.
@@ -75,7 +76,7 @@ struct Cell {
 }
 
 /// A page of its own.
-pub fn page(verification: &Verification) -> Result<String, Error> {
+pub fn page(verification: &Verification) -> Result<Page, Error> {
     let templates = [
         ("verification.html", PART),
         ("verification_page.html", PAGE),
@@ -84,7 +85,7 @@ pub fn page(verification: &Verification) -> Result<String, Error> {
 }
 
 /// The part for the main report.
-pub fn part(verification: &Verification) -> Result<String, Error> {
+pub fn part(verification: &Verification) -> Result<Page, Error> {
     render(verification, &[("verification.html", PART)], false)
 }
 
@@ -92,9 +93,9 @@ fn render(
     verification: &Verification,
     templates: &[(&str, &str)],
     own_page: bool,
-) -> Result<String, Error> {
+) -> Result<Page, Error> {
     let field = figure_4().map_err(|error| Error::Report(error.to_string()))?;
-    let page = Page {
+    let given = Given {
         v: verification,
         word: match verification.verdict {
             Verdict::Pass => "Verified",
@@ -103,12 +104,15 @@ fn render(
         },
         rungs: rows(&verification.rungs),
         table: table(verification),
-        disc: disc_field::picture(&field),
+        disc: inside_a_grain(&field)?,
         errors: errors(&verification.errors)?,
         missing: missing(verification),
         own_page,
     };
-    shell::render(templates, &page)
+    Ok(Page {
+        html: shell::render(templates, &given)?,
+        figures: given.errors.into_iter().chain([given.disc]).collect(),
+    })
 }
 
 /// A row a rung, in the order in which they were first climbed.
@@ -215,16 +219,10 @@ fn cell(limit: &Limit) -> Cell {
 }
 
 /// How rounding errors grow in each precision.
-fn errors(errors: &[Errors]) -> Result<Option<String>, Error> {
-    let series = |name: &str, colour, mark, of: fn(&Errors) -> f64| Series {
-        name: name.to_owned(),
-        colour,
-        mark,
-        points: errors
-            .iter()
-            .map(|errors| (errors.step as f64, of(errors)))
-            .filter(|(_, error)| *error > 0.0)
-            .collect(),
+fn errors(errors: &[Errors]) -> Result<Option<Figure>, Error> {
+    let points = |of: fn(&Errors) -> f64| {
+        let points = errors.iter().map(|errors| (errors.step as f64, of(errors)));
+        points.filter(|(_, error)| *error > 0.0).collect()
     };
     let chart = Chart {
         x: "step of pouring".to_owned(),
@@ -232,13 +230,15 @@ fn errors(errors: &[Errors]) -> Result<Option<String>, Error> {
         logarithmic: [false, true],
         legend: Corner::LowerRight,
         series: vec![
-            series("native", BLUE, Mark::Line, |of| of.native),
-            series("YADE, double", VERMILION, Mark::Circles, |of| of.yade),
-            series("YADE, long double", GREEN, Mark::Line, |of| of.long_double),
+            line("native", BLUE, points(|of| of.native)),
+            circles("YADE, double", VERMILION, points(|of| of.yade)),
+            line("YADE, long double", GREEN, points(|of| of.long_double)),
         ],
     };
-    if errors.is_empty() || !chart.can_be_drawn() {
-        return Ok(None);
-    }
-    Ok(Some(chart.svg()?))
+    Figure::of_chart(
+        "rounding",
+        "Distance from the same run in 128-bit arithmetic. Native and YADE round alike; 11 more bits make the error smaller by about 2¹¹, so it is \
+         rounding and nothing else. It grows while grains collide, until neighbours are no longer the same.",
+        &chart,
+    )
 }

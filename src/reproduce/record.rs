@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::beside::Stated;
 use super::claims::Claim;
 use super::faults::FaultCheck;
 use crate::checks::Speed;
@@ -62,6 +63,8 @@ pub struct Reproduction {
     pub numbers: Vec<paper::Number>,
     /// Faults of the paper's text.
     pub text_faults: Vec<paper::TextFault>,
+    /// Records of other jobs that stand on the page; they are no part of the verdict.
+    pub beside: Vec<Stated>,
     /// All runs.
     pub runs: Vec<RunSummary>,
     /// How long the job took, s.

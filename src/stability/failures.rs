@@ -3,7 +3,7 @@
 
 mod ways;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::compare::Verdict;
 use crate::engine::native::{self, NativeError, Options, Trouble};
@@ -21,7 +21,7 @@ use crate::tables::StopReason;
 const GRAINS: u32 = 60;
 
 /// One way to fail.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Failure {
     /// A short name, in kebab-case.
     pub name: String,

@@ -6,7 +6,7 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::spectrum::symmetric;
 use crate::engine::case::Case;
@@ -35,7 +35,7 @@ const SCAN: f64 = 1.008;
 const MOST_DOUBLINGS: u32 = 40;
 
 /// The largest stable step as found.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Found {
     /// Middle of the two, s.
     pub limit: f64,

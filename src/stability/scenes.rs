@@ -34,7 +34,7 @@ pub struct MapScene {
 }
 
 /// A largest stable step by a formula.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ClosedForm {
     /// s.
     pub dt: f64,

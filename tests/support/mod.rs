@@ -2,6 +2,8 @@
 
 pub mod all_pairs;
 pub mod browser;
+pub mod engines;
+pub mod pages;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

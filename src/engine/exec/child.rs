@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use super::{ExecError, Options};
 use crate::child::Group;
 use crate::engine::Observer;
-use crate::engine::watch::{self, Beats, Ended, end_of, length, watch};
+use crate::engine::watch::{self, Beats, Done, Ended, end_of, length, watch};
 use crate::files::failed;
 
 /// What the engine prints goes here, in the job's folder; of `describe` its standard output alone.
@@ -23,7 +23,7 @@ pub fn log(work: &Path) -> String {
 }
 
 /// Has the engine do the job in `work`.
-pub fn run(options: &Options, work: &Path, observer: &mut dyn Observer) -> Result<(), ExecError> {
+pub fn run(options: &Options, work: &Path, observer: &mut dyn Observer) -> Result<Done, ExecError> {
     let work = &fs::canonicalize(work).map_err(failed("find", work))?;
     let said = work.join(SAID);
     let output = File::create(&said).map_err(failed("create", &said))?;
@@ -44,7 +44,8 @@ pub fn describe(options: &Options, work: &Path) -> Result<(), ExecError> {
         .arg("describe")
         .stdout(create(SAID)?)
         .stderr(create(COMPLAINED)?);
-    finish(options, work, &mut command, &mut ())
+    finish(options, work, &mut command, &mut ())?;
+    Ok(())
 }
 
 fn command(options: &Options, work: &Path) -> Result<Command, ExecError> {
@@ -68,7 +69,7 @@ fn finish(
     work: &Path,
     command: &mut Command,
     observer: &mut dyn Observer,
-) -> Result<(), ExecError> {
+) -> Result<Done, ExecError> {
     let child = Group::spawn(command).map_err(|error| ExecError::Missing {
         path: options.program.clone(),
         reason: error.to_string(),
@@ -82,12 +83,12 @@ fn finish(
         }
         Some(length(&said) + written.bytes())
     };
-    let status = watch(child, &options.limits, &mut look, &|| written.bytes());
+    let done = watch(child, &options.limits, &mut look, &|| written.bytes());
     let log = || end_of(&[log(work), watch::log(&work.join(COMPLAINED))].concat());
-    match status {
-        Ok(status) if status.success() => Ok(()),
-        Ok(status) => Err(ExecError::Crashed {
-            status: status.to_string(),
+    match done {
+        Ok(done) if done.status.success() => Ok(done),
+        Ok(done) => Err(ExecError::Crashed {
+            status: done.status.to_string(),
             log: log(),
         }),
         Err(Ended::Interrupted) => Err(ExecError::Interrupted),

@@ -9,10 +9,11 @@ use super::{CaseResult, ExecError, job, nonsense};
 use crate::engine::case::Case;
 use crate::engine::completeness;
 use crate::engine::native::check_moment;
+use crate::engine::punch_line::PunchLine;
 use crate::engine::{Observer, Outcome, StageReport, Task};
 use crate::files::read_text;
 use crate::scene::Scene;
-use crate::tables::{Bodies, BodyIds, Punch, Snapshot, Stage, StopReason, text};
+use crate::tables::{Bodies, BodyIds, Snapshot, Stage, StopReason, text};
 
 /// The most that the list of moments may have, bytes.
 const LONGEST_LIST: u64 = 1 << 26;
@@ -24,15 +25,6 @@ struct MomentLine {
     step: u64,
     #[serde(default)]
     punch: Option<PunchLine>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PunchLine {
-    centre: [f64; 2],
-    start: f64,
-    velocity: f64,
-    force: f64,
 }
 
 #[derive(Deserialize)]
@@ -227,7 +219,8 @@ impl Given<'_> {
                 )));
             }
         }
-        let punch = of.punch.map(|punch| self.punch(&punch, &at)).transpose()?;
+        let punch = of.punch.map(|punch| punch.read(self.half_extents, &at));
+        let punch = punch.transpose().map_err(nonsense)?;
         Ok(Snapshot {
             stage: of.stage,
             step: of.step,
@@ -260,20 +253,5 @@ impl Given<'_> {
         Err(nonsense(format!(
             "{at}: other radii, masses or moments of inertia than in initial.csv; write them as they were given"
         )))
-    }
-
-    fn punch(&self, of: &PunchLine, at: &str) -> Result<Punch, ExecError> {
-        let [x, z] = of.centre;
-        let numbers = [x, z, of.start, of.velocity, of.force];
-        if !numbers.iter().all(|value| value.is_finite()) {
-            return Err(nonsense(format!("{at}: the punch is not finite")));
-        }
-        Ok(Punch {
-            centre: of.centre,
-            half_extents: self.half_extents,
-            start: of.start,
-            velocity: of.velocity,
-            force: of.force,
-        })
     }
 }

@@ -7,6 +7,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::{YadeError, nonsense};
+use crate::engine::punch_line::PunchLine;
 use crate::tables::text::most_contacts;
 use crate::tables::{Bodies, BodyIds, Contact, Punch};
 
@@ -20,15 +21,6 @@ pub struct MomentLine {
     contacts: usize,
     out_of_plane: f64,
     punch: Option<PunchLine>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PunchLine {
-    centre: [f64; 2],
-    start: f64,
-    velocity: f64,
-    force: f64,
 }
 
 /// `frames.bin`, read from the front.
@@ -87,9 +79,8 @@ impl Tables {
             .ok_or_else(|| nonsense(format!("{at}: a contact between bodies that do not exist")))?;
         contacts.sort_by_key(|contact| (contact.id1, contact.id2));
         let punch = of.punch.as_ref();
-        let punch = punch
-            .map(|punch| read_punch(punch, half_extents, at))
-            .transpose()?;
+        let punch = punch.map(|punch| punch.read(half_extents, at));
+        let punch = punch.transpose().map_err(nonsense)?;
         Ok((bodies, contacts, punch))
     }
 
@@ -122,23 +113,6 @@ impl Tables {
             )),
         }
     }
-}
-
-fn read_punch(of: &PunchLine, half_extents: [f64; 2], at: &str) -> Result<Punch, YadeError> {
-    let [x, z] = of.centre;
-    if ![x, z, of.start, of.velocity, of.force]
-        .iter()
-        .all(|value| value.is_finite())
-    {
-        return Err(nonsense(format!("{at}: the punch is not finite")));
-    }
-    Ok(Punch {
-        centre: of.centre,
-        half_extents,
-        start: of.start,
-        velocity: of.velocity,
-        force: of.force,
-    })
 }
 
 /// A contact of the script's row; its force is split along the normal and across it as the native

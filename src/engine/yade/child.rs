@@ -42,7 +42,7 @@ pub fn run(
         memory: u64::MAX,
         output: u64::MAX,
     };
-    let status = watch(
+    let done = watch(
         child,
         &limits,
         &mut || {
@@ -62,8 +62,8 @@ pub fn run(
         reason,
         log: end_of(&log(work)),
     };
-    match status {
-        Ok(status) => finished(work, status, version),
+    match done {
+        Ok(done) => finished(work, done.status, version),
         Err(Ended::Interrupted) => Err(YadeError::Interrupted),
         Err(Ended::Io(error)) => Err(failed("wait for", work)(error).into()),
         Err(other) => Err(hung(other.to_string())),

@@ -5,26 +5,30 @@ use crate::claims::published::published;
 use crate::claims::{Claims, Histogram, Volume, Volumes};
 use crate::error::Error;
 use crate::report::axis::{Area, Axis};
-use crate::report::distribution::{Distribution, side_by_side};
+use crate::report::distribution::{COLUMNS, Distribution, side_by_side};
+use crate::report::figure::{Figure, cells};
+use crate::report::figure_files::table;
 use crate::report::frame::{BLUE, GREEN, INK, PURPLE, SOFT, VERMILION, coloured, whole};
 use crate::report::plot::{Plot, Stroke};
+use crate::statistics::Interval;
 use crate::statistics::histogram::Bins;
 use crate::statistics::law::{Family, Law};
 
 const POINT_COLOURS: [&str; 3] = [BLUE, VERMILION, GREEN];
 
-/// A distribution as a panel like those of Figure 5: `unit` is so many of the values' own.
+/// A distribution as a panel like those of Figure 5: `unit` is so many of the values' own. `group` begins its name.
 pub fn histogram(
+    group: &str,
     of: &Histogram,
     quantity: &str,
     (unit, scale): (&str, f64),
-) -> Result<String, Error> {
+) -> Result<Figure, Error> {
     let values: Vec<f64> = of.sorted.iter().map(|value| value / scale).collect();
     let both_signs = of.fitted.is_some_and(|law| law.family() == Family::Laplace);
     let own = (!both_signs).then_some(Law::Exponential { mean: of.mean });
     let fitted = own.into_iter().chain(of.fitted).map(|law| law.over(scale));
     let panel = Distribution {
-        title: of.point,
+        title: &of.point,
         quantity,
         unit,
         values: &values,
@@ -36,7 +40,13 @@ pub fn histogram(
         theory_mean: of.theory.map(|mean| mean / scale),
         fitted: &fitted.collect::<Vec<Law>>(),
     };
-    Ok(side_by_side(&[panel.panel()?], &of.what))
+    let panel = panel.panel()?;
+    Ok(Figure {
+        name: format!("{}-{}", group.replace('.', "-"), of.point),
+        caption: of.what.clone(),
+        csv: table(&COLUMNS, &panel.rows)?,
+        svg: side_by_side(&[panel], &of.what),
+    })
 }
 
 /// A plot's part of a picture of this size.
@@ -76,25 +86,40 @@ fn growing(
     let mut svg = plot.svg(["number of cells N", label]);
     for ((of, colour), place) in series.iter().zip(POINT_COLOURS).zip(0..) {
         let at = area[0] + area[2] - 8.0 - 22.0 * f64::from(2 - place);
-        svg += &coloured(colour, [at, area[1] - 7.0], "middle", of.point);
+        svg += &coloured(colour, [at, area[1] - 7.0], "middle", &of.point);
     }
     whole(SIZE, label, &svg)
 }
 
 /// Variation, shape and correlation against the number of cells.
-pub fn volumes(claims: &Claims, moment: &str) -> [String; 3] {
+pub fn volumes(claims: &Claims, moment: &str) -> Result<[Figure; 3], Error> {
     let all = claims.figures.volumes.iter();
     let series: Vec<&Volumes> = all.filter(|of| of.moment == moment).collect();
-    let interval =
-        |of: Option<crate::statistics::Interval>| of.map(|of| [of.low, of.estimate, of.high]);
-    [
+    let figure = |name: &str,
+                  caption: &str,
+                  svg: String,
+                  of: fn(&Volume) -> Option<[f64; 3]>|
+     -> Result<Figure, Error> {
+        Ok(Figure {
+            name: format!("{name}-{moment}"),
+            caption: caption.to_owned(),
+            svg,
+            csv: numbers(&series, of)?,
+        })
+    };
+    let [variation, shape, correlation]: [fn(&Volume) -> Option<[f64; 3]>; 3] = [
+        |one| interval(one.variation),
+        |one| interval(one.shape),
+        |one| one.correlation.map(|of| [of, of, of]),
+    ];
+    let drawn = [
         growing(
             &series,
             |area| Axis::upwards(area, 0.02, 2.0).logarithmic(),
             "coefficient of variation of ΣΣ_zz",
             |n| 1.0 / n.sqrt(),
             Some(0.1),
-            |one| interval(one.variation),
+            variation,
         ),
         growing(
             &series,
@@ -102,7 +127,7 @@ pub fn volumes(claims: &Claims, moment: &str) -> [String; 3] {
             "gamma shape over N",
             |_| 1.0,
             None,
-            |one| interval(one.shape),
+            shape,
         ),
         growing(
             &series,
@@ -110,24 +135,69 @@ pub fn volumes(claims: &Claims, moment: &str) -> [String; 3] {
             "mean correlation of two cells",
             |_| 0.0,
             None,
-            |one| one.correlation.map(|of| [of, of, of]),
+            correlation,
         ),
-    ]
+    ];
+    let [first, second, third] = drawn;
+    Ok([
+        figure(
+            "variation-and-cells",
+            "Variation of many cells together.",
+            first,
+            variation,
+        )?,
+        figure(
+            "shape-and-cells",
+            "Gamma shape over the number of cells.",
+            second,
+            shape,
+        )?,
+        figure(
+            "correlation-and-cells",
+            "Mean correlation of two cells.",
+            third,
+            correlation,
+        )?,
+    ])
+}
+
+fn interval(of: Option<Interval>) -> Option<[f64; 3]> {
+    of.map(|of| [of.low, of.estimate, of.high])
+}
+
+/// The points of [`growing`].
+fn numbers(
+    series: &[&Volumes],
+    value: impl Fn(&Volume) -> Option<[f64; 3]>,
+) -> Result<String, Error> {
+    let head = ["point", "cells", "value", "low_95", "high_95"];
+    let rows = series.iter().flat_map(|of| {
+        let shown = of
+            .volumes
+            .iter()
+            .filter_map(|one| Some((one.cells, value(one)?)));
+        shown.map(|(count, [low, middle, high])| {
+            let mut row = vec![of.point.to_string(), count.to_string()];
+            row.extend(cells([middle, low, high]));
+            row
+        })
+    });
+    table(&head, rows)
 }
 
 /// Means over what is published, row by row.
-pub fn means(claims: &Claims) -> String {
+pub fn means(claims: &Claims) -> Result<Option<Figure>, Error> {
     const ROW: f64 = 18.0;
     let wanted = ["gravity", "mean.O", "mean.A", "mean.B", "extensive"];
     let rows: Vec<(&Claim, &Row)> = claims
         .claims
         .iter()
-        .filter(|claim| wanted.contains(&claim.id))
+        .filter(|claim| wanted.contains(&claim.id.as_ref()))
         .flat_map(|claim| claim.rows.iter().map(move |row| (claim, row)))
         .filter(|(_, row)| row.ratio.is_some())
         .collect();
     if rows.is_empty() {
-        return String::new();
+        return Ok(None);
     }
     let most = rows
         .iter()
@@ -160,26 +230,43 @@ pub fn means(claims: &Claims) -> String {
         plot.dot([ratio.estimate, at], colour, 3.2, 1.0);
     }
     let mut svg = plot.svg(["ours over published", ""]);
-    for (index, (claim, row)) in rows.iter().enumerate() {
-        let name = if claim.id.starts_with("mean.") {
+    let name = |claim: &Claim, row: &Row| {
+        if claim.id.starts_with("mean.") {
             let point = claim.id.trim_start_matches("mean.");
             format!("{point}: {}", row.what)
         } else if claim.id == "gravity" {
             format!("gravity, {}", row.what)
         } else {
             row.what.clone()
-        };
+        }
+    };
+    let mut numbers = Vec::new();
+    for (index, (claim, row)) in rows.iter().enumerate() {
+        let name = name(claim, row);
         let at = [area[0] - 8.0, area[1] + ROW * (index as f64 + 0.5) + 4.5];
         svg += &coloured(INK, at, "end", &name);
+        if let Some(of) = row.ratio {
+            let mut line = vec![name];
+            line.extend(cells([of.estimate, of.low, of.high]));
+            numbers.push(line);
+        }
     }
-    whole([760.0, area[3] + 62.0], "Means over published means", &svg)
+    Ok(Some(Figure {
+        name: "means-over-published".to_owned(),
+        caption: "Means over published means.".to_owned(),
+        svg: whole([760.0, area[3] + 62.0], "Means over published means", &svg),
+        csv: table(
+            &["mean", "ours over published", "low_95", "high_95"],
+            numbers,
+        )?,
+    }))
 }
 
 /// Beds in the plane of height and porosity.
-pub fn plane(claims: &Claims) -> String {
+pub fn plane(claims: &Claims) -> Result<Option<Figure>, Error> {
     const SIZE: [f64; 2] = [620.0, 400.0];
     let (Some(height), Some(porosity)) = (published("height"), published("porosity")) else {
-        return String::new();
+        return Ok(None);
     };
     let beds = claims.figures.plane.iter().flat_map(|cloud| &cloud.beds);
     let (mut x, mut y) = ([0.44f64, 0.48f64], [0.12f64, 0.20f64]);
@@ -211,7 +298,19 @@ pub fn plane(claims: &Claims) -> String {
     let [right, floor] = [area[0] + area[2], area[1] + area[3]];
     for ((cloud, colour), line) in claims.figures.plane.iter().zip(colours).zip(0..) {
         let at = [right - 8.0, floor - 58.0 + 16.0 * f64::from(line)];
-        svg += &coloured(colour, at, "end", cloud.definition);
+        svg += &coloured(colour, at, "end", &cloud.definition);
     }
-    whole(SIZE, "Height and porosity of settled beds", &svg)
+    let beds = claims.figures.plane.iter().flat_map(|cloud| {
+        let row = |[h, n]: &[f64; 2]| {
+            let definition = cloud.definition.to_string();
+            [definition, h.to_string(), n.to_string()]
+        };
+        cloud.beds.iter().map(row)
+    });
+    Ok(Some(Figure {
+        name: "height-and-porosity".to_owned(),
+        caption: "Height and porosity of settled beds.".to_owned(),
+        csv: table(&["definition", "height (m)", "porosity (1)"], beds)?,
+        svg: whole(SIZE, "Height and porosity of settled beds", &svg),
+    }))
 }

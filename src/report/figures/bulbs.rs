@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use super::Figure;
 use crate::continuum::table::Setup;
 use crate::continuum::{Field, Model};
 use crate::error::Error;
 use crate::report::axis::{Area, Axis, printed};
 use crate::report::contours::Grid;
+use crate::report::figure::Figure;
 use crate::report::figure_files::table;
 use crate::report::frame::{INK, VERMILION, border, line, text, whole};
 use crate::report::shades::shade;
@@ -133,8 +133,8 @@ pub fn figure(setup: &Setup) -> Result<Figure, Error> {
         ),
     );
     Ok(Figure {
-        name: "figure-1",
-        title: "Stress bulbs of the continuum under the load",
+        name: "figure-1".to_owned(),
+        caption: "Stress bulbs of the continuum under the load".to_owned(),
         svg: whole(SIZE, "Stress bulbs under a strip load", &svg),
         csv: table(
             &[

@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use super::Figure;
 use crate::error::Error;
 use crate::figures::LoadedBed;
 use crate::measure::height;
 use crate::realization::bed_of;
 use crate::report::axis::Area;
+use crate::report::figure::Figure;
 use crate::report::figure_files::table;
 use crate::report::frame::{INK, text, whole};
 use crate::report::packing;
@@ -66,8 +66,8 @@ pub fn figure(bed: &LoadedBed) -> Result<Figure, Error> {
     }
     let size = [WIDTH, second[1] + second[3] + MARGIN];
     Ok(Figure {
-        name: "figure-2",
-        title: "Force chains under the load",
+        name: "figure-2".to_owned(),
+        caption: "Force chains under the load".to_owned(),
         svg: whole(size, "Forces between the grains under the punch", &svg),
         csv: table(
             &[

@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use super::Figure;
 use crate::error::Error;
 use crate::paper::piles::{Counted, chance_of_at_least_of_five, table_1};
 use crate::report::axis::{Area, Axis};
+use crate::report::figure::Figure;
 use crate::report::figure_files::table;
 use crate::report::frame::{BARS, BLUE, GREEN, INK, VERMILION, border, line, text, whole};
 
@@ -93,8 +93,8 @@ pub fn figure() -> Result<Figure, Error> {
     );
     svg += &key();
     Ok(Figure {
-        name: "figure-3",
-        title: "How five piles share five units of force, and what one pile bears",
+        name: "figure-3".to_owned(),
+        caption: "How five piles share five units of force, and what one pile bears".to_owned(),
         svg: whole(
             SIZE,
             "Sharings of five units of force among five piles",

@@ -2,6 +2,10 @@
 
 use std::fmt::Write;
 
+use crate::error::Error;
+use crate::report::figure::cells;
+use crate::report::figure_files::table;
+use crate::report::frame::{escaped, whole};
 use crate::statistics::Interval;
 use crate::statistics::equivalence::Finding;
 
@@ -24,6 +28,11 @@ const ROW: f64 = 15.0;
 const BOTTOM: f64 = 34.0;
 /// Margins to each side.
 const REACH: f64 = 4.0;
+/// The drawing's own, so that its file needs no page.
+const STYLE: &str = ".forest .margin { fill: #e8f3ee; } .forest .zero { stroke: #8b9197; } .forest .none { fill: #5f6368; } \
+    .forest path { stroke-width: 1.6; fill: none; } .forest .same { stroke: #00674f; } .forest .apart { stroke: #a33b00; } \
+    .forest .open { stroke: #5f6368; } .forest circle.same, .forest .same.tip { fill: #00674f; } \
+    .forest circle.apart, .forest .apart.tip { fill: #a33b00; } .forest circle.open, .forest .open.tip { fill: #5f6368; }";
 
 /// The panel as an SVG element; `axis` says what the margin is.
 pub fn svg(rows: &[Row], axis: &str) -> String {
@@ -33,9 +42,7 @@ pub fn svg(rows: &[Row], axis: &str) -> String {
         let share = (value.clamp(-REACH, REACH) + REACH) / (2.0 * REACH);
         NAMES + share * (WIDTH - RIGHT - NAMES)
     };
-    let mut svg = format!(
-        "<svg class=\"forest\" viewBox=\"0 0 {WIDTH} {height:.0}\" role=\"img\" xmlns=\"http://www.w3.org/2000/svg\">"
-    );
+    let mut svg = format!("<style>{STYLE}</style><g class=\"forest\" font-size=\"11\">");
     let (left, right) = (place(-1.0), place(1.0));
     // Writing to a string does not fail.
     let _ = write!(
@@ -71,7 +78,7 @@ pub fn svg(rows: &[Row], axis: &str) -> String {
             svg,
             "<text x=\"0\" y=\"{:.1}\">{}</text>",
             middle + 4.0,
-            row.name
+            escaped(&row.name)
         );
         let Some(of) = row.difference else {
             let _ = write!(
@@ -110,5 +117,29 @@ pub fn svg(rows: &[Row], axis: &str) -> String {
             );
         }
     }
-    svg + "</svg>"
+    whole([WIDTH, height], axis, &(svg + "</g>"))
+}
+
+/// The rows as they are drawn.
+pub fn csv(rows: &[Row]) -> Result<String, Error> {
+    let head = [
+        "row",
+        "bias over margin",
+        "lower end, 90 %",
+        "upper end, 90 %",
+        "finding",
+    ];
+    let rows = rows.iter().map(|row| {
+        let mut line = vec![row.name.clone()];
+        line.extend(match row.difference {
+            Some(of) => cells([of.estimate, of.low, of.high]),
+            None => vec![String::new(); 3],
+        });
+        line.push(match row.finding {
+            Some(finding) => format!("{finding:?}").to_lowercase(),
+            None => String::new(),
+        });
+        line
+    });
+    table(&head, rows)
 }

@@ -3,14 +3,19 @@
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
+use crate::error::Error;
 use crate::report::axis::{Area, Axis};
+use crate::report::figure::cells;
+use crate::report::figure_files::table;
 use crate::report::frame::{border, grid, text, whole};
 
 /// A point of the chart.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Dot {
+pub struct Dot<'a> {
     /// What is written beside it.
     pub number: usize,
+    /// In the table.
+    pub name: &'a str,
     /// On the horizontal axis, above zero.
     pub x: f64,
     /// On the vertical axis, with the ends of its interval.
@@ -23,7 +28,7 @@ pub struct Dot {
 
 /// The chart.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scatter {
+pub struct Scatter<'a> {
     /// Label of the horizontal axis.
     pub x: String,
     /// Label of the vertical axis.
@@ -31,19 +36,25 @@ pub struct Scatter {
     /// Horizontal lines, each with its words.
     pub lines: Vec<(f64, String)>,
     /// In any order.
-    pub dots: Vec<Dot>,
+    pub dots: Vec<Dot<'a>>,
 }
 
 const SIZE: [f64; 2] = [720.0, 490.0];
 const AREA: Area = [66.0, 14.0, 640.0, 426.0];
 const DOT: f64 = 4.0;
+/// The drawing's own, so that its file needs no page.
+const STYLE: &str = ".scatter .level { stroke: #8a5a00; stroke-dasharray: 5 4; fill: none; } .scatter .words { fill: #8a5a00; } \
+    .scatter .bar { stroke: #b9bec4; stroke-width: 1; } .scatter .lead { stroke: #9aa0a6; stroke-width: .8; } \
+    .scatter .number { font-size: 11px; } .scatter circle { stroke-width: 1.6; } \
+    .scatter .exact { fill: #0072b2; stroke: #0072b2; } .scatter .free { fill: #d55e00; stroke: #d55e00; } \
+    .scatter .other { fill: #009e73; stroke: #009e73; } .scatter .hollow { fill: #fff; }";
 /// Half the width and height of a number of two digits.
 const LABEL: [f64; 2] = [8.0, 6.0];
 
-impl Scatter {
+impl Scatter<'_> {
     /// The chart as an SVG element; empty where there are no points.
     pub fn svg(&self) -> String {
-        let dots: Vec<&Dot> = self.dots.iter().filter(|dot| dot.x > 0.0).collect();
+        let dots: Vec<&Dot<'_>> = self.dots.iter().filter(|dot| dot.x > 0.0).collect();
         let (Some(xs), Some(ys)) = (
             range(dots.iter().map(|dot| dot.x)),
             range(dots.iter().map(|dot| dot.y[0].max(LOWEST))),
@@ -58,10 +69,28 @@ impl Scatter {
         // Writing to a string does not fail.
         let _ = points(&mut svg, &dots, &x, &y, &words);
         svg += &border(AREA, &x, &y, [&self.x, &self.y]);
-        format!(
-            "<div class=\"scatter\">{}</div>",
-            whole(SIZE, &self.y, &svg)
-        )
+        let contents = format!("<style>{STYLE}</style><g class=\"scatter\">{svg}</g>");
+        whole(SIZE, &self.y, &contents)
+    }
+
+    /// The points as rows.
+    pub fn csv(&self) -> Result<String, Error> {
+        let head = [
+            "number",
+            "method",
+            &self.x,
+            &self.y,
+            "lower end, 95 %",
+            "upper end, 95 %",
+            "dominated",
+        ];
+        let rows = self.dots.iter().map(|dot| {
+            let mut row = vec![dot.number.to_string(), dot.name.to_owned()];
+            row.extend(cells([dot.x, dot.y[0], dot.y[1], dot.y[2]]));
+            row.push(dot.dominated.to_string());
+            row
+        });
+        table(&head, rows)
     }
 
     /// Adds the lines with their words; the value is the words' boxes, from left to right and from top to bottom.
@@ -105,7 +134,7 @@ fn range(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
 /// Dots, bars and numbers; the numbers keep out of `words`, boxes from left to right and from top to bottom.
 fn points(
     svg: &mut String,
-    dots: &[&Dot],
+    dots: &[&Dot<'_>],
     x: &Axis,
     y: &Axis,
     words: &[[f64; 4]],

@@ -6,7 +6,7 @@ use super::words::class;
 use crate::sensitivity::choices::Axis;
 use crate::sensitivity::record::{Point, Sensitivity};
 
-const LEFT: f64 = 218.0;
+const LEFT: f64 = 374.0;
 const COLUMN: f64 = 128.0;
 const GAP: f64 = 10.0;
 const ROW: f64 = 15.0;
@@ -119,11 +119,12 @@ fn frame(
             "<text class=\"axis\" x=\"{one:.1}\" y=\"32\" text-anchor=\"middle\">{}</text>",
             super::words::with_unit(figure.value, figure.unit)
         )?;
-        for tick in [range[0], 1.0, range[1]] {
+        // The ends' words stay in their own column.
+        for (tick, anchor) in [(range[0], "start"), (1.0, "middle"), (range[1], "end")] {
             let (x, _) = place(column, range, tick);
             write!(
                 svg,
-                "<text class=\"axis\" x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{tick}</text>",
+                "<text class=\"axis\" x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{tick}</text>",
                 floor + 14.0
             )?;
         }

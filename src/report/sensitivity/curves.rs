@@ -34,7 +34,7 @@ pub struct Curves {
     pub lines: Vec<Line>,
 }
 
-const SIZE: [f64; 2] = [720.0, 410.0];
+const SIZE: [f64; 2] = [744.0, 410.0];
 /// Room on the right is for names.
 const AREA: Area = [66.0, 14.0, 454.0, 346.0];
 const LINE: f64 = 15.0;

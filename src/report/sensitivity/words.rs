@@ -4,7 +4,7 @@ use crate::sensitivity::judge::{Judged, Verdict};
 
 /// Of the pictures; colours after Okabe and Ito.
 pub const STYLE: &str = "\
-text{font:12px system-ui,'DejaVu Sans',sans-serif;fill:#1b1b1b}\
+text{font-size:12px;font-family:system-ui,'DejaVu Sans',sans-serif;fill:#1b1b1b}\
 text.title{font-weight:600;font-size:12.5px}text.axis{fill:#5f6368}\
 rect.out{fill:#0072b2}text.out{fill:#fff}\
 rect.near{fill:#9fcfea}rect.open{fill:#e3e5e8}rect.not{fill:#efa970}rect.none{fill:#fff;stroke:#c9cdd2}text.none{fill:#5f6368}\

@@ -45,6 +45,21 @@ pub fn all() -> Vec<Trial> {
     ]
 }
 
+fn trial(
+    name: &'static str,
+    job: &'static str,
+    (scene, task): (Scene, Task),
+    judge: Judge,
+) -> Trial {
+    Trial {
+        name,
+        job,
+        scene,
+        task,
+        judge,
+    }
+}
+
 /// One grain: place, velocity, radius.
 type Given = ([f64; 2], [f64; 2], f64);
 
@@ -60,91 +75,73 @@ fn grains(given: &[Given], steps: u64, every: u64) -> (Scene, Task) {
 }
 
 fn start() -> Trial {
-    let (scene, task) = grains(
-        &[
-            ([0.005, 0.004999], [0.0, 0.0], 0.005),
-            ([0.014998, 0.0051], [0.1, 0.2], 0.005),
-            ([0.5, 0.3], [0.0, 0.0], 0.004),
-        ],
-        0,
-        1,
-    );
-    Trial {
-        name: "start",
-        job: "three grains, no step: the start and its contacts as they are",
-        scene,
-        task,
-        judge: |_, theirs, native| {
+    let given = [
+        ([0.005, 0.004999], [0.0, 0.0], 0.005),
+        ([0.014998, 0.0051], [0.1, 0.2], 0.005),
+        ([0.5, 0.3], [0.0, 0.0], 0.004),
+    ];
+    trial(
+        "start",
+        "three grains, no step: the start and its contacts as they are",
+        grains(&given, 0, 1),
+        |_, theirs, native| {
             words::contacts_agree(&theirs.moments[0], &native.moments[0])?;
             Ok("the start and its contacts are right".to_owned())
         },
-    }
+    )
 }
 
 fn flight() -> Trial {
     let (mut scene, task) = grains(&[([0.5, 0.3], [0.2, -0.1], 0.005)], 2, 1);
     scene.damping = Damping::Cundall { alpha: 0.0 };
-    Trial {
-        name: "flight",
-        job: "one grain in the air for two steps, no damping: gravity and the order of a step",
-        scene,
-        task,
-        judge: words::flight,
-    }
+    trial(
+        "flight",
+        "one grain in the air for two steps, no damping: gravity and the order of a step",
+        (scene, task),
+        words::flight,
+    )
 }
 
 fn damping() -> Trial {
-    let (scene, task) = grains(
-        &[
-            ([0.3, 0.3], [0.2, -0.1], 0.005),
-            ([0.5, 0.3], [0.2, 0.1], 0.005),
-            ([0.7, 0.3], [0.0, 0.00001], 0.005),
-        ],
-        2,
-        1,
-    );
-    Trial {
-        name: "damping",
-        job: "grains in the air that rise, fall and turn round, two steps with Cundall's damping",
-        scene,
-        task,
-        judge: words::damping,
-    }
+    let given = [
+        ([0.3, 0.3], [0.2, -0.1], 0.005),
+        ([0.5, 0.3], [0.2, 0.1], 0.005),
+        ([0.7, 0.3], [0.0, 0.00001], 0.005),
+    ];
+    trial(
+        "damping",
+        "grains in the air that rise, fall and turn round, two steps with Cundall's damping",
+        grains(&given, 2, 1),
+        words::damping,
+    )
 }
 
 fn floor() -> Trial {
-    let (scene, task) = grains(&[([0.0051, 0.0052], [-0.3, -0.4], 0.005)], 60, 10);
-    Trial {
-        name: "walls",
-        job: "one grain into the corner of floor and wall",
-        scene,
-        task,
-        judge: |_, theirs, native| {
+    trial(
+        "walls",
+        "one grain into the corner of floor and wall",
+        grains(&[([0.0051, 0.0052], [-0.3, -0.4], 0.005)], 60, 10),
+        |_, theirs, native| {
             words::moments_agree(&theirs.moments, &native.moments, ROUNDING)?;
             Ok("it bounces as it should".to_owned())
         },
-    }
+    )
 }
 
 fn pair() -> Trial {
-    let (scene, task) = grains(
-        &[
-            ([0.5, 0.3], [0.3, 0.0], 0.005),
-            ([0.5091, 0.3005], [-0.3, 0.1], 0.004),
-        ],
-        40,
-        5,
-    );
-    Trial {
-        name: "pair",
-        job: "two grains of other sizes meet",
-        scene,
-        task,
-        judge: |_, theirs, native| {
+    let given = [
+        ([0.5, 0.3], [0.3, 0.0], 0.005),
+        ([0.5091, 0.3005], [-0.3, 0.1], 0.004),
+    ];
+    trial(
+        "pair",
+        "two grains of other sizes meet",
+        grains(&given, 40, 5),
+        |_, theirs, native| {
             words::moments_agree(&theirs.moments, &native.moments, ROUNDING)?;
             Ok("they part as they should".to_owned())
         },
-    }
+    )
 }
 
 /// A small bed of one size.
@@ -165,16 +162,15 @@ fn small_bed(grains: u32) -> Scene {
 pub fn bed() -> Trial {
     let scene = small_bed(20);
     let task = Task::pour(initial_bodies(&scene), 400);
-    Trial {
-        name: "bed",
-        job: "twenty grains of one size, poured for 400 steps",
-        scene,
-        task,
-        judge: |_, theirs, native| {
+    trial(
+        "bed",
+        "twenty grains of one size, poured for 400 steps",
+        (scene, task),
+        |_, theirs, native| {
             words::moments_agree(&theirs.moments, &native.moments, GROWN)?;
             Ok(words::how_close(theirs, native))
         },
-    }
+    )
 }
 
 fn rules() -> Trial {
@@ -186,13 +182,12 @@ fn rules() -> Trial {
         until: Until::EndOfSettling,
         ..Task::whole(initial_bodies(&scene))
     };
-    Trial {
-        name: "rules",
-        job: "ten grains until the settle rule holds",
-        scene,
-        task,
-        judge: words::rules,
-    }
+    trial(
+        "rules",
+        "ten grains until the settle rule holds",
+        (scene, task),
+        words::rules,
+    )
 }
 
 fn punch() -> Trial {
@@ -214,13 +209,12 @@ fn punch() -> Trial {
         },
         until: Until::Step(60),
     };
-    Trial {
-        name: "punch",
-        job: "the punch comes down on five grains on the floor for 60 steps",
-        scene,
-        task,
-        judge: words::punch,
-    }
+    trial(
+        "punch",
+        "the punch comes down on five grains on the floor for 60 steps",
+        (scene, task),
+        words::punch,
+    )
 }
 
 /// Two experiments that are no scenes.

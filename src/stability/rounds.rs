@@ -1,9 +1,8 @@
-//! The largest stable step in YADE: many steps of many scenes in one process, then a finer round.
+//! The largest stable steps in an engine that is a program of its own: many steps of many scenes in one start of it,
+//! then a finer round.
 
-use crate::engine::Observer;
 use crate::engine::case::Case;
-use crate::engine::yade::{self, YadeError, run_cases};
-use crate::files::work_folder;
+use crate::engine::exec::CaseResult;
 
 use super::growth::{Disturbed, Found};
 
@@ -29,6 +28,8 @@ pub struct Search {
     stable: Option<f64>,
     unstable: Option<f64>,
     trials: u32,
+    /// Why the engine would not do it.
+    refused: Option<String>,
 }
 
 impl Search {
@@ -43,7 +44,13 @@ impl Search {
             stable: None,
             unstable: None,
             trials: 0,
+            refused: None,
         }
+    }
+
+    /// The first trial, which has every part of the model that the others have.
+    pub fn at_start(&self) -> Case {
+        self.disturbed.at(self.low, self.alpha)
     }
 
     fn found(&self) -> Option<Found> {
@@ -52,8 +59,17 @@ impl Search {
     }
 
     fn is_done(&self) -> bool {
+        self.refused.is_some() || self.is_fine()
+    }
+
+    fn is_fine(&self) -> bool {
         self.found()
             .is_some_and(|found| found.unstable / found.stable <= 1.0 + RESOLUTION)
+    }
+
+    fn result(self) -> Result<Option<Found>, String> {
+        let found = self.found().filter(|_| self.is_fine());
+        self.refused.map_or(Ok(found), Err)
     }
 
     /// The steps of the next round: evenly between what is known, or over the range with its ends.
@@ -89,12 +105,12 @@ impl Search {
     }
 }
 
-/// All limits, in the order of the searches; none where it was not found.
-pub fn find_all(
+/// All limits, in the order of the searches: none where it was not found, or why the engine would not look for it. `run`
+/// runs cases in one start of the engine and gives what it made of each, in order.
+pub fn find_all<E>(
     mut searches: Vec<Search>,
-    options: &yade::Options,
-    observer: &mut dyn Observer,
-) -> Result<Vec<Option<Found>>, YadeError> {
+    run: &mut dyn FnMut(&[&Case]) -> Result<Vec<CaseResult>, E>,
+) -> Result<Vec<Result<Option<Found>, String>>, E> {
     for _ in 0..MOST_ROUNDS {
         let open: Vec<usize> = (0..searches.len())
             .filter(|at| !searches[*at].is_done())
@@ -113,22 +129,22 @@ pub fn find_all(
                     .map(|dt| search.disturbed.at(*dt, search.alpha))
             })
             .collect();
-        let work = work_folder()?;
         let cases: Vec<&Case> = cases.iter().collect();
-        let run = run_cases(&cases, options, work.path(), observer)?;
-        let mut tracks = run.cases.into_iter();
+        let mut tracks = run(&cases)?.into_iter();
         for (at, steps) in open.iter().zip(&trials) {
             let search = &mut searches[*at];
-            let grew: Vec<bool> = tracks
+            let grew: Result<Vec<bool>, String> = tracks
                 .by_ref()
                 .take(steps.len())
-                .map(|of| search.disturbed.has_grown(&of.track))
+                .collect::<Vec<_>>()
+                .into_iter()
+                .map(|track| track.map(|track| search.disturbed.has_grown(&track)))
                 .collect();
-            search.learn(steps, &grew);
+            match grew {
+                Ok(grew) => search.learn(steps, &grew),
+                Err(reason) => search.refused = Some(reason),
+            }
         }
     }
-    Ok(searches
-        .iter()
-        .map(|search| search.found().filter(|_| search.is_done()))
-        .collect())
+    Ok(searches.into_iter().map(Search::result).collect())
 }

@@ -1,0 +1,103 @@
+//! Engines as they are named on the command line.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::ValueEnum;
+
+use crate::verify::ladder::Climbers;
+
+/// One engine.
+#[derive(Debug, Clone)]
+pub enum Chosen {
+    Native,
+    Yade,
+    /// A program that speaks the engine protocol.
+    Exec(PathBuf),
+}
+
+impl FromStr for Chosen {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match (text, program(text)) {
+            ("native", _) => Ok(Chosen::Native),
+            ("yade", _) => Ok(Chosen::Yade),
+            (_, Some(path)) => Ok(Chosen::Exec(path)),
+            _ => Err("an engine is native, yade or exec:PATH".to_owned()),
+        }
+    }
+}
+
+/// One of the engines of this program, where none that was brought will do.
+#[derive(Debug, Clone, Copy)]
+pub enum BuiltIn {
+    Native,
+    Yade,
+}
+
+impl FromStr for BuiltIn {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "native" => Ok(BuiltIn::Native),
+            "yade" => Ok(BuiltIn::Yade),
+            _ if text.starts_with("exec:") => Err(
+                "only native and yade do this; `run`, `verify`, `stability`, `pareto` and `bench` take an engine that is \
+                 brought (docs/bring-your-own-engine.md)"
+                    .to_owned(),
+            ),
+            _ => Err("an engine is native or yade".to_owned()),
+        }
+    }
+}
+
+/// The engines of this program, or one that is brought.
+#[derive(Debug, Clone)]
+pub enum Several {
+    BuiltIn(Climbers),
+    Exec(PathBuf),
+}
+
+impl FromStr for Several {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match program(text) {
+            Some(path) => Ok(Several::Exec(path)),
+            None => Climbers::from_str(text, false)
+                .map(Several::BuiltIn)
+                .map_err(|_| "an engine is native, yade, both or exec:PATH".to_owned()),
+        }
+    }
+}
+
+impl Several {
+    /// As a command has it, the path left out: it belongs to a machine.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Several::BuiltIn(engine) => engine.name(),
+            Several::Exec(_) => "exec:PATH",
+        }
+    }
+}
+
+/// An engine that is brought and stands beside those of this program.
+#[derive(Debug, Clone)]
+pub struct Beside(pub PathBuf);
+
+impl FromStr for Beside {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        program(text).map(Beside).ok_or_else(|| {
+            "native and YADE take part anyway; one more engine is named as exec:PATH".to_owned()
+        })
+    }
+}
+
+fn program(text: &str) -> Option<PathBuf> {
+    let path = text.strip_prefix("exec:")?;
+    (!path.is_empty()).then(|| PathBuf::from(path))
+}

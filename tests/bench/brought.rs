@@ -1,0 +1,111 @@
+//! An engine that was brought on the settled bed.
+
+use crossgrain::bench::bed::{self, Bed};
+use crossgrain::bench::contender::{Contender, Plan, Programs, Turn};
+use crossgrain::bench::sanity::Sanity;
+use crossgrain::bench::{BenchError, Missed, native};
+use crossgrain::engine::exec::{Brought, Options};
+use crossgrain::engine::native::Mode;
+use crossgrain::engine::yade;
+
+use crate::support::engines::{adapter_path, changed_toy, program};
+
+const PLAN: Plan = Plan {
+    warm_up: 10,
+    native: 100,
+    other: 20,
+    shares: 0,
+};
+
+/// A turn of the engine on this bed.
+fn turn(bed: &Bed, brought: &Brought) -> Result<(Turn, Sanity, String), BenchError> {
+    let yade = yade::Options::default();
+    let programs = Programs {
+        yade: &yade,
+        brought: Some(brought),
+    };
+    let work = tempfile::tempdir().expect("a temporary folder");
+    let turn = Contender::Brought.run(bed, &PLAN, programs, work.path())?;
+    let exact = native::after(bed, Mode::Exact, PLAN.compared_after())?;
+    let sanity = Contender::Brought.check(&turn, programs, bed, &exact)?;
+    Ok((turn, sanity, programs.name_of(Contender::Brought)))
+}
+
+fn small_bed(grains: u32) -> Bed {
+    bed::settled(grains, &mut ()).expect("a bed that settles")
+}
+
+fn toy(from: &str, to: &str) -> (tempfile::TempDir, Brought) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = program(folder.path(), "toy.py", &changed_toy(from, to));
+    (folder, Brought::ask(Options::new(path)).expect("an engine"))
+}
+
+#[test]
+fn its_steps_are_timed_by_two_runs_and_its_bed_is_held_against_native() {
+    let brought = Brought::ask(Options::new(adapter_path("toy.py"))).expect("the toy");
+    let (turn, sanity, name) = turn(&small_bed(60), &brought).expect("a turn");
+    let window = turn.window;
+    // As long as it takes until the two differ by a second.
+    assert!(window.steps.is_multiple_of(PLAN.compared_after()));
+    assert!(
+        window.cpu_seconds.is_some_and(|seconds| seconds >= 1.0),
+        "{window:?}"
+    );
+    assert!(sanity.holds && sanity.steps == 30, "{sanity:?}");
+    // The toy has the native engine's bits.
+    assert_eq!(sanity.displacement, 0.0);
+    assert_eq!((name.as_str(), turn.version.as_str()), ("exec:toy", "1"));
+}
+
+#[test]
+fn a_bed_that_is_no_longer_the_bed_is_seen() {
+    let (_folder, brought) = toy("2.0 * a * a / (a + a)", "0.5 * a");
+    let (_, sanity, _) = turn(&small_bed(60), &brought).expect("a turn");
+    assert!(!sanity.holds, "{sanity:?}");
+}
+
+/// An engine that says that its law is another one is held to what another law may do.
+#[test]
+fn what_it_says_of_itself_widens_what_is_allowed() {
+    let (_folder, brought) = toy(
+        "\"version\": \"1\"",
+        "\"version\": \"1\", \"approximations\": [\"springs\"]",
+    );
+    let (_, sanity, _) = turn(&small_bed(60), &brought).expect("a turn");
+    assert_eq!(
+        sanity.tolerance,
+        crossgrain::bench::sanity::Tolerance::OTHER_LAW
+    );
+}
+
+#[test]
+fn a_bed_that_it_cannot_take_is_not_made_with_its_reason() {
+    let missed = |brought: &Brought, grains| {
+        let error = turn(&small_bed(grains), brought).expect_err("not made");
+        Missed::of("exec:toy", Contender::Brought.is_needed(), error).expect("no interruption")
+    };
+    let sound = Brought::ask(Options::new(adapter_path("toy.py"))).expect("the toy");
+    let refused = missed(&sound, 250);
+    assert!(refused.why.contains("more than 200 grains"), "{refused:?}");
+    let (_folder, lacking) = toy("\"gravity\", \"walls\", \"cases\"]", "\"gravity\"]");
+    let lacking = missed(&lacking, 60);
+    assert!(lacking.why.contains("toy has no walls"), "{lacking:?}");
+    for missed in [refused, lacking] {
+        assert!(!missed.failed && missed.needed, "{missed:?}");
+    }
+    let (_folder, broken) = toy("job[\"kind\"] == \"cases\"", "job[\"no such key\"]");
+    assert!(missed(&broken, 60).failed);
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "exec-engines"),
+    ignore = "needs LAMMPS and LIGGGHTS: --features exec-engines"
+)]
+fn lammps_takes_the_bed() {
+    let brought = Brought::ask(Options::new(adapter_path("lammps.py"))).expect("LAMMPS");
+    let (turn, sanity, name) = turn(&small_bed(500), &brought).expect("a turn");
+    assert!(sanity.holds, "{sanity:?}");
+    assert!(turn.window.steps >= 30 && name == "exec:LAMMPS");
+}

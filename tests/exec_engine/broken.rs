@@ -1,0 +1,163 @@
+//! Programs that are no engines: each is ended and named, and leaves no run folder.
+
+use std::fs;
+use std::path::PathBuf;
+
+use crate::support::engines::{AND_THEN, SOUND, program, run_in};
+use crate::support::{folder_with, small_scene};
+
+/// Longest time without a sign of life and longest time, s: long, for a machine that is busy.
+const PATIENT: [&str; 2] = ["60", "120"];
+
+/// Runs two grains for ten steps in a program that says of itself `say` and then does `does`.
+fn with(say: &str, does: &str, [stall, time]: [&str; 2]) -> (i32, String, bool) {
+    let mut scene = small_scene();
+    scene.particles.count = 2;
+    let (folder, _) = folder_with(&scene);
+    let path = program(
+        folder.path(),
+        "engine.py",
+        &format!("{SOUND}{say}{AND_THEN}{does}\n"),
+    );
+    let engine = format!("exec:{}", path.display());
+    let limits = [
+        "--steps",
+        "10",
+        "--stall-limit",
+        stall,
+        "--time-limit",
+        time,
+        "--memory-limit",
+        "300",
+        "--output-limit",
+        "8",
+    ];
+    let (code, _, errors) = run_in(folder.path(), &engine, &limits, "out");
+    let left: Vec<PathBuf> = fs::read_dir(folder.path())
+        .expect("a folder")
+        .map(|entry| entry.expect("readable").path())
+        .filter(|path| path.display().to_string().contains(".crossgrain"))
+        .collect();
+    assert!(left.is_empty(), "left behind: {left:?}");
+    (code, errors, folder.path().join("out").exists())
+}
+
+pub fn fails(say: &str, does: &str, message: &str) {
+    fails_in(say, does, message, PATIENT);
+}
+
+fn fails_in(say: &str, does: &str, message: &str, limits: [&str; 2]) {
+    let (code, errors, left) = with(say, does, limits);
+    assert_eq!(code, 4, "{say}{does}: {errors}");
+    assert!(!left, "{does} left a run folder");
+    assert!(errors.contains(message), "«{message}» is missing: {errors}");
+}
+
+#[test]
+fn a_program_that_writes_what_it_should_is_believed() {
+    let (code, errors, left) = with("", "finish([moment(0), moment(10), end(10)])", PATIENT);
+    assert_eq!(code, 0, "{errors}");
+    assert!(left);
+}
+
+#[test]
+fn a_program_that_cannot_be_started_is_named() {
+    let (folder, _) = folder_with(&small_scene());
+    fs::write(folder.path().join("text"), "no program\n").expect("writable");
+    for engine in ["exec:/nowhere/engine", "exec:text", "exec:."] {
+        let (code, _, errors) = run_in(folder.path(), engine, &[], "out");
+        assert_eq!(code, 2, "{errors}");
+        assert!(
+            errors.contains("cannot be started") && errors.contains("chmod +x"),
+            "{errors}"
+        );
+    }
+}
+
+#[test]
+fn hangs_crashes_and_greed_are_ended_and_named() {
+    fails_in(
+        "",
+        "time.sleep(600)",
+        "hung: no sign of life for 3s",
+        ["3", "120"],
+    );
+    let talks = "while True: print('still here', flush=True); time.sleep(0.1)";
+    fails_in("", talks, "hung: not done within 20s", ["60", "20"]);
+    for (does, message) in [
+        ("sys.exit(7)", "ended with exit status: 7"),
+        ("os.kill(os.getpid(), 11)", "signal: 11"),
+        ("raise ValueError('the reason')", "ValueError: the reason"),
+        (
+            "heap = []\nwhile True: heap.append(bytes(os.urandom(1 << 20) * 8)); print(len(heap), flush=True)",
+            "MB of memory",
+        ),
+        ("while True: print('x' * 100000)", "MB of output"),
+        (
+            "os.mkdir(os.path.join(job, 'd'))\nput('d/x', 'x' * (20 << 20)); time.sleep(600)",
+            "MB of output",
+        ),
+    ] {
+        fails("", does, message);
+    }
+}
+
+#[test]
+fn what_the_engine_has_started_ends_with_it() {
+    let (folder, _) = folder_with(&small_scene());
+    let told_by = folder.path().join("pid");
+    let does = format!(
+        "child = subprocess.Popen(['sleep', '300'])\nopen({told_by:?}, 'w').write(str(child.pid))\ntime.sleep(600)"
+    );
+    fails_in("", &does, "hung", ["15", "120"]);
+    let pid = fs::read_to_string(told_by).expect("a number");
+    let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+    // Ended; whoever takes over orphans may not have looked at it yet.
+    assert!(
+        status.is_empty() || status.contains("State:\tZ"),
+        "{status}"
+    );
+}
+
+#[test]
+fn descriptions_are_not_believed_blindly() {
+    fails_in(
+        "SAY = lambda: time.sleep(600)",
+        "",
+        "not done within",
+        ["60", "5"],
+    );
+    for (say, message) in [
+        (
+            "SAY = lambda: describe(protocol=2)",
+            "speaks version 2 of the protocol",
+        ),
+        (
+            "SAY = lambda: describe(protocol=99999999999)",
+            "speaks version 99999999999",
+        ),
+        (
+            "SAY = lambda: describe(parts=['normal_spring', 'magic'])",
+            "magic",
+        ),
+        ("SAY = lambda: describe(parts=[])", "no normal_spring"),
+        ("SAY = lambda: describe(name=' ')", "its name is empty"),
+        (
+            "SAY = lambda: describe(name='a\\nb')",
+            "without line breaks",
+        ),
+        ("SAY = lambda: describe(colour='red')", "colour"),
+        (
+            "SAY = lambda: (print('hello'), sys.exit())",
+            r#"it printed "hello"#,
+        ),
+        ("SAY = lambda: sys.exit()", "EOF"),
+        ("SAY = lambda: sys.exit('no licence')", "no licence"),
+        (
+            "SAY = lambda: (print('x' * 100000), sys.exit())",
+            "larger than",
+        ),
+    ] {
+        fails(say, "", message);
+    }
+}
