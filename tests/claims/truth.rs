@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use crossgrain::campaign::member::{Fields, Member};
-use crossgrain::claims::Moment;
-use crossgrain::engine::native::Mode;
+use crossgrain::claims::{self, Moment};
 use crossgrain::measure::neighbourhood::{GROWING, Neighbour, Neighbourhood, SINGLY, Together};
 use crossgrain::realization::Ending;
 use crossgrain::scene::Scene;
