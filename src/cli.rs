@@ -34,7 +34,7 @@ use crate::error::{Error, exit};
 #[command(name = "crossgrain", version, about, max_term_width = 100)]
 #[command(
     after_help = "Exit codes: 0 agreed or done; 1 a check failed; 2 usage, or a bad scene or run \
-    folder; 3 incomplete; 4 an engine failed; 75 try again."
+    folder; 3 incomplete; 4 an engine failed; 75 try again.\n\nTo begin with:\n  crossgrain reproduce\n  crossgrain reproduce --help"
 )]
 pub struct Arguments {
     #[command(subcommand)]
@@ -173,5 +173,71 @@ fn in_a_word(verdict: Verdict) -> &'static str {
         Verdict::Pass => "AGREED",
         Verdict::Fail => "DIFFERENT",
         Verdict::NotMade => "INCOMPLETE",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{Command, CommandFactory};
+
+    use super::*;
+
+    /// The lines of a help text that are commands, up to what a shell or a remark makes of them.
+    fn examples(command: &Command) -> Vec<Vec<String>> {
+        let help = command.get_after_help().map(ToString::to_string);
+        let help = help.unwrap_or_default();
+        let lines = help.lines().map(str::trim_start);
+        let commands = lines.filter(|line| line.starts_with("crossgrain "));
+        let ends = |word: &&str| ["#", ">", "|", "&&"].contains(word);
+        commands
+            .map(|line| {
+                let words = line.split_whitespace().take_while(|word| !ends(word));
+                words
+                    .map(|word| word.trim_matches('"').to_owned())
+                    .collect()
+            })
+            .collect()
+    }
+
+    /// Every verb without verbs of its own, with the examples in its help and in that of what it belongs to.
+    fn verbs(command: &Command, names: &[String], above: &[Vec<String>], found: &mut Vec<Verb>) {
+        let mut all = examples(command);
+        all.extend_from_slice(above);
+        let verbs_of = |command: &Command| command.get_subcommands().cloned().collect::<Vec<_>>();
+        if verbs_of(command).is_empty() {
+            found.push((names.to_owned(), all));
+            return;
+        }
+        for verb in verbs_of(command) {
+            let names = [names, &[verb.get_name().to_owned()]].concat();
+            verbs(&verb, &names, &all, found);
+        }
+    }
+
+    /// What is typed, and the examples that its reader sees.
+    type Verb = (Vec<String>, Vec<Vec<String>>);
+
+    #[test]
+    fn every_verb_has_an_example_and_every_example_is_understood() {
+        let mut all = Vec::new();
+        verbs(
+            &Arguments::command(),
+            &["crossgrain".to_owned()],
+            &[],
+            &mut all,
+        );
+        assert!(all.len() > 25, "{}", all.len());
+        for (names, examples) in all {
+            let of_it = examples.iter().filter(|words| words.starts_with(&names));
+            assert!(of_it.count() > 0, "{names:?} has no example");
+            for words in examples {
+                let understood = Arguments::try_parse_from(&words);
+                // What only prints help ends the parser too.
+                let help = understood
+                    .as_ref()
+                    .is_err_and(|error| error.kind() == clap::error::ErrorKind::DisplayHelp);
+                assert!(understood.is_ok() || help, "{words:?}: {understood:?}");
+            }
+        }
     }
 }

@@ -16,7 +16,7 @@ use crate::report::junit::in_a_line;
 #[derive(Debug, Subcommand)]
 #[command(
     after_help = "A baseline changes only by `save --replace`.\n\nExamples:\n  crossgrain baseline save out/reproduce/run.json main\n  \
-    crossgrain baseline diff out/reproduce-1/run.json main"
+    crossgrain baseline list\n  crossgrain baseline diff out/reproduce-1/run.json main"
 )]
 pub enum Verb {
     /// Keep the checks of a finished job under a name

@@ -30,7 +30,9 @@ use crate::scene::read_scene;
     crossgrain campaign plan scene.json --members 1000 --out thousand\n  \
     crossgrain campaign run thousand\n  \
     crossgrain campaign run thousand --shard 2/8\n  \
+    crossgrain campaign status thousand\n  \
     crossgrain campaign merge thousand\n  \
+    crossgrain campaign compare thousand in-yade\n  \
     crossgrain campaign slurm thousand --tasks 20\n  \
     crossgrain claims thousand")]
 pub enum Verb {

@@ -8,6 +8,9 @@ use crate::error::{Error, exit};
 use crate::paper::{Finding, Number, TextFault, numbers, short, text_faults};
 
 #[derive(Debug, Args)]
+#[command(
+    after_help = "What the paper misprints is a finding, not a failure: the exit code is 0.\n\nExamples:\n  crossgrain paper\n  crossgrain paper --json"
+)]
 pub struct Arguments {
     /// Print JSON
     #[arg(long)]

@@ -11,8 +11,8 @@ use super::run::YadeLimits;
 use super::{json, print};
 use crate::baseline::diff::diff;
 use crate::bench::machine::Machine;
-use crate::checks::Tally;
-use crate::checks::record::{Found, Whole, parse};
+use crate::checks::Outcome;
+use crate::checks::record::{Found, Record, Whole, parse};
 use crate::compare::Verdict;
 use crate::engine::native::Perturbation;
 use crate::error::Error;
@@ -36,7 +36,9 @@ const FOLDER: JobFolder = JobFolder {
 #[command(
     after_help = "Without YADE the native run is compared with a recorded YADE run. With YADE it also \
     runs live: the sorted loop on one core, two runs of the ordinary loop on the other.\nAn interrupted job \
-    is taken up again when it is started with the same --out."
+    is taken up again when it is started with the same --out.\n\nExamples:\n  crossgrain reproduce\n  \
+    crossgrain reproduce --baseline main --summary summary.md --junit checks.xml\n  \
+    crossgrain reproduce --perturb stiffness=1e-3 --out faulty"
 )]
 pub struct Arguments {
     /// The folder to write; a finished job in it is never overwritten
@@ -137,7 +139,7 @@ impl Arguments {
             crate::report::page::render(&reproduction, &runs, &options.beside, diff.as_ref())?;
         self.files.write(&record, diff.as_ref())?;
         FOLDER.finish(&out, &page, &text)?;
-        let mut words = in_words(&reproduction, record.tally(), &out);
+        let mut words = in_words(&reproduction, &record, &out);
         if let Some(diff) = &diff {
             words += &super::baseline::in_words(diff, false);
         }
@@ -165,7 +167,7 @@ impl Arguments {
     }
 }
 
-fn in_words(reproduction: &Reproduction, tally: Tally, out: &Path) -> String {
+fn in_words(reproduction: &Reproduction, record: &Record, out: &Path) -> String {
     let mut text = String::new();
     for named in &reproduction.comparisons {
         let verdict = super::in_a_word(named.comparison.verdict());
@@ -177,7 +179,7 @@ fn in_words(reproduction: &Reproduction, tally: Tally, out: &Path) -> String {
             text += &format!("         first difference: {first}\n");
         }
     }
-    text += "\nfaults put in:\n";
+    text += "\ndeliberate faults in the native engine, each of which the comparison has to find:\n";
     for fault in &reproduction.faults {
         let mark = match fault.verdict {
             Verdict::Pass => "found",
@@ -204,10 +206,48 @@ fn in_words(reproduction: &Reproduction, tally: Tally, out: &Path) -> String {
         );
     }
     text += &format!(
-        "\n{}: {tally}; {} s\n{}",
+        "\n{}: {}; {} s\n{}",
         super::in_a_word(reproduction.verdict),
+        record.tally(),
         reproduction.seconds.round(),
         page_line(out)
     );
+    text + &what_failed(record, out) + what_next(reproduction)
+}
+
+/// Failed checks that are named at the end; the rest is counted.
+const MOST_FAILED: usize = 5;
+
+fn what_failed(record: &Record, out: &Path) -> String {
+    let failed: Vec<&str> = record
+        .checks
+        .iter()
+        .filter(|check| check.outcome == Outcome::Fail)
+        .map(|check| check.id.as_str())
+        .collect();
+    let mut text = String::new();
+    for id in failed.iter().take(MOST_FAILED) {
+        text += &format!("  failed {id}\n");
+    }
+    if failed.len() > MOST_FAILED {
+        text += &format!("  failed … and {} more\n", failed.len() - MOST_FAILED);
+    }
+    if !failed.is_empty() {
+        let path = out.join(FOLDER.record);
+        text += &format!(
+            "crossgrain checks {} names all; crossgrain explain CHECK says what one means and what usually breaks it\n",
+            path.display()
+        );
+    }
     text
+}
+
+/// A job that could compare nothing says what would make it.
+fn what_next(reproduction: &Reproduction) -> &'static str {
+    if reproduction.comparisons.is_empty() {
+        "nothing was compared with another engine: install YADE (ci/install_yade), or hold the run against one of your own \
+         (crossgrain baseline save, then reproduce --baseline)\n"
+    } else {
+        ""
+    }
 }

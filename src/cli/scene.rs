@@ -11,6 +11,10 @@ use crate::pareto::plan::free_mode_scene;
 use crate::scene::{json_schema, paper_scene, read_scene};
 
 #[derive(Debug, Subcommand)]
+#[command(
+    after_help = "Examples:\n  crossgrain scene paper > scene.json\n  crossgrain scene paper --seed 2 --particles 1000 > small.json\n  \
+    crossgrain scene check scene.json\n  crossgrain scene model scene.json\n  crossgrain scene schema > scene.schema.json"
+)]
 pub enum Verb {
     /// Print the paper's scene as JSON: complete, no default left implicit
     Paper {

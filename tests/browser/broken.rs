@@ -29,9 +29,10 @@ fn page(folder: &Path, head: &str, body: &str) -> PathBuf {
 
 type Question = fn(&mut Browser) -> Vec<String>;
 
-const QUESTIONS: [(&str, Question); 6] = [
+const QUESTIONS: [(&str, Question); 7] = [
     ("told", look::told),
     ("requests", look::requests),
+    ("links", look::links),
     ("layout", look::layout),
     ("contrast", look::contrast),
     ("print", look::print),
@@ -55,7 +56,20 @@ fn complaining(browser: &mut Browser, head: &str, body: &str) -> (Vec<&'static s
 }
 
 /// What is put into the head, what at the end of the body, which questions must complain, and a part of what they say.
-const BROKEN: [(&str, &str, &[&str], &str); 17] = [
+const BROKEN: [(&str, &str, &[&str], &str); 20] = [
+    ("", "<a href=\"#nowhere\">there</a>", &["links"], "#nowhere"),
+    (
+        "",
+        "<a href=\"figures/lost.svg\">there</a>",
+        &["links"],
+        "lost.svg",
+    ),
+    (
+        "",
+        "<a href=\"https://elsewhere.invalid/\">there</a>",
+        &["links"],
+        "elsewhere",
+    ),
     (
         "",
         "<script>nothing.there();</script>",

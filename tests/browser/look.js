@@ -118,6 +118,13 @@
     return { column: best.heading.cellIndex, filter: Boolean(best.input) };
   },
 
+  // Links into the page that lead nowhere, and the addresses of all others.
+  links() {
+    const all = [...document.querySelectorAll("a[href]")].map(link => link.getAttribute("href"));
+    const lost = all.filter(to => to.startsWith("#") && !document.getElementById(to.slice(1)));
+    return { lost, others: all.filter(to => !to.startsWith("#")) };
+  },
+
   rowsShown() {
     const rows = [...document.querySelectorAll("table[data-tested] tr")].filter(row => row.querySelector("td") && row.checkVisibility());
     return rows.map(row => [...row.cells].map(cell => cell.textContent.trim()));

@@ -76,6 +76,21 @@ pub fn requests(browser: &mut Browser) -> Vec<String> {
         .collect()
 }
 
+/// Links that lead nowhere: all must stay on the page or in its folder.
+pub fn links(browser: &mut Browser) -> Vec<String> {
+    let links = look(browser, "links()");
+    let words = |of: &Value| -> Vec<String> { serde_json::from_value(of.clone()).expect("words") };
+    let here = browser.evaluate("decodeURIComponent(location.pathname)");
+    let folder = Path::new(here.as_str().expect("a path")).with_file_name("");
+    let lost = |to: &String| !folder.join(to).is_file();
+    let others = words(&links["others"]).into_iter().filter(lost);
+    let inside = words(&links["lost"]).into_iter();
+    inside
+        .chain(others)
+        .map(|to| format!("leads nowhere: {to}"))
+        .collect()
+}
+
 /// At both widths, as it opens and with everything unfolded.
 pub fn layout(browser: &mut Browser) -> Vec<String> {
     let mut all = Vec::new();

@@ -39,7 +39,7 @@ fn keep_pictures(browser: &mut Browser, name: &str) {
 fn inspect(browser: &mut Browser, name: &str, page: &Path) {
     look::open(browser, page);
     let mut all = Vec::new();
-    for question in [look::layout, look::contrast, look::tables] {
+    for question in [look::links, look::layout, look::contrast, look::tables] {
         all.extend(question(browser));
     }
     look::open(browser, page);

@@ -1,0 +1,65 @@
+//! Every verdict can go either way: members drawn from known laws, with one thing wrong at a time.
+
+mod beds;
+mod stresses;
+mod truth;
+mod verb;
+
+use crossgrain::claims::claim::Verdict;
+use crossgrain::claims::{self, Claims, Origin};
+use crossgrain::scene::paper_scene;
+
+use truth::{Truth, members};
+
+fn claims_of(truth: &Truth) -> Claims {
+    let scene = paper_scene(1, 5000);
+    let origin = Origin {
+        command: "a test".to_owned(),
+        engine: "drawn".to_owned(),
+        plan: String::new(),
+        members_digest: String::new(),
+    };
+    claims::of(&scene, &members(&scene, truth), origin)
+}
+
+fn verdict(claims: &Claims, id: &str) -> Option<Verdict> {
+    let found = claims.claims.iter().find(|claim| claim.id == id);
+    found.unwrap_or_else(|| panic!("no claim {id}")).verdict
+}
+
+/// Everything holds except what is listed.
+fn only(claims: &Claims, others: &[(&str, Verdict)]) {
+    for claim in &claims.claims {
+        let wanted = others.iter().find(|(id, _)| *id == claim.id);
+        let wanted = wanted.map_or(Verdict::Holds, |(_, verdict)| *verdict);
+        assert_eq!(
+            claim.verdict,
+            Some(wanted),
+            "{}: {}\n{:#?}",
+            claim.id,
+            claim.reading,
+            claim.rows
+        );
+    }
+}
+
+const NO: Verdict = Verdict::DoesNotHold;
+
+#[test]
+fn what_the_paper_claims_holds_if_it_is_true() {
+    let claims = claims_of(&Truth::paper());
+    only(&claims, &[]);
+    assert!(claims.complete);
+    assert_eq!(claims.verdicts["holds"], claims.claims.len());
+    assert_eq!(claims.endings["reached"], 600);
+    assert!(claims.other_choices.is_empty());
+    assert_eq!(claims.figures.figure5.len(), 3);
+    assert_eq!(claims.figures.volumes.len(), 6);
+
+    // The p-values stand beside the effects. All statements are true: none is rejected after adjusting.
+    let rows = claims.claims.iter().flat_map(|claim| &claim.rows);
+    let all: Vec<_> = rows.flat_map(|row| &row.probabilities).collect();
+    assert!(all.len() > 50, "{}", all.len());
+    assert!(all.iter().all(|one| one.adjusted >= one.p));
+    assert!(all.iter().all(|one| one.adjusted > 0.05), "{all:#?}");
+}

@@ -1,0 +1,194 @@
+//! Members that are drawn from known laws.
+
+use std::collections::BTreeMap;
+
+use crossgrain::campaign::member::{Fields, Member};
+use crossgrain::claims::{self, Moment};
+use crossgrain::measure::neighbourhood::{GROWING, Neighbour, Neighbourhood, SINGLY, Together};
+use crossgrain::realization::Ending;
+use crossgrain::scene::Scene;
+use crossgrain::statistics::law::Law;
+use crossgrain::statistics::random::{Key, Source};
+
+const KEY: Key = *b"crossgrain: tests of the claims.";
+const CELL: f64 = 9.4e-5;
+
+/// What the members are drawn from; [`Truth::paper`] is everything that the paper claims.
+#[derive(Clone)]
+pub struct Truth {
+    pub members: u64,
+    /// Of σ_zz and σ_xx over their means.
+    pub normal: Law,
+    /// Of σ_xz, Pa.
+    pub shear: Law,
+    /// Factor of the mean at each point, under the load.
+    pub factor: [f64; 3],
+    /// Share of a cell's stress that is common to all cells of a point.
+    pub common: f64,
+    /// H by each definition.
+    pub heights: [f64; 3],
+    pub porosity: f64,
+    /// Share of members that sink.
+    pub sank: f64,
+    /// Added to every σ_zz under gravity, over its mean.
+    pub gravity_shift: f64,
+}
+
+impl Truth {
+    pub fn paper() -> Self {
+        Truth {
+            members: 600,
+            normal: Law::Exponential { mean: 1.0 },
+            shear: Law::Laplace {
+                location: 0.0,
+                scale: 3000.0,
+            },
+            factor: [1.0; 3],
+            common: 0.0,
+            heights: [0.462; 3],
+            porosity: 0.168,
+            sank: 0.0,
+            gravity_shift: 0.0,
+        }
+    }
+}
+
+const POINTS: [(&str, f64); 3] = [("O", 13.6e3), ("A", 7.4e3), ("B", 3.8e3)];
+const WEIGHT: f64 = 2.3e3;
+
+fn fields(truth: &Truth, moment: Moment, table: &[Vec<f64>], source: &mut Source) -> Fields {
+    let mut points = Vec::new();
+    for (index, (name, _)) in POINTS.iter().enumerate() {
+        let shared = truth.normal.draw(source);
+        let mut cells: Vec<f64> = (0..GROWING[GROWING.len() - 1])
+            .map(|_| {
+                let own = truth.normal.draw(source);
+                truth.common * shared + (1.0 - truth.common) * own
+            })
+            .collect();
+        if moment == Moment::Settled {
+            cells
+                .iter_mut()
+                .for_each(|cell| *cell += truth.gravity_shift);
+        }
+        let mut together = Vec::new();
+        for (place, grains) in GROWING.iter().enumerate() {
+            let sum: f64 = cells[..*grains].iter().sum();
+            let factor = if moment == Moment::Loaded {
+                truth.factor[index]
+            } else {
+                1.0
+            };
+            together.push(Together {
+                grains: *grains,
+                cell: CELL * *grains as f64,
+                xx: sum * CELL,
+                zz: sum * CELL * table[index][place] * factor,
+                rise: 0.0,
+            });
+        }
+        let singly = (0..SINGLY).map(|cell| Neighbour {
+            from_point: [0.0, 0.0],
+            contacts: 4,
+            cell: CELL,
+            xx: cells[cell],
+            zz: cells[cell],
+            xz: 0.0,
+        });
+        points.push(Neighbourhood {
+            point: (*name).to_owned(),
+            singly: singly.collect(),
+            together,
+        });
+    }
+    Fields {
+        across: Vec::new(),
+        down: Vec::new(),
+        points,
+    }
+}
+
+pub fn members(scene: &Scene, truth: &Truth) -> Vec<Member> {
+    let tables = [Moment::Loaded, Moment::Settled].map(|moment| -> Vec<Vec<f64>> {
+        let of = |point: &crossgrain::scene::ControlPoint| {
+            let area = |grains: &usize| CELL * *grains as f64;
+            let stress = |grains: &usize| {
+                claims::continuum(scene, moment, point.offset, point.depth, area(grains))
+            };
+            GROWING.iter().map(stress).collect()
+        };
+        scene.control_points.iter().map(of).collect()
+    });
+    (1..=truth.members)
+        .map(|number| {
+            let mut source = Source::new(&KEY, number);
+            let sank = source.uniform() < truth.sank;
+            let mut measured = BTreeMap::new();
+            let mut add = |key: String, value: f64| {
+                measured.insert(key, value);
+            };
+            let definitions = ["mean_surface", "highest_grain", "twice_centre_of_mass"];
+            for (definition, height) in definitions.iter().zip(truth.heights) {
+                add(
+                    format!("settled.height.{definition}"),
+                    height + 0.001 * source.normal(),
+                );
+                add(
+                    format!("settled.porosity.from_{definition}"),
+                    truth.porosity + 0.001 * source.normal(),
+                );
+            }
+            for key in ["in_window", "of_cells"] {
+                add(
+                    format!("settled.porosity.{key}"),
+                    truth.porosity + 0.001 * source.normal(),
+                );
+            }
+            add(
+                "settled.coordination.mean".to_owned(),
+                4.0 + 0.01 * source.normal(),
+            );
+            add(
+                "settled.coordination.rattlers".to_owned(),
+                0.02 * source.uniform(),
+            );
+            let moments: &[(&str, bool)] = if sank {
+                &[("settled", false)]
+            } else {
+                &[("settled", false), ("last", true)]
+            };
+            for (moment, loaded) in moments {
+                for (index, (point, stress)) in POINTS.iter().enumerate() {
+                    let mean = if *loaded {
+                        stress * truth.factor[index]
+                    } else {
+                        WEIGHT
+                    };
+                    let shift = if *loaded { 0.0 } else { truth.gravity_shift };
+                    let grain = (truth.normal.draw(&mut source) + shift) * mean;
+                    let mut at = |what: &str, value: f64| {
+                        add(format!("{moment}.stress.{point}.{what}"), value)
+                    };
+                    at("grain_zz", grain);
+                    at("control_volume_zz", grain * 25.0e-6);
+                    at("grain_xx", truth.normal.draw(&mut source) * mean);
+                    at("grain_xz", truth.shear.draw(&mut source));
+                    at("local_zz", mean * (1.0 + 0.1 * source.normal()));
+                }
+            }
+            Member {
+                member: number,
+                realization: number,
+                engine: "drawn".to_owned(),
+                ending: if sank { Ending::Sank } else { Ending::Reached },
+                pour_steps: 1,
+                load_steps: 1,
+                settled_state: None,
+                last_state: None,
+                measured,
+                settled: Some(fields(truth, Moment::Settled, &tables[1], &mut source)),
+                last: (!sank).then(|| fields(truth, Moment::Loaded, &tables[0], &mut source)),
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,72 @@
+//! The verb: record, page and exit code.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use crossgrain::campaign::merge::Summary;
+use crossgrain::campaign::plan::Plan;
+use crossgrain::engine::native::Mode;
+use crossgrain::files::sha256_hex;
+use crossgrain::realization::Runner;
+use crossgrain::scene::paper_scene;
+
+use super::truth::{Truth, members};
+use crate::support::{crossgrain, told};
+
+/// Writes members as a merged campaign.
+fn write_campaign(folder: &Path, truth: &Truth) {
+    let scene = paper_scene(1, 5000);
+    let runner = Runner::Native(Mode::Exact);
+    let plan = Plan::new(&scene, runner, Vec::new(), truth.members, 1).expect("a plan");
+    plan.write(folder).expect("a new folder");
+    let lines: String = members(&scene, truth)
+        .iter()
+        .map(|member| serde_json::to_string(member).expect("JSON") + "\n")
+        .collect();
+    let summary = Summary {
+        plan: plan.digest(),
+        members: truth.members,
+        engine: "drawn".to_owned(),
+        endings: BTreeMap::from([("reached".to_owned(), truth.members)]),
+        sha256: sha256_hex(lines.as_bytes()),
+    };
+    let summary = serde_json::to_string(&summary).expect("JSON");
+    for (name, text) in [("members.jsonl", lines), ("merged.json", summary)] {
+        fs::write(folder.join(name), text).expect("a writable folder");
+    }
+}
+
+/// Exit code 0 where every claim has a verdict and 3 where one is open; record and page are written either way.
+#[test]
+fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    for (name, count, wanted) in [("many", 600, 0), ("few", 20, 3)] {
+        let truth = Truth {
+            members: count,
+            ..Truth::paper()
+        };
+        write_campaign(&at.join(name), &truth);
+        let out = format!("{name}-claims");
+        let (code, said, errors) =
+            told(&crossgrain(&["claims", name, "--out", &out, "--json"], at));
+        assert_eq!((code, errors.as_str()), (wanted, ""), "{name}");
+        let record = fs::read_to_string(at.join(&out).join("claims.json")).expect("a record");
+        assert_eq!(record, said, "{name}");
+        let record: serde_json::Value = serde_json::from_str(&record).expect("JSON");
+        assert_eq!(record["complete"], code == 0);
+        let page = fs::read_to_string(at.join(&out).join("report.html")).expect("a page");
+        // Three points in each of four histograms, six volumes, the means and the plane.
+        assert_eq!(page.matches("<svg").count(), 20, "{name}");
+        assert!(!page.contains("NaN"), "{name}");
+    }
+    // A folder that is there is never written into.
+    let (code, _, errors) = told(&crossgrain(&["claims", "many", "--out", "few-claims"], at));
+    assert_eq!(code, 2);
+    assert!(errors.contains("exists already"), "{errors}");
+    // Without --out it only says.
+    let (code, said, _) = told(&crossgrain(&["claims", "few"], at));
+    assert_eq!(code, 3);
+    assert!(said.contains("open: too few members"), "{said}");
+}
