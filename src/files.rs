@@ -53,9 +53,10 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, FileError> {
     let file = fs::File::open(path).map_err(failed("open", path))?;
     let mut bytes = Vec::new();
     let mut bounded: Box<dyn Read> = if path.extension().is_some_and(|end| end == "gz") {
-        Box::new(flate2::read::GzDecoder::new(file).take(limit + 1))
+        // Of all that was packed, one after the other; what follows and is not packed is an error.
+        Box::new(flate2::read::MultiGzDecoder::new(file).take(limit.saturating_add(1)))
     } else {
-        Box::new(file.take(limit + 1))
+        Box::new(file.take(limit.saturating_add(1)))
     };
     bounded
         .read_to_end(&mut bytes)

@@ -2,6 +2,10 @@
 
 mod support;
 
+/// What the fuzzers do with an input.
+#[path = "../fuzz/src/lib.rs"]
+mod readers;
+
 mod scene;
 
 mod generate;
@@ -25,6 +29,7 @@ mod campaign_compare;
 mod export;
 mod figures;
 mod folder;
+mod fuzz_corpus;
 
 mod compare;
 

@@ -7,6 +7,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::{YadeError, nonsense};
+use crate::files::read_text;
 use crate::tables::text::most_contacts;
 use crate::tables::{Bodies, BodyIds, Contact, Punch};
 
@@ -29,6 +30,15 @@ struct PunchLine {
     start: f64,
     velocity: f64,
     force: f64,
+}
+
+/// The most that the index of the tables may have, bytes.
+const LONGEST_INDEX: u64 = 1 << 28;
+
+/// The lines of `frames.jsonl`.
+pub fn index(work: &Path) -> Result<String, YadeError> {
+    read_text(&work.join("frames.jsonl"), LONGEST_INDEX)
+        .map_err(|error| nonsense(error.to_string()))
 }
 
 /// `frames.bin`, read from the front.

@@ -39,8 +39,8 @@ pub fn run(
     let limits = Limits {
         time: options.time_limit,
         stall: options.stall_limit,
-        memory: u64::MAX,
-        output: u64::MAX,
+        memory: options.memory_limit,
+        output: options.output_limit,
     };
     let status = watch(
         child,
@@ -55,7 +55,7 @@ pub fn run(
             let done = size("heartbeat") + size("frames.bin") + size("frames.jsonl");
             version.is_ok().then_some(done)
         },
-        &|| 0,
+        &|| size("frames.bin") + size("frames.jsonl") + size("yade.log"),
     );
     let version = version?;
     let hung = |reason| YadeError::Hung {
@@ -65,6 +65,7 @@ pub fn run(
     match status {
         Ok(status) => finished(work, status, version),
         Err(Ended::Interrupted) => Err(YadeError::Interrupted),
+        Err(Ended::TooMuch(reason)) => Err(YadeError::TooMuch { reason }),
         Err(Ended::Io(error)) => Err(failed("wait for", work)(error).into()),
         Err(other) => Err(hung(other.to_string())),
     }
