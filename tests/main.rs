@@ -11,6 +11,7 @@ mod scene;
 mod generate;
 
 mod native;
+mod soak;
 mod standing_punch;
 
 mod properties;
@@ -26,10 +27,16 @@ mod pareto;
 
 mod campaign_compare;
 
+mod broken_yade;
 mod export;
 mod figures;
 mod folder;
+mod full_disk;
 mod fuzz_corpus;
+mod hostile_names;
+mod hostile_pages;
+mod hostile_scripts;
+mod too_large;
 
 mod compare;
 

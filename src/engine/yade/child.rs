@@ -107,6 +107,13 @@ fn start(
     under: &[String],
 ) -> Result<Group, YadeError> {
     let work = fs::canonicalize(work).map_err(failed("find", work))?;
+    // YADE ends with an error of its own where its home is not text.
+    if work.to_str().is_none() {
+        return Err(YadeError::Unsupported(format!(
+            "work in a folder whose name is not UTF-8 text, {}",
+            work.display()
+        )));
+    }
     // Under this name Python imports the program, and the program then opens no socket.
     let link = work.join("yadeimport.py");
     symlink(&installation.program, &link).map_err(failed("create", &link))?;
