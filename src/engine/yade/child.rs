@@ -110,7 +110,7 @@ fn start(
     // YADE ends with an error of its own where its home is not text.
     if work.to_str().is_none() {
         return Err(YadeError::Unsupported(format!(
-            "work in a folder whose name is not UTF-8 text, {}",
+            "a way to work in a folder whose name is not UTF-8 text, {}",
             work.display()
         )));
     }
