@@ -102,7 +102,7 @@ fn the_page_names_the_engine_and_what_it_lacks() {
         "toy, damped</th>",
         "not made: toy has no punch (punch)",
     ] {
-        assert!(page.contains(words), "{words}");
+        assert!(page.html.contains(words), "{words}");
     }
     let json = serde_json::to_value(&map).expect("JSON");
     assert_eq!(json["exec"]["name"], "toy");
