@@ -46,8 +46,8 @@ fn folder_with_run() -> tempfile::TempDir {
 fn fails_whole_until_it_fits(arguments: &[&str], made: &str, codes: &[i32]) {
     let folder = folder_with_run();
     let before = there(folder.path());
-    let mut full = 0;
-    for kilobytes in [1, 2, 4, 8, 16, 64, 1024, 65536] {
+    let limits = [1, 2, 4, 8, 16, 64, 1024, 65536];
+    for (full, kilobytes) in limits.into_iter().enumerate() {
         let (code, said) = limited(kilobytes, arguments, folder.path());
         if code != 75 {
             assert!(codes.contains(&code), "{arguments:?}: {said}");
@@ -55,7 +55,6 @@ fn fails_whole_until_it_fits(arguments: &[&str], made: &str, codes: &[i32]) {
             assert!(full > 0, "{arguments:?} never met the limit");
             return;
         }
-        full += 1;
         assert!(said.contains("make room"), "{said}");
         assert_eq!(there(folder.path()), before, "{arguments:?} left something");
     }
