@@ -46,7 +46,8 @@ fn folder_with_run() -> tempfile::TempDir {
 fn fails_whole_until_it_fits(arguments: &[&str], made: &str, codes: &[i32]) {
     let folder = folder_with_run();
     let before = there(folder.path());
-    for (full, kilobytes) in [1, 2, 4, 8, 16, 64, 1024, 65536].into_iter().enumerate() {
+    let limits = [1, 2, 4, 8, 16, 64, 1024, 65536];
+    for (full, kilobytes) in limits.into_iter().enumerate() {
         let (code, said) = limited(kilobytes, arguments, folder.path());
         if code != 75 {
             assert!(codes.contains(&code), "{arguments:?}: {said}");
