@@ -218,7 +218,7 @@ fn worse(diff: &Diff) -> Vec<String> {
     let failures = diff.changes.iter().filter(new).count();
     let mut lines = Vec::new();
     if failures > 0 {
-        lines.push(format!("{failures} new failures"));
+        lines.push(format!("new failures: {failures}"));
     }
     let slower = diff.speeds.iter().filter(|of| of.pace == Pace::Slower);
     lines.extend(slower.map(|of| format!("slower: {}", of.in_a_line())));
