@@ -128,7 +128,7 @@ impl Arguments {
 fn print(text: &str) -> Result<(), Error> {
     use std::io::Write;
     let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes())?;
+    out.write_all(crate::progress::shown(text).as_bytes())?;
     out.flush()?;
     Ok(())
 }

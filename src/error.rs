@@ -127,7 +127,9 @@ fn of_file(error: &FileError) -> u8 {
         FileError::Io { source, .. }
             if matches!(
                 source.kind(),
-                std::io::ErrorKind::NotADirectory | std::io::ErrorKind::AlreadyExists
+                std::io::ErrorKind::NotADirectory
+                    | std::io::ErrorKind::AlreadyExists
+                    | std::io::ErrorKind::InvalidFilename
             ) =>
         {
             exit::USAGE

@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 /// A file or folder could not be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
-    #[error("cannot {action} {path}: {source}")]
+    #[error("cannot {action} {path}: {source}{}", hint(source))]
     Io {
         action: &'static str,
         path: PathBuf,
@@ -23,6 +23,18 @@ pub enum FileError {
     NotText { path: PathBuf },
     #[error("{path} exists already; name a folder that does not, nothing is overwritten")]
     Exists { path: PathBuf },
+}
+
+/// What to do about an error of the surroundings; nothing where it says so itself.
+fn hint(source: &std::io::Error) -> &'static str {
+    use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
+    match source.kind() {
+        StorageFull | QuotaExceeded | FileTooLarge => {
+            "; make room, or raise the limit, and start the command again"
+        }
+        ReadOnlyFilesystem => "; name a folder that can be written",
+        _ => "",
+    }
 }
 
 /// Wraps an I/O error with what was being done to which path.
@@ -53,9 +65,10 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, FileError> {
     let file = fs::File::open(path).map_err(failed("open", path))?;
     let mut bytes = Vec::new();
     let mut bounded: Box<dyn Read> = if path.extension().is_some_and(|end| end == "gz") {
-        Box::new(flate2::read::GzDecoder::new(file).take(limit + 1))
+        // Of all that was packed, one after the other; what follows and is not packed is an error.
+        Box::new(flate2::read::MultiGzDecoder::new(file).take(limit.saturating_add(1)))
     } else {
-        Box::new(file.take(limit + 1))
+        Box::new(file.take(limit.saturating_add(1)))
     };
     bounded
         .read_to_end(&mut bytes)
@@ -134,14 +147,15 @@ pub fn write_folder<E: From<FileError>>(
     Ok(())
 }
 
-/// An error if something is there already.
+/// An error if something is there already, or nothing can be: a name that is too long, a file where a folder should be.
 pub fn refuse_existing(path: &Path) -> Result<(), FileError> {
-    if path.symlink_metadata().is_ok() {
-        return Err(FileError::Exists {
+    match path.symlink_metadata() {
+        Ok(_) => Err(FileError::Exists {
             path: path.to_owned(),
-        });
+        }),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(failed("create", path)(error)),
     }
-    Ok(())
 }
 
 /// A folder beside `wanted` that is free: `wanted`, `wanted-2`, `wanted-3`, … A folder without a

@@ -224,7 +224,7 @@ impl RunFolder {
         let rows: u64 = record
             .stages
             .iter()
-            .map(|stage| stage.steps / every + 2)
+            .map(|stage| (stage.steps / every).saturating_add(2))
             .fold(0, u64::saturating_add);
         if rows > MOST_MOMENTS {
             return Err(wrong(format!("its stages have {rows} moments of history")));

@@ -21,6 +21,15 @@ fn apart(folder: &Path, a: &str, b: &str) -> f64 {
     (0..one.len()).map(distance).fold(0.0, f64::max) / radius
 }
 
+/// The forces of walls on grains at the end, by the ids of both.
+fn wall_forces(folder: &Path, out: &str) -> Vec<f64> {
+    let run = RunFolder::read(&folder.join(out)).expect("a run folder");
+    let grains = run.last.bodies.len() as u32;
+    let contacts = run.last.contacts.iter();
+    let of_walls = contacts.filter(|contact| contact.id1 >= grains);
+    of_walls.map(|contact| contact.normal_force).collect()
+}
+
 /// The run folders of both adapters, whose names begin so.
 fn agree_to_the_bit(folder: &Path, begin: &str) {
     let [one, other] = ADAPTERS.map(|name| format!("{begin}{name}"));
@@ -47,6 +56,34 @@ fn with_one_radius_both_are_native_up_to_rounding_and_each_other_to_the_bit() {
         ran_in(folder.path(), &adapter(name), &["--steps", "6000"], &out);
     }
     agree_to_the_bit(folder.path(), "long-");
+}
+
+/// The programs tell no forces of walls, so the adapters write those of the law; that the programs mean the same is seen by
+/// where the grains are that have met a wall.
+#[test]
+#[cfg_attr(
+    not(feature = "exec-engines"),
+    ignore = "needs LAMMPS and LIGGGHTS: --features exec-engines"
+)]
+fn walls_push_as_the_native_ones_do() {
+    let mut scene = narrow_scene(0.0);
+    scene.particles.count = 12;
+    let (folder, _) = folder_with(&scene);
+    ran_in(folder.path(), "native", &["--steps", "1500"], "native");
+    for name in ADAPTERS {
+        ran_in(folder.path(), &adapter(name), &["--steps", "1500"], name);
+        let apart = apart(folder.path(), "native", name);
+        assert!(apart < 1.0e-8, "{name}: {apart:e} R");
+        let [native, theirs] = ["native", name].map(|out| wall_forces(folder.path(), out));
+        assert!(!native.is_empty() && native.len() == theirs.len());
+        for (force, wanted) in theirs.iter().zip(&native) {
+            let off = (force / wanted - 1.0).abs();
+            assert!(
+                off < 1.0e-6,
+                "{name}: {force} N on a wall, and native has {wanted} N"
+            );
+        }
+    }
 }
 
 #[test]

@@ -2,11 +2,16 @@
 
 mod support;
 
+/// What the fuzzers do with an input.
+#[path = "../fuzz/src/lib.rs"]
+mod readers;
+
 mod scene;
 
 mod generate;
 
 mod native;
+mod soak;
 mod standing_punch;
 
 mod properties;
@@ -22,9 +27,16 @@ mod pareto;
 
 mod campaign_compare;
 
+mod broken_yade;
 mod export;
 mod figures;
 mod folder;
+mod full_disk;
+mod fuzz_corpus;
+mod hostile_names;
+mod hostile_pages;
+mod hostile_scripts;
+mod too_large;
 
 mod compare;
 

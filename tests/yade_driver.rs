@@ -33,13 +33,18 @@ rows = [line.split(",") for line in open(os.path.join(job, "initial.csv")).read(
 fine = [float(row[column]) for column in (1, 2, 3, 4) for row in rows]
 "#;
 
+/// A program that stands for YADE and does this.
+pub fn program(does: &str) -> String {
+    format!("#!/usr/bin/python3\n{WRITES}\n{does}\n")
+}
+
 /// Runs a scene of two grains for ten steps with this program for YADE.
-fn with(program: &str) -> (i32, String, bool) {
+fn with(does: &str) -> (i32, String, bool) {
     let mut scene = small_scene();
     scene.particles.count = 2;
     let (folder, _) = folder_with(&scene);
     let path = folder.path().join("yade");
-    fs::write(&path, format!("#!/usr/bin/python3\n{WRITES}\n{program}\n")).expect("writable");
+    fs::write(&path, program(does)).expect("writable");
     fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("ours");
     run(folder.path(), &path)
 }

@@ -17,7 +17,7 @@ const LONG_ENOUGH: f64 = 1.0;
 const MOST_LONGER: f64 = 16.0;
 const MOST_ROUNDS: u32 = 8;
 
-/// Times steps of this bed: runs of N and of 2N steps from it, N made longer until they differ by [`LONG_ENOUGH`].
+/// Times steps of this bed: runs of N and of 2N steps from it, N made longer until they differ by a second.
 /// Start, reading and tables are the same in both, and so not in their difference. The bed is that of the first run.
 pub fn time(bed: &Bed, plan: &Plan, engine: &Brought, work: &Path) -> Result<Turn, BenchError> {
     let mut steps = plan.compared_after();

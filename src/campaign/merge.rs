@@ -64,8 +64,14 @@ pub fn merge(folder: &Path) -> Result<Summary, CampaignError> {
     let mut table = Aside::new(folder)?;
     // Columns must be known before the first row; members that failed have fewer.
     let mut columns: Vec<String> = Vec::new();
-    for place in index.places.values() {
+    for (number, place) in &index.places {
         let member = parse(&reader.json(place)?, folder)?;
+        if member.member != *number || member.realization != plan.realization(*number) {
+            return Err(CampaignError::NotACampaign {
+                path: folder.to_owned(),
+                reason: format!("the record of member {number} is of another member"),
+            });
+        }
         for key in member.measured.keys() {
             if let Err(at) = columns.binary_search(key) {
                 columns.insert(at, key.clone());
@@ -140,11 +146,21 @@ fn header(columns: &[String]) -> String {
         "pour_steps",
         "load_steps",
     ];
+    let columns: Vec<String> = columns.iter().map(|name| cell(name)).collect();
     names.extend(columns.iter().map(String::as_str));
     names.join(",")
 }
 
-/// Keys have no commas and numbers none either; the reason of a failure stands in `members.jsonl`.
+/// A name as one cell: those of control points are anything.
+fn cell(name: &str) -> String {
+    if name.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", name.replace('"', "\"\""))
+    } else {
+        name.to_owned()
+    }
+}
+
+/// Numbers have no commas; the reason of a failure stands in `members.jsonl`.
 fn row(member: &Member, columns: &[String]) -> String {
     let mut cells = vec![
         member.member.to_string(),

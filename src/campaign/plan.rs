@@ -163,16 +163,14 @@ impl Plan {
             })
         };
         let present = env!("CARGO_PKG_VERSION");
+        let short = |digest: &str| digest.chars().take(12).collect::<String>();
         if self.crossgrain != present {
             return other(&self.crossgrain, present);
         }
         match &self.yade_scripts {
             Some(planned) if *planned != yade::script_digest() => other(
-                &format!(
-                    "{present} with YADE scripts {}",
-                    &planned[..12.min(planned.len())]
-                ),
-                &format!("{present} with scripts {}", &yade::script_digest()[..12]),
+                &format!("{present} with YADE scripts {}", short(planned)),
+                &format!("{present} with scripts {}", short(&yade::script_digest())),
             ),
             _ => Ok(()),
         }

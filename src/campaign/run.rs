@@ -186,6 +186,7 @@ impl Work<'_> {
             Err(EngineError::Yade(
                 error @ (YadeError::Crashed { .. }
                 | YadeError::Hung { .. }
+                | YadeError::TooMuch { .. }
                 | YadeError::Nonsense(_)),
             )) => {
                 locked(&self.engine_failures).push((member, error.to_string()));

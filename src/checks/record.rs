@@ -10,7 +10,10 @@ use super::{Check, Measured, Outcome, Speed, Tally};
 use crate::files::{FileError, read_text};
 
 /// Longest record that is read, bytes.
-const LONGEST: u64 = 200_000_000;
+const LONGEST: u64 = 1 << 25;
+
+/// Longest id that is made from the names in an old record, bytes.
+const LONGEST_ID: usize = 2000;
 
 /// What every job's record has; its other keys are the job's own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -98,7 +101,7 @@ pub fn parse(path: &str, text: &str) -> Result<Record, RecordError> {
         });
     }
     if version < first {
-        return Ok(older(job, version, &value));
+        return older(job, version, &value).map_err(malformed);
     }
     serde_json::from_value(value).map_err(|error| malformed(error.to_string()))
 }
@@ -117,12 +120,12 @@ fn job(value: &Value) -> Option<String> {
     found.map(|(_, job)| (*job).to_owned())
 }
 
-fn older(job: String, version: u32, value: &Value) -> Record {
+fn older(job: String, version: u32, value: &Value) -> Result<Record, String> {
     let text = |key: &str| value[key].as_str().map(str::to_owned);
     let mut checks = Vec::new();
-    gather(value, &job, &mut checks);
+    gather(value, &job, &mut checks)?;
     super::number_repeated(&mut checks);
-    Record {
+    Ok(Record {
         job,
         version,
         crossgrain: text("crossgrain").unwrap_or_default(),
@@ -134,12 +137,18 @@ fn older(job: String, version: u32, value: &Value) -> Record {
         checks,
         measured: Vec::new(),
         speeds: Vec::new(),
-    }
+    })
 }
 
 /// Everything below this value that has a verdict and a name.
-fn gather(value: &Value, id: &str, checks: &mut Vec<Check>) {
+fn gather(value: &Value, id: &str, checks: &mut Vec<Check>) -> Result<(), String> {
     const NAMES: [&str; 7] = ["key", "name", "fault", "title", "what", "table", "rung"];
+    // Every check has all names above it in its id.
+    if id.len() > LONGEST_ID {
+        return Err(format!(
+            "the names in it come to an id of more than {LONGEST_ID} bytes"
+        ));
+    }
     match value {
         Value::Array(values) => {
             for value in values {
@@ -157,18 +166,19 @@ fn gather(value: &Value, id: &str, checks: &mut Vec<Check>) {
                         found.unwrap_or_default(),
                     ));
                 }
-                gather(value, &id, checks);
+                gather(value, &id, checks)?;
             }
         }
         Value::Object(keys) => {
             for (key, value) in keys {
                 if value.is_array() || value.is_object() {
-                    gather(value, &format!("{id}/{}", super::slug(key)), checks);
+                    gather(value, &format!("{id}/{}", super::slug(key)), checks)?;
                 }
             }
         }
         _ => {}
     }
+    Ok(())
 }
 
 fn outcome(value: &Value) -> Option<Outcome> {

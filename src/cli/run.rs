@@ -111,10 +111,10 @@ pub struct YadeLimits {
     /// YADE and exec: longest time without a sign of life, s
     #[arg(long, default_value_t = yade::Options::default().stall_limit.as_secs())]
     stall_limit: u64,
-    /// exec: the most memory of the engine and all that it starts, MB
+    /// YADE and exec: the most memory of the engine and all that it starts, MB
     #[arg(long, default_value_t = 4096)]
     memory_limit: u64,
-    /// exec: the most that the engine may write, MB
+    /// YADE and exec: the most that the engine may write, MB
     #[arg(long, default_value_t = 16384)]
     output_limit: u64,
 }
@@ -125,6 +125,8 @@ impl YadeLimits {
         yade::Options {
             time_limit: Duration::from_secs(self.time_limit),
             stall_limit: Duration::from_secs(self.stall_limit),
+            memory_limit: self.memory_limit.saturating_mul(1 << 20),
+            output_limit: self.output_limit.saturating_mul(1 << 20),
             program: self.yade.clone(),
             ..yade::Options::default()
         }

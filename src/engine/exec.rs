@@ -5,7 +5,7 @@ mod child;
 mod describe;
 mod job;
 mod parts;
-mod read;
+pub mod read;
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;

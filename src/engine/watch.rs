@@ -17,6 +17,9 @@ const LONGEST_LOG: u64 = 1 << 20;
 /// Lines of a log that a message shows.
 const LINES_SHOWN: usize = 12;
 
+/// The most of a line that a message shows, characters.
+const LONGEST_SHOWN: usize = 400;
+
 /// How far a program may go.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limits {
@@ -142,10 +145,17 @@ pub fn log(path: &Path) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// The last lines of a log.
+/// The last lines of a log; of a very long line the beginning.
 pub fn end_of(log: &str) -> String {
     let lines: Vec<&str> = log.lines().collect();
-    lines[lines.len().saturating_sub(LINES_SHOWN)..].join("\n")
+    let last = &lines[lines.len().saturating_sub(LINES_SHOWN)..];
+    let cut = last
+        .iter()
+        .map(|line| match line.char_indices().nth(LONGEST_SHOWN) {
+            Some((end, _)) => format!("{} …", &line[..end]),
+            None => (*line).to_owned(),
+        });
+    cut.collect::<Vec<String>>().join("\n")
 }
 
 /// Lines `STAGE STEP SHARE` in a file that grows.

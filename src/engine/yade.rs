@@ -5,7 +5,7 @@ mod binary;
 mod cases;
 mod child;
 mod find;
-mod frames;
+pub mod frames;
 mod job;
 mod proposals;
 pub mod timing;
@@ -20,7 +20,7 @@ use crate::model::Model;
 use crate::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
 use crate::tables::Stage;
 
-pub use cases::{CaseInYade, CasesInYade, run_cases};
+pub use cases::{CaseInYade, CasesInYade, read as read_cases, run_cases};
 pub use child::log;
 pub use find::{Installation, find, sibling};
 pub use job::script_digest;
@@ -41,6 +41,10 @@ pub struct Options {
     pub time_limit: Duration,
     /// YADE counts as hung when it has not moved on for so long.
     pub stall_limit: Duration,
+    /// The most resident memory of YADE and all that it starts, bytes.
+    pub memory_limit: u64,
+    /// The most that its tables and its log may take, bytes.
+    pub output_limit: u64,
     /// The `yade` to use instead of the one on the path.
     pub program: Option<PathBuf>,
     /// A program, with its arguments, that YADE's Python is to run under, such as valgrind; usually none.
@@ -54,6 +58,8 @@ impl Default for Options {
             verlet_distance: 1.0e-4,
             time_limit: Duration::from_secs(4 * 3600),
             stall_limit: Duration::from_secs(120),
+            memory_limit: 4 << 30,
+            output_limit: 16 << 30,
             program: None,
             under: Vec::new(),
         }
@@ -77,11 +83,18 @@ pub enum YadeError {
     Unsupported(String),
     #[error("YADE crashed ({status}); the end of its log:\n{log}")]
     Crashed { status: String, log: String },
-    #[error("YADE hung: {reason}; it was ended. The end of its log:\n{log}")]
+    #[error(
+        "YADE hung: {reason}; it was ended (--stall-limit and --time-limit give it longer). The end of its log:\n{log}"
+    )]
     Hung { reason: String, log: String },
+    #[error("YADE took {reason}; it was ended (--memory-limit and --output-limit give it more)")]
+    TooMuch { reason: String },
     #[error("YADE was ended, as asked; start the command again")]
     Interrupted,
-    #[error("YADE wrote nonsense: {0}")]
+    #[error(
+        "YADE wrote nonsense: {0}; see that --yade, CROSSGRAIN_YADE or the path name Debian's YADE, and start the command \
+         again"
+    )]
     Nonsense(String),
     #[error("YADE's run went wrong, seen in step {step} of stage {}: {trouble}", .stage.name())]
     WentWrong {

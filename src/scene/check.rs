@@ -1,7 +1,6 @@
 //! Reading and validating a scene: every problem at once, each with its place and what would be right.
 
 use std::f64::consts::FRAC_PI_2;
-use std::fmt::Debug;
 use std::path::Path;
 
 use serde_json::Value;
@@ -9,7 +8,7 @@ use serde_json::Value;
 use super::contact::Viscosity;
 use super::model::*;
 use super::paper_scene::OPEN_CHOICES;
-use super::problem::Problem;
+use super::problem::{Findings, Problem};
 use crate::files::{FileError, read_text};
 
 /// The widest box, in mean diameters: room for the largest number of grains in a single row.
@@ -76,6 +75,7 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
 /// Values that have the right type and cannot be meant.
 fn impossible(scene: &Scene) -> Vec<Problem> {
     let mut found = Findings(Vec::new());
+    found.name("/name", &scene.name);
     grains(scene, &mut found);
     contact(scene, &mut found);
     dynamics(scene, &mut found);
@@ -349,6 +349,7 @@ fn measurement(scene: &Scene, found: &mut Findings) {
             "a place inside the box",
         );
         found.positive(&format!("{place}/depth"), point.depth);
+        found.name(&format!("{place}/name"), &point.name);
         let twice = scene.control_points[..index]
             .iter()
             .any(|other| other.name == point.name);
@@ -357,29 +358,6 @@ fn measurement(scene: &Scene, found: &mut Findings) {
             &format!("{place}/name"),
             &point.name,
             "a name of its own",
-        );
-    }
-}
-
-struct Findings(Vec<Problem>);
-
-impl Findings {
-    fn unless(&mut self, holds: bool, place: &str, value: &dyn Debug, wanted: &str) {
-        if !holds {
-            self.0.push(Problem {
-                place: place.to_owned(),
-                found: format!("{value:?}"),
-                wanted: wanted.to_owned(),
-            });
-        }
-    }
-
-    fn positive(&mut self, place: &str, value: f64) {
-        self.unless(
-            value.is_finite() && value > 0.0,
-            place,
-            &value,
-            "a finite number above 0",
         );
     }
 }

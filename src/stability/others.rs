@@ -30,7 +30,7 @@ pub fn look_in_yade(
     };
     let searches: Vec<Search> = drafts.iter().flat_map(Draft::searches).collect();
     let mut observer = StageObserver::new(&task);
-    let found = find_all(searches, &mut |cases| -> Result<_, YadeError> {
+    let found = find_all(searches, |cases| -> Result<_, YadeError> {
         let work = work_folder()?;
         let run = yade::run_cases(cases, options, work.path(), &mut observer)?;
         Ok(run.cases.into_iter().map(|case| Ok(case.track)).collect())
@@ -74,7 +74,7 @@ pub fn look_in_exec(
         .filter(|draft| draft.row.not_made.is_none())
         .collect();
     let searches: Vec<Search> = asked.iter().flat_map(|draft| draft.searches()).collect();
-    let found = find_all(searches, &mut |cases| {
+    let found = find_all(searches, |cases| {
         let work = work_folder()?;
         run_cases(cases, description, options, work.path(), &mut observer)
     })

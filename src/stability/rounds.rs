@@ -9,7 +9,7 @@ use super::growth::{Disturbed, Found};
 /// Half-width of the first round about where the limit is looked for, relative: without damping, and with it, where the
 /// first unstable steps are a narrow range.
 const FIRST: f64 = 0.06;
-const FIRST_DAMPED: f64 = 0.02;
+const FIRST_DAMPED: f64 = 0.012;
 /// Trials a round.
 const TRIALS: usize = 5;
 /// Rounds at most: two that halve in, and some to find the limit where it is not expected.
@@ -67,7 +67,7 @@ impl Search {
             .is_some_and(|found| found.unstable / found.stable <= 1.0 + RESOLUTION)
     }
 
-    fn result(self) -> Result<Option<Found>, String> {
+    fn result(self) -> Limit {
         let found = self.found().filter(|_| self.is_fine());
         self.refused.map_or(Ok(found), Err)
     }
@@ -105,12 +105,15 @@ impl Search {
     }
 }
 
-/// All limits, in the order of the searches: none where it was not found, or why the engine would not look for it. `run`
-/// runs cases in one start of the engine and gives what it made of each, in order.
+/// A limit, none where it was not found; or why the engine would not look for it.
+pub type Limit = Result<Option<Found>, String>;
+
+/// All limits, in the order of the searches. `run` runs cases in one start of the engine and gives what it made of each,
+/// in order.
 pub fn find_all<E>(
     mut searches: Vec<Search>,
-    run: &mut dyn FnMut(&[&Case]) -> Result<Vec<CaseResult>, E>,
-) -> Result<Vec<Result<Option<Found>, String>>, E> {
+    mut run: impl FnMut(&[&Case]) -> Result<Vec<CaseResult>, E>,
+) -> Result<Vec<Limit>, E> {
     for _ in 0..MOST_ROUNDS {
         let open: Vec<usize> = (0..searches.len())
             .filter(|at| !searches[*at].is_done())

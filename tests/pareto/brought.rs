@@ -89,7 +89,7 @@ fn without_a_punch_the_bed_is_charted_and_loading_is_not_made() {
     assert!(record.complete);
     let page = report::pareto::page(&record).expect("a page");
     for words in ["loading is not made", "it says of itself: nothing moves"] {
-        assert!(page.contains(words), "{words}");
+        assert!(page.html.contains(words), "{words}");
     }
 }
 
@@ -107,7 +107,7 @@ fn an_engine_without_stop_rules_is_not_made_and_says_why() {
     }
     assert!(!record.complete);
     let page = report::pareto::page(&record).expect("a page");
-    assert!(page.contains("toy has no"));
+    assert!(page.html.contains("toy has no"));
 }
 
 #[test]

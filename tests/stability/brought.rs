@@ -3,8 +3,9 @@
 use crossgrain::compare::Verdict;
 use crossgrain::engine::exec::{Brought, Options};
 use crossgrain::progress::Display;
+use crossgrain::report;
 use crossgrain::stability::draft::Draft;
-use crossgrain::stability::map::{Row, Wanted};
+use crossgrain::stability::map::{ALLOWED, Map, Row, STABILITY_VERSION, Tally, Wanted};
 use crossgrain::stability::others::look_in_exec;
 use crossgrain::stability::scenes::small;
 
@@ -70,6 +71,43 @@ fn scenes_of_parts_that_the_engine_lacks_are_not_made_and_no_failures() {
         );
         assert_eq!(verdicts(row, "toy"), []);
     }
+}
+
+/// The page has the engine's name over its columns, and says what was not made.
+#[test]
+fn the_page_names_the_engine_and_what_it_lacks() {
+    let options = Options::new(adapter_path("toy.py"));
+    let rows = rows(&options, &["grain-on-wall", "punch-corner"]);
+    let map = Map {
+        version: STABILITY_VERSION,
+        crossgrain: "0".to_owned(),
+        command: "crossgrain stability --engine exec:PATH".to_owned(),
+        scene_digest: String::new(),
+        yade: None,
+        missing: "YADE was not asked for".to_owned(),
+        exec: Some(Brought::ask(options).expect("the toy").description),
+        allowed: ALLOWED,
+        rows,
+        failures: Vec::new(),
+        tally: Tally {
+            inapplicable: 1,
+            ..Tally::default()
+        },
+        verdict: Verdict::Pass,
+        seconds: 1.0,
+    };
+    let page = report::stability::page(&map).expect("a page");
+    for words in [
+        "toy 1 ran; 1 scenes are of parts that it does not have",
+        "toy, damped</th>",
+        "not made: toy has no punch (punch)",
+    ] {
+        assert!(page.html.contains(words), "{words}");
+    }
+    let json = serde_json::to_value(&map).expect("JSON");
+    assert_eq!(json["exec"]["name"], "toy");
+    assert!(json["rows"][0]["damped"]["exec"]["limit"].is_number());
+    assert!(json["rows"][1]["not_made"].is_string());
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! What an engine says of itself.
 
+use std::path::Path;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
@@ -26,6 +27,14 @@ pub struct Description {
 }
 
 impl Description {
+    /// Reads what `path` printed when it was asked what it is.
+    pub fn parse(path: &Path, text: &str) -> Result<Self, ExecError> {
+        parse(text, &|reason| ExecError::Undescribed {
+            path: path.to_owned(),
+            reason,
+        })
+    }
+
     /// Whether it has this part.
     pub fn has(&self, part: Part) -> bool {
         self.parts.contains(&part)
@@ -75,7 +84,7 @@ pub fn describe(options: &Options) -> Result<Description, ExecError> {
     })?;
     let text = read_text(&work.path().join(child::SAID), LONGEST)
         .map_err(|error| undescribed(error.to_string()))?;
-    parse(&text, &undescribed)
+    Description::parse(&options.program, &text)
 }
 
 fn parse(text: &str, undescribed: &dyn Fn(String) -> ExecError) -> Result<Description, ExecError> {

@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use super::{YadeError, nonsense};
 use crate::engine::punch_line::PunchLine;
+use crate::files::read_text;
 use crate::tables::text::most_contacts;
 use crate::tables::{Bodies, BodyIds, Contact, Punch};
 
@@ -21,6 +22,15 @@ pub struct MomentLine {
     contacts: usize,
     out_of_plane: f64,
     punch: Option<PunchLine>,
+}
+
+/// The most that the index of the tables may have, bytes.
+const LONGEST_INDEX: u64 = 1 << 28;
+
+/// The lines of `frames.jsonl`.
+pub fn index(work: &Path) -> Result<String, YadeError> {
+    read_text(&work.join("frames.jsonl"), LONGEST_INDEX)
+        .map_err(|error| nonsense(error.to_string()))
 }
 
 /// `frames.bin`, read from the front.

@@ -1,12 +1,10 @@
 //! Verification cases in YADE: all of them in one process, in sorted mode.
 
-use std::fs::File;
-use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use serde::Deserialize;
 
-use super::binary::{MomentLine, Tables};
+use super::binary::{MomentLine, Tables, index};
 use super::{Options, YadeError, child, find, job, nonsense, unsupported};
 use crate::engine::Observer;
 use crate::engine::case::{Case, Effective, Load};
@@ -69,34 +67,31 @@ pub fn run_cases(
     let installation = find(options.program.as_deref())?;
     job::write_cases(work, cases)?;
     let finished = child::run(&installation, job::RUN_CASES.0, work, options, observer)?;
-    let read = read(work, cases)?;
-    check_count(work, cases)?;
     Ok(CasesInYade {
         version: finished.version,
-        cases: read,
+        cases: read(work, cases)?,
     })
 }
 
-fn read(work: &Path, cases: &[&Case]) -> Result<Vec<CaseInYade>, YadeError> {
-    let path = work.join("frames.jsonl");
-    let index =
-        File::open(&path).map_err(|error| nonsense(format!("{}: {error}", path.display())))?;
-    let mut lines = BufReader::new(index).lines();
+/// Reads what YADE made of each case.
+pub fn read(work: &Path, cases: &[&Case]) -> Result<Vec<CaseInYade>, YadeError> {
+    let index = index(work)?;
+    let mut lines = index.lines();
     let mut tables = Tables::open(work)?;
-    let mut next = |what: &str| match lines.next() {
-        Some(Ok(line)) => Ok(line),
-        _ => Err(nonsense(format!("frames.jsonl ends before {what}"))),
+    let mut next = |what: &str| {
+        let ended = || nonsense(format!("frames.jsonl ends before {what}"));
+        lines.next().ok_or_else(ended)
     };
     let mut all = Vec::with_capacity(cases.len());
     for (index, case) in cases.iter().enumerate() {
-        let line: EffectiveLine = parse(&next(&case.name)?)?;
+        let line: EffectiveLine = parse(next(&case.name)?)?;
         if line.effective != index {
             return Err(nonsense(format!("case {index} is not where it should be")));
         }
         let mut track = Vec::with_capacity(case.moments.len());
         let mut loads = Vec::new();
         for &step in &case.moments {
-            let line: CaseLine = parse(&next(&case.name)?)?;
+            let line: CaseLine = parse(next(&case.name)?)?;
             if (line.case, line.step) != (index, step) {
                 return Err(nonsense(format!(
                     "{}: step {} where step {step} should be",
@@ -113,6 +108,7 @@ fn read(work: &Path, cases: &[&Case]) -> Result<Vec<CaseInYade>, YadeError> {
         });
     }
     tables.at_end()?;
+    check_count(work, cases)?;
     Ok(all)
 }
 

@@ -39,8 +39,8 @@ pub fn run(
     let limits = Limits {
         time: options.time_limit,
         stall: options.stall_limit,
-        memory: u64::MAX,
-        output: u64::MAX,
+        memory: options.memory_limit,
+        output: options.output_limit,
     };
     let done = watch(
         child,
@@ -55,7 +55,7 @@ pub fn run(
             let done = size("heartbeat") + size("frames.bin") + size("frames.jsonl");
             version.is_ok().then_some(done)
         },
-        &|| 0,
+        &|| size("frames.bin") + size("frames.jsonl") + size("yade.log"),
     );
     let version = version?;
     let hung = |reason| YadeError::Hung {
@@ -65,6 +65,7 @@ pub fn run(
     match done {
         Ok(done) => finished(work, done.status, version),
         Err(Ended::Interrupted) => Err(YadeError::Interrupted),
+        Err(Ended::TooMuch(reason)) => Err(YadeError::TooMuch { reason }),
         Err(Ended::Io(error)) => Err(failed("wait for", work)(error).into()),
         Err(other) => Err(hung(other.to_string())),
     }
@@ -106,6 +107,13 @@ fn start(
     under: &[String],
 ) -> Result<Group, YadeError> {
     let work = fs::canonicalize(work).map_err(failed("find", work))?;
+    // YADE ends with an error of its own where its home is not text.
+    if work.to_str().is_none() {
+        return Err(YadeError::Unsupported(format!(
+            "a way to work in a folder whose name is not UTF-8 text, {}",
+            work.display()
+        )));
+    }
     // Under this name Python imports the program, and the program then opens no socket.
     let link = work.join("yadeimport.py");
     symlink(&installation.program, &link).map_err(failed("create", &link))?;

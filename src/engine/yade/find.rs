@@ -2,7 +2,7 @@
 
 use std::env;
 use std::fs;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use super::YadeError;
@@ -16,6 +16,9 @@ pub struct Installation {
     pub interpreter: PathBuf,
 }
 
+/// The first line of a program is no longer, bytes.
+const LONGEST_LINE: u64 = 4096;
+
 /// Finds YADE: `program` if given, else the variable `CROSSGRAIN_YADE`, else `yade` on the path.
 pub fn find(program: Option<&Path>) -> Result<Installation, YadeError> {
     let program = match (program, env::var_os("CROSSGRAIN_YADE")) {
@@ -27,9 +30,13 @@ pub fn find(program: Option<&Path>) -> Result<Installation, YadeError> {
     };
     let missing = |why: &str| YadeError::Missing(format!("{} {why}", program.display()));
     let program = fs::canonicalize(&program).map_err(|_| missing("does not exist"))?;
+    // Asked before opening: opening a pipe would wait for a writer.
+    if !program.is_file() {
+        return Err(missing("is not a file"));
+    }
     let file = fs::File::open(&program).map_err(|_| missing("cannot be opened"))?;
     let mut first = String::new();
-    BufReader::new(file)
+    BufReader::new(file.take(LONGEST_LINE))
         .read_line(&mut first)
         .map_err(|_| missing("is not the Python file that Debian's yade is"))?;
     let interpreter = first

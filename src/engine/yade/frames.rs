@@ -1,13 +1,11 @@
 //! Reading back what the script wrote, trusting none of it: every count, id, step and number is
 //! checked before it becomes a table.
 
-use std::fs::File;
-use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use serde::Deserialize;
 
-use super::binary::{MomentLine, Tables};
+use super::binary::{MomentLine, Tables, index};
 use super::{YadeError, nonsense};
 use crate::engine::completeness;
 use crate::engine::native::check_moment;
@@ -37,11 +35,7 @@ pub fn read(
     task: &Task,
     observer: &mut dyn Observer,
 ) -> Result<Outcome, YadeError> {
-    let index = work.join("frames.jsonl");
-    let written = |path: &Path| {
-        File::open(path).map_err(|error| nonsense(format!("{}: {error}", path.display())))
-    };
-    let index = BufReader::new(written(&index)?);
+    let index = index(work)?;
     let mut reader = Frames {
         scene,
         tables: Tables::open(work)?,
@@ -52,16 +46,15 @@ pub fn read(
     let mut last: Option<Snapshot> = None;
     let mut seen: Vec<(Stage, u64)> = Vec::new();
     for line in index.lines() {
-        let line = line.map_err(|error| nonsense(format!("frames.jsonl: {error}")))?;
         if line.starts_with(r#"{"end""#) {
-            let report = completeness::end_of_stage(&line)
+            let report = completeness::end_of_stage(line)
                 .map_err(|reason| nonsense(format!("frames.jsonl: {reason}")))?;
             if report.stop == StopReason::Settled {
                 settled.clone_from(&last);
             }
             stages.push(report);
         } else {
-            let snapshot = reader.frame(&line)?;
+            let snapshot = reader.frame(line)?;
             if seen.is_empty() && snapshot.bodies.digest() != task.start.bodies.digest() {
                 return Err(nonsense(
                     "its first moment is not the start that it was given".to_owned(),

@@ -1,12 +1,10 @@
 //! How long YADE takes for a step of a bed: steps alone, after its start and outside of all tables.
 
-use std::fs::File;
-use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use serde::Deserialize;
 
-use super::binary::{MomentLine, Tables};
+use super::binary::{MomentLine, Tables, index};
 use super::{Options, YadeError, child, find, job, nonsense};
 use crate::engine::timing::{Share, Window};
 use crate::files::read_text;
@@ -92,9 +90,9 @@ pub fn time(
         return Err(nonsense("times that are not above zero".to_owned()));
     }
     let (bodies, contacts) = last_moment(work, bodies)?;
-    let total: u64 = done.shares.iter().map(|share| share.nanoseconds).sum();
+    let total: f64 = done.shares.iter().map(|of| of.nanoseconds as f64).sum();
     let shares = done.shares.into_iter().map(|share| Share {
-        share: share.nanoseconds as f64 / total as f64,
+        share: share.nanoseconds as f64 / total,
         stage: share.name,
     });
     Ok(TimedInYade {
@@ -106,21 +104,16 @@ pub fn time(
         bodies,
         contacts,
         peak_memory: done.peak_memory,
-        shares: shares.filter(|_| total > 0).collect(),
+        shares: shares.filter(|_| total > 0.0).collect(),
         version: finished.version,
     })
 }
 
 fn last_moment(work: &Path, start: &Bodies) -> Result<(Bodies, Vec<Contact>), YadeError> {
-    let path = work.join("frames.jsonl");
-    let file =
-        File::open(&path).map_err(|error| nonsense(format!("{}: {error}", path.display())))?;
-    let mut line = String::new();
-    BufReader::new(file)
-        .read_line(&mut line)
-        .map_err(|error| nonsense(format!("frames.jsonl: {error}")))?;
+    let index = index(work)?;
+    let line = index.lines().next().unwrap_or_default();
     let frame: Frame =
-        serde_json::from_str(&line).map_err(|error| nonsense(format!("frames.jsonl: {error}")))?;
+        serde_json::from_str(line).map_err(|error| nonsense(format!("frames.jsonl: {error}")))?;
     let mut tables = Tables::open(work)?;
     let ids = BodyIds::of_box(start.len() as u32);
     let (bodies, contacts, _) =

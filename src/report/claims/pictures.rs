@@ -54,6 +54,9 @@ fn area_in([width, height]: [f64; 2]) -> Area {
     [66.0, 24.0, width - 80.0, height - 72.0]
 }
 
+/// What is shown of a volume: its lower end, itself, its upper end.
+type Shown = fn(&Volume) -> Option<[f64; 3]>;
+
 /// A quantity of growing volumes at one moment, O, A and B side by side.
 fn growing(
     series: &[&Volumes],
@@ -95,11 +98,7 @@ fn growing(
 pub fn volumes(claims: &Claims, moment: &str) -> Result<[Figure; 3], Error> {
     let all = claims.figures.volumes.iter();
     let series: Vec<&Volumes> = all.filter(|of| of.moment == moment).collect();
-    let figure = |name: &str,
-                  caption: &str,
-                  svg: String,
-                  of: fn(&Volume) -> Option<[f64; 3]>|
-     -> Result<Figure, Error> {
+    let figure = |name: &str, caption: &str, svg: String, of: Shown| -> Result<Figure, Error> {
         Ok(Figure {
             name: format!("{name}-{moment}"),
             caption: caption.to_owned(),
@@ -107,7 +106,7 @@ pub fn volumes(claims: &Claims, moment: &str) -> Result<[Figure; 3], Error> {
             csv: numbers(&series, of)?,
         })
     };
-    let [variation, shape, correlation]: [fn(&Volume) -> Option<[f64; 3]>; 3] = [
+    let [variation, shape, correlation]: [Shown; 3] = [
         |one| interval(one.variation),
         |one| interval(one.shape),
         |one| one.correlation.map(|of| [of, of, of]),

@@ -6,7 +6,7 @@ use super::words::class;
 use crate::sensitivity::choices::Axis;
 use crate::sensitivity::record::{Point, Sensitivity};
 
-const LEFT: f64 = 374.0;
+const LEFT: f64 = 396.0;
 const COLUMN: f64 = 128.0;
 const GAP: f64 = 10.0;
 const ROW: f64 = 15.0;

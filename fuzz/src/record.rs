@@ -1,0 +1,26 @@
+//! Records of jobs (`run.json`, `verify.json`, `bench.json`), of any version, and what is made of them.
+
+use crossgrain::checks::record::parse;
+use crossgrain::report::{check_files, junit};
+
+/// A record that is accepted reads back as itself, and can be given to other programs.
+pub fn read(input: &[u8]) -> bool {
+    let Ok(text) = std::str::from_utf8(input) else {
+        return false;
+    };
+    let record = match parse("record.json", text) {
+        Ok(record) => record,
+        Err(error) => {
+            assert!(!error.to_string().is_empty());
+            return false;
+        }
+    };
+    let written = serde_json::to_string(&record).expect("a record is JSON");
+    let again = serde_json::from_str(&written).expect("what was accepted once");
+    assert_eq!(record, again);
+    assert_eq!(record.tally().passed, again.tally().passed);
+    check_files::csv(&record.checks).expect("a table of any checks");
+    junit::of_checks(&record.job, &record.checks).expect("JUnit of any checks");
+    assert!(!check_files::markdown(&record, None).is_empty());
+    true
+}

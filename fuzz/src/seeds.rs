@@ -1,0 +1,302 @@
+//! What the fuzzers begin with: sound inputs of every reader, made by the program itself.
+
+use std::path::Path;
+
+use serde_json::json;
+
+use crossgrain::campaign::member::Member;
+use crossgrain::campaign::records;
+use crossgrain::engine::native::{self, Mode};
+use crossgrain::engine::{Observer, Outcome, Task};
+use crossgrain::folder::record::Protocol;
+use crossgrain::generate::initial_bodies;
+use crossgrain::realization::{Runner, Way, run as realize};
+use crossgrain::run::{Engine, recorded};
+use crossgrain::scene::Scene;
+use crossgrain::tables::text::{write_bodies, write_contacts};
+use crossgrain::tables::{Contact, Snapshot};
+
+use super::parts::{join, packed};
+use super::{campaign, parts, run_folder, small};
+
+/// Sound inputs: target, name, input.
+pub fn all() -> Vec<(&'static str, String, Vec<u8>)> {
+    let mut seeds = Vec::new();
+    let mut seed = |target, name: &str, input| seeds.push((target, name.to_owned(), input));
+    let scene = small::scene();
+    seed("scene", "four", json_of(&scene).into_bytes());
+    let whole = folder(&scene, Protocol::Whole);
+    let short = folder(&scene, Protocol::Steps { steps: 10 });
+    for (name, files) in [("whole", &whole), ("short", &short)] {
+        seed("run_folder", name, run_seed(files, false));
+        seed(
+            "run_folder",
+            &format!("{name}-repaired"),
+            run_seed(files, true),
+        );
+    }
+    for (kind, name) in [
+        (b'b', "bodies.csv"),
+        (b'c', "contacts.csv"),
+        (b'h', "history.csv"),
+        (b't', "trace.csv"),
+    ] {
+        let table = file(&whole, name).expect("every run has it");
+        seed("tables", name, [&[kind], table].concat());
+        let packed = [&[kind.to_ascii_uppercase()], &*packed(table)].concat();
+        seed("tables", &format!("{name}.gz"), packed);
+    }
+    for (repair, name) in [(false, "three"), (true, "three-repaired")] {
+        seed("plan", name, plan_seed(repair));
+    }
+    let members = members();
+    seed("campaign", "three", campaign_seed(&members));
+    seed("campaign", "merged", merged_seed(&members));
+    for (name, input) in ledgers(&members[0]) {
+        seed("ledger", name, input);
+    }
+    let track = track(&scene);
+    let description = json!({"protocol": 1, "name": "toy", "version": "1", "parts": ["normal_spring", "gravity", "walls"],
+        "approximations": ["none to speak of"]});
+    seed(
+        "exec",
+        "describe",
+        join(&[("describe", description.to_string().as_bytes())]),
+    );
+    seed("exec", "scene", exec_seed(&track, false));
+    seed("exec", "case", exec_seed(&track, true));
+    seed("yade", "scene", yade_seed(&track, false));
+    seed("yade", "case", yade_seed(&track, true));
+    seeds
+}
+
+fn json_of(value: &impl serde::Serialize) -> String {
+    serde_json::to_string(value).expect("it is JSON")
+}
+
+type Files = Vec<(String, Vec<u8>)>;
+
+fn file<'a>(files: &'a Files, name: &str) -> Option<&'a [u8]> {
+    let found = files.iter().find(|(of, _)| of == name);
+    found.map(|(_, bytes)| bytes.as_slice())
+}
+
+/// The files of a native run.
+fn folder(scene: &Scene, protocol: Protocol) -> Files {
+    let run = recorded(
+        scene,
+        &Engine::Native(native::Options::default()),
+        protocol,
+        initial_bodies(scene),
+        Path::new(""),
+        &mut |_, _, _| {},
+    )
+    .expect("a run that finishes");
+    let place = parts::folder();
+    let out = place.path().join("run");
+    run.write(&out).expect("a writable folder");
+    files_of(&out)
+}
+
+fn files_of(folder: &Path) -> Files {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).expect("a folder that is there") {
+        let path = entry.expect("an entry").path();
+        let name = path.file_name().expect("a name").to_string_lossy();
+        files.push((name.into_owned(), std::fs::read(&path).expect("readable")));
+    }
+    files.sort();
+    files
+}
+
+fn run_seed(files: &Files, repair: bool) -> Vec<u8> {
+    let mut parts: Vec<(&str, &[u8])> = Vec::new();
+    if repair {
+        parts.push(("repair", b""));
+    }
+    for name in run_folder::FILES {
+        if let Some(bytes) = file(files, name) {
+            parts.push((name, bytes));
+        }
+    }
+    join(&parts)
+}
+
+fn plan_seed(repair: bool) -> Vec<u8> {
+    let place = parts::folder();
+    let out = place.path().join("campaign");
+    small::plan().write(&out).expect("a writable folder");
+    let text = std::fs::read(out.join("plan.json")).expect("what was written");
+    let mut parts: Vec<(&str, &[u8])> = vec![("plan.json", &text)];
+    if repair {
+        parts.insert(0, ("repair", b""));
+    }
+    join(&parts)
+}
+
+/// The members of the small plan.
+fn members() -> Vec<Member> {
+    let plan = small::plan();
+    let options = Default::default();
+    let work = parts::folder();
+    let way = Way {
+        runner: Runner::Native(Mode::default()),
+        phases: &plan.phases,
+        yade: &options,
+        brought: None,
+        work: work.path(),
+    };
+    let of = |number| {
+        let mut scene = plan.scene.clone();
+        scene.realization = plan.realization(number);
+        let run = realize(&scene, &way).expect("a member");
+        Member::of(number, &scene, &run)
+    };
+    (1..=plan.members).map(of).collect()
+}
+
+/// Lines whose checks are put right: `* MEMBER JSON`.
+fn campaign_seed(members: &[Member]) -> Vec<u8> {
+    let plan = small::plan().digest();
+    let starred = |member: &Member| format!("* {} {}\n", member.member, json_of(member));
+    let sound = records::line(&plan, &members[0]) + "\n";
+    let [first, second] = campaign::RECORDS;
+    let rest = starred(&members[1]) + &starred(&members[2]);
+    join(&[(first, sound.as_bytes()), (second, rest.as_bytes())])
+}
+
+fn merged_seed(members: &[Member]) -> Vec<u8> {
+    let lines: String = members.iter().map(|of| json_of(of) + "\n").collect();
+    join(&[("repair", b""), ("members.jsonl", lines.as_bytes())])
+}
+
+fn ledgers(member: &Member) -> Vec<(&'static str, Vec<u8>)> {
+    let cost =
+        json!({"cpu_seconds": 1.5, "measuring_seconds": 0.1, "pour_steps": 10, "load_steps": 0});
+    let method = json!({"method": "abc", "realization": 1, "ending": {"failed": "a reason"}, "cost": cost, "measured": {"a": 0.1}});
+    let row = json!({"setting": "abc", "realization": 1, "ending": member.ending, "pour_steps": 10, "load_steps": 2,
+        "last_state": null, "measured": {"settled.coordination.mean": 0.1}});
+    let window = json!({"from": 0.0, "to": 0.1, "pressure": 1e3, "largest": 2e3, "on_floor": 5.0, "moments": 3});
+    let watched = json!({"push": "abc", "realization": 2, "stop": "reached", "failed": null, "depth": 0.01, "windows": [window]});
+    let two = |kind: &str, line: serde_json::Value| format!("{kind}{line}\n{line}\n").into_bytes();
+    vec![
+        ("method", two("m", method)),
+        ("row", two("r", row)),
+        ("watched", two("w", watched)),
+    ]
+}
+
+#[derive(Default)]
+struct Keep(Vec<Snapshot>);
+
+impl Observer for Keep {
+    fn snapshot(&mut self, snapshot: &Snapshot) {
+        self.0.push(snapshot.clone());
+    }
+}
+
+/// Start and end of ten steps; grains in flight touch nothing, so that a contact with the floor is put in.
+fn track(scene: &Scene) -> Vec<Snapshot> {
+    let mut keep = Keep::default();
+    let task = Task::pour(initial_bodies(scene), 10);
+    let _: Outcome =
+        native::run(scene, &task, &native::Options::default(), &mut keep).expect("ten steps");
+    for moment in &mut keep.0 {
+        moment.contacts = vec![Contact {
+            id1: 6,
+            id2: 0,
+            overlap: 1.0e-6,
+            normal_force: 2.0,
+            tangential_force: 0.0,
+            normal: [0.0, 1.0],
+            point: [moment.bodies.x[0], 0.0],
+        }];
+    }
+    keep.0
+}
+
+const END: &str = r#"{"end": "settle", "steps": 10, "stop": "steps_done", "wall_seconds": 0.5, "cpu_seconds": 0.4}"#;
+
+fn exec_seed(track: &[Snapshot], case: bool) -> Vec<u8> {
+    let place = parts::folder();
+    let mut lines = String::new();
+    for moment in track {
+        let step = moment.step;
+        let name = |table: &str| place.path().join(format!("settle-{step}-{table}.csv"));
+        write_bodies(&name("bodies"), &moment.bodies).expect("a writable folder");
+        write_contacts(&name("contacts"), &moment.contacts).expect("a writable folder");
+        lines += &format!(
+            "{}\n",
+            json!({"stage": "settle", "step": step, "punch": null})
+        );
+    }
+    if !case {
+        lines += &format!("{END}\n");
+    }
+    let files = files_of(place.path());
+    let mut parts: Vec<(&str, &[u8])> = Vec::new();
+    if case {
+        parts.push(("case", b""));
+    }
+    parts.push(("moments.jsonl", lines.as_bytes()));
+    parts.push(("done.json", br#"{"steps": 10}"#));
+    for (name, bytes) in &files {
+        parts.push((name, bytes));
+    }
+    join(&parts)
+}
+
+fn yade_seed(track: &[Snapshot], case: bool) -> Vec<u8> {
+    let mut lines = String::new();
+    let mut binary = Vec::new();
+    let mut table = |numbers: &[f64]| {
+        numbers
+            .iter()
+            .for_each(|of| binary.extend(of.to_ne_bytes()))
+    };
+    if case {
+        let effective = json!({"contacts": [], "mass": track[0].bodies.mass, "inertia": [], "gravity": [0.0, -9.81],
+            "alpha": 0.2, "dt": 1e-5});
+        lines += &format!("{}\n", json!({"effective": 0, "parameters": effective}));
+    }
+    for moment in track {
+        let Snapshot {
+            step,
+            bodies,
+            contacts,
+            ..
+        } = moment;
+        for column in [&bodies.x, &bodies.z, &bodies.vx, &bodies.vz] {
+            table(column);
+        }
+        for of in contacts {
+            let [fx, fz] = of.force();
+            let ids = [f64::from(of.id1), f64::from(of.id2)];
+            let [[nx, nz], [x, z]] = [of.normal, of.point];
+            table(&[ids[0], ids[1], of.overlap, nx, nz, fx, fz, x, z]);
+        }
+        let mut line = if case {
+            json!({"case": 0, "step": step, "loads": vec![[0.0; 3]; bodies.len()]})
+        } else {
+            json!({"frame": "settle", "step": step})
+        };
+        line["bodies"] = bodies.len().into();
+        line["contacts"] = contacts.len().into();
+        line["out_of_plane"] = 0.0.into();
+        line["punch"] = serde_json::Value::Null;
+        lines += &format!("{line}\n");
+    }
+    if !case {
+        lines += &format!("{END}\n");
+    }
+    let mut parts: Vec<(&str, &[u8])> = Vec::new();
+    if case {
+        parts.push(("case", b""));
+    }
+    parts.push(("frames.jsonl", lines.as_bytes()));
+    parts.push(("done.json", br#"{"steps_by_yade": 10}"#));
+    // Its last line's end is taken off again.
+    binary.push(b'\n');
+    parts.push(("frames.bin", &binary));
+    join(&parts)
+}

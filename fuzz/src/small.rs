@@ -1,0 +1,45 @@
+//! The small things that inputs are read against.
+
+use crossgrain::campaign::plan::Plan;
+use crossgrain::engine::case::Case;
+use crossgrain::engine::native::Mode;
+use crossgrain::generate::initial_bodies;
+use crossgrain::model::Model;
+use crossgrain::realization::Runner;
+use crossgrain::scene::{Cloud, Scene, paper_scene};
+
+/// Four grains of the paper in a box of their own.
+pub fn scene() -> Scene {
+    let mut scene = paper_scene(1, 4);
+    let Cloud::JitteredLattice { columns, .. } = &mut scene.cloud;
+    *columns = 2;
+    scene.container.width = 0.03;
+    scene.loading.half_width = 0.01;
+    scene.measurement.control_volume_side = 0.01;
+    scene.measurement.local_radius = 0.01;
+    scene.measurement.history_every = 500;
+    scene.control_points.truncate(1);
+    scene.control_points[0].offset = 0.0;
+    scene.control_points[0].depth = 0.005;
+    for reason in scene.choices.values_mut() {
+        *reason = "chosen".to_owned();
+    }
+    scene
+}
+
+/// Three members of it.
+pub fn plan() -> Plan {
+    Plan::new(&scene(), Runner::Native(Mode::default()), Vec::new(), 3, 7).expect("a plan")
+}
+
+/// Its grains for ten steps, without rules.
+pub fn case() -> Case {
+    let scene = scene();
+    Case {
+        name: "four".to_owned(),
+        model: Model::of(&scene),
+        bodies: initial_bodies(&scene),
+        punch: None,
+        moments: vec![0, 10],
+    }
+}

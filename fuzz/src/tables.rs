@@ -1,0 +1,85 @@
+//! Tables, packed or not. The first byte says which table it is and whether it is packed.
+
+use std::fmt::Debug;
+use std::path::Path;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crossgrain::folder::record::TraceRow;
+use crossgrain::measure::history::HistoryRow;
+use crossgrain::tables::BodyIds;
+use crossgrain::tables::text::{
+    TableError, read_bodies, read_contacts, read_rows, room_for, write_bodies, write_contacts,
+    write_rows,
+};
+
+use super::parts;
+
+/// As many rows as there may be.
+const MOST_ROWS: u32 = 64;
+
+/// A table that is accepted reads back as itself.
+pub fn read(input: &[u8]) -> bool {
+    let Some((kind, bytes)) = input.split_first() else {
+        return false;
+    };
+    let folder = parts::folder();
+    // Upper case: packed as it is; `z`-like letters: packed by us, so that its text can be reached.
+    let packed = kind.is_ascii_uppercase();
+    let name = if packed { "table.csv.gz" } else { "table.csv" };
+    parts::put(folder.path(), name, bytes);
+    let path = folder.path().join(name);
+    let again = folder.path().join("again.csv");
+    match kind.to_ascii_lowercase() {
+        b'b' => same(
+            &path,
+            &again,
+            |path| read_bodies(path, MOST_ROWS),
+            write_bodies,
+        ),
+        b'c' => same(
+            &path,
+            &again,
+            |path| read_contacts(path, BodyIds::of_box(MOST_ROWS)),
+            |path, rows| write_contacts(path, rows),
+        ),
+        b'h' => rows::<HistoryRow>(&path, &again, HistoryRow::HEADER, HistoryRow::is_finite),
+        b't' => rows::<TraceRow>(&path, &again, TraceRow::HEADER, |row| {
+            (row.x + row.z).is_finite()
+        }),
+        _ => false,
+    }
+}
+
+fn rows<T: Serialize + DeserializeOwned + Debug + PartialEq>(
+    path: &Path,
+    again: &Path,
+    header: &[&str],
+    finite: fn(&T) -> bool,
+) -> bool {
+    let limit = room_for(u64::from(MOST_ROWS));
+    let Ok(found) = read_rows::<T>(path, limit) else {
+        return false;
+    };
+    // Whoever reads such rows refuses the others.
+    if !found.iter().all(finite) {
+        return false;
+    }
+    write_rows(again, header, found.iter()).expect("a table that can be written");
+    let second: Vec<T> = read_rows(again, u64::MAX >> 1).expect("what was accepted once");
+    assert_eq!(second, found);
+    true
+}
+
+fn same<T: Debug + PartialEq>(
+    path: &Path,
+    again: &Path,
+    read: impl Fn(&Path) -> Result<T, TableError>,
+    write: impl Fn(&Path, &T) -> Result<(), TableError>,
+) -> bool {
+    let Ok(found) = read(path) else { return false };
+    write(again, &found).expect("a table that can be written");
+    assert_eq!(read(again).expect("what was accepted once"), found);
+    true
+}

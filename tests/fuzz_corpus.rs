@@ -1,0 +1,65 @@
+//! Every input that the fuzzers kept, given to the readers again.
+
+use std::path::{Path, PathBuf};
+
+use crate::readers::{MOST_MEMORY, READERS};
+
+/// The inputs that were kept for a target, and those that once broke it.
+fn kept(target: &str) -> Vec<PathBuf> {
+    let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz");
+    let mut inputs = Vec::new();
+    for place in ["corpus", "regressions"] {
+        let Ok(entries) = std::fs::read_dir(fuzz.join(place).join(target)) else {
+            continue;
+        };
+        inputs.extend(entries.map(|entry| entry.expect("an entry").path()));
+    }
+    inputs.sort();
+    inputs
+}
+
+#[test]
+fn every_reader_withstands_every_kept_input_within_its_memory() {
+    for (target, read) in READERS {
+        let inputs = kept(target);
+        assert!(!inputs.is_empty(), "nothing was kept for {target}");
+        let mut accepted = 0;
+        for path in inputs {
+            let input = std::fs::read(&path).expect("a readable input");
+            let mut sound = false;
+            let taken = allocation_counter::measure(|| sound = read(&input));
+            accepted += usize::from(sound);
+            assert!(
+                taken.bytes_max < MOST_MEMORY,
+                "{} takes {} bytes",
+                path.display(),
+                taken.bytes_max
+            );
+        }
+        assert!(accepted > 0, "{target} accepts none of its inputs");
+    }
+}
+
+/// What the program itself writes, every reader takes: else the fuzzers would begin before a closed door.
+#[test]
+fn every_seed_is_accepted() {
+    for (target, name, input) in crate::readers::seeds::all() {
+        let (_, read) = READERS
+            .into_iter()
+            .find(|(known, _)| *known == target)
+            .expect("a reader of this name");
+        assert!(read(&input), "{target} refuses {name}");
+    }
+}
+
+/// Writes the seeds into `fuzz/corpus`, from where the fuzzers take them.
+#[test]
+#[ignore = "writes into fuzz/corpus"]
+fn the_seeds_are_written() {
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
+    for (target, name, input) in crate::readers::seeds::all() {
+        let folder = corpus.join(target);
+        std::fs::create_dir_all(&folder).expect("a writable folder");
+        std::fs::write(folder.join(name), input).expect("a writable folder");
+    }
+}

@@ -1,0 +1,288 @@
+//! Names of files and folders that a shell, an interpreter or a terminal would obey, given to the real program: they stay
+//! names.
+
+use std::ffi::{OsStr, OsString};
+use std::fs;
+use std::os::unix::ffi::{OsStrExt, OsStringExt};
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use crate::support::{told, write_scene};
+
+/// What a name must not do is make the file `owned`.
+pub fn names() -> Vec<OsString> {
+    let mut names: Vec<OsString> = [
+        "two words",
+        "it's \"so\"",
+        "$(touch owned)",
+        "`touch owned`; touch owned & touch owned | touch owned",
+        "100% %s \\n ~ * ? [a] {b,c}",
+        "..\\..",
+        "'''+open('owned','w').write('')+'''",
+        "${HOME}#!$0",
+        "--help",
+        "-rf",
+        "two\nlines",
+        "\u{1b}]0;title\u{7}\u{1b}[31mred",
+        "größe-\u{202e}-日本",
+    ]
+    .map(OsString::from)
+    .into();
+    names.push(OsString::from_vec(b"not \xff\xfe text".to_vec()));
+    names.push("long".repeat(60).into());
+    names
+}
+
+/// The program with arguments of any bytes.
+pub fn crossgrain_os<A: AsRef<OsStr>>(arguments: &[A], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+        .args(arguments)
+        .current_dir(folder)
+        .env_remove("CROSSGRAIN_YADE")
+        .output()
+        .expect("the program starts")
+}
+
+/// Nobody has obeyed a name, and no name has reached the terminal as it is.
+pub fn nothing_obeyed(place: &Path, output: &Output) {
+    for text in [&output.stdout, &output.stderr] {
+        let text = String::from_utf8_lossy(text);
+        let obeyed = |of: char| of.is_control() && of != '\n' && of != '\t';
+        assert!(!text.contains(obeyed), "a terminal would obey {text:?}");
+    }
+    let mut folders = vec![place.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            assert_ne!(path.file_name(), Some(OsStr::new("owned")), "{path:?}");
+            if path.is_dir() && !path.is_symlink() {
+                folders.push(path);
+            }
+        }
+    }
+}
+
+/// A scene of two grains, twenty steps of which take no time.
+pub fn two_grains() -> crossgrain::scene::Scene {
+    let mut scene = crate::support::tiny_scene();
+    scene.particles.count = 2;
+    scene
+}
+
+/// `--out=NAME`, which takes a name that begins with a dash.
+fn out(name: &OsStr) -> OsString {
+    let mut option = OsString::from("--out=");
+    option.push(name);
+    option
+}
+
+/// `./NAME`, for the same reason.
+fn beside(name: &OsStr) -> PathBuf {
+    Path::new(".").join(name)
+}
+
+/// A folder that goes away, in it one of this name, in it a scene.
+fn place_named(name: &OsStr) -> (tempfile::TempDir, PathBuf) {
+    let top = tempfile::tempdir().expect("a temporary folder");
+    let place = top.path().join(name);
+    fs::create_dir(&place).expect("a name that the file system takes");
+    write_scene(&two_grains(), &place.join("scene.json"));
+    (top, place)
+}
+
+#[test]
+fn run_folders_of_any_name_are_written_compared_and_exported() {
+    for name in names() {
+        let (top, place) = place_named(&name);
+        let tell = |arguments: &[OsString]| {
+            let output = crossgrain_os(arguments, &place);
+            nothing_obeyed(top.path(), &output);
+            let (code, _, errors) = told(&output);
+            assert_eq!(code, 0, "{name:?}, {arguments:?}: {errors}");
+        };
+        let words = |words: &str| words.split(' ').map(OsString::from).collect::<Vec<_>>();
+        tell(
+            &[
+                words("run scene.json --engine native --steps 20"),
+                vec![out(&name)],
+            ]
+            .concat(),
+        );
+        let run = beside(&name).into_os_string();
+        tell(&[words("compare"), vec![run.clone(), run.clone()]].concat());
+        tell(&[words("export vtk --out vtk"), vec![run.clone()]].concat());
+        tell(&[words("export archive --out run.tar.gz"), vec![run]].concat());
+        assert!(place.join(&name).join("run.json").is_file());
+    }
+}
+
+/// What does not fit is said before anything is run.
+#[test]
+fn a_name_that_is_too_long_is_refused_at_once() {
+    let (top, place) = place_named(OsStr::new("place"));
+    let long = "x".repeat(300);
+    for verb in [
+        ["run", "scene.json", "--engine", "native"].as_slice(),
+        &["export", "vtk", "run"],
+        &["campaign", "plan", "scene.json", "--members", "2"],
+    ] {
+        let mut arguments: Vec<OsString> = verb.iter().map(OsString::from).collect();
+        arguments.push(out(OsStr::new(&long)));
+        let output = crossgrain_os(&arguments, &place);
+        let (code, _, errors) = told(&output);
+        assert_eq!(code, 2, "{verb:?}: {errors}");
+        assert!(errors.contains("name too long"), "{errors}");
+    }
+    assert_eq!(fs::read_dir(&place).expect("a folder").count(), 1);
+    nothing_obeyed(top.path(), &crossgrain_os(&["paper"], &place));
+}
+
+/// Makes a program of this text under any name.
+pub fn program(folder: &Path, name: &OsStr, text: &str) -> PathBuf {
+    let path = folder.join(name);
+    fs::write(&path, text).expect("writable");
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("ours");
+    path
+}
+
+#[test]
+fn engines_of_any_name_are_started_without_a_shell() {
+    let toy = Path::new(env!("CARGO_MANIFEST_DIR")).join("adapters/toy.py");
+    let toy = fs::read_to_string(toy).expect("the toy");
+    for name in names() {
+        let (top, place) = place_named(&name);
+        write_scene(
+            &crate::support::engines::narrow_scene(0.05),
+            &place.join("scene.json"),
+        );
+        let path = program(&place, &name, &toy);
+        let mut engine = OsString::from("--engine=exec:");
+        engine.push(&path);
+        let arguments = ["run", "scene.json", "--steps", "5", "--out", "out"];
+        let mut arguments: Vec<OsString> = arguments.map(OsString::from).into();
+        arguments.push(engine);
+        let output = crossgrain_os(&arguments, &place);
+        nothing_obeyed(top.path(), &output);
+        let (code, _, errors) = told(&output);
+        // A name that is no text cannot be written into `run.json`, and is refused.
+        let wanted = if name.to_str().is_some() { 0 } else { 2 };
+        assert_eq!(code, wanted, "{name:?}: {errors}");
+        assert_eq!(place.join("out/run.json").is_file(), wanted == 0);
+    }
+}
+
+/// YADE's job is in a folder below that of the output, and in one of `TMPDIR` besides.
+#[test]
+fn a_yade_of_any_name_gets_its_job_in_a_folder_of_any_name() {
+    for name in names() {
+        let (top, place) = place_named(&name);
+        let text =
+            crate::yade_driver::program("frames(fine + fine, [frame(0), frame(10), end(10)])");
+        let path = program(&place, &name, &text);
+        let words = [
+            "run",
+            "scene.json",
+            "--engine",
+            "yade",
+            "--steps",
+            "10",
+            "--yade",
+        ];
+        let mut arguments: Vec<OsString> = words.map(OsString::from).into();
+        arguments.extend([path.into_os_string(), out(&name_of_out(&name))]);
+        let output = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+            .args(&arguments)
+            .current_dir(&place)
+            .env("TMPDIR", &place)
+            .output()
+            .expect("the program starts");
+        nothing_obeyed(top.path(), &output);
+        told_by_yade(&name, &output);
+    }
+}
+
+/// It works everywhere but in a folder whose name is no text, which is said.
+fn told_by_yade(name: &OsStr, output: &Output) {
+    let (code, _, errors) = told(output);
+    if name.to_str().is_some() {
+        assert_eq!(code, 0, "{name:?}: {errors}");
+    } else {
+        assert_eq!(code, 2, "{name:?}: {errors}");
+        assert!(errors.contains("is not UTF-8 text"), "{errors}");
+    }
+}
+
+/// Another name of the same kind, since the program has the first one.
+fn name_of_out(name: &OsStr) -> OsString {
+    OsString::from_vec([name.as_bytes(), b"2"].concat())
+}
+
+/// The real YADE, started from and working in folders whose names a shell or Python would obey.
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE: cargo test --features yade"
+)]
+fn the_real_yade_works_in_a_folder_of_any_name() {
+    for name in names() {
+        let (top, place) = place_named(&name);
+        let words = ["run", "scene.json", "--engine", "yade", "--steps", "5"];
+        let mut arguments: Vec<OsString> = words.map(OsString::from).into();
+        arguments.push(out(&name));
+        let output = crossgrain_os(&arguments, &place);
+        nothing_obeyed(top.path(), &output);
+        told_by_yade(&name, &output);
+    }
+}
+
+#[test]
+fn baselines_have_plain_names_and_stores_any() {
+    let record = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/record/reproduce");
+    for name in names() {
+        let (top, place) = place_named(&name);
+        let before = fs::read_dir(&place).expect("a folder").count();
+        let save = |arguments: &[&OsStr]| {
+            let mut all = vec![OsStr::new("baseline"), OsStr::new("save")];
+            all.extend(arguments);
+            crossgrain_os(&all, &place)
+        };
+        let output = save(&[OsStr::new("--"), record.as_os_str(), &name]);
+        nothing_obeyed(top.path(), &output);
+        // Letters and dashes alone may be a name, however long up to a limit.
+        let plain = name == "-rf" || name == "--help";
+        let (code, _, errors) = told(&output);
+        assert_eq!(code, if plain { 0 } else { 2 }, "{name:?}: {errors}");
+        if !plain {
+            assert_eq!(fs::read_dir(&place).expect("a folder").count(), before);
+        }
+        let mut store = OsString::from("--store=");
+        store.push(&name);
+        let output = save(&[record.as_os_str(), OsStr::new("main"), &store]);
+        nothing_obeyed(top.path(), &output);
+        assert_eq!(told(&output).0, 0, "{name:?}: {}", told(&output).2);
+        assert!(place.join(&name).join("main.json").is_file());
+    }
+}
+
+#[test]
+fn a_baseline_is_never_outside_its_store() {
+    let (_top, place) = place_named(OsStr::new("place"));
+    let record = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/record/reproduce");
+    for name in [
+        "../out",
+        "/tmp/x",
+        "a/b",
+        ".",
+        "..",
+        ".hidden",
+        "",
+        &"x".repeat(101),
+    ] {
+        let arguments = ["baseline", "save", &record.to_string_lossy(), name].map(str::to_owned);
+        let (code, _, errors) = told(&crossgrain_os(&arguments, &place));
+        assert_eq!(code, 2, "{name:?}: {errors}");
+        assert!(errors.contains("is no name for a baseline"), "{errors}");
+    }
+    assert_eq!(fs::read_dir(&place).expect("a folder").count(), 1);
+}

@@ -1,0 +1,139 @@
+//! Names inside files – of scenes, control points, checks – that a browser, a table or a terminal would obey: in pages,
+//! tables, XML and job summaries they stay text.
+
+use std::fs;
+
+use crossgrain::campaign::plan::Plan;
+use crossgrain::engine::native::Mode;
+use crossgrain::realization::Runner;
+use crossgrain::scene::Scene;
+
+use crate::hostile_names::nothing_obeyed;
+use crate::support::{crossgrain, folder_with, tiny_scene, told};
+
+const MARKUP: &str =
+    "<script>alert(1)</script>\"'&amp;{{ 7*7 }}{% x %}]]>--><img src=x onerror=alert(1)>";
+const CELLS: &str = "a,b;\"c\"|d\t".trim_ascii_end();
+
+/// A scene whose names are markup.
+fn scene_of_markup() -> Scene {
+    let mut scene = tiny_scene();
+    scene.name = MARKUP.to_owned();
+    scene.control_points[0].name = MARKUP.to_owned();
+    scene.control_points[1].name = CELLS.to_owned();
+    for reason in scene.choices.values_mut() {
+        *reason = MARKUP.to_owned();
+    }
+    scene
+}
+
+/// No tag of ours is in the text.
+fn no_markup(name: &str, text: &str) {
+    for tag in ["<script>alert", "<img", "-->", "]]>"] {
+        assert!(!text.contains(tag), "{name} has {tag:?}");
+    }
+}
+
+#[test]
+fn pages_and_files_of_a_job_hold_names_as_text() {
+    let (folder, _) = folder_with(&scene_of_markup());
+    let arguments = [
+        "reproduce",
+        "--scene",
+        "scene.json",
+        "--yade",
+        "/nowhere/yade",
+        "--out",
+        "o",
+        "--quiet",
+    ];
+    let output = crossgrain(&arguments, folder.path());
+    nothing_obeyed(folder.path(), &output);
+    let (code, _, errors) = told(&output);
+    assert_eq!(code, 3, "without YADE it is incomplete: {errors}");
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).expect("a file");
+    let page = read("o/report.html");
+    let body =
+        &page[page.rfind("</style>").expect("a style")..page.rfind("<script>").expect("a script")];
+    no_markup("report.html", body);
+    assert!(
+        body.contains("&lt;script&gt;alert(1)"),
+        "the reasons are shown"
+    );
+    let files = ["--junit", "j.xml", "--csv", "c.csv", "--summary", "s.md"];
+    let output = crossgrain(
+        &[&["checks", "o/run.json"], files.as_slice()].concat(),
+        folder.path(),
+    );
+    nothing_obeyed(folder.path(), &output);
+    let junit = read("j.xml");
+    no_markup("JUnit", &junit);
+    let report = quick_junit::Report::deserialize_from_str(&junit).expect("XML");
+    let mut table = csv::Reader::from_path(folder.path().join("c.csv")).expect("a table");
+    let rows = table
+        .records()
+        .map(|row| row.expect("as many cells as columns"));
+    assert_eq!(rows.count(), report.tests);
+    no_markup("the summary", &read("s.md"));
+}
+
+/// A column for each control point, whatever its name.
+#[test]
+fn the_table_of_a_campaign_has_as_many_cells_as_columns() {
+    let (folder, _) = folder_with(&tiny_scene());
+    let plan = Plan::new(
+        &scene_of_markup(),
+        Runner::Native(Mode::Exact),
+        Vec::new(),
+        3,
+        1,
+    );
+    plan.and_then(|plan| plan.write(&folder.path().join("c")))
+        .expect("a new campaign");
+    let output = crossgrain(&["campaign", "run", "c"], folder.path());
+    nothing_obeyed(folder.path(), &output);
+    assert_eq!(told(&output).0, 0, "{}", told(&output).2);
+    let mut table = csv::Reader::from_path(folder.path().join("c/members.csv")).expect("a table");
+    let header = table.headers().expect("a header").clone();
+    assert!(header.iter().any(|name| name.contains(CELLS)), "{header:?}");
+    let rows = table
+        .records()
+        .map(|row| row.expect("as many cells as columns"));
+    assert_eq!(rows.count(), 3);
+}
+
+#[test]
+fn names_with_control_characters_are_refused_and_shown_harmless() {
+    for name in [
+        "two\nlines",
+        "\u{1b}[2J",
+        "a\rb",
+        "nul\0",
+        &"long".repeat(51),
+    ] {
+        let mut scene = tiny_scene();
+        scene.name = name.to_owned();
+        scene.control_points[0].name = name.to_owned();
+        let (folder, _) = folder_with(&scene);
+        let output = crossgrain(&["scene", "check", "scene.json"], folder.path());
+        nothing_obeyed(folder.path(), &output);
+        let (code, _, errors) = told(&output);
+        assert_eq!(code, 2, "{name:?}");
+        for place in ["/name: found", "/control_points/0/name: found"] {
+            assert!(errors.contains(place), "{errors}");
+        }
+    }
+}
+
+/// What an engine says of itself, and a record that somebody made, reach the terminal as text.
+#[test]
+fn words_of_other_programs_are_shown_harmless() {
+    let (folder, _) = folder_with(&tiny_scene());
+    let record = include_str!("../fuzz/corpus/record/reproduce");
+    let record = record.replace("contact time, wall", "\\u001b[31mred\\u0007 <img>");
+    fs::write(folder.path().join("run.json"), record).expect("writable");
+    let output = crossgrain(&["checks", "run.json"], folder.path());
+    nothing_obeyed(folder.path(), &output);
+    let (_, out, errors) = told(&output);
+    assert!(out.contains("\\u{1b}[31mred"), "{out}{errors}");
+}

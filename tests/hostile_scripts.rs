@@ -1,0 +1,106 @@
+//! Job scripts of campaigns whose folder and program have names that a shell would obey: the scripts are run by a real shell,
+//! with a program that says what it was given.
+
+use std::ffi::{OsStr, OsString};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use crossgrain::campaign::plan::Plan;
+use crossgrain::campaign::slurm::{Array, write};
+use crossgrain::engine::native::Mode;
+use crossgrain::realization::Runner;
+
+use crate::hostile_names::{names, nothing_obeyed, program, two_grains};
+
+/// Writes its arguments, a line's end after each, into `given` beside itself.
+const STUB: &str = "#!/bin/bash\nprintf '%s\\n' \"$@\" >\"$(dirname \"$0\")/given\"\n";
+
+/// Runs a script or lines in an empty environment, and expects the best.
+fn bash(arguments: &[&OsStr], place: &Path, path: &OsStr) {
+    let output = Command::new("bash")
+        .args(arguments)
+        .current_dir(place)
+        .env("PATH", path)
+        .env("SLURM_ARRAY_TASK_ID", "2")
+        .output()
+        .expect("bash is there");
+    nothing_obeyed(place, &output);
+    assert!(
+        output.status.success(),
+        "{arguments:?}: {}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+#[test]
+fn job_scripts_hand_every_name_on_whole() {
+    let usual = std::env::var_os("PATH").unwrap_or_default();
+    let mut written = 0;
+    for name in names() {
+        let top = tempfile::tempdir().expect("a temporary folder");
+        let place = top.path().canonicalize().expect("a folder");
+        let folder = place.join(&name);
+        let plan = Plan::new(&two_grains(), Runner::Native(Mode::Exact), Vec::new(), 4, 1);
+        plan.and_then(|plan| plan.write(&folder))
+            .expect("a new campaign");
+        let tools = place.join("tools");
+        fs::create_dir(&tools).expect("a folder of ours");
+        let stub = program(&tools, &name, STUB);
+        let array = Array {
+            tasks: 4,
+            threads: 3,
+            partition: None,
+            program: &stub,
+        };
+        let control = |of: char| of.is_control();
+        if name.to_str().is_none_or(|name| name.contains(control)) {
+            let refused = write(&folder, &array).expect_err("no line of a shell holds it");
+            assert!(
+                refused.to_string().contains("give it another name"),
+                "{refused}"
+            );
+            assert!(!folder.join("slurm").exists(), "{name:?}: half-written");
+            continue;
+        }
+        written += 1;
+        let scripts = write(&folder, &array).expect("scripts");
+        let text = folder.to_str().expect("text");
+        for (script, given) in [
+            (
+                &scripts.array,
+                format!("campaign\nrun\n{text}\n--shard\nauto\n--threads\n3\n"),
+            ),
+            (&scripts.merge, format!("campaign\nmerge\n{text}\n")),
+        ] {
+            bash(&[OsStr::new("-n"), script.as_os_str()], &place, &usual);
+            bash(&[script.as_os_str()], &place, &usual);
+            let found = fs::read_to_string(tools.join("given")).expect("what it was given");
+            assert_eq!(found, given);
+        }
+        for log in ["task-2.log", "merge.log"] {
+            assert!(folder.join("slurm").join(log).is_file(), "{name:?}: {log}");
+        }
+        // The printed lines, with an `sbatch` that says what it was given and prints a job's number.
+        program(
+            &tools,
+            OsStr::new("sbatch"),
+            &format!("{STUB}echo '17;cluster'\n"),
+        );
+        let mut path = OsString::from(&tools);
+        path.push(":");
+        path.push(&usual);
+        bash(
+            &[OsStr::new("-euc"), OsStr::new(&scripts.submit.join("\n"))],
+            &place,
+            &path,
+        );
+        let found = fs::read_to_string(tools.join("given")).expect("what it was given");
+        let merge = scripts.merge.to_str().expect("text");
+        assert_eq!(
+            found,
+            format!("--parsable\n--dependency=afterany:17\n{merge}\n")
+        );
+    }
+    assert!(written > 8, "{written}");
+}

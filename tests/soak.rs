@@ -1,0 +1,147 @@
+//! The main job again and again: nothing may grow, nothing may stay behind, and every run has the bits of the first.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::support::{tiny_scene, write_scene};
+
+/// What a process was seen to take at most.
+#[derive(Debug, Default, Clone, Copy)]
+struct Taken {
+    /// Resident memory, kB.
+    memory: u64,
+    /// Open files.
+    files: usize,
+}
+
+/// The program of the tests, or another one.
+fn program() -> PathBuf {
+    std::env::var_os("CROSSGRAIN_SOAK_PROGRAM")
+        .map_or_else(|| env!("CARGO_BIN_EXE_crossgrain").into(), PathBuf::from)
+}
+
+/// The job once, looked at every few milliseconds.
+fn once(place: &Path, out: &Path) -> (Option<i32>, Taken) {
+    let mut child = Command::new(program())
+        .args([
+            "reproduce",
+            "--scene",
+            "scene.json",
+            "--quiet",
+            "--yade",
+            "/nowhere/yade",
+            "--out",
+        ])
+        .arg(out)
+        .current_dir(place)
+        .env("TMPDIR", place.join("temporary"))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program starts");
+    let about = PathBuf::from(format!("/proc/{}", child.id()));
+    let mut taken = Taken::default();
+    loop {
+        if let Some(status) = child.try_wait().expect("a child of ours") {
+            return (status.code(), taken);
+        }
+        let status = fs::read_to_string(about.join("status")).unwrap_or_default();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let memory = line.and_then(|line| line.split_whitespace().next()?.parse().ok());
+        let files = fs::read_dir(about.join("fd")).map_or(0, Iterator::count);
+        taken.memory = taken.memory.max(memory.unwrap_or(0));
+        taken.files = taken.files.max(files);
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// All tables below a folder.
+fn tables(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut tables = BTreeMap::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(inside) = folders.pop() {
+        for entry in fs::read_dir(inside).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|end| end == "csv") {
+                let name = path.strip_prefix(folder).expect("it is inside").to_owned();
+                tables.insert(name, fs::read(&path).expect("readable"));
+            }
+        }
+    }
+    tables
+}
+
+/// Processes that have this folder in their command or work in it.
+fn processes_in(place: &Path) -> usize {
+    let text = place.to_string_lossy().into_owned();
+    let own = std::process::id().to_string();
+    let mut count = 0;
+    for entry in fs::read_dir("/proc").expect("Linux").flatten() {
+        if entry.file_name().to_string_lossy() == own {
+            continue;
+        }
+        let command = fs::read(entry.path().join("cmdline")).unwrap_or_default();
+        let inside = fs::read_link(entry.path().join("cwd")).is_ok_and(|of| of.starts_with(place));
+        count += usize::from(inside || String::from_utf8_lossy(&command).contains(&text));
+    }
+    count
+}
+
+fn soak(least_runs: usize, least_time: Duration) {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let place = place.path();
+    write_scene(&tiny_scene(), &place.join("scene.json"));
+    fs::create_dir(place.join("temporary")).expect("ours");
+    let began = Instant::now();
+    let mut first = None;
+    let mut all: Vec<Taken> = Vec::new();
+    while all.len() < least_runs || began.elapsed() < least_time {
+        let out = place.join("o");
+        let (code, taken) = once(place, &out);
+        assert_eq!(code, Some(3), "without YADE it is incomplete");
+        all.push(taken);
+        let found = tables(&out);
+        assert!(found.len() >= 5, "{:?}", found.keys());
+        match &first {
+            None => first = Some(found),
+            Some(first) => assert!(*first == found, "run {} has other bits", all.len()),
+        }
+        fs::remove_dir_all(&out).expect("ours");
+        let left: Vec<_> = fs::read_dir(place).expect("ours").flatten().collect();
+        assert_eq!(left.len(), 2, "run {} left {left:?}", all.len());
+        let temporary = fs::read_dir(place.join("temporary")).expect("ours").count();
+        assert_eq!(temporary, 0, "run {} left temporary files", all.len());
+        assert_eq!(processes_in(place), 0, "run {} left a process", all.len());
+    }
+    let most = |runs: &[Taken]| {
+        let memory = runs.iter().map(|of| of.memory).max().unwrap_or(0);
+        (memory, runs.iter().map(|of| of.files).max().unwrap_or(0))
+    };
+    let (early, late) = all.split_at(all.len() / 2);
+    let [(before, files_before), (after, files_after)] = [most(early), most(late)];
+    println!(
+        "{} runs in {:.0} s: memory at most {before} kB in the first half and {after} kB in the second, open files \
+         {files_before} and {files_after}; the same bits each time, nothing left",
+        all.len(),
+        began.elapsed().as_secs_f64()
+    );
+    assert!(after as f64 <= 1.1 * before as f64 + 1024.0, "memory grows");
+    assert!(files_after <= files_before + 2, "open files grow");
+}
+
+#[test]
+fn the_main_job_three_times_leaves_nothing_behind() {
+    soak(3, Duration::ZERO);
+}
+
+/// `cargo test --release --test checks -- --ignored --nocapture soak`; `CROSSGRAIN_SOAK_PROGRAM` names another program.
+#[test]
+#[ignore = "ten minutes"]
+fn the_main_job_for_ten_minutes_leaves_nothing_behind() {
+    soak(50, Duration::from_secs(600));
+}

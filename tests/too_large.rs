@@ -1,0 +1,158 @@
+//! What asks for too much memory is refused before it gets it.
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use allocation_counter::measure;
+
+use crossgrain::checks::record;
+use crossgrain::files::read_text;
+use crossgrain::folder::RunFolder;
+use crossgrain::scene::{parse_scene, read_scene};
+
+use crate::support::{crossgrain, folder_with, native_run, sound, tiny_scene, told};
+
+const MEGABYTE: u64 = 1 << 20;
+
+#[test]
+fn a_scene_of_a_million_million_grains_is_refused_before_they_are_made() {
+    let text = serde_json::to_string(&tiny_scene()).expect("JSON");
+    for count in [
+        "1000000000000",
+        "4294967295",
+        "1000001",
+        "1e12",
+        "18446744073709551616",
+    ] {
+        let huge = text.replace("\"count\":100,", &format!("\"count\":{count},"));
+        assert_ne!(huge, text);
+        let mut refused = false;
+        let taken = measure(|| refused = parse_scene(&huge).is_err());
+        assert!(refused && taken.bytes_max < MEGABYTE, "{count}: {taken:?}");
+    }
+}
+
+#[test]
+fn a_scene_file_that_is_none_is_not_read_whole() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("scene.json");
+    let file = fs::File::create(&path).expect("writable");
+    // A hole, which takes no room on the disk.
+    file.set_len(1 << 36).expect("a large file");
+    let mut error = String::new();
+    let taken = measure(|| error = read_scene(&path).expect_err("too large").to_string());
+    assert!(error.contains("larger than 1048576 bytes"), "{error}");
+    assert!(taken.bytes_max < 8 * MEGABYTE, "{taken:?}");
+}
+
+/// A small packed file that would unpack to very much.
+fn bomb(path: &Path, megabytes: usize) {
+    let file = fs::File::create(path).expect("writable");
+    let mut packer = flate2::write::GzEncoder::new(file, flate2::Compression::fast());
+    let zeros = vec![b'0'; MEGABYTE as usize];
+    for _ in 0..megabytes {
+        packer.write_all(&zeros).expect("writable");
+    }
+    packer.finish().expect("writable");
+}
+
+#[test]
+fn packed_tables_are_unpacked_no_further_than_they_may_reach() {
+    let scene = tiny_scene();
+    let protocol = crossgrain::folder::record::Protocol::Steps { steps: 10 };
+    let run = native_run(&scene, sound(), protocol);
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for table in [
+        "initial.csv",
+        "bodies.csv",
+        "contacts.csv",
+        "history.csv",
+        "trace.csv",
+    ] {
+        let path = folder.path().join(table);
+        run.write(&path).expect("a writable folder");
+        fs::remove_file(path.join(table)).expect("it is there");
+        bomb(&path.join(format!("{table}.gz")), 64);
+        let mut error = String::new();
+        let taken = measure(|| error = RunFolder::read(&path).expect_err("a bomb").to_string());
+        assert!(error.contains("is larger than"), "{table}: {error}");
+        assert!(taken.bytes_max < 16 * MEGABYTE, "{table}: {taken:?}");
+    }
+}
+
+/// `gzip` files may be put one after the other; all of it counts, and what is not packed is an error.
+#[test]
+fn all_of_a_packed_file_is_read() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("a.csv.gz");
+    let pack = crate::readers::parts::packed;
+    fs::write(&path, [pack(b"one\n"), pack(b"two\n")].concat()).expect("writable");
+    assert_eq!(read_text(&path, 100).expect("text"), "one\ntwo\n");
+    assert!(read_text(&path, 5).is_err());
+    fs::write(&path, [&pack(b"one\n"), b"and more".as_slice()].concat()).expect("writable");
+    assert!(read_text(&path, 100).is_err());
+}
+
+/// Steps so many that the moments of them cannot be counted.
+#[test]
+fn a_record_of_more_steps_than_there_are_numbers_is_refused() {
+    let mut scene = tiny_scene();
+    scene.measurement.history_every = 1;
+    let protocol = crossgrain::folder::record::Protocol::Steps { steps: 3 };
+    let mut run = native_run(&scene, sound(), protocol);
+    run.record.stages[0].steps = u64::MAX;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("run");
+    run.write(&path).expect("a writable folder");
+    let mut error = String::new();
+    let taken = measure(|| error = RunFolder::read(&path).expect_err("too many").to_string());
+    assert!(error.contains("moments of history"), "{error}");
+    assert!(taken.bytes_max < 8 * MEGABYTE, "{taken:?}");
+}
+
+/// An old record's ids are made of the names above a check; long names over many checks would fill any memory.
+#[test]
+fn an_old_record_cannot_multiply_its_names() {
+    let check = r#"{"name": "x", "verdict": "pass"}"#;
+    let many = vec![check; 2000].join(",");
+    let name = "n".repeat(500_000);
+    let text = format!(r#"{{"version": 1, "rungs": [{{"name": "{name}", "checks": [{many}]}}]}}"#);
+    let mut error = String::new();
+    let taken = measure(|| error = record::parse("r", &text).expect_err("too long").to_string());
+    assert!(error.contains("the names in it"), "{error}");
+    assert!(taken.bytes_max < 32 * MEGABYTE, "{taken:?}");
+}
+
+/// Neither a pipe that nobody writes to nor a file without lines is waited for.
+#[test]
+fn what_is_no_program_is_no_yade() {
+    let (folder, _) = folder_with(&tiny_scene());
+    let pipe = folder.path().join("pipe");
+    let made = Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.expect("mkfifo is there").success());
+    let hole = folder.path().join("hole");
+    let file = fs::File::create(&hole).expect("writable");
+    file.set_len(1 << 36).expect("a large file");
+    for yade in [Path::new("/dev/zero"), &pipe, &hole, folder.path()] {
+        let began = Instant::now();
+        let yade = yade.to_string_lossy();
+        let arguments = [
+            "run",
+            "scene.json",
+            "--engine",
+            "yade",
+            "--out",
+            "o",
+            "--yade",
+            &yade,
+        ];
+        let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
+        assert_eq!(code, 4, "{yade}: {errors}");
+        assert!(errors.contains("YADE is missing"), "{yade}: {errors}");
+        assert!(began.elapsed() < Duration::from_secs(20), "{yade}");
+        assert!(!folder.path().join("o").exists());
+    }
+}
