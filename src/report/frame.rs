@@ -16,6 +16,10 @@ pub const VERMILION: &str = "#d55e00";
 pub const GREEN: &str = "#009e73";
 /// See [`BLUE`].
 pub const PURPLE: &str = "#cc79a7";
+/// See [`BLUE`].
+pub const SKY: &str = "#56b4e9";
+/// Darker than theirs.
+pub const OCHRE: &str = "#b8860b";
 /// Of bars, with [`BLUE`] on them.
 pub const BARS: &str = "#b4d3e8";
 const GRID: &str = "#e6e8ea";
@@ -41,12 +45,25 @@ pub fn escaped(words: &str) -> String {
         .replace('>', "&gt;")
 }
 
-/// The same in a colour.
+/// The same in a colour, or in a darker one of its hue where it is too light for letters.
 pub fn coloured(colour: &str, place: [f64; 2], anchor: &str, content: &str) -> String {
+    let colour = legible(colour);
     format!(
         "<g fill=\"{colour}\">{}</g>",
         text(place, anchor, content).trim_end()
     )
+}
+
+/// Contrast to white of 4.5 and more, which letters need and lines do not.
+fn legible(colour: &str) -> &str {
+    match colour {
+        VERMILION => "#a33b00",
+        GREEN => "#00674f",
+        PURPLE => "#8f3a6b",
+        SKY => "#1b6f9c",
+        OCHRE => "#7a5900",
+        other => other,
+    }
 }
 
 /// The data of a path through these places.

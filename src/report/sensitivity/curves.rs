@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::report::axis::{Area, Axis};
-use crate::report::frame::{BLUE, GREEN, INK, PURPLE, VERMILION, coloured, whole};
+use crate::report::frame::{BLUE, GREEN, INK, OCHRE, PURPLE, SKY, VERMILION, coloured, whole};
 use crate::report::plot::{Plot, Stroke};
 
 /// A line of the picture.
@@ -40,7 +40,7 @@ const AREA: Area = [66.0, 14.0, 454.0, 346.0];
 const LINE: f64 = 15.0;
 
 /// Okabe and Ito's colours, dark enough for thin lines.
-pub const COLOURS: [&str; 7] = [BLUE, VERMILION, GREEN, PURPLE, "#56b4e9", "#b8860b", INK];
+pub const COLOURS: [&str; 7] = [BLUE, VERMILION, GREEN, PURPLE, SKY, OCHRE, INK];
 
 /// The least and the largest.
 fn ends(values: impl Iterator<Item = f64>) -> [f64; 2] {
