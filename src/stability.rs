@@ -3,6 +3,7 @@
 
 pub mod automatic;
 pub mod beds;
+pub mod checks;
 pub mod draft;
 pub mod failures;
 pub mod growth;

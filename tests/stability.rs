@@ -3,16 +3,21 @@
 
 mod brought;
 
+use std::collections::BTreeSet;
+use std::path::Path;
 use std::sync::LazyLock;
 
+use crossgrain::checks::Tally;
+use crossgrain::checks::record::parse;
 use crossgrain::compare::Verdict;
+use crossgrain::files::read_text;
 use crossgrain::scene::{Damping, TimeStep};
 use crossgrain::stability::failures::{Failure, failures, small_bed};
 use crossgrain::stability::growth::{Disturbed, Found};
 use crossgrain::stability::network::Network;
 use crossgrain::stability::scenes::{MapScene, small};
 use crossgrain::stability::spectrum::{fastest_mode, limit, top};
-use crossgrain::stability::{automatic, beds};
+use crossgrain::stability::{Map, automatic, beds, checks};
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// dt²K + 2dt C over the masses as a full matrix, column by column.
@@ -278,4 +283,36 @@ fn yade_proposes_by_its_formulas() {
             );
         }
     }
+}
+
+/// The recorded map is from before the list of checks: read then and made into the list now, as many come to the same.
+#[test]
+fn the_recorded_map_has_the_same_checks_in_the_shape_of_all_jobs() {
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/stability-1/stability.json.gz");
+    let text = read_text(&path, 1 << 24).expect("is there");
+    let map: Map = serde_json::from_str(&text).expect("a map");
+    let checks = checks::all(&map);
+    let ids: BTreeSet<&str> = checks.iter().map(|check| check.id.as_str()).collect();
+    assert_eq!(ids.len(), checks.len());
+    let tally = Tally::of(&checks);
+    assert!(tally.passed > 60 && tally.failed == 0, "{tally:?}");
+    assert_eq!(tally.passed, map.tally.passed);
+    assert_eq!(parse("old", &text).expect("a record").tally(), tally);
+    // A limit has its number, and it is what decides.
+    let limits = checks.iter().filter(|check| check.value.is_some());
+    let mut count = 0;
+    for check in limits {
+        let value = check.value.expect("asked for");
+        assert!(
+            Some(value) > check.lower && Some(value) < check.upper,
+            "{check:?}"
+        );
+        count += 1;
+    }
+    assert_eq!(count, 4 * map.rows.len());
+    assert!(ids.iter().all(|id| crossgrain::explain::of(id).is_some()));
+    let mut worse = map;
+    worse.rows[0].checks[1].verdict = Verdict::Fail;
+    assert_eq!(Tally::of(&checks::all(&worse)).failed, 1);
 }

@@ -53,7 +53,7 @@ pub enum RecordError {
     #[error(transparent)]
     File(#[from] FileError),
     #[error(
-        "{path} is no record of a job: {reason}; give run.json, verify.json or bench.json of a finished job"
+        "{path} is no record of a job: {reason}; give run.json, verify.json, bench.json or stability.json of a finished job"
     )]
     Malformed { path: String, reason: String },
     #[error(
@@ -68,7 +68,12 @@ pub enum RecordError {
 }
 
 /// The newest version of each job's format that this program knows, and the first that has checks.
-const KNOWN: [(&str, u32, u32); 3] = [("reproduce", 3, 3), ("verify", 2, 2), ("bench", 2, 2)];
+const KNOWN: [(&str, u32, u32); 4] = [
+    ("reproduce", 3, 3),
+    ("verify", 2, 2),
+    ("bench", 2, 2),
+    ("stability", 2, 2),
+];
 
 /// Reads what is common from a job's record. Records from before the checks were one list have their verdicts gathered from where
 /// they stood then.
@@ -115,6 +120,7 @@ fn job(value: &Value) -> Option<String> {
         ("comparisons", "reproduce"),
         ("rungs", "verify"),
         ("contests", "bench"),
+        ("failures", "stability"),
     ];
     let found = own.iter().find(|(key, _)| value.get(key).is_some());
     found.map(|(_, job)| (*job).to_owned())

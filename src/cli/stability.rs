@@ -9,12 +9,15 @@ use super::compare::mark;
 use super::job_folder::write_new;
 use super::run::YadeLimits;
 use super::{in_a_word, json, tell};
+use crate::bench::machine::Machine;
+use crate::checks::record::{self, Whole};
 use crate::compare::Verdict;
 use crate::error::Error;
 use crate::files::refuse_existing;
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 use crate::report::stability;
+use crate::stability::checks;
 use crate::stability::growth::Found;
 use crate::stability::map::{Limits, Row, Wanted};
 use crate::stability::{Map, Options, map};
@@ -63,7 +66,16 @@ impl Arguments {
         if asked_to_end() {
             return Err(Error::Interrupted);
         }
-        let text = json(&found)?;
+        let text = json(&Whole::of(
+            "stability",
+            &found,
+            Machine::this().kind(),
+            record::Found {
+                checks: checks::all(&found),
+                measured: checks::measured(&found),
+                ..record::Found::default()
+            },
+        ))?;
         if let Some(out) = &self.out {
             let page = stability::page(&found)?;
             write_new(out, "stability.json", &text, &page)?;

@@ -102,6 +102,7 @@ impl Beside {
 struct Kind {
     job: &'static str,
     file: &'static str,
+    /// The newest; older ones have what the page shows.
     version: u32,
 }
 
@@ -188,9 +189,9 @@ fn parse<T: DeserializeOwned>(
         ))
     };
     let head: Head = serde_json::from_str(text).map_err(|error| bad(error.to_string()))?;
-    if head.version != kind.version {
+    if head.version > kind.version {
         return Err(bad(format!(
-            "it is of version {}, and this program reads version {}",
+            "it is of version {}, and this program reads up to version {}",
             head.version, kind.version
         )));
     }

@@ -114,8 +114,13 @@ impl Draft {
     }
 }
 
+/// What the check of a limit is called.
+pub fn name_of(engine: &str, alpha: f64) -> String {
+    format!("{engine} against predicted, α = {alpha}")
+}
+
 fn of_limit(engine: &str, limits: &Limits, found: Option<Found>) -> Check {
-    let name = format!("{engine} against predicted, α = {}", limits.alpha);
+    let name = name_of(engine, limits.alpha);
     match found {
         Some(found) => {
             let off = found.limit / limits.predicted - 1.0;

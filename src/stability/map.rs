@@ -21,7 +21,7 @@ use crate::run::EngineError;
 use crate::verify::ladder::Climbers;
 
 /// The version of `stability.json`.
-pub const STABILITY_VERSION: u32 = 1;
+pub const STABILITY_VERSION: u32 = 2;
 /// Found and predicted limits may be so far apart, relative.
 pub const ALLOWED: f64 = 0.03;
 /// Cundall's α of the damped limits: YADE's default, and the paper scene's.
