@@ -22,7 +22,7 @@ pub fn figures(reproduction: &Reproduction, runs: &Runs) -> Result<Vec<Figure>, 
 }
 
 const ROW: f64 = 15.0;
-const LEFT: f64 = 290.0;
+const LEFT: f64 = 308.0;
 const WIDTH: f64 = 380.0;
 /// Differences of less than this share of what is allowed are drawn here.
 const LEAST: f64 = 1.0e-3;
