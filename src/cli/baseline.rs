@@ -203,7 +203,7 @@ fn change_lines(of: &Changed) -> String {
         }
     }
     if let Some(share) = of.share_of_tolerance {
-        text += &format!("{:>18} moved by {share:.3} of its tolerance\n", "");
+        text += &format!("{:>18} moved by {share:.2e} of its tolerance\n", "");
     }
     text
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite, XmlString};
 
+use super::shell::number;
 use crate::checks::{Check, Outcome};
 use crate::error::Error;
 
@@ -60,10 +61,11 @@ fn status(check: &Check) -> TestCaseStatus {
 pub fn in_a_line(check: &Check) -> String {
     let mut line = check.quantity.clone();
     let unit = if check.unit == "1" { "" } else { &check.unit };
-    if let Some(value) = check.value {
+    let value = check.value.map(number);
+    if let Some(value) = &value {
         line += format!(": {value} {unit}").trim_end();
     }
-    match (check.lower, check.upper) {
+    match (check.lower.map(number), check.upper.map(number)) {
         (Some(lower), Some(upper)) if lower == upper => line += &format!(", must be {lower}"),
         (Some(lower), Some(upper)) => line += &format!(", must be {lower} to {upper}"),
         (Some(lower), None) => line += &format!(", must be at least {lower}"),

@@ -51,7 +51,7 @@ fn truncated(name: &str) -> String {
 }
 
 /// All digits, as a power of ten where zeros would be many.
-fn number(value: f64) -> String {
+pub fn number(value: f64) -> String {
     if value == 0.0 || (1.0e-4..1.0e7).contains(&value.abs()) {
         value.to_string()
     } else {
