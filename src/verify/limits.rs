@@ -101,28 +101,27 @@ fn faults() -> Vec<Fault> {
 
 impl Limits {
     /// The smallest size of a fault that any rung notices; 0 for a noticed fault without size.
-    pub fn smallest(&self, fault: usize) -> Option<(f64, &str)> {
+    pub fn smallest(&self, fault: usize) -> Option<f64> {
         let noticed = self
             .rungs
             .iter()
             .filter_map(|rung| match rung.limits[fault] {
-                Limit::From { size } => Some((size, rung.rung.as_str())),
-                Limit::Notices => Some((0.0, rung.rung.as_str())),
+                Limit::From { size } => Some(size),
+                Limit::Notices => Some(0.0),
                 Limit::Without | Limit::Blind => None,
             });
-        noticed.min_by(|(a, _), (b, _)| a.total_cmp(b))
+        noticed.min_by(f64::total_cmp)
     }
 
     /// What must hold of the table, as lines.
     pub fn lines(&self) -> Vec<Line> {
         let mut lines = Vec::new();
         for (index, fault) in self.faults.iter().enumerate() {
-            let smallest = self.smallest(index);
             lines.push(Line {
                 // Which rung it is stands in the table: the name of a check is the same whoever notices.
                 quantity: format!("{fault}: smallest size noticed"),
                 unit: "1".to_owned(),
-                value: smallest.map_or(f64::INFINITY, |(size, _)| size),
+                value: self.smallest(index).unwrap_or(f64::INFINITY),
                 expected: 0.0,
                 tolerance: MUST_NOTICE,
                 basis: "every fault must be noticed by at least one rung".to_owned(),
