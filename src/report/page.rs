@@ -1,24 +1,26 @@
 //! `report.html`: one page, self-contained, verdict first.
 
+mod changes;
+mod histories;
+mod sections;
+
 use serde::Serialize;
 
-use super::chart::{BLUE, Chart, Corner, GREEN, VERMILION};
-use super::figure::{Figure, Page, circles, line};
-use super::junit::in_a_line;
-use super::{claims, difference, packing, pareto, shell, stability, verification};
-use crate::baseline::diff::{Change, Changed, Diff, Pace};
+use self::changes::{ChangedRow, changed, worse};
+use self::histories::{histories, separation};
+use self::sections::{Section, sections};
+use super::figure::{Figure, Page};
+use super::{difference, packing, shell, verification};
+use crate::baseline::diff::Diff;
 use crate::checks::{Check, Tally};
 use crate::compare::Verdict;
-use crate::compare::parting::Separation;
 use crate::error::Error;
 use crate::folder::{Moment, RunFolder};
-use crate::measure::history::HistoryRow;
 use crate::reproduce::Runs;
 use crate::reproduce::beside::{Beside, Stated};
 use crate::reproduce::checks;
 use crate::reproduce::faults::FaultCheck;
 use crate::reproduce::record::Reproduction;
-use crate::tables::Stage;
 
 const TEMPLATE: &str = include_str!("page.html");
 
@@ -98,60 +100,6 @@ struct Given<'a> {
     ladder: Option<&'a str>,
 }
 
-/// A part of the page that shows the record of another job.
-#[derive(Debug, Serialize)]
-struct Section {
-    id: &'static str,
-    title: &'static str,
-    html: String,
-    /// Where the record comes from.
-    stated: Stated,
-}
-
-/// All of them, with their figures.
-struct Sections {
-    charts: Vec<Section>,
-    claimed: Vec<Section>,
-    figures: Vec<Figure>,
-}
-
-fn sections(beside: &Beside) -> Result<Sections, Error> {
-    let mut figures = Vec::new();
-    let mut section = |id, title, part: Page, stated: &Stated| {
-        figures.extend(part.figures);
-        Section {
-            id,
-            title,
-            html: part.html,
-            stated: stated.clone(),
-        }
-    };
-    let mut charts = Vec::new();
-    if let Some(of) = &beside.pareto {
-        let part = pareto::part(&of.record)?;
-        charts.push(section("cost", "Cost against error", part, &of.stated));
-    }
-    if let Some(of) = &beside.stability {
-        let part = stability::part(&of.record)?;
-        let title = "The largest stable time steps";
-        charts.push(section("stability", title, part, &of.stated));
-    }
-    let mut claimed = Vec::new();
-    if let Some(of) = &beside.claims {
-        let part = claims::distributions(&of.record)?;
-        let title = "Distributions of a grain's stress, with fits";
-        charts.push(section("distributions", title, part, &of.stated));
-        let part = claims::part(&of.record)?;
-        let title = "The paper's claims about its simulations";
-        claimed.push(section("claims", title, part, &of.stated));
-    }
-    Ok(Sections {
-        charts,
-        claimed,
-        figures,
-    })
-}
-
 /// The verdict in figures.
 #[derive(Debug, Serialize)]
 struct Summary {
@@ -173,56 +121,6 @@ impl Summary {
             faults_found: tally_faults(reproduction),
         }
     }
-}
-
-/// A check that is not as it was.
-#[derive(Debug, Serialize)]
-struct ChangedRow<'a> {
-    id: &'a str,
-    change: &'static str,
-    bad: bool,
-    before: String,
-    after: String,
-    share: Option<f64>,
-}
-
-/// Rows of moved checks at most; the worst come first.
-const MOST_MOVED: usize = 12;
-
-fn changed(diff: &Diff) -> Vec<ChangedRow<'_>> {
-    let side = |check: &Option<Check>| check.as_ref().map_or("–".to_owned(), in_a_line);
-    let row = |of: &'_ Changed| ChangedRow {
-        id: "",
-        change: of.change.words(),
-        bad: of.change == Change::NewFailure,
-        before: side(&of.before),
-        after: side(&of.after),
-        share: of.share_of_tolerance,
-    };
-    let (moved, other): (Vec<_>, Vec<_>) = diff
-        .changes
-        .iter()
-        .partition(|of| of.change == Change::Moved);
-    let shown = other.into_iter().chain(moved.into_iter().take(MOST_MOVED));
-    shown
-        .map(|of| ChangedRow {
-            id: &of.id,
-            ..row(of)
-        })
-        .collect()
-}
-
-/// New failures as a number, as `What failed` names them, and every speed that is slower.
-fn worse(diff: &Diff) -> Vec<String> {
-    let new = |of: &&Changed| of.change == Change::NewFailure;
-    let failures = diff.changes.iter().filter(new).count();
-    let mut lines = Vec::new();
-    if failures > 0 {
-        lines.push(format!("new failures: {failures}"));
-    }
-    let slower = diff.speeds.iter().filter(|of| of.pace == Pace::Slower);
-    lines.extend(slower.map(|of| format!("slower: {}", of.in_a_line())));
-    lines
 }
 
 fn tally_faults(reproduction: &Reproduction) -> usize {
@@ -294,106 +192,4 @@ fn punch_bottom(run: &RunFolder) -> Option<f64> {
     let settled = run.settled.as_ref()?;
     let start = crate::engine::native::first_contact_punch(&run.scene, &settled.bodies).start;
     Some(start - depth)
-}
-
-/// Histories of native and YADE on top of each other.
-fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
-    let column = |stage: Stage, of: fn(&HistoryRow) -> Option<(f64, f64)>| {
-        let points = |run: &RunFolder, every: usize| {
-            let rows = run.history.iter().filter(|row| row.stage == stage);
-            rows.step_by(every).filter_map(of).collect::<Vec<_>>()
-        };
-        let mut series = vec![line("native", BLUE, points(&runs.native, 1))];
-        if let Some(yade) = &runs.yade {
-            let every = if stage == Stage::Settle { 4 } else { 1 };
-            series.push(circles("YADE, sorted loop", VERMILION, points(yade, every)));
-        }
-        if let Some(ordinary) = &runs.ordinary {
-            series.push(line("YADE, ordinary loop", GREEN, points(ordinary, 1)));
-        }
-        series
-    };
-    let mut figures = vec![
-        (
-            "kinetic-energy",
-            Chart {
-                x: "time since pouring began, s".to_owned(),
-                y: "kinetic energy, J".to_owned(),
-                logarithmic: [false, true],
-                legend: Corner::UpperRight,
-                series: column(Stage::Settle, |row| Some((row.time, row.kinetic_energy))),
-            },
-            "Settling: the kinetic energy falls until the settle rule holds",
-        ),
-        (
-            "unbalanced-force",
-            Chart {
-                x: "time since pouring began, s".to_owned(),
-                y: "unbalanced force".to_owned(),
-                logarithmic: [false, true],
-                legend: Corner::UpperRight,
-                series: column(Stage::Settle, |row| {
-                    row.unbalanced_force.map(|force| (row.time, force))
-                }),
-            },
-            "Settling: mean net force on a grain over mean contact force",
-        ),
-    ];
-    if runs.native.record.stages.len() > 1 {
-        figures.push((
-            "punch-force",
-            Chart {
-                x: "punch depth, mm".to_owned(),
-                y: "force on the punch, N".to_owned(),
-                logarithmic: [false, false],
-                legend: Corner::UpperLeft,
-                series: column(Stage::Load, |row| {
-                    row.punch_depth
-                        .zip(row.punch_force)
-                        .map(|(depth, force)| (1e3 * depth, force))
-                }),
-            },
-            "Loading: the force of the grains on the punch",
-        ));
-    }
-    let mut drawn = Vec::new();
-    for (name, chart, caption) in figures {
-        drawn.extend(Figure::of_chart(name, caption, &chart)?);
-    }
-    Ok(drawn)
-}
-
-/// How rounding differences grow, where an ordinary pair was run.
-fn separation(reproduction: &Reproduction) -> Result<Option<Figure>, Error> {
-    let partings = reproduction
-        .comparisons
-        .iter()
-        .find_map(|named| named.comparison.partings.as_ref());
-    let Some(partings) = partings else {
-        return Ok(None);
-    };
-    let largest = |curve: &[Separation]| {
-        curve
-            .iter()
-            .map(|moment| (moment.step as f64, moment.largest))
-            .filter(|(_, apart)| *apart > 0.0)
-            .collect::<Vec<_>>()
-    };
-    let chart = Chart {
-        x: "step of pouring".to_owned(),
-        y: "largest separation over R".to_owned(),
-        logarithmic: [false, true],
-        legend: Corner::LowerRight,
-        series: vec![
-            line("native, YADE", BLUE, largest(&partings.engines.curve)),
-            line("YADE, YADE", VERMILION, largest(&partings.control.curve)),
-        ],
-    };
-    // A scene too short for rounding to matter has no curve to draw.
-    Figure::of_chart(
-        "separation",
-        "Rounding differences grow: native against YADE's ordinary loop, and two ordinary YADE runs that differ in verletDist only (before the \
-         curves begin the bits agree)",
-        &chart,
-    )
 }
