@@ -203,7 +203,12 @@ fn change_lines(of: &Changed) -> String {
         }
     }
     if let Some(share) = of.share_of_tolerance {
-        text += &format!("{:>18} moved by {share:.2e} of its tolerance\n", "");
+        let share = if share < 1000.0 {
+            format!("{share:.3}")
+        } else {
+            format!("{share:.1e}")
+        };
+        text += &format!("{:>18} moved by {share} of its tolerance\n", "");
     }
     text
 }

@@ -96,7 +96,7 @@ fn table_row(number: usize, row: &Row) -> TableRow<'_> {
         with_dashpots: ratio(Some(proposal.with_dashpots / limit)),
         verdict: if worst(Verdict::Fail) {
             Verdict::Fail
-        } else if worst(Verdict::NotMade) {
+        } else if worst(Verdict::NotMade) || row.not_made.is_some() {
             Verdict::NotMade
         } else {
             Verdict::Pass
