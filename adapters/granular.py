@@ -111,7 +111,12 @@ def find(name, package):
 
 def version(name):
     """The program's version, as it says."""
-    text = subprocess.run([name, "-h"], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60).stdout
+    # LIGGGHTS leaves a log where it is started, even for this.
+    with tempfile.TemporaryDirectory() as folder:
+        asked = subprocess.run(
+            [name, "-h"], cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60
+        )
+    text = asked.stdout
     found = re.search(r"Simulator - (.+)|LIGGGHTS-PUBLIC ([^,\s]+)", text)
     return (found[1] or found[2]).strip() if found else "unknown"
 
