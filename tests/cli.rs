@@ -4,6 +4,7 @@ use std::fs;
 
 use crossgrain::scene::paper_scene;
 
+use crate::support::pages::job_without_yade;
 use crate::support::{crossgrain, faulty, folder_with, native_run, small_scene, told, write_scene};
 
 #[test]
@@ -225,21 +226,9 @@ fn a_failed_comparison_shows_on_the_page() {
     use crossgrain::folder::record::Protocol;
     use crossgrain::reproduce::beside::Beside;
     use crossgrain::reproduce::record::NamedComparison;
-    use crossgrain::reproduce::{Options, reproduce};
+    use crossgrain::reproduce::reproduce;
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let options = Options {
-        out: folder.path().to_owned(),
-        scene: small_scene(),
-        full: false,
-        ladder: false,
-        yade: crossgrain::engine::yade::Options {
-            program: Some("/nowhere/yade".into()),
-            ..Default::default()
-        },
-        fault: None,
-        beside: Beside::default(),
-        command: "a test".to_owned(),
-    };
+    let options = job_without_yade(folder.path(), Beside::default());
     let display = crossgrain::progress::Display::new(true);
     let (mut reproduction, runs) = reproduce(&options, &display).expect("a job");
     let faulty = native_run(&small_scene(), faulty("gravity=1e-9"), Protocol::Whole);

@@ -2,10 +2,9 @@
 
 use crossgrain::progress::Display;
 use crossgrain::reproduce::beside::Beside;
-use crossgrain::reproduce::{Options, reproduce};
+use crossgrain::reproduce::reproduce;
 
-use crate::support::pages::each_figure_stands_once_and_has_numbers;
-use crate::support::small_scene;
+use crate::support::pages::{each_figure_stands_once_and_has_numbers, job_without_yade};
 
 /// In the order in which they must stand, by what is written only there.
 const PARTS: [&str; 8] = [
@@ -22,19 +21,10 @@ const PARTS: [&str; 8] = [
 #[test]
 fn every_part_stands_in_its_order_with_figures_and_where_they_come_from() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let options = Options {
-        out: folder.path().to_owned(),
-        scene: small_scene(),
-        full: false,
-        ladder: false,
-        yade: crossgrain::engine::yade::Options {
-            program: Some("/nowhere/yade".into()),
-            ..Default::default()
-        },
-        fault: None,
-        beside: Beside::read(&[], true).expect("the recorded records"),
-        command: "a test".to_owned(),
-    };
+    let options = job_without_yade(
+        folder.path(),
+        Beside::read(&[], true).expect("the recorded records"),
+    );
     let (reproduction, runs) = reproduce(&options, &Display::new(true)).expect("a job");
     let page = |beside: &Beside| {
         crossgrain::report::page::render(&reproduction, &runs, beside, None).expect("a page")

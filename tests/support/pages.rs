@@ -2,8 +2,31 @@
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::path::Path;
 
+use crossgrain::engine::yade;
 use crossgrain::report::figure::Page;
+use crossgrain::reproduce::Options;
+use crossgrain::reproduce::beside::Beside;
+
+use super::small_scene;
+
+/// The main job of the small scene where there is no YADE.
+pub fn job_without_yade(out: &Path, beside: Beside) -> Options {
+    Options {
+        out: out.to_owned(),
+        scene: small_scene(),
+        full: false,
+        ladder: false,
+        yade: yade::Options {
+            program: Some("/nowhere/yade".into()),
+            ..yade::Options::default()
+        },
+        fault: None,
+        beside,
+        command: "a test".to_owned(),
+    }
+}
 
 /// Every figure has a name of its own, stands on the page with links to its files, and is written as SVG, PNG and CSV
 /// with numbers.
@@ -11,6 +34,9 @@ pub fn each_figure_stands_once_and_has_numbers(page: &Page) {
     assert!(!page.figures.is_empty());
     let names: BTreeSet<&str> = page.figures.iter().map(|of| of.name.as_str()).collect();
     assert_eq!(names.len(), page.figures.len(), "{names:?}");
+    // No link without files.
+    let links = page.html.matches("href=\"figures/").count();
+    assert_eq!(links, 3 * names.len());
     let folder = tempfile::tempdir().expect("a temporary folder");
     page.write(folder.path()).expect("can be written");
     for figure in &page.figures {
