@@ -1,5 +1,6 @@
 //! Two run folders side by side: bits, the first difference, then every measured quantity.
 
+pub mod baseline;
 pub mod bits;
 pub mod checks;
 pub mod common_start;
@@ -10,12 +11,12 @@ pub mod spread;
 
 use serde::{Deserialize, Serialize};
 
-use crate::folder::RunFolder;
-use crate::folder::record::EngineRecord;
-use crate::measure::Quantity;
+use crate::run::folder::RunFolder;
+use crate::run::folder::record::EngineRecord;
 use bits::TableBits;
 use common_start::CommonStart;
 use first_difference::{FirstDifference, Locator};
+use grains::measure::Quantity;
 use parting::Parting;
 use partings::Partings;
 use spread::Spread;
@@ -218,7 +219,7 @@ fn expect_bits(
     comparison: &mut Comparison,
 ) {
     let stages = |run: &RunFolder| -> Vec<String> {
-        let of = |stage: &crate::engine::StageReport| {
+        let of = |stage: &grains::task::StageReport| {
             format!("{} {} ({:?})", stage.stage.name(), stage.steps, stage.stop)
         };
         run.record.stages.iter().map(of).collect()

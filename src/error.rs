@@ -1,16 +1,16 @@
 //! Every way in which the program can fail, and its exit code.
 
-use crate::campaign::CampaignError;
 use crate::checks::record::RecordError;
 use crate::engine::exec::ExecError;
-use crate::engine::native::{NativeError, Trouble};
 use crate::engine::yade::YadeError;
 use crate::files::FileError;
-use crate::folder::FolderError;
 use crate::run::EngineError;
+use crate::run::folder::FolderError;
 use crate::run::kept::KeptError;
-use crate::scene::SceneError;
-use crate::tables::text::TableError;
+use crate::run::scene_file::SceneFileError;
+use crate::run::tables::TableError;
+use crate::study::campaign::CampaignError;
+use grains::native::{NativeError, Trouble};
 
 /// Exit codes; scripts rely on them.
 pub mod exit {
@@ -32,7 +32,7 @@ pub mod exit {
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     #[error(transparent)]
-    Scene(#[from] SceneError),
+    Scene(#[from] SceneFileError),
     #[error(transparent)]
     Folder(#[from] FolderError),
     #[error(transparent)]
@@ -74,7 +74,7 @@ impl Error {
             Error::Campaign(error) => of_campaign(error),
             Error::Record(RecordError::File(error)) => of_file(error),
             Error::Record(_) => exit::USAGE,
-            Error::Scene(SceneError::File(error)) | Error::File(error) => of_file(error),
+            Error::Scene(SceneFileError::File(error)) | Error::File(error) => of_file(error),
             Error::Scene(_) => exit::USAGE,
             Error::Folder(error) => of_folder(error),
             Error::Engine(error) => of_engine(error),
@@ -101,9 +101,7 @@ fn of_engine(error: &EngineError) -> u8 {
 fn of_campaign(error: &CampaignError) -> u8 {
     match error {
         CampaignError::Engine(error) => of_engine(error),
-        CampaignError::File(error) | CampaignError::Scene(SceneError::File(error)) => {
-            of_file(error)
-        }
+        CampaignError::File(error) => of_file(error),
         CampaignError::Scene(_) => exit::USAGE,
         error => error.exit_code().unwrap_or(exit::USAGE),
     }
@@ -114,7 +112,7 @@ fn of_folder(error: &FolderError) -> u8 {
         FolderError::File(error)
         | FolderError::Table(TableError::File(error))
         | FolderError::Scene {
-            source: SceneError::File(error),
+            source: SceneFileError::File(error),
             ..
         } => of_file(error),
         _ => exit::USAGE,

@@ -4,6 +4,8 @@ use std::fs;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
+use grains::digest::hex;
+pub use grains::digest::{sha256_hex, short_hex};
 use sha2::{Digest, Sha256};
 
 /// A file or folder could not be read or written.
@@ -175,11 +177,6 @@ pub fn free_folder(wanted: &Path, finished: &str) -> PathBuf {
         .unwrap_or_else(|| wanted.to_owned())
 }
 
-/// SHA-256 in hexadecimal.
-pub fn sha256_hex(bytes: &[u8]) -> String {
-    hex(&Sha256::digest(bytes))
-}
-
 /// SHA-256 of a file's bytes, in hexadecimal.
 pub fn file_digest(path: &Path) -> Result<String, FileError> {
     let mut file = fs::File::open(path).map_err(failed("open", path))?;
@@ -191,15 +188,6 @@ pub fn file_digest(path: &Path) -> Result<String, FileError> {
             count => hash.update(&block[..count]),
         }
     }
-}
-
-/// The first 64 bits of a running SHA-256, in hexadecimal.
-pub fn short_hex(hash: Sha256) -> String {
-    hex(&hash.finalize()[..8])
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn parent_of(path: &Path) -> PathBuf {

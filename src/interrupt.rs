@@ -1,14 +1,14 @@
 //! SIGTERM and Ctrl-C: long work notices, cleans up and ends; nothing is half-written. A limit on the size of files is
 //! an error of writing, as a full disk is.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
-static ASKED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+pub use grains::stop::asked_to_end;
 
 /// From now on the signals are noticed instead of ending the program at once. A second Ctrl-C does.
 pub fn notice() -> std::io::Result<()> {
-    let asked = ASKED.get_or_init(|| Arc::new(AtomicBool::new(false)));
+    let asked = grains::stop::flag();
     for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
         // Registered first, this ends the program if the flag is set already.
         signal_hook::flag::register_conditional_shutdown(signal, 75, Arc::clone(asked))?;
@@ -18,11 +18,4 @@ pub fn notice() -> std::io::Result<()> {
     let noticed = Arc::new(AtomicBool::new(false));
     signal_hook::flag::register(signal_hook::consts::signal::SIGXFSZ, noticed)?;
     Ok(())
-}
-
-/// Whether the program was asked to end.
-pub fn asked_to_end() -> bool {
-    ASKED
-        .get()
-        .is_some_and(|asked| asked.load(Ordering::Relaxed))
 }

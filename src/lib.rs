@@ -14,29 +14,11 @@ pub mod child;
 
 pub mod checks;
 
-pub mod scene;
-
-pub mod model;
-
-pub mod tables;
-
-pub mod generate;
-
 pub mod engine;
-
-pub mod measure;
-
-pub mod statistics;
-
-pub mod folder;
 
 pub mod progress;
 
 pub mod run;
-
-pub mod quadrature;
-
-pub mod continuum;
 
 pub mod paper;
 
@@ -44,33 +26,15 @@ pub mod compare;
 
 pub mod error;
 
-pub mod workers;
+pub mod suite;
 
-pub mod verify;
+pub mod study;
 
-pub mod stability;
-
-pub mod bench;
-
-pub mod realization;
-
-pub mod pareto;
-
-pub mod campaign;
-
-pub mod claims;
-
-pub mod sensitivity;
-
-pub mod figures;
+pub mod limits;
 
 pub mod reproduce;
 
-pub mod baseline;
-
 pub mod explain;
-
-pub mod export;
 
 pub mod report;
 

@@ -1,11 +1,13 @@
 //! What the paper printed, and each number of it that needs no simulation recomputed by a route of
 //! our own: enumeration, numerical integration, convolution.
 
+pub mod boussinesq;
 pub mod continuum;
 pub mod disc;
 pub mod disc_field;
 pub mod packing;
 pub mod piles;
+pub mod quadrature;
 pub mod sums;
 
 use serde::Serialize;
@@ -102,7 +104,7 @@ impl Number {
 /// behind them.
 pub fn numbers() -> Vec<Number> {
     let mut numbers = piles::numbers();
-    numbers.extend(continuum::numbers());
+    numbers.extend(boussinesq::numbers());
     numbers.extend(disc::numbers());
     numbers.extend(packing::numbers());
     numbers.extend(sums::numbers());

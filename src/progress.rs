@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
-use crate::engine::Observer;
-use crate::tables::{Snapshot, Stage};
+use grains::tables::{Snapshot, Stage};
+use grains::task::Observer;
 
 /// Without a terminal, a line so often.
 const LINE_EVERY: Duration = Duration::from_secs(15);

@@ -1,21 +1,26 @@
 //! One run: a scene through an engine, its history recorded and its beds measured on the way.
 
+pub mod archive;
+pub mod folder;
 pub mod kept;
+pub mod scene_file;
+pub mod tables;
+pub mod vtk;
 
 use std::path::Path;
 
 use crate::engine::exec::{self, ExecError};
-use crate::engine::native::{self, NativeError};
 use crate::engine::yade::{self, YadeError};
-use crate::engine::{Observer, Outcome, Task, Until};
 use crate::files::file_digest;
-use crate::folder::record::{EngineRecord, Protocol, RECORD_VERSION, RunRecord, TraceRow};
-use crate::folder::{Moment, RunFolder};
-use crate::measure;
-use crate::measure::history::{self, HistoryRow};
-use crate::model::terms::ModelRecord;
-use crate::scene::Scene;
-use crate::tables::{Bodies, Snapshot, Stage};
+use crate::run::folder::record::{EngineRecord, Protocol, RECORD_VERSION, RunRecord, TraceRow};
+use crate::run::folder::{Moment, RunFolder};
+use grains::measure;
+use grains::measure::history::{self, HistoryRow};
+use grains::model::terms::ModelRecord;
+use grains::native::{self, NativeError};
+use grains::scene::Scene;
+use grains::tables::{Bodies, Snapshot, Stage};
+use grains::task::{Observer, Outcome, Task, Until};
 
 /// About so many grains are marked, evenly by id, and their paths kept in the trace.
 const MARKED: usize = 100;

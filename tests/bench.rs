@@ -7,13 +7,13 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crossgrain::bench::bed::{self, Bed};
-use crossgrain::bench::contender::Contender;
-use crossgrain::bench::limits::{Throughput, Work};
-use crossgrain::bench::sanity::{Sanity, Tolerance, between_grains};
-use crossgrain::bench::{BenchError, Missed, lammps, liggghts, native, one, program};
-use crossgrain::engine::native::Mode;
-use crossgrain::tables::Bodies;
+use crossgrain::limits::bench::bed::{self, Bed};
+use crossgrain::limits::bench::contender::Contender;
+use crossgrain::limits::bench::limits::{Throughput, Work};
+use crossgrain::limits::bench::sanity::{Sanity, Tolerance, between_grains};
+use crossgrain::limits::bench::{BenchError, Missed, lammps, liggghts, native, one, program};
+use grains::native::Mode;
+use grains::tables::Bodies;
 
 use crate::support::{crossgrain, told};
 
@@ -299,7 +299,7 @@ fn the_timed_steps_of_yade_have_the_native_bits() {
         shares: 10,
     };
     let work = tempfile::tempdir().expect("a temporary folder");
-    let model = crossgrain::model::Model::of(&bed.scene);
+    let model = grains::model::Model::of(&bed.scene);
     let options = yade::Options::default();
     let timed =
         yade::timing::time(&model, &bed.bodies, steps, &options, work.path()).expect("a timed run");

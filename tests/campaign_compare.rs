@@ -2,17 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use crossgrain::campaign::compare::{Comparison, Verdict, compare};
-use crossgrain::campaign::member::Member;
-use crossgrain::campaign::merge::Summary;
-use crossgrain::campaign::merged::Merged;
-use crossgrain::campaign::plan::Plan;
-use crossgrain::engine::native::Mode;
-use crossgrain::pareto::margins::CHARTED;
-use crossgrain::realization::{Ending, Runner};
-use crossgrain::scene::paper_scene;
-use crossgrain::statistics::equivalence::Finding;
-use crossgrain::statistics::random::Source;
+use crossgrain::study::campaign::compare::{Comparison, Verdict, compare};
+use crossgrain::study::campaign::member::Member;
+use crossgrain::study::campaign::merge::Summary;
+use crossgrain::study::campaign::merged::Merged;
+use crossgrain::study::campaign::plan::Plan;
+use crossgrain::study::realization::{Ending, Runner};
+use crossgrain::study::tradeoff::margins::CHARTED;
+use evidence::equivalence::Finding;
+use evidence::random::Source;
+use grains::native::Mode;
+use grains::scene::paper_scene;
 
 const HEIGHT: &str = "settled.height.mean_surface";
 

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crossgrain::scene::paper_scene;
+use grains::scene::paper_scene;
 
 use crate::support::pages::job_without_yade;
 use crate::support::{crossgrain, faulty, folder_with, native_run, small_scene, told, write_scene};
@@ -52,7 +52,7 @@ fn the_printed_scene_is_a_valid_one_of_the_wanted_realization() {
     let arguments = ["scene", "paper", "--seed", "42", "--particles", "123"];
     let (code, out, _) = told(&crossgrain(&arguments, folder.path()));
     assert_eq!(code, 0);
-    let scene = crossgrain::scene::parse_scene(&out).expect("a valid scene");
+    let scene = grains::scene::parse_scene(&out).expect("a valid scene");
     assert_eq!(scene, paper_scene(42, 123));
 }
 
@@ -71,7 +71,7 @@ fn a_bed_that_does_not_settle_is_incomplete() {
 #[test]
 fn an_engine_that_fails_exits_with_4_and_names_step_and_grain() {
     let mut scene = small_scene();
-    scene.time_step = crossgrain::scene::TimeStep::Fraction {
+    scene.time_step = grains::scene::TimeStep::Fraction {
         of_sqrt_m_over_k: 50.0,
     };
     let (folder, _) = folder_with(&scene);
@@ -223,10 +223,10 @@ fn the_papers_scene_agrees_with_the_recorded_yade_run() {
 #[test]
 fn a_failed_comparison_shows_on_the_page() {
     use crossgrain::compare::{Verdict, compare};
-    use crossgrain::folder::record::Protocol;
     use crossgrain::reproduce::beside::Beside;
     use crossgrain::reproduce::record::NamedComparison;
     use crossgrain::reproduce::reproduce;
+    use crossgrain::run::folder::record::Protocol;
     let folder = tempfile::tempdir().expect("a temporary folder");
     let options = job_without_yade(folder.path(), Beside::default());
     let display = crossgrain::progress::Display::new(true);
@@ -254,7 +254,7 @@ fn a_failed_comparison_shows_on_the_page() {
 fn a_faulty_native_run_disagrees_with_the_recorded_yade_run() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     write_scene(&paper_scene(1, 5000), &folder.path().join("scene.json"));
-    crossgrain::folder::recording::unpack(&folder.path().join("yade")).expect("writable");
+    crossgrain::run::folder::recording::unpack(&folder.path().join("yade")).expect("writable");
     let arguments = [
         "run",
         "scene.json",

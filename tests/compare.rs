@@ -5,10 +5,10 @@ use crossgrain::compare::first_difference::Locator;
 use crossgrain::compare::parting::Parting;
 use crossgrain::compare::spread::{Spread, of_twins, quantities};
 use crossgrain::compare::{Comparison, Verdict, Yardstick, compare};
-use crossgrain::folder::RunFolder;
-use crossgrain::folder::record::Protocol;
-use crossgrain::measure::Quantity;
-use crossgrain::tables::Stage;
+use crossgrain::run::folder::RunFolder;
+use crossgrain::run::folder::record::Protocol;
+use grains::measure::Quantity;
+use grains::tables::Stage;
 
 use crate::support::{crossgrain, faulty, folder_with, native_run, small_scene, sound, told};
 
@@ -215,7 +215,7 @@ fn the_allowed_difference_is_students_interval() {
 /// Without a yardstick nothing can be said of a run in another order of sums, and nothing is.
 #[test]
 fn an_ordinary_run_without_control_is_not_called_agreed() {
-    use crossgrain::folder::record::EngineRecord;
+    use crossgrain::run::folder::record::EngineRecord;
     let scene = small_scene();
     let a = native_run(&scene, sound(), POUR);
     let mut b = native_run(&scene, faulty("sums=reversed"), POUR);
@@ -261,7 +261,7 @@ fn other_sizes_or_masses_are_found() {
 /// From rows far apart the search finds the very step that rows of every step show.
 #[test]
 fn faults_in_friction_are_found_with_their_step() {
-    let mut every_step = crossgrain::verify::trajectories::rough(100);
+    let mut every_step = crossgrain::suite::trajectories::rough(100);
     every_step.measurement.history_every = 1;
     let mut seldom = every_step.clone();
     seldom.measurement.history_every = 20;
@@ -296,23 +296,23 @@ fn faults_in_friction_are_found_with_their_step() {
 /// The step at which a grain first bears three forces is that of the run, whatever contacts remember.
 #[test]
 fn three_forces_on_a_rough_grain_are_counted_in_the_run_itself() {
-    let scene = crossgrain::verify::trajectories::rough(100);
+    let scene = crossgrain::suite::trajectories::rough(100);
     let protocol = Protocol::Steps { steps: 4000 };
     let run = native_run(&scene, sound(), protocol);
     let common = CommonStart::of(&run, &run, None).expect("a run that goes on");
     let first = common.three_forces.expect("three forces within the run");
     assert!(first > 500, "{first}: beyond the first piece");
-    let case = crossgrain::engine::case::Case {
+    let case = grains::case::Case {
         name: "the run itself".to_owned(),
-        model: crossgrain::model::Model::of(&scene),
+        model: grains::model::Model::of(&scene),
         bodies: run.initial.clone(),
         punch: None,
         moments: vec![first - 1, first],
     };
-    let track = crossgrain::engine::native::run_case(&case, None).expect("a run");
-    let most = |moment: &crossgrain::tables::Snapshot| {
+    let track = grains::native::run_case(&case, None).expect("a run");
+    let most = |moment: &grains::tables::Snapshot| {
         let on = |id: u32| {
-            let touches = |c: &&crossgrain::tables::Contact| c.id1 == id || c.id2 == id;
+            let touches = |c: &&grains::tables::Contact| c.id1 == id || c.id2 == id;
             moment.contacts.iter().filter(touches).count()
         };
         (0..100).map(on).max().unwrap_or(0)

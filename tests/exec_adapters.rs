@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use crossgrain::folder::RunFolder;
+use crossgrain::run::folder::RunFolder;
 
 use crate::support::engines::{adapter, narrow_scene, ran_in};
 use crate::support::{crossgrain, folder_with, told};

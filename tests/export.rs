@@ -4,7 +4,7 @@ use std::fs;
 use std::process::Command;
 
 use crossgrain::files::sha256_hex;
-use crossgrain::folder::RunFolder;
+use crossgrain::run::folder::RunFolder;
 
 use crate::support::{crossgrain, folder_with, small_scene, told};
 
@@ -71,7 +71,7 @@ fn vtk_files_hold_every_digit_of_the_run() {
         let cells = read(&format!("{prefix}cells.vtp"));
         let area: f64 = array::<f64>(&cells, "area").iter().sum();
         let box_area =
-            run.scene.container.width * crossgrain::measure::height::highest_grain(&moment.bodies);
+            run.scene.container.width * grains::measure::height::highest_grain(&moment.bodies);
         assert!((area / box_area - 1.0).abs() < 1e-9, "{area} {box_area}");
         let corners = array::<usize>(&cells, "connectivity");
         assert_eq!(corners, (0..corners.len()).collect::<Vec<_>>());

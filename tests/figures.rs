@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use crossgrain::campaign::merged;
-use crossgrain::continuum::{Field, Model};
-use crossgrain::figures::{samples, setup_of};
+use crossgrain::paper::continuum::{Field, Model};
 use crossgrain::paper::disc_field::figure_4;
+use crossgrain::study::campaign::merged;
+use crossgrain::study::figures::{samples, setup_of};
 use resvg::tiny_skia::Pixmap;
 
 use crate::support::{crossgrain, small_scene, told, write_scene};

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use crossgrain::folder::RunFolder;
-use crossgrain::folder::record::Protocol;
+use crossgrain::run::folder::RunFolder;
+use crossgrain::run::folder::record::Protocol;
 
 use crate::support::{
     crossgrain, folder_with, frictional_scene, native_run, small_scene, sound, told,

@@ -1,8 +1,8 @@
 //! The initial cloud.
 
-use crossgrain::generate::initial_bodies;
-use crossgrain::scene::{Cloud, Rotation, Scene, Shape, paper_scene};
-use crossgrain::tables::Bodies;
+use grains::generate::initial_bodies;
+use grains::scene::{Cloud, Rotation, Scene, Shape, paper_scene};
+use grains::tables::Bodies;
 
 /// Recorded once; the same on every machine.
 #[test]

@@ -64,7 +64,7 @@ pub fn nothing_obeyed(place: &Path, output: &Output) {
 }
 
 /// A scene of two grains, twenty steps of which take no time.
-pub fn two_grains() -> crossgrain::scene::Scene {
+pub fn two_grains() -> grains::scene::Scene {
     let mut scene = crate::support::tiny_scene();
     scene.particles.count = 2;
     scene

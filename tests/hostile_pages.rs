@@ -3,10 +3,10 @@
 
 use std::fs;
 
-use crossgrain::campaign::plan::Plan;
-use crossgrain::engine::native::Mode;
-use crossgrain::realization::Runner;
-use crossgrain::scene::Scene;
+use crossgrain::study::campaign::plan::Plan;
+use crossgrain::study::realization::Runner;
+use grains::native::Mode;
+use grains::scene::Scene;
 
 use crate::hostile_names::nothing_obeyed;
 use crate::support::{crossgrain, folder_with, tiny_scene, told};

@@ -6,10 +6,10 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crossgrain::campaign::plan::Plan;
-use crossgrain::campaign::slurm::{Array, write};
-use crossgrain::engine::native::Mode;
-use crossgrain::realization::Runner;
+use crossgrain::study::campaign::plan::Plan;
+use crossgrain::study::campaign::slurm::{Array, write};
+use crossgrain::study::realization::Runner;
+use grains::native::Mode;
 
 use crate::hostile_names::{names, nothing_obeyed, program, two_grains};
 

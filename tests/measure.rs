@@ -5,13 +5,13 @@ mod sums;
 use std::f64::consts::PI;
 
 use assert_approx_eq::assert_approx_eq;
-use crossgrain::measure::porosity::{self, Window};
-use crossgrain::measure::{
+use grains::measure::porosity::{self, Window};
+use grains::measure::{
     Bed, cells, control_stress, coordination, energy, extensive_stress, height, support,
     unbalanced_force,
 };
-use crossgrain::scene::{Scene, Tension, Viscosity, paper_scene};
-use crossgrain::tables::{Bodies, Contact};
+use grains::scene::{Scene, Tension, Viscosity, paper_scene};
+use grains::tables::{Bodies, Contact};
 
 fn contact(id1: u32, id2: u32, normal: [f64; 2], force: f64, point: [f64; 2]) -> Contact {
     Contact {

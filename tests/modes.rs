@@ -1,11 +1,11 @@
 //! Modes without YADE's bits: labelled, repeatable, and refused where they do not exist.
 
 use crossgrain::compare::{Verdict, compare};
-use crossgrain::engine::native::{self, Mode, Trouble};
-use crossgrain::engine::{Task, Until};
-use crossgrain::folder::record::Protocol;
-use crossgrain::generate::initial_bodies;
-use crossgrain::tables::StopReason;
+use crossgrain::run::folder::record::Protocol;
+use grains::generate::initial_bodies;
+use grains::native::{self, Mode, Trouble};
+use grains::tables::StopReason;
+use grains::task::{Task, Until};
 
 use crate::support::{
     crossgrain, folder_with, frictional_scene, native_run, small_scene, sound, told,
@@ -22,7 +22,7 @@ fn in_mode(mode: Mode) -> native::Options {
 fn free_and_single_are_labelled_repeatable_and_near() {
     let scene = small_scene();
     let exact = native_run(&scene, sound(), Protocol::Whole);
-    let value = |run: &crossgrain::folder::RunFolder, key: &str| {
+    let value = |run: &crossgrain::run::folder::RunFolder, key: &str| {
         let found = run.record.measures.iter().find(|of| of.key == key);
         found.expect(key).value
     };

@@ -5,11 +5,11 @@ mod all_pairs;
 mod ends;
 mod punch;
 
-use crossgrain::engine::Task;
-use crossgrain::generate::initial_bodies;
-use crossgrain::measure::energy;
-use crossgrain::scene::{Damping, TimeStep};
-use crossgrain::tables::Bodies;
+use grains::generate::initial_bodies;
+use grains::measure::energy;
+use grains::scene::{Damping, TimeStep};
+use grains::tables::Bodies;
+use grains::task::Task;
 
 use crate::support::{native_outcome, small_scene};
 

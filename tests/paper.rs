@@ -1,6 +1,6 @@
 //! The paper's numbers: our routes against each other and against what is known to be misprinted.
 
-use crossgrain::continuum::half_space::strip_load;
+use crossgrain::paper::continuum::half_space::strip_load;
 use crossgrain::paper::{Finding, numbers, text_faults};
 
 use crate::support::{crossgrain, told};

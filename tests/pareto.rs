@@ -4,19 +4,20 @@ mod brought;
 
 use std::path::Path;
 
-use crossgrain::engine::native::pouring::{End, Phase, pour};
-use crossgrain::engine::native::{self, Mode};
-use crossgrain::engine::{Task, yade};
-use crossgrain::generate::initial_bodies;
-use crossgrain::pareto::job::{self, Job};
-use crossgrain::pareto::member;
-use crossgrain::pareto::method::{
+use crossgrain::engine::yade;
+use crossgrain::progress::Display;
+use crossgrain::study::tradeoff::job::{self, Job};
+use crossgrain::study::tradeoff::member;
+use crossgrain::study::tradeoff::method::{
     Family, Method, Runner, with_modulus, with_size, with_step, with_tolerance,
 };
-use crossgrain::pareto::plan::{FIRST_CONFIRMING, Plan, Planned};
-use crossgrain::pareto::record::of_members;
-use crossgrain::progress::Display;
-use crossgrain::scene::Scene;
+use crossgrain::study::tradeoff::plan::{FIRST_CONFIRMING, Plan, Planned};
+use crossgrain::study::tradeoff::record::of_members;
+use grains::generate::initial_bodies;
+use grains::native::pouring::{End, Phase, pour};
+use grains::native::{self, Mode};
+use grains::scene::Scene;
+use grains::task::Task;
 
 use crate::support::pages::each_figure_stands_once_and_has_numbers;
 use crate::support::{crossgrain, small_scene};
@@ -95,7 +96,7 @@ fn a_bed_that_is_stiffened_ends_at_the_full_stiffness_at_rest() {
     let poured = pour(&scene, &method.phases, &options, initial).expect("it settles");
     let poured = poured.expect("there are phases");
     // The overlaps bear the weight at the full stiffness: the floor's contacts together.
-    let ids = crossgrain::tables::BodyIds::of_box(scene.particles.count);
+    let ids = grains::tables::BodyIds::of_box(scene.particles.count);
     let borne: f64 = poured
         .bed
         .contacts
@@ -219,9 +220,9 @@ fn a_finished_chart_is_never_overwritten() {
 /// `run --soft-pour` is the method that was tested: the same bed and the same end, in every bit.
 #[test]
 fn a_run_that_is_poured_softly_is_the_tested_method() {
-    use crossgrain::engine::native::pouring::Softly;
-    use crossgrain::folder::RunFolder;
-    use crossgrain::tables::StopReason;
+    use crossgrain::run::folder::RunFolder;
+    use grains::native::pouring::Softly;
+    use grains::tables::StopReason;
     let mut scene = small_scene();
     scene.name = "poured softly".to_owned();
     let softly = Softly::tested(&scene).expect("a step in proportion");
@@ -283,8 +284,8 @@ fn a_run_that_is_poured_softly_is_the_tested_method() {
 /// Exact mode has the same bits on any machine, so a recorded realization comes out again.
 #[test]
 fn recorded_realizations_of_the_reference_come_out_again() {
-    use crossgrain::pareto::member::Member;
-    use crossgrain::pareto::plan::Plan;
+    use crossgrain::study::tradeoff::member::Member;
+    use crossgrain::study::tradeoff::plan::Plan;
     use std::io::Read;
     let unpacked = |name: &str| {
         let path = Path::new(env!("CARGO_MANIFEST_DIR"))

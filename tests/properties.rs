@@ -7,14 +7,14 @@ mod limits;
 mod lists;
 mod symmetry;
 
-use crossgrain::engine::case::Case;
-use crossgrain::engine::native::{self, CaseOptions};
-use crossgrain::model::{Axis, Law};
-use crossgrain::scene::{
+use crossgrain::suite::build::{Grain, case, friction, model, punch, wall};
+use grains::case::Case;
+use grains::model::{Axis, Law};
+use grains::native::{self, CaseOptions};
+use grains::scene::{
     ContactLaw, NewContactSlip, Rotation, SlipVelocity, Tension, TorqueArms, Viscosity,
 };
-use crossgrain::tables::Snapshot;
-use crossgrain::verify::build::{Grain, case, friction, model, punch, wall};
+use grains::tables::Snapshot;
 use proptest::prelude::*;
 
 use crate::support::all_pairs::AllPairs;

@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use crossgrain::campaign::compare::{Verdict, compare};
-use crossgrain::campaign::merged::{Merged, read};
-use crossgrain::campaign::run::again;
-use crossgrain::claims::{self, Claims};
 use crossgrain::files::read_text;
-use crossgrain::realization::{Ending, Runner};
-use crossgrain::scene::paper_scene;
-use crossgrain::sensitivity::plan::Plan;
-use crossgrain::sensitivity::row::{self, Row};
+use crossgrain::study::campaign::compare::{Verdict, compare};
+use crossgrain::study::campaign::merged::{Merged, read};
+use crossgrain::study::campaign::run::again;
+use crossgrain::study::claims::{self, Claims};
+use crossgrain::study::realization::{Ending, Runner};
+use crossgrain::study::sensitivity::plan::Plan;
+use crossgrain::study::sensitivity::row::{self, Row};
+use grains::scene::paper_scene;
 
 fn recorded(name: &str) -> Merged {
     let folder: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR"))

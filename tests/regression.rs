@@ -126,7 +126,7 @@ fn a_kernel_that_is_four_times_slower_is_named_by_exit_code_junit_and_summary() 
 #[test]
 fn a_slow_kernel_has_the_same_bits_and_takes_as_long_as_it_was_told() {
     use crate::support::{faulty, native_run, sound};
-    use crossgrain::folder::record::Protocol;
+    use crossgrain::run::folder::record::Protocol;
     let of = |options| native_run(&small_scene(), options, Protocol::Steps { steps: 6000 });
     let (sound, slow) = (of(sound()), of(faulty("slow=20")));
     assert_eq!(sound.last, slow.last);
@@ -135,9 +135,5 @@ fn a_slow_kernel_has_the_same_bits_and_takes_as_long_as_it_was_told() {
         slow.record.seconds_per_step(),
     );
     assert!(slow > 5.0 * sound, "{slow} s against {sound} s a step");
-    assert!(
-        "slow=0.5"
-            .parse::<crossgrain::engine::native::Perturbation>()
-            .is_err()
-    );
+    assert!("slow=0.5".parse::<grains::native::Perturbation>().is_err());
 }

@@ -1,16 +1,16 @@
 //! The map of what the published figures depend on, on beds small enough for a test.
 
-use crossgrain::pareto::method::with_tolerance;
 use crossgrain::progress::Display;
-use crossgrain::realization::Ending;
-use crossgrain::sensitivity::choices::{Axis, with_friction, with_hold, with_speed};
-use crossgrain::sensitivity::job;
-use crossgrain::sensitivity::judge::Verdict;
-use crossgrain::sensitivity::plan::Plan;
-use crossgrain::sensitivity::push::{self, Kind, Push};
-use crossgrain::sensitivity::record::of_members;
-use crossgrain::sensitivity::row::{self, Poured};
-use crossgrain::tables::StopReason;
+use crossgrain::study::realization::Ending;
+use crossgrain::study::sensitivity::choices::{Axis, with_friction, with_hold, with_speed};
+use crossgrain::study::sensitivity::job;
+use crossgrain::study::sensitivity::judge::Verdict;
+use crossgrain::study::sensitivity::plan::Plan;
+use crossgrain::study::sensitivity::push::{self, Kind, Push};
+use crossgrain::study::sensitivity::record::of_members;
+use crossgrain::study::sensitivity::row::{self, Poured};
+use crossgrain::study::tradeoff::method::with_tolerance;
+use grains::tables::StopReason;
 
 use crate::support::pages::each_figure_stands_once_and_has_numbers;
 use crate::support::{crossgrain, frictional_scene, small_scene, told};

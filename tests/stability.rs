@@ -11,13 +11,13 @@ use crossgrain::checks::Tally;
 use crossgrain::checks::record::parse;
 use crossgrain::compare::Verdict;
 use crossgrain::files::read_text;
-use crossgrain::scene::{Damping, TimeStep};
-use crossgrain::stability::failures::{Failure, failures, small_bed};
-use crossgrain::stability::growth::{Disturbed, Found};
-use crossgrain::stability::network::Network;
-use crossgrain::stability::scenes::{MapScene, small};
-use crossgrain::stability::spectrum::{fastest_mode, limit, top};
-use crossgrain::stability::{Map, automatic, beds, checks};
+use crossgrain::limits::stability::failures::{Failure, failures, small_bed};
+use crossgrain::limits::stability::growth::{Disturbed, Found};
+use crossgrain::limits::stability::network::Network;
+use crossgrain::limits::stability::scenes::{MapScene, small};
+use crossgrain::limits::stability::spectrum::{fastest_mode, limit, top};
+use crossgrain::limits::stability::{Map, automatic, beds, checks};
+use grains::scene::{Damping, TimeStep};
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// dt²K + 2dt C over the masses as a full matrix, column by column.
@@ -97,7 +97,7 @@ fn predicted_limits_are_those_of_the_closed_forms() {
 /// The stiffness is the derivative of the engine's forces: K by differences of the loads that it sums.
 #[test]
 fn the_network_is_the_derivative_of_the_forces() {
-    use crossgrain::engine::native::loads;
+    use grains::native::loads;
     let scene = beds::crystal(4).expect("a crystal at rest");
     let network = Network::of(&scene.case).expect("a network");
     let full = dense(&network, 1.0, 0.0);
@@ -229,14 +229,14 @@ fn the_automatic_step_is_the_share_of_a_limit_that_trials_confirm() {
 /// The evidence comes back from a run folder, with the step that was run.
 #[test]
 fn a_run_folder_keeps_the_evidence_for_its_step() {
-    use crossgrain::engine::native;
-    use crossgrain::folder::RunFolder;
-    use crossgrain::folder::record::{Protocol, RECORD_VERSION};
     use crossgrain::progress::Display;
+    use crossgrain::run::folder::RunFolder;
+    use crossgrain::run::folder::record::{Protocol, RECORD_VERSION};
     use crossgrain::run::{
         Engine,
         kept::{Preparation, prepared},
     };
+    use grains::native;
     let scene = small_bed();
     let choice = automatic::choose(&scene, 0.5).expect("a step");
     let chosen = automatic::with_step(&scene, &choice);
@@ -264,7 +264,7 @@ fn a_run_folder_keeps_the_evidence_for_its_step() {
 )]
 fn yade_proposes_by_its_formulas() {
     use crossgrain::engine::yade::{Options, propose};
-    use crossgrain::stability::proposals::by_formula;
+    use crossgrain::limits::stability::proposals::by_formula;
     let scenes = scenes();
     let cases: Vec<_> = scenes.iter().map(|scene| &scene.case).collect();
     let work = tempfile::tempdir().expect("a temporary folder");

@@ -1,9 +1,9 @@
 //! A punch that stands still once the force is reached.
 
-use crossgrain::engine::{Start, Task, Until};
-use crossgrain::generate::initial_bodies;
-use crossgrain::scene::{AfterForce, Scene};
-use crossgrain::tables::{Punch, Stage, StopReason};
+use grains::generate::initial_bodies;
+use grains::scene::{AfterForce, Scene};
+use grains::tables::{Punch, Stage, StopReason};
+use grains::task::{Start, Task, Until};
 
 use crate::support::{native_outcome, small_scene};
 

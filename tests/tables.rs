@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use crossgrain::tables::Bodies;
-use crossgrain::tables::text::{TableError, read_bodies, write_bodies};
+use crossgrain::run::tables::{TableError, read_bodies, write_bodies};
+use grains::tables::Bodies;
 use proptest::prelude::*;
 
 fn all_bits(bodies: &Bodies) -> Vec<Vec<u64>> {

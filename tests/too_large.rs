@@ -10,8 +10,9 @@ use allocation_counter::measure;
 
 use crossgrain::checks::record;
 use crossgrain::files::read_text;
-use crossgrain::folder::RunFolder;
-use crossgrain::scene::{parse_scene, read_scene};
+use crossgrain::run::folder::RunFolder;
+use crossgrain::run::scene_file::read_scene;
+use grains::scene::parse_scene;
 
 use crate::support::{crossgrain, folder_with, native_run, sound, tiny_scene, told};
 
@@ -62,7 +63,7 @@ fn bomb(path: &Path, megabytes: usize) {
 #[test]
 fn packed_tables_are_unpacked_no_further_than_they_may_reach() {
     let scene = tiny_scene();
-    let protocol = crossgrain::folder::record::Protocol::Steps { steps: 10 };
+    let protocol = crossgrain::run::folder::record::Protocol::Steps { steps: 10 };
     let run = native_run(&scene, sound(), protocol);
     let folder = tempfile::tempdir().expect("a temporary folder");
     for table in [
@@ -101,7 +102,7 @@ fn all_of_a_packed_file_is_read() {
 fn a_record_of_more_steps_than_there_are_numbers_is_refused() {
     let mut scene = tiny_scene();
     scene.measurement.history_every = 1;
-    let protocol = crossgrain::folder::record::Protocol::Steps { steps: 3 };
+    let protocol = crossgrain::run::folder::record::Protocol::Steps { steps: 3 };
     let mut run = native_run(&scene, sound(), protocol);
     run.record.stages[0].steps = u64::MAX;
     let folder = tempfile::tempdir().expect("a temporary folder");

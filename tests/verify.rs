@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use crossgrain::compare::Verdict;
 use crossgrain::engine::yade;
 use crossgrain::progress::Display;
-use crossgrain::scene::{ContactLaw, NewContactSlip, Scene, Tension, Viscosity};
-use crossgrain::verify::Group;
-use crossgrain::verify::facts;
-use crossgrain::verify::ladder::{Climbers, Ladder};
-use crossgrain::verify::limits::{FromYade, Limit, limits};
-use crossgrain::verify::record::{Options, verify};
+use crossgrain::suite::Group;
+use crossgrain::suite::facts;
+use crossgrain::suite::ladder::{Climbers, Ladder};
+use crossgrain::suite::limits::{FromYade, Limit, limits};
+use crossgrain::suite::record::{Options, verify};
+use grains::scene::{ContactLaw, NewContactSlip, Scene, Tension, Viscosity};
 use serde_json::Value;
 
 use crate::support::{crossgrain, small_scene};

@@ -9,15 +9,15 @@ use std::time::{Duration, Instant};
 use crossgrain::compare::first_difference::Locator;
 use crossgrain::compare::{Verdict, compare};
 use crossgrain::engine::yade;
-use crossgrain::folder::RunFolder;
-use crossgrain::folder::record::Protocol;
-use crossgrain::generate::initial_bodies;
 use crossgrain::progress::Display;
+use crossgrain::run::folder::RunFolder;
+use crossgrain::run::folder::record::Protocol;
 use crossgrain::run::{Engine, recorded};
-use crossgrain::scene::{AfterForce, Damping, Scene, paper_scene};
-use crossgrain::tables::Stage;
-use crossgrain::verify::ladder::Climbers;
-use crossgrain::verify::record;
+use crossgrain::suite::ladder::Climbers;
+use crossgrain::suite::record;
+use grains::generate::initial_bodies;
+use grains::scene::{AfterForce, Damping, Scene, paper_scene};
+use grains::tables::Stage;
 
 use crate::support::{faulty, folder_with, native_run, small_scene, sound};
 
@@ -84,7 +84,7 @@ fn pouring_5000_grains_for_20000_steps_gives_the_same_bits() {
     ignore = "needs YADE: cargo test --features yade"
 )]
 fn rough_spinning_grains_poured_and_pressed_have_the_same_bits() {
-    let mut scene = crossgrain::verify::trajectories::rough(5000);
+    let mut scene = crossgrain::suite::trajectories::rough(5000);
     scene.settle.check_every = 10_000;
     scene.settle.max_steps = 20_000;
     // At the second look the bed has less energy than at the first, so pouring ends there.
@@ -105,7 +105,7 @@ fn rough_spinning_grains_poured_and_pressed_have_the_same_bits() {
         let bits = bits.expect("the table");
         assert_eq!((bits.differing, bits.numbers), (0, 25_000), "{table}");
     }
-    let sliding = |contact: &&crossgrain::tables::Contact| contact.tangential_force != 0.0;
+    let sliding = |contact: &&grains::tables::Contact| contact.tangential_force != 0.0;
     let count = native.last.contacts.iter().filter(sliding).count();
     assert!(count > 5000, "{count} contacts bear a tangential force");
     assert!(native.last.bodies.spin.iter().all(|spin| *spin != 0.0));
@@ -149,9 +149,9 @@ fn a_whole_experiment_gives_the_same_bits_for_several_scenes() {
     slow.loading.give_up_depth = 0.004;
     slow.loading.pressure = 1.0e9;
     let mut spheres = small_scene();
-    spheres.particles.shape = crossgrain::scene::Shape::Sphere;
+    spheres.particles.shape = grains::scene::Shape::Sphere;
     spheres.particles.dispersion = 0.3;
-    spheres.cloud = crossgrain::scene::Cloud::JitteredLattice {
+    spheres.cloud = grains::scene::Cloud::JitteredLattice {
         columns: 20,
         jitter: 1.0,
         speed: 0.1,

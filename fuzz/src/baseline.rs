@@ -1,7 +1,7 @@
 //! Baselines: the parts `record.json`, a job's record, and `kept.json`, a baseline of another one.
 
-use crossgrain::baseline::{Store, diff};
 use crossgrain::compare::Verdict;
+use crossgrain::compare::baseline::{Store, diff};
 use crossgrain::report::check_files;
 
 use super::parts::{self, Parts};

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use crossgrain::campaign::plan::Plan;
-use crossgrain::campaign::records::{Index, Reader, records_folder};
-use crossgrain::campaign::{CampaignError, merge, merged, status};
 use crossgrain::files::short_hex;
+use crossgrain::study::campaign::plan::Plan;
+use crossgrain::study::campaign::records::{Index, Reader, records_folder};
+use crossgrain::study::campaign::{CampaignError, merge, merged, status};
 
 use super::parts::{self, Parts};
 use super::small;

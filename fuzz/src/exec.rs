@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use crossgrain::engine::exec::{Description, read};
-use crossgrain::engine::{Observer, Task};
-use crossgrain::generate::initial_bodies;
-use crossgrain::tables::Snapshot;
+use grains::generate::initial_bodies;
+use grains::tables::Snapshot;
+use grains::task::{Observer, Task};
 
 use super::parts::{self, Parts};
 use super::small;

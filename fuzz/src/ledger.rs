@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use crossgrain::files::FileError;
-use crossgrain::pareto::ledger::{Entry, Ledger};
-use crossgrain::pareto::member::Member;
-use crossgrain::sensitivity::push::Watched;
-use crossgrain::sensitivity::row::Row;
+use crossgrain::study::sensitivity::push::Watched;
+use crossgrain::study::sensitivity::row::Row;
+use crossgrain::study::tradeoff::ledger::{Entry, Ledger};
+use crossgrain::study::tradeoff::member::Member;
 
 use super::parts;
 

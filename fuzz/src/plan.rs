@@ -1,7 +1,7 @@
 //! Plans of campaigns. Where the input has a part `repair`, the plan has no digest and its scene's is put right.
 
-use crossgrain::campaign::plan::{Plan, path};
-use crossgrain::scene::{Scene, parse_scene};
+use crossgrain::study::campaign::plan::{Plan, path};
+use grains::scene::{Scene, parse_scene};
 
 use super::parts::{self, Parts};
 

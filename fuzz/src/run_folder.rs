@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
-use crossgrain::folder::RunFolder;
-use crossgrain::measure::history::HistoryRow;
-use crossgrain::scene::parse_scene;
-use crossgrain::tables::Stage;
-use crossgrain::tables::text::{parse_rows, read_bodies, write_rows};
+use crossgrain::run::folder::RunFolder;
+use crossgrain::run::tables::{parse_rows, read_bodies, write_rows};
+use grains::measure::history::HistoryRow;
+use grains::scene::parse_scene;
+use grains::tables::Stage;
 
 use super::parts::{self, Parts};
 

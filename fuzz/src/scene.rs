@@ -1,8 +1,8 @@
 //! Scene files.
 
-use crossgrain::generate::initial_bodies;
-use crossgrain::model::Model;
-use crossgrain::scene::parse_scene;
+use grains::generate::initial_bodies;
+use grains::model::Model;
+use grains::scene::parse_scene;
 
 /// More grains are not placed here.
 const MOST_PLACED: u32 = 1000;

@@ -4,17 +4,17 @@ use std::path::Path;
 
 use serde_json::json;
 
-use crossgrain::campaign::member::Member;
-use crossgrain::campaign::records;
-use crossgrain::engine::native::{self, Mode};
-use crossgrain::engine::{Observer, Outcome, Task};
-use crossgrain::folder::record::Protocol;
-use crossgrain::generate::initial_bodies;
-use crossgrain::realization::{Runner, Way, run as realize};
+use crossgrain::run::folder::record::Protocol;
+use crossgrain::run::tables::{write_bodies, write_contacts};
 use crossgrain::run::{Engine, recorded};
-use crossgrain::scene::Scene;
-use crossgrain::tables::text::{write_bodies, write_contacts};
-use crossgrain::tables::{Contact, Snapshot};
+use crossgrain::study::campaign::member::Member;
+use crossgrain::study::campaign::records;
+use crossgrain::study::realization::{Runner, Way, run as realize};
+use grains::generate::initial_bodies;
+use grains::native::{self, Mode};
+use grains::scene::Scene;
+use grains::tables::{Contact, Snapshot};
+use grains::task::{Observer, Outcome, Task};
 
 use super::parts::{join, packed};
 use super::{campaign, parts, run_folder, small};

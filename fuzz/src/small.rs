@@ -1,12 +1,12 @@
 //! The small things that inputs are read against.
 
-use crossgrain::campaign::plan::Plan;
-use crossgrain::engine::case::Case;
-use crossgrain::engine::native::Mode;
-use crossgrain::generate::initial_bodies;
-use crossgrain::model::Model;
-use crossgrain::realization::Runner;
-use crossgrain::scene::{Cloud, Scene, paper_scene};
+use crossgrain::study::campaign::plan::Plan;
+use crossgrain::study::realization::Runner;
+use grains::case::Case;
+use grains::generate::initial_bodies;
+use grains::model::Model;
+use grains::native::Mode;
+use grains::scene::{Cloud, Scene, paper_scene};
 
 /// Four grains of the paper in a box of their own.
 pub fn scene() -> Scene {

@@ -6,13 +6,13 @@ use std::path::Path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crossgrain::folder::record::TraceRow;
-use crossgrain::measure::history::HistoryRow;
-use crossgrain::tables::BodyIds;
-use crossgrain::tables::text::{
+use crossgrain::run::folder::record::TraceRow;
+use crossgrain::run::tables::{
     TableError, read_bodies, read_contacts, read_rows, room_for, write_bodies, write_contacts,
     write_rows,
 };
+use grains::measure::history::HistoryRow;
+use grains::tables::BodyIds;
 
 use super::parts;
 

@@ -1,9 +1,9 @@
 //! What the scripts inside YADE write: the files of a scene's run of ten steps or, with a part `case`, of a case. `frames.bin` is
 //! the last part; its line's end, if it has one, is no part of it.
 
-use crossgrain::engine::Task;
 use crossgrain::engine::yade::{frames, read_cases};
-use crossgrain::generate::initial_bodies;
+use grains::generate::initial_bodies;
+use grains::task::Task;
 
 use super::parts::{self, Parts};
 use super::small;

@@ -6,9 +6,9 @@ use clap::{Args, Subcommand};
 
 use super::checks::append;
 use super::{json, print};
-use crate::baseline::Store;
-use crate::baseline::diff::{Change, Changed, Diff, diff};
 use crate::checks::record::read;
+use crate::compare::baseline::Store;
+use crate::compare::baseline::diff::{Change, Changed, Diff, diff};
 use crate::error::Error;
 use crate::report::check_files::markdown;
 use crate::report::junit::in_a_line;

@@ -8,16 +8,16 @@ use super::chosen::Beside;
 use super::job_folder::{JobFolder, page_line};
 use super::run::YadeLimits;
 use super::{json, print, tell};
-use crate::bench::checks;
-use crate::bench::goals::Goal;
-use crate::bench::limits::Bound;
-use crate::bench::rounds::Contest;
-use crate::bench::{self, Bench, Options, one};
 use crate::checks::record::{Found, Whole};
 use crate::compare::Verdict;
-use crate::engine::native::Mode;
 use crate::error::{Error, exit};
+use crate::limits::bench::checks;
+use crate::limits::bench::goals::Goal;
+use crate::limits::bench::limits::Bound;
+use crate::limits::bench::rounds::Contest;
+use crate::limits::bench::{self, Bench, Options, one};
 use crate::progress::Display;
+use grains::native::Mode;
 
 const FOLDER: JobFolder = JobFolder {
     what: "benchmark",
@@ -56,7 +56,7 @@ pub struct Arguments {
     /// Time the bed in this folder in this process and say so: for the parts that need a process of their own
     #[arg(long, hide = true)]
     one: Option<PathBuf>,
-    #[arg(long, hide = true, value_enum, default_value = "exact")]
+    #[arg(long, hide = true, default_value = "exact")]
     one_mode: Mode,
     #[arg(long, hide = true, default_value_t = 1000)]
     one_steps: u64,

@@ -11,19 +11,19 @@ use clap::{Args, Subcommand};
 use super::chosen::BuiltIn;
 use super::run::{LoopOrder, YadeLimits};
 use super::{exit_code_if, json, print};
-use crate::campaign::merge::{Summary, merge};
-use crate::campaign::plan::Plan;
-use crate::campaign::run::{Job, run};
-use crate::campaign::shard::Shard;
-use crate::campaign::status::status;
-use crate::engine::native::Mode;
-use crate::engine::native::pouring::Softly;
 use crate::error::{Error, exit};
-use crate::model::Model;
-use crate::model::terms::Kernel;
 use crate::progress::Display;
-use crate::realization::Runner;
-use crate::scene::read_scene;
+use crate::run::scene_file::read_scene;
+use crate::study::campaign::merge::{Summary, merge};
+use crate::study::campaign::plan::Plan;
+use crate::study::campaign::run::{Job, run};
+use crate::study::campaign::shard::Shard;
+use crate::study::campaign::status::status;
+use crate::study::realization::Runner;
+use grains::model::Model;
+use grains::model::terms::Kernel;
+use grains::native::Mode;
+use grains::native::pouring::Softly;
 
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Examples:\n  crossgrain scene paper > scene.json\n  \
@@ -64,7 +64,7 @@ pub struct PlanArguments {
     #[arg(long, default_value = "native")]
     engine: BuiltIn,
     /// Native: which promise it keeps
-    #[arg(long, value_enum, default_value = "exact")]
+    #[arg(long, default_value = "exact")]
     mode: Mode,
     /// Native: pour at a tenth of the modulus and stiffen, as in `crossgrain run --soft-pour`
     #[arg(long)]

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::{json, print};
-use crate::baseline::diff::Diff;
 use crate::checks::record::{Record, read};
 use crate::checks::{Check, Outcome};
+use crate::compare::baseline::diff::Diff;
 use crate::error::{Error, exit};
 use crate::files::write_whole;
 use crate::report::check_files::{csv, error_in_markdown, markdown};
@@ -54,7 +54,10 @@ impl Files {
     /// Writes those that were asked for, with what a baseline says.
     pub fn write(&self, record: &Record, diff: Option<&Diff>) -> Result<(), Error> {
         let mut checks = record.checks.clone();
-        checks.extend(diff.map(crate::baseline::checks::all).unwrap_or_default());
+        checks.extend(
+            diff.map(crate::compare::baseline::checks::all)
+                .unwrap_or_default(),
+        );
         if let Some(path) = &self.junit {
             let name = format!("crossgrain {}", record.job);
             write_whole(path, of_checks(&name, &checks)?.as_bytes())?;

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use clap::ValueEnum;
 
-use crate::verify::ladder::Climbers;
+use crate::suite::ladder::Climbers;
 
 /// One engine.
 #[derive(Debug, Clone)]

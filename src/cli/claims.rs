@@ -6,12 +6,12 @@ use clap::Args;
 
 use super::job_folder::write_new;
 use super::{exit_code_if, json, tell};
-use crate::campaign::merged;
-use crate::claims::claim::Verdict;
-use crate::claims::{self, Claims, Origin};
 use crate::error::Error;
 use crate::files::refuse_existing;
 use crate::report;
+use crate::study::campaign::merged;
+use crate::study::claims::claim::Verdict;
+use crate::study::claims::{self, Claims, Origin};
 
 #[derive(Debug, Args)]
 #[command(

@@ -10,11 +10,11 @@ use super::{json, print};
 use crate::compare::first_difference::Locator;
 use crate::compare::{Check, Comparison, Verdict, Yardstick, compare, compare_as};
 use crate::error::Error;
-use crate::folder::RunFolder;
-use crate::folder::record::EngineRecord;
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 use crate::reproduce::rounding_spread;
+use crate::run::folder::RunFolder;
+use crate::run::folder::record::EngineRecord;
 
 #[derive(Debug, Args)]
 #[command(

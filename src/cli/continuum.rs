@@ -4,10 +4,10 @@ use clap::Args;
 use serde::Serialize;
 
 use super::{json, print};
-use crate::continuum::table::{Above, Row, Setup, rows};
-use crate::continuum::{Model, Spread};
 use crate::error::{Error, exit};
-use crate::paper::continuum::setup;
+use crate::paper::boussinesq::setup;
+use crate::paper::continuum::table::{Above, Row, Setup, rows};
+use crate::paper::continuum::{Model, Spread};
 
 #[derive(Debug, Args)]
 #[command(

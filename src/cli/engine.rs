@@ -10,7 +10,7 @@ use crate::compare::Verdict;
 use crate::error::{Error, exit};
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
-use crate::verify::brought::{Examination, examine};
+use crate::suite::brought::{Examination, examine};
 
 #[derive(Debug, Subcommand)]
 pub enum Verb {

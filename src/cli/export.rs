@@ -6,9 +6,9 @@ use clap::{Args, Subcommand};
 
 use super::print;
 use crate::error::{Error, exit};
-use crate::export::{archive, vtk};
 use crate::files::{FileError, failed, into_place, refuse_existing, write_folder, write_whole};
-use crate::folder::RunFolder;
+use crate::run::folder::RunFolder;
+use crate::run::{archive, vtk};
 
 #[derive(Debug, Subcommand)]
 #[command(

@@ -9,8 +9,9 @@ use super::{json, print};
 use crate::engine::yade::YadeError;
 use crate::error::{Error, exit};
 use crate::run::EngineError;
-use crate::scene::{Scene, read_scene};
-use crate::verify::facts::{self, Fact, FactPair};
+use crate::run::scene_file::read_scene;
+use crate::suite::facts::{self, Fact, FactPair};
+use grains::scene::Scene;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Asked {

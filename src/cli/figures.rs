@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::print;
-use crate::campaign::merged;
-use crate::engine::native::Mode;
 use crate::error::{Error, exit};
-use crate::figures::{loaded_bed, samples, setup_of};
 use crate::files::{failed, free_folder};
 use crate::paper::disc_field::figure_4;
-use crate::realization::Runner;
 use crate::report::figure_files::{SCALE, figure_files};
 use crate::report::figures::{bulbs, chains, distributions, inside_a_grain, sharings};
-use crate::scene::paper_scene;
+use crate::study::campaign::merged;
+use crate::study::figures::{loaded_bed, samples, setup_of};
+use crate::study::realization::Runner;
+use grains::native::Mode;
+use grains::scene::paper_scene;
 
 /// The folder that is used when none is named; a number is added when it exists.
 const DEFAULT_OUT: &str = "out/figures";

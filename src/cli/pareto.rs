@@ -11,14 +11,14 @@ use super::{exit_code_if, json, tell};
 use crate::engine::exec::Brought;
 use crate::engine::yade;
 use crate::error::Error;
-use crate::pareto::job::Job;
-use crate::pareto::judge::Judgement;
-use crate::pareto::method::Program;
-use crate::pareto::plan::Plan;
-use crate::pareto::record::{Pareto, Point, pareto};
 use crate::progress::Display;
 use crate::report;
 use crate::run::EngineError;
+use crate::study::tradeoff::job::Job;
+use crate::study::tradeoff::judge::Judgement;
+use crate::study::tradeoff::method::Program;
+use crate::study::tradeoff::plan::Plan;
+use crate::study::tradeoff::record::{Pareto, Point, pareto};
 
 const FOLDER: JobFolder = JobFolder {
     what: "chart",
@@ -198,7 +198,7 @@ fn in_words(record: &Pareto, out: &Path) -> String {
         let Some(confirmed) = &point.confirmed else {
             continue;
         };
-        let open = crate::pareto::choice::not_shown(confirmed);
+        let open = crate::study::tradeoff::choice::not_shown(confirmed);
         text += &format!(
             "{:>3} {}: {:?} over {} clouds{}\n",
             point.number,
@@ -238,7 +238,7 @@ fn row(number: &str, name: &str, point: &Point, with_errors: bool) -> String {
             (format!("{:.2}", costs.cpu_seconds), format!("{steps:.0}"))
         });
     let judged: &Judgement = &point.charted;
-    let error = |worst: &Option<crate::pareto::judge::Worst>| match worst {
+    let error = |worst: &Option<crate::study::tradeoff::judge::Worst>| match worst {
         Some(worst) if with_errors => {
             let of = worst.error;
             format!("{:.2} ({:.2} to {:.2})", of.estimate, of.low, of.high)

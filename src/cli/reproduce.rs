@@ -9,21 +9,22 @@ use super::checks::Files;
 use super::job_folder::{JobFolder, page_line};
 use super::run::YadeLimits;
 use super::{json, print};
-use crate::baseline::diff::diff;
-use crate::bench::machine::Machine;
 use crate::checks::Outcome;
 use crate::checks::record::{Found, Record, Whole, parse};
 use crate::compare::Verdict;
-use crate::engine::native::Perturbation;
+use crate::compare::baseline::diff::diff;
 use crate::error::Error;
 use crate::files::write_whole;
 use crate::interrupt::asked_to_end;
+use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
 use crate::reproduce::beside::Beside;
 use crate::reproduce::checks;
 use crate::reproduce::record::Reproduction;
 use crate::reproduce::{Options, reproduce};
-use crate::scene::{paper_scene, read_scene};
+use crate::run::scene_file::read_scene;
+use grains::native::Perturbation;
+use grains::scene::paper_scene;
 
 const FOLDER: JobFolder = JobFolder {
     what: "job",

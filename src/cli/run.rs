@@ -9,23 +9,24 @@ use cpu_time::ThreadTime;
 use super::chosen::Chosen;
 use super::print;
 use crate::engine::exec::Brought;
-use crate::engine::native::pouring::{Softly, pour};
-use crate::engine::native::{self, Perturbation, Trouble};
 use crate::engine::watch::Limits;
 use crate::engine::{exec, yade};
 use crate::error::{Error, exit};
 use crate::files::refuse_existing;
-use crate::folder::RunFolder;
-use crate::folder::record::{Protocol, Softened, StepChoice};
-use crate::generate::initial_bodies;
-use crate::model::Model;
-use crate::model::terms::Kernel;
+use crate::limits::stability::automatic;
 use crate::progress::Display;
+use crate::run::folder::RunFolder;
+use crate::run::folder::record::{Protocol, Softened, StepChoice};
 use crate::run::kept::{Preparation, prepared};
+use crate::run::scene_file::read_scene;
 use crate::run::{Engine, EngineError};
-use crate::scene::{Scene, read_scene};
-use crate::stability::automatic;
-use crate::tables::{Bodies, StopReason};
+use grains::generate::initial_bodies;
+use grains::model::Model;
+use grains::model::terms::Kernel;
+use grains::native::pouring::{Softly, pour};
+use grains::native::{self, Perturbation, Trouble};
+use grains::scene::Scene;
+use grains::tables::{Bodies, StopReason};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LastStage {

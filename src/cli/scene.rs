@@ -6,9 +6,10 @@ use clap::Subcommand;
 
 use super::{json, print};
 use crate::error::{Error, exit};
-use crate::model::Model;
-use crate::pareto::plan::free_mode_scene;
-use crate::scene::{json_schema, paper_scene, read_scene};
+use crate::run::scene_file::read_scene;
+use crate::study::tradeoff::plan::free_mode_scene;
+use grains::model::Model;
+use grains::scene::{json_schema, paper_scene};
 
 #[derive(Debug, Subcommand)]
 #[command(

@@ -9,9 +9,9 @@ use super::{exit_code_if, json, tell};
 use crate::error::Error;
 use crate::progress::Display;
 use crate::report;
-use crate::sensitivity::judge::Verdict;
-use crate::sensitivity::plan::Plan;
-use crate::sensitivity::record::{Point, Sensitivity, sensitivity};
+use crate::study::sensitivity::judge::Verdict;
+use crate::study::sensitivity::plan::Plan;
+use crate::study::sensitivity::record::{Point, Sensitivity, sensitivity};
 
 const FOLDER: JobFolder = JobFolder {
     what: "map",

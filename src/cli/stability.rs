@@ -9,18 +9,18 @@ use super::compare::mark;
 use super::job_folder::write_new;
 use super::run::YadeLimits;
 use super::{in_a_word, json, tell};
-use crate::bench::machine::Machine;
 use crate::checks::record::{self, Whole};
 use crate::compare::Verdict;
 use crate::error::Error;
 use crate::files::refuse_existing;
 use crate::interrupt::asked_to_end;
+use crate::limits::bench::machine::Machine;
+use crate::limits::stability::checks;
+use crate::limits::stability::growth::Found;
+use crate::limits::stability::map::{Limits, Row, Wanted};
+use crate::limits::stability::{Map, Options, map};
 use crate::progress::Display;
 use crate::report::stability;
-use crate::stability::checks;
-use crate::stability::growth::Found;
-use crate::stability::map::{Limits, Row, Wanted};
-use crate::stability::{Map, Options, map};
 
 #[derive(Debug, Args)]
 #[command(

@@ -10,19 +10,19 @@ use super::compare::mark;
 use super::job_folder::write_new;
 use super::run::YadeLimits;
 use super::{in_a_word, json, tell};
-use crate::bench::machine::Machine;
 use crate::checks::number_repeated;
 use crate::checks::record::{Found, Whole};
 use crate::compare::Verdict;
 use crate::error::Error;
 use crate::files::refuse_existing;
 use crate::interrupt::asked_to_end;
+use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
 use crate::report::verification;
-use crate::verify::checks::of_rungs;
-use crate::verify::ladder::Climbed;
-use crate::verify::limits::{Limit, Limits};
-use crate::verify::record::{Options, Tally, Verification, verify, verify_exec};
+use crate::suite::checks::of_rungs;
+use crate::suite::ladder::Climbed;
+use crate::suite::limits::{Limit, Limits};
+use crate::suite::record::{Options, Tally, Verification, verify, verify_exec};
 
 #[derive(Debug, Args)]
 #[command(

@@ -6,10 +6,10 @@ use std::fmt;
 use serde::Serialize;
 
 use super::Verdict;
-use crate::folder::{Moment, RunFolder};
-use crate::measure::history::HistoryRow;
-use crate::scene::Scene;
-use crate::tables::{Bodies, Contact, Stage};
+use crate::run::folder::{Moment, RunFolder};
+use grains::measure::history::HistoryRow;
+use grains::scene::Scene;
+use grains::tables::{Bodies, Contact, Stage};
 
 /// A table of both runs, number by number.
 #[derive(Debug, Clone, PartialEq, Serialize)]

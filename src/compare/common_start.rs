@@ -10,12 +10,12 @@ use serde::Serialize;
 use super::Verdict;
 use super::bits::{self, TableBits};
 use super::first_difference::Locator;
-use crate::engine::case::Case;
-use crate::engine::native::{self, CaseOptions};
-use crate::folder::RunFolder;
-use crate::model::Model;
-use crate::scene::Scene;
-use crate::tables::{Bodies, BodyIds, Snapshot, Stage};
+use crate::run::folder::RunFolder;
+use grains::case::Case;
+use grains::model::Model;
+use grains::native::{self, CaseOptions};
+use grains::scene::Scene;
+use grains::tables::{Bodies, BodyIds, Snapshot, Stage};
 
 /// Up to where two runs agree, and up to where they must.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -7,14 +7,16 @@
 use serde::Serialize;
 
 use super::bits::{self, NumberPair, TableBits};
-use crate::engine::{Start, Task, Until, exec, native, yade};
+use crate::engine::{exec, yade};
 use crate::files::file_digest;
-use crate::folder::RunFolder;
-use crate::folder::record::EngineRecord;
-use crate::model::Model;
+use crate::run::folder::RunFolder;
+use crate::run::folder::record::EngineRecord;
 use crate::run::{Engine, bare};
-use crate::scene::Scene;
-use crate::tables::Stage;
+use grains::model::Model;
+use grains::native;
+use grains::scene::Scene;
+use grains::tables::Stage;
+use grains::task::{Start, Task, Until};
 
 /// Where two runs part.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::folder::RunFolder;
-use crate::folder::record::TraceRow;
-use crate::measure::Quantity;
-use crate::tables::Stage;
+use crate::run::folder::RunFolder;
+use crate::run::folder::record::TraceRow;
+use grains::measure::Quantity;
+use grains::tables::Stage;
 
 /// Growth is measured from the first separation above this share of the mean radius …
 const GROWING: f64 = 1.0e-13;

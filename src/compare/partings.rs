@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::Verdict;
 use super::parting::{GROWTH_KEY, Parting, SETTLED_KEY};
 use super::spread::Spread;
-use crate::folder::RunFolder;
+use crate::run::folder::RunFolder;
 
 /// Engines against control.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -6,11 +6,11 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::Verdict;
 use super::parting::Parting;
-use crate::engine::native;
-use crate::folder::{Moment, RunFolder};
-use crate::measure::{self, Quantity};
+use crate::run::folder::{Moment, RunFolder};
 use crate::run::{Engine, EngineError, recorded};
-use crate::tables::Bodies;
+use grains::measure::{self, Quantity};
+use grains::native;
+use grains::tables::Bodies;
 
 /// Twins that the spread is estimated from.
 pub const TWINS: usize = 12;

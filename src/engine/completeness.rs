@@ -1,8 +1,8 @@
 //! The run went where it was asked to go: the stages with their ends, every moment, every step.
 
-use super::{StageReport, Task, Until, moments};
-use crate::scene::Scene;
-use crate::tables::{Stage, StopReason};
+use grains::scene::Scene;
+use grains::tables::{Stage, StopReason};
+use grains::task::{StageReport, Task, Until, moments};
 
 /// Checks stages, moments and the engine's own count of steps against the task; else what is wrong.
 pub fn check(

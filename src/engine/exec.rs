@@ -10,13 +10,13 @@ pub mod read;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::engine::case::Case;
-use crate::engine::native::Trouble;
 use crate::engine::watch::{Done, Limits};
-use crate::engine::{Observer, Outcome, Task};
 use crate::files::{FileError, file_digest};
-use crate::scene::Scene;
-use crate::tables::{Snapshot, Stage};
+use grains::case::Case;
+use grains::native::Trouble;
+use grains::scene::Scene;
+use grains::tables::{Snapshot, Stage};
+use grains::task::{Observer, Outcome, Task};
 
 pub use child::log;
 pub use describe::{Description, describe};

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::tables::Punch;
+use grains::tables::Punch;
 
 /// Place and velocity of the punch and the force on it, SI units.
 #[derive(Debug, Deserialize)]

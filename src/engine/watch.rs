@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use crate::child::{Group, LOOK_EVERY};
 use crate::interrupt::asked_to_end;
-use crate::tables::Stage;
+use grains::tables::Stage;
 
 /// The most of a log that is kept, bytes.
 const LONGEST_LOG: u64 = 1 << 20;

@@ -13,12 +13,12 @@ pub mod timing;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::engine::native::Trouble;
-use crate::engine::{Observer, Outcome, Task};
 use crate::files::FileError;
-use crate::model::Model;
-use crate::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
-use crate::tables::Stage;
+use grains::model::Model;
+use grains::native::Trouble;
+use grains::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
+use grains::tables::Stage;
+use grains::task::{Observer, Outcome, Task};
 
 pub use cases::{CaseInYade, CasesInYade, read as read_cases, run_cases};
 pub use child::log;

@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use super::Number;
-use crate::quadrature::integrate;
+use crate::paper::quadrature::integrate;
 
 /// m.
 const RADIUS: f64 = 1.0;

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::Number;
-use crate::quadrature::integrate;
+use crate::paper::quadrature::integrate;
 
 /// Mean area πR² of a grain, m²: R uniform in 0.005·(1 ± 0.05), integrated over the sizes.
 pub fn mean_solid_area() -> f64 {

@@ -4,7 +4,7 @@
 use statrs::distribution::{ContinuousCDF, Erlang};
 
 use super::Number;
-use crate::quadrature::integrate;
+use crate::paper::quadrature::integrate;
 
 /// Grid step over the mean.
 const STEP: f64 = 0.01;

@@ -6,10 +6,10 @@ use serde::Serialize;
 use super::chart::{BLUE, Chart, Corner, GREEN, VERMILION};
 use super::figure::{Figure, Page, line};
 use super::shell;
-use crate::bench::Bench;
-use crate::bench::scaling::Point;
 use crate::compare::Verdict;
 use crate::error::Error;
+use crate::limits::bench::Bench;
+use crate::limits::bench::scaling::Point;
 
 mod strip;
 

@@ -1,10 +1,10 @@
 //! Checks as a table (CSV) and as a job summary (Markdown).
 
 use super::junit::in_a_line;
-use crate::baseline::diff::{Change, Diff, Pace};
 use crate::checks::record::Record;
 use crate::checks::{Check, Outcome};
 use crate::compare::Verdict;
+use crate::compare::baseline::diff::{Change, Diff, Pace};
 use crate::error::Error;
 
 /// All checks, a row each.

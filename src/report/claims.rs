@@ -6,10 +6,10 @@ use serde::Serialize;
 
 use super::figure::{Figure, Page};
 use super::shell;
-use crate::claims::claim::{Answer, Claim, Judged, Row, Verdict};
-use crate::claims::{Claims, Histogram};
 use crate::error::Error;
-use crate::statistics::Interval;
+use crate::study::claims::claim::{Answer, Claim, Judged, Row, Verdict};
+use crate::study::claims::{Claims, Histogram};
+use evidence::Interval;
 
 const PAGE: &str = include_str!("claims.html");
 const PART: &str = include_str!("claims_part.html");

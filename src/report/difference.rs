@@ -124,7 +124,7 @@ const QUANTILES: usize = 100;
 /// Normal forces of the last moment in YADE over those in the native engine, quantile by quantile.
 fn quantiles(runs: &Runs) -> Result<Option<Figure>, Error> {
     const SIZE: [f64; 2] = [520.0, 420.0];
-    let of = |run: &crate::folder::RunFolder| -> Vec<f64> {
+    let of = |run: &crate::run::folder::RunFolder| -> Vec<f64> {
         let forces = run.last.contacts.iter().map(|contact| contact.normal_force);
         let mut forces: Vec<f64> = forces.filter(|force| *force > 0.0).collect();
         forces.sort_by(f64::total_cmp);

@@ -12,9 +12,9 @@ use super::axis::{Area, round_step, rounded};
 use super::frame::{BARS, BLUE, GREEN, INK, VERMILION, key, sample, text, whole};
 use super::plot::Stroke;
 use crate::error::Error;
-use crate::statistics::histogram::Bins;
-use crate::statistics::law::{Family, Law};
-use crate::statistics::moments;
+use evidence::histogram::Bins;
+use evidence::law::{Family, Law};
+use evidence::moments;
 
 /// What is drawn.
 #[derive(Debug, Clone, PartialEq)]

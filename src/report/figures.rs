@@ -8,8 +8,8 @@ use super::distribution::{COLUMNS, Distribution, round_bins, side_by_side};
 use super::figure::Figure;
 use super::figure_files::table;
 use crate::error::Error;
-use crate::figures::Sample;
 use crate::paper::disc_field::DiscField;
+use crate::study::figures::Sample;
 
 /// Figure 4's content: the stress inside a disc.
 pub fn inside_a_grain(field: &DiscField) -> Result<Figure, Error> {

@@ -5,9 +5,9 @@ use std::fmt::Write;
 use super::figure::cells;
 use super::figure_files::table;
 use crate::error::Error;
-use crate::measure::Bed;
-use crate::scene::Scene;
-use crate::tables::{Bodies, Contact};
+use grains::measure::Bed;
+use grains::scene::Scene;
+use grains::tables::{Bodies, Contact};
 
 /// Line classes; a force is drawn in the class of its share of the strong force.
 const CLASSES: usize = 8;

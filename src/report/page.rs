@@ -11,16 +11,16 @@ use self::histories::{histories, separation};
 use self::sections::{Section, sections};
 use super::figure::{Figure, Page};
 use super::{difference, packing, shell, verification};
-use crate::baseline::diff::Diff;
 use crate::checks::{Check, Tally};
 use crate::compare::Verdict;
+use crate::compare::baseline::diff::Diff;
 use crate::error::Error;
-use crate::folder::{Moment, RunFolder};
 use crate::reproduce::Runs;
 use crate::reproduce::beside::{Beside, Stated};
 use crate::reproduce::checks;
 use crate::reproduce::faults::FaultCheck;
 use crate::reproduce::record::Reproduction;
+use crate::run::folder::{Moment, RunFolder};
 
 const TEMPLATE: &str = include_str!("page.html");
 
@@ -168,7 +168,7 @@ fn packings(runs: &Runs) -> Result<Vec<Figure>, Error> {
     let strong = packing::strong_force(all.iter().map(|(moment, _, _)| moment.bed()));
     let top = all
         .iter()
-        .map(|(moment, _, _)| crate::measure::height::highest_grain(&moment.bodies))
+        .map(|(moment, _, _)| grains::measure::height::highest_grain(&moment.bodies))
         .fold(0.0, f64::max)
         + 0.02;
     let figures = all.iter().enumerate();
@@ -190,6 +190,6 @@ fn packings(runs: &Runs) -> Result<Vec<Figure>, Error> {
 fn punch_bottom(run: &RunFolder) -> Option<f64> {
     let depth = run.history.last()?.punch_depth?;
     let settled = run.settled.as_ref()?;
-    let start = crate::engine::native::first_contact_punch(&run.scene, &settled.bodies).start;
+    let start = grains::native::first_contact_punch(&run.scene, &settled.bodies).start;
     Some(start - depth)
 }

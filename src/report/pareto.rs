@@ -9,13 +9,13 @@ use self::scatter::{Dot, Scatter};
 use super::chart::{BLUE, Chart, Corner, GREEN, VERMILION};
 use super::figure::{Figure, Page, line};
 use super::shell;
-use crate::engine::native::Mode;
 use crate::error::Error;
-use crate::pareto::choice::not_shown;
-use crate::pareto::judge::{Judgement, MISSED_KEY, Worst};
-use crate::pareto::method::Runner;
-use crate::pareto::record::{Pareto, Point};
-use crate::statistics::equivalence::Finding;
+use crate::study::tradeoff::choice::not_shown;
+use crate::study::tradeoff::judge::{Judgement, MISSED_KEY, Worst};
+use crate::study::tradeoff::method::Runner;
+use crate::study::tradeoff::record::{Pareto, Point};
+use evidence::equivalence::Finding;
+use grains::native::Mode;
 
 const PAGE: &str = include_str!("pareto.html");
 const PART: &str = include_str!("pareto_part.html");
@@ -362,7 +362,7 @@ fn capitalised(text: &str) -> String {
 }
 
 fn orders(record: &Pareto) -> Vec<Order> {
-    let order = |case: &crate::pareto::convergence::Convergence| Order {
+    let order = |case: &crate::study::tradeoff::convergence::Convergence| Order {
         title: capitalised(&case.title),
         error_of: case.error_of.clone(),
         order: case.order.map_or("–".to_owned(), |order| {

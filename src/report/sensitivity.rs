@@ -13,11 +13,11 @@ use self::words::{class, in_unit, with_unit};
 use super::figure::{Figure, Page};
 use super::shell;
 use crate::error::Error;
-use crate::sensitivity::bearing::{Bearing, Curve};
-use crate::sensitivity::choices::Axis;
-use crate::sensitivity::judge::Judged;
-use crate::sensitivity::record::{Joint, Point, Sensitivity};
-use crate::statistics::Interval;
+use crate::study::sensitivity::bearing::{Bearing, Curve};
+use crate::study::sensitivity::choices::Axis;
+use crate::study::sensitivity::judge::Judged;
+use crate::study::sensitivity::record::{Joint, Point, Sensitivity};
+use evidence::Interval;
 
 const PAGE: &str = include_str!("sensitivity.html");
 /// Pressures below this are as good as none, kPa.

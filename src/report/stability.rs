@@ -7,9 +7,9 @@ use super::figure::{Figure, Page, circles, line};
 use super::shell;
 use crate::compare::Verdict;
 use crate::error::Error;
-use crate::stability::Map;
-use crate::stability::growth::Found;
-use crate::stability::map::{Limits, Row};
+use crate::limits::stability::Map;
+use crate::limits::stability::growth::Found;
+use crate::limits::stability::map::{Limits, Row};
 
 const PAGE: &str = include_str!("stability.html");
 const PART: &str = include_str!("stability_part.html");

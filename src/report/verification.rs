@@ -9,11 +9,11 @@ use super::shell;
 use crate::compare::Verdict;
 use crate::error::Error;
 use crate::paper::disc_field::figure_4;
-use crate::verify::Line;
-use crate::verify::ladder::Climbed;
-use crate::verify::limits::{Limit, Sound};
-use crate::verify::precision::Errors;
-use crate::verify::record::Verification;
+use crate::suite::Line;
+use crate::suite::ladder::Climbed;
+use crate::suite::limits::{Limit, Sound};
+use crate::suite::precision::Errors;
+use crate::suite::record::Verification;
 
 const PAGE: &str = include_str!("verification_page.html");
 const PART: &str = include_str!("verification.html");

@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::claims::{CLAIMS_VERSION, Claims};
 use crate::error::Error;
 use crate::files::{read_text, unpacked};
-use crate::pareto::record::{PARETO_VERSION, Pareto};
-use crate::stability::Map;
-use crate::stability::map::STABILITY_VERSION;
+use crate::limits::stability::Map;
+use crate::limits::stability::map::STABILITY_VERSION;
+use crate::study::claims::{CLAIMS_VERSION, Claims};
+use crate::study::tradeoff::record::{PARETO_VERSION, Pareto};
 
 /// The most of a record that is read, bytes.
 const LARGEST: u64 = 1 << 28;

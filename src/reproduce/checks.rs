@@ -4,9 +4,9 @@ use super::record::Reproduction;
 use crate::checks::{Check, Measured, Outcome, number_repeated, slug};
 use crate::compare;
 use crate::compare::spread::quantities;
-use crate::folder::RunFolder;
 use crate::paper::{Finding, Number};
-use crate::verify::checks::{of_facts, of_rungs};
+use crate::run::folder::RunFolder;
+use crate::suite::checks::{of_facts, of_rungs};
 
 /// Every check of the job.
 pub fn all(of: &Reproduction) -> Vec<Check> {
@@ -43,7 +43,7 @@ pub fn all(of: &Reproduction) -> Vec<Check> {
 
 /// Everything that was measured in a run, for baselines to hold later runs against.
 pub fn measured(run: &RunFolder) -> Vec<Measured> {
-    let of = |quantity: crate::measure::Quantity| Measured {
+    let of = |quantity: grains::measure::Quantity| Measured {
         id: format!("native/{}", quantity.key),
         unit: quantity.unit,
         value: quantity.value,

@@ -4,9 +4,9 @@
 use serde::Serialize;
 
 use crate::compare::spread::quantities;
-use crate::folder::RunFolder;
-use crate::paper::continuum::published_stress;
-use crate::scene::paper_scene;
+use crate::paper::boussinesq::published_stress;
+use crate::run::folder::RunFolder;
+use grains::scene::paper_scene;
 
 /// A published figure beside ours.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -4,15 +4,15 @@ use serde::Serialize;
 
 use crate::compare::first_difference::Locator;
 use crate::compare::{Verdict, compare};
-use crate::engine::native::perturb::{Quantity, Switch};
-use crate::engine::native::{self, Perturbation, Trouble};
 use crate::error::Error;
-use crate::folder::RunFolder;
-use crate::folder::record::Protocol;
-use crate::generate::initial_bodies;
 use crate::progress::Display;
+use crate::run::folder::RunFolder;
+use crate::run::folder::record::Protocol;
 use crate::run::{Engine, EngineError, recorded};
-use crate::scene::Scene;
+use grains::generate::initial_bodies;
+use grains::native::perturb::{Quantity, Switch};
+use grains::native::{self, Perturbation, Trouble};
+use grains::scene::Scene;
 
 /// Steps of pouring that a fault has to show itself in.
 pub const STEPS: u64 = 6000;

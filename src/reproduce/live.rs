@@ -7,12 +7,12 @@ use super::{Job, Options, rounding_spread, run_or_take_over};
 use crate::compare::{Verdict, Yardstick, compare};
 use crate::engine::yade;
 use crate::error::Error;
-use crate::folder::RunFolder;
-use crate::model::Model;
 use crate::progress::Display;
 use crate::run::Engine;
-use crate::scene::Scene;
-use crate::verify::facts;
+use crate::run::folder::RunFolder;
+use crate::suite::facts;
+use grains::model::Model;
+use grains::scene::Scene;
 
 /// `verletDist` of the second ordinary run, over that of the first.
 const CONTROL_DISTANCE: f64 = 2.0;

@@ -8,11 +8,11 @@ use super::faults::FaultCheck;
 use crate::checks::Speed;
 use crate::compare::{Comparison, Verdict};
 use crate::engine::yade;
-use crate::folder::RunFolder;
 use crate::paper;
-use crate::verify::facts::FactPair;
-use crate::verify::ladder::Climbers;
-use crate::verify::record::{Options, Verification};
+use crate::run::folder::RunFolder;
+use crate::suite::facts::FactPair;
+use crate::suite::ladder::Climbers;
+use crate::suite::record::{Options, Verification};
 
 /// The version of the reproduction's `run.json`.
 pub const REPRODUCTION_VERSION: u32 = 3;

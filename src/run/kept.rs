@@ -6,12 +6,12 @@ use super::{Engine, EngineError, recorded};
 use crate::engine::exec::log as exec_log;
 use crate::engine::yade::{YadeError, log as yade_log};
 use crate::files::{FileError, failed, write_beside};
-use crate::folder::record::{Protocol, Softened, StepChoice};
-use crate::folder::{FolderError, RunFolder};
-use crate::generate::initial_bodies;
 use crate::progress::Display;
-use crate::scene::Scene;
-use crate::tables::Bodies;
+use crate::run::folder::record::{Protocol, Softened, StepChoice};
+use crate::run::folder::{FolderError, RunFolder};
+use grains::generate::initial_bodies;
+use grains::scene::Scene;
+use grains::tables::Bodies;
 
 /// The run was not made, or not kept.
 #[derive(Debug, thiserror::Error)]

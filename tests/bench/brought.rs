@@ -1,12 +1,12 @@
 //! An engine that was brought on the settled bed.
 
-use crossgrain::bench::bed::{self, Bed};
-use crossgrain::bench::contender::{Contender, Plan, Programs, Turn};
-use crossgrain::bench::sanity::Sanity;
-use crossgrain::bench::{BenchError, Missed, native};
 use crossgrain::engine::exec::{Brought, Options};
-use crossgrain::engine::native::Mode;
 use crossgrain::engine::yade;
+use crossgrain::limits::bench::bed::{self, Bed};
+use crossgrain::limits::bench::contender::{Contender, Plan, Programs, Turn};
+use crossgrain::limits::bench::sanity::Sanity;
+use crossgrain::limits::bench::{BenchError, Missed, native};
+use grains::native::Mode;
 
 use crate::support::engines::{adapter_path, changed_toy, program};
 
@@ -75,7 +75,7 @@ fn what_it_says_of_itself_widens_what_is_allowed() {
     let (_, sanity, _) = turn(&small_bed(60), &brought).expect("a turn");
     assert_eq!(
         sanity.tolerance,
-        crossgrain::bench::sanity::Tolerance::OTHER_LAW
+        crossgrain::limits::bench::sanity::Tolerance::OTHER_LAW
     );
 }
 

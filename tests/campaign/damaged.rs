@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use crossgrain::campaign::member::Member;
-use crossgrain::campaign::plan::Plan;
-use crossgrain::campaign::records;
+use crossgrain::study::campaign::member::Member;
+use crossgrain::study::campaign::plan::Plan;
+use crossgrain::study::campaign::records;
 
 use super::plan;
 use super::{Chance, MEMBERS, campaign, expected, finishes_as_expected, merged_bytes, must};

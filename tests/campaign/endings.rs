@@ -4,10 +4,10 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
-use crossgrain::campaign::merged;
-use crossgrain::campaign::plan::Plan;
-use crossgrain::realization::{Ending, Runner};
-use crossgrain::scene::{Scene, TimeStep};
+use crossgrain::study::campaign::merged;
+use crossgrain::study::campaign::plan::Plan;
+use crossgrain::study::realization::{Ending, Runner};
+use grains::scene::{Scene, TimeStep};
 
 use super::{campaign, must, plan};
 use crate::support::tiny_scene;

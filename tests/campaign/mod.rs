@@ -15,10 +15,10 @@ use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-use crossgrain::campaign::plan::Plan;
-use crossgrain::engine::native::Mode;
-use crossgrain::realization::Runner;
-use crossgrain::scene::Scene;
+use crossgrain::study::campaign::plan::Plan;
+use crossgrain::study::realization::Runner;
+use grains::native::Mode;
+use grains::scene::Scene;
 
 use crate::support::{crossgrain, tiny_scene, told};
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crossgrain::campaign::plan::Plan;
+use crossgrain::study::campaign::plan::Plan;
 
 use super::{MEMBERS, campaign, must, plan};
 use crate::support::{crossgrain, folder_with, tiny_scene, told};

@@ -7,11 +7,11 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use crossgrain::campaign::member::Member;
-use crossgrain::campaign::plan::Plan;
-use crossgrain::campaign::records;
-use crossgrain::realization::Ending;
-use crossgrain::scene::paper_scene;
+use crossgrain::study::campaign::member::Member;
+use crossgrain::study::campaign::plan::Plan;
+use crossgrain::study::campaign::records;
+use crossgrain::study::realization::Ending;
+use grains::scene::paper_scene;
 
 use super::plan;
 use crate::support::{tiny_scene, told};
@@ -22,7 +22,7 @@ fn fabricated(members: u64, shards: u64) -> tempfile::TempDir {
     let folder = place.path().join("c");
     let plan = Plan::read(&folder).expect("a plan");
     let digest = plan.digest();
-    let mut member = crossgrain::campaign::run::again(&plan, 1).expect("a member");
+    let mut member = crossgrain::study::campaign::run::again(&plan, 1).expect("a member");
     for index in 1..=shards {
         let path = super::records(&folder, &format!("{index}/{shards}"));
         let mut file = BufWriter::new(fs::File::create(path).expect("writable"));

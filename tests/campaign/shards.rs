@@ -3,8 +3,8 @@
 use super::plan;
 use super::{MEMBERS, Running, campaign, expected, finishes_as_expected, merged_bytes, must};
 use crate::support::tiny_scene;
-use crossgrain::campaign::merged;
-use crossgrain::campaign::run::again;
+use crossgrain::study::campaign::merged;
+use crossgrain::study::campaign::run::again;
 
 #[test]
 fn bytes_do_not_depend_on_threads() {

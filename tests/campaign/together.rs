@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use crossgrain::campaign::records::Writer;
-use crossgrain::campaign::shard::Shard;
+use crossgrain::study::campaign::records::Writer;
+use crossgrain::study::campaign::shard::Shard;
 
 use super::{MEMBERS, Running, campaign, expected, finishes_as_expected, lines, merged_bytes};
 use super::{must, plan, records};

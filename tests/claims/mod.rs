@@ -5,9 +5,9 @@ mod stresses;
 mod truth;
 mod verb;
 
-use crossgrain::claims::claim::Verdict;
-use crossgrain::claims::{self, Claims, Origin};
-use crossgrain::scene::paper_scene;
+use crossgrain::study::claims::claim::Verdict;
+use crossgrain::study::claims::{self, Claims, Origin};
+use grains::scene::paper_scene;
 
 use truth::{Truth, members};
 

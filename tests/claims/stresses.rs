@@ -1,7 +1,7 @@
 //! What is said of means and forms of stresses.
 
-use crossgrain::claims::claim::Verdict;
-use crossgrain::statistics::law::Law;
+use crossgrain::study::claims::claim::Verdict;
+use evidence::law::Law;
 
 use super::truth::Truth;
 use super::{NO, claims_of, only, verdict};

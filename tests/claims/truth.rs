@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use crossgrain::campaign::member::{Fields, Member};
-use crossgrain::claims::{self, Moment};
-use crossgrain::measure::neighbourhood::{GROWING, Neighbour, Neighbourhood, SINGLY, Together};
-use crossgrain::realization::Ending;
-use crossgrain::scene::Scene;
-use crossgrain::statistics::law::Law;
-use crossgrain::statistics::random::{Key, Source};
+use crossgrain::study::campaign::member::{Fields, Member};
+use crossgrain::study::claims::{self, Moment};
+use crossgrain::study::realization::Ending;
+use evidence::law::Law;
+use evidence::random::{Key, Source};
+use grains::measure::neighbourhood::{GROWING, Neighbour, Neighbourhood, SINGLY, Together};
+use grains::scene::Scene;
 
 const KEY: Key = *b"crossgrain: tests of the claims.";
 const CELL: f64 = 9.4e-5;
@@ -110,7 +110,7 @@ fn fields(truth: &Truth, moment: Moment, table: &[Vec<f64>], source: &mut Source
 
 pub fn members(scene: &Scene, truth: &Truth) -> Vec<Member> {
     let tables = [Moment::Loaded, Moment::Settled].map(|moment| -> Vec<Vec<f64>> {
-        let of = |point: &crossgrain::scene::ControlPoint| {
+        let of = |point: &grains::scene::ControlPoint| {
             let area = |grains: &usize| CELL * *grains as f64;
             let stress = |grains: &usize| {
                 claims::continuum(scene, moment, point.offset, point.depth, area(grains))

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use crossgrain::campaign::merge::Summary;
-use crossgrain::campaign::plan::Plan;
-use crossgrain::engine::native::Mode;
 use crossgrain::files::sha256_hex;
-use crossgrain::realization::Runner;
-use crossgrain::scene::paper_scene;
+use crossgrain::study::campaign::merge::Summary;
+use crossgrain::study::campaign::plan::Plan;
+use crossgrain::study::realization::Runner;
+use grains::native::Mode;
+use grains::scene::paper_scene;
 
 use super::truth::{Truth, members};
 use crate::support::{crossgrain, told};

@@ -1,17 +1,17 @@
 //! Which grains go into a neighbourhood and into a piece of a profile.
 
 use assert_approx_eq::assert_approx_eq;
-use crossgrain::measure::neighbourhood::{GROWING, SINGLY};
-use crossgrain::measure::{Bed, cells, neighbourhood, profile};
-use crossgrain::scene::Scene;
-use crossgrain::tables::Bodies;
+use grains::measure::neighbourhood::{GROWING, SINGLY};
+use grains::measure::{Bed, cells, neighbourhood, profile};
+use grains::scene::Scene;
+use grains::tables::Bodies;
 
 use super::contact;
 
 /// A bed of 300 grains in which grain i has Σ_zz = i + 1 and half of it across: sums tell which grains went in.
 fn numbered() -> (Scene, Bodies, cells::Cells, Vec<nalgebra::Matrix2<f64>>) {
     let scene = crate::support::small_scene();
-    let bodies = crossgrain::generate::initial_bodies(&scene);
+    let bodies = grains::generate::initial_bodies(&scene);
     let cells = cells::radical(&scene, &bodies);
     let extensive = (0..bodies.len())
         .map(|id| nalgebra::Matrix2::new(0.5 * (id + 1) as f64, 0.25, 0.25, (id + 1) as f64))

@@ -1,15 +1,13 @@
 //! The kernels and their neighbour list against the method written out plainly, which looks at every pair.
 
-use crossgrain::engine::case::Case;
-use crossgrain::engine::native::{self, CaseOptions, contact};
-use crossgrain::engine::{Start, Task, Until};
-use crossgrain::generate::initial_bodies;
-use crossgrain::measure::{Bed, coordination};
-use crossgrain::model::Model;
-use crossgrain::scene::{
-    NewContactSlip, Rotation, Scene, Shape, SlipVelocity, TimeStep, TorqueArms,
-};
-use crossgrain::tables::{Bodies, Snapshot, Stage};
+use grains::case::Case;
+use grains::generate::initial_bodies;
+use grains::measure::{Bed, coordination};
+use grains::model::Model;
+use grains::native::{self, CaseOptions, contact};
+use grains::scene::{NewContactSlip, Rotation, Scene, Shape, SlipVelocity, TimeStep, TorqueArms};
+use grains::tables::{Bodies, Snapshot, Stage};
+use grains::task::{Start, Task, Until};
 use proptest::prelude::*;
 
 use crate::support::all_pairs::AllPairs;

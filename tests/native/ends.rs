@@ -1,11 +1,11 @@
 //! How runs end: by the rules of the scene, or in trouble that names step and grain.
 
-use crossgrain::engine::Task;
-use crossgrain::engine::native::{self, NativeError, Trouble};
-use crossgrain::generate::initial_bodies;
-use crossgrain::scene::{Damping, Scene, TimeStep};
-use crossgrain::tables::{Bodies, StopReason};
-use crossgrain::verify::build::{Grain, case, model, springs};
+use crossgrain::suite::build::{Grain, case, model, springs};
+use grains::generate::initial_bodies;
+use grains::native::{self, NativeError, Trouble};
+use grains::scene::{Damping, Scene, TimeStep};
+use grains::tables::{Bodies, StopReason};
+use grains::task::Task;
 
 use crate::support::{native_outcome, small_scene, sound};
 

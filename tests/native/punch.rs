@@ -1,9 +1,9 @@
 //! The punch and grains that it holds or meets.
 
-use crossgrain::engine::native;
-use crossgrain::engine::{Start, Task, Until};
-use crossgrain::tables::{Bodies, Punch, Stage};
-use crossgrain::verify::build::{Grain, case, model, punch, springs};
+use crossgrain::suite::build::{Grain, case, model, punch, springs};
+use grains::native;
+use grains::tables::{Bodies, Punch, Stage};
+use grains::task::{Start, Task, Until};
 
 use crate::support::{native_outcome, small_scene};
 

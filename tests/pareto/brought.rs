@@ -1,15 +1,15 @@
 //! An engine that was brought as points of the chart: what it can do is charted, what it cannot is not made.
 
 use crossgrain::engine::exec::{Brought, Options};
-use crossgrain::engine::native::Mode;
-use crossgrain::pareto::job::{self, Job};
-use crossgrain::pareto::member::Ending;
-use crossgrain::pareto::method::{Family, Method, Program};
-use crossgrain::pareto::plan::Plan;
-use crossgrain::pareto::record::{Pareto, of_members};
 use crossgrain::progress::Display;
 use crossgrain::report;
-use crossgrain::scene::Scene;
+use crossgrain::study::tradeoff::job::{self, Job};
+use crossgrain::study::tradeoff::member::Ending;
+use crossgrain::study::tradeoff::method::{Family, Method, Program};
+use crossgrain::study::tradeoff::plan::Plan;
+use crossgrain::study::tradeoff::record::{Pareto, of_members};
+use grains::native::Mode;
+use grains::scene::Scene;
 
 use crate::support::engines::{AND_THEN, SOUND, adapter_path, narrow_scene, program};
 use crate::support::{crossgrain, told};

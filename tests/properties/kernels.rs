@@ -1,11 +1,11 @@
 //! The two kernels: the same bits where both apply, and what the cheap one saves.
 
-use crossgrain::engine::{Start, Task, Until};
-use crossgrain::generate::initial_bodies;
-use crossgrain::model::Model;
-use crossgrain::model::terms::Kernel;
-use crossgrain::scene::{Scene, paper_scene};
-use crossgrain::tables::{Bodies, Stage};
+use grains::generate::initial_bodies;
+use grains::model::Model;
+use grains::model::terms::Kernel;
+use grains::scene::{Scene, paper_scene};
+use grains::tables::{Bodies, Stage};
+use grains::task::{Start, Task, Until};
 
 use super::*;
 use crate::support::{native_outcome, small_scene, sound};

@@ -1,7 +1,7 @@
 //! What a contact cannot do: pull, and bear more shear than Coulomb allows.
 
-use crossgrain::engine::Task;
-use crossgrain::generate::initial_bodies;
+use grains::generate::initial_bodies;
+use grains::task::Task;
 
 use super::*;
 use crate::support::{frictional_scene, native_outcome};

@@ -1,7 +1,7 @@
 //! The neighbour list misses no pair and invents none.
 
-use crossgrain::tables::Punch;
-use crossgrain::verify::build::springs;
+use crossgrain::suite::build::springs;
+use grains::tables::Punch;
 
 use super::*;
 

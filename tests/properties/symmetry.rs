@@ -1,7 +1,7 @@
 //! Seen in a mirror, or in other units, a case has the same bits.
 
-use crossgrain::model::Wall;
-use crossgrain::tables::{Bodies, Contact};
+use grains::model::Wall;
+use grains::tables::{Bodies, Contact};
 
 use super::*;
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crossgrain::scene::{OPEN_CHOICES, Scene, SceneError, json_schema, paper_scene, parse_scene};
+use grains::scene::{OPEN_CHOICES, Scene, SceneError, json_schema, paper_scene, parse_scene};
 
 use crate::support::{crossgrain, told};
 

@@ -2,12 +2,12 @@
 
 use crossgrain::compare::Verdict;
 use crossgrain::engine::exec::{Brought, Options};
+use crossgrain::limits::stability::draft::Draft;
+use crossgrain::limits::stability::map::{ALLOWED, Map, Row, STABILITY_VERSION, Tally, Wanted};
+use crossgrain::limits::stability::others::look_in_exec;
+use crossgrain::limits::stability::scenes::small;
 use crossgrain::progress::Display;
 use crossgrain::report;
-use crossgrain::stability::draft::Draft;
-use crossgrain::stability::map::{ALLOWED, Map, Row, STABILITY_VERSION, Tally, Wanted};
-use crossgrain::stability::others::look_in_exec;
-use crossgrain::stability::scenes::small;
 
 use crate::support::engines::{adapter_path, changed_toy, program};
 

@@ -4,9 +4,9 @@
 
 use std::collections::HashMap;
 
-use crossgrain::model::{Model, damping_ratio};
-use crossgrain::scene::{NewContactSlip, SlipVelocity, Tension, TorqueArms, Viscosity};
-use crossgrain::tables::{Bodies, Contact, Punch};
+use grains::model::{Model, damping_ratio};
+use grains::scene::{NewContactSlip, SlipVelocity, Tension, TorqueArms, Viscosity};
+use grains::tables::{Bodies, Contact, Punch};
 
 /// Grains, what they remember and what pushes them.
 pub struct AllPairs {

@@ -4,7 +4,7 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-use crossgrain::scene::{Cloud, Scene};
+use grains::scene::{Cloud, Scene};
 
 use super::{crossgrain, small_scene, told};
 

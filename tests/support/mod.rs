@@ -8,14 +8,14 @@ pub mod pages;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use crossgrain::engine::native::{self, Perturbation};
-use crossgrain::engine::{Observer, Outcome, Task};
-use crossgrain::folder::RunFolder;
-use crossgrain::folder::record::Protocol;
-use crossgrain::generate::initial_bodies;
+use crossgrain::run::folder::RunFolder;
+use crossgrain::run::folder::record::Protocol;
 use crossgrain::run::{Engine, recorded};
-use crossgrain::scene::{Cloud, Scene, paper_scene};
-use crossgrain::tables::Snapshot;
+use grains::generate::initial_bodies;
+use grains::native::{self, Perturbation};
+use grains::scene::{Cloud, Scene, paper_scene};
+use grains::tables::Snapshot;
+use grains::task::{Observer, Outcome, Task};
 
 /// The paper's scene in a box of this width, m, with so many grains; `offsets` is a factor, `depth` in m.
 fn paper_in(width: f64, grains: u32, offsets: f64, depth: f64) -> Scene {

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::campaign::compare::{Comparison, Verdict, compare};
-use crate::campaign::merged;
 use crate::cli::{json, tell};
 use crate::error::{Error, exit};
-use crate::statistics::Interval;
-use crate::statistics::equivalence::Finding;
+use crate::study::campaign::compare::{Comparison, Verdict, compare};
+use crate::study::campaign::merged;
+use evidence::Interval;
+use evidence::equivalence::Finding;
 
 #[derive(Debug, Args)]
 pub struct Arguments {

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::campaign::slurm;
 use crate::cli::print;
 use crate::error::{Error, exit};
 use crate::files::failed;
+use crate::study::campaign::slurm;
 
 #[derive(Debug, Args)]
 pub struct Arguments {

@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 
 use super::{ExecError, Options};
 use crate::child::Group;
-use crate::engine::Observer;
 use crate::engine::watch::{self, Beats, Done, Ended, end_of, length, watch};
 use crate::files::failed;
+use grains::task::Observer;
 
 /// What the engine prints goes here, in the job's folder; of `describe` its standard output alone.
 pub const SAID: &str = "engine.log";

@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::{ExecError, PROTOCOL, nonsense};
-use crate::engine::case::Case;
-use crate::engine::{Task, Until};
 use crate::files::{failed, write_whole};
-use crate::model::Model;
-use crate::scene::Scene;
-use crate::tables::{Bodies, Punch, Stage, text};
+use crate::run::tables as text;
+use grains::case::Case;
+use grains::model::Model;
+use grains::scene::Scene;
+use grains::tables::{Bodies, Punch, Stage};
+use grains::task::{Task, Until};
 
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]

@@ -3,11 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::Description;
-use crate::engine::case::Case;
-use crate::engine::{Task, Until};
-use crate::model::Model;
-use crate::scene::Scene;
-use crate::tables::Stage;
+use grains::case::Case;
+use grains::model::Model;
+use grains::scene::Scene;
+use grains::tables::Stage;
+use grains::task::{Task, Until};
 
 /// What an engine may have; the vocabulary of version 1 of the protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

@@ -6,14 +6,15 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::{CaseResult, ExecError, job, nonsense};
-use crate::engine::case::Case;
 use crate::engine::completeness;
-use crate::engine::native::check_moment;
 use crate::engine::punch_line::PunchLine;
-use crate::engine::{Observer, Outcome, StageReport, Task};
 use crate::files::read_text;
-use crate::scene::Scene;
-use crate::tables::{Bodies, BodyIds, Snapshot, Stage, StopReason, text};
+use crate::run::tables as text;
+use grains::case::Case;
+use grains::native::check_moment;
+use grains::scene::Scene;
+use grains::tables::{Bodies, BodyIds, Snapshot, Stage, StopReason};
+use grains::task::{Observer, Outcome, StageReport, Task};
 
 /// The most that the list of moments may have, bytes.
 const LONGEST_LIST: u64 = 1 << 26;

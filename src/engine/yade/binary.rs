@@ -9,8 +9,8 @@ use serde::Deserialize;
 use super::{YadeError, nonsense};
 use crate::engine::punch_line::PunchLine;
 use crate::files::read_text;
-use crate::tables::text::most_contacts;
-use crate::tables::{Bodies, BodyIds, Contact, Punch};
+use crate::run::tables::most_contacts;
+use grains::tables::{Bodies, BodyIds, Contact, Punch};
 
 const CONTACT_COLUMNS: usize = 9;
 

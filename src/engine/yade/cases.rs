@@ -6,10 +6,10 @@ use serde::Deserialize;
 
 use super::binary::{MomentLine, Tables, index};
 use super::{Options, YadeError, child, find, job, nonsense, unsupported};
-use crate::engine::Observer;
-use crate::engine::case::{Case, Effective, Load};
 use crate::files::read_text;
-use crate::tables::{BodyIds, Snapshot, Stage};
+use grains::case::{Case, Effective, Load};
+use grains::tables::{BodyIds, Snapshot, Stage};
+use grains::task::Observer;
 
 /// What YADE made of all cases.
 #[derive(Debug, Clone, PartialEq)]

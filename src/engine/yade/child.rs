@@ -9,9 +9,9 @@ use serde::Deserialize;
 
 use super::{Installation, OLDEST_VERSION, Options, YadeError};
 use crate::child::Group;
-use crate::engine::Observer;
 use crate::engine::watch::{Beats, Ended, Limits, end_of, length, watch};
 use crate::files::{failed, read_text};
+use grains::task::Observer;
 
 /// What a finished child said about itself.
 pub struct Finished {

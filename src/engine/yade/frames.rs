@@ -8,11 +8,11 @@ use serde::Deserialize;
 use super::binary::{MomentLine, Tables, index};
 use super::{YadeError, nonsense};
 use crate::engine::completeness;
-use crate::engine::native::check_moment;
-use crate::engine::{Observer, Outcome, StageReport, Task};
 use crate::files::read_text;
-use crate::scene::Scene;
-use crate::tables::{Bodies, BodyIds, Snapshot, Stage, StopReason};
+use grains::native::check_moment;
+use grains::scene::Scene;
+use grains::tables::{Bodies, BodyIds, Snapshot, Stage, StopReason};
+use grains::task::{Observer, Outcome, StageReport, Task};
 
 #[derive(Deserialize)]
 struct FrameLine {

@@ -7,12 +7,13 @@ use serde::Serialize;
 
 use super::timing::Steps;
 use super::{Options, YadeError};
-use crate::engine::case::Case;
-use crate::engine::{Task, Until};
 use crate::files::{failed, write_whole};
-use crate::model::Model;
-use crate::scene::Scene;
-use crate::tables::{Bodies, Stage, text};
+use crate::run::tables as text;
+use grains::case::Case;
+use grains::model::Model;
+use grains::scene::Scene;
+use grains::tables::{Bodies, Stage};
+use grains::task::{Task, Until};
 
 /// The fixed scripts: runs a scene, runs cases, asks for time steps, and what they share.
 pub const RUN_SCENE: (&str, &str) = (

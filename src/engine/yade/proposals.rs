@@ -5,8 +5,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::{Options, YadeError, child, find, job, nonsense, unsupported};
-use crate::engine::case::Case;
 use crate::files::read_text;
+use grains::case::Case;
 
 /// What YADE would choose, s.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

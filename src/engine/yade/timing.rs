@@ -6,10 +6,10 @@ use serde::Deserialize;
 
 use super::binary::{MomentLine, Tables, index};
 use super::{Options, YadeError, child, find, job, nonsense};
-use crate::engine::timing::{Share, Window};
 use crate::files::read_text;
-use crate::model::Model;
-use crate::tables::{Bodies, BodyIds, Contact};
+use grains::model::Model;
+use grains::tables::{Bodies, BodyIds, Contact};
+use grains::timing::{Share, Window};
 
 /// A bed in YADE, timed.
 #[derive(Debug)]

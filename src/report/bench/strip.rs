@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::bench::Bench;
-use crate::bench::contender::Contender;
+use crate::limits::bench::Bench;
+use crate::limits::bench::contender::Contender;
 
 /// All strips with their axis.
 #[derive(Debug, Serialize)]

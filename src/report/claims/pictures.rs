@@ -1,8 +1,5 @@
 //! The pictures of the claims.
 
-use crate::claims::claim::{Answer, Claim, Row};
-use crate::claims::published::published;
-use crate::claims::{Claims, Histogram, Volume, Volumes};
 use crate::error::Error;
 use crate::report::axis::{Area, Axis};
 use crate::report::distribution::{COLUMNS, Distribution, side_by_side};
@@ -10,9 +7,12 @@ use crate::report::figure::{Figure, cells};
 use crate::report::figure_files::table;
 use crate::report::frame::{BLUE, GREEN, INK, PURPLE, SOFT, VERMILION, coloured, whole};
 use crate::report::plot::{Plot, Stroke};
-use crate::statistics::Interval;
-use crate::statistics::histogram::Bins;
-use crate::statistics::law::{Family, Law};
+use crate::study::claims::claim::{Answer, Claim, Row};
+use crate::study::claims::published::published;
+use crate::study::claims::{Claims, Histogram, Volume, Volumes};
+use evidence::Interval;
+use evidence::histogram::Bins;
+use evidence::law::{Family, Law};
 
 const POINT_COLOURS: [&str; 3] = [BLUE, VERMILION, GREEN];
 

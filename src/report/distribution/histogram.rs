@@ -4,7 +4,7 @@ use super::{Curve, Distribution, LEVEL, MAIN, Panel, rows};
 use crate::report::axis::Axis;
 use crate::report::frame::{BARS, BLUE};
 use crate::report::plot::{Plot, Stroke};
-use crate::statistics::law::Law;
+use evidence::law::Law;
 
 /// Room above the highest bar or law.
 const ROOM: f64 = 1.06;

@@ -1,7 +1,7 @@
 //! What a panel shows, as rows of a table.
 
 use super::{Distribution, Panel};
-use crate::statistics::Interval;
+use evidence::Interval;
 
 /// Head of the rows. A density is over 1/unit; a share has no unit.
 pub const COLUMNS: [&str; 8] = [

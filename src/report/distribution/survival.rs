@@ -4,8 +4,8 @@ use super::{Curve, Distribution, LEVEL, MAIN, Panel, rows};
 use crate::report::axis::{Area, Axis};
 use crate::report::frame::{BLUE, text};
 use crate::report::plot::Plot;
-use crate::statistics::Interval;
-use crate::statistics::proportion::wilson;
+use evidence::Interval;
+use evidence::proportion::wilson;
 
 const INSET: Area = [266.0, 88.0, 130.0, 92.0];
 /// From the inset's border to the ends of its labels: left and below.

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use crate::continuum::table::Setup;
-use crate::continuum::{Field, Model};
 use crate::error::Error;
+use crate::paper::continuum::table::Setup;
+use crate::paper::continuum::{Field, Model};
 use crate::report::axis::{Area, Axis, printed};
 use crate::report::contours::Grid;
 use crate::report::figure::Figure;

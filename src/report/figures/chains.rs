@@ -3,15 +3,15 @@
 use std::fmt::Write;
 
 use crate::error::Error;
-use crate::figures::LoadedBed;
-use crate::measure::height;
-use crate::realization::bed_of;
 use crate::report::axis::Area;
 use crate::report::figure::Figure;
 use crate::report::figure_files::table;
 use crate::report::frame::{INK, text, whole};
 use crate::report::packing;
-use crate::tables::Punch;
+use crate::study::figures::LoadedBed;
+use crate::study::realization::bed_of;
+use grains::measure::height;
+use grains::tables::Punch;
 
 const WIDTH: f64 = 900.0;
 const MARGIN: f64 = 12.0;

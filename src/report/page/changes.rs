@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::baseline::diff::{Change, Changed, Diff, Pace};
 use crate::checks::Check;
+use crate::compare::baseline::diff::{Change, Changed, Diff, Pace};
 use crate::report::junit::in_a_line;
 
 /// A check that is not as it was.

@@ -2,13 +2,13 @@
 
 use crate::compare::parting::Separation;
 use crate::error::Error;
-use crate::folder::RunFolder;
-use crate::measure::history::HistoryRow;
 use crate::report::chart::{BLUE, Chart, Corner, GREEN, VERMILION};
 use crate::report::figure::{Figure, circles, line};
 use crate::reproduce::Runs;
 use crate::reproduce::record::Reproduction;
-use crate::tables::Stage;
+use crate::run::folder::RunFolder;
+use grains::measure::history::HistoryRow;
+use grains::tables::Stage;
 
 /// Histories of native and YADE on top of each other.
 pub fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {

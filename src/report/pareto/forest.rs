@@ -6,8 +6,8 @@ use crate::error::Error;
 use crate::report::figure::cells;
 use crate::report::figure_files::table;
 use crate::report::frame::{escaped, whole};
-use crate::statistics::Interval;
-use crate::statistics::equivalence::Finding;
+use evidence::Interval;
+use evidence::equivalence::Finding;
 
 /// A method's row.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::words::class;
-use crate::sensitivity::choices::Axis;
-use crate::sensitivity::record::{Point, Sensitivity};
+use crate::study::sensitivity::choices::Axis;
+use crate::study::sensitivity::record::{Point, Sensitivity};
 
 const LEFT: f64 = 396.0;
 const COLUMN: f64 = 128.0;

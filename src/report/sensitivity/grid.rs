@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::words::{class, in_unit};
-use crate::sensitivity::choices::Axis;
-use crate::sensitivity::record::{Point, Sensitivity};
+use crate::study::sensitivity::choices::Axis;
+use crate::study::sensitivity::record::{Point, Sensitivity};
 
 const CELL: [f64; 2] = [48.0, 24.0];
 const LEFT: f64 = 50.0;

@@ -4,8 +4,8 @@ use super::curves::Curves;
 use crate::error::Error;
 use crate::report::figure::cells;
 use crate::report::figure_files::table;
-use crate::sensitivity::choices::Axis;
-use crate::sensitivity::record::Sensitivity;
+use crate::study::sensitivity::choices::Axis;
+use crate::study::sensitivity::record::Sensitivity;
 
 /// Every published figure in every setting of these axes.
 pub fn of_settings(record: &Sensitivity, wanted: impl Fn(Axis) -> bool) -> Result<String, Error> {

@@ -1,6 +1,6 @@
 //! Colours and words that the map's pictures and tables share.
 
-use crate::sensitivity::judge::{Judged, Verdict};
+use crate::study::sensitivity::judge::{Judged, Verdict};
 
 /// Of the pictures; colours after Okabe and Ito.
 pub const STYLE: &str = "\

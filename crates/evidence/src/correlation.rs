@@ -1,0 +1,147 @@
+//! Correlations over packings, with intervals and the probability of so large a one without any.
+
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ContinuousCDF, Normal};
+
+use super::Interval;
+use super::paired;
+use super::random::{self, Key};
+
+const KEY: Key = *b"crossgrain: pairs that are mixed";
+
+/// A correlation of two numbers a packing.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Correlation {
+    /// With its 95 % interval.
+    pub value: Interval,
+    /// The probability of one at least as far from zero if the second numbers belonged to any other of the
+    /// packings: a permutation test, two-sided.
+    pub p: f64,
+}
+
+/// Pearson's correlation; Fisher's z = artanh r with standard error 1/√(n − 3). None for fewer than four
+/// packings and where one of the two does not vary.
+pub fn pearson(first: &[f64], second: &[f64], permutations: usize) -> Option<Correlation> {
+    let estimate = paired::correlation(first, second)?;
+    let error = 1.0 / (first.len() as f64 - 3.0).sqrt();
+    correlation(first, second, estimate, error, permutations)
+}
+
+/// Spearman's correlation, Pearson's of the ranks; standard error of z √((1 + r²/2)/(n − 3)) (Bonett and
+/// Wright 2000). None as for [`pearson`].
+pub fn spearman(first: &[f64], second: &[f64], permutations: usize) -> Option<Correlation> {
+    let (first, second) = (ranks(first), ranks(second));
+    let estimate = paired::correlation(&first, &second)?;
+    let error = ((1.0 + 0.5 * estimate * estimate) / (first.len() as f64 - 3.0)).sqrt();
+    correlation(&first, &second, estimate, error, permutations)
+}
+
+fn correlation(
+    first: &[f64],
+    second: &[f64],
+    estimate: f64,
+    error: f64,
+    permutations: usize,
+) -> Option<Correlation> {
+    if first.len() < 4 || first.len() != second.len() {
+        return None;
+    }
+    let reach = Normal::standard().inverse_cdf(0.975) * error;
+    let mixed = random::replicates(&KEY, permutations, |source| {
+        let mut mixed = second.to_vec();
+        source.shuffle(&mut mixed);
+        paired::correlation(first, &mixed)
+    });
+    // Another order of the same sum may differ in the last bits.
+    let limit = estimate.abs() - 1.0e-12;
+    let extreme = mixed
+        .iter()
+        .filter(|one| one.is_none_or(|r| r.abs() >= limit));
+    let z = estimate.clamp(-1.0, 1.0).atanh();
+    Some(Correlation {
+        value: Interval {
+            estimate,
+            low: (z - reach).tanh(),
+            high: (z + reach).tanh(),
+        },
+        p: random::p_value(extreme.count(), permutations),
+    })
+}
+
+/// Ranks from 1; equal values share the mean of theirs.
+fn ranks(values: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+    let mut ranks = vec![0.0; values.len()];
+    let mut start = 0;
+    while start < order.len() {
+        let mut end = start + 1;
+        while end < order.len() && values[order[end]] == values[order[start]] {
+            end += 1;
+        }
+        for place in &order[start..end] {
+            ranks[*place] = 0.5 * (start + end + 1) as f64;
+        }
+        start = end;
+    }
+    ranks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::tests::AIR_CONDITIONING;
+    use crate::proportion::wilson;
+    use crate::random::replicates;
+
+    const TESTS: Key = *b"crossgrain: tests of mixed pairs";
+
+    /// Each value with the next: `scipy.stats` 1.17.1, pearsonr −0.0265462, p 0.8913, interval −0.3892646 to
+    /// 0.3432996; spearmanr 0.0417387, p 0.8298.
+    #[test]
+    fn a_known_sample() {
+        let (first, second) = (&AIR_CONDITIONING[..29], &AIR_CONDITIONING[1..]);
+        let found = pearson(first, second, 4999).expect("29 pairs");
+        assert!((found.value.estimate + 0.026_546_2).abs() < 1.0e-6);
+        assert!((found.value.low + 0.389_264_6).abs() < 1.0e-6);
+        assert!((found.value.high - 0.343_299_6).abs() < 1.0e-6);
+        assert!((found.p - 0.89).abs() < 0.03, "{}", found.p);
+        let found = spearman(first, second, 4999).expect("29 pairs");
+        assert!((found.value.estimate - 0.041_738_7).abs() < 1.0e-6);
+        assert!((found.p - 0.8298).abs() < 0.03, "{}", found.p);
+    }
+
+    /// Independent exponential pairs are called correlated one time in twenty; pairs with a common third part
+    /// nearly always.
+    #[test]
+    fn level_and_power() {
+        let trials = 1000;
+        let found: Vec<[bool; 3]> = replicates(&TESTS, trials, |source| {
+            let first: Vec<f64> = (0..60).map(|_| source.exponential()).collect();
+            let second: Vec<f64> = (0..60).map(|_| source.exponential()).collect();
+            let both: Vec<f64> = first.iter().zip(&second).map(|(a, b)| a + b).collect();
+            let p = |of: Option<Correlation>| of.expect("sixty pairs").p;
+            [
+                p(pearson(&first, &second, 99)) <= 0.05,
+                p(spearman(&first, &second, 99)) <= 0.05,
+                p(spearman(&first, &both, 99)) <= 0.05,
+            ]
+        });
+        let count = |which: usize| found.iter().filter(|one| one[which]).count();
+        for which in [0, 1] {
+            let share = wilson(count(which), trials, 0.99).expect("trials");
+            assert!(share.low < 0.05 && share.high > 0.05, "{share:?}");
+        }
+        assert!(count(2) > 950, "{}", count(2));
+    }
+
+    #[test]
+    fn ties_and_too_few() {
+        assert_eq!(ranks(&[3.0, 1.0, 3.0, 2.0]), [3.5, 1.0, 3.5, 2.0]);
+        assert!(pearson(&[1.0, 2.0, 3.0], &[1.0, 2.0, 4.0], 9).is_none());
+        assert!(spearman(&[1.0; 5], &[1.0, 2.0, 3.0, 4.0, 5.0], 9).is_none());
+        let same = pearson(&[1.0, 2.0, 3.0, 4.0], &[1.0, 2.0, 3.0, 4.0], 9).expect("four");
+        assert!(same.value.estimate > 0.999 && same.value.high <= 1.0);
+    }
+}

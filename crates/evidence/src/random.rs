@@ -1,0 +1,172 @@
+//! Random numbers of the resampling: ChaCha8 under a named key, one stream a replicate, so that a replicate
+//! does not depend on how many threads there are or in which order they come to it.
+
+use std::num::NonZero;
+use std::thread;
+
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
+
+/// Key of the random numbers of one purpose.
+pub type Key = [u8; 32];
+
+/// The numbers of one replicate.
+#[derive(Debug, Clone)]
+pub struct Source(ChaCha8Rng);
+
+impl Source {
+    /// The numbers of this replicate under a key.
+    pub fn new(key: &Key, replicate: u64) -> Self {
+        let mut random = ChaCha8Rng::from_seed(*key);
+        random.set_stream(replicate);
+        Source(random)
+    }
+
+    /// Uniform in (0, 1), never an end: (k + ½)/2⁵³.
+    pub fn uniform(&mut self) -> f64 {
+        ((self.0.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+    }
+
+    /// One of 0, 1, …, `count` − 1. The share of 64 bits that is lost to rounding is below count/2⁶⁴.
+    pub fn below(&mut self, count: usize) -> usize {
+        ((u128::from(self.0.next_u64()) * count as u128) >> 64) as usize
+    }
+
+    /// Standard exponential, −ln u.
+    pub fn exponential(&mut self) -> f64 {
+        -self.uniform().ln()
+    }
+
+    /// Standard normal (Box and Muller 1958; the second one is not kept).
+    pub fn normal(&mut self) -> f64 {
+        let radius = (2.0 * self.exponential()).sqrt();
+        radius * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+
+    /// Gamma with scale 1 by squeezing a cubed normal (Marsaglia and Tsang 2000).
+    pub fn gamma(&mut self, shape: f64) -> f64 {
+        if shape < 1.0 {
+            let power = self.uniform().ln() / shape;
+            return self.gamma(shape + 1.0) * power.exp();
+        }
+        let depth = shape - 1.0 / 3.0;
+        let width = 1.0 / (9.0 * depth).sqrt();
+        loop {
+            let normal = self.normal();
+            let cube = (1.0 + width * normal).powi(3);
+            if cube <= 0.0 {
+                continue;
+            }
+            let limit = 0.5 * normal * normal + depth * (1.0 - cube + cube.ln());
+            if self.uniform().ln() < limit {
+                return depth * cube;
+            }
+        }
+    }
+
+    /// Puts the values into an order of which each is equally likely (Fisher and Yates).
+    pub fn shuffle<T>(&mut self, values: &mut [T]) {
+        for last in (1..values.len()).rev() {
+            values.swap(last, self.below(last + 1));
+        }
+    }
+}
+
+/// `of(source)` for each of so many replicates, in their order, on all processors.
+pub fn replicates<T: Send>(
+    key: &Key,
+    count: usize,
+    of: impl Fn(&mut Source) -> T + Sync,
+) -> Vec<T> {
+    let threads = thread::available_parallelism().map_or(1, NonZero::get);
+    replicates_on(threads, key, count, of)
+}
+
+/// The same on so many threads; the result does not depend on them.
+fn replicates_on<T: Send>(
+    threads: usize,
+    key: &Key,
+    count: usize,
+    of: impl Fn(&mut Source) -> T + Sync,
+) -> Vec<T> {
+    let share = count.div_ceil(threads.max(1)).max(1);
+    let run = |start: usize| -> Vec<T> {
+        (start..count.min(start + share))
+            .map(|replicate| of(&mut Source::new(key, replicate as u64)))
+            .collect()
+    };
+    if count <= share {
+        return run(0);
+    }
+    thread::scope(|scope| {
+        let run = &run;
+        let shares: Vec<_> = (0..count)
+            .step_by(share)
+            .map(|start| scope.spawn(move || run(start)))
+            .collect();
+        let finished = shares.into_iter().map(|share| match share.join() {
+            Ok(values) => values,
+            Err(panic) => std::panic::resume_unwind(panic),
+        });
+        finished.flatten().collect()
+    })
+}
+
+/// The share of replicates at least as extreme as what was observed, counting the observation itself:
+/// (b + 1)/(B + 1), which keeps the level exactly (Davison and Hinkley 1997, section 4.2).
+pub fn p_value(at_least_as_extreme: usize, replicates: usize) -> f64 {
+    (at_least_as_extreme + 1) as f64 / (replicates + 1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::moments::{deviation, mean};
+
+    const KEY: Key = *b"crossgrain: tests of the sources";
+
+    #[test]
+    fn threads_change_nothing() {
+        let of = |source: &mut Source| (source.uniform(), source.below(7), source.gamma(0.4));
+        let one = replicates_on(1, &KEY, 103, of);
+        for threads in [2, 3, 8, 200] {
+            assert_eq!(replicates_on(threads, &KEY, 103, of), one);
+        }
+        assert_eq!(replicates(&KEY, 103, of), one);
+        assert_ne!(one[0], one[1]);
+        assert!(replicates(&KEY, 0, of).is_empty());
+    }
+
+    /// Mean and deviation of each law within five standard errors, n = 2·10⁵.
+    #[test]
+    fn laws_have_their_moments() {
+        let mut source = Source::new(&KEY, 1);
+        type Draw = fn(&mut Source) -> f64;
+        let laws: [(Draw, f64, f64); 5] = [
+            (Source::uniform, 0.5, 1.0 / 12.0f64.sqrt()),
+            (Source::exponential, 1.0, 1.0),
+            (Source::normal, 0.0, 1.0),
+            (|source| source.gamma(0.5), 0.5, 0.5f64.sqrt()),
+            (|source| source.gamma(3.0), 3.0, 3.0f64.sqrt()),
+        ];
+        for (law, centre, spread) in laws {
+            let values: Vec<f64> = (0..200_000).map(|_| law(&mut source)).collect();
+            let error = spread / (values.len() as f64).sqrt();
+            assert!((mean(&values) - centre).abs() < 5.0 * error);
+            assert!((deviation(&values) / spread - 1.0).abs() < 0.02);
+        }
+    }
+
+    #[test]
+    fn every_order_is_equally_likely() {
+        let mut source = Source::new(&KEY, 2);
+        let mut counts = std::collections::BTreeMap::new();
+        for _ in 0..6000 {
+            let mut order = [0, 1, 2];
+            source.shuffle(&mut order);
+            *counts.entry(order).or_insert(0) += 1;
+        }
+        assert_eq!(counts.len(), 6);
+        assert!(counts.values().all(|count| (850..1150).contains(count)));
+    }
+}

@@ -1,0 +1,342 @@
+//! The stages of the experiment and the rules that end them.
+
+use std::time::Instant;
+
+use cpu_time::ThreadTime;
+
+use super::constants::Constants;
+use super::dynamics::Dynamics;
+use super::health::{self, Trouble};
+use super::mode::Mode;
+use super::neighbours::Skin;
+use super::perturb::Perturbation;
+use super::slow::Slowness;
+use crate::model::Model;
+use crate::scene::Scene;
+use crate::stop::asked_to_end;
+use crate::tables::{Bodies, Punch, Snapshot, Stage, StopReason};
+use crate::task::{Observer, Outcome, StageReport, Task, Until};
+
+/// How the native engine goes about it; none of it is physics.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Options {
+    /// Skin of the neighbour list, m; the bits do not depend on it. `None`: by how fast the grains move.
+    pub skin: Option<f64>,
+    /// A deliberate fault.
+    pub perturbation: Option<Perturbation>,
+    /// Whether it keeps YADE's bits.
+    pub mode: Mode,
+    /// The largest kinetic energy that was seen before the start, J; the settle rule counts it.
+    pub energy_seen: f64,
+}
+
+/// Signals and signs of trouble are looked for every so many steps.
+const LOOK_UP_EVERY: u64 = 1000;
+
+/// The native engine could not finish.
+#[derive(Debug, thiserror::Error)]
+#[error("native engine stopped in step {step} of stage {}: {trouble}", .stage.name())]
+pub struct NativeError {
+    /// The stage that was under way.
+    pub stage: Stage,
+    /// The step in which it was noticed.
+    pub step: u64,
+    /// What it is.
+    pub trouble: Trouble,
+}
+
+/// Runs the task; the observer sees the moments that the scene asks for.
+pub fn run(
+    scene: &Scene,
+    task: &Task,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Outcome, NativeError> {
+    let mut bodies = task.start.bodies.clone();
+    let mut constants = Constants::new(&Model::of(scene), scene.particles.count);
+    constants.box_width = Some(scene.container.width);
+    if let Some(perturbation) = options.perturbation {
+        perturbation.apply(&mut constants, &mut bodies);
+    }
+    // A punch that stands still goes on doing so; any other has the scene's speed.
+    let punch = task.start.punch.map(|punch| Punch {
+        velocity: if punch.velocity == 0.0 {
+            0.0
+        } else {
+            -scene.loading.speed
+        },
+        ..punch
+    });
+    let skin = match options.skin {
+        Some(skin) => Skin::Fixed(skin),
+        None => Skin::Adaptive {
+            radius: 0.5 * scene.particles.mean_diameter,
+        },
+    };
+    let start = &task.start;
+    let at_start = |trouble| NativeError {
+        stage: start.stage,
+        step: start.step,
+        trouble,
+    };
+    let dynamics =
+        Dynamics::new(&bodies, punch, constants, skin, options.mode).map_err(at_start)?;
+    let mut runner = Runner {
+        scene,
+        dynamics,
+        stage: start.stage,
+        step: start.step,
+        observer,
+        given: &start.bodies,
+        energy_limit: 0.0,
+        energy_seen: options.energy_seen,
+        standing_since: (start.stage == Stage::Load
+            && punch.is_some_and(|punch| punch.velocity == 0.0))
+        .then_some(start.step),
+        slowness: options
+            .perturbation
+            .and_then(Perturbation::slowed)
+            .map(Slowness::new),
+        reports: Vec::new(),
+    };
+    runner.energy_limit = runner.energy_limit();
+    runner.run(task)
+}
+
+struct Runner<'a> {
+    scene: &'a Scene,
+    dynamics: Dynamics,
+    stage: Stage,
+    step: u64,
+    observer: &'a mut dyn Observer,
+    given: &'a Bodies,
+    energy_limit: f64,
+    energy_seen: f64,
+    /// The step in which the force was reached and the punch stopped.
+    standing_since: Option<u64>,
+    /// Asked for as a fault.
+    slowness: Option<Slowness>,
+    reports: Vec<StageReport>,
+}
+
+impl Runner<'_> {
+    fn run(mut self, task: &Task) -> Result<Outcome, NativeError> {
+        let mut settled = None;
+        let exactly = match task.until {
+            Until::Step(step) => Some(step),
+            Until::EndOfSettling | Until::EndOfLoading => None,
+        };
+        if self.stage == Stage::Settle {
+            let stop = self.stage_loop(exactly, Self::settle_rule)?;
+            if stop != StopReason::Settled || task.until == Until::EndOfSettling {
+                return Ok(self.outcome(None));
+            }
+            settled = Some(self.snapshot());
+            self.stage = Stage::Load;
+            self.step = 0;
+        }
+        if self.dynamics.state.punch.is_none() {
+            self.lower_punch()?;
+        }
+        self.stage_loop(exactly, Self::load_rule)?;
+        Ok(self.outcome(settled))
+    }
+
+    fn stage_loop(
+        &mut self,
+        exactly: Option<u64>,
+        mut rule: impl FnMut(&mut Self, &mut f64) -> Result<Option<StopReason>, NativeError>,
+    ) -> Result<StopReason, NativeError> {
+        let (wall, cpu) = (Instant::now(), ThreadTime::now());
+        let every = self.scene.measurement.history_every;
+        let mut peak = self.energy_seen;
+        self.observe()?;
+        let mut observed = self.step;
+        let stop = loop {
+            if exactly.is_some_and(|steps| self.step >= steps) {
+                break StopReason::StepsDone;
+            }
+            self.dynamics
+                .step()
+                .map_err(|trouble| self.error(self.step + 1, trouble))?;
+            self.step += 1;
+            if let Some(stop) = rule(self, &mut peak)?
+                && exactly.is_none()
+            {
+                break stop;
+            }
+            if self.step.is_multiple_of(every) {
+                self.observe()?;
+                observed = self.step;
+            }
+            if self.step.is_multiple_of(LOOK_UP_EVERY) {
+                self.look_up()?;
+            }
+        };
+        self.look_up()?;
+        if observed != self.step {
+            self.observe()?;
+        }
+        self.reports.push(StageReport {
+            stage: self.stage,
+            steps: self.step,
+            stop,
+            wall_seconds: wall.elapsed().as_secs_f64(),
+            cpu_seconds: cpu.elapsed().as_secs_f64(),
+        });
+        Ok(stop)
+    }
+
+    /// Settled when the kinetic energy is at most the scene's share of its peak.
+    fn settle_rule(&mut self, peak: &mut f64) -> Result<Option<StopReason>, NativeError> {
+        let settle = &self.scene.settle;
+        if self.step.is_multiple_of(settle.check_every) {
+            let energy = self.dynamics.state.kinetic_energy();
+            *peak = peak.max(energy);
+            if energy <= settle.kinetic_energy_fraction * *peak {
+                return Ok(Some(StopReason::Settled));
+            }
+            self.settled_share(energy / *peak);
+        }
+        Ok((self.step >= settle.max_steps).then_some(StopReason::MaxSteps))
+    }
+
+    /// The energy falls about exponentially, so its logarithm tells how far settling is.
+    fn settled_share(&mut self, of_peak: f64) {
+        let share = of_peak.ln() / self.scene.settle.kinetic_energy_fraction.ln();
+        self.observer.progress(self.stage, self.step, share);
+    }
+
+    /// The force is reached, or the punch is too deep.
+    fn load_rule(&mut self, _: &mut f64) -> Result<Option<StopReason>, NativeError> {
+        let Some(punch) = self.dynamics.state.punch else {
+            return Ok(None);
+        };
+        let of_force = punch.force / self.scene.target_force();
+        let of_depth = punch.depth() / self.scene.loading.give_up_depth;
+        if self.step.is_multiple_of(LOOK_UP_EVERY) {
+            self.observer
+                .progress(self.stage, self.step, of_force.max(of_depth));
+        }
+        if let Some(since) = self.standing_since {
+            let long_enough = self.scene.steps_standing_still().unwrap_or(0);
+            return Ok((self.step >= since + long_enough).then_some(StopReason::Reached));
+        }
+        if punch.force >= self.scene.target_force() {
+            if self.scene.steps_standing_still().is_none() {
+                return Ok(Some(StopReason::Reached));
+            }
+            self.standing_since = Some(self.step);
+            self.dynamics.state.punch = Some(Punch {
+                velocity: 0.0,
+                ..punch
+            });
+            return Ok(None);
+        }
+        let too_deep = punch.depth() >= self.scene.loading.give_up_depth;
+        Ok(too_deep.then_some(StopReason::SankToGiveUpDepth))
+    }
+
+    /// Sets the punch on the highest grain below it, moving down at its constant speed.
+    fn lower_punch(&mut self) -> Result<(), NativeError> {
+        let state = &self.dynamics.state;
+        self.dynamics.state.punch = Some(first_contact_punch(self.scene, &state.bodies()));
+        self.dynamics.punch_is_new = true;
+        self.dynamics
+            .list_neighbours()
+            .map_err(|trouble| self.error(self.step, trouble))
+    }
+
+    /// Ends the run if it was asked to end or has gone wrong.
+    fn look_up(&mut self) -> Result<(), NativeError> {
+        if let Some(slowness) = &mut self.slowness {
+            slowness.stretch();
+        }
+        let Dynamics {
+            state, constants, ..
+        } = &self.dynamics;
+        let found = if asked_to_end() {
+            Err(Trouble::Interrupted)
+        } else {
+            health::check(state, constants).and_then(|()| {
+                health::check_energy(state, state.kinetic_energy(), self.energy_limit)
+            })
+        };
+        found.map_err(|trouble| self.error(self.step, trouble))
+    }
+
+    fn energy_limit(&self) -> f64 {
+        let snapshot = self.snapshot();
+        let constants = &self.dynamics.constants;
+        let radius = |id: u32| snapshot.bodies.radius.get(id as usize).copied();
+        // Of the normal springs; the limit is ten times all, which leaves room for the tangential ones.
+        let stored = snapshot.contacts.iter().map(|contact| {
+            let grain = radius(contact.id2).unwrap_or_default();
+            let stiffness = constants.stiffness(radius(contact.id1).unwrap_or(grain), grain);
+            0.5 * stiffness * contact.overlap * contact.overlap
+        });
+        let stored: f64 = stored.sum();
+        let by_punch = self.scene.target_force() * self.scene.loading.give_up_depth;
+        let Dynamics {
+            state, constants, ..
+        } = &self.dynamics;
+        health::energy_limit(state, constants, stored + by_punch)
+    }
+
+    fn observe(&mut self) -> Result<(), NativeError> {
+        let snapshot = self.snapshot();
+        if let Some(width) = self.dynamics.constants.box_width {
+            health::check_moment(&snapshot, width)
+                .map_err(|trouble| self.error(self.step, trouble))?;
+        }
+        self.observer.snapshot(&snapshot);
+        Ok(())
+    }
+
+    /// With the sizes that were given, whatever fault the step computes with.
+    fn snapshot(&self) -> Snapshot {
+        let mut snapshot = self.dynamics.snapshot(self.stage, self.step);
+        let bodies = &mut snapshot.bodies;
+        bodies.radius.clone_from(&self.given.radius);
+        bodies.mass.clone_from(&self.given.mass);
+        bodies.inertia.clone_from(&self.given.inertia);
+        snapshot
+    }
+
+    fn outcome(self, settled: Option<Snapshot>) -> Outcome {
+        let last = self.snapshot();
+        Outcome {
+            stages: self.reports,
+            settled,
+            last,
+        }
+    }
+
+    fn error(&self, step: u64, trouble: Trouble) -> NativeError {
+        NativeError {
+            stage: self.stage,
+            step,
+            trouble,
+        }
+    }
+}
+
+/// The punch at the start of loading: its axis in the middle of the box, its bottom at the top of
+/// the highest grain below it.
+pub fn first_contact_punch(scene: &Scene, bodies: &crate::tables::Bodies) -> Punch {
+    let axis = scene.punch_axis();
+    let half_extents = [scene.loading.half_width, 0.5 * scene.loading.punch_height];
+    let mut top = 0.0f64;
+    for ((x, z), radius) in bodies.x.iter().zip(&bodies.z).zip(&bodies.radius) {
+        if (x - axis).abs() < half_extents[0] + radius {
+            top = top.max(z + radius);
+        }
+    }
+    Punch {
+        centre: [axis, top + half_extents[1]],
+        half_extents,
+        start: top,
+        velocity: -scene.loading.speed,
+        force: 0.0,
+    }
+}

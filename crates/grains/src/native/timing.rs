@@ -1,0 +1,88 @@
+//! The native step with a clock between its parts, for finding out where its time goes.
+
+use std::time::{Duration, Instant};
+
+use super::constants::Constants;
+use super::dynamics::{Clock, Dynamics, Part};
+use super::health::Trouble;
+use super::mode::Mode;
+use super::neighbours::Skin;
+use crate::model::Model;
+use crate::tables::{Bodies, Stage};
+use crate::timing::Share;
+
+/// Where the time of a step goes, and what it was spent on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Clocked {
+    /// Of the time of all steps, in the order of the step; they add to 1.
+    pub shares: Vec<Share>,
+    /// Listed pairs of grains at the end.
+    pub listed_pairs: usize,
+    /// Those of them that touch.
+    pub touching_pairs: usize,
+    /// How often the neighbour list was built in these steps.
+    pub builds: u64,
+    /// The grains afterwards; the same bits as by an ordinary run.
+    pub bodies: Bodies,
+}
+
+/// Times the parts of so many steps of a frictionless bed of grains of about this radius, m.
+pub fn parts_of_a_step(
+    model: &Model,
+    bodies: &Bodies,
+    radius: f64,
+    mode: Mode,
+    steps: u64,
+) -> Result<Clocked, Trouble> {
+    let constants = Constants::new(model, bodies.len() as u32);
+    let skin = Skin::Adaptive { radius };
+    let mut dynamics = Dynamics::new(bodies, None, constants, skin, mode)?;
+    let builds = dynamics.neighbours.builds;
+    let mut clock = Watch::default();
+    for _ in 0..steps {
+        dynamics.step_timed(&mut clock)?;
+    }
+    let contacts = dynamics.snapshot(Stage::Settle, steps).contacts;
+    let grains = bodies.len() as u32;
+    Ok(Clocked {
+        shares: clock.shares(),
+        listed_pairs: dynamics.neighbours.other.len(),
+        touching_pairs: contacts.iter().filter(|of| of.id1 < grains).count(),
+        builds: dynamics.neighbours.builds - builds,
+        bodies: dynamics.state.bodies(),
+    })
+}
+
+const PARTS: [(Part, &str); 4] = [
+    (Part::Integration, "integration"),
+    (Part::NeighbourLists, "neighbour lists"),
+    (Part::Contacts, "contacts between grains"),
+    (Part::FlatBodies, "walls and punch"),
+];
+
+#[derive(Default)]
+struct Watch {
+    spent: [Duration; PARTS.len()],
+}
+
+impl Clock for Watch {
+    fn time<T>(&mut self, part: Part, work: impl FnOnce() -> T) -> T {
+        let began = Instant::now();
+        let result = work();
+        self.spent[part as usize] += began.elapsed();
+        result
+    }
+}
+
+impl Watch {
+    fn shares(&self) -> Vec<Share> {
+        let total: Duration = self.spent.iter().sum();
+        PARTS
+            .iter()
+            .map(|(part, words)| Share {
+                stage: (*words).to_owned(),
+                share: self.spent[*part as usize].as_secs_f64() / total.as_secs_f64(),
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,351 @@
+//! Reading and validating a scene: every problem at once, each with its place and what would be right.
+
+use std::f64::consts::FRAC_PI_2;
+
+use serde_json::Value;
+
+use super::contact::Viscosity;
+use super::model::*;
+use super::paper_scene::OPEN_CHOICES;
+use super::problem::{Findings, Problem};
+
+/// The widest box, in mean diameters: room for the largest number of grains in a single row.
+const WIDEST: f64 = 1.0e6;
+
+/// A faster punch would jump over what it should touch; in mean radii a step.
+const LONGEST_STRIDE: f64 = 0.1;
+
+/// A slower punch would never arrive.
+const MOST_LOADING_STEPS: f64 = 1.0e9;
+
+/// A scene that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    #[error("the scene is not JSON: {0}")]
+    Syntax(String),
+    #[error("the scene has format version {found}, this program reads version {SCENE_VERSION}")]
+    Version { found: String },
+    #[error("the scene has {} problem(s):\n{}", .0.len(), lines(.0))]
+    Problems(Vec<Problem>),
+}
+
+fn lines(problems: &[Problem]) -> String {
+    let lines: Vec<String> = problems.iter().map(|p| format!("  {p}")).collect();
+    lines.join("\n")
+}
+
+/// Validates the text of a scene.
+pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
+    let value: Value =
+        serde_json::from_str(text).map_err(|error| SceneError::Syntax(error.to_string()))?;
+    if let Some(version) = value.get("version")
+        && version.as_u64() != Some(u64::from(SCENE_VERSION))
+    {
+        return Err(SceneError::Version {
+            found: version.to_string(),
+        });
+    }
+    let misfits = super::structure::misfits(&super::json_schema(), &value);
+    if !misfits.is_empty() {
+        return Err(SceneError::Problems(misfits));
+    }
+    // From the text, not from the value: a key given twice is refused here.
+    let scene: Scene =
+        serde_json::from_str(text).map_err(|error| SceneError::Syntax(error.to_string()))?;
+    let problems = impossible(&scene);
+    if problems.is_empty() {
+        Ok(scene)
+    } else {
+        Err(SceneError::Problems(problems))
+    }
+}
+
+/// Values that have the right type and cannot be meant.
+fn impossible(scene: &Scene) -> Vec<Problem> {
+    let mut found = Findings(Vec::new());
+    found.name("/name", &scene.name);
+    grains(scene, &mut found);
+    contact(scene, &mut found);
+    dynamics(scene, &mut found);
+    loading(scene, &mut found);
+    measurement(scene, &mut found);
+    derived(scene, &mut found);
+    for (key, _) in OPEN_CHOICES {
+        // Scenes of before there was a choice leave it out and mean the default.
+        if *key != "/contact" || !scene.contact.is_default() {
+            reason(scene, key, &mut found);
+        }
+    }
+    if let Ok(value) = serde_json::to_value(scene) {
+        for key in scene.choices.keys() {
+            found.unless(
+                value.pointer(key).is_some(),
+                &format!("/choices/{}", key.replace('/', "~1")),
+                key,
+                "the JSON pointer of a key of this scene",
+            );
+        }
+    }
+    found.0
+}
+
+fn grains(scene: &Scene, found: &mut Findings) {
+    let particles = &scene.particles;
+    found.positive("/particles/mean_diameter", particles.mean_diameter);
+    found.unless(
+        (0.0..1.0).contains(&particles.dispersion),
+        "/particles/dispersion",
+        &particles.dispersion,
+        "a number in [0, 1)",
+    );
+    found.positive("/material/youngs_modulus", scene.material.youngs_modulus);
+    found.positive("/material/density", scene.material.density);
+    found.positive("/material/stiffness_ratio", scene.material.stiffness_ratio);
+    found.unless(
+        (0.0..FRAC_PI_2).contains(&scene.material.friction_angle),
+        "/material/friction_angle",
+        &scene.material.friction_angle,
+        "a number in [0, π/2)",
+    );
+    found.positive("/box/width", scene.container.width);
+    found.unless(
+        scene.container.width <= WIDEST * particles.mean_diameter,
+        "/box/width",
+        &scene.container.width,
+        &format!("at most {WIDEST} mean diameters"),
+    );
+    let Cloud::JitteredLattice {
+        columns,
+        jitter,
+        speed,
+        spin,
+    } = scene.cloud;
+    found.unless(
+        spin.is_finite() && spin >= 0.0,
+        "/cloud/spin",
+        &spin,
+        "a finite number, 0 or more",
+    );
+    found.unless(
+        (0.0..=1.0).contains(&jitter),
+        "/cloud/jitter",
+        &jitter,
+        "a number in [0, 1]",
+    );
+    found.unless(
+        speed.is_finite() && speed >= 0.0,
+        "/cloud/speed",
+        &speed,
+        "a finite number, 0 or more",
+    );
+    let largest = particles.mean_diameter * (1.0 + particles.dispersion);
+    let fits = (scene.container.width / largest).floor();
+    found.unless(
+        f64::from(columns) <= fits,
+        "/cloud/columns",
+        &columns,
+        &format!("at most {fits}, so that the largest grain fits into a cell"),
+    );
+}
+
+fn contact(scene: &Scene, found: &mut Findings) {
+    match scene.contact.viscosity {
+        Viscosity::None => {}
+        Viscosity::Dashpot { c_n, .. } => found.positive("/contact/viscosity/c_n", c_n),
+        Viscosity::Restitution { e_n, .. } => found.unless(
+            e_n > 0.0 && e_n <= 1.0,
+            "/contact/viscosity/e_n",
+            &e_n,
+            "a number in (0, 1]",
+        ),
+    }
+}
+
+fn reason(scene: &Scene, key: &str, found: &mut Findings) {
+    let reason = scene.choices.get(key).map_or("", |reason| reason.trim());
+    found.unless(
+        !reason.is_empty() && !reason.contains('\n'),
+        &format!("/choices/{}", key.replace('/', "~1")),
+        &reason,
+        "one line of reason: the paper leaves this open",
+    );
+}
+
+fn dynamics(scene: &Scene, found: &mut Findings) {
+    let alpha = scene.damping.alpha();
+    found.unless(
+        (0.0..1.0).contains(&alpha),
+        "/damping/alpha",
+        &alpha,
+        "a number in [0, 1)",
+    );
+    found.unless(
+        scene.gravity.is_finite() && scene.gravity >= 0.0,
+        "/gravity",
+        &scene.gravity,
+        "a finite number, 0 or more",
+    );
+    match scene.time_step {
+        TimeStep::Absolute { seconds } => found.positive("/time_step/seconds", seconds),
+        TimeStep::Fraction { of_sqrt_m_over_k } => {
+            found.positive("/time_step/of_sqrt_m_over_k", of_sqrt_m_over_k);
+        }
+    }
+    let fraction = scene.settle.kinetic_energy_fraction;
+    found.unless(
+        fraction > 0.0 && fraction < 1.0,
+        "/settle/kinetic_energy_fraction",
+        &fraction,
+        "a number in (0, 1)",
+    );
+}
+
+/// What follows from several keys must be usable too.
+fn derived(scene: &Scene, found: &mut Findings) {
+    if !found.0.is_empty() {
+        return;
+    }
+    let radius = 0.5 * scene.particles.mean_diameter;
+    let smallest = radius * (1.0 - scene.particles.dispersion);
+    for (place, what, value) in [
+        (
+            "/particles",
+            "mass of the smallest grain",
+            scene.grain_mass(smallest),
+        ),
+        (
+            "/material",
+            "stiffness E·R",
+            scene.material.youngs_modulus * radius,
+        ),
+        (
+            "/time_step",
+            "time step in seconds",
+            scene.time_step_seconds(),
+        ),
+        ("/loading", "target force 2ap", scene.target_force()),
+    ] {
+        found.unless(
+            value.is_normal() && value > 0.0,
+            place,
+            &value,
+            &format!("a {what} that is a normal number above 0"),
+        );
+    }
+    let tangential = scene.material.stiffness_ratio * scene.material.youngs_modulus * radius;
+    let Cloud::JitteredLattice { spin, .. } = scene.cloud;
+    let dt = scene.time_step_seconds();
+    found.unless(
+        tangential.is_normal(),
+        "/material/stiffness_ratio",
+        &scene.material.stiffness_ratio,
+        "a ratio for which k_s = E·R·(k_s/k_n) is a normal number above 0",
+    );
+    found.unless(
+        spin * dt <= 1.0,
+        "/cloud/spin",
+        &spin,
+        "a spin of at most one radian a step",
+    );
+    if let Viscosity::Dashpot { c_n, .. } = scene.contact.viscosity {
+        let lightest = 0.5 * scene.grain_mass(smallest);
+        found.unless(
+            c_n * dt <= lightest,
+            "/contact/viscosity/c_n",
+            &c_n,
+            "a dashpot that takes no more than the approach speed of the two lightest grains in a \
+             step: c_n·dt ≤ m_eff",
+        );
+    }
+    let stride = scene.loading.speed * scene.time_step_seconds();
+    found.unless(
+        stride <= LONGEST_STRIDE * radius,
+        "/loading/speed",
+        &scene.loading.speed,
+        &format!("a punch that moves at most {LONGEST_STRIDE} mean radii a step"),
+    );
+    found.unless(
+        scene.loading.give_up_depth / stride <= MOST_LOADING_STEPS,
+        "/loading/speed",
+        &scene.loading.speed,
+        &format!("a punch that reaches /loading/give_up_depth in {MOST_LOADING_STEPS:e} steps"),
+    );
+}
+
+fn loading(scene: &Scene, found: &mut Findings) {
+    let loading = &scene.loading;
+    found.positive("/loading/half_width", loading.half_width);
+    found.unless(
+        2.0 * loading.half_width < scene.container.width,
+        "/loading/half_width",
+        &loading.half_width,
+        "less than half the box's width",
+    );
+    found.positive("/loading/pressure", loading.pressure);
+    found.positive("/loading/speed", loading.speed);
+    found.positive("/loading/give_up_depth", loading.give_up_depth);
+    found.unless(
+        loading.punch_height.is_finite() && loading.punch_height > loading.give_up_depth,
+        "/loading/punch_height",
+        &loading.punch_height,
+        "a finite number larger than /loading/give_up_depth",
+    );
+    if let AfterForce::StandStill { seconds } = loading.after_force {
+        found.positive("/loading/after_force/stand_still/seconds", seconds);
+        found.unless(
+            seconds / scene.time_step_seconds() <= MOST_LOADING_STEPS,
+            "/loading/after_force/stand_still/seconds",
+            &seconds,
+            &format!("at most {MOST_LOADING_STEPS:e} steps"),
+        );
+    }
+}
+
+fn measurement(scene: &Scene, found: &mut Findings) {
+    let measurement = &scene.measurement;
+    found.positive(
+        "/measurement/control_volume_side",
+        measurement.control_volume_side,
+    );
+    found.positive("/measurement/local_radius", measurement.local_radius);
+    for (place, length) in [
+        (
+            "/measurement/control_volume_side",
+            measurement.control_volume_side,
+        ),
+        ("/measurement/local_radius", measurement.local_radius),
+    ] {
+        found.unless(
+            length <= scene.container.width,
+            place,
+            &length,
+            "no more than the box's width",
+        );
+    }
+    found.unless(
+        (1..=100).contains(&scene.control_points.len()),
+        "/control_points",
+        &scene.control_points.len(),
+        "1 to 100 points",
+    );
+    for (index, point) in scene.control_points.iter().enumerate() {
+        let place = format!("/control_points/{index}");
+        found.unless(
+            point.offset.is_finite() && point.offset.abs() < 0.5 * scene.container.width,
+            &format!("{place}/offset"),
+            &point.offset,
+            "a place inside the box",
+        );
+        found.positive(&format!("{place}/depth"), point.depth);
+        found.name(&format!("{place}/name"), &point.name);
+        let twice = scene.control_points[..index]
+            .iter()
+            .any(|other| other.name == point.name);
+        found.unless(
+            !twice,
+            &format!("{place}/name"),
+            &point.name,
+            "a name of its own",
+        );
+    }
+}

@@ -1,0 +1,288 @@
+//! The tables that every engine takes and returns. SI units; x across, z up.
+
+use sha2::{Digest, Sha256};
+
+/// Grains, column by column; all columns have the same length and the row is the grain's id.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Bodies {
+    /// Centre, m.
+    pub x: Vec<f64>,
+    /// Centre, m.
+    pub z: Vec<f64>,
+    /// Velocity, m/s. In both engines it belongs to the half step before the position.
+    pub vx: Vec<f64>,
+    /// Velocity, m/s.
+    pub vz: Vec<f64>,
+    /// m.
+    pub radius: Vec<f64>,
+    /// kg.
+    pub mass: Vec<f64>,
+    /// Spin about the y axis (from z towards x), rad/s, at the half step like the velocity; empty where
+    /// grains do not rotate.
+    pub spin: Vec<f64>,
+    /// Moment of inertia about the centre, kg·m²; empty where grains do not rotate.
+    pub inertia: Vec<f64>,
+}
+
+impl Bodies {
+    /// Σ ½mv², then Σ ½Iω², grain by grain, J, with the velocities as stored: half a step before the positions.
+    pub fn kinetic_energy(&self) -> f64 {
+        let mut energy = 0.0;
+        for ((mass, vx), vz) in self.mass.iter().zip(&self.vx).zip(&self.vz) {
+            energy += 0.5 * mass * (vx * vx + vz * vz);
+        }
+        for (inertia, spin) in self.inertia.iter().zip(&self.spin) {
+            energy += 0.5 * inertia * (spin * spin);
+        }
+        energy
+    }
+
+    /// No grains, with room for some.
+    pub fn with_capacity(count: usize) -> Self {
+        let column = || Vec::with_capacity(count);
+        Bodies {
+            x: column(),
+            z: column(),
+            vx: column(),
+            vz: column(),
+            radius: column(),
+            mass: column(),
+            spin: Vec::new(),
+            inertia: Vec::new(),
+        }
+    }
+
+    /// Adds a grain; its id is the number of grains before it.
+    pub fn push(&mut self, position: [f64; 2], velocity: [f64; 2], radius: f64, mass: f64) {
+        self.x.push(position[0]);
+        self.z.push(position[1]);
+        self.vx.push(velocity[0]);
+        self.vz.push(velocity[1]);
+        self.radius.push(radius);
+        self.mass.push(mass);
+    }
+
+    /// Whether grains rotate.
+    pub fn rotate(&self) -> bool {
+        !self.spin.is_empty()
+    }
+
+    /// Number of grains.
+    pub fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    /// Whether there are no grains.
+    pub fn is_empty(&self) -> bool {
+        self.x.is_empty()
+    }
+
+    /// The columns that motion changes, with their names: x, z, vx, vz, spin; the last one is empty
+    /// where grains do not rotate.
+    pub fn motion(&self) -> [(&'static str, &[f64]); 5] {
+        [
+            ("x", &self.x),
+            ("z", &self.z),
+            ("vx", &self.vx),
+            ("vz", &self.vz),
+            ("spin", &self.spin),
+        ]
+    }
+
+    /// 64 bits of SHA-256 over the bits of every position, velocity and spin (little endian, column
+    /// by column): two states have the same digest if and only if, for practical purposes, they
+    /// have the same bits.
+    pub fn digest(&self) -> String {
+        let mut hash = Sha256::new();
+        for (_, column) in self.motion() {
+            for value in column {
+                hash.update(value.to_le_bytes());
+            }
+        }
+        crate::digest::short_hex(hash)
+    }
+}
+
+/// A contact between two bodies, evaluated at the positions of the same snapshot.
+///
+/// Grain–grain pairs have `id1 < id2`. Walls and the punch have the ids after the grains
+/// ([`BodyIds`]) and always stand first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    /// Body 1; a wall or the punch, if there is one in the pair.
+    pub id1: u32,
+    /// Body 2; always a grain.
+    pub id2: u32,
+    /// Overlap u_n, m, positive in contact.
+    pub overlap: f64,
+    /// Force on body 2 along the normal, N, positive in compression.
+    pub normal_force: f64,
+    /// Force on body 2 along (−n_z, n_x), N.
+    pub tangential_force: f64,
+    /// Unit normal from body 1 to body 2.
+    pub normal: [f64; 2],
+    /// Contact point, m.
+    pub point: [f64; 2],
+}
+
+impl Contact {
+    /// Force on body 2, N; body 1 bears the opposite.
+    pub fn force(&self) -> [f64; 2] {
+        let [nx, nz] = self.normal;
+        [
+            self.normal_force * nx - self.tangential_force * nz,
+            self.normal_force * nz + self.tangential_force * nx,
+        ]
+    }
+}
+
+/// Ids of the bodies that are not grains: the walls follow the grains, the punch the walls.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BodyIds {
+    /// Number of grains; they have the ids below it.
+    pub grains: u32,
+    /// Number of walls; three in a box.
+    pub walls: u32,
+}
+
+impl BodyIds {
+    /// The ids in a box: left wall, right wall, floor, punch.
+    pub fn of_box(grains: u32) -> Self {
+        BodyIds { grains, walls: 3 }
+    }
+    /// The wall with this index.
+    pub fn wall(self, index: usize) -> u32 {
+        self.grains + index as u32
+    }
+    /// The wall x = 0.
+    pub fn left(self) -> u32 {
+        self.grains
+    }
+    /// The wall x = width.
+    pub fn right(self) -> u32 {
+        self.grains + 1
+    }
+    /// The floor z = 0.
+    pub fn floor(self) -> u32 {
+        self.grains + 2
+    }
+    /// The punch.
+    pub fn punch(self) -> u32 {
+        self.grains + self.walls
+    }
+    /// Whether this id is a grain's.
+    pub fn is_grain(self, id: u32) -> bool {
+        id < self.grains
+    }
+}
+
+/// The stages of the experiment.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// Pouring until the settle rule holds.
+    Settle,
+    /// Pressing the punch until the force is reached or it has sunk too deep.
+    Load,
+}
+
+impl Stage {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stage::Settle => "settle",
+            Stage::Load => "load",
+        }
+    }
+}
+
+/// The rigid punch at one moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Punch {
+    /// Centre of the rectangle, m.
+    pub centre: [f64; 2],
+    /// Half-width and half-height, m.
+    pub half_extents: [f64; 2],
+    /// Height at which its bottom started, m.
+    pub start: f64,
+    /// Vertical velocity, m/s, negative downwards.
+    pub velocity: f64,
+    /// Vertical force of the grains on it, N, positive upwards.
+    pub force: f64,
+}
+
+impl Punch {
+    /// Height of its bottom, m.
+    pub fn bottom(&self) -> f64 {
+        self.centre[1] - self.half_extents[1]
+    }
+
+    /// How far it has gone down since it started, m.
+    pub fn depth(&self) -> f64 {
+        self.start - self.bottom()
+    }
+}
+
+/// One moment of a run: the state after `step` steps of its stage, contacts at these positions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Snapshot {
+    /// The stage that is under way.
+    pub stage: Stage,
+    /// Steps of the stage so far.
+    pub step: u64,
+    /// Time since the start of the stage, s.
+    pub time: f64,
+    /// All grains.
+    pub bodies: Bodies,
+    /// Sorted by (id1, id2).
+    pub contacts: Vec<Contact>,
+    /// The punch, once there is one.
+    pub punch: Option<Punch>,
+}
+
+impl Snapshot {
+    /// 64 bits of SHA-256 over the bits of grains, contacts and punch: as [`Bodies::digest`], for a whole moment.
+    pub fn digest(&self) -> String {
+        let mut hash = Sha256::new();
+        let mut number = |value: f64| hash.update(value.to_le_bytes());
+        for (_, column) in self.bodies.motion() {
+            column.iter().copied().for_each(&mut number);
+        }
+        for contact in &self.contacts {
+            number(f64::from(contact.id1));
+            number(f64::from(contact.id2));
+            for value in [
+                contact.overlap,
+                contact.normal_force,
+                contact.tangential_force,
+            ] {
+                number(value);
+            }
+            contact.normal.into_iter().for_each(&mut number);
+            contact.point.into_iter().for_each(&mut number);
+        }
+        if let Some(punch) = &self.punch {
+            number(punch.centre[1]);
+            number(punch.force);
+        }
+        crate::digest::short_hex(hash)
+    }
+}
+
+/// Why a stage ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StopReason {
+    /// The settle rule holds.
+    Settled,
+    /// The punch bears the force 2ap.
+    Reached,
+    /// The punch went to the give-up depth without the force.
+    SankToGiveUpDepth,
+    /// The steps asked for are done; no rule was applied.
+    StepsDone,
+    /// The most steps that the scene allows are done and the rule does not hold.
+    MaxSteps,
+}

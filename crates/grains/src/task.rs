@@ -1,0 +1,122 @@
+//! What an engine is asked and what it promises to return; native and YADE behind the same words.
+
+use serde::{Deserialize, Serialize};
+
+use crate::tables::{Bodies, Punch, Snapshot, Stage, StopReason};
+
+/// From where to where an engine runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Task {
+    /// The state to start from.
+    pub start: Start,
+    /// Where to end.
+    pub until: Until,
+}
+
+/// The state that a run starts from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Start {
+    pub stage: Stage,
+    /// Steps of the stage that are behind this state.
+    pub step: u64,
+    /// All grains, with velocities half a step before the positions.
+    pub bodies: Bodies,
+    /// The punch, if it is there already; its speed is the scene's, or zero if it stands still. A loading stage at
+    /// step 0 makes it.
+    pub punch: Option<Punch>,
+}
+
+/// Where a run ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Until {
+    /// At the end of settling; the rule of the scene ends it.
+    EndOfSettling,
+    /// At the end of loading; the rules of the scene end each stage.
+    EndOfLoading,
+    /// After exactly so many steps of the stage that it starts in, counted from the stage's start.
+    Step(u64),
+}
+
+impl Task {
+    /// The whole experiment from the poured cloud on.
+    pub fn whole(initial: Bodies) -> Self {
+        Task {
+            start: Start {
+                stage: Stage::Settle,
+                step: 0,
+                bodies: initial,
+                punch: None,
+            },
+            until: Until::EndOfLoading,
+        }
+    }
+
+    /// Pouring until the bed has settled.
+    pub fn settle(initial: Bodies) -> Self {
+        Task {
+            until: Until::EndOfSettling,
+            ..Task::whole(initial)
+        }
+    }
+
+    /// Exactly `steps` steps of pouring.
+    pub fn pour(initial: Bodies, steps: u64) -> Self {
+        Task {
+            until: Until::Step(steps),
+            ..Task::whole(initial)
+        }
+    }
+}
+
+/// What an engine tells while it runs.
+pub trait Observer {
+    /// A moment of the run: the start, every `history_every` steps of a stage, and a stage's end.
+    fn snapshot(&mut self, snapshot: &Snapshot);
+
+    /// How far the stage is: its step, and roughly which share of it is done (0 to 1).
+    fn progress(&mut self, stage: Stage, step: u64, share: f64) {
+        let _ = (stage, step, share);
+    }
+}
+
+/// Nobody is looking.
+impl Observer for () {
+    fn snapshot(&mut self, _: &Snapshot) {}
+}
+
+/// One stage as it went.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StageReport {
+    pub stage: Stage,
+    /// Steps of the stage when it ended.
+    pub steps: u64,
+    /// Why it ended.
+    pub stop: StopReason,
+    /// Time on the clock, s.
+    pub wall_seconds: f64,
+    /// Processor time of the engine, s.
+    pub cpu_seconds: f64,
+}
+
+/// What an engine returns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// The stages that were run, in order.
+    pub stages: Vec<StageReport>,
+    /// The settled bed, if settling ended in this run and loading followed.
+    pub settled: Option<Snapshot>,
+    /// The last moment.
+    pub last: Snapshot,
+}
+
+/// The moments at which an observer sees a stage: its start, every `every` steps, its end.
+pub fn moments(start: u64, end: u64, every: u64) -> Vec<u64> {
+    let mut steps = vec![start];
+    let next = (start / every + 1) * every;
+    steps.extend((next..=end).step_by(every as usize));
+    if steps.last() != Some(&end) {
+        steps.push(end);
+    }
+    steps
+}

@@ -1,0 +1,4 @@
+//! Where methods end, and what they cost.
+
+pub mod bench;
+pub mod stability;

@@ -1,0 +1,414 @@
+//! Benchmarks: all engines side by side on the paper's settled bed, cost against size, instructions, stages, and the
+//! distance from what the machine can do. Goals that are met or not are findings; what fails is an engine that does
+//! not run or whose bed is no longer the bed.
+
+pub mod bed;
+pub mod brought;
+pub mod checks;
+pub mod contender;
+pub mod goals;
+pub mod instructions;
+pub mod lammps;
+pub mod liggghts;
+pub mod limits;
+pub mod machine;
+pub mod native;
+pub mod one;
+pub mod program;
+pub mod rounds;
+pub mod sanity;
+pub mod scaling;
+pub mod spread;
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use crate::compare::Verdict;
+use crate::compare::bits::TableBits;
+use crate::engine::exec::{Brought, ExecError};
+use crate::engine::yade::{self, YadeError};
+use crate::error::Error;
+use crate::files::{FileError, work_folder};
+use crate::progress::{Display, StageObserver};
+use crate::run::tables::TableError;
+use grains::native::{NativeError, Trouble};
+use grains::timing::Share;
+
+use bed::PAPER;
+use contender::{Plan, Programs};
+use goals::Goal;
+use instructions::{Counting, Instructions};
+use limits::{Bound, Throughput, Work};
+use machine::Machine;
+use rounds::Contest;
+use scaling::Point;
+
+/// The version of `bench.json`.
+pub const BENCH_VERSION: u32 = 2;
+
+/// A benchmark could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    #[error("{0}")]
+    Missing(String),
+    #[error("{0}")]
+    Failed(String),
+    #[error("what came back makes no sense: {0}")]
+    Nonsense(String),
+    #[error("asked to end; start the command again")]
+    Interrupted,
+    #[error(transparent)]
+    Native(#[from] NativeError),
+    #[error(transparent)]
+    Yade(#[from] YadeError),
+    #[error(transparent)]
+    Exec(#[from] ExecError),
+    #[error(transparent)]
+    File(#[from] FileError),
+    #[error(transparent)]
+    Table(#[from] TableError),
+}
+
+impl BenchError {
+    /// Whether it was a signal that ended it.
+    pub fn is_interruption(&self) -> bool {
+        matches!(
+            self,
+            BenchError::Interrupted
+                | BenchError::Yade(YadeError::Interrupted)
+                | BenchError::Exec(ExecError::Interrupted)
+                | BenchError::Native(NativeError {
+                    trouble: Trouble::Interrupted,
+                    ..
+                })
+        )
+    }
+}
+
+impl From<BenchError> for Error {
+    fn from(error: BenchError) -> Self {
+        match error {
+            BenchError::Interrupted => Error::Interrupted,
+            BenchError::Native(error) => Error::Engine(error.into()),
+            BenchError::Yade(error) => Error::Engine(error.into()),
+            BenchError::Exec(error) => Error::Engine(error.into()),
+            BenchError::File(error) | BenchError::Table(TableError::File(error)) => {
+                Error::File(error)
+            }
+            other => Error::Program(other.to_string()),
+        }
+    }
+}
+
+/// A part that was not made, or went wrong.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Missed {
+    /// The part.
+    pub what: String,
+    /// Why.
+    pub why: String,
+    /// It is there and failed, instead of not being there.
+    pub failed: bool,
+    /// A benchmark without it is incomplete.
+    pub needed: bool,
+}
+
+impl Missed {
+    /// Of this error; a signal and a full disk end the benchmark instead.
+    pub fn of(what: &str, needed: bool, error: BenchError) -> Result<Self, BenchError> {
+        let full_disk = matches!(
+            error,
+            BenchError::File(_) | BenchError::Exec(ExecError::File(_))
+        );
+        if error.is_interruption() || full_disk {
+            return Err(error);
+        }
+        let missing = matches!(
+            error,
+            BenchError::Missing(_)
+                | BenchError::Yade(YadeError::Missing(_) | YadeError::TooOld { .. })
+                | BenchError::Exec(ExecError::Unsupported { .. } | ExecError::Refused(_))
+        );
+        Ok(Missed {
+            what: what.to_owned(),
+            why: error.to_string(),
+            failed: !missing,
+            needed,
+        })
+    }
+}
+
+/// What is to be measured, and how.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// Where beds are kept for a later run.
+    pub out: PathBuf,
+    /// Few rounds and small sizes only.
+    pub quick: bool,
+    /// Rounds of all engines.
+    pub rounds: u32,
+    /// How YADE is started.
+    pub yade: yade::Options,
+    /// One more engine, which was brought.
+    pub brought: Option<Brought>,
+    /// This program, for the parts that need a process of their own.
+    pub crossgrain: PathBuf,
+    /// The command as it was given.
+    pub command: String,
+}
+
+impl Options {
+    /// Rounds where none are asked for.
+    pub fn usual_rounds(quick: bool) -> u32 {
+        if quick { 3 } else { 11 }
+    }
+
+    fn plan(&self) -> Plan {
+        if self.quick {
+            Plan {
+                warm_up: 50,
+                native: 8_000,
+                other: 150,
+                shares: 50,
+            }
+        } else {
+            Plan {
+                // Not longer: rounding grows on the way, and beds are compared at its end.
+                warm_up: 50,
+                native: 16_000,
+                other: 250,
+                shares: 100,
+            }
+        }
+    }
+}
+
+/// The bed of the rounds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BedRecord {
+    /// Number of grains.
+    pub grains: u32,
+    /// SHA-256 of the scene.
+    pub scene_digest: String,
+    /// Digest of positions and velocities.
+    pub state: String,
+    /// Listed pairs of grains.
+    pub listed_pairs: usize,
+    /// Those that touch.
+    pub touching_pairs: usize,
+    /// Steps from one build of the neighbour list to the next.
+    pub steps_per_build: f64,
+}
+
+/// How far native exact is from the machine's limits, at one size.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Distance {
+    /// Number of grains.
+    pub grains: u32,
+    /// What a step is measured to take, s.
+    pub seconds_per_step: f64,
+    /// Bytes that a step passes over.
+    pub bytes: f64,
+    /// Bytes a second, from a working set of that size.
+    pub read_rate: f64,
+    /// The bounds, the nearest first.
+    pub bounds: Vec<Bound>,
+}
+
+/// A finished benchmark: `bench.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Bench {
+    /// [`BENCH_VERSION`].
+    pub version: u32,
+    /// Version of crossgrain.
+    pub crossgrain: String,
+    /// The command as it was given.
+    pub command: String,
+    /// Whether it was the quick one.
+    pub quick: bool,
+    /// Rounds of all engines.
+    pub rounds: u32,
+    /// The machine.
+    pub machine: Machine,
+    /// The bed of the rounds.
+    pub bed: BedRecord,
+    /// Every engine that ran.
+    pub contests: Vec<Contest>,
+    /// Native exact against YADE's sorted loop after the same steps.
+    pub sorted_bits: Option<TableBits>,
+    /// Where the native exact step's time goes.
+    pub stages: Vec<Share>,
+    /// Instructions of each native kernel that was counted.
+    pub instructions: Vec<Instructions>,
+    /// Throughputs of the machine.
+    pub throughput: Throughput,
+    /// Native exact against them.
+    pub distances: Vec<Distance>,
+    /// Cost and memory against size.
+    pub scaling: Vec<Point>,
+    /// Goals met and not met.
+    pub goals: Vec<Goal>,
+    /// Whether the machine had other things to do meanwhile, as far as clocks tell: then no time is to be trusted, and
+    /// ratios against YADE flatter, because its steps suffer more from shared caches.
+    pub disturbed: bool,
+    /// What was not made, or failed.
+    pub missed: Vec<Missed>,
+    /// Failed if a bed is not the bed or a bit differs; not made if YADE is missing; else passed. No time counts.
+    pub verdict: Verdict,
+    /// How long all of it took, s.
+    pub seconds: f64,
+}
+
+impl Bench {
+    /// Whether an engine that is there did not run.
+    pub fn engine_failed(&self) -> bool {
+        self.missed.iter().any(|missed| missed.failed)
+    }
+}
+
+/// Steps with clocks between their stages.
+const CLOCKED_STEPS: u64 = 4000;
+
+/// Makes the benchmark.
+pub fn bench(options: &Options, display: &Display) -> Result<Bench, BenchError> {
+    let began = std::time::Instant::now();
+    let machine = Machine::this();
+    let work = work_folder()?;
+    let task = display.task("the paper's bed");
+    let bed = bed::settled_or_kept(&options.out, PAPER, &mut StageObserver::new(&task))?;
+    task.done("settled");
+
+    let plan = options.plan();
+    let task = display.task("engines side by side");
+    let rounds = rounds::run(
+        &bed,
+        &plan,
+        options.rounds,
+        Programs {
+            yade: &options.yade,
+            brought: options.brought.as_ref(),
+        },
+        work.path(),
+        &task,
+    )?;
+    task.done(&format!("{} rounds", options.rounds));
+    let mut missed = rounds.missed;
+
+    let task = display.task("stages and limits");
+    let clocked = native::clocked(&bed, CLOCKED_STEPS)?;
+    let throughput = Throughput::measure();
+    task.done("measured");
+
+    let task = display.task("instructions");
+    let counting = Counting {
+        crossgrain: &options.crossgrain,
+        bed: &bed,
+        listed_pairs: clocked.listed_pairs,
+        yade: &options.yade,
+        work: work.path(),
+    };
+    // Under valgrind other engines take a minute or two.
+    let counted = if options.quick {
+        contender::NATIVE.as_slice()
+    } else {
+        contender::COUNTED.as_slice()
+    };
+    let instructions = counting.all(counted, &task, &mut missed)?;
+    task.done("counted");
+
+    let task = display.task("cost against size");
+    let sizes: &[u32] = if options.quick {
+        &scaling::QUICK_SIZES
+    } else {
+        &scaling::SIZES
+    };
+    let of_scaling = scaling::Plan {
+        crossgrain: &options.crossgrain,
+        sizes,
+        repeats: if options.quick { 1 } else { 5 },
+        yade: &options.yade,
+        work: work.path(),
+    };
+    let (scaling, not_scaled) = scaling::measure(&of_scaling, &bed, &task)?;
+    missed.extend(not_scaled);
+    task.done(&format!("{} sizes", sizes.len()));
+
+    let pairs_a_grain = clocked.listed_pairs as f64 / f64::from(PAPER);
+    Ok(Bench {
+        version: BENCH_VERSION,
+        crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
+        command: options.command.clone(),
+        quick: options.quick,
+        rounds: options.rounds,
+        machine,
+        bed: BedRecord {
+            grains: PAPER,
+            scene_digest: bed.scene.digest(),
+            state: bed.bodies.digest(),
+            listed_pairs: clocked.listed_pairs,
+            touching_pairs: clocked.touching_pairs,
+            steps_per_build: CLOCKED_STEPS as f64 / clocked.builds.max(1) as f64,
+        },
+        stages: clocked.shares,
+        instructions,
+        distances: distances(&scaling, pairs_a_grain, &throughput),
+        throughput,
+        goals: goals::goals(&rounds.contests, &scaling),
+        disturbed: disturbed(&rounds.contests),
+        verdict: verdict(&rounds.contests, rounds.sorted_bits.as_ref(), &missed),
+        contests: rounds.contests,
+        sorted_bits: rounds.sorted_bits,
+        scaling,
+        missed,
+        seconds: began.elapsed().as_secs_f64(),
+    })
+}
+
+/// Of the smallest and the largest bed from the paper's size on.
+fn distances(points: &[Point], pairs_a_grain: f64, throughput: &Throughput) -> Vec<Distance> {
+    let exact = |point: &&Point| point.name == "native exact" && point.grains >= PAPER;
+    let of: Vec<&Point> = points.iter().filter(exact).collect();
+    let ends = of
+        .first()
+        .into_iter()
+        .chain(of.last().filter(|_| of.len() > 1));
+    ends.map(|point| {
+        let grains = f64::from(point.grains);
+        let work = Work {
+            pairs: pairs_a_grain * grains,
+            grains,
+        };
+        let read_rate = limits::read_rate(work.bytes() as usize);
+        let measured = point.seconds_per_step.median;
+        Distance {
+            grains: point.grains,
+            seconds_per_step: measured,
+            bytes: work.bytes(),
+            read_rate,
+            bounds: work.bounds(throughput, read_rate, measured),
+        }
+    })
+    .collect()
+}
+
+/// A processor share below this in some round says that somebody else was at work.
+const UNDISTURBED: f64 = 0.95;
+
+fn disturbed(contests: &[Contest]) -> bool {
+    let shares = contests
+        .iter()
+        .filter_map(|contest| contest.processor_share);
+    shares.into_iter().any(|share| share < UNDISTURBED)
+}
+
+fn verdict(contests: &[Contest], bits: Option<&TableBits>, missed: &[Missed]) -> Verdict {
+    let sane = contests.iter().all(|contest| contest.sanity.holds);
+    if !sane || bits.is_some_and(|bits| !bits.agrees()) {
+        return Verdict::Fail;
+    }
+    if missed.iter().any(|missed| missed.needed || missed.failed) {
+        return Verdict::NotMade;
+    }
+    Verdict::Pass
+}

@@ -1,0 +1,178 @@
+//! The beds that are timed: settled ones, and wide ones laid out of copies of a settled one.
+
+use std::fs;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::files::write_whole;
+use crate::run::tables::{read_bodies, write_bodies};
+use grains::generate::initial_bodies;
+use grains::native::{self, NativeError};
+use grains::scene::{Cloud, Scene, paper_scene};
+use grains::tables::{Bodies, Stage};
+use grains::task::{Observer, Start, Task, Until};
+
+/// Grains of the paper's bed.
+pub const PAPER: u32 = 5000;
+
+/// Steps that a bed laid out of copies is given to come to rest at its joints.
+const RELAXING: u64 = 1000;
+
+/// A bed at rest.
+#[derive(Debug, Clone)]
+pub struct Bed {
+    /// The paper's scene for so many grains, as deep and as dense as the paper's.
+    pub scene: Scene,
+    /// Its grains.
+    pub bodies: Bodies,
+}
+
+/// The paper's scene with the box as wide as `grains` need for the paper's depth.
+pub fn scene_of(grains: u32) -> Scene {
+    let mut scene = paper_scene(1, grains);
+    let width = f64::from(grains) / f64::from(PAPER);
+    scene.container.width *= width;
+    let Cloud::JitteredLattice { columns, .. } = &mut scene.cloud;
+    *columns = (f64::from(*columns) * width).round() as u32;
+    scene
+}
+
+/// Pours and settles so many grains in the native engine.
+pub fn settled(grains: u32, observer: &mut dyn Observer) -> Result<Bed, NativeError> {
+    let mut scene = scene_of(grains);
+    scene.measurement.history_every = u64::from(u32::MAX);
+    let task = Task::settle(initial_bodies(&scene));
+    let outcome = native::run(&scene, &task, &native::Options::default(), observer)?;
+    Ok(Bed {
+        scene: scene_of(grains),
+        bodies: outcome.last.bodies,
+    })
+}
+
+/// What a kept bed must be, to be taken over.
+#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Kept {
+    scene_digest: String,
+    state: String,
+    crossgrain: String,
+}
+
+/// The settled bed kept in this folder, or a new one that is then kept there.
+pub fn settled_or_kept(
+    folder: &Path,
+    grains: u32,
+    observer: &mut dyn Observer,
+) -> Result<Bed, super::BenchError> {
+    let table = folder.join(format!("bed-{grains}.csv"));
+    let note = folder.join(format!("bed-{grains}.json"));
+    let scene = scene_of(grains);
+    let kept = |bodies: &Bodies| Kept {
+        scene_digest: scene.digest(),
+        state: bodies.digest(),
+        crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
+    };
+    let noted = fs::read_to_string(&note)
+        .ok()
+        .and_then(|text| serde_json::from_str::<Kept>(&text).ok());
+    if let Some(noted) = noted
+        && let Ok(bodies) = read_bodies(&table, grains)
+        && kept(&bodies) == noted
+    {
+        return Ok(Bed { scene, bodies });
+    }
+    let bed = settled(grains, observer)?;
+    write_bodies(&table, &bed.bodies)?;
+    let text = serde_json::to_string(&kept(&bed.bodies))
+        .map_err(|error| super::BenchError::Nonsense(error.to_string()))?;
+    write_whole(&note, text.as_bytes())?;
+    Ok(bed)
+}
+
+/// `copies` of a settled bed side by side, every second one mirrored, so that grains that touched a wall
+/// now touch their mirror images; then some steps of rest. Grains are numbered as a cloud of
+/// that width would be: row by row of the lattice that was poured, from the floor up.
+pub fn laid_out(of: &Bed, copies: u32) -> Result<Bed, NativeError> {
+    let grains = of.bodies.len() as u32 * copies;
+    let scene = scene_of(grains);
+    let Cloud::JitteredLattice { columns, .. } = of.scene.cloud;
+    let bodies = side_by_side(&of.bodies, of.scene.container.width, columns, copies);
+    let task = Task {
+        start: start(bodies),
+        until: Until::Step(RELAXING),
+    };
+    let mut quiet = scene.clone();
+    quiet.measurement.history_every = u64::from(u32::MAX);
+    let outcome = native::run(&quiet, &task, &native::Options::default(), &mut ())?;
+    Ok(Bed {
+        scene,
+        bodies: outcome.last.bodies,
+    })
+}
+
+/// The start of a run from a bed.
+pub fn start(bodies: Bodies) -> Start {
+    Start {
+        stage: Stage::Settle,
+        step: 0,
+        bodies,
+        punch: None,
+    }
+}
+
+/// The grains of [`laid_out`] before they come to rest.
+pub fn side_by_side(of: &Bodies, width: f64, columns: u32, copies: u32) -> Bodies {
+    let columns = columns as usize;
+    let mut places: Vec<(usize, usize, usize, usize)> = Vec::new();
+    for copy in 0..copies as usize {
+        for id in 0..of.len() {
+            let column = id % columns;
+            let across = if copy % 2 == 0 {
+                column
+            } else {
+                columns - 1 - column
+            };
+            places.push((id / columns, copy, across, id));
+        }
+    }
+    places.sort_unstable();
+    let mut bodies = Bodies::with_capacity(places.len());
+    for (_, copy, _, id) in places {
+        let (x, vx) = if copy % 2 == 0 {
+            (of.x[id], of.vx[id])
+        } else {
+            (width - of.x[id], -of.vx[id])
+        };
+        bodies.push(
+            [copy as f64 * width + x, of.z[id]],
+            [vx, of.vz[id]],
+            of.radius[id],
+            of.mass[id],
+        );
+    }
+    bodies
+}
+
+/// The same grains numbered without any order: the worst that memory can be asked for.
+pub fn shuffled(of: &Bodies) -> Bodies {
+    let mut order: Vec<usize> = (0..of.len()).collect();
+    // Fisher and Yates with a plain congruential generator (Knuth's MMIX): any disorder serves.
+    let mut state = 1u64;
+    for last in (1..order.len()).rev() {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        order.swap(last, (state >> 33) as usize % (last + 1));
+    }
+    let mut bodies = Bodies::with_capacity(of.len());
+    for id in order {
+        bodies.push(
+            [of.x[id], of.z[id]],
+            [of.vx[id], of.vz[id]],
+            of.radius[id],
+            of.mass[id],
+        );
+    }
+    bodies
+}

@@ -1,0 +1,278 @@
+//! The engines that are timed side by side, behind one word.
+
+use std::path::Path;
+use std::time::Duration;
+
+use serde::Serialize;
+
+use super::bed::Bed;
+use super::sanity::{Sanity, Tolerance, between_grains};
+use super::{BenchError, brought, lammps, liggghts, native, program};
+use crate::engine::exec::Brought;
+use crate::engine::yade::{self, timing::Steps};
+use grains::model::Model;
+use grains::native::Mode;
+use grains::tables::{Bodies, Snapshot};
+use grains::timing::{Share, Window};
+
+/// An engine in one of its ways of working.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Contender {
+    /// The native engine, YADE's bits.
+    Exact,
+    /// The native engine, any order.
+    Free,
+    /// The native engine, contact forces in single precision.
+    Single,
+    /// YADE `-j1`, its own order.
+    YadeOrdinary,
+    /// YADE `-j1`, interactions in the order of their ids.
+    YadeSorted,
+    /// LAMMPS, gran/hooke.
+    Lammps,
+    /// LIGGGHTS, hooke/stiffness.
+    Liggghts,
+    /// A program that speaks the engine protocol.
+    Brought,
+}
+
+/// Those that always take part, in the order in which they stand in tables.
+pub const ALL: [Contender; 7] = [
+    Contender::Exact,
+    Contender::Free,
+    Contender::Single,
+    Contender::YadeOrdinary,
+    Contender::YadeSorted,
+    Contender::Lammps,
+    Contender::Liggghts,
+];
+
+/// The native engine's.
+pub const NATIVE: [Contender; 3] = [Contender::Exact, Contender::Free, Contender::Single];
+
+/// Those whose instructions are counted; YADE's sorted loop would take minutes.
+pub const COUNTED: [Contender; 6] = [
+    Contender::Exact,
+    Contender::Free,
+    Contender::Single,
+    Contender::YadeOrdinary,
+    Contender::Lammps,
+    Contender::Liggghts,
+];
+
+/// Steps of the other engines' windows, and of the check of every bed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Plan {
+    /// Steps before a window.
+    pub warm_up: u64,
+    /// Steps of a window of the native engine.
+    pub native: u64,
+    /// Steps of a window of another engine.
+    pub other: u64,
+    /// Steps with YADE's own timers on.
+    pub shares: u64,
+}
+
+impl Plan {
+    /// Steps after which beds are compared.
+    pub fn compared_after(&self) -> u64 {
+        self.warm_up + self.other
+    }
+}
+
+/// The engines that are programs of their own, as far as they are not looked for on the path.
+#[derive(Debug, Clone, Copy)]
+pub struct Programs<'a> {
+    /// How YADE is started.
+    pub yade: &'a yade::Options,
+    /// The engine that was brought, if there is one.
+    pub brought: Option<&'a Brought>,
+}
+
+impl Programs<'_> {
+    /// For tables. A program that was brought may have the name of one that takes part anyway.
+    pub fn name_of(&self, contender: Contender) -> String {
+        match (contender, self.brought) {
+            (Contender::Brought, Some(of)) => format!("exec:{}", of.description.name),
+            _ => contender.name().to_owned(),
+        }
+    }
+
+    /// Where it says that it does something else than the model says.
+    pub fn approximations_of(&self, contender: Contender) -> Vec<String> {
+        match (contender, self.brought) {
+            (Contender::Brought, Some(of)) => of.description.approximations.clone(),
+            _ => Vec::new(),
+        }
+    }
+
+    fn tolerance_of(&self, contender: Contender) -> Tolerance {
+        if self.approximations_of(contender).is_empty() {
+            contender.tolerance()
+        } else {
+            Tolerance::OTHER_LAW
+        }
+    }
+}
+
+/// What an engine did in a round.
+#[derive(Debug)]
+pub struct Turn {
+    /// The timed steps.
+    pub window: Window,
+    /// The bed after [`Plan::compared_after`] steps, and its contacts between grains; a native engine is not asked
+    /// here, because its window is longer.
+    pub bed: Option<(Bodies, usize)>,
+    /// Its version.
+    pub version: String,
+    /// Largest resident memory of its process, where that is known.
+    pub peak_memory: Option<u64>,
+    /// Its own account of where the time goes.
+    pub shares: Vec<Share>,
+}
+
+impl Contender {
+    /// For tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Contender::Exact => "native exact",
+            Contender::Free => "native free",
+            Contender::Single => "native single",
+            Contender::YadeOrdinary => "YADE -j1, ordinary loop",
+            Contender::YadeSorted => "YADE -j1, sorted loop",
+            Contender::Lammps => "LAMMPS gran/hooke",
+            Contender::Liggghts => "LIGGGHTS hooke/stiffness",
+            Contender::Brought => "exec",
+        }
+    }
+
+    /// The mode, of a native engine.
+    pub fn mode(self) -> Option<Mode> {
+        match self {
+            Contender::Exact => Some(Mode::Exact),
+            Contender::Free => Some(Mode::Free),
+            Contender::Single => Some(Mode::Single),
+            _ => None,
+        }
+    }
+
+    /// Whether a benchmark without it lacks something.
+    pub fn is_needed(self) -> bool {
+        !matches!(self, Contender::Lammps | Contender::Liggghts)
+    }
+
+    fn tolerance(self) -> Tolerance {
+        match self {
+            Contender::Exact | Contender::YadeOrdinary | Contender::YadeSorted => {
+                Tolerance::ROUNDING
+            }
+            Contender::Free | Contender::Brought => Tolerance::FREE,
+            Contender::Single => Tolerance::SINGLE,
+            Contender::Lammps | Contender::Liggghts => Tolerance::OTHER_LAW,
+        }
+    }
+
+    /// Times its window on the bed.
+    pub fn run(
+        self,
+        bed: &Bed,
+        plan: &Plan,
+        programs: Programs<'_>,
+        work: &Path,
+    ) -> Result<Turn, BenchError> {
+        let folder = program::folder(work, "turn")?;
+        let yade = programs.yade;
+        let limit = yade.time_limit;
+        match self {
+            Contender::Exact | Contender::Free | Contender::Single => {
+                let mode = self.mode().unwrap_or_default();
+                Ok(Turn {
+                    window: native::time(bed, mode, plan.native)?,
+                    bed: None,
+                    version: env!("CARGO_PKG_VERSION").to_owned(),
+                    peak_memory: None,
+                    shares: Vec::new(),
+                })
+            }
+            Contender::YadeOrdinary => in_yade(bed, plan, false, yade, &folder),
+            Contender::YadeSorted => in_yade(bed, plan, true, yade, &folder),
+            Contender::Lammps => foreign(lammps::time, bed, plan, &folder, limit),
+            Contender::Liggghts => foreign(liggghts::time, bed, plan, &folder, limit),
+            Contender::Brought => {
+                let engine = programs.brought.ok_or_else(|| {
+                    BenchError::Missing("no engine was brought: --engine exec:PATH".to_owned())
+                })?;
+                brought::time(bed, plan, engine, &folder)
+            }
+        }
+    }
+
+    /// Holds its bed against the exact one after the same steps.
+    pub fn check(
+        self,
+        turn: &Turn,
+        programs: Programs<'_>,
+        bed: &Bed,
+        exact: &Snapshot,
+    ) -> Result<Sanity, BenchError> {
+        let mean_radius = 0.5 * bed.scene.particles.mean_diameter;
+        let tolerance = programs.tolerance_of(self);
+        let of =
+            |bodies: &Bodies, contacts| Sanity::of(bodies, contacts, exact, mean_radius, tolerance);
+        match (&turn.bed, self.mode()) {
+            (Some((bodies, contacts)), _) => Ok(of(bodies, *contacts)),
+            (None, mode) => {
+                let own = native::after(bed, mode.unwrap_or_default(), exact.step)?;
+                Ok(of(&own.bodies, between_grains(&own)))
+            }
+        }
+    }
+}
+
+fn in_yade(
+    bed: &Bed,
+    plan: &Plan,
+    sorted: bool,
+    options: &yade::Options,
+    work: &Path,
+) -> Result<Turn, BenchError> {
+    let options = yade::Options {
+        sorted,
+        ..options.clone()
+    };
+    let steps = Steps {
+        warm_up: plan.warm_up,
+        timed: plan.other,
+        shares: plan.shares,
+    };
+    let model = Model::of(&bed.scene);
+    let timed = yade::timing::time(&model, &bed.bodies, steps, &options, work)?;
+    let grains = timed.bodies.len() as u32;
+    let contacts = timed.contacts.iter();
+    let contacts = contacts.filter(|of| of.id1 < grains).count();
+    Ok(Turn {
+        window: timed.window,
+        bed: Some((timed.bodies, contacts)),
+        version: timed.version,
+        peak_memory: Some(timed.peak_memory),
+        shares: timed.shares,
+    })
+}
+
+fn foreign(
+    time: fn(&Bed, u64, u64, &Path, Duration) -> Result<lammps::Foreign, BenchError>,
+    bed: &Bed,
+    plan: &Plan,
+    work: &Path,
+    limit: Duration,
+) -> Result<Turn, BenchError> {
+    let timed = time(bed, plan.warm_up, plan.other, work, limit)?;
+    Ok(Turn {
+        window: timed.window,
+        bed: Some((timed.bodies, timed.contacts)),
+        version: timed.version,
+        peak_memory: None,
+        shares: Vec::new(),
+    })
+}

@@ -1,0 +1,255 @@
+//! Instructions a step, counted by valgrind's callgrind: a figure that does not depend on the machine's mood.
+//!
+//! Two runs of different length are counted, and their difference is what the steps take, without start and
+//! reading. Valgrind 3.19 shows programs a processor without AVX-512, so the native code that is counted is the one for AVX2.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::bed::Bed;
+use super::contender::Contender;
+use super::{BenchError, Missed, lammps, liggghts, one, program};
+use crate::engine::yade::{self, timing::Steps};
+use crate::files::read_text;
+use crate::progress::Task;
+use grains::model::Model;
+
+/// Counted instructions.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Instructions {
+    /// Which engine.
+    pub contender: Contender,
+    /// For tables.
+    pub name: String,
+    /// Instructions a step.
+    pub per_step: f64,
+    /// Instructions a step and pair that the native engine lists.
+    pub per_listed_pair: f64,
+    /// Over those of native exact.
+    pub over_exact: f64,
+    /// Share of each function that has at least a hundredth, itself without what it calls; largest first.
+    pub functions: Vec<(String, f64)>,
+}
+
+/// Steps of the two counted runs: the native engine's, and other engines', which take more.
+const NATIVE_STEPS: [u64; 2] = [40, 240];
+const OTHER_STEPS: [u64; 2] = [10, 30];
+
+/// What is counted on: a bed, this program, and how other engines are started.
+#[derive(Debug, Clone, Copy)]
+pub struct Counting<'a> {
+    /// The program `crossgrain`.
+    pub crossgrain: &'a Path,
+    /// The bed.
+    pub bed: &'a Bed,
+    /// Its listed pairs.
+    pub listed_pairs: usize,
+    /// How YADE is started.
+    pub yade: &'a yade::Options,
+    /// A folder for the processes.
+    pub work: &'a Path,
+}
+
+impl Counting<'_> {
+    /// Counts each of these engines; what cannot be counted is missed.
+    pub fn all(
+        &self,
+        of: &[Contender],
+        progress: &Task,
+        missed: &mut Vec<Missed>,
+    ) -> Result<Vec<Instructions>, BenchError> {
+        let mut all: Vec<Instructions> = Vec::new();
+        for (index, contender) in of.iter().enumerate() {
+            progress.share(index as f64 / of.len() as f64, contender.name());
+            let exact = all.first().map(|exact| exact.per_step);
+            if exact.is_none() && *contender != Contender::Exact {
+                // There is nothing to hold it against.
+                continue;
+            }
+            match self.count(*contender) {
+                Ok(mut counted) => {
+                    let exact = exact.unwrap_or(counted.per_step);
+                    counted.over_exact = counted.per_step / exact;
+                    all.push(counted);
+                }
+                Err(error) => {
+                    let what = format!("instructions of {}", contender.name());
+                    // The counter's failure is none of the engine's.
+                    missed.push(Missed {
+                        failed: false,
+                        ..Missed::of(&what, false, error)?
+                    });
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    /// Counts the instructions of a step of this engine.
+    fn count(&self, contender: Contender) -> Result<Instructions, BenchError> {
+        let valgrind =
+            program::on_path("valgrind").ok_or_else(|| program::missing("valgrind", "valgrind"))?;
+        let [few, many] = match contender.mode() {
+            Some(_) => NATIVE_STEPS,
+            None => OTHER_STEPS,
+        };
+        let (of_few, first) = self.profile(&valgrind, contender, few)?;
+        let (of_many, last) = self.profile(&valgrind, contender, many)?;
+        let steps = (last - first) as f64;
+        let more = |name: &str| {
+            let of = |profile: &Profile| profile.functions.get(name).copied().unwrap_or(0) as f64;
+            of(&of_many) - of(&of_few)
+        };
+        let total = of_many.total() as f64 - of_few.total() as f64;
+        if !(total > 0.0 && steps > 0.0) {
+            return Err(BenchError::Nonsense("callgrind counted nothing".to_owned()));
+        }
+        let names = of_many.functions.keys();
+        let mut functions: Vec<(String, f64)> = names
+            .map(|name| (name.clone(), more(name) / total))
+            .filter(|(_, share)| *share >= 0.01)
+            .collect();
+        functions.sort_by(|a, b| b.1.total_cmp(&a.1));
+        Ok(Instructions {
+            contender,
+            name: contender.name().to_owned(),
+            per_step: total / steps,
+            per_listed_pair: total / steps / self.listed_pairs as f64,
+            over_exact: 1.0,
+            functions,
+        })
+    }
+
+    /// The profile of a run of about `steps` steps, and how many there were.
+    fn profile(
+        &self,
+        valgrind: &Path,
+        contender: Contender,
+        steps: u64,
+    ) -> Result<(Profile, u64), BenchError> {
+        let folder = program::folder(self.work, "counted")?;
+        let out = folder.join("callgrind.out");
+        let under = [
+            "--tool=callgrind".to_owned(),
+            format!("--callgrind-out-file={}", out.display()),
+        ];
+        let limit = self.yade.time_limit;
+        let run = |program: &Path, more: &[String]| {
+            let arguments: Vec<String> =
+                [&under[..], &[program.display().to_string()], more].concat();
+            let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+            program::run(valgrind, &arguments, &folder, limit)
+        };
+        let done = match contender {
+            Contender::Exact | Contender::Free | Contender::Single => {
+                one::write(self.bed, &folder)?;
+                let mode = contender.mode().unwrap_or_default();
+                let log = run(self.crossgrain, &one::arguments(&folder, mode, steps))?;
+                one::said(&log)?.steps
+            }
+            Contender::YadeOrdinary | Contender::YadeSorted => {
+                let mut whole = vec![valgrind.display().to_string()];
+                whole.extend(under.iter().cloned());
+                let options = yade::Options {
+                    sorted: contender == Contender::YadeSorted,
+                    stall_limit: limit,
+                    under: whole,
+                    ..self.yade.clone()
+                };
+                let steps = Steps {
+                    warm_up: 0,
+                    timed: steps,
+                    shares: 0,
+                };
+                let model = Model::of(&self.bed.scene);
+                let job = program::folder(&folder, "job")?;
+                yade::timing::time(&model, &self.bed.bodies, steps, &options, &job)?;
+                steps.timed
+            }
+            Contender::Lammps => {
+                let lmp = lammps::prepare(self.bed, 0, steps, &folder)?;
+                run(&lmp, &lammps::ARGUMENTS.map(str::to_owned))?;
+                steps
+            }
+            // Its start would be counted, and whatever starts it.
+            Contender::Brought => {
+                return Err(BenchError::Missing(
+                    "instructions of an engine that is brought are not counted".to_owned(),
+                ));
+            }
+            Contender::Liggghts => {
+                let liggghts = liggghts::prepare(self.bed, 0, steps, &folder)?;
+                run(&liggghts, &lammps::ARGUMENTS.map(str::to_owned))?;
+                steps
+            }
+        };
+        Ok((Profile::parse(&read_text(&out, 1 << 28)?), done))
+    }
+}
+
+/// Instructions by function, from callgrind's file.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Profile {
+    /// Of each function itself, without what it calls.
+    pub functions: BTreeMap<String, u64>,
+}
+
+impl Profile {
+    /// Of all functions.
+    pub fn total(&self) -> u64 {
+        self.functions.values().sum()
+    }
+
+    /// Reads callgrind's format (its manual, chapter "Callgrind Format Specification"): a cost line belongs to the last
+    /// `fn=`, the line after `calls=` is the callee's and not its own; names are written out once.
+    pub fn parse(text: &str) -> Self {
+        let mut profile = Profile::default();
+        let mut names: BTreeMap<&str, &str> = BTreeMap::new();
+        let mut current = "";
+        let mut skip = false;
+        for line in text.lines() {
+            if let Some(function) = line.strip_prefix("fn=") {
+                let (number, name) = function.split_once(' ').unwrap_or((function, ""));
+                if !name.is_empty() {
+                    names.insert(number, name);
+                }
+                current = names.get(number).copied().unwrap_or(number);
+            } else if let Some(function) = line.strip_prefix("cfn=") {
+                if let Some((number, name)) = function.split_once(' ') {
+                    names.insert(number, name);
+                }
+            } else if line.starts_with("calls=") {
+                skip = true;
+            } else if line
+                .starts_with(|first: char| first.is_ascii_digit() || "+-*".contains(first))
+            {
+                let cost = line
+                    .split(' ')
+                    .nth(1)
+                    .and_then(|cost| cost.parse::<u64>().ok());
+                if let Some(cost) = cost.filter(|_| !skip) {
+                    *profile.functions.entry(current.to_owned()).or_default() += cost;
+                }
+                skip = false;
+            }
+        }
+        profile
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Profile;
+
+    #[test]
+    fn costs_of_callees_are_not_the_callers() {
+        let text = "events: Ir\nfl=(1) a.rs\nfn=(1) outer\n10 5\n+2 7\ncfn=(2) inner\ncalls=1 20\n\
+                    * 100\n-1 1\nfn=(2)\n20 100\n\ntotals: 113\n";
+        let functions = Profile::parse(text).functions;
+        assert_eq!(functions["outer"], 13);
+        assert_eq!(functions["inner"], 100);
+        assert_eq!(functions.len(), 2);
+    }
+}

@@ -1,0 +1,180 @@
+//! Cost and memory against the number of grains, each size in a process of its own.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::bed::{self, Bed, PAPER};
+use super::spread::Spread;
+use super::{BenchError, Missed, one, program};
+use crate::engine::yade::{self, timing::Steps};
+use crate::progress::Task;
+use grains::model::Model;
+use grains::native::Mode;
+
+/// Sizes of the whole benchmark; those up to the paper's are settled, the larger ones are laid out of copies of it.
+pub const SIZES: [u32; 7] = [1_000, 2_000, PAPER, 10_000, 20_000, 50_000, 100_000];
+/// Sizes of the quick one.
+pub const QUICK_SIZES: [u32; 2] = [1_000, PAPER];
+
+/// Grains times steps of a native window: some tenths of a second.
+const NATIVE_GRAIN_STEPS: u64 = 40_000_000;
+/// The same of YADE's.
+const YADE_GRAIN_STEPS: u64 = 1_000_000;
+/// Steps of the smallest window: enough that none is all warm-up.
+const FEWEST_STEPS: u64 = 20;
+
+/// One way of computing one size.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Point {
+    /// The engine and its way: `native exact`, `native exact, ids shuffled`, `YADE -j1, ordinary loop`.
+    pub name: String,
+    /// Number of grains.
+    pub grains: u32,
+    /// Seconds a step.
+    pub seconds_per_step: Spread,
+    /// Median seconds a step and grain.
+    pub seconds_per_grain: f64,
+    /// Largest resident memory of the process, bytes.
+    pub peak_memory: Option<u64>,
+}
+
+/// What is to be measured, and how.
+#[derive(Debug, Clone, Copy)]
+pub struct Plan<'a> {
+    /// The program `crossgrain`.
+    pub crossgrain: &'a Path,
+    /// Numbers of grains, rising.
+    pub sizes: &'a [u32],
+    /// Times that each native point is measured.
+    pub repeats: u32,
+    /// How YADE is started.
+    pub yade: &'a yade::Options,
+    /// A folder for the processes.
+    pub work: &'a Path,
+}
+
+/// The ways of the native engine: name, mode, and whether ids are shuffled.
+const NATIVE: [(&str, Mode, bool); 4] = [
+    ("native exact", Mode::Exact, false),
+    ("native free", Mode::Free, false),
+    ("native single", Mode::Single, false),
+    ("native exact, ids shuffled", Mode::Exact, true),
+];
+
+/// YADE's way, in its points.
+pub const YADE: &str = "YADE -j1, ordinary loop";
+
+/// Measures every size in every way.
+pub fn measure(
+    plan: &Plan<'_>,
+    paper: &Bed,
+    progress: &Task,
+) -> Result<(Vec<Point>, Vec<Missed>), BenchError> {
+    let mut beds = Vec::new();
+    for &size in plan.sizes {
+        progress.share(0.0, &format!("a bed of {size} grains"));
+        beds.push(match size {
+            PAPER => paper.clone(),
+            small if small < PAPER => bed::settled(small, &mut ())?,
+            large => bed::laid_out(paper, large / PAPER)?,
+        });
+    }
+    let mut points = native_points(plan, &beds, progress)?;
+    let mut missed = Vec::new();
+    for bed in &beds {
+        let grains = bed.bodies.len() as u32;
+        progress.share(0.7, &format!("YADE, {grains} grains"));
+        match in_yade(plan, bed) {
+            Ok(point) => points.push(point),
+            Err(error) => {
+                missed.push(Missed::of(
+                    "cost against the number of grains in YADE",
+                    true,
+                    error,
+                )?);
+                break;
+            }
+        }
+    }
+    Ok((points, missed))
+}
+
+/// Repeats go round all sizes, so that a busy minute does not fall on one of them alone.
+fn native_points(plan: &Plan<'_>, beds: &[Bed], progress: &Task) -> Result<Vec<Point>, BenchError> {
+    let mut folders = Vec::new();
+    for bed in beds {
+        let grains = bed.bodies.len();
+        let plain = program::folder(plan.work, &format!("bed-{grains}"))?;
+        one::write(bed, &plain)?;
+        let shuffled = program::folder(plan.work, &format!("bed-{grains}-shuffled"))?;
+        let disorder = Bed {
+            scene: bed.scene.clone(),
+            bodies: bed::shuffled(&bed.bodies),
+        };
+        one::write(&disorder, &shuffled)?;
+        folders.push([plain, shuffled]);
+    }
+    let mut times = vec![(Vec::new(), None); beds.len() * NATIVE.len()];
+    for repeat in 0..plan.repeats {
+        for (at, bed) in beds.iter().enumerate() {
+            let grains = bed.bodies.len() as u64;
+            progress.share(
+                0.1 + 0.6 * f64::from(repeat) / f64::from(plan.repeats),
+                &format!("native, {grains} grains"),
+            );
+            let steps = (NATIVE_GRAIN_STEPS / grains).max(FEWEST_STEPS);
+            for (way, (_, mode, shuffled)) in NATIVE.iter().enumerate() {
+                let one = one::in_a_process(
+                    plan.crossgrain,
+                    &folders[at][usize::from(*shuffled)],
+                    *mode,
+                    steps,
+                    plan.yade.time_limit,
+                )?;
+                let (all, memory) = &mut times[at * NATIVE.len() + way];
+                all.push(one.window.seconds_per_step());
+                *memory = one.peak_memory;
+            }
+        }
+    }
+    let points = times
+        .into_iter()
+        .enumerate()
+        .filter_map(|(index, (all, memory))| {
+            let grains = beds[index / NATIVE.len()].bodies.len() as u32;
+            let (name, _, _) = NATIVE[index % NATIVE.len()];
+            Some(point(name, grains, Spread::of(all)?, memory))
+        });
+    Ok(points.collect())
+}
+
+fn in_yade(plan: &Plan<'_>, bed: &Bed) -> Result<Point, BenchError> {
+    let grains = bed.bodies.len() as u32;
+    let timed = (YADE_GRAIN_STEPS / u64::from(grains)).max(FEWEST_STEPS);
+    let steps = Steps {
+        warm_up: timed.div_ceil(4),
+        timed,
+        shares: 0,
+    };
+    let options = yade::Options {
+        sorted: false,
+        ..plan.yade.clone()
+    };
+    let folder = program::folder(plan.work, "yade")?;
+    let model = Model::of(&bed.scene);
+    let run = yade::timing::time(&model, &bed.bodies, steps, &options, &folder)?;
+    let all = vec![run.window.seconds_per_step()];
+    let spread = Spread::of(all).ok_or_else(|| BenchError::Nonsense("no time".to_owned()))?;
+    Ok(point(YADE, grains, spread, Some(run.peak_memory)))
+}
+
+fn point(name: &str, grains: u32, seconds_per_step: Spread, peak_memory: Option<u64>) -> Point {
+    Point {
+        name: name.to_owned(),
+        grains,
+        seconds_per_grain: seconds_per_step.median / f64::from(grains),
+        seconds_per_step,
+        peak_memory,
+    }
+}

@@ -1,0 +1,326 @@
+//! The run folder: what a run leaves behind, and how it is read back without trust.
+//!
+//! `scene.json`, `run.json`, `initial.csv`, `bodies.csv`, `contacts.csv`, `history.csv`, `trace.csv`,
+//! for a run with loading also `settled-bodies.csv` and `settled-contacts.csv`, for YADE `yade.log`, for an engine that was
+//! brought `engine.log`.
+//! Any of the tables may be packed, with `.gz` after its name.
+
+pub mod record;
+pub mod recording;
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::files::{FileError, read_text, write_folder, write_whole};
+use crate::run::scene_file::SceneFileError;
+use crate::run::scene_file::read_scene;
+use crate::run::tables::{self as text, TableError};
+use grains::measure::Bed;
+use grains::measure::history::HistoryRow;
+use grains::model::Model;
+use grains::scene::Scene;
+use grains::tables::{Bodies, BodyIds, Contact, Snapshot, Stage};
+use grains::task::moments;
+
+use record::{EngineRecord, RECORD_VERSION, RunRecord, TraceRow};
+
+/// Grains and contacts at one moment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Moment {
+    /// All grains.
+    pub bodies: Bodies,
+    /// All contacts, sorted by ids.
+    pub contacts: Vec<Contact>,
+}
+
+impl Moment {
+    /// For measuring.
+    pub fn bed(&self) -> Bed<'_> {
+        Bed {
+            bodies: &self.bodies,
+            contacts: &self.contacts,
+        }
+    }
+}
+
+impl From<Snapshot> for Moment {
+    fn from(snapshot: Snapshot) -> Self {
+        Moment {
+            bodies: snapshot.bodies,
+            contacts: snapshot.contacts,
+        }
+    }
+}
+
+/// Everything that a run folder holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunFolder {
+    /// The scene that was run.
+    pub scene: Scene,
+    /// `run.json`.
+    pub record: RunRecord,
+    /// The start.
+    pub initial: Bodies,
+    /// The settled bed, for a run with loading.
+    pub settled: Option<Moment>,
+    /// The end.
+    pub last: Moment,
+    /// A row a moment.
+    pub history: Vec<HistoryRow>,
+    /// The paths of the marked grains.
+    pub trace: Vec<TraceRow>,
+    /// What the engine printed.
+    pub log: String,
+}
+
+/// A run folder that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum FolderError {
+    #[error(transparent)]
+    File(#[from] FileError),
+    #[error("{path}: {source}")]
+    Scene {
+        path: PathBuf,
+        source: SceneFileError,
+    },
+    #[error(transparent)]
+    Table(#[from] TableError),
+    #[error("{path} is not a run folder: {reason}")]
+    Inconsistent { path: PathBuf, reason: String },
+}
+
+/// The most text that `run.json` may have, bytes.
+const LARGEST_RECORD: u64 = 1 << 24;
+/// The most rows of history that a run may have.
+const MOST_MOMENTS: u64 = 1 << 20;
+/// The most grains that a trace may follow.
+const MOST_MARKED: u64 = 200;
+
+/// Looked at before the rest, which another version may not have.
+#[derive(Deserialize)]
+struct Versioned {
+    version: u32,
+}
+
+impl RunFolder {
+    /// Writes the folder aside and renames it into place; `path` must not exist.
+    pub fn write(&self, path: &Path) -> Result<(), FolderError> {
+        write_folder(path, |aside| self.fill(aside))
+    }
+
+    /// `settle 42000 steps (settled), load 6435 steps (reached)`
+    pub fn stages_in_words(&self) -> String {
+        let of = |stage: &grains::task::StageReport| {
+            let stop = serde_json::to_value(stage.stop).unwrap_or_default();
+            let stop = stop.as_str().unwrap_or_default().replace('_', " ");
+            format!("{} {} steps ({stop})", stage.stage.name(), stage.steps)
+        };
+        let stages: Vec<String> = self.record.stages.iter().map(of).collect();
+        stages.join(", ")
+    }
+
+    fn fill(&self, folder: &Path) -> Result<(), FolderError> {
+        let json = |name: &str, text: serde_json::Result<String>| {
+            let path = folder.join(name);
+            match text {
+                Ok(text) => Ok(write_whole(&path, (text + "\n").as_bytes())?),
+                Err(error) => Err(FolderError::Inconsistent {
+                    path,
+                    reason: error.to_string(),
+                }),
+            }
+        };
+        json("scene.json", serde_json::to_string_pretty(&self.scene))?;
+        text::write_bodies(&folder.join("initial.csv"), &self.initial)?;
+        text::write_bodies(&folder.join("bodies.csv"), &self.last.bodies)?;
+        text::write_contacts(&folder.join("contacts.csv"), &self.last.contacts)?;
+        if let Some(settled) = &self.settled {
+            text::write_bodies(&folder.join("settled-bodies.csv"), &settled.bodies)?;
+            text::write_contacts(&folder.join("settled-contacts.csv"), &settled.contacts)?;
+        }
+        text::write_rows(
+            &folder.join("history.csv"),
+            HistoryRow::HEADER,
+            self.history.iter(),
+        )?;
+        text::write_rows(
+            &folder.join("trace.csv"),
+            TraceRow::HEADER,
+            self.trace.iter(),
+        )?;
+        if !self.log.is_empty() {
+            let name = match self.record.engine {
+                EngineRecord::Exec { .. } => "engine.log",
+                EngineRecord::Native { .. } | EngineRecord::Yade { .. } => "yade.log",
+            };
+            write_whole(&folder.join(name), self.log.as_bytes())?;
+        }
+        json("run.json", serde_json::to_string_pretty(&self.record))
+    }
+
+    /// Reads a folder and checks that its parts belong together.
+    pub fn read(path: &Path) -> Result<Self, FolderError> {
+        let wrong = |reason: String| FolderError::Inconsistent {
+            path: path.to_owned(),
+            reason,
+        };
+        let record_path = path.join("run.json");
+        let record_text = read_text(&record_path, LARGEST_RECORD)?;
+        let broken = |error: serde_json::Error| wrong(format!("run.json: {error}"));
+        let Versioned { version } = serde_json::from_str(&record_text).map_err(broken)?;
+        if !(1..=RECORD_VERSION).contains(&version) {
+            return Err(wrong(format!(
+                "run.json has version {version}, this program reads versions 1 to {RECORD_VERSION}"
+            )));
+        }
+        let record: RunRecord = serde_json::from_str(&record_text).map_err(broken)?;
+        let scene_path = path.join("scene.json");
+        let scene = read_scene(&scene_path).map_err(|source| FolderError::Scene {
+            path: scene_path,
+            source,
+        })?;
+        if scene.digest() != record.scene_digest {
+            return Err(wrong("scene.json is not the scene of run.json".to_owned()));
+        }
+        if record.time_step.to_bits() != scene.time_step_seconds().to_bits() {
+            return Err(wrong(
+                "the time step of run.json is not the scene's".to_owned(),
+            ));
+        }
+        let count = scene.particles.count;
+        let bodies_in = |name: &str| -> Result<Bodies, FolderError> {
+            let bodies = text::read_bodies(&packed(path, name), count)?;
+            if bodies.len() != count as usize {
+                return Err(wrong(format!(
+                    "{name} has {} grains, the scene {count}",
+                    bodies.len()
+                )));
+            }
+            Ok(bodies)
+        };
+        let initial = bodies_in("initial.csv")?;
+        if initial.digest() != record.initial_digest {
+            return Err(wrong("initial.csv is not the start of run.json".to_owned()));
+        }
+        if initial.rotate() != Model::of(&scene).law.rotates() {
+            return Err(wrong(
+                "initial.csv and scene.json do not agree on whether grains rotate".to_owned(),
+            ));
+        }
+        let moment_in = |prefix: &str| -> Result<Moment, FolderError> {
+            let bodies = bodies_in(&format!("{prefix}bodies.csv"))?;
+            if bodies.radius != initial.radius
+                || bodies.mass != initial.mass
+                || bodies.inertia != initial.inertia
+            {
+                return Err(wrong(format!(
+                    "{prefix}bodies.csv has other radii, masses or moments of inertia than initial.csv"
+                )));
+            }
+            let contacts = packed(path, &format!("{prefix}contacts.csv"));
+            let contacts = text::read_contacts(&contacts, BodyIds::of_box(count))?;
+            Ok(Moment { bodies, contacts })
+        };
+        let last = moment_in("")?;
+        let loaded = record.stages.iter().any(|of| of.stage == Stage::Load);
+        let settled = loaded.then(|| moment_in("settled-")).transpose()?;
+        let every = scene.measurement.history_every;
+        let rows: u64 = record
+            .stages
+            .iter()
+            .map(|stage| (stage.steps / every).saturating_add(2))
+            .fold(0, u64::saturating_add);
+        if rows > MOST_MOMENTS {
+            return Err(wrong(format!("its stages have {rows} moments of history")));
+        }
+        let room = text::room_for(rows);
+        let history: Vec<HistoryRow> = text::read_rows(&packed(path, "history.csv"), room)?;
+        if let Some(row) = history.iter().find(|row| !row.is_finite()) {
+            return Err(wrong(format!(
+                "history.csv has a number that is not finite at {} {}",
+                row.stage.name(),
+                row.step
+            )));
+        }
+        let room = text::room_for(rows * MOST_MARKED);
+        let trace: Vec<TraceRow> = text::read_rows(&packed(path, "trace.csv"), room)?;
+        if let Some(row) = trace.iter().find(|row| !(row.x + row.z).is_finite()) {
+            return Err(wrong(format!(
+                "trace.csv has a place of grain {} that is not finite",
+                row.id
+            )));
+        }
+        let logs = ["yade.log", "engine.log"].map(|name| packed(path, name));
+        let log = match logs.iter().find(|log| log.is_file()) {
+            Some(log) => read_text(log, LARGEST_RECORD)?,
+            None => String::new(),
+        };
+        let run = RunFolder {
+            scene,
+            record,
+            initial,
+            settled,
+            last,
+            history,
+            trace,
+            log,
+        };
+        match run.history_fits() {
+            Ok(()) => Ok(run),
+            Err(reason) => Err(wrong(reason)),
+        }
+    }
+
+    /// The history has every moment of the stages and no other, and its states at the start, at the
+    /// settled bed and at the end are those of the tables.
+    fn history_fits(&self) -> Result<(), String> {
+        let every = self.scene.measurement.history_every;
+        let wanted = self.record.stages.iter().flat_map(|stage| {
+            let steps = moments(0, stage.steps, every);
+            steps.into_iter().map(move |step| (stage.stage, step))
+        });
+        let found = self.history.iter().map(|row| (row.stage, row.step));
+        if !wanted.eq(found) {
+            return Err("history.csv has not the moments of the stages in run.json".to_owned());
+        }
+        let state_at = |stage: Stage, first: bool| {
+            let mut rows = self.history.iter().filter(|row| row.stage == stage);
+            let row = if first { rows.next() } else { rows.next_back() };
+            row.map(|row| row.state.as_str())
+        };
+        let initial = self.initial.digest();
+        let last = self.last.bodies.digest();
+        let mut ties = vec![("initial.csv", state_at(Stage::Settle, true), initial)];
+        if let Some(settled) = &self.settled {
+            let digest = settled.bodies.digest();
+            ties.push((
+                "settled-bodies.csv",
+                state_at(Stage::Settle, false),
+                digest.clone(),
+            ));
+            ties.push(("settled-bodies.csv", state_at(Stage::Load, true), digest));
+        }
+        let at_end = self.history.last().map(|row| row.state.as_str());
+        ties.push(("bodies.csv", at_end, last));
+        for (table, state, digest) in ties {
+            if state != Some(digest.as_str()) {
+                return Err(format!(
+                    "history.csv has another state than {table} at its moment"
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The table under its name or packed.
+fn packed(folder: &Path, name: &str) -> PathBuf {
+    let plain = folder.join(name);
+    let packed = folder.join(format!("{name}.gz"));
+    if !plain.exists() && packed.exists() {
+        packed
+    } else {
+        plain
+    }
+}

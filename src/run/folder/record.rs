@@ -1,0 +1,268 @@
+//! What `run.json` and `trace.csv` say.
+
+use serde::{Deserialize, Serialize};
+
+use crate::engine::exec::Description;
+use grains::measure;
+use grains::model::terms::ModelRecord;
+use grains::native::pouring::Phase;
+use grains::native::{Mode, Perturbation};
+use grains::tables::{Stage, StopReason};
+use grains::task::StageReport;
+
+/// The version of `run.json` that this program writes; it reads all before it. Version 2 has the model, version 3
+/// the evidence for an automatic time step, version 4 engines that people bring and runs that end settled.
+pub const RECORD_VERSION: u32 = 4;
+
+/// Which engine ran, as it is recorded.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "name", rename_all = "snake_case", deny_unknown_fields)]
+pub enum EngineRecord {
+    /// The native engine.
+    Native {
+        version: String,
+        /// The deliberate fault that was put in.
+        perturbation: Option<Perturbation>,
+        /// Left out where it is the exact one.
+        #[serde(default, skip_serializing_if = "Mode::is_exact")]
+        mode: Mode,
+    },
+    /// Debian's YADE.
+    Yade {
+        version: String,
+        /// Interactions visited in the order of their ids: the mode with the native engine's bits.
+        sorted: bool,
+        /// `verletDist`, m.
+        verlet_distance: f64,
+        /// SHA-256 of the script that ran inside YADE.
+        script: String,
+    },
+    /// A program that speaks the engine protocol.
+    Exec {
+        /// What it said of itself.
+        described: Description,
+        /// SHA-256 of the program's file.
+        digest: String,
+    },
+}
+
+impl EngineRecord {
+    /// Whether this run is meant to have the native engine's bits.
+    pub fn keeps_order(&self) -> bool {
+        match self {
+            EngineRecord::Native { mode, .. } => mode.is_exact(),
+            EngineRecord::Yade { sorted, .. } => *sorted,
+            EngineRecord::Exec { .. } => false,
+        }
+    }
+
+    /// Whether this run does the exact mode's operations, in whatever order.
+    pub fn keeps_operations(&self) -> bool {
+        match self {
+            EngineRecord::Native { mode, .. } => mode.is_exact(),
+            EngineRecord::Yade { .. } => true,
+            // Nobody has promised it.
+            EngineRecord::Exec { .. } => false,
+        }
+    }
+
+    /// Where the engine does something else than the model says, in its own words.
+    pub fn approximations(&self) -> &[String] {
+        match self {
+            EngineRecord::Exec { described, .. } => &described.approximations,
+            EngineRecord::Native { .. } | EngineRecord::Yade { .. } => &[],
+        }
+    }
+
+    /// Version of the engine.
+    pub fn version(&self) -> &str {
+        match self {
+            EngineRecord::Native { version, .. } | EngineRecord::Yade { version, .. } => version,
+            EngineRecord::Exec { described, .. } => &described.version,
+        }
+    }
+
+    /// The engine in a few words.
+    pub fn label(&self) -> String {
+        match self {
+            EngineRecord::Native {
+                perturbation, mode, ..
+            } => {
+                let mut words = "native".to_owned();
+                if !mode.is_exact() {
+                    words += &format!(", {} mode", mode.name());
+                }
+                if let Some(fault) = perturbation {
+                    words += &format!(" with {fault}");
+                }
+                words
+            }
+            EngineRecord::Yade {
+                version,
+                sorted,
+                verlet_distance,
+                ..
+            } => {
+                let order = if *sorted { "sorted" } else { "ordinary" };
+                format!("YADE {version}, {order} loop, verletDist {verlet_distance:e}")
+            }
+            EngineRecord::Exec { described, .. } => format!("{} (exec)", described.label()),
+        }
+    }
+}
+
+/// What was asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Protocol {
+    /// Pouring, settling and loading, each ended by its rule.
+    Whole,
+    /// Exactly so many steps of pouring.
+    Steps { steps: u64 },
+    /// Pouring and settling, ended by its rule; no loading.
+    Settled,
+}
+
+/// What came before `initial.csv`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Softened {
+    /// The phases before the one at the scene's own modulus.
+    pub phases: Vec<Phase>,
+    /// Digest of the poured cloud that they began with.
+    pub cloud_digest: String,
+    /// Steps of these phases.
+    pub steps: u64,
+    /// Largest kinetic energy that their rules saw, J; the settle rule goes on with it.
+    pub energy_seen: f64,
+    /// Processor time, s.
+    pub cpu_seconds: f64,
+}
+
+/// `run.json`: everything about a run that is not a table.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RunRecord {
+    pub version: u32,
+    /// Version of crossgrain.
+    pub crossgrain: String,
+    /// Who ran, and how.
+    pub engine: EngineRecord,
+    /// Which terms of the method the scene needs, and why; in records of before friction there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<ModelRecord>,
+    /// SHA-256 of the scene's canonical JSON.
+    pub scene_digest: String,
+    /// Digest of the initial positions and velocities.
+    pub initial_digest: String,
+    /// What was asked for.
+    pub protocol: Protocol,
+    /// The command that does this run again, in a folder that holds `scene.json`.
+    pub command: String,
+    /// s.
+    pub time_step: f64,
+    /// The evidence for the time step, where the program chose it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step_choice: Option<StepChoice>,
+    /// How the grains were poured before `initial.csv`, where they were softened; `settle` is then the last phase alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub softened: Option<Softened>,
+    /// The stages as they went, in order.
+    pub stages: Vec<StageReport>,
+    /// Largest resident memory of the crossgrain process up to the end of the run, bytes, where the
+    /// system tells; YADE's own is not in it.
+    pub peak_memory: Option<u64>,
+    /// Every measure of the settled and the last bed.
+    pub measures: Vec<measure::Quantity>,
+}
+
+/// How an automatic time step was chosen: a share of the largest stable step that a probe of the scene showed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StepChoice {
+    /// The share of the limit that was taken.
+    pub share: f64,
+    /// share × limit, s.
+    pub time_step: f64,
+    /// The smallest of the largest stable steps at all looks, with the scene's α, s.
+    pub limit: f64,
+    /// The same look without Cundall damping: 2/ω_max where there are no dashpots, s.
+    pub limit_without_damping: f64,
+    /// The scene's α.
+    pub alpha: f64,
+    /// The step of the probing run, s.
+    pub probed_at: f64,
+    /// How often contacts were looked at.
+    pub looks: u64,
+    /// The look with the smallest limit; none if nothing ever touched.
+    pub least: Option<StepLook>,
+    /// The last look of pouring.
+    pub settled: Option<StepLook>,
+    /// The last look under the punch, if the probe came so far.
+    pub loaded: Option<StepLook>,
+    /// A limit that was found by trials; none where the bed did not come to rest.
+    pub trial: Option<StepTrial>,
+}
+
+/// The largest stable step at one moment of the probe.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StepLook {
+    /// The stage that was under way.
+    pub stage: Stage,
+    /// Steps of the stage so far, of the probe's length.
+    pub step: u64,
+    /// Contacts.
+    pub contacts: u64,
+    /// With the scene's α, s.
+    pub limit: f64,
+    /// Without damping, s.
+    pub undamped: f64,
+}
+
+/// The settled bed brought to rest, without dashpots and damping: its limit predicted and found by trials.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StepTrial {
+    /// From the springs, s.
+    pub predicted: f64,
+    /// The largest step at which a small disturbance did not grow, s.
+    pub stable: f64,
+    /// The smallest step at which it grew, s.
+    pub unstable: f64,
+}
+
+impl RunRecord {
+    /// Why the last stage ended.
+    pub fn stop(&self) -> Option<StopReason> {
+        self.stages.last().map(|stage| stage.stop)
+    }
+
+    /// Wall time per step over all stages, s.
+    pub fn seconds_per_step(&self) -> f64 {
+        let wall: f64 = self.stages.iter().map(|stage| stage.wall_seconds).sum();
+        let steps: u64 = self.stages.iter().map(|stage| stage.steps).sum();
+        wall / steps.max(1) as f64
+    }
+}
+
+/// The path of a marked grain.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TraceRow {
+    /// The stage that is under way.
+    pub stage: Stage,
+    /// Steps of the stage so far.
+    pub step: u64,
+    /// The marked grain.
+    pub id: u32,
+    /// Its centre, m.
+    pub x: f64,
+    /// Its centre, m.
+    pub z: f64,
+}
+
+impl TraceRow {
+    /// The columns of `trace.csv`.
+    pub const HEADER: &[&str] = &["stage", "step", "id", "x", "z"];
+}

@@ -1,0 +1,302 @@
+//! A claim with what it is held against, and how that is decided.
+
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
+
+use evidence::Interval;
+use evidence::goodness::Fit;
+
+/// With so many packings a claim whose interval touches a limit is decided by the estimate, and says so; with
+/// fewer it stays open.
+pub const ENOUGH: usize = 300;
+/// Fewer packings than this decide nothing.
+pub const FEWEST: usize = 30;
+/// Of the intervals that are shown.
+pub const LEVEL: f64 = 0.95;
+/// Of the intervals that decide: two one-sided tests at 5 % each.
+const DECIDING: f64 = 0.90;
+
+/// What a claim comes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// As the paper says it.
+    Holds,
+    /// For some readings of what the paper leaves open, not for others.
+    HoldsUnderStatedChoices,
+    /// The effect is beyond the tolerance.
+    DoesNotHold,
+    /// It hangs on what the paper does not print.
+    CannotBeDecided,
+}
+
+impl Verdict {
+    /// For people.
+    pub fn words(self) -> &'static str {
+        match self {
+            Verdict::Holds => "holds",
+            Verdict::HoldsUnderStatedChoices => "holds under stated choices",
+            Verdict::DoesNotHold => "does not hold",
+            Verdict::CannotBeDecided => "cannot be decided from what is printed",
+        }
+    }
+}
+
+/// Whether a number lies within its limits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Answer {
+    /// Within them.
+    Yes,
+    /// Beyond one of them.
+    No,
+    /// Too few packings to say.
+    Open,
+}
+
+/// A number held against limits.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Judged {
+    /// It should be at least this; none for no lower limit.
+    pub low: Option<f64>,
+    /// It should be at most this.
+    pub high: Option<f64>,
+    /// Whether it is.
+    pub answer: Answer,
+    /// The 90 % interval touches a limit, and the estimate alone decided.
+    pub by_estimate: bool,
+}
+
+impl Judged {
+    /// Holds the 90 % interval of `packings` packings against the limits.
+    fn new(interval: Option<Interval>, packings: usize, limits: [f64; 2]) -> Self {
+        let [low, high] = limits;
+        let (answer, by_estimate) = match interval {
+            Some(_) if packings < FEWEST => (Answer::Open, false),
+            None => (Answer::Open, false),
+            Some(of) if of.low >= low && of.high <= high => (Answer::Yes, false),
+            Some(of) if of.high < low || of.low > high => (Answer::No, false),
+            Some(_) if packings < ENOUGH => (Answer::Open, false),
+            Some(of) if of.estimate >= low && of.estimate <= high => (Answer::Yes, true),
+            Some(_) => (Answer::No, true),
+        };
+        Judged {
+            low: low.is_finite().then_some(low),
+            high: high.is_finite().then_some(high),
+            answer,
+            by_estimate,
+        }
+    }
+}
+
+/// The probability of what was seen, or more, if a statement were true.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Probability {
+    /// Which statement, by which test.
+    pub test: String,
+    /// The test's statistic: a distance or a likelihood ratio.
+    pub statistic: f64,
+    /// As the test gives it.
+    pub p: f64,
+    /// Adjusted by Holm's method for all tests of all claims.
+    pub adjusted: f64,
+}
+
+/// A number of a claim.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// What it is.
+    pub what: String,
+    /// What the paper says it is; none where it says nothing.
+    pub published: Option<f64>,
+    /// What it is here, with its 95 % interval; none where there are too few packings.
+    pub ours: Option<Interval>,
+    /// SI unit, `1` for a ratio.
+    pub unit: Cow<'static, str>,
+    /// How many packings it comes from.
+    pub packings: usize,
+    /// Ours over published.
+    pub ratio: Option<Interval>,
+    /// None for a number that decides nothing.
+    pub judged: Option<Judged>,
+    /// Tests, after the effect.
+    pub probabilities: Vec<Probability>,
+}
+
+impl Row {
+    /// A number that decides nothing; `of` gives its interval at a level.
+    pub fn shown(
+        what: impl Into<String>,
+        unit: &'static str,
+        packings: usize,
+        of: impl Fn(f64) -> Option<Interval>,
+    ) -> Self {
+        Row {
+            what: what.into(),
+            published: None,
+            ours: of(LEVEL),
+            unit: unit.into(),
+            packings,
+            ratio: None,
+            judged: None,
+            probabilities: Vec::new(),
+        }
+    }
+
+    /// The same with limits.
+    pub fn judged(
+        what: impl Into<String>,
+        unit: &'static str,
+        packings: usize,
+        limits: [f64; 2],
+        of: impl Fn(f64) -> Option<Interval>,
+    ) -> Self {
+        let judged = Judged::new(of(DECIDING), packings, limits);
+        Row {
+            judged: Some(judged),
+            ..Row::shown(what, unit, packings, of)
+        }
+    }
+
+    /// With what the paper prints.
+    pub fn against(mut self, published: f64) -> Self {
+        self.published = Some(published);
+        if published > 0.0 {
+            self.ratio = self.ours.map(|ours| ours.over(published));
+        }
+        self
+    }
+
+    /// With the probability of a statement.
+    pub fn with(mut self, test: impl Into<String>, statistic: f64, p: f64) -> Self {
+        self.probabilities.push(Probability {
+            test: test.into(),
+            statistic,
+            p,
+            adjusted: f64::NAN,
+        });
+        self
+    }
+
+    /// With both distances from a law.
+    pub fn with_fit(self, test: &str, fit: &Fit) -> Self {
+        self.with(test, fit.distances.kolmogorov, fit.kolmogorov_p)
+            .with(
+                "the same (A², drawn samples)",
+                fit.distances.anderson_darling,
+                fit.anderson_darling_p,
+            )
+    }
+
+    /// Estimate; not a number without one.
+    pub fn estimate(&self) -> f64 {
+        self.ours.map_or(f64::NAN, |ours| ours.estimate)
+    }
+
+    /// Whether it is judged and within its limits.
+    pub fn holds(&self) -> bool {
+        self.judged
+            .is_some_and(|judged| judged.answer == Answer::Yes)
+    }
+}
+
+/// A claim of the paper.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Claim {
+    /// Short and lasting: `mean.O`.
+    pub id: Cow<'static, str>,
+    /// Where in the paper.
+    pub place: Cow<'static, str>,
+    /// What the paper says.
+    pub statement: String,
+    /// Its numbers; the first judged one is the headline.
+    pub rows: Vec<Row>,
+    /// Limits, where they come from, and how the rows make the verdict.
+    pub decided_by: String,
+    /// None where the campaign is too small to say.
+    pub verdict: Option<Verdict>,
+    /// What was found, in a sentence.
+    pub reading: String,
+    /// Id of the figure that shows it.
+    pub figure: Cow<'static, str>,
+}
+
+/// How the judged rows make a verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rule {
+    /// Every row must be within its limits.
+    All,
+    /// The rows are readings of what the paper leaves open: one is enough, if it is named.
+    AnyReading,
+}
+
+/// The verdict of judged rows; none where it hangs on an open one.
+pub fn verdict(rows: &[Row], rule: Rule) -> Option<Verdict> {
+    let answers: Vec<Answer> = rows
+        .iter()
+        .filter_map(|row| Some(row.judged?.answer))
+        .collect();
+    let any = |answer: Answer| answers.contains(&answer);
+    let (yes, no, open) = (any(Answer::Yes), any(Answer::No), any(Answer::Open));
+    match rule {
+        _ if answers.is_empty() => None,
+        Rule::All if no => Some(Verdict::DoesNotHold),
+        Rule::AnyReading if yes && no => Some(Verdict::HoldsUnderStatedChoices),
+        _ if open => None,
+        _ if yes => Some(Verdict::Holds),
+        _ => Some(Verdict::DoesNotHold),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(estimate: f64, reach: f64, packings: usize) -> Row {
+        Row::judged("x", "1", packings, [0.9, 1.1], |level| {
+            Some(Interval {
+                estimate,
+                low: estimate - reach * level,
+                high: estimate + reach * level,
+            })
+        })
+    }
+
+    #[test]
+    fn intervals_decide_and_estimates_where_they_must() {
+        let answer = |estimate, reach, packings| {
+            let judged = row(estimate, reach, packings).judged.expect("judged");
+            (judged.answer, judged.by_estimate)
+        };
+        assert_eq!(answer(1.0, 0.05, 50), (Answer::Yes, false));
+        assert_eq!(answer(1.3, 0.05, 50), (Answer::No, false));
+        assert_eq!(answer(1.08, 0.05, 50), (Answer::Open, false));
+        assert_eq!(answer(1.08, 0.05, 500), (Answer::Yes, true));
+        assert_eq!(answer(1.12, 0.05, 500), (Answer::No, true));
+        assert_eq!(answer(1.0, 0.05, FEWEST - 1), (Answer::Open, false));
+    }
+
+    #[test]
+    fn rows_make_verdicts() {
+        let (yes, no, open) = (row(1.0, 0.01, 50), row(2.0, 0.01, 50), row(1.1, 0.1, 50));
+        let of = |rows: &[&Row], rule| {
+            let rows: Vec<Row> = rows.iter().map(|row| (*row).clone()).collect();
+            verdict(&rows, rule)
+        };
+        assert_eq!(of(&[&yes, &yes], Rule::All), Some(Verdict::Holds));
+        assert_eq!(of(&[&yes, &no], Rule::All), Some(Verdict::DoesNotHold));
+        assert_eq!(of(&[&open, &no], Rule::All), Some(Verdict::DoesNotHold));
+        assert_eq!(of(&[&open, &yes], Rule::All), None);
+        assert_eq!(
+            of(&[&yes, &no], Rule::AnyReading),
+            Some(Verdict::HoldsUnderStatedChoices)
+        );
+        assert_eq!(
+            of(&[&no, &no], Rule::AnyReading),
+            Some(Verdict::DoesNotHold)
+        );
+        assert_eq!(of(&[&open, &no], Rule::AnyReading), None);
+        assert_eq!(of(&[], Rule::All), None);
+    }
+}

@@ -1,0 +1,247 @@
+//! Whether a published figure comes out of a setting.
+
+use serde::{Deserialize, Serialize};
+
+use super::row::Row;
+use crate::study::claims::published::{Of, Published};
+use crate::study::realization::Ending;
+use evidence::moments::{mean, mean_interval};
+use evidence::paired::paired;
+use evidence::{Interval, bootstrap, proportion};
+
+/// Confidence of all intervals.
+const LEVEL: f64 = 0.95;
+/// Fewer packings give no interval of a mean, or of a variation or share, that is worth a verdict.
+const FEWEST: [usize; 2] = [3, 8];
+/// Stresses of a setting in which a smaller share of the punches gets the force are those of its firmer beds.
+const ENOUGH_REACHED: f64 = 0.9;
+
+/// Whether a figure comes out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The interval lies within value ± tolerance.
+    ComesOut,
+    /// It lies outside.
+    DoesNot,
+    /// It holds one of their ends: more packings would tell.
+    Undecided,
+    /// Too few packings gave the quantity.
+    NotMade,
+}
+
+impl Verdict {
+    /// For people.
+    pub fn word(self) -> &'static str {
+        match self {
+            Verdict::ComesOut => "comes out",
+            Verdict::DoesNot => "does not",
+            Verdict::Undecided => "undecided",
+            Verdict::NotMade => "not made",
+        }
+    }
+}
+
+/// A published figure in one setting.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Judged {
+    /// Id of the published figure.
+    pub id: String,
+    /// Packings that gave the quantity.
+    pub packings: usize,
+    /// Ours with its 95 % interval over packings.
+    pub value: Option<Interval>,
+    /// Against value ± tolerance.
+    pub verdict: Verdict,
+    /// Whether the estimate lies within value ± tolerance, whatever the interval.
+    pub near: bool,
+    /// Whether it holds only for the beds that bore the force, as fewer than 90 % did.
+    pub conditional: bool,
+    /// Of a mean: what it is more than in the base, on the same clouds.
+    pub change: Option<Interval>,
+}
+
+/// Judges a setting's members; `base` are those of the base scene.
+pub fn judge(figure: &Published, rows: &[&Row], base: &[&Row]) -> Judged {
+    let values: Vec<f64> = rows.iter().filter_map(|row| value(figure, row)).collect();
+    let fewest = FEWEST[usize::from(figure.of != Of::Mean)];
+    let found = (values.len() >= fewest)
+        .then(|| interval(figure.of, &values))
+        .flatten();
+    let (low, high) = (
+        figure.value - figure.tolerance,
+        figure.value + figure.tolerance,
+    );
+    let near = found.is_some_and(|of| low <= of.estimate && of.estimate <= high);
+    Judged {
+        id: figure.id.to_owned(),
+        packings: values.len(),
+        verdict: verdict(found, low, high),
+        near,
+        conditional: figure.key.starts_with("last.") && share_reached(rows) < ENOUGH_REACHED,
+        change: (figure.of == Of::Mean)
+            .then(|| change(figure, rows, base))
+            .flatten(),
+        value: found,
+    }
+}
+
+/// The interval against the ends of what counts as the published figure.
+pub fn verdict(found: Option<Interval>, low: f64, high: f64) -> Verdict {
+    match found {
+        None => Verdict::NotMade,
+        Some(found) if low <= found.low && found.high <= high => Verdict::ComesOut,
+        Some(found) if found.high < low || high < found.low => Verdict::DoesNot,
+        Some(_) => Verdict::Undecided,
+    }
+}
+
+/// The share of the members in which the punch got its force; of none, 0.
+pub fn share_reached(rows: &[&Row]) -> f64 {
+    let reached = rows.iter().filter(|row| row.ending == Ending::Reached);
+    reached.count() as f64 / rows.len().max(1) as f64
+}
+
+fn value(figure: &Published, row: &Row) -> Option<f64> {
+    row.measured.get(figure.key).copied()
+}
+
+/// t for a mean, the bootstrap (BCa) for a variation, Wilson for a share.
+pub fn interval(of: Of, values: &[f64]) -> Option<Interval> {
+    match of {
+        Of::Mean => mean_interval(values, LEVEL),
+        Of::Variation => bootstrap::variation(values, LEVEL),
+        Of::ShareAbove(multiple) => {
+            let limit = f64::from(multiple) * mean(values);
+            let hits = values.iter().filter(|value| **value > limit).count();
+            proportion::wilson(hits, values.len(), LEVEL)
+        }
+    }
+}
+
+fn change(figure: &Published, rows: &[&Row], base: &[&Row]) -> Option<Interval> {
+    let pairs: Vec<(f64, f64)> = rows
+        .iter()
+        .filter_map(|row| {
+            let same = base.iter().find(|of| of.realization == row.realization)?;
+            // The base itself has no change.
+            (same.setting != row.setting).then_some(())?;
+            Some((value(figure, same)?, value(figure, row)?))
+        })
+        .collect();
+    Some(paired(&pairs)?.difference)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::claims::published::published;
+
+    fn row(realization: u64, ending: Ending, measured: &[(&str, f64)]) -> Row {
+        Row {
+            setting: "abc".to_owned(),
+            realization,
+            ending,
+            pour_steps: 1,
+            load_steps: 1,
+            last_state: None,
+            measured: measured
+                .iter()
+                .map(|(key, value)| ((*key).to_owned(), *value))
+                .collect(),
+        }
+    }
+
+    /// Twelve beds around this height.
+    fn heights(middle: f64, spread: f64) -> Vec<Row> {
+        (0..12)
+            .map(|index| {
+                let off = spread * (f64::from(index) - 5.5);
+                let height = middle + off;
+                row(
+                    1 + u64::from(index as u32),
+                    Ending::Reached,
+                    &[("settled.height.mean_surface", height)],
+                )
+            })
+            .collect()
+    }
+
+    fn judged(id: &str, rows: &[Row]) -> Judged {
+        let rows: Vec<&Row> = rows.iter().collect();
+        judge(published(id).expect("a published figure"), &rows, &[])
+    }
+
+    #[test]
+    fn a_verdict_goes_each_way() {
+        let of = |middle, spread| judged("height", &heights(middle, spread)).verdict;
+        assert_eq!(of(0.46, 0.001), Verdict::ComesOut);
+        assert_eq!(of(0.48, 0.001), Verdict::DoesNot);
+        assert_eq!(of(0.469, 0.003), Verdict::Undecided);
+        // Far off or not, where the spread is wide nothing is decided.
+        assert_eq!(of(0.48, 0.02), Verdict::Undecided);
+        let few = heights(0.46, 0.001);
+        assert_eq!(judged("height", &few[..2]).verdict, Verdict::NotMade);
+        assert_eq!(judged("stress.O", &few).verdict, Verdict::NotMade);
+    }
+
+    #[test]
+    fn stresses_of_the_firmer_beds_alone_are_flagged() {
+        let stresses = |sunk: usize| -> Vec<Row> {
+            (0..20)
+                .map(|index| {
+                    if index < sunk {
+                        row(index as u64, Ending::Sank, &[])
+                    } else {
+                        let value = 13.6e3 + 10.0 * index as f64;
+                        let key = "last.stress.O.local_zz";
+                        row(index as u64, Ending::Reached, &[(key, value)])
+                    }
+                })
+                .collect()
+        };
+        assert!(!judged("stress.O", &stresses(2)).conditional);
+        let found = judged("stress.O", &stresses(3));
+        assert!(found.conditional);
+        assert_eq!(found.packings, 17);
+        assert_eq!(found.verdict, Verdict::ComesOut);
+    }
+
+    #[test]
+    fn shapes_of_exponential_and_of_equal_stresses() {
+        let of = |stress: &dyn Fn(f64) -> f64, count: u32| -> Vec<Row> {
+            (0..count)
+                .map(|index| {
+                    let share = (f64::from(index) + 0.5) / f64::from(count);
+                    let key = "last.stress.O.grain_zz";
+                    row(u64::from(index), Ending::Reached, &[(key, stress(share))])
+                })
+                .collect()
+        };
+        let exponential = of(&|share: f64| -(1.0 - share).ln(), 2000);
+        assert_eq!(
+            judged("variation.O", &exponential).verdict,
+            Verdict::ComesOut
+        );
+        let narrow = of(&|share: f64| 1.0 + share, 40);
+        assert_eq!(judged("variation.O", &narrow).verdict, Verdict::DoesNot);
+        assert_eq!(judged("beyond.O", &narrow).verdict, Verdict::DoesNot);
+        assert_eq!(judged("beyond.O", &narrow[..7]).verdict, Verdict::NotMade);
+    }
+
+    #[test]
+    fn a_change_is_that_of_the_same_clouds() {
+        let base = heights(0.46, 0.01);
+        let mut moved = heights(0.47, 0.01);
+        for row in &mut moved {
+            row.setting = "other".to_owned();
+        }
+        let figure = published("height").expect("a published figure");
+        let (moved, base): (Vec<&Row>, Vec<&Row>) = (moved.iter().collect(), base.iter().collect());
+        let found = judge(figure, &moved, &base).change.expect("twelve pairs");
+        assert!((found.estimate - 0.01).abs() < 1.0e-12);
+        assert!(found.high - found.low < 1.0e-9);
+        assert!(judge(figure, &base, &base).change.is_none());
+    }
+}

@@ -1,0 +1,303 @@
+//! A method's members against the reference's, paired by cloud.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::margins::{CHARTED, Charted, MISSED};
+use super::member::{Ending, Member};
+use evidence::equivalence::{self, Finding};
+use evidence::paired::{Paired, paired};
+use evidence::{Interval, proportion};
+
+/// A quantity of a method against the reference's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Difference {
+    /// Key of the charted quantity.
+    pub key: String,
+    /// Method minus reference, by cloud; clouds that lack the quantity in either are left out, and counted by
+    /// [`Endings`].
+    pub paired: Paired,
+    /// The largest bias that is no matter, in the quantity's unit.
+    pub margin: Option<f64>,
+    /// Against the margin.
+    pub finding: Option<Finding>,
+    /// Of the two one-sided tests, the larger.
+    pub p: Option<f64>,
+}
+
+/// How members ended.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Endings {
+    /// The punch got its force.
+    pub reached: usize,
+    /// It did not.
+    pub sank: usize,
+    /// The bed did not settle.
+    pub not_settled: usize,
+    /// Settled in an engine without a punch: these count for the bed, not for the force.
+    #[serde(default)]
+    pub poured: usize,
+    /// The engine gave up: in which words, how often.
+    pub failed: BTreeMap<String, usize>,
+}
+
+impl Endings {
+    /// Counts them.
+    pub fn of<'a>(all: impl Iterator<Item = &'a Ending>) -> Self {
+        let mut endings = Endings::default();
+        for ending in all {
+            match ending {
+                Ending::Reached => endings.reached += 1,
+                Ending::Sank => endings.sank += 1,
+                Ending::NotSettled => endings.not_settled += 1,
+                Ending::Poured => endings.poured += 1,
+                Ending::Failed(reason) => {
+                    // The step and the grain are another in every cloud.
+                    let words: String = reason
+                        .chars()
+                        .map(|letter| if letter.is_ascii_digit() { '#' } else { letter })
+                        .collect();
+                    let words = squeezed(&words);
+                    *endings.failed.entry(words).or_default() += 1;
+                }
+            }
+        }
+        endings
+    }
+
+    /// All members with a punch.
+    pub fn all(&self) -> usize {
+        self.reached + self.missed()
+    }
+
+    /// Members without the force.
+    pub fn missed(&self) -> usize {
+        self.sank + self.not_settled + self.failed.values().sum::<usize>()
+    }
+}
+
+/// One mark for a run of digits.
+fn squeezed(words: &str) -> String {
+    let mut text = String::new();
+    for letter in words.chars() {
+        if letter != '#' || !text.ends_with('#') {
+            text.push(letter);
+        }
+    }
+    text.replace("#.#", "#").replace("-#", "#")
+}
+
+/// A method against the reference.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Judgement {
+    /// Clouds that both ran.
+    pub clouds: usize,
+    /// How the method's members ended.
+    pub endings: Endings,
+    /// Share of members without the force, method minus reference, with its 90 % interval.
+    pub missed: Option<Interval>,
+    /// That share against its margin.
+    pub missed_finding: Option<Finding>,
+    /// Every charted quantity that both have.
+    pub differences: Vec<Difference>,
+    /// The largest bias over its margin of the settled bed.
+    pub bed: Option<Worst>,
+    /// The same of the loaded one, missed forces included.
+    pub load: Option<Worst>,
+}
+
+/// The largest bias over its margin.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Worst {
+    /// |bias| over margin, with the ends of that quantity's interval.
+    pub error: Interval,
+    /// Key of the quantity, [`MISSED_KEY`] for the share of missed forces.
+    pub key: String,
+}
+
+/// Stands for the share of punches that did not get their force.
+pub const MISSED_KEY: &str = "missed";
+
+impl Judgement {
+    /// The larger of the errors of the settled and the loaded bed.
+    pub fn worst(&self) -> Option<&Worst> {
+        larger(self.bed.iter().chain(&self.load))
+    }
+
+    /// Equivalent if every quantity with a margin is, and the share of missed forces; different if one is.
+    pub fn finding(&self) -> Finding {
+        let of_differences = self.differences.iter().filter_map(|of| of.finding);
+        let mut all: Vec<Finding> = of_differences.chain(self.missed_finding).collect();
+        let judged = CHARTED.iter().filter(|of| of.margin.is_some()).count() + 1;
+        if all.len() < judged {
+            all.push(Finding::Undecided);
+        }
+        if all.contains(&Finding::Different) {
+            Finding::Different
+        } else if all.contains(&Finding::Undecided) {
+            Finding::Undecided
+        } else {
+            Finding::Equivalent
+        }
+    }
+}
+
+/// Judges pairs (reference, method), one a cloud, in the quantities that can be compared.
+pub fn judge(pairs: &[(&Member, &Member)], comparable: impl Fn(&str) -> bool) -> Judgement {
+    let endings = Endings::of(pairs.iter().map(|pair| &pair.1.ending));
+    let reference = Endings::of(pairs.iter().map(|pair| &pair.0.ending));
+    let differences: Vec<Difference> = CHARTED
+        .iter()
+        .filter(|charted| comparable(charted.key))
+        .filter_map(|charted| difference(charted, pairs))
+        .collect();
+    let missed = proportion::difference(
+        (reference.missed(), reference.all()),
+        (endings.missed(), endings.all()),
+        1.0 - 2.0 * equivalence::LEVEL,
+    );
+    let worsts: Vec<Worst> = differences.iter().filter_map(worst).collect();
+    let of = |moment: &str| larger(worsts.iter().filter(|worst| worst.key.starts_with(moment)));
+    let (bed, load) = (of("settled.").cloned(), of("last.").cloned());
+    let by_chance = missed.map(|interval| Worst {
+        error: interval.over(MISSED).absolute(),
+        key: MISSED_KEY.to_owned(),
+    });
+    Judgement {
+        clouds: pairs.len(),
+        endings,
+        missed,
+        missed_finding: missed.map(|interval| equivalence::finding(&interval, MISSED)),
+        differences,
+        bed,
+        load: larger(load.iter().chain(&by_chance)).cloned(),
+    }
+}
+
+fn worst(difference: &Difference) -> Option<Worst> {
+    Some(Worst {
+        error: difference
+            .paired
+            .difference
+            .over(difference.margin?)
+            .absolute(),
+        key: difference.key.clone(),
+    })
+}
+
+fn larger<'a>(worsts: impl Iterator<Item = &'a Worst>) -> Option<&'a Worst> {
+    worsts.max_by(|a, b| a.error.estimate.total_cmp(&b.error.estimate))
+}
+
+fn difference(charted: &Charted, pairs: &[(&Member, &Member)]) -> Option<Difference> {
+    let of = |member: &Member| member.measured.get(charted.key).copied();
+    let values: Vec<(f64, f64)> = pairs
+        .iter()
+        .filter_map(|(reference, method)| Some((of(reference)?, of(method)?)))
+        .collect();
+    let paired = paired(&values)?;
+    let margin = charted
+        .margin
+        .map(|margin| margin.absolute(paired.first_mean));
+    let differences: Vec<f64> = values.iter().map(|(a, b)| b - a).collect();
+    let tested = margin.and_then(|margin| equivalence::test(&differences, margin));
+    Some(Difference {
+        key: charted.key.to_owned(),
+        paired,
+        margin,
+        finding: tested.map(|(finding, _)| finding),
+        p: tested.map(|(_, p)| p),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::tradeoff::member::Cost;
+
+    /// Members whose every quantity is 1 with a little that differs from cloud to cloud, times `factor`.
+    fn members(factor: f64, sank: u64) -> Vec<Member> {
+        (1..=100)
+            .map(|realization| {
+                let noise = 1.0e-4 * (realization as f64 * 0.7).sin();
+                let ending = if realization <= sank {
+                    Ending::Sank
+                } else {
+                    Ending::Reached
+                };
+                let keys = CHARTED
+                    .iter()
+                    .filter(|of| ending == Ending::Reached || !of.key.starts_with("last."));
+                Member {
+                    method: "m".to_owned(),
+                    realization,
+                    measured: keys
+                        .map(|of| (of.key.to_owned(), factor * (1.0 + noise)))
+                        .collect(),
+                    ending,
+                    cost: Cost::default(),
+                }
+            })
+            .collect()
+    }
+
+    fn judged(first: &[Member], second: &[Member]) -> Judgement {
+        let pairs: Vec<(&Member, &Member)> = first.iter().zip(second).collect();
+        judge(&pairs, |_| true)
+    }
+
+    #[test]
+    fn a_bias_beyond_the_smallest_margin_is_found_and_named() {
+        let reference = members(1.0, 0);
+        assert_eq!(
+            judged(&reference, &members(1.0005, 0)).finding(),
+            Finding::Equivalent
+        );
+        let found = judged(&reference, &members(1.004, 0));
+        assert_eq!(found.finding(), Finding::Different);
+        let worst = found.worst().expect("there are margins");
+        assert!(worst.key.starts_with("settled."), "{worst:?}");
+        assert!((worst.error.estimate - 2.0).abs() < 0.01, "{worst:?}");
+    }
+
+    #[test]
+    fn punches_that_miss_the_force_are_counted_and_decide() {
+        let reference = members(1.0, 0);
+        let found = judged(&reference, &members(1.0, 30));
+        assert_eq!(found.endings.sank, 30);
+        assert_eq!(found.missed_finding, Some(Finding::Different));
+        assert_eq!(found.finding(), Finding::Different);
+        let stress = found
+            .differences
+            .iter()
+            .find(|of| of.key == "last.stress.O.local_zz");
+        assert_eq!(stress.map(|of| of.paired.pairs), Some(70));
+    }
+
+    #[test]
+    fn what_was_not_measured_is_not_equivalent() {
+        let mut lacking = members(1.0, 0);
+        for member in &mut lacking {
+            member.measured.remove("last.stress.B.local_zz");
+        }
+        let found = judged(&members(1.0, 0), &lacking);
+        assert_eq!(found.finding(), Finding::Undecided);
+    }
+
+    #[test]
+    fn failures_of_one_kind_are_counted_together() {
+        let mut broken = members(1.0, 0);
+        for (index, member) in broken.iter_mut().enumerate().take(7) {
+            member.ending = Ending::Failed(format!("lost grain {index} at x={}.5", index * 17));
+            member.measured.clear();
+        }
+        let found = judged(&members(1.0, 0), &broken);
+        assert_eq!(found.endings.failed.len(), 1, "{:?}", found.endings.failed);
+        assert_eq!(found.endings.missed(), 7);
+    }
+}
