@@ -30,14 +30,14 @@ pub const EXPLANATIONS: [Explanation; 18] = [
         pattern: "compare/*/same-scene",
         meaning: "Both runs were given the same scene, so that their results may be compared at all.",
         formula: "Equal digests (SHA-256) of the canonical JSON of both scenes.",
-        source: "docs/run-folder.md; src/scene/",
+        source: "docs/run-folder.md; crates/grains/src/scene/",
         breaks: "Comparing folders of different scenes, or a scene file edited between two runs; the keys that differ are listed.",
     },
     Explanation {
         pattern: "compare/*/same-start",
         meaning: "Both runs began with the same grains.",
         formula: "Equal digests of every position, velocity and radius of the cloud.",
-        source: "src/generate.rs",
+        source: "crates/grains/src/generate.rs",
         breaks: "Another realization, or a change of the random numbers or of the cloud.",
     },
     Explanation {
@@ -58,21 +58,21 @@ pub const EXPLANATIONS: [Explanation; 18] = [
         pattern: "compare/*/quantity/*",
         meaning: "A measured quantity is the same in both runs: equal where bits are expected, else within what rounding alone scatters.",
         formula: "The key says what is measured: moment (settled or last), measure, definition. Each definition is one file with its formula.",
-        source: "src/measure/; docs/architecture.md",
+        source: "crates/grains/src/measure/; docs/architecture.md",
         breaks: "If bits differ too, the engines differ: begin with the bits. If bits agree and this does not, the measuring code saw different tables.",
     },
     Explanation {
         pattern: "faults/*",
         meaning: "The comparison can fail: a small fault put into the native engine was found.",
         formula: "The scene is poured with and without the fault; the comparison of the two must fail and name the first difference.",
-        source: "src/reproduce/faults.rs; src/engine/native/perturb.rs",
+        source: "src/reproduce/faults.rs; crates/grains/src/native/perturb.rs",
         breaks: "A comparison that looks at too little, or a fault that changes nothing in this scene (then it is not made).",
     },
     Explanation {
         pattern: "facts/*",
         meaning: "Both engines use the same parameter: stiffness, mass, damping, time step.",
         formula: "Each engine is asked what it uses for a few grains that touch each other, a wall and the punch; relative difference at most 1e-14.",
-        source: "src/verify/facts.rs; crossgrain facts",
+        source: "src/suite/facts.rs; crossgrain facts",
         breaks: "A formula changed in one engine (k_n, mass, Cundall's α, time step). Everything that is compared later will differ for this reason.",
     },
     Explanation {
@@ -80,7 +80,7 @@ pub const EXPLANATIONS: [Explanation; 18] = [
         meaning: "A small experiment with a known outcome came out as it must, in the engine that the id names.",
         formula: "Closed forms in continuous time with the error of discretisation as tolerance, or the scheme's own exact solution with \
             rounding as tolerance; the basis of each limit stands beside it.",
-        source: "docs/verification.md; src/verify/",
+        source: "docs/verification.md; src/suite/",
         breaks: "A change of contact law, integrator, damping or walls. `crossgrain verify --detection-limits` says which fault of which size each \
             rung notices.",
     },
@@ -97,7 +97,7 @@ pub const EXPLANATIONS: [Explanation; 18] = [
         meaning: "The largest stable time step of a scene is where the springs and dashpots of its contacts put it.",
         formula: "Found: a bed at rest is disturbed by a millionth of its overlaps, and the step is closed in on where the disturbance begins to grow. \
             Predicted: where the largest eigenvalue of dt²K + 2dtC is 4/(1+α) times the masses. Found over predicted within 3 %.",
-        source: "docs/stability.md; src/stability/",
+        source: "docs/stability.md; src/limits/stability/",
         breaks: "Another stiffness, mass or damping than the prediction reads from the contacts, or another integrator. A damped limit that is some per \
             cent too large has missed the first unstable steps, which are a narrow range.",
     },
@@ -105,21 +105,21 @@ pub const EXPLANATIONS: [Explanation; 18] = [
         pattern: "stability/failures/*",
         meaning: "A way in which the method fails was tried, and the program noticed it as it should.",
         formula: "A small scene is run with the fault; it must end with the trouble, or the measured sign of it, that is expected.",
-        source: "docs/stability.md; src/stability/failures/",
+        source: "docs/stability.md; src/limits/stability/failures/",
         breaks: "A watch over the run that looks at less than before, or a way to fail that does not fail any more.",
     },
     Explanation {
         pattern: "bench/bed/*",
         meaning: "An engine that was timed still has the bed that it was given: one that drops grains or contacts is fast for nothing.",
         formula: "Largest displacement, number of contacts and kinetic energy against native exact's after the same steps.",
-        source: "src/bench/sanity.rs; docs/benchmark.md",
+        source: "src/limits/bench/sanity.rs; docs/benchmark.md",
         breaks: "A mode that rounds more than it may, a neighbour list that misses contacts, another contact law.",
     },
     Explanation {
         pattern: "bench/bits",
         meaning: "The engine whose speed is shown is the one that has YADE's bits.",
         formula: "Every position and velocity of native exact and of YADE's sorted loop after the same steps.",
-        source: "docs/determinism.md; src/bench/rounds.rs",
+        source: "docs/determinism.md; src/limits/bench/rounds.rs",
         breaks: "Optimising the kernel so that an operation or the order of a sum changes.",
     },
     Explanation {
@@ -134,7 +134,7 @@ pub const EXPLANATIONS: [Explanation; 18] = [
         meaning: "Nothing is worse than in a run that was kept under a name.",
         formula: "Every check is held against the one of the same id: what fails now and did not is worse; what is gone, no longer made or defined \
             otherwise can no longer be told.",
-        source: "docs/checks.md; src/baseline/",
+        source: "docs/checks.md; src/compare/baseline/",
         breaks: "The change that was just made. The checks that it names say what broke; `crossgrain baseline diff` shows both values of each.",
     },
     Explanation {
@@ -142,7 +142,7 @@ pub const EXPLANATIONS: [Explanation; 18] = [
         meaning: "The native engine costs no more than in a run that was kept under a name.",
         formula: "A ratio of times in one run (YADE's over native exact's), or a number of instructions, over the same of the baseline; beyond what \
             rounds scatter, on machines of one kind. Without a live YADE the main job has none.",
-        source: "docs/checks.md; src/baseline/pace.rs",
+        source: "docs/checks.md; src/compare/baseline/pace.rs",
         breaks: "A slower kernel, a longer neighbour list, or a busy machine: ratios of one round each are not told apart below a factor of 1.5. \
             `crossgrain bench` counts instructions, to a hundredth.",
     },
@@ -202,7 +202,10 @@ mod tests {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
         for of in EXPLANATIONS {
             for word in of.source.split("; ") {
-                if word.starts_with("src/") || word.starts_with("docs/") {
+                if word.starts_with("src/")
+                    || word.starts_with("crates/")
+                    || word.starts_with("docs/")
+                {
                     assert!(root.join(word).exists(), "{}: {word}", of.pattern);
                 }
             }

@@ -14,6 +14,8 @@ pub mod child;
 
 pub mod checks;
 
+pub mod document;
+
 pub mod engine;
 
 pub mod progress;
