@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use cpu_time::ThreadTime;
+use grains::timing::ThreadTime;
 
 use super::chosen::Chosen;
 use super::print;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use cpu_time::ThreadTime;
+use grains::timing::ThreadTime;
 use serde::{Deserialize, Serialize};
 
 use super::ledger::Entry;
