@@ -7,6 +7,7 @@ pub mod disc;
 pub mod disc_field;
 pub mod packing;
 pub mod piles;
+pub mod published;
 pub mod quadrature;
 pub mod sums;
 

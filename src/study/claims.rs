@@ -9,7 +9,6 @@ pub mod claim;
 mod exponential;
 mod figures;
 mod means;
-pub mod published;
 mod quantities;
 mod record;
 mod sample;

@@ -1,6 +1,7 @@
 //! The pictures of the claims.
 
 use crate::error::Error;
+use crate::paper::published::published;
 use crate::report::axis::{Area, Axis};
 use crate::report::distribution::{COLUMNS, Distribution, side_by_side};
 use crate::report::figure::{Figure, cells};
@@ -8,7 +9,6 @@ use crate::report::figure_files::table;
 use crate::report::frame::{BLUE, GREEN, INK, PURPLE, SOFT, VERMILION, coloured, whole};
 use crate::report::plot::{Plot, Stroke};
 use crate::study::claims::claim::{Answer, Claim, Row};
-use crate::study::claims::published::published;
 use crate::study::claims::{Claims, Histogram, Volume, Volumes};
 use evidence::Interval;
 use evidence::histogram::Bins;

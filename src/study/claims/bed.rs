@@ -1,9 +1,9 @@
 //! Height and porosity of the bed, and which members are counted at all.
 
 use super::claim::{Claim, Row, Rule, Verdict, verdict};
-use super::published::{Published, published};
 use super::quantities;
 use super::sample::measured;
+use crate::paper::published::{Published, published};
 use crate::study::campaign::member::Member;
 use crate::study::realization::Ending;
 use evidence::moments::mean;

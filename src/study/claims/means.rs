@@ -1,10 +1,10 @@
 //! Means over realizations against the continuum of Table 4.
 
 use super::claim::{Claim, Row, Rule, verdict};
-use super::published::published;
 use super::quantities;
 use super::sample::{Moment, stress};
 use crate::paper::boussinesq::published_parts;
+use crate::paper::published::published;
 use crate::study::campaign::member::Member;
 use evidence::goodness;
 use evidence::law::Law;

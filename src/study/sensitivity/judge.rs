@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::row::Row;
-use crate::study::claims::published::{Of, Published};
+use crate::paper::published::{Of, Published};
 use crate::study::realization::Ending;
 use evidence::moments::{mean, mean_interval};
 use evidence::paired::paired;
@@ -136,7 +136,7 @@ fn change(figure: &Published, rows: &[&Row], base: &[&Row]) -> Option<Interval> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::claims::published::published;
+    use crate::paper::published::published;
 
     fn row(realization: u64, ending: Ending, measured: &[(&str, f64)]) -> Row {
         Row {

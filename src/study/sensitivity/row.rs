@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::paper::published::PUBLISHED;
 use crate::run::EngineError;
-use crate::study::claims::published::PUBLISHED;
 use crate::study::realization::{self, Ending, Realization, went_wrong};
 use crate::study::tradeoff::ledger::Entry;
 use grains::generate::initial_bodies;
