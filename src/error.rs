@@ -1,16 +1,13 @@
 //! Every way in which the program can fail, and its exit code.
 
 use crate::checks::record::RecordError;
-use crate::engine::exec::ExecError;
-use crate::engine::yade::YadeError;
+use crate::engine::EngineError;
 use crate::files::FileError;
-use crate::run::EngineError;
 use crate::run::folder::FolderError;
 use crate::run::kept::KeptError;
 use crate::run::scene_file::SceneFileError;
 use crate::run::tables::TableError;
 use crate::study::campaign::CampaignError;
-use grains::native::{NativeError, Trouble};
 
 /// Exit codes; scripts rely on them.
 pub mod exit {
@@ -77,30 +74,16 @@ impl Error {
             Error::Scene(SceneFileError::File(error)) | Error::File(error) => of_file(error),
             Error::Scene(_) => exit::USAGE,
             Error::Folder(error) => of_folder(error),
-            Error::Engine(error) => of_engine(error),
+            Error::Engine(error) => error.exit_code(),
             Error::Program(_) => exit::ENGINE_FAILED,
             Error::Output(_) | Error::Report(_) | Error::Interrupted => exit::TRY_AGAIN,
         }
     }
 }
 
-fn of_engine(error: &EngineError) -> u8 {
-    match error {
-        EngineError::Yade(YadeError::Unsupported(_)) => exit::USAGE,
-        EngineError::Yade(YadeError::File(_) | YadeError::Interrupted) => exit::TRY_AGAIN,
-        EngineError::Exec(ExecError::Unsupported { .. } | ExecError::Missing { .. }) => exit::USAGE,
-        EngineError::Exec(ExecError::File(_) | ExecError::Interrupted) => exit::TRY_AGAIN,
-        EngineError::Native(NativeError {
-            trouble: Trouble::Interrupted,
-            ..
-        }) => exit::TRY_AGAIN,
-        _ => exit::ENGINE_FAILED,
-    }
-}
-
 fn of_campaign(error: &CampaignError) -> u8 {
     match error {
-        CampaignError::Engine(error) => of_engine(error),
+        CampaignError::Engine(error) => error.exit_code(),
         CampaignError::File(error) => of_file(error),
         CampaignError::Scene(_) => exit::USAGE,
         error => error.exit_code().unwrap_or(exit::USAGE),

@@ -129,20 +129,24 @@ fn too_old() {
 
 #[test]
 fn crashed() {
-    fails("os.abort()", &["YADE crashed", "signal"]);
+    fails("os.abort()", &["the engine ended with", "signal"]);
     fails(
         r#"raise RuntimeError("no functor for that")"#,
-        &["YADE crashed", "exit status: 1", "no functor for that"],
+        &[
+            "the engine ended with",
+            "exit status: 1",
+            "no functor for that",
+        ],
     );
 }
 
 #[test]
 fn hung() {
-    fails("time.sleep(600)", &["YADE hung", "no sign of life"]);
+    fails("time.sleep(600)", &["the engine hung", "no sign of life"]);
     // Alive for ever is no better.
     fails(
         "while True:\n    put('heartbeat', 'settle 1 0.0\\n' * int(time.time() % 1000)); time.sleep(0.1)",
-        &["YADE hung", "not done within 6s"],
+        &["the engine hung", "not done within 6s"],
     );
 }
 
@@ -151,7 +155,7 @@ fn hung() {
 fn children_of_a_hung_program_end_too() {
     fails(
         "import subprocess\nsubprocess.Popen(['sleep', '987654'])\ntime.sleep(600)",
-        &["YADE hung"],
+        &["the engine hung"],
     );
     let sleeping = fs::read_dir("/proc")
         .expect("Linux")
@@ -262,6 +266,6 @@ fn nonsense() {
         ("frames(fine, [{'colour': 'red'}])", "frames.jsonl"),
     ];
     for (program, message) in cases {
-        fails(program, &["YADE wrote nonsense", message]);
+        fails(program, &["the engine wrote nonsense", message]);
     }
 }

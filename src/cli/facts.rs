@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 
 use super::run::YadeLimits;
 use super::{json, print};
-use crate::engine::yade::YadeError;
+use crate::engine::ProgramError;
 use crate::error::{Error, exit};
 use crate::run::EngineError;
 use crate::run::scene_file::read_scene;
@@ -53,7 +53,7 @@ impl Arguments {
     }
 
     fn of_yade(&self, scene: &Scene) -> Result<Vec<Fact>, Error> {
-        let in_yade = |error: YadeError| Error::Engine(EngineError::Yade(error));
+        let in_yade = |error: ProgramError| Error::Engine(error.into());
         let work = crate::files::work_folder()?;
         facts::of_yade(scene, &self.limits.options(), work.path()).map_err(in_yade)
     }

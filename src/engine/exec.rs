@@ -10,17 +10,20 @@ pub mod read;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use crate::engine::ProgramError;
 use crate::engine::watch::{Done, Limits};
-use crate::files::{FileError, file_digest};
+use crate::files::file_digest;
 use grains::case::Case;
-use grains::native::Trouble;
 use grains::scene::Scene;
-use grains::tables::{Snapshot, Stage};
+use grains::tables::Snapshot;
 use grains::task::{Observer, Outcome, Task};
 
 pub use child::log;
 pub use describe::{Description, describe};
 pub use parts::{Part, missing_for_case, missing_for_scene};
+
+/// The name until all callers know the other.
+pub type ExecError = ProgramError;
 
 /// The version of the protocol that this program speaks.
 pub const PROTOCOL: u32 = 1;
@@ -60,7 +63,7 @@ pub struct Brought {
 
 impl Brought {
     /// Asks it.
-    pub fn ask(options: Options) -> Result<Self, ExecError> {
+    pub fn ask(options: Options) -> Result<Self, ProgramError> {
         Ok(Brought {
             description: describe(&options)?,
             options,
@@ -68,61 +71,9 @@ impl Brought {
     }
 
     /// SHA-256 of the program's file.
-    pub fn digest(&self) -> Result<String, ExecError> {
+    pub fn digest(&self) -> Result<String, ProgramError> {
         Ok(file_digest(&self.options.program)?)
     }
-}
-
-/// The engine did not give a run that can be used.
-#[derive(Debug, thiserror::Error)]
-pub enum ExecError {
-    #[error(
-        "the engine {path} cannot be started: {reason}; after exec: comes the path of an executable file (chmod +x, \
-         and an interpreter in its first line if it is a script)"
-    )]
-    Missing { path: PathBuf, reason: String },
-    #[error(
-        "`{path} describe` did not say what the engine is: {reason}; it must print one JSON object, see \
-         docs/engine-protocol.md"
-    )]
-    Undescribed { path: PathBuf, reason: String },
-    #[error(
-        "the engine speaks version {found} of the protocol, and this program speaks {}; take the engine that fits, or \
-         change it (docs/engine-protocol.md)",
-        PROTOCOL
-    )]
-    OtherProtocol { found: u64 },
-    #[error("{engine} has no {}; {hint}", missing.join(", "))]
-    Unsupported {
-        engine: String,
-        missing: Vec<String>,
-        hint: &'static str,
-    },
-    #[error("the engine refused: {0}")]
-    Refused(String),
-    #[error("the engine ended with {status}; the end of what it printed:\n{log}")]
-    Crashed { status: String, log: String },
-    #[error("the engine hung: {reason}; it was ended. The end of what it printed:\n{log}")]
-    Hung { reason: String, log: String },
-    #[error("the engine took {reason}; it was ended")]
-    TooMuch { reason: String },
-    #[error("the engine was ended, as asked; start the command again")]
-    Interrupted,
-    #[error("the engine wrote nonsense: {0}")]
-    Nonsense(String),
-    #[error("the engine's run went wrong, seen in step {step} of stage {}: {trouble}", .stage.name())]
-    WentWrong {
-        stage: Stage,
-        step: u64,
-        trouble: Trouble,
-    },
-    #[error(transparent)]
-    File(#[from] FileError),
-}
-
-/// What was written is not what a run writes.
-fn nonsense(reason: impl Into<String>) -> ExecError {
-    ExecError::Nonsense(reason.into())
 }
 
 /// A finished run of an engine.
@@ -145,7 +96,7 @@ pub fn run(
     options: &Options,
     work: &Path,
     observer: &mut dyn Observer,
-) -> Result<ExecRun, ExecError> {
+) -> Result<ExecRun, ProgramError> {
     run_brought(scene, task, &Brought::ask(options.clone())?, work, observer)
 }
 
@@ -159,7 +110,7 @@ pub fn run_brought(
     }: &Brought,
     work: &Path,
     observer: &mut dyn Observer,
-) -> Result<ExecRun, ExecError> {
+) -> Result<ExecRun, ProgramError> {
     let missing = missing_for_scene(description, scene, task);
     if !missing.is_empty() {
         return Err(unsupported(description, missing, HINT_SCENE));
@@ -179,8 +130,8 @@ const HINT_SCENE: &str = "take an engine that has it, a scene that does not ask 
                           (--steps N, --until settled)";
 const HINT_CASES: &str = "these experiments ask for it";
 
-fn unsupported(description: &Description, missing: Vec<Part>, hint: &'static str) -> ExecError {
-    ExecError::Unsupported {
+fn unsupported(description: &Description, missing: Vec<Part>, hint: &'static str) -> ProgramError {
+    ProgramError::Unsupported {
         engine: description.name.clone(),
         missing: missing
             .iter()
@@ -201,7 +152,7 @@ pub fn run_cases(
     options: &Options,
     work: &Path,
     observer: &mut dyn Observer,
-) -> Result<Vec<CaseResult>, ExecError> {
+) -> Result<Vec<CaseResult>, ProgramError> {
     let mut missing: Vec<Part> = cases
         .iter()
         .flat_map(|case| missing_for_case(description, case))

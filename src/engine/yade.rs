@@ -13,11 +13,9 @@ pub mod timing;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::files::FileError;
+use crate::engine::{ProgramError, nonsense};
 use grains::model::Model;
-use grains::native::Trouble;
 use grains::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
-use grains::tables::Stage;
 use grains::task::{Observer, Outcome, Task};
 
 pub use cases::{CaseInYade, CasesInYade, read as read_cases, run_cases};
@@ -66,49 +64,35 @@ impl Default for Options {
     }
 }
 
-/// YADE did not give a run that can be used.
-#[derive(Debug, thiserror::Error)]
-pub enum YadeError {
-    #[error(
-        "YADE is missing: {0}; on Debian 12 install it with \
-         `apt-get install --no-install-recommends yade`"
-    )]
-    Missing(String),
-    #[error(
-        "YADE {found} is too old: this driver needs {}.{:02} or later, as in Debian 12",
-        OLDEST_VERSION.0, OLDEST_VERSION.1
-    )]
-    TooOld { found: String },
-    #[error("YADE has no such thing: {0}; run this scene with the native engine")]
-    Unsupported(String),
-    #[error("YADE crashed ({status}); the end of its log:\n{log}")]
-    Crashed { status: String, log: String },
-    #[error(
-        "YADE hung: {reason}; it was ended (--stall-limit and --time-limit give it longer). The end of its log:\n{log}"
-    )]
-    Hung { reason: String, log: String },
-    #[error("YADE took {reason}; it was ended (--memory-limit and --output-limit give it more)")]
-    TooMuch { reason: String },
-    #[error("YADE was ended, as asked; start the command again")]
-    Interrupted,
-    #[error(
-        "YADE wrote nonsense: {0}; see that --yade, CROSSGRAIN_YADE or the path name Debian's YADE, and start the command \
-         again"
-    )]
-    Nonsense(String),
-    #[error("YADE's run went wrong, seen in step {step} of stage {}: {trouble}", .stage.name())]
-    WentWrong {
-        stage: Stage,
-        step: u64,
-        trouble: Trouble,
-    },
-    #[error(transparent)]
-    File(#[from] FileError),
+/// The name until all callers know the other.
+pub type YadeError = ProgramError;
+
+/// There is no YADE that can be used.
+fn missing(reason: String) -> ProgramError {
+    ProgramError::Missing {
+        engine: "YADE",
+        reason,
+        package: "yade",
+    }
 }
 
-/// What was written is not what a run writes.
-fn nonsense(reason: String) -> YadeError {
-    YadeError::Nonsense(reason)
+/// YADE has no such thing.
+fn lacks(what: String) -> ProgramError {
+    ProgramError::Unsupported {
+        engine: "YADE".to_owned(),
+        missing: vec![what],
+        hint: "run this scene with the native engine",
+    }
+}
+
+/// What helps against nonsense of another program than YADE.
+fn hinted(error: ProgramError) -> ProgramError {
+    match error {
+        ProgramError::Nonsense(reason) => nonsense(format!(
+            "{reason}; see that --yade, CROSSGRAIN_YADE or the path name Debian's YADE, and start the command again"
+        )),
+        other => other,
+    }
 }
 
 /// A finished run of YADE.
@@ -130,14 +114,15 @@ pub fn run(
     options: &Options,
     work: &Path,
     observer: &mut dyn Observer,
-) -> Result<YadeRun, YadeError> {
+) -> Result<YadeRun, ProgramError> {
     if let Some(reason) = unsupported(&Model::of(scene)) {
-        return Err(YadeError::Unsupported(reason));
+        return Err(lacks(reason));
     }
     let installation = find(options.program.as_deref())?;
     job::write(work, scene, task, options)?;
-    let finished = child::run(&installation, job::RUN_SCENE.0, work, options, observer)?;
-    let outcome = frames::read(work, scene, task, observer)?;
+    let finished =
+        child::run(&installation, job::RUN_SCENE.0, work, options, observer).map_err(hinted)?;
+    let outcome = frames::read(work, scene, task, observer).map_err(hinted)?;
     Ok(YadeRun {
         outcome,
         version: finished.version,

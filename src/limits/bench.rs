@@ -26,8 +26,8 @@ use serde::Serialize;
 
 use crate::compare::Verdict;
 use crate::compare::bits::TableBits;
-use crate::engine::exec::{Brought, ExecError};
-use crate::engine::yade::{self, YadeError};
+use crate::engine::exec::Brought;
+use crate::engine::{ProgramError, yade};
 use crate::error::Error;
 use crate::files::{FileError, work_folder};
 use crate::progress::{Display, StageObserver};
@@ -61,9 +61,7 @@ pub enum BenchError {
     #[error(transparent)]
     Native(#[from] NativeError),
     #[error(transparent)]
-    Yade(#[from] YadeError),
-    #[error(transparent)]
-    Exec(#[from] ExecError),
+    Engine(#[from] ProgramError),
     #[error(transparent)]
     File(#[from] FileError),
     #[error(transparent)]
@@ -76,8 +74,7 @@ impl BenchError {
         matches!(
             self,
             BenchError::Interrupted
-                | BenchError::Yade(YadeError::Interrupted)
-                | BenchError::Exec(ExecError::Interrupted)
+                | BenchError::Engine(ProgramError::Interrupted)
                 | BenchError::Native(NativeError {
                     trouble: Trouble::Interrupted,
                     ..
@@ -91,8 +88,7 @@ impl From<BenchError> for Error {
         match error {
             BenchError::Interrupted => Error::Interrupted,
             BenchError::Native(error) => Error::Engine(error.into()),
-            BenchError::Yade(error) => Error::Engine(error.into()),
-            BenchError::Exec(error) => Error::Engine(error.into()),
+            BenchError::Engine(error) => Error::Engine(error.into()),
             BenchError::File(error) | BenchError::Table(TableError::File(error)) => {
                 Error::File(error)
             }
@@ -119,7 +115,7 @@ impl Missed {
     pub fn of(what: &str, needed: bool, error: BenchError) -> Result<Self, BenchError> {
         let full_disk = matches!(
             error,
-            BenchError::File(_) | BenchError::Exec(ExecError::File(_))
+            BenchError::File(_) | BenchError::Engine(ProgramError::File(_))
         );
         if error.is_interruption() || full_disk {
             return Err(error);
@@ -127,8 +123,12 @@ impl Missed {
         let missing = matches!(
             error,
             BenchError::Missing(_)
-                | BenchError::Yade(YadeError::Missing(_) | YadeError::TooOld { .. })
-                | BenchError::Exec(ExecError::Unsupported { .. } | ExecError::Refused(_))
+                | BenchError::Engine(
+                    ProgramError::Missing { .. }
+                        | ProgramError::TooOld { .. }
+                        | ProgramError::Unsupported { .. }
+                        | ProgramError::Refused(_)
+                )
         );
         Ok(Missed {
             what: what.to_owned(),

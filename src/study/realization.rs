@@ -5,8 +5,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::exec::{Brought, ExecError, Part, missing_for_scene, run_brought};
-use crate::engine::yade::{self, YadeError};
+use crate::engine::exec::{Brought, Part, missing_for_scene, run_brought};
+use crate::engine::{ProgramError, yade};
 use crate::run::EngineError;
 use evidence::shape;
 use grains::generate::initial_bodies;
@@ -123,7 +123,7 @@ pub fn run(scene: &Scene, way: &Way<'_>) -> Result<Realization, EngineError> {
             Ok(whole(run.outcome, seconds, engine))
         }
         Runner::Brought => {
-            let engine = way.brought.ok_or_else(|| ExecError::Missing {
+            let engine = way.brought.ok_or_else(|| ProgramError::NotStarted {
                 path: "exec:PATH".into(),
                 reason: "it was not named".to_owned(),
             })?;
@@ -133,7 +133,7 @@ pub fn run(scene: &Scene, way: &Way<'_>) -> Result<Realization, EngineError> {
 }
 
 /// Pours and loads in an engine that was brought. One that has everything but a punch pours and settles.
-fn in_brought(scene: &Scene, engine: &Brought, work: &Path) -> Result<Realization, ExecError> {
+fn in_brought(scene: &Scene, engine: &Brought, work: &Path) -> Result<Realization, ProgramError> {
     let mut task = Task::whole(initial_bodies(scene));
     let missing = missing_for_scene(&engine.description, scene, &task);
     let only_poured = missing == [Part::Punch];
@@ -160,10 +160,8 @@ pub fn went_wrong(error: EngineError) -> Result<String, EngineError> {
             ..
         }) => Err(error),
         EngineError::Native(error) => Ok(error.to_string()),
-        EngineError::Yade(error @ YadeError::WentWrong { .. }) => Ok(error.to_string()),
-        EngineError::Yade(error) => Err(EngineError::Yade(error)),
-        EngineError::Exec(error @ ExecError::WentWrong { .. }) => Ok(error.to_string()),
-        EngineError::Exec(error) => Err(EngineError::Exec(error)),
+        EngineError::Program(error @ ProgramError::WentWrong { .. }) => Ok(error.to_string()),
+        error @ EngineError::Program(_) => Err(error),
     }
 }
 

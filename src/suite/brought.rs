@@ -7,7 +7,8 @@ mod words;
 use serde::Serialize;
 
 use crate::compare::Verdict;
-use crate::engine::exec::{self, Description, ExecError, Options, Part};
+use crate::engine::ProgramError;
+use crate::engine::exec::{self, Description, Options, Part};
 use crate::files::work_folder;
 use crate::run::EngineError;
 use grains::native::{self, NativeError};
@@ -104,7 +105,7 @@ fn in_native(trial: &Trial) -> Result<Story, NativeError> {
     })
 }
 
-fn in_engine(options: &Options, trial: &Trial) -> Result<Story, ExecError> {
+fn in_engine(options: &Options, trial: &Trial) -> Result<Story, ProgramError> {
     let mut moments = Moments::default();
     let work = work_folder()?;
     let run = exec::run(
@@ -138,16 +139,16 @@ fn lacks(name: &str, job: &str, missing: &[Part]) -> Found {
 }
 
 /// An engine's error as a check that failed; what is no fault of its own is handed back.
-fn failure(name: &str, job: &str, error: ExecError) -> Result<Found, EngineError> {
+fn failure(name: &str, job: &str, error: ProgramError) -> Result<Found, EngineError> {
     match error {
-        error @ (ExecError::Missing { .. } | ExecError::Interrupted | ExecError::File(_)) => {
-            Err(error.into())
-        }
-        ExecError::Refused(reason) => {
+        error @ (ProgramError::NotStarted { .. }
+        | ProgramError::Interrupted
+        | ProgramError::File(_)) => Err(error.into()),
+        ProgramError::Refused(reason) => {
             let why = format!("the engine refused: {reason}");
             Ok(found(name, job, Verdict::NotMade, why))
         }
-        error @ (ExecError::Nonsense(_) | ExecError::WentWrong { .. }) => {
+        error @ (ProgramError::Nonsense(_) | ProgramError::WentWrong { .. }) => {
             Ok(found(name, job, Verdict::Fail, error.to_string()))
         }
         error => Ok(Found {
@@ -212,7 +213,7 @@ fn cases(engine: &Description, options: &Options) -> Result<Found, EngineError> 
     if !missing.is_empty() {
         return Ok(lacks(name, job, &missing));
     }
-    let work = work_folder().map_err(ExecError::File)?;
+    let work = work_folder().map_err(ProgramError::File)?;
     let asked: Vec<_> = cases.iter().collect();
     let results = match exec::run_cases(&asked, engine, options, work.path(), &mut ()) {
         Ok(results) => results,

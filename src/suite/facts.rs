@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::build::{Grain, case, punch};
 use super::{Line, trajectories};
 use crate::compare::Verdict;
-use crate::engine::yade::{self, YadeError};
+use crate::engine::{ProgramError, yade};
 use grains::case::{Case, Effective};
 use grains::model::Model;
 use grains::native::{self, CaseOptions, NativeError};
@@ -103,7 +103,7 @@ pub fn of_yade(
     scene: &Scene,
     options: &yade::Options,
     work: &std::path::Path,
-) -> Result<Vec<Fact>, YadeError> {
+) -> Result<Vec<Fact>, ProgramError> {
     let case = probe(scene);
     let run = yade::run_cases(&[&case], options, work, &mut ())?;
     Ok(run

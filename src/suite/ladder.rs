@@ -9,8 +9,9 @@ use super::{
     symmetry, trajectories,
 };
 use crate::compare::Verdict;
-use crate::engine::exec::{self, Description, ExecError};
-use crate::engine::yade::{self, YadeError, run_cases, unsupported};
+use crate::engine::ProgramError;
+use crate::engine::exec::{self, Description};
+use crate::engine::yade::{self, run_cases, unsupported};
 use crate::files::work_folder;
 use crate::run::EngineError;
 use grains::case::{Case, Load};
@@ -125,7 +126,7 @@ impl Ladder {
         let solo_cases = self.solo.iter().filter(can).flat_map(|rung| &rung.cases);
         cases.extend(solo_cases);
         cases.extend(self.parity.iter().map(|rung| &rung.case));
-        let work = work_folder().map_err(YadeError::File)?;
+        let work = work_folder().map_err(ProgramError::File)?;
         let run = run_cases(&cases, options, work.path(), observer)?;
         let mut in_yade = run.cases.into_iter();
         let answers: Vec<Answer> = scenes
@@ -178,7 +179,7 @@ impl Ladder {
         engine: &Description,
         options: &exec::Options,
         progress: &dyn Fn(usize, usize),
-    ) -> Result<Vec<Climbed>, ExecError> {
+    ) -> Result<Vec<Climbed>, ProgramError> {
         let name = engine.name.as_str();
         let of_bits: Vec<&str> = recorded::rungs().iter().map(|rung| rung.name).collect();
         let mut climbed = Vec::with_capacity(self.solo.len());
@@ -209,9 +210,9 @@ impl Ladder {
                     Err(reason) => lacks(format!("{name} refused: {reason}")),
                 },
                 Err(
-                    error @ (ExecError::Missing { .. }
-                    | ExecError::Interrupted
-                    | ExecError::File(_)),
+                    error @ (ProgramError::NotStarted { .. }
+                    | ProgramError::Interrupted
+                    | ProgramError::File(_)),
                 ) => return Err(error),
                 Err(error) => solo(rung, name, Err(error.to_string())),
             });

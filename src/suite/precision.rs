@@ -8,7 +8,8 @@ use serde::Serialize;
 
 use super::trajectories;
 use super::{Line, Track};
-use crate::engine::yade::{self, YadeError, run_cases, sibling};
+use crate::engine::ProgramError;
+use crate::engine::yade::{self, run_cases, sibling};
 use crate::files::work_folder;
 use grains::case::Case;
 use grains::generate::initial_bodies;
@@ -71,10 +72,10 @@ pub struct Precisions {
 }
 
 /// Runs the case in every precision of YADE.
-pub fn run(case: Case, options: &yade::Options) -> Result<Precisions, YadeError> {
+pub fn run(case: Case, options: &yade::Options) -> Result<Precisions, ProgramError> {
     let program = options.program.as_deref();
     let double = in_yade(&case, options.clone())?;
-    let build = |name: &str| -> Result<Track, YadeError> {
+    let build = |name: &str| -> Result<Track, ProgramError> {
         let program = Some(sibling(program, name)?);
         let options = yade::Options {
             program,
@@ -108,7 +109,7 @@ impl Precisions {
     }
 }
 
-fn in_yade(case: &Case, options: yade::Options) -> Result<Track, YadeError> {
+fn in_yade(case: &Case, options: yade::Options) -> Result<Track, ProgramError> {
     let work = work_folder()?;
     let run = run_cases(&[case], &options, work.path(), &mut ())?;
     Ok(run.cases.into_iter().flat_map(|case| case.track).collect())

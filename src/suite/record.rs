@@ -8,7 +8,7 @@ use super::precision::{self, Errors, Precisions};
 use super::{Group, Line};
 use crate::compare::Verdict;
 use crate::engine::exec::{self, Description};
-use crate::engine::yade::{self, YadeError};
+use crate::engine::{ProgramError, yade};
 use crate::error::Error;
 use crate::paper::disc_field::{DiscField, DiscFieldError, figure_4};
 use crate::progress::Display;
@@ -174,7 +174,7 @@ pub fn verify_exec(
     command: String,
     display: &Display,
 ) -> Result<Verification, Error> {
-    let failed = |error: exec::ExecError| Error::Engine(error.into());
+    let failed = |error: ProgramError| Error::Engine(error.into());
     let engine = exec::describe(options).map_err(failed)?;
     let task = display.task(&format!("rungs in {}", engine.name));
     let ladder = Ladder::new(0);
@@ -226,7 +226,7 @@ fn climb_yade(
             task.done("done");
             Ok(Ok(climbed))
         }
-        Err(EngineError::Yade(error @ YadeError::Missing(_))) => {
+        Err(EngineError::Program(error @ ProgramError::Missing { .. })) => {
             task.done("YADE is missing");
             Ok(Err(error.to_string()))
         }
@@ -244,11 +244,11 @@ fn precisions_in_yade(
             task.done("done");
             Ok(Ok(precisions))
         }
-        Err(error @ YadeError::Missing(_)) => {
+        Err(error @ ProgramError::Missing { .. }) => {
             task.done("this YADE has no build of that precision");
             Ok(Err(Unmeasured::Missing(error.to_string())))
         }
-        Err(error @ (YadeError::Interrupted | YadeError::File(_))) => {
+        Err(error @ (ProgramError::Interrupted | ProgramError::File(_))) => {
             Err(Error::Engine(error.into()))
         }
         // What the other rungs have shown is not lost with it.

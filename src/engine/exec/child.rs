@@ -6,8 +6,9 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use super::{ExecError, Options};
+use super::Options;
 use crate::child::Group;
+use crate::engine::ProgramError;
 use crate::engine::watch::{self, Beats, Done, Ended, end_of, length, watch};
 use crate::files::failed;
 use grains::task::Observer;
@@ -23,7 +24,11 @@ pub fn log(work: &Path) -> String {
 }
 
 /// Has the engine do the job in `work`.
-pub fn run(options: &Options, work: &Path, observer: &mut dyn Observer) -> Result<Done, ExecError> {
+pub fn run(
+    options: &Options,
+    work: &Path,
+    observer: &mut dyn Observer,
+) -> Result<Done, ProgramError> {
     let work = &fs::canonicalize(work).map_err(failed("find", work))?;
     let said = work.join(SAID);
     let output = File::create(&said).map_err(failed("create", &said))?;
@@ -34,7 +39,7 @@ pub fn run(options: &Options, work: &Path, observer: &mut dyn Observer) -> Resul
 }
 
 /// Has the engine describe itself into `work`.
-pub fn describe(options: &Options, work: &Path) -> Result<(), ExecError> {
+pub fn describe(options: &Options, work: &Path) -> Result<(), ProgramError> {
     let create = |name: &str| {
         let path = work.join(name);
         File::create(&path).map_err(failed("create", &path))
@@ -48,9 +53,9 @@ pub fn describe(options: &Options, work: &Path) -> Result<(), ExecError> {
     Ok(())
 }
 
-fn command(options: &Options, work: &Path) -> Result<Command, ExecError> {
+fn command(options: &Options, work: &Path) -> Result<Command, ProgramError> {
     // The path as it is: nothing is looked up, and no shell sees it.
-    let program = fs::canonicalize(&options.program).map_err(|error| ExecError::Missing {
+    let program = fs::canonicalize(&options.program).map_err(|error| ProgramError::NotStarted {
         path: options.program.clone(),
         reason: error.to_string(),
     })?;
@@ -69,8 +74,8 @@ fn finish(
     work: &Path,
     command: &mut Command,
     observer: &mut dyn Observer,
-) -> Result<Done, ExecError> {
-    let child = Group::spawn(command).map_err(|error| ExecError::Missing {
+) -> Result<Done, ProgramError> {
+    let child = Group::spawn(command).map_err(|error| ProgramError::NotStarted {
         path: options.program.clone(),
         reason: error.to_string(),
     })?;
@@ -87,15 +92,15 @@ fn finish(
     let log = || end_of(&[log(work), watch::log(&work.join(COMPLAINED))].concat());
     match done {
         Ok(done) if done.status.success() => Ok(done),
-        Ok(done) => Err(ExecError::Crashed {
+        Ok(done) => Err(ProgramError::Crashed {
             status: done.status.to_string(),
             log: log(),
         }),
-        Err(Ended::Interrupted) => Err(ExecError::Interrupted),
-        Err(Ended::Hung(reason)) => Err(ExecError::Hung { reason, log: log() }),
-        Err(Ended::TooMuch(reason)) => Err(ExecError::TooMuch { reason }),
+        Err(Ended::Interrupted) => Err(ProgramError::Interrupted),
+        Err(Ended::Hung(reason)) => Err(ProgramError::Hung { reason, log: log() }),
+        Err(Ended::TooMuch(reason)) => Err(ProgramError::TooMuch { reason }),
         Err(Ended::Io(error)) => Err(failed("wait for", work)(error).into()),
-        Err(Ended::RuledOut) => Err(ExecError::Interrupted),
+        Err(Ended::RuledOut) => Err(ProgramError::Interrupted),
     }
 }
 

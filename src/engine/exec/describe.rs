@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::{ExecError, Options, PROTOCOL, Part, child};
+use super::{Options, PROTOCOL, Part, child};
+use crate::engine::ProgramError;
 use crate::engine::watch::Limits;
 use crate::files::{read_text, work_folder};
 
@@ -28,8 +29,8 @@ pub struct Description {
 
 impl Description {
     /// Reads what `path` printed when it was asked what it is.
-    pub fn parse(path: &Path, text: &str) -> Result<Self, ExecError> {
-        parse(text, &|reason| ExecError::Undescribed {
+    pub fn parse(path: &Path, text: &str) -> Result<Self, ProgramError> {
+        parse(text, &|reason| ProgramError::Undescribed {
             path: path.to_owned(),
             reason,
         })
@@ -60,7 +61,7 @@ const LONGEST_WORDS: usize = 400;
 const TIME: Duration = Duration::from_secs(30);
 
 /// Asks the engine what it is.
-pub fn describe(options: &Options) -> Result<Description, ExecError> {
+pub fn describe(options: &Options) -> Result<Description, ProgramError> {
     let work = work_folder()?;
     let limits = Limits {
         time: options.limits.time.min(TIME),
@@ -72,14 +73,16 @@ pub fn describe(options: &Options) -> Result<Description, ExecError> {
         program: options.program.clone(),
         limits,
     };
-    let undescribed = |reason: String| ExecError::Undescribed {
+    let undescribed = |reason: String| ProgramError::Undescribed {
         path: options.program.clone(),
         reason,
     };
     child::describe(&asked, work.path()).map_err(|error| match error {
-        ExecError::Crashed { status, log } => undescribed(format!("it ended with {status}\n{log}")),
-        ExecError::Hung { reason, .. } => undescribed(reason),
-        ExecError::TooMuch { reason } => undescribed(format!("it took {reason}")),
+        ProgramError::Crashed { status, log } => {
+            undescribed(format!("it ended with {status}\n{log}"))
+        }
+        ProgramError::Hung { reason, .. } => undescribed(reason),
+        ProgramError::TooMuch { reason } => undescribed(format!("it took {reason}")),
         other => other,
     })?;
     let text = read_text(&work.path().join(child::SAID), LONGEST)
@@ -87,14 +90,17 @@ pub fn describe(options: &Options) -> Result<Description, ExecError> {
     Description::parse(&options.program, &text)
 }
 
-fn parse(text: &str, undescribed: &dyn Fn(String) -> ExecError) -> Result<Description, ExecError> {
+fn parse(
+    text: &str,
+    undescribed: &dyn Fn(String) -> ProgramError,
+) -> Result<Description, ProgramError> {
     let broken = |error: serde_json::Error| {
         let printed: String = text.chars().take(200).collect();
         undescribed(format!("{error}; it printed {printed:?}"))
     };
     let Versioned { protocol } = serde_json::from_str(text).map_err(broken)?;
     if protocol != u64::from(PROTOCOL) {
-        return Err(ExecError::OtherProtocol { found: protocol });
+        return Err(ProgramError::OtherProtocol { found: protocol });
     }
     let description: Description = serde_json::from_str(text).map_err(broken)?;
     let words = [&description.name, &description.version];

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::{ExecError, PROTOCOL, nonsense};
+use super::PROTOCOL;
+use crate::engine::{ProgramError, nonsense};
 use crate::files::{failed, write_whole};
 use crate::run::tables as text;
 use grains::case::Case;
@@ -79,7 +80,7 @@ impl From<Punch> for GivenPunch {
 }
 
 /// Writes scene, grains and job into `work`.
-pub fn write_scene(work: &Path, scene: &Scene, task: &Task) -> Result<(), ExecError> {
+pub fn write_scene(work: &Path, scene: &Scene, task: &Task) -> Result<(), ProgramError> {
     let loading = &scene.loading;
     // A punch that stands still goes on doing so; any other has the scene's speed.
     let punch = task.start.punch.map(|punch| Punch {
@@ -131,7 +132,7 @@ fn case_name(index: usize) -> String {
 }
 
 /// Writes a folder for each case into `work`, and the list of them.
-pub fn write_cases(work: &Path, cases: &[&Case]) -> Result<(), ExecError> {
+pub fn write_cases(work: &Path, cases: &[&Case]) -> Result<(), ProgramError> {
     for (index, case) in cases.iter().enumerate() {
         let folder = case_folder(work, index);
         fs::create_dir(&folder).map_err(failed("create", &folder))?;
@@ -152,14 +153,14 @@ pub fn write_cases(work: &Path, cases: &[&Case]) -> Result<(), ExecError> {
     write_json(&work.join("job.json"), &job)
 }
 
-fn write_grains(work: &Path, bodies: &Bodies) -> Result<(), ExecError> {
+fn write_grains(work: &Path, bodies: &Bodies) -> Result<(), ProgramError> {
     text::write_bodies(&work.join("initial.csv"), bodies).map_err(|error| match error {
-        text::TableError::File(error) => ExecError::File(error),
+        text::TableError::File(error) => ProgramError::File(error),
         other => nonsense(other.to_string()),
     })
 }
 
-fn write_json(path: &Path, value: &impl Serialize) -> Result<(), ExecError> {
+fn write_json(path: &Path, value: &impl Serialize) -> Result<(), ProgramError> {
     let text = serde_json::to_string_pretty(value).map_err(|error| nonsense(error.to_string()))?;
     Ok(write_whole(path, text.as_bytes())?)
 }

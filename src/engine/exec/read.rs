@@ -5,9 +5,10 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::{CaseResult, ExecError, job, nonsense};
+use super::{CaseResult, job};
 use crate::engine::completeness;
 use crate::engine::punch_line::PunchLine;
+use crate::engine::{ProgramError, nonsense};
 use crate::files::read_text;
 use crate::run::tables as text;
 use grains::case::Case;
@@ -54,7 +55,7 @@ pub fn scene(
     scene: &Scene,
     task: &Task,
     observer: &mut dyn Observer,
-) -> Result<Outcome, ExecError> {
+) -> Result<Outcome, ProgramError> {
     let start = &task.start.bodies;
     let given = Given {
         bodies: start,
@@ -64,7 +65,7 @@ pub fn scene(
     };
     let list = list(work, "")?;
     if let Some(reason) = refusal(&list)? {
-        return Err(ExecError::Refused(reason));
+        return Err(ProgramError::Refused(reason));
     }
     let mut stages: Vec<StageReport> = Vec::new();
     let mut settled = None;
@@ -87,10 +88,12 @@ pub fn scene(
                  digit",
             ));
         }
-        check_moment(&snapshot, scene.container.width).map_err(|trouble| ExecError::WentWrong {
-            stage: snapshot.stage,
-            step: snapshot.step,
-            trouble,
+        check_moment(&snapshot, scene.container.width).map_err(|trouble| {
+            ProgramError::WentWrong {
+                stage: snapshot.stage,
+                step: snapshot.step,
+                trouble,
+            }
         })?;
         seen.push((snapshot.stage, snapshot.step));
         observer.snapshot(&snapshot);
@@ -108,7 +111,7 @@ pub fn scene(
 }
 
 /// Reads what the engine made of each case.
-pub fn cases(work: &Path, cases: &[&Case]) -> Result<Vec<CaseResult>, ExecError> {
+pub fn cases(work: &Path, cases: &[&Case]) -> Result<Vec<CaseResult>, ProgramError> {
     let mut results = Vec::with_capacity(cases.len());
     let mut steps = 0;
     for (index, case) in cases.iter().enumerate() {
@@ -127,7 +130,7 @@ pub fn cases(work: &Path, cases: &[&Case]) -> Result<Vec<CaseResult>, ExecError>
     Ok(results)
 }
 
-fn read_case(folder: &Path, case: &Case) -> Result<CaseResult, ExecError> {
+fn read_case(folder: &Path, case: &Case) -> Result<CaseResult, ProgramError> {
     let name = format!("case {}: ", case.name);
     let given = Given {
         bodies: &case.bodies,
@@ -167,7 +170,7 @@ fn read_case(folder: &Path, case: &Case) -> Result<CaseResult, ExecError> {
 }
 
 /// The lines of `moments.jsonl`.
-fn list(folder: &Path, name: &str) -> Result<String, ExecError> {
+fn list(folder: &Path, name: &str) -> Result<String, ProgramError> {
     let text = read_text(&folder.join("moments.jsonl"), LONGEST_LIST);
     text.map_err(|error| {
         nonsense(format!(
@@ -176,7 +179,7 @@ fn list(folder: &Path, name: &str) -> Result<String, ExecError> {
     })
 }
 
-fn refusal(list: &str) -> Result<Option<String>, ExecError> {
+fn refusal(list: &str) -> Result<Option<String>, ProgramError> {
     if !list.starts_with(r#"{"refused""#) {
         return Ok(None);
     }
@@ -186,7 +189,7 @@ fn refusal(list: &str) -> Result<Option<String>, ExecError> {
 }
 
 /// The engine's own count of steps.
-fn own_count(work: &Path) -> Result<u64, ExecError> {
+fn own_count(work: &Path) -> Result<u64, ProgramError> {
     let text = read_text(&work.join("done.json"), 1 << 16)
         .map_err(|error| nonsense(format!("it ended well before the job was done: {error}")))?;
     let done: DoneFile =
@@ -195,7 +198,7 @@ fn own_count(work: &Path) -> Result<u64, ExecError> {
 }
 
 impl Given<'_> {
-    fn moment(&self, folder: &Path, line: &str, name: &str) -> Result<Snapshot, ExecError> {
+    fn moment(&self, folder: &Path, line: &str, name: &str) -> Result<Snapshot, ProgramError> {
         let of: MomentLine = serde_json::from_str(line)
             .map_err(|error| nonsense(format!("{name}moments.jsonl: {error}")))?;
         let at = format!("{name}stage {} step {}", of.stage.name(), of.step);
@@ -232,7 +235,7 @@ impl Given<'_> {
         })
     }
 
-    fn same_grains(&self, bodies: &Bodies, at: &str) -> Result<(), ExecError> {
+    fn same_grains(&self, bodies: &Bodies, at: &str) -> Result<(), ProgramError> {
         if bodies.len() != self.bodies.len() {
             return Err(nonsense(format!(
                 "{at}: {} grains instead of {}",

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::{YadeError, nonsense};
 use crate::engine::punch_line::PunchLine;
+use crate::engine::{ProgramError, nonsense};
 use crate::files::read_text;
 use crate::run::tables::most_contacts;
 use grains::tables::{Bodies, BodyIds, Contact, Punch};
@@ -28,7 +28,7 @@ pub struct MomentLine {
 const LONGEST_INDEX: u64 = 1 << 28;
 
 /// The lines of `frames.jsonl`.
-pub fn index(work: &Path) -> Result<String, YadeError> {
+pub fn index(work: &Path) -> Result<String, ProgramError> {
     read_text(&work.join("frames.jsonl"), LONGEST_INDEX)
         .map_err(|error| nonsense(error.to_string()))
 }
@@ -40,7 +40,7 @@ pub struct Tables {
 
 impl Tables {
     /// Opens the tables in this folder.
-    pub fn open(work: &Path) -> Result<Self, YadeError> {
+    pub fn open(work: &Path) -> Result<Self, ProgramError> {
         let path = work.join("frames.bin");
         let file =
             File::open(&path).map_err(|error| nonsense(format!("{}: {error}", path.display())))?;
@@ -57,7 +57,7 @@ impl Tables {
         ids: BodyIds,
         half_extents: [f64; 2],
         at: &str,
-    ) -> Result<(Bodies, Vec<Contact>, Option<Punch>), YadeError> {
+    ) -> Result<(Bodies, Vec<Contact>, Option<Punch>), ProgramError> {
         let count = start.len();
         if of.bodies != count {
             return Err(nonsense(format!(
@@ -94,7 +94,7 @@ impl Tables {
         Ok((bodies, contacts, punch))
     }
 
-    fn numbers(&mut self, count: usize, at: &str) -> Result<Vec<f64>, YadeError> {
+    fn numbers(&mut self, count: usize, at: &str) -> Result<Vec<f64>, ProgramError> {
         let mut bytes = vec![0; count * 8];
         self.file
             .read_exact(&mut bytes)
@@ -114,7 +114,7 @@ impl Tables {
     }
 
     /// Nothing follows the last moment.
-    pub fn at_end(&mut self) -> Result<(), YadeError> {
+    pub fn at_end(&mut self) -> Result<(), ProgramError> {
         let mut more = [0; 1];
         match self.file.read(&mut more) {
             Ok(0) => Ok(()),

@@ -5,7 +5,8 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::binary::{MomentLine, Tables, index};
-use super::{Options, YadeError, child, find, job, nonsense, unsupported};
+use super::{Options, child, find, job, lacks, unsupported};
+use crate::engine::{ProgramError, nonsense};
 use crate::files::read_text;
 use grains::case::{Case, Effective, Load};
 use grains::tables::{BodyIds, Snapshot, Stage};
@@ -60,21 +61,22 @@ pub fn run_cases(
     options: &Options,
     work: &Path,
     observer: &mut dyn Observer,
-) -> Result<CasesInYade, YadeError> {
+) -> Result<CasesInYade, ProgramError> {
     if let Some(reason) = cases.iter().find_map(|case| unsupported(&case.model)) {
-        return Err(YadeError::Unsupported(reason));
+        return Err(lacks(reason));
     }
     let installation = find(options.program.as_deref())?;
     job::write_cases(work, cases)?;
-    let finished = child::run(&installation, job::RUN_CASES.0, work, options, observer)?;
+    let finished = child::run(&installation, job::RUN_CASES.0, work, options, observer)
+        .map_err(super::hinted)?;
     Ok(CasesInYade {
         version: finished.version,
-        cases: read(work, cases)?,
+        cases: read(work, cases).map_err(super::hinted)?,
     })
 }
 
 /// Reads what YADE made of each case.
-pub fn read(work: &Path, cases: &[&Case]) -> Result<Vec<CaseInYade>, YadeError> {
+pub fn read(work: &Path, cases: &[&Case]) -> Result<Vec<CaseInYade>, ProgramError> {
     let index = index(work)?;
     let mut lines = index.lines();
     let mut tables = Tables::open(work)?;
@@ -113,7 +115,7 @@ pub fn read(work: &Path, cases: &[&Case]) -> Result<Vec<CaseInYade>, YadeError> 
 }
 
 /// The loads of a moment, which a small case must have for every grain.
-fn loads_of(loads: Option<Vec<Load>>, case: &Case) -> Result<Option<Vec<Load>>, YadeError> {
+fn loads_of(loads: Option<Vec<Load>>, case: &Case) -> Result<Option<Vec<Load>>, ProgramError> {
     let wanted = case.bodies.len() <= job::MOST_LOADED;
     match &loads {
         None if !wanted => Ok(None),
@@ -122,11 +124,11 @@ fn loads_of(loads: Option<Vec<Load>>, case: &Case) -> Result<Option<Vec<Load>>, 
     }
 }
 
-fn parse<'a, T: Deserialize<'a>>(line: &'a str) -> Result<T, YadeError> {
+fn parse<'a, T: Deserialize<'a>>(line: &'a str) -> Result<T, ProgramError> {
     serde_json::from_str(line).map_err(|error| nonsense(format!("frames.jsonl: {error}")))
 }
 
-fn snapshot(tables: &mut Tables, line: &CaseLine, case: &Case) -> Result<Snapshot, YadeError> {
+fn snapshot(tables: &mut Tables, line: &CaseLine, case: &Case) -> Result<Snapshot, ProgramError> {
     let at = format!("{} step {}", case.name, line.step);
     let ids = BodyIds {
         grains: case.bodies.len() as u32,
@@ -145,7 +147,7 @@ fn snapshot(tables: &mut Tables, line: &CaseLine, case: &Case) -> Result<Snapsho
     })
 }
 
-fn check_count(work: &Path, cases: &[&Case]) -> Result<(), YadeError> {
+fn check_count(work: &Path, cases: &[&Case]) -> Result<(), ProgramError> {
     let text =
         read_text(&work.join("done.json"), 1 << 16).map_err(|error| nonsense(error.to_string()))?;
     let done: DoneFile = parse(&text)?;

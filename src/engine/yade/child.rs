@@ -7,9 +7,10 @@ use std::process::{Command, ExitStatus};
 
 use serde::Deserialize;
 
-use super::{Installation, OLDEST_VERSION, Options, YadeError};
+use super::{Installation, OLDEST_VERSION, Options, lacks, missing};
 use crate::child::Group;
 use crate::engine::watch::{Beats, Ended, Limits, end_of, length, watch};
+use crate::engine::{ProgramError, nonsense};
 use crate::files::{failed, read_text};
 use grains::task::Observer;
 
@@ -31,7 +32,7 @@ pub fn run(
     work: &Path,
     options: &Options,
     observer: &mut dyn Observer,
-) -> Result<Finished, YadeError> {
+) -> Result<Finished, ProgramError> {
     let child = start(installation, script, work, &options.under)?;
     let mut beats = Beats::default();
     let mut version = Ok(None);
@@ -58,14 +59,14 @@ pub fn run(
         &|| size("frames.bin") + size("frames.jsonl") + size("yade.log"),
     );
     let version = version?;
-    let hung = |reason| YadeError::Hung {
+    let hung = |reason| ProgramError::Hung {
         reason,
         log: end_of(&log(work)),
     };
     match done {
         Ok(done) => finished(work, done.status, version),
-        Err(Ended::Interrupted) => Err(YadeError::Interrupted),
-        Err(Ended::TooMuch(reason)) => Err(YadeError::TooMuch { reason }),
+        Err(Ended::Interrupted) => Err(ProgramError::Interrupted),
+        Err(Ended::TooMuch(reason)) => Err(ProgramError::TooMuch { reason }),
         Err(Ended::Io(error)) => Err(failed("wait for", work)(error).into()),
         Err(other) => Err(hung(other.to_string())),
     }
@@ -75,27 +76,25 @@ fn finished(
     work: &Path,
     status: ExitStatus,
     version: Option<String>,
-) -> Result<Finished, YadeError> {
+) -> Result<Finished, ProgramError> {
     let log = log(work);
     let version = match version {
         Some(version) => Some(version),
         None => hello(work)?,
     };
     if !status.success() {
-        return Err(YadeError::Crashed {
+        return Err(ProgramError::Crashed {
             status: status.to_string(),
             log: end_of(&log),
         });
     }
     let Some(version) = version else {
-        return Err(YadeError::Nonsense(
+        return Err(nonsense(
             "it ended well without saying its version".to_owned(),
         ));
     };
     if !work.join("done.json").is_file() {
-        return Err(YadeError::Nonsense(
-            "it ended well before the run was done".to_owned(),
-        ));
+        return Err(nonsense("it ended well before the run was done".to_owned()));
     }
     Ok(Finished { version, log })
 }
@@ -105,11 +104,11 @@ fn start(
     script: &str,
     work: &Path,
     under: &[String],
-) -> Result<Group, YadeError> {
+) -> Result<Group, ProgramError> {
     let work = fs::canonicalize(work).map_err(failed("find", work))?;
     // YADE ends with an error of its own where its home is not text.
     if work.to_str().is_none() {
-        return Err(YadeError::Unsupported(format!(
+        return Err(lacks(format!(
             "a way to work in a folder whose name is not UTF-8 text, {}",
             work.display()
         )));
@@ -143,7 +142,7 @@ fn start(
         .stdout(output)
         .stderr(errors);
     Group::spawn(&mut command).map_err(|error| {
-        YadeError::Missing(format!(
+        missing(format!(
             "{} cannot be started: {error}",
             installation.interpreter.display()
         ))
@@ -151,14 +150,14 @@ fn start(
 }
 
 /// The version, once the script has said it.
-fn hello(work: &Path) -> Result<Option<String>, YadeError> {
+fn hello(work: &Path) -> Result<Option<String>, ProgramError> {
     let path = work.join("hello.json");
     if !path.is_file() {
         return Ok(None);
     }
-    let text = read_text(&path, 1 << 16).map_err(|error| YadeError::Nonsense(error.to_string()))?;
-    let hello: Hello = serde_json::from_str(&text)
-        .map_err(|error| YadeError::Nonsense(format!("hello.json: {error}")))?;
+    let text = read_text(&path, 1 << 16).map_err(|error| nonsense(error.to_string()))?;
+    let hello: Hello =
+        serde_json::from_str(&text).map_err(|error| nonsense(format!("hello.json: {error}")))?;
     let number = |text: &str| -> Option<u32> {
         let digits: String = text.chars().take_while(char::is_ascii_digit).collect();
         digits.parse().ok()
@@ -168,13 +167,11 @@ fn hello(work: &Path) -> Result<Option<String>, YadeError> {
         (Some(year), month) if (year, month.unwrap_or(0)) >= OLDEST_VERSION => {
             Ok(Some(hello.version))
         }
-        (Some(_), _) => Err(YadeError::TooOld {
+        (Some(_), _) => Err(ProgramError::TooOld {
             found: hello.version,
+            oldest: OLDEST_VERSION,
         }),
-        _ => Err(YadeError::Nonsense(format!(
-            "its version is {:?}",
-            hello.version
-        ))),
+        _ => Err(nonsense(format!("its version is {:?}", hello.version))),
     }
 }
 

@@ -5,7 +5,8 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use super::YadeError;
+use super::missing;
+use crate::engine::ProgramError;
 
 /// A YADE that can be started.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,15 +21,14 @@ pub struct Installation {
 const LONGEST_LINE: u64 = 4096;
 
 /// Finds YADE: `program` if given, else the variable `CROSSGRAIN_YADE`, else `yade` on the path.
-pub fn find(program: Option<&Path>) -> Result<Installation, YadeError> {
+pub fn find(program: Option<&Path>) -> Result<Installation, ProgramError> {
     let program = match (program, env::var_os("CROSSGRAIN_YADE")) {
         (Some(program), _) => program.to_owned(),
         (None, Some(named)) if !named.is_empty() => PathBuf::from(named),
-        _ => on_path("yade").ok_or_else(|| {
-            YadeError::Missing("there is no program `yade` on the path".to_owned())
-        })?,
+        _ => on_path("yade")
+            .ok_or_else(|| missing("there is no program `yade` on the path".to_owned()))?,
     };
-    let missing = |why: &str| YadeError::Missing(format!("{} {why}", program.display()));
+    let missing = |why: &str| missing(format!("{} {why}", program.display()));
     let program = fs::canonicalize(&program).map_err(|_| missing("does not exist"))?;
     // Asked before opening: opening a pipe would wait for a writer.
     if !program.is_file() {
@@ -51,15 +51,12 @@ pub fn find(program: Option<&Path>) -> Result<Installation, YadeError> {
 }
 
 /// The build of the same YADE that has this name (`yade-float128`), which stands beside it.
-pub fn sibling(program: Option<&Path>, name: &str) -> Result<PathBuf, YadeError> {
+pub fn sibling(program: Option<&Path>, name: &str) -> Result<PathBuf, ProgramError> {
     let of = find(program)?.program.with_file_name(name);
     if of.is_file() {
         Ok(of)
     } else {
-        Err(YadeError::Missing(format!(
-            "{} does not exist",
-            of.display()
-        )))
+        Err(missing(format!("{} does not exist", of.display())))
     }
 }
 

@@ -6,8 +6,8 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::binary::{MomentLine, Tables, index};
-use super::{YadeError, nonsense};
 use crate::engine::completeness;
+use crate::engine::{ProgramError, nonsense};
 use crate::files::read_text;
 use grains::native::check_moment;
 use grains::scene::Scene;
@@ -34,7 +34,7 @@ pub fn read(
     scene: &Scene,
     task: &Task,
     observer: &mut dyn Observer,
-) -> Result<Outcome, YadeError> {
+) -> Result<Outcome, ProgramError> {
     let index = index(work)?;
     let mut reader = Frames {
         scene,
@@ -61,7 +61,7 @@ pub fn read(
                 ));
             }
             check_moment(&snapshot, scene.container.width).map_err(|trouble| {
-                YadeError::WentWrong {
+                ProgramError::WentWrong {
                     stage: snapshot.stage,
                     step: snapshot.step,
                     trouble,
@@ -83,7 +83,7 @@ pub fn read(
 }
 
 /// YADE's own count of steps.
-fn own_count(work: &Path) -> Result<u64, YadeError> {
+fn own_count(work: &Path) -> Result<u64, ProgramError> {
     let text =
         read_text(&work.join("done.json"), 1 << 16).map_err(|error| nonsense(error.to_string()))?;
     let done: DoneFile =
@@ -98,7 +98,7 @@ struct Frames<'a> {
 }
 
 impl Frames<'_> {
-    fn frame(&mut self, line: &str) -> Result<Snapshot, YadeError> {
+    fn frame(&mut self, line: &str) -> Result<Snapshot, ProgramError> {
         let of: FrameLine = serde_json::from_str(line)
             .map_err(|error| nonsense(format!("frames.jsonl: {error}")))?;
         let at = format!("stage {} step {}", of.frame.name(), of.step);

@@ -5,8 +5,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::Options;
 use super::timing::Steps;
-use super::{Options, YadeError};
+use crate::engine::{ProgramError, nonsense};
 use crate::files::{failed, write_whole};
 use crate::run::tables as text;
 use grains::case::Case;
@@ -74,7 +75,12 @@ struct StartPunch {
 }
 
 /// Writes script, scene, grains and job into `work`.
-pub fn write(work: &Path, scene: &Scene, task: &Task, options: &Options) -> Result<(), YadeError> {
+pub fn write(
+    work: &Path,
+    scene: &Scene,
+    task: &Task,
+    options: &Options,
+) -> Result<(), ProgramError> {
     let job = Job {
         model: Model::of(scene),
         sorted: options.sorted,
@@ -102,10 +108,10 @@ pub fn write(work: &Path, scene: &Scene, task: &Task, options: &Options) -> Resu
     write_grains(work, &task.start.bodies)
 }
 
-fn write_grains(work: &Path, bodies: &Bodies) -> Result<(), YadeError> {
+fn write_grains(work: &Path, bodies: &Bodies) -> Result<(), ProgramError> {
     text::write_bodies(&work.join("initial.csv"), bodies).map_err(|error| match error {
-        text::TableError::File(error) => YadeError::File(error),
-        other => YadeError::Nonsense(other.to_string()),
+        text::TableError::File(error) => ProgramError::File(error),
+        other => nonsense(other.to_string()),
     })
 }
 
@@ -130,7 +136,7 @@ pub fn write_timing(
     bodies: &Bodies,
     steps: Steps,
     options: &Options,
-) -> Result<(), YadeError> {
+) -> Result<(), ProgramError> {
     let job = TimingJob {
         model,
         sorted: options.sorted,
@@ -146,7 +152,7 @@ pub fn write_timing(
 }
 
 /// A home of its own, the script and what it imports.
-fn write_scripts(work: &Path, script: (&str, &str)) -> Result<(), YadeError> {
+fn write_scripts(work: &Path, script: (&str, &str)) -> Result<(), ProgramError> {
     let home = work.join("home");
     fs::create_dir(&home).map_err(failed("create", &home))?;
     for (name, text) in [script, SHARED] {
@@ -185,7 +191,7 @@ const VERLET_OVER_RADIUS: f64 = 0.1;
 pub const MOST_LOADED: usize = 200;
 
 /// Writes script and cases into `work`.
-pub fn write_cases(work: &Path, cases: &[&Case]) -> Result<(), YadeError> {
+pub fn write_cases(work: &Path, cases: &[&Case]) -> Result<(), ProgramError> {
     write_cases_for(work, RUN_CASES, cases)
 }
 
@@ -194,7 +200,7 @@ pub fn write_cases_for(
     work: &Path,
     script: (&str, &str),
     cases: &[&Case],
-) -> Result<(), YadeError> {
+) -> Result<(), ProgramError> {
     write_scripts(work, script)?;
     let job = CasesJob {
         punch_half_depth: PUNCH_HALF_DEPTH,
@@ -235,8 +241,7 @@ fn job_case(case: &Case) -> JobCase<'_> {
     }
 }
 
-fn write_json(path: &Path, value: &impl Serialize) -> Result<(), YadeError> {
-    let text = serde_json::to_string_pretty(value)
-        .map_err(|error| YadeError::Nonsense(error.to_string()))?;
+fn write_json(path: &Path, value: &impl Serialize) -> Result<(), ProgramError> {
+    let text = serde_json::to_string_pretty(value).map_err(|error| nonsense(error.to_string()))?;
     Ok(write_whole(path, text.as_bytes())?)
 }

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Options, YadeError, child, find, job, nonsense, unsupported};
+use super::{Options, child, find, job, lacks, unsupported};
+use crate::engine::{ProgramError, nonsense};
 use crate::files::read_text;
 use grains::case::Case;
 
@@ -25,9 +26,9 @@ pub fn propose(
     cases: &[&Case],
     options: &Options,
     work: &Path,
-) -> Result<(Vec<Proposal>, String), YadeError> {
+) -> Result<(Vec<Proposal>, String), ProgramError> {
     if let Some(reason) = cases.iter().find_map(|case| unsupported(&case.model)) {
-        return Err(YadeError::Unsupported(reason));
+        return Err(lacks(reason));
     }
     let installation = find(options.program.as_deref())?;
     job::write_cases_for(work, job::PROPOSE_STEPS, cases)?;

@@ -5,7 +5,8 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::binary::{MomentLine, Tables, index};
-use super::{Options, YadeError, child, find, job, nonsense};
+use super::{Options, child, find, job, lacks};
+use crate::engine::{ProgramError, nonsense};
 use crate::files::read_text;
 use grains::model::Model;
 use grains::tables::{Bodies, BodyIds, Contact};
@@ -69,9 +70,9 @@ pub fn time(
     steps: Steps,
     options: &Options,
     work: &Path,
-) -> Result<TimedInYade, YadeError> {
+) -> Result<TimedInYade, ProgramError> {
     if let Some(reason) = super::unsupported(model) {
-        return Err(YadeError::Unsupported(reason));
+        return Err(lacks(reason));
     }
     let installation = find(options.program.as_deref())?;
     job::write_timing(work, model, bodies, steps, options)?;
@@ -109,7 +110,7 @@ pub fn time(
     })
 }
 
-fn last_moment(work: &Path, start: &Bodies) -> Result<(Bodies, Vec<Contact>), YadeError> {
+fn last_moment(work: &Path, start: &Bodies) -> Result<(Bodies, Vec<Contact>), ProgramError> {
     let index = index(work)?;
     let line = index.lines().next().unwrap_or_default();
     let frame: Frame =

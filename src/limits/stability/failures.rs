@@ -6,11 +6,10 @@ mod ways;
 use serde::{Deserialize, Serialize};
 
 use crate::compare::Verdict;
-use crate::engine::yade::{self, YadeError};
+use crate::engine::{ProgramError, yade};
 use crate::error::Error;
 use crate::files::work_folder;
 use crate::interrupt::asked_to_end;
-use crate::run::EngineError;
 use grains::generate::initial_bodies;
 use grains::native::{self, NativeError, Options, Trouble};
 use grains::scene::{Cloud, Scene, paper_scene, parse_scene};
@@ -170,11 +169,13 @@ fn of_yade(scene: &Scene, options: &yade::Options) -> Result<String, Error> {
     let task = Task::whole(initial_bodies(scene));
     match yade::run(scene, &task, options, work.path(), &mut ()) {
         Ok(run) => Ok(Came::Ended(Box::new(run.outcome)).says()),
-        Err(error @ (YadeError::Nonsense(_) | YadeError::WentWrong { .. })) => {
-            Ok(error.to_string())
-        }
-        Err(error @ (YadeError::Crashed { .. } | YadeError::Hung { .. })) => Ok(error.to_string()),
-        Err(error) => Err(Error::Engine(EngineError::Yade(error))),
+        Err(
+            error @ (ProgramError::Nonsense(_)
+            | ProgramError::WentWrong { .. }
+            | ProgramError::Crashed { .. }
+            | ProgramError::Hung { .. }),
+        ) => Ok(error.to_string()),
+        Err(error) => Err(Error::Engine(error.into())),
     }
 }
 

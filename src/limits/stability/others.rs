@@ -2,8 +2,9 @@
 
 use super::draft::Draft;
 use super::rounds::{Search, find_all};
+use crate::engine::ProgramError;
 use crate::engine::exec::{Brought, missing_for_case, run_cases};
-use crate::engine::yade::{self, YadeError, propose};
+use crate::engine::yade::{self, propose};
 use crate::error::Error;
 use crate::files::work_folder;
 use crate::progress::{Display, StageObserver};
@@ -16,13 +17,13 @@ pub fn look_in_yade(
     options: &yade::Options,
     display: &Display,
 ) -> Result<Result<String, String>, Error> {
-    let failed = |error: YadeError| Error::Engine(EngineError::Yade(error));
+    let failed = |error: ProgramError| Error::Engine(error.into());
     let task = display.task("limits in YADE");
     let cases: Vec<&Case> = drafts.iter().map(|draft| &draft.case).collect();
     let work = work_folder()?;
     let (proposals, version) = match propose(&cases, options, work.path()) {
         Ok(answer) => answer,
-        Err(error @ (YadeError::Missing(_) | YadeError::TooOld { .. })) => {
+        Err(error) if error.is_missing() => {
             task.done("YADE is missing or too old");
             return Ok(Err(error.to_string()));
         }
@@ -30,7 +31,7 @@ pub fn look_in_yade(
     };
     let searches: Vec<Search> = drafts.iter().flat_map(Draft::searches).collect();
     let mut observer = StageObserver::new(&task);
-    let found = find_all(searches, |cases| -> Result<_, YadeError> {
+    let found = find_all(searches, |cases| -> Result<_, ProgramError> {
         let work = work_folder()?;
         let run = yade::run_cases(cases, options, work.path(), &mut observer)?;
         Ok(run.cases.into_iter().map(|case| Ok(case.track)).collect())

@@ -10,7 +10,7 @@ use super::member::{self, Member};
 use super::plan::Plan;
 use super::records::{Damaged, Index, Writer};
 use super::shard::Shard;
-use crate::engine::yade::{self, YadeError};
+use crate::engine::yade;
 use crate::files::{failed, work_folder};
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
@@ -183,12 +183,7 @@ impl Work<'_> {
             Ok(made) => made,
             Err(_) if asked_to_end() => return Ok(false),
             // Another member may fare better, and this one another time.
-            Err(EngineError::Yade(
-                error @ (YadeError::Crashed { .. }
-                | YadeError::Hung { .. }
-                | YadeError::TooMuch { .. }
-                | YadeError::Nonsense(_)),
-            )) => {
+            Err(EngineError::Program(error)) if error.is_failure() => {
                 locked(&self.engine_failures).push((member, error.to_string()));
                 return Ok(false);
             }

@@ -8,8 +8,8 @@ use super::ledger::Ledger;
 use super::member::{self, Member};
 use super::method::{Method, Runner};
 use super::plan::{FIRST_CONFIRMING, Plan};
-use crate::engine::exec::{Brought, ExecError};
-use crate::engine::yade::{self, YadeError};
+use crate::engine::exec::Brought;
+use crate::engine::{ProgramError, yade};
 use crate::error::Error;
 use crate::files::work_folder;
 use crate::progress::Display;
@@ -97,11 +97,11 @@ pub fn run(plan: &Plan, job: &Job, display: &Display) -> Result<Members, Error> 
             &folder,
         ) {
             Ok(member) => lock(&ledger).add(member)?,
-            Err(EngineError::Yade(error @ (YadeError::Missing(_) | YadeError::TooOld { .. }))) => {
-                lock(&not_made).insert(digest, error.to_string());
-            }
-            Err(EngineError::Exec(
-                error @ (ExecError::Unsupported { .. } | ExecError::Refused(_)),
+            Err(EngineError::Program(
+                error @ (ProgramError::Missing { .. }
+                | ProgramError::TooOld { .. }
+                | ProgramError::Unsupported { .. }
+                | ProgramError::Refused(_)),
             )) => {
                 lock(&not_made).insert(digest, error.to_string());
             }

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::ledger::Entry;
 use super::method::{Method, Runner};
-use crate::engine::exec::{Brought, ExecError};
-use crate::engine::yade::{self, YadeError};
+use crate::engine::exec::Brought;
+use crate::engine::yade;
 use crate::run::EngineError;
 pub use crate::study::realization::Ending;
 use crate::study::realization::{self, Way};
@@ -107,15 +107,7 @@ pub fn run(
 /// What a method that cannot do it costs its user is part of the chart, a YADE or a program that breaks included.
 fn failure(error: EngineError) -> Result<String, EngineError> {
     match error {
-        EngineError::Yade(
-            error @ (YadeError::Crashed { .. } | YadeError::Hung { .. } | YadeError::Nonsense(_)),
-        ) => Ok(error.to_string()),
-        EngineError::Exec(
-            error @ (ExecError::Crashed { .. }
-            | ExecError::Hung { .. }
-            | ExecError::TooMuch { .. }
-            | ExecError::Nonsense(_)),
-        ) => Ok(error.to_string()),
+        EngineError::Program(error) if error.is_failure() => Ok(error.to_string()),
         error => realization::went_wrong(error),
     }
 }
