@@ -26,7 +26,6 @@ mod verify;
 
 use clap::{Parser, Subcommand};
 
-use crate::compare::Verdict;
 use crate::error::{Error, exit};
 
 /// Pours, settles and presses discs in two engines, and says whether they agree.
@@ -155,24 +154,6 @@ fn exit_code_if(complete: bool) -> u8 {
         exit::AGREED
     } else {
         exit::INCOMPLETE
-    }
-}
-
-/// The exit code of a verdict.
-fn exit_code(verdict: Verdict) -> u8 {
-    match verdict {
-        Verdict::Pass => exit::AGREED,
-        Verdict::Fail => exit::CHECK_FAILED,
-        Verdict::NotMade => exit::INCOMPLETE,
-    }
-}
-
-/// A verdict for people.
-fn in_a_word(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Pass => "AGREED",
-        Verdict::Fail => "DIFFERENT",
-        Verdict::NotMade => "INCOMPLETE",
     }
 }
 

@@ -11,6 +11,7 @@ pub mod spread;
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::checks::Outcome as Verdict;
 use crate::run::folder::RunFolder;
 use crate::run::folder::record::EngineRecord;
 use bits::TableBits;
@@ -20,18 +21,6 @@ use grains::measure::Quantity;
 use parting::Parting;
 use partings::Partings;
 use spread::Spread;
-
-/// What a check found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// It holds.
-    Pass,
-    /// It does not.
-    Fail,
-    /// The check could not be made, or nothing was expected of it; never counted as passed.
-    NotMade,
-}
 
 /// One check with what it rests on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -105,13 +94,13 @@ impl Comparison {
             let quantities = self.quantities.iter().map(|pair| pair.verdict);
             checks.chain(quantities).any(|found| found == verdict)
         };
-        let made = |pair: &QuantityPair| pair.verdict != Verdict::NotMade;
+        let made = |pair: &QuantityPair| pair.verdict != Verdict::Skipped;
         if judged(Verdict::Fail) {
             Verdict::Fail
         } else if self.quantities.iter().any(made) {
             Verdict::Pass
         } else {
-            Verdict::NotMade
+            Verdict::Skipped
         }
     }
 
@@ -168,7 +157,7 @@ pub fn compare_as(
         let stated = run.record.engine.approximations();
         if !stated.is_empty() {
             let name = format!("approximations that {name} states");
-            comparison.check(&name, Verdict::NotMade, stated.join("; "));
+            comparison.check(&name, Verdict::Skipped, stated.join("; "));
         }
     }
     if a.scene.particles.count != b.scene.particles.count {
@@ -257,9 +246,9 @@ fn expect_bits(
     match locator {
         Some(locator) => match locator.locate(a, b) {
             Ok(found) => comparison.first_difference = found,
-            Err(reason) => comparison.check("first difference", Verdict::NotMade, reason),
+            Err(reason) => comparison.check("first difference", Verdict::Skipped, reason),
         },
-        None => comparison.check("first difference", Verdict::NotMade, "not asked for"),
+        None => comparison.check("first difference", Verdict::Skipped, "not asked for"),
     }
 }
 
@@ -276,7 +265,7 @@ fn expect_spread(
         .all(|run| run.record.engine.keeps_operations());
     comparison.check(
         "bits",
-        Verdict::NotMade,
+        Verdict::Skipped,
         match (equal, same_operations) {
             (true, _) => "all bits agree, though the order of sums is not the same",
             (false, true) => "not expected to agree: the order of sums is not the same",
@@ -293,7 +282,7 @@ fn expect_spread(
     };
     let (verdict, found) = match common {
         Ok(common) => (common.verdict(), common.to_string()),
-        Err(reason) => (Verdict::NotMade, reason),
+        Err(reason) => (Verdict::Skipped, reason),
     };
     comparison.check(
         "same bits before the order of sums can matter",
@@ -303,7 +292,7 @@ fn expect_spread(
     let Some(yardstick) = yardstick else {
         comparison.check(
             "parting as the control pair does",
-            Verdict::NotMade,
+            Verdict::Skipped,
             "give a control run (--control) that differs from the second one only in verletDist, or --twins",
         );
         return;
@@ -408,7 +397,7 @@ fn quantities(
             (Some(difference), Some(allowed)) => pass_if(difference <= allowed),
             // Bits are expected, and one run has a measure that the other has not.
             (None, Some(_)) => Verdict::Fail,
-            _ => Verdict::NotMade,
+            _ => Verdict::Skipped,
         };
         comparison.quantities.push(QuantityPair {
             key: key.clone(),

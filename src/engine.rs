@@ -8,7 +8,7 @@ pub mod yade;
 
 use std::path::PathBuf;
 
-use crate::error::exit;
+use crate::exit;
 use crate::files::FileError;
 use grains::native::{NativeError, Trouble};
 use grains::tables::Stage;

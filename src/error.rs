@@ -6,24 +6,9 @@ use crate::files::FileError;
 use crate::run::folder::FolderError;
 use crate::run::kept::KeptError;
 use crate::run::scene_file::SceneFileError;
-use crate::run::tables::TableError;
 use crate::study::campaign::CampaignError;
 
-/// Exit codes; scripts rely on them.
-pub mod exit {
-    /// Everything agreed, or was done.
-    pub const AGREED: u8 = 0;
-    /// A check failed.
-    pub const CHECK_FAILED: u8 = 1;
-    /// The command line, a scene or a run folder cannot be used.
-    pub const USAGE: u8 = 2;
-    /// The run or the comparison is incomplete.
-    pub const INCOMPLETE: u8 = 3;
-    /// An engine failed.
-    pub const ENGINE_FAILED: u8 = 4;
-    /// The surroundings failed (a full disk, no permission to write, a signal to end): try again.
-    pub const TRY_AGAIN: u8 = 75;
-}
+pub use crate::exit;
 
 /// Any failure of the program.
 #[derive(Debug, thiserror::Error)]
@@ -68,56 +53,14 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Usage(_) => exit::USAGE,
-            Error::Campaign(error) => of_campaign(error),
-            Error::Record(RecordError::File(error)) => of_file(error),
-            Error::Record(_) => exit::USAGE,
-            Error::Scene(SceneFileError::File(error)) | Error::File(error) => of_file(error),
-            Error::Scene(_) => exit::USAGE,
-            Error::Folder(error) => of_folder(error),
+            Error::Campaign(error) => error.exit_code(),
+            Error::Record(error) => error.exit_code(),
+            Error::Scene(error) => error.exit_code(),
+            Error::Folder(error) => error.exit_code(),
             Error::Engine(error) => error.exit_code(),
+            Error::File(error) => error.exit_code(),
             Error::Program(_) => exit::ENGINE_FAILED,
             Error::Output(_) | Error::Report(_) | Error::Interrupted => exit::TRY_AGAIN,
         }
-    }
-}
-
-fn of_campaign(error: &CampaignError) -> u8 {
-    match error {
-        CampaignError::Engine(error) => error.exit_code(),
-        CampaignError::File(error) => of_file(error),
-        CampaignError::Scene(_) => exit::USAGE,
-        error => error.exit_code().unwrap_or(exit::USAGE),
-    }
-}
-
-fn of_folder(error: &FolderError) -> u8 {
-    match error {
-        FolderError::File(error)
-        | FolderError::Table(TableError::File(error))
-        | FolderError::Scene {
-            source: SceneFileError::File(error),
-            ..
-        } => of_file(error),
-        _ => exit::USAGE,
-    }
-}
-
-/// What cannot be read was named wrongly; what cannot be written may work another time.
-fn of_file(error: &FileError) -> u8 {
-    match error {
-        FileError::Io { source, .. }
-            if matches!(
-                source.kind(),
-                std::io::ErrorKind::NotADirectory
-                    | std::io::ErrorKind::AlreadyExists
-                    | std::io::ErrorKind::InvalidFilename
-            ) =>
-        {
-            exit::USAGE
-        }
-        FileError::Io { action, .. } if !matches!(*action, "open" | "read" | "find") => {
-            exit::TRY_AGAIN
-        }
-        _ => exit::USAGE,
     }
 }

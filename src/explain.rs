@@ -66,7 +66,7 @@ pub const EXPLANATIONS: [Explanation; 18] = [
         meaning: "The comparison can fail: a small fault put into the native engine was found.",
         formula: "The scene is poured with and without the fault; the comparison of the two must fail and name the first difference.",
         source: "src/reproduce/faults.rs; crates/grains/src/native/perturb.rs",
-        breaks: "A comparison that looks at too little, or a fault that changes nothing in this scene (then it is not made).",
+        breaks: "A comparison that looks at too little, or a fault that changes nothing in this scene (then it is skipped).",
     },
     Explanation {
         pattern: "facts/*",
@@ -124,10 +124,10 @@ pub const EXPLANATIONS: [Explanation; 18] = [
     },
     Explanation {
         pattern: "bench/missed/*",
-        meaning: "A part of the benchmark was not made, or failed.",
+        meaning: "A part of the benchmark was skipped, or failed.",
         formula: "None; the reason stands beside it.",
         source: "docs/benchmark.md",
-        breaks: "A program that is not installed (then it is not made), or that ended with an error (then it fails).",
+        breaks: "A program that is not installed (then it is skipped), or that ended with an error (then it fails).",
     },
     Explanation {
         pattern: "baseline/*",
@@ -147,7 +147,7 @@ pub const EXPLANATIONS: [Explanation; 18] = [
             `crossgrain bench` counts instructions, to a hundredth.",
     },
     Explanation {
-        pattern: "not-made/*",
+        pattern: "run/*",
         meaning: "A check that this job could have and did not make; it counts for nothing.",
         formula: "None; the reason stands beside it.",
         source: "src/reproduce.rs",

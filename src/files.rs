@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
+use crate::exit;
 use grains::digest::hex;
 pub use grains::digest::{sha256_hex, short_hex};
 use sha2::{Digest, Sha256};
@@ -25,6 +26,27 @@ pub enum FileError {
     NotText { path: PathBuf },
     #[error("{path} exists already; name a folder that does not, nothing is overwritten")]
     Exists { path: PathBuf },
+}
+
+impl FileError {
+    /// What cannot be read was named wrongly; what cannot be written may work another time.
+    pub fn exit_code(&self) -> u8 {
+        use std::io::ErrorKind::{AlreadyExists, InvalidFilename, NotADirectory};
+        match self {
+            FileError::Io { source, .. }
+                if matches!(
+                    source.kind(),
+                    NotADirectory | AlreadyExists | InvalidFilename
+                ) =>
+            {
+                exit::USAGE
+            }
+            FileError::Io { action, .. } if !matches!(*action, "open" | "read" | "find") => {
+                exit::TRY_AGAIN
+            }
+            _ => exit::USAGE,
+        }
+    }
 }
 
 /// What to do about an error of the surroundings; nothing where it says so itself.

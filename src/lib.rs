@@ -6,6 +6,8 @@
 //! explain → export → report → cli.
 //! `docs/architecture.md` says what stands where.
 
+pub mod exit;
+
 pub mod files;
 
 pub mod interrupt;

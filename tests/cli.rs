@@ -101,7 +101,7 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
     for part in [
         "Incomplete",
         "Nothing could be compared",
-        "not made",
+        "skipped",
         "class=\"packing\"",
         "class=\"chart\"",
         "stiffness=1e-12",
@@ -120,13 +120,9 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
     }
     let text = fs::read_to_string(folder.path().join("o/run.json")).expect("a record");
     let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    assert_eq!(record["verdict"], "not_made");
+    assert_eq!(record["verdict"], "skipped");
     assert_eq!(record["yade"], serde_json::Value::Null);
-    assert!(
-        record["not_made"]
-            .as_array()
-            .is_some_and(|of| of.len() >= 3)
-    );
+    assert!(record["skipped"].as_array().is_some_and(|of| of.len() >= 3));
 
     // A finished job is not overwritten.
     let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
@@ -235,6 +231,7 @@ fn a_failed_comparison_shows_on_the_page() {
     let comparison = compare(&runs.native, &faulty, None, None);
     assert_eq!(comparison.verdict(), Verdict::Fail);
     reproduction.comparisons.push(NamedComparison {
+        id: "compare/faulty".to_owned(),
         title: "sound against faulty".to_owned(),
         folders: vec!["native".to_owned()],
         comparison,

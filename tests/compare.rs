@@ -227,7 +227,7 @@ fn an_ordinary_run_without_control_is_not_called_agreed() {
     };
     b.record.engine = ordinary(1.0e-4);
     let comparison = compare(&a, &b, None, None);
-    assert_eq!(comparison.verdict(), Verdict::NotMade);
+    assert_eq!(comparison.verdict(), Verdict::Skipped);
     // B itself is no control of B; a run with another verletDist is.
     let spread = of_twins(&a, &|| {}).expect("twins");
     for (distance, verdict) in [(1.0e-4, Verdict::Fail), (2.0e-4, Verdict::Pass)] {

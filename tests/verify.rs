@@ -42,14 +42,14 @@ fn every_native_rung_passes() {
 #[test]
 fn without_yade_its_rungs_are_not_made() {
     let found = verify(&options(Climbers::Both), &Display::new(true)).expect("a verification");
-    assert_eq!(found.verdict, Verdict::NotMade);
+    assert_eq!(found.verdict, Verdict::Skipped);
     assert_eq!(found.tally.failed, 0);
     for rung in &found.rungs {
         let alone = rung.engine == "native";
         let expected = if alone {
             Verdict::Pass
         } else {
-            Verdict::NotMade
+            Verdict::Skipped
         };
         assert_eq!(rung.verdict, expected, "{} {}", rung.name, rung.engine);
         assert_eq!(rung.reason.is_empty(), alone, "{}", rung.name);
@@ -107,7 +107,7 @@ fn the_command_line_says_what_was_not_made() {
     let output = crossgrain(&arguments, folder.path());
     assert_eq!(output.status.code(), Some(3));
     let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    assert_eq!(found["verdict"], "not_made");
+    assert_eq!(found["verdict"], "skipped");
     assert_eq!(found["tally"]["failed"], 0);
     let page = std::fs::read_to_string(folder.path().join("verified/report.html")).expect("a page");
     assert!(page.contains("Incomplete") && page.contains("class=\"disc-field\""));

@@ -6,6 +6,7 @@ use clap::{Args, Subcommand};
 
 use super::checks::append;
 use super::{json, print};
+use crate::checks::Outcome;
 use crate::checks::record::read;
 use crate::compare::baseline::Store;
 use crate::compare::baseline::diff::{Change, Changed, Diff, diff};
@@ -138,7 +139,7 @@ impl DiffArguments {
         } else {
             in_words(&found, self.all)
         })?;
-        Ok(super::exit_code(found.verdict))
+        Ok(found.verdict.exit_code())
     }
 }
 
@@ -188,9 +189,9 @@ pub fn in_words(diff: &Diff, all: bool) -> String {
         text += "speeds are not judged: the machines are not of one kind\n";
     }
     let word = match diff.verdict {
-        crate::compare::Verdict::Pass => "NOTHING WORSE",
-        crate::compare::Verdict::Fail => "WORSE",
-        crate::compare::Verdict::NotMade => "CANNOT TELL",
+        Outcome::Pass => "NOTHING WORSE",
+        Outcome::Fail => "WORSE",
+        Outcome::Skipped | Outcome::ExpectedFailure => "CANNOT TELL",
     };
     text + &format!("{word} than {}: {}\n", diff.baseline, diff.in_a_line())
 }

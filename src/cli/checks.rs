@@ -110,15 +110,7 @@ impl Arguments {
         } else {
             in_words(&record, self.all)
         })?;
-        Ok(exit_code(record.verdict))
-    }
-}
-
-fn exit_code(verdict: Outcome) -> u8 {
-    match verdict {
-        Outcome::Pass => exit::AGREED,
-        Outcome::Fail => exit::CHECK_FAILED,
-        Outcome::NotMade | Outcome::ExpectedFailure => exit::INCOMPLETE,
+        Ok(record.verdict.exit_code())
     }
 }
 
@@ -127,7 +119,7 @@ fn in_words(record: &Record, all: bool) -> String {
     let mut checks: Vec<&Check> = record.checks.iter().collect();
     let rank = |outcome: Outcome| match outcome {
         Outcome::Fail => 0,
-        Outcome::NotMade => 1,
+        Outcome::Skipped => 1,
         Outcome::ExpectedFailure => 2,
         Outcome::Pass => 3,
     };

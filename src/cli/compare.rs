@@ -100,7 +100,7 @@ impl Arguments {
         if asked_to_end() {
             return Err(Error::Interrupted);
         }
-        Ok(super::exit_code(comparison.verdict()))
+        Ok(comparison.verdict().exit_code())
     }
 }
 
@@ -130,7 +130,7 @@ pub fn in_words(comparison: &Comparison) -> String {
             short(pair.allowed)
         );
     }
-    let verdict = super::in_a_word(comparison.verdict());
+    let verdict = comparison.verdict().verdict_word();
     text + &format!("\n{verdict}\n")
 }
 
@@ -140,10 +140,6 @@ pub fn check_line(check: &Check) -> String {
 }
 
 /// A verdict as the beginning of a line.
-pub fn mark(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Pass => "    pass",
-        Verdict::Fail => "    FAIL",
-        Verdict::NotMade => "not made",
-    }
+pub fn mark(verdict: Verdict) -> String {
+    format!("{:>8}", verdict.word())
 }

@@ -70,7 +70,7 @@ impl Arguments {
             Verdict::Fail if found.engine_failed() => exit::ENGINE_FAILED,
             Verdict::Fail => exit::CHECK_FAILED,
             Verdict::Pass => exit::AGREED,
-            Verdict::NotMade => exit::INCOMPLETE,
+            Verdict::Skipped | Verdict::ExpectedFailure => exit::INCOMPLETE,
         })
     }
 }
@@ -94,9 +94,9 @@ fn in_words(found: &Examination) -> String {
         );
     }
     let verdict = match found.verdict() {
-        Verdict::Pass => "SOUND: what was checked is right; what was not made is not known",
+        Verdict::Pass => "SOUND: what was checked is right; what was skipped is not known",
         Verdict::Fail => "NOT SOUND: mend the first failure first, the others may come from it",
-        Verdict::NotMade => "NOTHING CHECKED",
+        Verdict::Skipped | Verdict::ExpectedFailure => "NOTHING CHECKED",
     };
     text + &format!("\n{verdict}\n")
 }

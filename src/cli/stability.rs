@@ -8,8 +8,8 @@ use super::chosen::Several;
 use super::compare::mark;
 use super::job_folder::write_new;
 use super::run::YadeLimits;
-use super::{in_a_word, json, tell};
-use crate::checks::record::{self, Whole};
+use super::tell;
+use crate::checks::record;
 use crate::compare::Verdict;
 use crate::error::Error;
 use crate::files::refuse_existing;
@@ -66,7 +66,7 @@ impl Arguments {
         if asked_to_end() {
             return Err(Error::Interrupted);
         }
-        let text = json(&Whole::of(
+        let (text, _) = record::write(
             "stability",
             &found,
             Machine::this().kind(),
@@ -75,13 +75,13 @@ impl Arguments {
                 measured: checks::measured(&found),
                 ..record::Found::default()
             },
-        ))?;
+        )?;
         if let Some(out) = &self.out {
             let page = stability::page(&found)?;
             write_new(out, "stability.json", &text, &page)?;
         }
         tell(self.json, &text, || in_words(&found))?;
-        Ok(super::exit_code(found.verdict))
+        Ok(found.verdict.exit_code())
     }
 
     fn command(&self) -> String {
@@ -149,7 +149,7 @@ fn in_words(map: &Map) -> String {
     }
     for row in &map.rows {
         if let Some(reason) = &row.not_made {
-            text += &format!("{} {}: {reason}\n", mark(Verdict::NotMade), row.name);
+            text += &format!("{} {}: {reason}\n", mark(Verdict::Skipped), row.name);
         }
         for check in row
             .checks
@@ -161,7 +161,7 @@ fn in_words(map: &Map) -> String {
     }
     text + &format!(
         "\n{}: {} checks passed, {} failed, {} not made{}; {:.0} s\n",
-        in_a_word(map.verdict),
+        map.verdict.verdict_word(),
         map.tally.passed,
         map.tally.failed,
         map.tally.not_made,

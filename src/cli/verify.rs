@@ -9,9 +9,8 @@ use super::chosen::Several;
 use super::compare::mark;
 use super::job_folder::write_new;
 use super::run::YadeLimits;
-use super::{in_a_word, json, tell};
-use crate::checks::number_repeated;
-use crate::checks::record::{Found, Whole};
+use super::tell;
+use crate::checks::record::{self, Found};
 use crate::compare::Verdict;
 use crate::error::Error;
 use crate::files::refuse_existing;
@@ -89,9 +88,8 @@ impl Arguments {
         if asked_to_end() {
             return Err(Error::Interrupted);
         }
-        let mut checks = of_rungs(&verification.rungs);
-        number_repeated(&mut checks);
-        let text = json(&Whole::of(
+        let checks = of_rungs(&verification.rungs);
+        let (text, _) = record::write(
             "verify",
             &verification,
             Machine::this().kind(),
@@ -99,13 +97,13 @@ impl Arguments {
                 checks,
                 ..Found::default()
             },
-        ))?;
+        )?;
         tell(self.json, &text, || in_words(&verification))?;
         if let Some(out) = &self.out {
             let page = verification::page(&verification)?;
             write_new(out, "verify.json", &text, &page)?;
         }
-        Ok(super::exit_code(verification.verdict))
+        Ok(verification.verdict.exit_code())
     }
 
     fn command(&self) -> String {
@@ -140,7 +138,7 @@ fn in_words(verification: &Verification) -> String {
     if let Some(limits) = &verification.limits {
         text += &limit_lines(limits);
     }
-    let verdict = in_a_word(verification.verdict);
+    let verdict = verification.verdict.verdict_word();
     text + &format!("\n{verdict}: {}\n", counts(verification.tally))
 }
 

@@ -2,17 +2,7 @@
 
 use super::spread::TWINS;
 use super::{Comparison, QuantityPair, Verdict};
-use crate::checks::{Check, Outcome, slug};
-
-impl From<Verdict> for Outcome {
-    fn from(verdict: Verdict) -> Self {
-        match verdict {
-            Verdict::Pass => Outcome::Pass,
-            Verdict::Fail => Outcome::Fail,
-            Verdict::NotMade => Outcome::NotMade,
-        }
-    }
-}
+use crate::checks::{Check, slug};
 
 /// The checks of a comparison, their ids beginning with this one.
 pub fn checks(id: &str, comparison: &Comparison) -> Vec<Check> {
@@ -20,7 +10,7 @@ pub fn checks(id: &str, comparison: &Comparison) -> Vec<Check> {
         let of = Check::of_words(
             format!("{id}/{}", slug(&check.name)),
             &check.name,
-            check.verdict.into(),
+            check.verdict,
             &check.found,
         );
         let table = comparison
@@ -48,7 +38,7 @@ pub fn checks(id: &str, comparison: &Comparison) -> Vec<Check> {
 /// A is the value, B what is expected.
 fn of_quantity(id: &str, pair: &QuantityPair, bits_expected: bool) -> Check {
     let found = match (pair.verdict, pair.a, pair.b) {
-        (Verdict::NotMade, Some(_), Some(_)) => "nothing to judge it by",
+        (Verdict::Skipped, Some(_), Some(_)) => "nothing to judge it by",
         (_, None, _) => "run A does not have it",
         (_, _, None) => "run B does not have it",
         _ => "",
@@ -56,7 +46,7 @@ fn of_quantity(id: &str, pair: &QuantityPair, bits_expected: bool) -> Check {
     let check = Check::of_words(
         format!("{id}/quantity/{}", pair.key),
         &pair.key,
-        pair.verdict.into(),
+        pair.verdict,
         found,
     )
     .with_limits(

@@ -52,13 +52,13 @@ impl Partings {
 fn judged(what: &str, pair: Option<(f64, f64)>, spread: &Spread, key: &str) -> (Verdict, String) {
     let Some((engines, control)) = pair else {
         return (
-            Verdict::NotMade,
+            Verdict::Skipped,
             format!("{what}: the runs do not part far enough to measure it"),
         );
     };
     let Some(allowed) = spread.allowed(key) else {
         return (
-            Verdict::NotMade,
+            Verdict::Skipped,
             format!("{what}: engines {engines:.3}, control pair {control:.3}; no scatter of twins"),
         );
     };

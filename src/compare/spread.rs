@@ -84,12 +84,12 @@ impl Spread {
     pub fn judge(&self, key: &str, value: Option<f64>) -> (Verdict, String) {
         let Some(value) = value else {
             let found = format!("{key}: the runs do not part far enough to measure it");
-            return (Verdict::NotMade, found);
+            return (Verdict::Skipped, found);
         };
         let of = self.quantities.iter().find(|of| of.key == key);
         let Some((of, allowed)) = of.zip(self.allowed(key)) else {
             let found = format!("{key}: {value:.3}; no scatter of twins");
-            return (Verdict::NotMade, found);
+            return (Verdict::Skipped, found);
         };
         let verdict = if (value - of.mean).abs() <= allowed {
             Verdict::Pass

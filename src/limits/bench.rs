@@ -45,7 +45,7 @@ use rounds::Contest;
 use scaling::Point;
 
 /// The version of `bench.json`.
-pub const BENCH_VERSION: u32 = 2;
+pub const BENCH_VERSION: u32 = 1;
 
 /// A benchmark could not be made.
 #[derive(Debug, thiserror::Error)]
@@ -254,7 +254,7 @@ pub struct Bench {
     pub disturbed: bool,
     /// What was not made, or failed.
     pub missed: Vec<Missed>,
-    /// Failed if a bed is not the bed or a bit differs; not made if YADE is missing; else passed. No time counts.
+    /// Failed if a bed is not the bed, a bit differs or an engine that is there did not run; not made if YADE is missing; else passed. No time counts.
     pub verdict: Verdict,
     /// How long all of it took, s.
     pub seconds: f64,
@@ -404,11 +404,12 @@ fn disturbed(contests: &[Contest]) -> bool {
 
 fn verdict(contests: &[Contest], bits: Option<&TableBits>, missed: &[Missed]) -> Verdict {
     let sane = contests.iter().all(|contest| contest.sanity.holds);
-    if !sane || bits.is_some_and(|bits| !bits.agrees()) {
+    let failed = missed.iter().any(|missed| missed.failed);
+    if !sane || failed || bits.is_some_and(|bits| !bits.agrees()) {
         return Verdict::Fail;
     }
-    if missed.iter().any(|missed| missed.needed || missed.failed) {
-        return Verdict::NotMade;
+    if missed.iter().any(|missed| missed.needed) {
+        return Verdict::Skipped;
     }
     Verdict::Pass
 }

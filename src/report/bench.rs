@@ -59,7 +59,7 @@ pub fn page(bench: &Bench) -> Result<Page, Error> {
         word: match bench.verdict {
             Verdict::Pass => "Every engine ran, every bed is sane",
             Verdict::Fail => "A bed is not what it should be",
-            Verdict::NotMade => "Incomplete",
+            Verdict::Skipped | Verdict::ExpectedFailure => "Incomplete",
         },
         strips: Strips::of(bench),
         figures: figures(bench, &names)?,

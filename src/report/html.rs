@@ -75,7 +75,7 @@ pub fn page(document: &Document) -> Page {
     let class = match verdict {
         Outcome::Pass => "good",
         Outcome::Fail => "bad",
-        Outcome::NotMade | Outcome::ExpectedFailure => "open",
+        Outcome::Skipped | Outcome::ExpectedFailure => "open",
     };
     let title = words(title);
     let mut body = format!(
@@ -247,7 +247,7 @@ pub fn check_lines(checks: &[Check], all: bool) -> String {
     let mut text = String::new();
     for outcome in [
         Outcome::Fail,
-        Outcome::NotMade,
+        Outcome::Skipped,
         Outcome::ExpectedFailure,
         Outcome::Pass,
     ] {
@@ -362,7 +362,7 @@ impl Outcome {
         match self {
             Outcome::Pass => "Agreed",
             Outcome::Fail => "Different",
-            Outcome::NotMade | Outcome::ExpectedFailure => "Incomplete",
+            Outcome::Skipped | Outcome::ExpectedFailure => "Incomplete",
         }
     }
 }

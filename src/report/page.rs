@@ -44,7 +44,7 @@ pub fn render(
         word: match reproduction.verdict {
             Verdict::Pass => "Agreed",
             Verdict::Fail => "Different",
-            Verdict::NotMade => "Incomplete",
+            Verdict::Skipped | Verdict::ExpectedFailure => "Incomplete",
         },
         summary: Summary::of(reproduction, &checks),
         checks: &checks,
@@ -105,7 +105,7 @@ struct Given<'a> {
 struct Summary {
     passed: usize,
     failed: usize,
-    not_made: usize,
+    skipped: usize,
     expected_failures: usize,
     faults_found: usize,
 }
@@ -116,7 +116,7 @@ impl Summary {
         Summary {
             passed: tally.passed,
             failed: tally.failed,
-            not_made: tally.not_made,
+            skipped: tally.skipped,
             expected_failures: tally.expected_failures,
             faults_found: tally_faults(reproduction),
         }

@@ -60,7 +60,7 @@ fn render(map: &Map, templates: &[(&str, &str)]) -> Result<Page, Error> {
         word: match map.verdict {
             Verdict::Pass => "Stable as predicted",
             Verdict::Fail => "Not as predicted",
-            Verdict::NotMade => "Incomplete",
+            Verdict::Skipped | Verdict::ExpectedFailure => "Incomplete",
         },
         other: other(map),
         rows: rows.map(|(at, row)| table_row(at + 1, row)).collect(),
@@ -96,8 +96,8 @@ fn table_row(number: usize, row: &Row) -> TableRow<'_> {
         with_dashpots: ratio(Some(proposal.with_dashpots / limit)),
         verdict: if worst(Verdict::Fail) {
             Verdict::Fail
-        } else if worst(Verdict::NotMade) || row.not_made.is_some() {
-            Verdict::NotMade
+        } else if worst(Verdict::Skipped) || row.not_made.is_some() {
+            Verdict::Skipped
         } else {
             Verdict::Pass
         },

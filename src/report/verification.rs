@@ -100,7 +100,7 @@ fn render(
         word: match verification.verdict {
             Verdict::Pass => "Verified",
             Verdict::Fail => "Not verified",
-            Verdict::NotMade => "Incomplete",
+            Verdict::Skipped | Verdict::ExpectedFailure => "Incomplete",
         },
         rungs: rows(&verification.rungs),
         table: table(verification),
@@ -170,7 +170,7 @@ fn capitalised(text: &str) -> String {
 }
 
 fn missing(verification: &Verification) -> &str {
-    let missing = |rung: &&Climbed| rung.verdict == Verdict::NotMade && !rung.inapplicable;
+    let missing = |rung: &&Climbed| rung.verdict == Verdict::Skipped && !rung.inapplicable;
     verification
         .rungs
         .iter()

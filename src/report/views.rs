@@ -179,7 +179,7 @@ fn mark(outcome: Outcome) -> String {
     let (class, sign) = match outcome {
         Outcome::Pass => ("good", "✓ "),
         Outcome::Fail => ("bad", "✗ "),
-        Outcome::NotMade | Outcome::ExpectedFailure => ("open", "– "),
+        Outcome::Skipped | Outcome::ExpectedFailure => ("open", "– "),
     };
     format!("<span class=\"{class}\">{sign}{}</span>", outcome.word())
 }

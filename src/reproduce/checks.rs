@@ -1,7 +1,7 @@
 //! The main job as one list of checks.
 
 use super::record::Reproduction;
-use crate::checks::{Check, Measured, Outcome, number_repeated, slug};
+use crate::checks::{Check, Measured, Outcome, slug};
 use crate::compare;
 use crate::compare::spread::quantities;
 use crate::paper::{Finding, Number};
@@ -10,14 +10,21 @@ use crate::suite::checks::{of_facts, of_rungs};
 
 /// Every check of the job.
 pub fn all(of: &Reproduction) -> Vec<Check> {
-    let mut checks = Vec::new();
+    let compared = of.comparisons.iter().any(|of| of.comparison.agrees());
+    let (outcome, found) = if compared {
+        (Outcome::Pass, "")
+    } else {
+        (Outcome::Skipped, "no comparison could be made and agreed")
+    };
+    let what = "at least one comparison with another engine";
+    let compared = Check::of_words("compare/made", what, outcome, found);
+    let mut checks = vec![compared.required()];
     for named in &of.comparisons {
-        let id = format!("compare/{}", slug(&named.title));
-        checks.extend(compare::checks::checks(&id, &named.comparison));
+        checks.extend(compare::checks::checks(&named.id, &named.comparison));
     }
     for fault in &of.faults {
-        let id = format!("faults/{}", slug(&fault.fault));
-        let check = Check::of_words(id, &fault.fault, fault.verdict.into(), &fault.found);
+        let id = format!("faults/{}", fault.fault.replace('=', "-"));
+        let check = Check::of_words(id, &fault.fault, fault.verdict, &fault.found);
         checks.push(check.judged_by(
             "the fault is put into the native engine alone; the comparison with the sound one must find it",
             "any bit that differs",
@@ -25,19 +32,17 @@ pub fn all(of: &Reproduction) -> Vec<Check> {
     }
     checks.extend(of_facts(&of.facts));
     if let Some(ladder) = &of.ladder {
-        checks.extend(of_rungs(&ladder.rungs));
+        // An engine that is not there leaves the job complete.
+        checks.extend(of_rungs(&ladder.rungs).into_iter().map(|check| Check {
+            required: false,
+            ..check
+        }));
     }
     checks.extend(of.numbers.iter().map(of_number));
-    for not_made in &of.not_made {
-        let id = format!("not-made/{}", slug(&not_made.what));
-        checks.push(Check::of_words(
-            id,
-            &not_made.what,
-            Outcome::NotMade,
-            &not_made.why,
-        ));
-    }
-    number_repeated(&mut checks);
+    checks.extend(of.skipped.iter().map(|of| Check {
+        required: of.required,
+        ..Check::of_words(of.id.as_str(), &of.what, Outcome::Skipped, &of.why)
+    }));
     checks
 }
 
@@ -55,7 +60,7 @@ pub fn measured(run: &RunFolder) -> Vec<Measured> {
 fn of_number(number: &Number) -> Check {
     let outcome = match number.finding {
         Finding::Agrees => Outcome::Pass,
-        Finding::Derived => Outcome::NotMade,
+        Finding::Derived => Outcome::Skipped,
         Finding::Differs | Finding::Misprint => Outcome::ExpectedFailure,
     };
     let found = match (number.finding, number.remark.as_str()) {
@@ -66,7 +71,11 @@ fn of_number(number: &Number) -> Check {
     Check {
         unit: number.unit.clone(),
         ..Check::of_words(
-            format!("paper/{}/{}", slug(&number.place), slug(&number.what)),
+            format!(
+                "paper/{}/{}",
+                slug(&number.place),
+                slug(&number.what.replace('Σ', "Sum-"))
+            ),
             &format!("{}: {}", number.place, number.what),
             outcome,
             found,

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
+use crate::exit;
 use crate::files::{FileError, read_text, write_whole};
 use grains::tables::{Bodies, BodyIds, Contact};
 
@@ -30,6 +31,16 @@ pub enum TableError {
         value: String,
         wanted: &'static str,
     },
+}
+
+impl TableError {
+    /// What to tell a script.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            TableError::File(error) => error.exit_code(),
+            TableError::Format { .. } | TableError::Value { .. } => exit::USAGE,
+        }
+    }
 }
 
 #[derive(Deserialize)]

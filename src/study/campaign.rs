@@ -16,7 +16,7 @@ pub mod status;
 
 use std::path::PathBuf;
 
-use crate::error::exit;
+use crate::exit;
 use crate::files::FileError;
 use crate::run::EngineError;
 use grains::scene::SceneError;
@@ -89,22 +89,22 @@ pub enum CampaignError {
 }
 
 impl CampaignError {
-    /// Its exit code; none where that of the error inside counts.
-    pub fn exit_code(&self) -> Option<u8> {
+    /// What to tell a script.
+    pub fn exit_code(&self) -> u8 {
         match self {
             CampaignError::NotACampaign { .. }
             | CampaignError::Damaged { .. }
             | CampaignError::OtherVersion { .. }
-            | CampaignError::Usage(_) => Some(exit::USAGE),
-            CampaignError::Busy { .. } | CampaignError::Interrupted { .. } => Some(exit::TRY_AGAIN),
-            CampaignError::NotMerged { .. } | CampaignError::Incomplete { .. } => {
-                Some(exit::INCOMPLETE)
-            }
+            | CampaignError::Scene(_)
+            | CampaignError::Usage(_) => exit::USAGE,
+            CampaignError::Busy { .. } | CampaignError::Interrupted { .. } => exit::TRY_AGAIN,
+            CampaignError::NotMerged { .. } | CampaignError::Incomplete { .. } => exit::INCOMPLETE,
             CampaignError::Contradiction { .. } | CampaignError::MixedEngines { .. } => {
-                Some(exit::CHECK_FAILED)
+                exit::CHECK_FAILED
             }
-            CampaignError::EnginesFailed { .. } => Some(exit::ENGINE_FAILED),
-            CampaignError::Engine(_) | CampaignError::File(_) | CampaignError::Scene(_) => None,
+            CampaignError::EnginesFailed { .. } => exit::ENGINE_FAILED,
+            CampaignError::Engine(error) => error.exit_code(),
+            CampaignError::File(error) => error.exit_code(),
         }
     }
 }

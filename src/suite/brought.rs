@@ -50,7 +50,7 @@ impl Examination {
         } else if any(Verdict::Pass) {
             Verdict::Pass
         } else {
-            Verdict::NotMade
+            Verdict::Skipped
         }
     }
 
@@ -135,7 +135,7 @@ fn found(name: &str, job: &str, verdict: Verdict, found: impl Into<String>) -> F
 fn lacks(name: &str, job: &str, missing: &[Part]) -> Found {
     let missing: Vec<&str> = missing.iter().map(|part| part.in_words()).collect();
     let why = format!("the engine says that it has no {}", missing.join(", "));
-    found(name, job, Verdict::NotMade, why)
+    found(name, job, Verdict::Skipped, why)
 }
 
 /// An engine's error as a check that failed; what is no fault of its own is handed back.
@@ -146,7 +146,7 @@ fn failure(name: &str, job: &str, error: ProgramError) -> Result<Found, EngineEr
         | ProgramError::File(_)) => Err(error.into()),
         ProgramError::Refused(reason) => {
             let why = format!("the engine refused: {reason}");
-            Ok(found(name, job, Verdict::NotMade, why))
+            Ok(found(name, job, Verdict::Skipped, why))
         }
         error @ (ProgramError::Nonsense(_) | ProgramError::WentWrong { .. }) => {
             Ok(found(name, job, Verdict::Fail, error.to_string()))
@@ -224,7 +224,7 @@ fn cases(engine: &Description, options: &Options) -> Result<Found, EngineError> 
             Ok(theirs) => theirs,
             Err(reason) => {
                 let why = format!("the engine refused {}: {reason}", case.name);
-                return Ok(found(name, job, Verdict::NotMade, why));
+                return Ok(found(name, job, Verdict::Skipped, why));
             }
         };
         let native = native::run_case(case, None)?;

@@ -12,9 +12,12 @@ pub fn of_rungs(rungs: &[Climbed]) -> Vec<Check> {
 
 fn of_rung(rung: &Climbed) -> Vec<Check> {
     let id = format!("ladder/{}/{}", slug(&rung.engine), slug(&rung.name));
-    if rung.lines.is_empty() || rung.verdict == Verdict::NotMade {
-        let found = Check::of_words(id, &rung.title, rung.verdict.into(), &rung.reason);
-        return vec![found];
+    if rung.lines.is_empty() || rung.verdict == Verdict::Skipped {
+        let found = Check::of_words(id, &rung.title, rung.verdict, &rung.reason);
+        return vec![Check {
+            required: !rung.inapplicable,
+            ..found
+        }];
     }
     let of_line = |line: &super::Line| {
         let outcome = if line.holds() {

@@ -238,7 +238,7 @@ impl Ladder {
         let of_solo =
             |rung: &Rung| not_made(rung.name, rung.title, rung.group, "YADE", reason, false);
         let of_both =
-            |rung: &ParityRung| of_parity(rung, Verdict::NotMade, reason.to_owned(), Vec::new());
+            |rung: &ParityRung| of_parity(rung, Verdict::Skipped, reason.to_owned(), Vec::new());
         let facts = not_made("facts", FACTS, Group::Parity, BOTH, reason, false);
         let solo = self.solo.iter().map(of_solo);
         solo.chain([facts])
@@ -315,7 +315,7 @@ fn not_made(
         title: title.to_owned(),
         group,
         engine: engine.to_owned(),
-        verdict: Verdict::NotMade,
+        verdict: Verdict::Skipped,
         reason: reason.to_owned(),
         inapplicable,
         lines: Vec::new(),
@@ -347,7 +347,7 @@ pub fn of_precision(errors: Result<&[precision::Errors], &Unmeasured>) -> Climbe
             let lines = precision::lines(errors);
             (verdict(&lines), String::new(), lines)
         }
-        Err(Unmeasured::Missing(reason)) => (Verdict::NotMade, reason.clone(), Vec::new()),
+        Err(Unmeasured::Missing(reason)) => (Verdict::Skipped, reason.clone(), Vec::new()),
         Err(Unmeasured::Failed(reason)) => (Verdict::Fail, reason.clone(), Vec::new()),
     };
     Climbed {

@@ -15,7 +15,7 @@ use crate::progress::Display;
 use crate::run::EngineError;
 
 /// The version of `verify.json`.
-pub const VERIFICATION_VERSION: u32 = 2;
+pub const VERIFICATION_VERSION: u32 = 1;
 
 /// What is to be verified, and how.
 #[derive(Debug, Clone)]
@@ -198,7 +198,7 @@ pub fn verify_exec(
         tally,
         // An engine that has nothing of what is asked has not passed.
         verdict: if tally.passed + tally.failed == 0 {
-            Verdict::NotMade
+            Verdict::Skipped
         } else {
             of_tally(tally)
         },
@@ -208,7 +208,7 @@ pub fn verify_exec(
 fn of_tally(tally: Tally) -> Verdict {
     match tally {
         Tally { failed: 1.., .. } => Verdict::Fail,
-        Tally { not_made: 1.., .. } => Verdict::NotMade,
+        Tally { not_made: 1.., .. } => Verdict::Skipped,
         _ => Verdict::Pass,
     }
 }
@@ -302,7 +302,7 @@ fn tally(rungs: &[Climbed]) -> Tally {
     Tally {
         passed: count(&|rung| rung.verdict == Verdict::Pass),
         failed: count(&|rung| rung.verdict == Verdict::Fail),
-        not_made: count(&|rung| rung.verdict == Verdict::NotMade && !rung.inapplicable),
+        not_made: count(&|rung| rung.verdict == Verdict::Skipped && !rung.inapplicable),
         inapplicable: count(&|rung| rung.inapplicable),
     }
 }

@@ -32,13 +32,18 @@ fn of_row(row: &Row, map: &Map) -> Vec<Check> {
         .map(|of| {
             let id = format!("{id}/{}", slug(&of.name));
             let quantity = format!("{}: {}", row.title, of.name);
-            let check = Check::of_words(id, &quantity, of.verdict.into(), &of.found);
-            with_numbers(check, row, map, &of.name)
+            let check = Check::of_words(id, &quantity, of.verdict, &of.found);
+            with_numbers(check.required(), row, map, &of.name)
         })
         .collect();
     if let Some(reason) = &row.not_made {
         let id = format!("{id}/not-made");
-        checks.push(Check::of_words(id, &row.title, Outcome::NotMade, reason));
+        // An engine that has the parts for no scene has shown nothing.
+        let required = map.rows.iter().all(|row| row.not_made.is_some());
+        checks.push(Check {
+            required,
+            ..Check::of_words(id, &row.title, Outcome::Skipped, reason)
+        });
     }
     checks
 }
@@ -77,5 +82,5 @@ fn numbered(check: Check, limits: &Limits, found: Option<Found>, allowed: f64) -
 
 fn of_failure(of: &Failure) -> Check {
     let id = format!("stability/failures/{}", slug(&of.name));
-    Check::of_words(id, &of.title, of.verdict.into(), &of.happened)
+    Check::of_words(id, &of.title, of.verdict, &of.happened).required()
 }

@@ -132,7 +132,7 @@ fn of_limit(engine: &str, limits: &Limits, found: Option<Found>) -> Check {
         }
         None => Check {
             name,
-            verdict: Verdict::NotMade,
+            verdict: Verdict::Skipped,
             found: "no limit was found".to_owned(),
         },
     }

@@ -21,7 +21,7 @@ use crate::suite::ladder::Climbers;
 use grains::native::NativeError;
 
 /// The version of `stability.json`.
-pub const STABILITY_VERSION: u32 = 2;
+pub const STABILITY_VERSION: u32 = 1;
 /// Found and predicted limits may be so far apart, relative.
 pub const ALLOWED: f64 = 0.03;
 /// Cundall's α of the damped limits: YADE's default, and the paper scene's.
@@ -145,7 +145,7 @@ impl Tally {
         Tally {
             passed: count(Verdict::Pass),
             failed: count(Verdict::Fail),
-            not_made: count(Verdict::NotMade),
+            not_made: count(Verdict::Skipped),
             inapplicable: rows.iter().filter(|row| row.not_made.is_some()).count(),
         }
     }
@@ -155,7 +155,7 @@ impl Tally {
         if self.failed > 0 {
             Verdict::Fail
         } else if self.not_made > 0 || self.inapplicable == scenes {
-            Verdict::NotMade
+            Verdict::Skipped
         } else {
             Verdict::Pass
         }
