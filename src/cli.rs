@@ -2,7 +2,6 @@
 
 mod baseline;
 mod bench;
-mod campaign;
 mod checks;
 mod chosen;
 mod claims;
@@ -22,6 +21,7 @@ mod scene;
 mod sensitivity;
 mod shell;
 mod stability;
+mod study;
 mod verify;
 
 use clap::{Parser, Subcommand};
@@ -68,9 +68,9 @@ enum Command {
     Explain(explain::Arguments),
     /// Cost against error of every way to run the paper's scene, and which of them are dominated
     Pareto(pareto::Arguments),
-    /// Many realizations of a scene: plan, run in shards, merge
+    /// Many runs: plan, run in shards, merge, judge
     #[command(subcommand)]
-    Campaign(campaign::Verb),
+    Study(study::Verb),
     /// The paper's claims against a campaign's members: ours, interval, verdict, figures
     Claims(claims::Arguments),
     /// Which published figures come out under which of the choices that the paper leaves open
@@ -109,7 +109,7 @@ impl Arguments {
             Command::Checks(arguments) => arguments.execute(),
             Command::Explain(arguments) => arguments.execute(),
             Command::Pareto(arguments) => arguments.execute(),
-            Command::Campaign(verb) => verb.execute(),
+            Command::Study(verb) => verb.execute(),
             Command::Claims(arguments) => arguments.execute(),
             Command::Sensitivity(arguments) => arguments.execute(),
             Command::Verify(arguments) => arguments.execute(),

@@ -92,6 +92,10 @@ pub enum ProgramError {
         "the engine took {reason}; it was ended (--memory-limit and --output-limit give it more)"
     )]
     TooMuch { reason: String },
+    #[error(
+        "{path} was replaced while it ran, so nobody can say which program made the run; start the command again"
+    )]
+    Changed { path: PathBuf },
     #[error("the engine was ended, as asked; start the command again")]
     Interrupted,
     #[error("the engine wrote nonsense: {0}")]

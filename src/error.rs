@@ -6,7 +6,7 @@ use crate::files::FileError;
 use crate::run::folder::FolderError;
 use crate::run::kept::KeptError;
 use crate::run::scene_file::SceneFileError;
-use crate::study::campaign::CampaignError;
+use crate::study::StudyError;
 
 pub use crate::exit;
 
@@ -33,7 +33,7 @@ pub enum Error {
     #[error("the report cannot be made: {0}")]
     Report(String),
     #[error(transparent)]
-    Campaign(#[from] CampaignError),
+    Study(#[from] StudyError),
     #[error(transparent)]
     Record(#[from] RecordError),
 }
@@ -53,7 +53,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Usage(_) => exit::USAGE,
-            Error::Campaign(error) => error.exit_code(),
+            Error::Study(error) => error.exit_code(),
             Error::Record(error) => error.exit_code(),
             Error::Scene(error) => error.exit_code(),
             Error::Folder(error) => error.exit_code(),

@@ -24,6 +24,8 @@ pub enum FileError {
     NotAFile { path: PathBuf },
     #[error("{path} is not UTF-8 text")]
     NotText { path: PathBuf },
+    #[error("{path} is in use by another process; wait for it, or name another folder")]
+    Busy { path: PathBuf },
     #[error("{path} exists already; name a folder that does not, nothing is overwritten")]
     Exists { path: PathBuf },
 }
@@ -33,6 +35,7 @@ impl FileError {
     pub fn exit_code(&self) -> u8 {
         use std::io::ErrorKind::{AlreadyExists, InvalidFilename, NotADirectory};
         match self {
+            FileError::Busy { .. } => exit::TRY_AGAIN,
             FileError::Io { source, .. }
                 if matches!(
                     source.kind(),
@@ -148,6 +151,34 @@ pub fn write_beside(wanted: &Path, bytes: &[u8]) -> Result<PathBuf, FileError> {
     }
     write_whole(&path, bytes)?;
     Ok(path)
+}
+
+/// Opens a file for adding to it, made if it is not there. No other process can open it so as long as the file is open.
+pub fn locked(path: &Path) -> Result<fs::File, FileError> {
+    let file = fs::OpenOptions::new()
+        .create(true)
+        .read(true)
+        .append(true)
+        .open(path)
+        .map_err(failed("open for writing", path))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(fs::TryLockError::WouldBlock) => Err(FileError::Busy {
+            path: path.to_owned(),
+        }),
+        Err(fs::TryLockError::Error(error)) => Err(failed("lock", path)(error)),
+    }
+}
+
+/// The right to write into a folder, for one process at a time; given back with the value.
+#[derive(Debug)]
+pub struct FolderLock(#[expect(dead_code, reason = "held open, never used")] fs::File);
+
+impl FolderLock {
+    /// Of a folder that is there.
+    pub fn of(folder: &Path) -> Result<Self, FileError> {
+        locked(&folder.join(".crossgrain.lock")).map(FolderLock)
+    }
 }
 
 /// Builds a folder aside with `fill` and renames it into place; an existing folder is never touched.

@@ -10,8 +10,7 @@ pub mod vtk;
 use std::path::Path;
 
 pub use crate::engine::EngineError;
-use crate::engine::{ProgramError, exec, yade};
-use crate::files::file_digest;
+use crate::engine::{exec, yade};
 use crate::run::folder::record::{EngineRecord, Protocol, RECORD_VERSION, RunRecord, TraceRow};
 use crate::run::folder::{Moment, RunFolder};
 use grains::measure;
@@ -65,10 +64,9 @@ pub fn bare(
         }
         Engine::Exec(options) => {
             let run = exec::run(scene, task, options, work, observer)?;
-            let digest = file_digest(&options.program).map_err(ProgramError::File)?;
             let record = EngineRecord::Exec {
                 described: run.description,
-                digest,
+                digest: run.digest,
             };
             Ok((run.outcome, record, run.log))
         }

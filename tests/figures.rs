@@ -53,15 +53,16 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
         out
     };
     run(&[
-        "campaign",
+        "study",
         "plan",
+        "campaign",
         "scene.json",
         "--members",
         "12",
         "--out",
         "dozen",
     ]);
-    run(&["campaign", "run", "dozen"]);
+    run(&["study", "run", "dozen"]);
     let out = run(&["figures", "--campaign", "dozen", "--out", "drawn"]);
     assert!(out.contains("figure-5"), "{out}");
     let drawn = at.join("drawn");
@@ -137,7 +138,7 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
         }
     }
 
-    let campaign = merged::read(&at.join("dozen")).expect("a merged campaign");
+    let campaign = merged(&at.join("dozen")).expect("a merged campaign");
     let samples = samples(&campaign).expect("values");
     assert_eq!(samples.len(), 3);
     let drawn_shares = rows(&drawn, "figure-5.csv");
@@ -182,15 +183,16 @@ fn a_campaign_without_values_is_an_error_and_writes_nothing() {
     write_scene(&scene, &at.join("scene.json"));
     for arguments in [
         vec![
-            "campaign",
+            "study",
             "plan",
+            "campaign",
             "scene.json",
             "--members",
             "2",
             "--out",
             "two",
         ],
-        vec!["campaign", "run", "two"],
+        vec!["study", "run", "two"],
     ] {
         assert_eq!(told(&crossgrain(&arguments, at)).0, 0);
     }

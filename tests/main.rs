@@ -45,6 +45,7 @@ mod verify;
 mod sensitivity;
 
 mod stability;
+mod study;
 
 mod bench;
 

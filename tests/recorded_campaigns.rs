@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use crossgrain::files::read_text;
+use crossgrain::study::Study;
 use crossgrain::study::campaign::compare::{Verdict, compare};
-use crossgrain::study::campaign::merged::{Merged, read};
-use crossgrain::study::campaign::run::again;
+use crossgrain::study::campaign::{Merged, merged};
 use crossgrain::study::claims::{self, Claims};
-use crossgrain::study::realization::{Ending, Runner};
+use crossgrain::study::realization::{Ending, Engines, Runner};
 use crossgrain::study::sensitivity::plan::Plan;
 use crossgrain::study::sensitivity::row::{self, Row};
 use grains::scene::paper_scene;
@@ -16,18 +16,25 @@ fn recorded(name: &str) -> Merged {
     let folder: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("reference_data")
         .join(name);
-    read(&folder).expect("a recorded campaign that is whole")
+    merged(&folder).expect("a recorded campaign that is whole")
 }
 
 /// The native engine has the same bits on any machine: members run anew are the recorded ones, number by number.
 #[test]
 fn members_of_the_native_campaign_come_out_again() {
     let native = recorded("campaign-native-1");
-    assert_eq!(native.plan.scene_digest, paper_scene(1, 5000).digest());
-    assert!(native.members.len() >= 1000, "{}", native.members.len());
-    for number in [1, 2, native.members.len() as u64] {
-        let member = again(&native.plan, number).expect("it runs");
-        assert_eq!(member, native.members[number as usize - 1]);
+    assert_eq!(
+        native.plan.study.scene_digest,
+        paper_scene(1, 5000).digest()
+    );
+    assert!(native.rows.len() >= 1000, "{}", native.rows.len());
+    for number in [1, 2, native.rows.len() as u64] {
+        let member = native
+            .plan
+            .study
+            .run(number, &Engines::default(), Path::new(""))
+            .expect("it runs");
+        assert_eq!(member, native.rows[number as usize - 1]);
         assert_eq!(member.ending, Ending::Reached);
     }
 }
@@ -39,7 +46,7 @@ fn the_recorded_sorted_yade_runs_have_the_native_bits() {
         recorded("campaign-native-1"),
         recorded("campaign-yade-sorted-1"),
     );
-    assert_eq!(yade.plan.runner, Runner::YadeSorted);
+    assert_eq!(yade.plan.study.runner, Runner::YadeSorted);
     let comparison = compare(&native, &yade).expect("one scene");
     assert_eq!(comparison.verdict, Verdict::SameBits);
     assert!(comparison.bits.common >= 3, "{:?}", comparison.bits);
@@ -52,8 +59,8 @@ fn the_recorded_ordinary_yade_runs_are_of_the_same_kind() {
         recorded("campaign-native-1"),
         recorded("campaign-yade-ordinary-1"),
     );
-    assert_eq!(yade.plan.runner, Runner::YadeOrdinary);
-    assert!(yade.members.len() >= 9);
+    assert_eq!(yade.plan.study.runner, Runner::YadeOrdinary);
+    assert!(yade.rows.len() >= 9);
     let comparison = compare(&native, &yade).expect("one scene");
     assert_eq!(
         comparison.bits.last, 0,
@@ -71,7 +78,7 @@ fn the_recorded_claims_are_those_of_the_recorded_members() {
     let native = self::recorded("campaign-native-1");
     let origin = recorded.origin.clone();
     assert_eq!(origin.members_digest, native.summary.sha256);
-    let again = claims::of(&native.plan.scene, &native.members, origin);
+    let again = claims::of(&native.plan.study.scene, &native.rows, origin);
     assert!(again == recorded);
 }
 

@@ -7,11 +7,12 @@ use serde_json::json;
 use crossgrain::run::folder::record::Protocol;
 use crossgrain::run::tables::{write_bodies, write_contacts};
 use crossgrain::run::{Engine, recorded};
+use crossgrain::study::Study;
 use crossgrain::study::campaign::member::Member;
-use crossgrain::study::campaign::records;
-use crossgrain::study::realization::{Runner, Way, run as realize};
+use crossgrain::study::realization::Engines;
+use crossgrain::study::store;
 use grains::generate::initial_bodies;
-use grains::native::{self, Mode};
+use grains::native;
 use grains::scene::Scene;
 use grains::tables::{Contact, Snapshot};
 use grains::task::{Observer, Outcome, Task};
@@ -137,29 +138,19 @@ fn plan_seed(repair: bool) -> Vec<u8> {
 /// The members of the small plan.
 fn members() -> Vec<Member> {
     let plan = small::plan();
-    let options = Default::default();
     let work = parts::folder();
-    let way = Way {
-        runner: Runner::Native(Mode::default()),
-        phases: &plan.phases,
-        yade: &options,
-        brought: None,
-        work: work.path(),
-    };
     let of = |number| {
-        let mut scene = plan.scene.clone();
-        scene.realization = plan.realization(number);
-        let run = realize(&scene, &way).expect("a member");
-        Member::of(number, &scene, &run)
+        let made = plan.study.run(number, &Engines::default(), work.path());
+        made.expect("a member")
     };
-    (1..=plan.members).map(of).collect()
+    (1..=plan.study.members).map(of).collect()
 }
 
 /// Lines whose checks are put right: `* MEMBER JSON`.
 fn campaign_seed(members: &[Member]) -> Vec<u8> {
     let plan = small::plan().digest();
     let starred = |member: &Member| format!("* {} {}\n", member.member, json_of(member));
-    let sound = records::line(&plan, &members[0]) + "\n";
+    let sound = store::line(&plan, 1, &json_of(&members[0])) + "\n";
     let [first, second] = campaign::RECORDS;
     let rest = starred(&members[1]) + &starred(&members[2]);
     join(&[(first, sound.as_bytes()), (second, rest.as_bytes())])

@@ -73,7 +73,7 @@ impl Arguments {
             Some(Beside(program)) => Some(self.limits.brought(program)?),
             None => None,
         };
-        let out = FOLDER.open(self.out.as_deref())?;
+        let (out, _lock) = FOLDER.open(self.out.as_deref())?;
         let crossgrain = std::env::current_exe()
             .map_err(|error| Error::Program(format!("this program cannot be found: {error}")))?;
         let options = Options {

@@ -37,7 +37,7 @@ pub struct Arguments {
 }
 
 /// The files that a job's checks can be written to.
-#[derive(Debug, Clone, Args)]
+#[derive(Debug, Clone, Default, Args)]
 pub struct Files {
     /// Write JUnit XML
     #[arg(long, value_name = "FILE")]

@@ -34,14 +34,14 @@ impl Arguments {
         if let Some(out) = &self.out {
             refuse_existing(out)?;
         }
-        let merged = merged::read(&self.folder)?;
+        let merged = merged(&self.folder)?;
         let origin = Origin {
             command: "crossgrain claims".to_owned(),
             engine: merged.summary.engine.clone(),
             plan: merged.summary.plan.clone(),
             members_digest: merged.summary.sha256.clone(),
         };
-        let found = claims::of(&merged.plan.scene, &merged.members, origin);
+        let found = claims::of(&merged.plan.study.scene, &merged.rows, origin);
         let text = json(&found)?;
         if let Some(out) = &self.out {
             let page = report::claims::page(&found)?;

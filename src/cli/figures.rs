@@ -45,11 +45,11 @@ impl Arguments {
             )));
         }
         // Before anything is run or written.
-        let campaign = self.campaign.as_deref().map(merged::read).transpose()?;
+        let campaign = self.campaign.as_deref().map(merged).transpose()?;
         let scene = match &campaign {
             Some(campaign) => {
-                let mut scene = campaign.plan.scene.clone();
-                scene.realization = campaign.plan.realization(1);
+                let mut scene = campaign.plan.study.scene.clone();
+                scene.realization = campaign.plan.study.realization(1);
                 scene
             }
             None => paper_scene(1, 5000),

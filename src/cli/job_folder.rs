@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
-use crate::files::{failed, free_folder, write_folder, write_whole};
+use crate::files::{FolderLock, failed, free_folder, write_folder, write_whole};
 use crate::report::figure::{PAGE, Page};
 
 /// The folder of a long job, which is taken up again there. Its record is written last of all and says that it is
@@ -20,8 +20,9 @@ pub struct JobFolder {
 }
 
 impl JobFolder {
-    /// The folder, made if it is not there. A finished job in a named one is never overwritten.
-    pub fn open(&self, named: Option<&Path>) -> Result<PathBuf, Error> {
+    /// The folder, made if it is not there, for this process alone as long as the lock lives. A finished job in a named one is
+    /// never overwritten.
+    pub fn open(&self, named: Option<&Path>) -> Result<(PathBuf, FolderLock), Error> {
         let JobFolder { what, record, .. } = self;
         let folder = match named {
             Some(folder) if folder.join(record).exists() => {
@@ -39,7 +40,8 @@ impl JobFolder {
             None => free_folder(Path::new(self.usual), record),
         };
         std::fs::create_dir_all(&folder).map_err(failed("create", &folder))?;
-        Ok(folder)
+        let lock = FolderLock::of(&folder)?;
+        Ok((folder, lock))
     }
 
     /// Writes the page with its figures, and then the record.

@@ -13,7 +13,6 @@ use crate::engine::yade;
 use crate::error::Error;
 use crate::progress::Display;
 use crate::report;
-use crate::run::EngineError;
 use crate::study::tradeoff::job::Job;
 use crate::study::tradeoff::judge::Judgement;
 use crate::study::tradeoff::method::Program;
@@ -77,7 +76,7 @@ impl Arguments {
             None => None,
         };
         let plan = self.plan(brought.as_ref())?;
-        let out = FOLDER.open(self.out.as_deref())?;
+        let (out, _lock) = FOLDER.open(self.out.as_deref())?;
         let job = Job {
             out: out.clone(),
             yade: yade::Options {
@@ -130,7 +129,7 @@ impl Arguments {
         };
         let program = Program {
             described: brought.description.clone(),
-            digest: brought.digest().map_err(EngineError::from)?,
+            digest: brought.digest.clone(),
         };
         Ok(plan.with_brought(&program, self.engine_seeds))
     }

@@ -103,7 +103,7 @@ impl Arguments {
                 out.display()
             )));
         }
-        let out = FOLDER.open(self.out.as_deref())?;
+        let (out, _lock) = FOLDER.open(self.out.as_deref())?;
         let display = Display::new(self.quiet);
         let options = Options {
             out: out.clone(),

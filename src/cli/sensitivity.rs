@@ -48,7 +48,7 @@ pub struct Arguments {
 
 impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
-        let out = FOLDER.open(self.out.as_deref())?;
+        let (out, _lock) = FOLDER.open(self.out.as_deref())?;
         let clouds = self.clouds.unwrap_or(CLOUDS[usize::from(self.quick)]);
         let plan = if self.quick {
             Plan::quick(clouds)

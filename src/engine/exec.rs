@@ -59,20 +59,31 @@ pub struct Brought {
     pub options: Options,
     /// What it says of itself.
     pub description: Description,
+    /// SHA-256 of the program's file before it was asked; a run of another file is an error.
+    pub digest: String,
 }
 
 impl Brought {
     /// Asks it.
     pub fn ask(options: Options) -> Result<Self, ProgramError> {
+        let digest = file_digest(&options.program).map_err(|error| ProgramError::NotStarted {
+            path: options.program.clone(),
+            reason: error.to_string(),
+        })?;
         Ok(Brought {
             description: describe(&options)?,
             options,
+            digest,
         })
     }
 
-    /// SHA-256 of the program's file.
-    pub fn digest(&self) -> Result<String, ProgramError> {
-        Ok(file_digest(&self.options.program)?)
+    /// That no other program stands in the place of the one that was asked. One that was removed since has run.
+    fn check_unchanged(&self) -> Result<(), ProgramError> {
+        let path = &self.options.program;
+        if path.exists() && file_digest(path)? != self.digest {
+            return Err(ProgramError::Changed { path: path.clone() });
+        }
+        Ok(())
     }
 }
 
@@ -83,6 +94,8 @@ pub struct ExecRun {
     pub outcome: Outcome,
     /// What the engine is.
     pub description: Description,
+    /// [`Brought::digest`].
+    pub digest: String,
     /// What it wrote on its standard output and error.
     pub log: String,
     /// What the job took, its start and its tables included, as this program has seen it.
@@ -104,23 +117,28 @@ pub fn run(
 pub fn run_brought(
     scene: &Scene,
     task: &Task,
-    Brought {
-        options,
-        description,
-    }: &Brought,
+    engine: &Brought,
     work: &Path,
     observer: &mut dyn Observer,
 ) -> Result<ExecRun, ProgramError> {
+    let Brought {
+        options,
+        description,
+        digest,
+    } = engine;
     let missing = missing_for_scene(description, scene, task);
     if !missing.is_empty() {
         return Err(unsupported(description, missing, HINT_SCENE));
     }
     job::write_scene(work, scene, task)?;
+    engine.check_unchanged()?;
     let took = child::run(options, work, observer)?;
+    engine.check_unchanged()?;
     let outcome = read::scene(work, scene, task, observer)?;
     Ok(ExecRun {
         outcome,
         description: description.clone(),
+        digest: digest.clone(),
         log: log(work),
         took,
     })

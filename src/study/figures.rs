@@ -1,13 +1,12 @@
 //! The data of the paper's figures from our own numbers; `report::figures` draws them.
 
-use crate::engine::yade;
 use crate::error::Error;
 use crate::files::work_folder;
 use crate::paper;
 use crate::paper::continuum::table::{Point, Setup};
 use crate::paper::continuum::{Field, Load, Model, Spread, weight};
-use crate::study::campaign::merged::Merged;
-use crate::study::realization::{Realization, Runner, Way, run};
+use crate::study::campaign::Merged;
+use crate::study::realization::{Engines, Realization, Runner, Specification, run};
 use evidence::law::{Family, Law};
 use grains::measure::height;
 use grains::scene::Scene;
@@ -62,15 +61,13 @@ impl LoadedBed {
 /// Runs the scene in the native engine to the end of loading.
 pub fn loaded_bed(scene: &Scene, runner: Runner) -> Result<LoadedBed, Error> {
     let work = work_folder()?;
-    let options = yade::Options::default();
-    let way = Way {
+    let how = Specification {
         runner,
         phases: &[],
-        yade: &options,
-        brought: None,
+        engines: &Engines::default(),
         work: work.path(),
     };
-    let Realization { outcome, .. } = run(scene, &way)?;
+    let Realization { outcome, .. } = run(scene, &how)?;
     let settled = outcome.settled.ok_or_else(|| {
         Error::Usage(format!(
             "realization {} did not settle, so there is no loaded bed to draw; take another one",
@@ -99,7 +96,7 @@ pub struct Sample {
 
 /// A sample a control point; an error where one has no values.
 pub fn samples(campaign: &Merged) -> Result<Vec<Sample>, Error> {
-    let scene = &campaign.plan.scene;
+    let scene = &campaign.plan.study.scene;
     let setup = setup_of(scene);
     let field = Field::new(Model::HalfSpace, setup.load);
     let volume = scene.measurement.control_volume_side.powi(2);
@@ -108,7 +105,7 @@ pub fn samples(campaign: &Merged) -> Result<Vec<Sample>, Error> {
         .iter()
         .map(|point| {
             let key = format!("last.stress.{}.control_volume_zz", point.name);
-            let members = campaign.members.iter();
+            let members = campaign.rows.iter();
             let values: Vec<f64> = members
                 .filter_map(|member| member.measured.get(&key).copied())
                 .collect();

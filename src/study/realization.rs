@@ -33,6 +33,19 @@ pub enum Ending {
     Failed(String),
 }
 
+impl Ending {
+    /// The word for it in tables.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Ending::Reached => "reached",
+            Ending::Sank => "sank",
+            Ending::NotSettled => "not_settled",
+            Ending::Poured => "poured",
+            Ending::Failed(_) => "failed",
+        }
+    }
+}
+
 /// Who runs it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -59,24 +72,36 @@ impl Runner {
         }
     }
 
+    /// Whether it runs in this process.
+    pub fn is_native(self) -> bool {
+        matches!(self, Runner::Native(_))
+    }
+
     /// Whether YADE is needed.
     pub fn is_yade(self) -> bool {
         matches!(self, Runner::YadeOrdinary | Runner::YadeSorted)
     }
 }
 
+/// How engines that are other programs are started.
+#[derive(Debug, Clone, Default)]
+pub struct Engines {
+    /// YADE; its loop is the runner's.
+    pub yade: yade::Options,
+    /// The external engine, for its runner.
+    pub external: Option<Brought>,
+}
+
 /// How a realization is run.
 #[derive(Debug, Clone, Copy)]
-pub struct Way<'a> {
+pub struct Specification<'a> {
     /// In which engine.
     pub runner: Runner,
     /// Pouring, part by part, in the native engine; without any the scene's own stages and rules are used.
     pub phases: &'a [Phase],
-    /// How YADE is started; its loop is the runner's.
-    pub yade: &'a yade::Options,
-    /// The program that was brought, for its runner.
-    pub brought: Option<&'a Brought>,
-    /// An empty folder for the use of YADE or of a program that was brought.
+    /// The engines that are other programs.
+    pub engines: &'a Engines,
+    /// An empty folder for the use of such an engine.
     pub work: &'a Path,
 }
 
@@ -98,36 +123,40 @@ pub struct Realization {
 }
 
 /// Runs the scene's realization.
-pub fn run(scene: &Scene, way: &Way<'_>) -> Result<Realization, EngineError> {
+pub fn run(scene: &Scene, how: &Specification<'_>) -> Result<Realization, EngineError> {
     // Nobody looks at the history.
     let mut scene = scene.clone();
     scene.measurement.history_every = 1_000_000_000;
-    match way.runner {
+    match how.runner {
         Runner::Native(mode) => {
             let options = native::Options {
                 mode,
                 ..native::Options::default()
             };
-            Ok(in_native(&scene, way.phases, &options)?)
+            Ok(in_native(&scene, how.phases, &options)?)
         }
         Runner::YadeOrdinary | Runner::YadeSorted => {
             let options = yade::Options {
-                sorted: way.runner == Runner::YadeSorted,
-                ..way.yade.clone()
+                sorted: how.runner == Runner::YadeSorted,
+                ..how.engines.yade.clone()
             };
             let task = Task::whole(initial_bodies(&scene));
-            let run = yade::run(&scene, &task, &options, way.work, &mut ())?;
+            let run = yade::run(&scene, &task, &options, how.work, &mut ())?;
             let seconds = run.outcome.stages.iter().map(|stage| stage.cpu_seconds);
             let seconds = seconds.sum();
             let engine = format!("YADE {}", run.version);
             Ok(whole(run.outcome, seconds, engine))
         }
         Runner::Brought => {
-            let engine = way.brought.ok_or_else(|| ProgramError::NotStarted {
-                path: "exec:PATH".into(),
-                reason: "it was not named".to_owned(),
-            })?;
-            Ok(in_brought(&scene, engine, way.work)?)
+            let engine = how
+                .engines
+                .external
+                .as_ref()
+                .ok_or_else(|| ProgramError::NotStarted {
+                    path: "exec:PATH".into(),
+                    reason: "it was not named".to_owned(),
+                })?;
+            Ok(in_brought(&scene, engine, how.work)?)
         }
     }
 }

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use crossgrain::files::sha256_hex;
-use crossgrain::study::campaign::merge::Summary;
-use crossgrain::study::campaign::plan::Plan;
+use crossgrain::study::campaign::Campaign;
+use crossgrain::study::machine::Summary;
 use crossgrain::study::realization::Runner;
 use grains::native::Mode;
 use grains::scene::paper_scene;
@@ -18,7 +18,7 @@ use crate::support::{crossgrain, told};
 fn write_campaign(folder: &Path, truth: &Truth) {
     let scene = paper_scene(1, 5000);
     let runner = Runner::Native(Mode::Exact);
-    let plan = Plan::new(&scene, runner, Vec::new(), truth.members, 1).expect("a plan");
+    let plan = Campaign::plan(&scene, runner, Vec::new(), truth.members, 1).expect("a plan");
     plan.write(folder).expect("a new folder");
     let lines: String = members(&scene, truth)
         .iter()
@@ -26,13 +26,13 @@ fn write_campaign(folder: &Path, truth: &Truth) {
         .collect();
     let summary = Summary {
         plan: plan.digest(),
-        members: truth.members,
+        rows: truth.members,
         engine: "drawn".to_owned(),
         endings: BTreeMap::from([("reached".to_owned(), truth.members)]),
         sha256: sha256_hex(lines.as_bytes()),
     };
     let summary = serde_json::to_string(&summary).expect("JSON");
-    for (name, text) in [("members.jsonl", lines), ("merged.json", summary)] {
+    for (name, text) in [("rows.jsonl", lines), ("merged.json", summary)] {
         fs::write(folder.join(name), text).expect("a writable folder");
     }
 }

@@ -40,7 +40,7 @@ fn chart(scene: Scene, options: Options, clouds: u64) -> (Pareto, Option<Ending>
     let brought = Brought::ask(options).expect("an engine");
     let engine = Program {
         described: brought.description.clone(),
-        digest: brought.digest().expect("a file"),
+        digest: brought.digest.clone(),
     };
     let plan = plan(scene).with_brought(&engine, clouds);
     let job = Job {
@@ -133,7 +133,7 @@ fn another_program_is_another_method() {
         let brought = Brought::ask(Options::new(path)).expect("an engine");
         let engine = Program {
             described: brought.description.clone(),
-            digest: brought.digest().expect("a file"),
+            digest: brought.digest.clone(),
         };
         plan(scene()).with_brought(&engine, 1).methods[0]
             .method

@@ -57,6 +57,7 @@ pub fn look_in_exec(
     let Brought {
         options,
         description,
+        ..
     } = engine;
     let name = &description.name;
     let task = display.task(&format!("limits in {name}"));

@@ -12,7 +12,7 @@ use crate::engine::exec::Brought;
 use crate::engine::yade;
 use crate::run::EngineError;
 pub use crate::study::realization::Ending;
-use crate::study::realization::{self, Way};
+use crate::study::realization::{self, Engines, Specification};
 
 /// What a realization cost.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -73,14 +73,17 @@ pub fn run(
         cost: Cost::default(),
         measured: BTreeMap::new(),
     };
-    let way = Way {
+    let engines = Engines {
+        yade: yade.clone(),
+        external: brought.cloned(),
+    };
+    let how = Specification {
         runner: method.runner,
         phases: &method.phases,
-        yade,
-        brought,
+        engines: &engines,
         work,
     };
-    let run = match realization::run(&scene, &way) {
+    let run = match realization::run(&scene, &how) {
         Ok(run) => run,
         Err(error) => {
             member.ending = Ending::Failed(failure(error)?);

@@ -1,9 +1,9 @@
-//! Job scripts that run a campaign as a Slurm job array, and merge it.
+//! Job scripts that run a study as a Slurm job array, and merge it.
 
 use std::path::{Path, PathBuf};
 
-use super::CampaignError;
-use super::plan::Plan;
+use super::StudyError;
+use super::machine::Machine;
 use super::shard::{Shard, TASKS_VARIABLE};
 use crate::files::{failed, write_whole};
 
@@ -12,7 +12,7 @@ use crate::files::{failed, write_whole};
 pub struct Array<'a> {
     /// Tasks of the array; task k runs shard k of so many.
     pub tasks: u64,
-    /// Members at a time in a task, and processors that it asks for.
+    /// Rows at a time in a task, and processors that it asks for.
     pub threads: u16,
     /// Where the cluster wants one to be named.
     pub partition: Option<&'a str>,
@@ -23,7 +23,7 @@ pub struct Array<'a> {
 /// The scripts, and how they are submitted.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Scripts {
-    /// `slurm/array.sh` in the campaign's folder.
+    /// `slurm/array.sh` in the study's folder.
     pub array: PathBuf,
     /// `slurm/merge.sh` there.
     pub merge: PathBuf,
@@ -31,21 +31,21 @@ pub struct Scripts {
     pub submit: [String; 2],
 }
 
-/// Writes both scripts into the campaign's folder. Earlier ones are replaced: what Slurm runs is its own copy.
-pub fn write(folder: &Path, array: &Array<'_>) -> Result<Scripts, CampaignError> {
-    let plan = Plan::read(folder)?;
-    plan.check_version(folder)?;
-    Shard::new(1, array.tasks).map_err(CampaignError::Usage)?;
-    if array.tasks > plan.members {
-        return Err(CampaignError::Usage(format!(
-            "{} tasks for {} members: some would have nothing to do",
-            array.tasks, plan.members
+/// Writes both scripts into the study's folder. Earlier ones are replaced: what Slurm runs is its own copy.
+pub fn write(folder: &Path, study: &dyn Machine, array: &Array<'_>) -> Result<Scripts, StudyError> {
+    study.check_program()?;
+    Shard::new(1, array.tasks).map_err(StudyError::Usage)?;
+    if array.tasks > study.count() {
+        return Err(StudyError::Usage(format!(
+            "{} tasks for {} rows: some would have nothing to do",
+            array.tasks,
+            study.count()
         )));
     }
     if let Some(name) = array.partition {
         let plain = |of: char| of.is_ascii_alphanumeric() || "_-.,".contains(of);
         if name.is_empty() || name.starts_with('-') || !name.chars().all(plain) {
-            return Err(CampaignError::Usage(format!(
+            return Err(StudyError::Usage(format!(
                 "{name:?} is no name of a partition"
             )));
         }
@@ -99,8 +99,8 @@ impl Texts {
             name: "crossgrain",
             processors: *threads,
             first: format!(
-                "# A task of the array 1-{tasks} is a shard of the campaign. A task that was ended is submitted again alone,\n\
-                 # as with --array=3, and goes on with the members that it had not finished.\n\
+                "# A task of the array 1-{tasks} is a shard of the study. A task that was ended is submitted again alone,\n\
+                 # as with --array=3, and goes on with the rows that it had not finished.\n\
                  export {TASKS_VARIABLE}={tasks}\n"
             ),
             log: "task-${SLURM_ARRAY_TASK_ID:?is for a task of a job array}.log",
@@ -113,7 +113,7 @@ impl Texts {
         self.script(&Script {
             name: "crossgrain-merge",
             processors: 1,
-            first: "# Exit code 3: members are missing; the log says which.\n".to_owned(),
+            first: "# Exit code 3: rows are missing; the log says which.\n".to_owned(),
             log: "merge.log",
             verb: "merge",
             options: String::new(),
@@ -148,7 +148,7 @@ impl Texts {
              folder={folder}\n\
              exec >>\"$folder/slurm/{log}\" 2>&1\n\
              echo \"job ${{SLURM_JOB_ID:-}} on $(hostname), $(date -u +%FT%TZ)\"\n\
-             exec {program} campaign {verb} \"$folder\"{options}\n"
+             exec {program} study {verb} \"$folder\"{options}\n"
         )
     }
 }
@@ -160,15 +160,15 @@ struct Script {
     /// Lines before all others.
     first: String,
     log: &'static str,
-    /// Of `crossgrain campaign`, with its options.
+    /// Of `crossgrain study`, with its options.
     verb: &'static str,
     options: String,
 }
 
 /// The path as one word of a shell, whatever is in it; lines that are to be copied cannot hold a line's end.
-fn quoted(path: &Path) -> Result<String, CampaignError> {
+fn quoted(path: &Path) -> Result<String, StudyError> {
     let refused = |why: &str| {
-        CampaignError::Usage(format!(
+        StudyError::Usage(format!(
             "{} {why}, which job scripts cannot name; give it another name",
             path.display()
         ))

@@ -1,9 +1,9 @@
-//! A shard: the members that one process runs.
+//! A shard: the rows that one process makes.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// Shard `index` of `of`, both from 1: the members whose number leaves `index − 1` when counted from 0 and divided by
+/// Shard `index` of `of`, both from 1: the rows whose number leaves `index − 1` when counted from 0 and divided by
 /// `of`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
@@ -72,13 +72,8 @@ impl Shard {
         Shard::new(place / step + 1, count)
     }
 
-    /// Whether this member is one of its own; members are counted from 1.
-    pub fn has(&self, member: u64) -> bool {
-        (member - 1) % self.of == self.index - 1
-    }
-
-    /// Its members of so many, in order.
-    pub fn members(&self, of: u64) -> impl Iterator<Item = u64> + use<> {
+    /// Its rows of so many, in order.
+    pub fn rows(&self, of: u64) -> impl Iterator<Item = u64> + use<> {
         (self.index..=of).step_by(self.of as usize)
     }
 }
@@ -108,14 +103,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_member_belongs_to_one_shard() {
+    fn every_row_belongs_to_one_shard() {
         for of in [1, 2, 3, 7, 50] {
             let mut seen = vec![0; 41];
             for index in 1..=of {
                 let shard = Shard::new(index, of).expect("a shard");
-                for member in shard.members(40) {
-                    assert!(shard.has(member));
-                    seen[member as usize] += 1;
+                for row in shard.rows(40) {
+                    assert_eq!((row - 1) % of, index - 1);
+                    seen[row as usize] += 1;
                 }
             }
             assert!(seen[1..].iter().all(|times| *times == 1), "{of}: {seen:?}");

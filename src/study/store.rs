@@ -1,47 +1,46 @@
-//! The records of a campaign: a file a shard, a line a member, each line with a check of itself. Files only grow.
+//! The rows of a study on the disk: a file a shard, a line a row, each line with a check of itself. Files only grow.
 //!
-//! A line is `CHECK MEMBER {json}` with CHECK the first 64 bits of SHA-256 over the plan's digest, the member's number
-//! and the JSON. What is not such a line – the last one of a process that was killed, or of a full disk – is not
-//! believed and stands for nothing; the next writer begins a new line after it.
+//! A line is `CHECK NUMBER {json}` with CHECK the first 64 bits of SHA-256 over the plan's digest, the row's number and
+//! the JSON. What is not such a line – the last one of a process that was killed, or of a full disk – is not believed,
+//! stands for nothing and is left as it is; the next writer begins a new line after it.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use super::CampaignError;
-use super::member::Member;
 use super::shard::Shard;
-use crate::files::{FileError, failed, short_hex};
+use crate::files::{FileError, failed, locked, short_hex};
 
-/// A record is about 20 kB; a longer line is none.
-const LONGEST_LINE: u64 = 4_000_000;
+/// A campaign's row is about 20 kB; a longer line is none.
+pub const LONGEST_LINE: u64 = 4_000_000;
 
-/// The check of a record.
-fn check(plan: &str, member: u64, json: &str) -> String {
+/// As many damaged lines are named; those after them are left out.
+const MOST_DAMAGED: usize = 10_000;
+
+/// The check of a line.
+fn check(plan: &str, number: u64, json: &str) -> String {
     let mut hash = Sha256::new();
-    for part in [plan, " ", &member.to_string(), " ", json] {
+    for part in [plan, " ", &number.to_string(), " ", json] {
         hash.update(part.as_bytes());
     }
     short_hex(hash)
 }
 
-/// The line of a member, without its end.
-pub fn line(plan: &str, member: &Member) -> String {
-    let json = serde_json::to_string(member).unwrap_or_default();
-    let number = member.member;
-    format!("{} {number} {json}", check(plan, number, &json))
+/// The line of a row, without its end.
+pub fn line(plan: &str, number: u64, json: &str) -> String {
+    format!("{} {number} {json}", check(plan, number, json))
 }
 
-/// Member and JSON of a line, if it is a whole record of this plan.
+/// Number and JSON of a line, if it is a whole row of this plan.
 fn believed<'a>(plan: &str, line: &'a str) -> Option<(u64, &'a str)> {
     let (sum, rest) = line.split_once(' ')?;
-    let (member, json) = rest.split_once(' ')?;
-    let member = member.parse().ok()?;
-    (check(plan, member, json) == sum).then_some((member, json))
+    let (number, json) = rest.split_once(' ')?;
+    let number = number.parse().ok()?;
+    (check(plan, number, json) == sum).then_some((number, json))
 }
 
 /// The file of a shard, open for adding to it. No other process can open it as long as this value lives.
@@ -55,20 +54,10 @@ pub struct Writer {
 
 impl Writer {
     /// Opens or begins the file of a shard.
-    pub fn open(folder: &Path, shard: Shard) -> Result<Self, CampaignError> {
-        let path =
-            records_folder(folder).join(format!("shard-{}-of-{}.jsonl", shard.index, shard.of));
-        let mut file = OpenOptions::new()
-            .create(true)
-            .read(true)
-            .append(true)
-            .open(&path)
-            .map_err(failed("open for writing", &path))?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(CampaignError::Busy { path }),
-            Err(TryLockError::Error(error)) => return Err(failed("lock", &path)(error).into()),
-        }
+    pub fn open(folder: &Path, shard: Shard) -> Result<Self, FileError> {
+        let name = format!("shard-{}-of-{}.jsonl", shard.index, shard.of);
+        let path = records_folder(folder).join(name);
+        let mut file = locked(&path)?;
         let length = file.metadata().map_err(failed("find", &path))?.len();
         let torn = length > 0 && {
             let mut last = [0];
@@ -80,9 +69,9 @@ impl Writer {
         Ok(Writer { path, file, torn })
     }
 
-    /// Adds a member; when this returns, it is on the disk.
-    pub fn add(&mut self, plan: &str, member: &Member) -> Result<(), FileError> {
-        let mut text = line(plan, member);
+    /// Adds a row; when this returns, it is on the disk.
+    pub fn add(&mut self, plan: &str, number: u64, json: &str) -> Result<(), FileError> {
+        let mut text = line(plan, number, json);
         text.push('\n');
         if self.torn {
             text.insert(0, '\n');
@@ -98,7 +87,7 @@ impl Writer {
     }
 }
 
-/// Where a believed record is.
+/// Where a believed row is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place {
     /// Which of [`Index::files`].
@@ -109,7 +98,7 @@ pub struct Place {
     pub length: u32,
 }
 
-/// A line that is no record.
+/// A line that is no row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Damaged {
     /// The file.
@@ -118,24 +107,24 @@ pub struct Damaged {
     pub line: u64,
 }
 
-/// Every believed record of a campaign.
+/// Every believed row of a study.
 #[derive(Debug, Default)]
 pub struct Index {
     /// By name.
     pub files: Vec<PathBuf>,
-    /// Records of each file.
-    pub records: Vec<u64>,
-    /// By member; of several records of a member, the first that was found.
+    /// Rows of each file.
+    pub rows: Vec<u64>,
+    /// By number; of several lines of a row, the first that was found.
     pub places: BTreeMap<u64, Place>,
-    /// Further records of members, which must be the same.
+    /// Further lines of rows, which must say the same.
     pub repeated: Vec<(u64, Place)>,
     /// What is not believed.
     pub damaged: Vec<Damaged>,
 }
 
 impl Index {
-    /// Reads all record files of a campaign with so many members.
-    pub fn read(folder: &Path, plan: &str, members: u64) -> Result<Self, FileError> {
+    /// Reads all record files of a study with so many rows.
+    pub fn read(folder: &Path, plan: &str, count: u64) -> Result<Self, FileError> {
         let records = records_folder(folder);
         let mut index = Index::default();
         let entries = match std::fs::read_dir(&records) {
@@ -151,16 +140,20 @@ impl Index {
         }
         index.files.sort();
         for file in 0..index.files.len() {
-            index.add_file(file, plan, members)?;
+            index.add_file(file, plan, count)?;
         }
         Ok(index)
     }
 
-    fn add_file(&mut self, file: usize, plan: &str, members: u64) -> Result<(), FileError> {
+    fn add_file(&mut self, file: usize, plan: &str, count: u64) -> Result<(), FileError> {
         let path = self.files[file].clone();
+        // Asked before opening: opening a pipe would wait for a writer.
+        if !path.metadata().map_err(failed("open", &path))?.is_file() {
+            return Err(FileError::NotAFile { path });
+        }
         let mut reader =
             BufReader::with_capacity(1 << 16, File::open(&path).map_err(failed("open", &path))?);
-        let (mut offset, mut number, mut found) = (0, 0, 0);
+        let (mut offset, mut at, mut found) = (0, 0, 0);
         let mut line = Vec::new();
         loop {
             line.clear();
@@ -171,46 +164,47 @@ impl Index {
             if read == 0 {
                 break;
             }
-            number += 1;
+            at += 1;
             let whole = line.pop_if(|last| *last == b'\n').is_some();
-            let record = std::str::from_utf8(&line)
+            let row = std::str::from_utf8(&line)
                 .ok()
                 .filter(|_| whole)
-                .and_then(|text| believed(plan, text).map(|(member, json)| (member, json.len())))
-                .filter(|(member, _)| (1..=members).contains(member));
-            match record {
-                Some((member, length)) => {
+                .and_then(|text| believed(plan, text).map(|(number, json)| (number, json.len())))
+                .filter(|(number, _)| (1..=count).contains(number));
+            match row {
+                Some((number, length)) => {
                     found += 1;
                     let place = Place {
                         file: file as u32,
                         offset: offset + (line.len() - length) as u64,
                         length: length as u32,
                     };
-                    match self.places.entry(member) {
-                        Entry::Occupied(_) => self.repeated.push((member, place)),
+                    match self.places.entry(number) {
+                        Entry::Occupied(_) => self.repeated.push((number, place)),
                         Entry::Vacant(free) => drop(free.insert(place)),
                     }
                 }
                 // A new line after a torn one.
                 None if line.is_empty() => {}
+                None if self.damaged.len() >= MOST_DAMAGED => {}
                 None => self.damaged.push(Damaged {
                     path: path.clone(),
-                    line: number,
+                    line: at,
                 }),
             }
             offset += read as u64;
         }
-        self.records.push(found);
+        self.rows.push(found);
         Ok(())
     }
 
-    /// The path of a record's file.
+    /// The path of a row's file.
     pub fn path(&self, place: &Place) -> &Path {
         &self.files[place.file as usize]
     }
 }
 
-/// Reads records that an index has found.
+/// Reads rows that an index has found.
 #[derive(Debug)]
 pub struct Reader<'a> {
     index: &'a Index,
@@ -229,7 +223,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The JSON of a record.
+    /// The JSON of a row.
     pub fn json(&mut self, place: &Place) -> Result<String, FileError> {
         let path = self.index.path(place);
         if self.open.len() >= MOST_OPEN {
