@@ -10,10 +10,10 @@ mod continuum;
 mod engine;
 mod explain;
 mod export;
-mod facts;
 mod figures;
 mod job_folder;
 mod paper;
+mod parameters;
 mod pareto;
 mod reproduce;
 mod run;
@@ -55,8 +55,6 @@ enum Command {
     Run(run::Arguments),
     /// Compare two run folders: bits, first difference, every measured quantity
     Compare(compare::Arguments),
-    /// The parameters that each engine uses for a scene: stiffness, mass, damping, time step
-    Facts(facts::Arguments),
     /// The main job: the paper's experiment in both engines, compared, with a report
     Reproduce(reproduce::Arguments),
     /// Keep a run's checks under a name, and hold later runs against them
@@ -75,9 +73,9 @@ enum Command {
     Claims(claims::Arguments),
     /// Which published figures come out under which of the choices that the paper leaves open
     Sensitivity(sensitivity::Arguments),
-    /// The ladder: exact solutions, symmetries, and native against YADE bit for bit
+    /// The verification suite: exact solutions, symmetries, and native against YADE bit for bit
     Verify(verify::Arguments),
-    /// An engine of your own, exec:PATH: what is wrong with it
+    /// An external engine, exec:PATH: what is wrong with it
     #[command(subcommand)]
     Engine(engine::Verb),
     /// The largest stable time steps, predicted and found, and the places where methods fail
@@ -103,7 +101,6 @@ impl Arguments {
             Command::Scene(verb) => verb.execute(),
             Command::Run(arguments) => arguments.execute(),
             Command::Compare(arguments) => arguments.execute(),
-            Command::Facts(arguments) => arguments.execute(),
             Command::Reproduce(arguments) => arguments.execute(),
             Command::Baseline(verb) => verb.execute(),
             Command::Checks(arguments) => arguments.execute(),

@@ -69,20 +69,20 @@ pub const EXPLANATIONS: [Explanation; 18] = [
         breaks: "A comparison that looks at too little, or a fault that changes nothing in this scene (then it is skipped).",
     },
     Explanation {
-        pattern: "facts/*",
+        pattern: "parameters/*",
         meaning: "Both engines use the same parameter: stiffness, mass, damping, time step.",
         formula: "Each engine is asked what it uses for a few grains that touch each other, a wall and the punch; relative difference at most 1e-14.",
-        source: "src/suite/facts.rs; crossgrain facts",
+        source: "src/suite/parameters.rs; crossgrain scene parameters",
         breaks: "A formula changed in one engine (k_n, mass, Cundall's α, time step). Everything that is compared later will differ for this reason.",
     },
     Explanation {
-        pattern: "ladder/*",
-        meaning: "A small experiment with a known outcome came out as it must, in the engine that the id names.",
+        pattern: "verify/*",
+        meaning: "A small experiment with a known outcome came out as it must.",
         formula: "Closed forms in continuous time with the error of discretisation as tolerance, or the scheme's own exact solution with \
             rounding as tolerance; the basis of each limit stands beside it.",
         source: "docs/verification.md; src/suite/",
         breaks: "A change of contact law, integrator, damping or walls. `crossgrain verify --detection-limits` says which fault of which size each \
-            rung notices.",
+            case detects.",
     },
     Explanation {
         pattern: "paper/*",
@@ -186,10 +186,10 @@ mod tests {
                 "compare/a/quantity/settled.height.mean_surface",
                 "compare/*/quantity/*",
             ),
-            ("ladder/native/free-fall/x", "ladder/*"),
-            ("ladder", "ladder/*"),
+            ("verify/tested/free-fall/dropped/x/100-steps", "verify/*"),
+            ("verify", "verify/*"),
             ("bench/bits", "bench/bits"),
-            ("facts/everything/dt", "facts/*"),
+            ("parameters/everything/dt", "parameters/*"),
         ] {
             assert_eq!(of(id).map(|of| of.pattern), Some(pattern), "{id}");
         }

@@ -51,7 +51,6 @@ mod shades;
 mod shell;
 pub mod stability;
 mod svg;
-pub mod verification;
 mod views;
 
 pub use html::{Page, check_lines, page, terminal};

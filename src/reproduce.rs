@@ -24,8 +24,8 @@ use crate::run::folder::record::{EngineRecord, Protocol};
 use crate::run::folder::{RunFolder, recording};
 use crate::run::kept::to_folder;
 use crate::run::{Engine, EngineError, recorded};
-use crate::suite::facts::{self, FactPair};
-use crate::suite::record::{Verification, verify};
+use crate::suite::parameters::{self, ParameterPair};
+use crate::suite::run::{Verification, verify};
 use beside::Beside;
 use grains::generate::initial_bodies;
 use grains::model::Model;
@@ -152,7 +152,7 @@ struct Job<'a> {
     comparisons: Vec<NamedComparison>,
     skipped: Vec<Skipped>,
     runs: Vec<RunSummary>,
-    facts: Vec<FactPair>,
+    facts: Vec<ParameterPair>,
 }
 
 impl Job<'_> {
@@ -220,10 +220,10 @@ impl Job<'_> {
             return Ok(());
         }
         let (scene, work) = (&self.options.scene, work_folder()?);
-        let native = facts::of_native(scene).map_err(EngineError::from)?;
-        let in_yade =
-            facts::of_yade(scene, &self.options.yade, work.path()).map_err(EngineError::from)?;
-        self.facts = facts::side_by_side(native, &in_yade);
+        let native = parameters::of_native(scene).map_err(EngineError::from)?;
+        let in_yade = parameters::of_yade(scene, &self.options.yade, work.path())
+            .map_err(EngineError::from)?;
+        self.facts = parameters::side_by_side(native, &in_yade);
         Ok(())
     }
 

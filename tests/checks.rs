@@ -195,10 +195,15 @@ fn checks_are_explained() {
     let record = record(
         folder.path(),
         "run.json",
-        &[("facts/everything/dt", 1.0, "pass")],
+        &[("parameters/everything/dt", 1.0, "pass")],
         60.0,
     );
-    let (code, out, _) = run(&["explain", "facts/everything/dt", "--record", path(&record)]);
+    let (code, out, _) = run(&[
+        "explain",
+        "parameters/everything/dt",
+        "--record",
+        path(&record),
+    ]);
     assert!(
         code == 0 && out.contains("meaning:") && out.contains("must be 0.5 to 1.5"),
         "{out}"
@@ -206,7 +211,7 @@ fn checks_are_explained() {
     let (code, _, err) = run(&["explain", "bake/bread"]);
     assert!(code == 2 && err.contains("names all kinds"), "{err}");
     let (code, out, _) = run(&["explain"]);
-    assert!(code == 0 && out.contains("ladder/*"), "{out}");
+    assert!(code == 0 && out.contains("verify/*"), "{out}");
 }
 
 #[test]
@@ -221,9 +226,9 @@ fn the_schema_in_the_documentation_is_the_one_of_the_types() {
     );
 }
 
-/// A real job's record keeps to the common part, has a check for each figure of each rung, and passes as it says.
+/// A real job's record keeps to the common part, has a check for each figure of each case, and passes as it says.
 #[test]
-fn the_ladder_has_its_checks_in_its_record() {
+fn the_suite_has_its_checks_in_its_record() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let out = folder.path().join("verified");
     let (code, ..) = run(&[
@@ -240,7 +245,7 @@ fn the_ladder_has_its_checks_in_its_record() {
     let fall = record
         .checks
         .iter()
-        .filter(|check| check.id.starts_with("ladder/native/free-fall/"));
+        .filter(|check| check.id.starts_with("verify/tested/free-fall/"));
     assert!(fall.clone().count() > 1);
     for check in fall {
         let (value, upper) = (check.value.expect("a value"), check.upper.expect("a limit"));

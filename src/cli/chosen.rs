@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use clap::ValueEnum;
 
-use crate::suite::ladder::Climbers;
+use crate::suite::run::Engines;
 
 /// One engine.
 #[derive(Debug, Clone)]
@@ -32,7 +32,7 @@ impl FromStr for Chosen {
 /// The engines of this program, or one that is brought.
 #[derive(Debug, Clone)]
 pub enum Several {
-    BuiltIn(Climbers),
+    BuiltIn(Engines),
     Exec(PathBuf),
 }
 
@@ -42,7 +42,7 @@ impl FromStr for Several {
     fn from_str(text: &str) -> Result<Self, String> {
         match program(text) {
             Some(path) => Ok(Several::Exec(path)),
-            None => Climbers::from_str(text, false)
+            None => Engines::from_str(text, false)
                 .map(Several::BuiltIn)
                 .map_err(|_| "an engine is native, yade, both or exec:PATH".to_owned()),
         }

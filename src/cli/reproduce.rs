@@ -182,7 +182,12 @@ fn in_words(reproduction: &Reproduction, record: &Record, out: &Path) -> String 
         text += &format!("{mark:>8} {}: {}\n", fault.fault, fault.found);
     }
     if let Some(ladder) = &reproduction.ladder {
-        text += &super::verify::summary(ladder);
+        text += &format!("\nverification suite: {}\n", ladder.tally);
+        let checks = ladder.checks().into_iter();
+        let failed = checks.filter(|check| check.outcome == crate::checks::Outcome::Fail);
+        for check in failed {
+            text += &format!("    FAIL {}: {}\n", check.id, check.in_a_line());
+        }
     }
     for skipped in &reproduction.skipped {
         text += &format!(" skipped {}: {}\n", skipped.what, skipped.why);

@@ -6,7 +6,7 @@ use crate::compare;
 use crate::compare::spread::quantities;
 use crate::paper::{Finding, Number};
 use crate::run::folder::RunFolder;
-use crate::suite::checks::{of_facts, of_rungs};
+use crate::suite::parameters::pair_checks;
 
 /// Every check of the job.
 pub fn all(of: &Reproduction) -> Vec<Check> {
@@ -30,10 +30,10 @@ pub fn all(of: &Reproduction) -> Vec<Check> {
             "any bit that differs",
         ));
     }
-    checks.extend(of_facts(&of.facts));
+    checks.extend(pair_checks(&of.facts));
     if let Some(ladder) = &of.ladder {
         // An engine that is not there leaves the job complete.
-        checks.extend(of_rungs(&ladder.rungs).into_iter().map(|check| Check {
+        checks.extend(ladder.checks().into_iter().map(|check| Check {
             required: false,
             ..check
         }));

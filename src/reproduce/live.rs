@@ -4,13 +4,14 @@ use std::thread;
 
 use super::record::RunSummary;
 use super::{Job, Options, rounding_spread, run_or_take_over};
-use crate::compare::{Verdict, Yardstick, compare};
+use crate::checks::Outcome;
+use crate::compare::{Yardstick, compare};
 use crate::engine::yade;
 use crate::error::Error;
 use crate::progress::Display;
 use crate::run::Engine;
 use crate::run::folder::RunFolder;
-use crate::suite::facts;
+use crate::suite::parameters;
 use grains::model::Model;
 use grains::scene::Scene;
 
@@ -45,7 +46,7 @@ impl Job<'_> {
             self.skipped(ORDINARY, ordinary_title, &format!("YADE has no {reason}"));
             return Ok(None);
         }
-        if facts::verdict(&self.facts) != Some(Verdict::Pass) {
+        if parameters::outcome(&self.facts) != Some(Outcome::Pass) {
             let why = "the two engines do not use the same parameters";
             self.skipped(SORTED, sorted_title, why);
             self.skipped(ORDINARY, ordinary_title, why);

@@ -10,9 +10,8 @@ use crate::compare::{Comparison, Verdict};
 use crate::engine::yade;
 use crate::paper;
 use crate::run::folder::RunFolder;
-use crate::suite::facts::FactPair;
-use crate::suite::ladder::Climbers;
-use crate::suite::record::{Options, Verification};
+use crate::suite::parameters::ParameterPair;
+use crate::suite::run::{Engines, Options, Verification};
 
 /// The version of the reproduction's `run.json`.
 pub const REPRODUCTION_VERSION: u32 = 1;
@@ -23,7 +22,7 @@ const LADDER_GRAINS: u32 = 500;
 /// The ladder as the main job climbs it.
 pub fn verification(yade: &yade::Options) -> Options {
     Options {
-        engine: Climbers::Both,
+        engine: Engines::Both,
         grains: LADDER_GRAINS,
         detection_limits: true,
         yade: yade.clone(),
@@ -51,7 +50,7 @@ pub struct Reproduction {
     /// Deliberate faults, each of which the comparison must find.
     pub faults: Vec<FaultCheck>,
     /// The parameters that both engines use, if YADE ran live.
-    pub facts: Vec<FactPair>,
+    pub facts: Vec<ParameterPair>,
     /// The ladder, if it was climbed.
     pub ladder: Option<Verification>,
     /// What was skipped, with the reason.

@@ -17,7 +17,7 @@ use crate::error::Error;
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 use crate::run::EngineError;
-use crate::suite::ladder::Climbers;
+use crate::suite::run::Engines;
 use grains::native::NativeError;
 
 /// The version of `stability.json`.
@@ -36,7 +36,7 @@ const ROWS: usize = 12;
 #[derive(Debug, Clone)]
 pub enum Wanted {
     /// The native engine's, YADE's or both.
-    BuiltIn(Climbers),
+    BuiltIn(Engines),
     /// Those of a program that was brought, alone.
     Exec(Brought),
 }
@@ -44,12 +44,12 @@ pub enum Wanted {
 impl Wanted {
     /// Whether the native engine's are.
     pub fn native(&self) -> bool {
-        matches!(self, Wanted::BuiltIn(Climbers::Native | Climbers::Both))
+        matches!(self, Wanted::BuiltIn(Engines::Native | Engines::Both))
     }
 
     /// Whether YADE's are.
     pub fn yade(&self) -> bool {
-        matches!(self, Wanted::BuiltIn(Climbers::Yade | Climbers::Both))
+        matches!(self, Wanted::BuiltIn(Engines::Yade | Engines::Both))
     }
 }
 
