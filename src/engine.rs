@@ -1,8 +1,9 @@
 //! Engines that are programs of their own: YADE, LAMMPS, LIGGGHTS, and those of users.
 
-mod completeness;
+mod describe;
 pub mod exec;
-mod punch_line;
+mod job;
+pub mod read;
 pub mod watch;
 pub mod yade;
 

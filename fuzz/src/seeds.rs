@@ -243,13 +243,11 @@ fn yade_seed(track: &[Snapshot], case: bool) -> Vec<u8> {
     let mut table = |numbers: &[f64]| {
         numbers
             .iter()
-            .for_each(|of| binary.extend(of.to_ne_bytes()))
+            .for_each(|of| binary.extend(of.to_le_bytes()))
     };
-    if case {
-        let effective = json!({"contacts": [], "mass": track[0].bodies.mass, "inertia": [], "gravity": [0.0, -9.81],
-            "alpha": 0.2, "dt": 1e-5});
-        lines += &format!("{}\n", json!({"effective": 0, "parameters": effective}));
-    }
+    let effective = json!({"contacts": [], "mass": track[0].bodies.mass, "inertia": [], "gravity": [0.0, -9.81],
+        "alpha": 0.2, "dt": 1e-5});
+    let effective = effective.to_string();
     for moment in track {
         let Snapshot {
             step,
@@ -261,17 +259,17 @@ fn yade_seed(track: &[Snapshot], case: bool) -> Vec<u8> {
             table(column);
         }
         for of in contacts {
-            let [fx, fz] = of.force();
             let ids = [f64::from(of.id1), f64::from(of.id2)];
             let [[nx, nz], [x, z]] = [of.normal, of.point];
-            table(&[ids[0], ids[1], of.overlap, nx, nz, fx, fz, x, z]);
+            let forces = [of.normal_force, of.tangential_force];
+            table(&[
+                ids[0], ids[1], of.overlap, forces[0], forces[1], nx, nz, x, z,
+            ]);
         }
-        let mut line = if case {
-            json!({"case": 0, "step": step, "loads": vec![[0.0; 3]; bodies.len()]})
-        } else {
-            json!({"frame": "settle", "step": step})
-        };
-        line["bodies"] = bodies.len().into();
+        let mut line = json!({"stage": "settle", "step": step});
+        if case {
+            line["loads"] = json!(vec![[0.0; 3]; bodies.len()]);
+        }
         line["contacts"] = contacts.len().into();
         line["out_of_plane"] = 0.0.into();
         line["punch"] = serde_json::Value::Null;
@@ -283,11 +281,12 @@ fn yade_seed(track: &[Snapshot], case: bool) -> Vec<u8> {
     let mut parts: Vec<(&str, &[u8])> = Vec::new();
     if case {
         parts.push(("case", b""));
+        parts.push(("effective.json", effective.as_bytes()));
     }
-    parts.push(("frames.jsonl", lines.as_bytes()));
-    parts.push(("done.json", br#"{"steps_by_yade": 10}"#));
+    parts.push(("moments.jsonl", lines.as_bytes()));
+    parts.push(("done.json", br#"{"steps": 10}"#));
     // Its last line's end is taken off again.
     binary.push(b'\n');
-    parts.push(("frames.bin", &binary));
+    parts.push(("tables.bin", &binary));
     join(&parts)
 }

@@ -8,7 +8,7 @@ use grains::timing::ThreadTime;
 
 use super::chosen::Chosen;
 use super::print;
-use crate::engine::exec::Brought;
+use crate::engine::exec::{Brought, usual_limits};
 use crate::engine::watch::Limits;
 use crate::engine::{exec, yade};
 use crate::error::{Error, exit};
@@ -107,10 +107,10 @@ pub struct YadeLimits {
     #[arg(long)]
     yade: Option<PathBuf>,
     /// YADE and exec: longest time for a run, s
-    #[arg(long, default_value_t = yade::Options::default().time_limit.as_secs())]
+    #[arg(long, default_value_t = usual_limits().time.as_secs())]
     time_limit: u64,
     /// YADE and exec: longest time without a sign of life, s
-    #[arg(long, default_value_t = yade::Options::default().stall_limit.as_secs())]
+    #[arg(long, default_value_t = usual_limits().stall.as_secs())]
     stall_limit: u64,
     /// YADE and exec: the most memory of the engine and all that it starts, MB
     #[arg(long, default_value_t = 4096)]
@@ -124,10 +124,7 @@ impl YadeLimits {
     /// Options with these limits and the default order.
     pub fn options(&self) -> yade::Options {
         yade::Options {
-            time_limit: Duration::from_secs(self.time_limit),
-            stall_limit: Duration::from_secs(self.stall_limit),
-            memory_limit: self.memory_limit.saturating_mul(1 << 20),
-            output_limit: self.output_limit.saturating_mul(1 << 20),
+            limits: self.limits(),
             program: self.yade.clone(),
             ..yade::Options::default()
         }
@@ -135,15 +132,18 @@ impl YadeLimits {
 
     /// The program at this path with these limits.
     pub fn exec(&self, program: PathBuf) -> exec::Options {
-        let usual = exec::Options::new(program);
         exec::Options {
-            limits: Limits {
-                time: Duration::from_secs(self.time_limit),
-                stall: Duration::from_secs(self.stall_limit),
-                memory: self.memory_limit.saturating_mul(1 << 20),
-                output: self.output_limit.saturating_mul(1 << 20),
-            },
-            ..usual
+            program,
+            limits: self.limits(),
+        }
+    }
+
+    fn limits(&self) -> Limits {
+        Limits {
+            time: Duration::from_secs(self.time_limit),
+            stall: Duration::from_secs(self.stall_limit),
+            memory: self.memory_limit.saturating_mul(1 << 20),
+            output: self.output_limit.saturating_mul(1 << 20),
         }
     }
 

@@ -8,8 +8,6 @@ pub mod checks;
 pub mod contender;
 pub mod goals;
 pub mod instructions;
-pub mod lammps;
-pub mod liggghts;
 pub mod limits;
 pub mod machine;
 pub mod native;

@@ -4,8 +4,7 @@ use std::path::Path;
 
 use super::{Engine, EngineError, recorded};
 use crate::engine::ProgramError;
-use crate::engine::exec::log as exec_log;
-use crate::engine::yade::log as yade_log;
+use crate::engine::exec::log;
 use crate::files::{FileError, failed, write_beside};
 use crate::progress::Display;
 use crate::run::folder::record::{Protocol, Softened, StepChoice};
@@ -112,11 +111,12 @@ pub fn prepared(
 
 /// An engine that failed leaves its whole log beside where its run folder would have been.
 fn keep_log(engine: &Engine, error: &EngineError, work: &Path, out: &Path, display: &Display) {
-    let (log, end, whose) = match engine {
+    let (end, whose) = match engine {
         Engine::Native(_) => return,
-        Engine::Yade(_) => (yade_log(work), ".yade.log", "YADE's"),
-        Engine::Exec(_) => (exec_log(work), ".engine.log", "the engine's"),
+        Engine::Yade(_) => (".yade.log", "YADE's"),
+        Engine::Exec(_) => (".engine.log", "the engine's"),
     };
+    let log = log(work);
     // An engine that was never started has said nothing.
     let ended = matches!(
         error,

@@ -189,6 +189,9 @@ pub fn most_contacts(grains: u32) -> u64 {
     12 * u64::from(grains) + 64
 }
 
+/// A normal's length may differ from 1 by so much.
+pub const NORMAL_TOLERANCE: f64 = 1.0e-9;
+
 /// Reads the contacts between these bodies, sorted by ids, normals of length 1.
 pub fn read_contacts(path: &Path, ids: BodyIds) -> Result<Vec<Contact>, TableError> {
     let bodies = ids.punch() + 1;
@@ -225,7 +228,7 @@ pub fn read_contacts(path: &Path, ids: BodyIds) -> Result<Vec<Contact>, TableErr
             return bad("pair", pair, "after the pair of the row before");
         }
         before = Some((of.id1, of.id2));
-        if (of.nx.hypot(of.nz) - 1.0).abs() > 1.0e-9 {
+        if (of.nx.hypot(of.nz) - 1.0).abs() > NORMAL_TOLERANCE {
             let normal = format!("({}, {})", of.nx, of.nz);
             return bad("normal", normal, "of length 1");
         }

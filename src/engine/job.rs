@@ -4,9 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
+use serde_json::Value;
 
-use super::PROTOCOL;
-use crate::engine::{ProgramError, nonsense};
+use super::exec::PROTOCOL;
+use super::read::TimedSteps;
+use super::{ProgramError, nonsense};
 use crate::files::{failed, write_whole};
 use crate::run::tables as text;
 use grains::case::Case;
@@ -29,6 +31,8 @@ enum Job<'a> {
         settle: SettleRule,
         loading: Loading,
         punch: Option<GivenPunch>,
+        #[serde(skip_serializing_if = "Value::is_null")]
+        settings: &'a Value,
     },
     Case {
         protocol: u32,
@@ -37,9 +41,21 @@ enum Job<'a> {
         moments: &'a [u64],
         punch: Option<GivenPunch>,
     },
+    Timing {
+        protocol: u32,
+        model: &'a Model,
+        warm_up: u64,
+        steps: u64,
+        shares: u64,
+        under: &'a [String],
+        #[serde(skip_serializing_if = "Value::is_null")]
+        settings: &'a Value,
+    },
     Cases {
         protocol: u32,
         folders: Vec<String>,
+        #[serde(skip_serializing_if = "Value::is_null")]
+        settings: &'a Value,
     },
 }
 
@@ -79,8 +95,13 @@ impl From<Punch> for GivenPunch {
     }
 }
 
-/// Writes scene, grains and job into `work`.
-pub fn write_scene(work: &Path, scene: &Scene, task: &Task) -> Result<(), ProgramError> {
+/// Writes scene, grains and job into `work`; `settings` are those of an adapter, null where there are none.
+pub fn write_scene(
+    work: &Path,
+    scene: &Scene,
+    task: &Task,
+    settings: &Value,
+) -> Result<(), ProgramError> {
     let loading = &scene.loading;
     // A punch that stands still goes on doing so; any other has the scene's speed.
     let punch = task.start.punch.map(|punch| Punch {
@@ -116,6 +137,7 @@ pub fn write_scene(work: &Path, scene: &Scene, task: &Task) -> Result<(), Progra
             steps_standing_still: scene.steps_standing_still(),
         },
         punch: punch.map(GivenPunch::from),
+        settings,
     };
     write_json(&work.join("scene.json"), scene)?;
     write_json(&work.join("job.json"), &job)?;
@@ -132,7 +154,7 @@ fn case_name(index: usize) -> String {
 }
 
 /// Writes a folder for each case into `work`, and the list of them.
-pub fn write_cases(work: &Path, cases: &[&Case]) -> Result<(), ProgramError> {
+pub fn write_cases(work: &Path, cases: &[&Case], settings: &Value) -> Result<(), ProgramError> {
     for (index, case) in cases.iter().enumerate() {
         let folder = case_folder(work, index);
         fs::create_dir(&folder).map_err(failed("create", &folder))?;
@@ -149,8 +171,32 @@ pub fn write_cases(work: &Path, cases: &[&Case]) -> Result<(), ProgramError> {
     let job = Job::Cases {
         protocol: PROTOCOL,
         folders: (0..cases.len()).map(case_name).collect(),
+        settings,
     };
     write_json(&work.join("job.json"), &job)
+}
+
+/// Writes a bed whose steps are to be timed into `work`; the program runs `under` another one, such as valgrind, if any is
+/// named.
+pub fn write_timing(
+    work: &Path,
+    model: &Model,
+    bodies: &Bodies,
+    steps: TimedSteps,
+    under: &[String],
+    settings: &Value,
+) -> Result<(), ProgramError> {
+    let job = Job::Timing {
+        protocol: PROTOCOL,
+        model,
+        warm_up: steps.warm_up,
+        steps: steps.timed,
+        shares: steps.shares,
+        under,
+        settings,
+    };
+    write_json(&work.join("job.json"), &job)?;
+    write_grains(work, bodies)
 }
 
 fn write_grains(work: &Path, bodies: &Bodies) -> Result<(), ProgramError> {
