@@ -21,7 +21,7 @@ pub const EXPLANATIONS: [Explanation; 18] = [
         pattern: "compare/*",
         meaning: "Two runs of one scene agree in what is named last in the id.",
         formula: "Runs that add forces in the same order are held against each other bit by bit, others against the scatter of rounding: \
-            twins of the native run that differ in one last bit at the start.",
+            replicas of the native run that differ in one last bit at the start.",
         source: "docs/determinism.md; src/compare/",
         breaks: "Any change of an operation or of the order of sums in one of the engines. Read `first difference` in the report: it names the first \
             step, grain and number.",
@@ -177,11 +177,8 @@ mod tests {
     #[test]
     fn the_longest_pattern_counts() {
         for (id, pattern) in [
-            (
-                "compare/native-against-yade/same-scene",
-                "compare/*/same-scene",
-            ),
-            ("compare/native-against-yade/bits-of-bodies", "compare/*"),
+            ("compare/sorted-live/same-scene", "compare/*/same-scene"),
+            ("compare/sorted-live/bits-of-bodies", "compare/*"),
             (
                 "compare/a/quantity/settled.height.mean_surface",
                 "compare/*/quantity/*",

@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use crate::checks::{Outcome, verdict};
 use crate::compare::first_difference::Locator;
-use crate::compare::spread::{Spread, TWINS, of_twins};
+use crate::compare::replicas::{REPLICAS, Scatter, of_replicas};
 use crate::compare::{Comparison, compare};
 use crate::engine::yade;
 use crate::error::Error;
@@ -284,14 +284,17 @@ fn run_or_take_over(
     Ok(run)
 }
 
-/// The scatter of twins of the native run, with progress.
-pub fn rounding_spread(native: &RunFolder, display: &Display) -> Result<Spread, Error> {
-    let task = display.task("rounding twins");
+/// The scatter of perturbed replicas of the native run, with progress.
+pub fn rounding_scatter(native: &RunFolder, display: &Display) -> Result<Scatter, Error> {
+    let task = display.task("perturbed replicas");
     let done = AtomicUsize::new(0);
-    let spread = of_twins(native, &|| {
+    let scatter = of_replicas(native, &|| {
         let done = 1 + done.fetch_add(1, Ordering::Relaxed);
-        task.share(done as f64 / TWINS as f64, &format!("{done} of {TWINS}"));
+        task.share(
+            done as f64 / REPLICAS as f64,
+            &format!("{done} of {REPLICAS}"),
+        );
     })?;
     task.done("done");
-    Ok(spread)
+    Ok(scatter)
 }

@@ -44,10 +44,10 @@ fn all_pass(a: &RunFolder, b: &RunFolder) {
     let comparison = compare(a, b, None, None);
     for check in &comparison.checks {
         assert_eq!(
-            check.verdict,
+            check.outcome,
             Verdict::Pass,
             "{}: {}",
-            check.name,
+            check.quantity,
             check.found
         );
     }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
-use crate::files::{FolderLock, failed, free_folder, write_folder, write_whole};
+use crate::files::{FileError, FolderLock, failed, free_folder, write_folder, write_whole};
 use crate::report::figure::{PAGE, Page};
 
 /// The folder of a long job, which is taken up again there. Its record is written last of all and says that it is
@@ -41,6 +41,10 @@ impl JobFolder {
         };
         std::fs::create_dir_all(&folder).map_err(failed("create", &folder))?;
         let lock = FolderLock::of(&folder)?;
+        // Another process may have finished the job between the two.
+        if folder.join(record).exists() {
+            return Err(Error::File(FileError::Busy { path: folder }));
+        }
         Ok((folder, lock))
     }
 

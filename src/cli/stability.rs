@@ -156,7 +156,7 @@ fn in_words(map: &Map) -> String {
             .iter()
             .filter(|check| check.verdict != Verdict::Pass)
         {
-            text += &super::compare::check_line(check);
+            text += &format!("{} {}: {}\n", mark(check.verdict), check.name, check.found);
         }
     }
     text + &format!(

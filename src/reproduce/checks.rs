@@ -2,8 +2,7 @@
 
 use super::record::Reproduction;
 use crate::checks::{Check, Measured, Outcome, slug};
-use crate::compare;
-use crate::compare::spread::quantities;
+use crate::compare::replicas::quantities;
 use crate::paper::{Finding, Number};
 use crate::run::folder::RunFolder;
 use crate::suite::parameters::pair_checks;
@@ -20,7 +19,7 @@ pub fn all(of: &Reproduction) -> Vec<Check> {
     let compared = Check::of_words("compare/made", what, outcome, found);
     let mut checks = vec![compared.required()];
     for named in &of.comparisons {
-        checks.extend(compare::checks::checks(&named.id, &named.comparison));
+        checks.extend(named.comparison.all_checks(&named.id));
     }
     for fault in &of.faults {
         let id = format!("faults/{}", fault.fault.replace('=', "-"));

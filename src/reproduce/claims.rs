@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use crate::compare::spread::quantities;
+use crate::compare::replicas::quantities;
 use crate::paper::boussinesq::published_stress;
 use crate::run::folder::RunFolder;
 use grains::scene::paper_scene;

@@ -3,7 +3,7 @@
 use std::thread;
 
 use super::record::RunSummary;
-use super::{Job, Options, rounding_spread, run_or_take_over};
+use super::{Job, Options, rounding_scatter, run_or_take_over};
 use crate::checks::Outcome;
 use crate::compare::{Yardstick, compare};
 use crate::engine::yade;
@@ -65,8 +65,8 @@ impl Job<'_> {
             let others = scope.spawn(|| {
                 let ordinary = ordinary_run("yade-ordinary", 1.0)?;
                 let control = ordinary_run("yade-ordinary-control", CONTROL_DISTANCE)?;
-                let spread = rounding_spread(native, display)?;
-                Ok::<_, Error>((ordinary, control, spread))
+                let scatter = rounding_scatter(native, display)?;
+                Ok::<_, Error>((ordinary, control, scatter))
             });
             let sorted = sorted_run(options, display, &options.scene, "yade-sorted");
             let others = match others.join() {
@@ -76,7 +76,7 @@ impl Job<'_> {
             (sorted, others)
         });
         let sorted = sorted?;
-        let (ordinary, control, spread) = others?;
+        let (ordinary, control, scatter) = others?;
         for (name, run) in [
             ("yade-sorted", &sorted),
             ("yade-ordinary", &ordinary),
@@ -93,7 +93,7 @@ impl Job<'_> {
         );
         let yardstick = Yardstick {
             control: Some(&control),
-            spread: &spread,
+            scatter: &scatter,
         };
         self.compare(
             ORDINARY,

@@ -1,13 +1,14 @@
 //! A scene of the map on its way to a row: predicted, found and judged.
 
 use super::growth::{Disturbed, Found};
+use super::map::Check;
 use super::map::{ALLOWED, ALPHA, Limits, Row, Wanted};
 use super::network::Network;
 use super::proposals::by_formula;
 use super::rounds::Search;
 use super::scenes::MapScene;
 use super::spectrum::{fastest_mode, limit};
-use crate::compare::{Check, Verdict};
+use crate::compare::Verdict;
 use grains::case::Case;
 use grains::native::NativeError;
 

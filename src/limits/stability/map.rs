@@ -10,7 +10,7 @@ use super::failures::{Failure, failures};
 use super::growth::Found;
 use super::others::{look_in_exec, look_in_yade};
 use super::scenes::{ClosedForm, small};
-use crate::compare::{Check, Verdict};
+use crate::compare::Verdict;
 use crate::engine::exec::{Brought, Description};
 use crate::engine::yade::{self, Proposal};
 use crate::error::Error;
@@ -118,6 +118,17 @@ pub struct Row {
     pub not_made: Option<String>,
     /// What is judged.
     pub checks: Vec<Check>,
+}
+
+/// One check with what it rests on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Check {
+    /// What is checked.
+    pub name: String,
+    /// What that amounts to.
+    pub verdict: Verdict,
+    /// What was found, in words and figures.
+    pub found: String,
 }
 
 /// How many checks, by verdict.

@@ -1,6 +1,6 @@
 //! Histories of the runs of a job on top of each other, and how rounding parts them.
 
-use crate::compare::parting::Separation;
+use crate::compare::divergence::Separation;
 use crate::error::Error;
 use crate::report::chart::{BLUE, Chart, Corner, GREEN, VERMILION};
 use crate::report::figure::{Figure, circles, line};
@@ -79,11 +79,11 @@ pub fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
 
 /// How rounding differences grow, where an ordinary pair was run.
 pub fn separation(reproduction: &Reproduction) -> Result<Option<Figure>, Error> {
-    let partings = reproduction
+    let divergences = reproduction
         .comparisons
         .iter()
-        .find_map(|named| named.comparison.partings.as_ref());
-    let Some(partings) = partings else {
+        .find_map(|named| named.comparison.divergences.as_ref());
+    let Some(divergences) = divergences else {
         return Ok(None);
     };
     let largest = |curve: &[Separation]| {
@@ -99,8 +99,8 @@ pub fn separation(reproduction: &Reproduction) -> Result<Option<Figure>, Error> 
         logarithmic: [false, true],
         legend: Corner::LowerRight,
         series: vec![
-            line("native, YADE", BLUE, largest(&partings.engines.curve)),
-            line("YADE, YADE", VERMILION, largest(&partings.control.curve)),
+            line("native, YADE", BLUE, largest(&divergences.engines.curve)),
+            line("YADE, YADE", VERMILION, largest(&divergences.control.curve)),
         ],
     };
     // A scene too short for rounding to matter has no curve to draw.

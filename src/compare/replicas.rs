@@ -1,106 +1,100 @@
 //! How far measured quantities scatter between runs that differ in one last bit at the start: the
 //! yardstick for runs whose bits cannot agree.
 
+use evidence::moments;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::Verdict;
-use super::parting::Parting;
+use super::divergence::Divergence;
+use crate::checks::Outcome;
 use crate::run::folder::{Moment, RunFolder};
 use crate::run::{Engine, EngineError, recorded};
 use grains::measure::{self, Quantity};
 use grains::native;
 use grains::tables::Bodies;
 
-/// Twins that the spread is estimated from.
-pub const TWINS: usize = 12;
+/// Perturbed replicas that the spread is estimated from.
+pub const REPLICAS: usize = 12;
 
 /// The chance that any of the quantities of a comparison is called different though nothing is.
 pub const FALSE_ALARM: f64 = 0.01;
 
 /// Scatter of one quantity.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct QuantitySpread {
+pub struct QuantityScatter {
     /// The quantity, as in [`Quantity`].
     pub key: String,
-    /// Over the twins, in the quantity's unit.
+    /// Over the replicas, in the quantity's unit.
     pub mean: f64,
-    /// Sample standard deviation over the twins.
-    pub deviation: f64,
+    /// Sample standard deviation over the replicas.
+    pub standard_deviation: f64,
     /// How many there are.
-    pub twins: usize,
+    pub replicas: usize,
 }
 
-/// Scatter of every quantity that all twins have.
+/// Scatter of every quantity that all replicas have.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Spread {
-    /// In the order of the first twin.
-    pub quantities: Vec<QuantitySpread>,
+pub struct Scatter {
+    /// In the order of the first replica.
+    pub quantities: Vec<QuantityScatter>,
 }
 
-impl Spread {
-    /// From the quantities of several twins.
-    pub fn of(twins: &[Vec<Quantity>]) -> Self {
-        let Some(first) = twins.first() else {
-            return Spread {
+impl Scatter {
+    /// From the quantities of several replicas.
+    pub fn of(replicas: &[Vec<Quantity>]) -> Self {
+        let Some(first) = replicas.first() else {
+            return Scatter {
                 quantities: Vec::new(),
             };
         };
         let quantities = first.iter().filter_map(|quantity| {
-            let values: Option<Vec<f64>> = twins
+            let values: Option<Vec<f64>> = replicas
                 .iter()
-                .map(|twin| {
-                    let same = twin.iter().find(|other| other.key == quantity.key);
+                .map(|replica| {
+                    let same = replica.iter().find(|other| other.key == quantity.key);
                     same.map(|same| same.value)
                 })
                 .collect();
             let values = values?;
-            let count = values.len() as f64;
-            let mean = values.iter().sum::<f64>() / count;
-            let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-            Some(QuantitySpread {
+            Some(QuantityScatter {
                 key: quantity.key.clone(),
-                mean,
-                deviation: (squares / (count - 1.0)).sqrt(),
-                twins: values.len(),
+                mean: moments::mean(&values),
+                standard_deviation: moments::deviation(&values),
+                replicas: values.len(),
             })
         });
-        Spread {
+        Scatter {
             quantities: quantities.collect(),
         }
     }
 
     /// The most that two runs may differ in this quantity: t·s·√2, with Student's t at the false-alarm
-    /// rate shared among all quantities (Bonferroni). None for an unknown quantity or too few twins.
+    /// rate shared among all quantities (Bonferroni). None for an unknown quantity or too few replicas.
     pub fn allowed(&self, key: &str) -> Option<f64> {
         let of = self.quantities.iter().find(|of| of.key == key)?;
-        let freedom = of.twins.checked_sub(1).filter(|freedom| *freedom > 0)? as f64;
+        let freedom = of.replicas.checked_sub(1).filter(|freedom| *freedom > 0)? as f64;
         let student = StudentsT::new(0.0, 1.0, freedom).ok()?;
         let tail = 0.5 * FALSE_ALARM / self.quantities.len() as f64;
-        Some(student.inverse_cdf(1.0 - tail) * of.deviation * std::f64::consts::SQRT_2)
+        Some(student.inverse_cdf(1.0 - tail) * of.standard_deviation * std::f64::consts::SQRT_2)
     }
 
-    /// Whether a value that is no twin's is within what twins scatter about their mean.
-    pub fn judge(&self, key: &str, value: Option<f64>) -> (Verdict, String) {
+    /// Whether the value of another run is within what replicas scatter about their mean.
+    pub fn judge(&self, key: &str, value: Option<f64>) -> (Outcome, String) {
         let Some(value) = value else {
-            let found = format!("{key}: the runs do not part far enough to measure it");
-            return (Verdict::Skipped, found);
+            let found = format!("{key}: the runs do not diverge far enough to measure it");
+            return (Outcome::Skipped, found);
         };
         let of = self.quantities.iter().find(|of| of.key == key);
         let Some((of, allowed)) = of.zip(self.allowed(key)) else {
-            let found = format!("{key}: {value:.3}; no scatter of twins");
-            return (Verdict::Skipped, found);
+            let found = format!("{key}: {value:.3}; no scatter of replicas");
+            return (Outcome::Skipped, found);
         };
-        let verdict = if (value - of.mean).abs() <= allowed {
-            Verdict::Pass
-        } else {
-            Verdict::Fail
-        };
+        let outcome = Outcome::pass_if((value - of.mean).abs() <= allowed);
         let found = format!(
-            "{key}: {value:.3}, twins {:.3}, allowed a difference of {allowed:.3}",
+            "{key}: {value:.3}, replicas {:.3}, allowed a difference of {allowed:.3}",
             of.mean
         );
-        (verdict, found)
+        (outcome, found)
     }
 }
 
@@ -133,24 +127,24 @@ pub fn quantities(run: &RunFolder) -> Vec<Quantity> {
     quantities
 }
 
-/// Runs `TWINS` native twins of a native run: twin k starts with grain 0 moved by k+1 floating-point
-/// numbers in x. Scatters their measures, and how each parts from the run. `done` hears of each
+/// Runs `REPLICAS` native replicas of a native run: replica k starts with grain 0 moved by k+1 floating-point
+/// numbers in x. Scatters their measures, and how each diverges from the run. `done` hears of each
 /// that is finished.
-pub fn of_twins(run: &RunFolder, done: &(dyn Fn() + Sync)) -> Result<Spread, EngineError> {
-    let threads = std::thread::available_parallelism().map_or(1, |count| count.get().min(TWINS));
+pub fn of_replicas(run: &RunFolder, done: &(dyn Fn() + Sync)) -> Result<Scatter, EngineError> {
+    let threads = std::thread::available_parallelism().map_or(1, |count| count.get().min(REPLICAS));
     let next = std::sync::atomic::AtomicUsize::new(0);
     let worker = || -> Result<Vec<(usize, Vec<Quantity>)>, EngineError> {
         let mut mine = Vec::new();
         loop {
-            let twin = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            if twin >= TWINS {
+            let replica = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            if replica >= REPLICAS {
                 return Ok(mine);
             }
             let engine = Engine::Native(native::Options::default());
-            let start = nudged(&run.initial, twin as u64 + 1);
+            let start = nudged(&run.initial, replica as u64 + 1);
             // The native engine leaves nothing in its work folder.
             let nowhere = std::path::Path::new("");
-            let of_twin = recorded(
+            let of_replica = recorded(
                 &run.scene,
                 &engine,
                 run.record.protocol,
@@ -158,9 +152,9 @@ pub fn of_twins(run: &RunFolder, done: &(dyn Fn() + Sync)) -> Result<Spread, Eng
                 nowhere,
                 &mut |_, _, _| {},
             )?;
-            let mut measured = quantities(&of_twin);
-            measured.extend(Parting::of(run, &of_twin).quantities());
-            mine.push((twin, measured));
+            let mut measured = quantities(&of_replica);
+            measured.extend(Divergence::of(run, &of_replica).quantities());
+            mine.push((replica, measured));
             done();
         }
     };
@@ -174,13 +168,13 @@ pub fn of_twins(run: &RunFolder, done: &(dyn Fn() + Sync)) -> Result<Spread, Eng
             })
             .collect()
     });
-    let mut twins = Vec::new();
+    let mut replicas = Vec::new();
     for result in results {
-        twins.extend(result?);
+        replicas.extend(result?);
     }
-    twins.sort_by_key(|(twin, _)| *twin);
-    let twins: Vec<Vec<Quantity>> = twins.into_iter().map(|(_, of)| of).collect();
-    Ok(Spread::of(&twins))
+    replicas.sort_by_key(|(replica, _)| *replica);
+    let replicas: Vec<Vec<Quantity>> = replicas.into_iter().map(|(_, of)| of).collect();
+    Ok(Scatter::of(&replicas))
 }
 
 /// The same start with one coordinate moved up by a few floating-point numbers.
