@@ -161,6 +161,48 @@ impl Check {
     }
 }
 
+impl Check {
+    /// What is measured, its value, what it must be, and what was found.
+    pub fn in_a_line(&self) -> String {
+        let mut line = self.quantity.clone();
+        let unit = if self.unit == "1" { "" } else { &self.unit };
+        if let Some(value) = self.value {
+            line += format!(": {} {unit}", number(value)).trim_end();
+        }
+        match (self.lower.map(number), self.upper.map(number)) {
+            (Some(lower), Some(upper)) if lower == upper => line += &format!(", must be {lower}"),
+            (Some(lower), Some(upper)) => line += &format!(", must be {lower} to {upper}"),
+            (Some(lower), None) => line += &format!(", must be at least {lower}"),
+            (None, Some(upper)) => line += &format!(", must be at most {upper}"),
+            (None, None) => {}
+        }
+        if !self.found.is_empty() {
+            line += &format!("; {}", self.found);
+        }
+        line
+    }
+}
+
+impl Outcome {
+    /// As the verdict of a job.
+    pub fn verdict(self) -> &'static str {
+        match self {
+            Outcome::Pass => "Agreed",
+            Outcome::Fail => "Different",
+            Outcome::Skipped | Outcome::ExpectedFailure => "Incomplete",
+        }
+    }
+}
+
+/// All digits, as a power of ten where zeros would be many.
+fn number(value: f64) -> String {
+    if value == 0.0 || (1.0e-4..1.0e7).contains(&value.abs()) {
+        value.to_string()
+    } else {
+        format!("{value:e}")
+    }
+}
+
 /// A cost that travels between machines: a ratio of times in one run, or a number of instructions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

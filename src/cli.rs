@@ -46,7 +46,7 @@ enum Command {
     Paper(paper::Arguments),
     /// The continuum's stress at the control points: half-space, layer and box, uniform load and rigid punch
     Continuum(continuum::Arguments),
-    /// The paper's figures from our own numbers, each as SVG, PNG and CSV
+    /// The paper's figures from our own numbers, each as SVG and CSV
     Figures(figures::Arguments),
     /// Print the paper's scene, check a scene file, print the JSON Schema of scenes
     #[command(subcommand)]
@@ -124,7 +124,7 @@ impl Arguments {
 fn print(text: &str) -> Result<(), Error> {
     use std::io::Write;
     let mut out = std::io::stdout().lock();
-    out.write_all(crate::progress::shown(text).as_bytes())?;
+    out.write_all(crate::document::harmless(text).as_bytes())?;
     out.flush()?;
     Ok(())
 }

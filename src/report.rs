@@ -30,7 +30,6 @@
 mod axis;
 pub mod bench;
 pub mod chart;
-pub mod check_files;
 pub mod claims;
 mod contours;
 mod difference;
@@ -53,7 +52,7 @@ pub mod stability;
 mod svg;
 mod views;
 
-pub use html::{Page, check_lines, page, terminal};
+pub use html::{Page, check_lines, markdown, page, terminal};
 pub use svg::svg;
 
 /// The style of all pages.

@@ -91,7 +91,10 @@ fn a_regression_shows_in_words_files_and_exit_code() {
         ])
     };
     let (code, out, _) = diff(&before);
-    assert!(code == 0 && out.contains("NOTHING WORSE"), "{out}");
+    assert!(
+        code == 0 && out.contains("AGREED: Nothing is worse than in main"),
+        "{out}"
+    );
 
     let broken = [
         ("compare/a/height", 1.7, "fail"),
@@ -101,12 +104,28 @@ fn a_regression_shows_in_words_files_and_exit_code() {
     let broken = record(folder.path(), "broken.json", &broken, 60.0);
     let (code, out, _) = diff(&broken);
     assert!(code == 1 && out.contains("WORSE"), "{out}");
-    let first = out.lines().next().expect("a line");
-    assert!(first.contains("new failure compare/a/height"), "{out}");
-    assert!(out.contains("moved by 0.400 of its tolerance"), "{out}");
+    let line = |words: &str| {
+        out.lines()
+            .find(|line| line.contains(words))
+            .expect("a row")
+    };
+    assert!(
+        line("compare/a/height")
+            .trim_start()
+            .starts_with("NEW FAILURE"),
+        "{out}"
+    );
+    let moved = line("faults/wall");
+    assert!(
+        moved.contains("moved within tolerance") && moved.ends_with("0.4"),
+        "{out}"
+    );
 
     let (code, out, _) = diff(&record(folder.path(), "fewer.json", &sound[..2], 60.0));
-    assert!(code == 3 && out.contains("removed gone"), "{out}");
+    assert!(
+        code == 3 && out.contains("1 removed") && out.contains("  removed  gone "),
+        "{out}"
+    );
     let (code, out, _) = diff(&record(folder.path(), "slow.json", &sound, 30.0));
     assert!(
         code == 1 && out.contains("slower") && out.contains("2.000 times the cost"),
@@ -138,7 +157,7 @@ fn a_regression_shows_in_words_files_and_exit_code() {
     assert_eq!(fs::read_to_string(table).expect("CSV").lines().count(), 4);
     let summary = fs::read_to_string(summary).expect("Markdown");
     assert!(
-        summary.starts_with("an earlier step\n## reproduce: FAIL"),
+        summary.starts_with("an earlier step\n## reproduce: Different"),
         "{summary}"
     );
 }
@@ -273,4 +292,24 @@ fn shells_and_man_are_told_the_command_line() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (code, ..) = run(&["man", "--out", path(folder.path())]);
     assert!(code == 0 && folder.path().join("crossgrain-reproduce.1").exists());
+}
+
+/// What has the name of a file that is written to is written into where it is no file, and stays what it is.
+#[test]
+fn a_pipe_is_written_into_and_not_replaced() {
+    use std::os::unix::fs::FileTypeExt;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let record = record(folder.path(), "run.json", &[("a", 1.0, "pass")], 60.0);
+    for (option, words) in [("--junit", "<testsuites"), ("--csv", "outcome,id")] {
+        let pipe = folder.path().join(&option[2..]);
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.is_ok_and(|made| made.success()));
+        let from = pipe.clone();
+        let reader = std::thread::spawn(move || fs::read_to_string(from).expect("text"));
+        let (code, out, err) = run(&["checks", path(&record), option, path(&pipe)]);
+        assert_eq!(code, 0, "{out}{err}");
+        let kind = fs::symlink_metadata(&pipe).expect("is there").file_type();
+        assert!(kind.is_fifo(), "{option} replaced the pipe");
+        assert!(reader.join().expect("reads").contains(words));
+    }
 }

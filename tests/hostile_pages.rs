@@ -68,12 +68,15 @@ fn pages_and_files_of_a_job_hold_names_as_text() {
     nothing_obeyed(folder.path(), &output);
     let junit = read("j.xml");
     no_markup("JUnit", &junit);
-    let report = quick_junit::Report::deserialize_from_str(&junit).expect("XML");
+    let report = roxmltree::Document::parse(&junit).expect("XML");
+    let cases = report
+        .descendants()
+        .filter(|node| node.has_tag_name("testcase"));
     let mut table = csv::Reader::from_path(folder.path().join("c.csv")).expect("a table");
     let rows = table
         .records()
         .map(|row| row.expect("as many cells as columns"));
-    assert_eq!(rows.count(), report.tests);
+    assert_eq!(rows.count(), cases.count());
     no_markup("the summary", &read("s.md"));
 }
 

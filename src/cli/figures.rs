@@ -8,7 +8,7 @@ use super::print;
 use crate::error::{Error, exit};
 use crate::files::{failed, free_folder};
 use crate::paper::disc_field::figure_4;
-use crate::report::figure_files::{SCALE, figure_files};
+use crate::report::figure_files::figure_files;
 use crate::report::figures::{bulbs, chains, distributions, inside_a_grain, sharings};
 use crate::study::campaign::merged;
 use crate::study::figures::{loaded_bed, samples, setup_of};
@@ -21,7 +21,7 @@ const DEFAULT_OUT: &str = "out/figures";
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Each figure is written as SVG, PNG and CSV; files of the same names in --out are replaced.\n\n\
+    after_help = "Each figure is written as SVG and CSV; files of the same names in --out are replaced.\n\n\
     Examples:\n  crossgrain figures\n  crossgrain figures --campaign thousand --out figures"
 )]
 pub struct Arguments {
@@ -31,19 +31,10 @@ pub struct Arguments {
     /// The folder to write
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Pixels of PNG for a unit of SVG
-    #[arg(long, default_value_t = SCALE)]
-    scale: f32,
 }
 
 impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
-        if !(0.1..=10.0).contains(&self.scale) {
-            return Err(Error::Usage(format!(
-                "--scale is {}, and must be from 0.1 to 10",
-                self.scale
-            )));
-        }
         // Before anything is run or written.
         let campaign = self.campaign.as_deref().map(merged).transpose()?;
         let scene = match &campaign {
@@ -73,16 +64,13 @@ impl Arguments {
         std::fs::create_dir_all(&out).map_err(failed("create", &out))?;
         let mut text = String::new();
         for figure in &figures {
-            figure_files(&out, &figure.name, &figure.svg, &figure.csv, self.scale)?;
+            figure_files(&out, &figure.name, &figure.svg, &figure.csv)?;
             text += &format!("{}: {}\n", figure.name, figure.caption);
         }
         if !has_all {
             text += "figure-5 is of a campaign's members: name one with --campaign\n";
         }
-        print(&format!(
-            "{text}SVG, PNG and CSV of each in {}\n",
-            out.display()
-        ))?;
+        print(&format!("{text}SVG and CSV of each in {}\n", out.display()))?;
         Ok(exit::AGREED)
     }
 }

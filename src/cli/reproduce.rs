@@ -137,7 +137,7 @@ impl Arguments {
         FOLDER.finish(&out, &page, &text)?;
         let mut words = in_words(&reproduction, &record, &out);
         if let Some(diff) = &diff {
-            words += &super::baseline::in_words(diff, false);
+            words += &crate::report::terminal(&diff.document(false));
         }
         print(&words)?;
         let worse = diff.is_some_and(|diff| diff.verdict == Verdict::Fail);

@@ -2,6 +2,7 @@
 
 pub mod checks;
 pub mod diff;
+mod document;
 mod pace;
 
 use std::path::{Path, PathBuf};

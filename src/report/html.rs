@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use super::svg::svg;
-use super::views::words;
+use super::views::{in_markdown, words};
 use super::{SCRIPT, STYLE};
 use crate::checks::{Check, Outcome, Tally, slug};
 use crate::document::{Block, Cell, Document, Section, Table, harmless};
@@ -242,6 +242,50 @@ pub fn terminal(document: &Document) -> String {
     harmless(&text).into_owned()
 }
 
+/// A document as the summary of a job in Markdown: verdict and answer, the sections' tables, and the checks that did not pass.
+pub fn markdown(document: &Document) -> String {
+    let Document {
+        title,
+        verdict,
+        answer,
+        sections,
+        checks,
+    } = document;
+    let mut text = format!(
+        "## {}: {}\n\n{}\n",
+        in_markdown(title),
+        verdict.verdict(),
+        in_markdown(answer)
+    );
+    if !checks.is_empty() {
+        let _ = write!(text, "\n{}.\n", Tally::of(checks));
+    }
+    for section in sections.iter().filter(|section| !section.details) {
+        let _ = write!(text, "\n### {}\n", in_markdown(&section.title));
+        if !section.answer.is_empty() {
+            let _ = write!(text, "\n{}\n", in_markdown(&section.answer));
+        }
+        for block in &section.blocks {
+            let _ = match block {
+                Block::Text(words) => write!(text, "\n{}\n", in_markdown(words)),
+                Block::Table(table) => write!(text, "\n{}", table.markdown(MOST_CHECKS)),
+                Block::Plot(_) | Block::Drawing(_) => Ok(()),
+            };
+        }
+    }
+    for outcome in [Outcome::Fail, Outcome::Skipped, Outcome::ExpectedFailure] {
+        let of: Vec<&Check> = checks
+            .iter()
+            .filter(|check| check.outcome == outcome)
+            .collect();
+        if !of.is_empty() {
+            let rows = short_table(&of).markdown(MOST_CHECKS);
+            let _ = write!(text, "\n### {} ({})\n\n{rows}", outcome.word(), of.len());
+        }
+    }
+    text
+}
+
 /// A line a check, failures first; those that passed, and more than a screen of one kind, only where `all` are wanted.
 pub fn check_lines(checks: &[Check], all: bool) -> String {
     let mut text = String::new();
@@ -334,48 +378,6 @@ impl Table {
     }
 }
 
-impl Check {
-    /// What is measured, its value, what it must be, and what was found.
-    pub fn in_a_line(&self) -> String {
-        let mut line = self.quantity.clone();
-        let unit = if self.unit == "1" { "" } else { &self.unit };
-        if let Some(value) = self.value {
-            line += format!(": {} {unit}", number(value)).trim_end();
-        }
-        match (self.lower.map(number), self.upper.map(number)) {
-            (Some(lower), Some(upper)) if lower == upper => line += &format!(", must be {lower}"),
-            (Some(lower), Some(upper)) => line += &format!(", must be {lower} to {upper}"),
-            (Some(lower), None) => line += &format!(", must be at least {lower}"),
-            (None, Some(upper)) => line += &format!(", must be at most {upper}"),
-            (None, None) => {}
-        }
-        if !self.found.is_empty() {
-            line += &format!("; {}", self.found);
-        }
-        line
-    }
-}
-
-impl Outcome {
-    /// As the verdict of a job.
-    pub fn verdict(self) -> &'static str {
-        match self {
-            Outcome::Pass => "Agreed",
-            Outcome::Fail => "Different",
-            Outcome::Skipped | Outcome::ExpectedFailure => "Incomplete",
-        }
-    }
-}
-
-/// All digits, as a power of ten where zeros would be many.
-fn number(value: f64) -> String {
-    if value == 0.0 || (1.0e-4..1.0e7).contains(&value.abs()) {
-        value.to_string()
-    } else {
-        format!("{value:e}")
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -455,6 +457,18 @@ mod tests {
             );
         }
         assert!(page.html.contains("It falls: there is nothing to draw"));
+    }
+
+    #[test]
+    fn a_summary_has_what_did_not_pass() {
+        let text = markdown(&document());
+        assert!(
+            text.starts_with("## A job \\& its \\<title\\>: Different\n\nIt fell.\n"),
+            "{text}"
+        );
+        let rows =
+            "### FAIL (1)\n\n| check | found |\n| --- | --- |\n| `a/bad` | height; \\<it\\> |\n";
+        assert!(text.contains("| 1 |") && text.ends_with(rows), "{text}");
     }
 
     #[test]

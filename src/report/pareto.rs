@@ -6,7 +6,7 @@ mod scatter;
 use serde::Serialize;
 
 use self::scatter::{Dot, Scatter};
-use super::chart::{BLUE, Chart, Corner, GREEN, VERMILION};
+use super::chart::{BLUE, Chart, GREEN, VERMILION};
 use super::figure::{Figure, Page, line};
 use super::shell;
 use crate::error::Error;
@@ -387,7 +387,6 @@ fn convergence(record: &Pareto) -> Result<Option<Figure>, Error> {
         x: "time step over √(m/k)".to_owned(),
         y: "error".to_owned(),
         logarithmic: [true, true],
-        legend: Corner::LowerRight,
         series: series
             .map(|((case, name), colour)| line(name, colour, case.points.clone()))
             .collect(),

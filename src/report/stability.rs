@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::chart::{BLUE, Chart, Corner, GREEN, VERMILION};
+use super::chart::{BLUE, Chart, GREEN, VERMILION};
 use super::figure::{Figure, Page, circles, line};
 use super::shell;
 use crate::compare::Verdict;
@@ -138,7 +138,6 @@ fn figures(map: &Map) -> Result<Vec<Figure>, Error> {
         x: "scene, by its number in the table".to_owned(),
         y: "found over predicted, % apart".to_owned(),
         logarithmic: [false, false],
-        legend: Corner::LowerRight,
         series: vec![
             line("allowed", BLUE, frame),
             circles("native", VERMILION, both(|of| of.native)),
@@ -158,7 +157,6 @@ fn figures(map: &Map) -> Result<Vec<Figure>, Error> {
         x: "scene, by its number in the table".to_owned(),
         y: "step over the limit".to_owned(),
         logarithmic: [false, false],
-        legend: Corner::UpperLeft,
         series: vec![
             line("the limit", BLUE, level(1.0)),
             circles("PWaveTimeStep", VERMILION, chosen(|of| of.p_wave)),

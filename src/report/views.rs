@@ -146,14 +146,7 @@ impl Table {
         text += &row(numbers.collect());
         for cells in self.rows.iter().take(most) {
             let cell = |cell: &Cell| match cell {
-                Cell::Code(code) => {
-                    format!(
-                        "`{}`",
-                        harmless(code)
-                            .replace(['`', '|'], "'")
-                            .replace(['\n', '\t'], " ")
-                    )
-                }
+                Cell::Code(code) => code_in_markdown(code),
                 cell => in_markdown(&cell.shown()),
             };
             text += &row(cells.iter().map(cell).collect());
@@ -228,8 +221,21 @@ fn no_formula(text: &str) -> String {
     }
 }
 
-/// Text in a Markdown table.
+fn code_in_markdown(code: &str) -> String {
+    let code = harmless(code).replace(['`', '|'], "'");
+    format!("`{}`", code.replace(['\n', '\t'], " "))
+}
+
+/// Text in Markdown, in one line; what stands between a pair of backticks is code.
 pub fn in_markdown(text: &str) -> String {
+    let parts: Vec<&str> = text.split('`').collect();
+    if parts.len() > 2 && parts.len() % 2 == 1 {
+        let part = |(index, part): (usize, &&str)| match index % 2 {
+            0 => in_markdown(part),
+            _ => code_in_markdown(part),
+        };
+        return parts.iter().enumerate().map(part).collect();
+    }
     let mut safe = String::with_capacity(text.len());
     for letter in harmless(text).chars() {
         match letter {

@@ -2,7 +2,7 @@
 
 use crate::compare::divergence::Separation;
 use crate::error::Error;
-use crate::report::chart::{BLUE, Chart, Corner, GREEN, VERMILION};
+use crate::report::chart::{BLUE, Chart, GREEN, VERMILION};
 use crate::report::figure::{Figure, circles, line};
 use crate::reproduce::Runs;
 use crate::reproduce::record::Reproduction;
@@ -34,7 +34,6 @@ pub fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
                 x: "time since pouring began, s".to_owned(),
                 y: "kinetic energy, J".to_owned(),
                 logarithmic: [false, true],
-                legend: Corner::UpperRight,
                 series: column(Stage::Settle, |row| Some((row.time, row.kinetic_energy))),
             },
             "Settling: the kinetic energy falls until the settle rule holds",
@@ -45,7 +44,6 @@ pub fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
                 x: "time since pouring began, s".to_owned(),
                 y: "unbalanced force".to_owned(),
                 logarithmic: [false, true],
-                legend: Corner::UpperRight,
                 series: column(Stage::Settle, |row| {
                     row.unbalanced_force.map(|force| (row.time, force))
                 }),
@@ -60,7 +58,6 @@ pub fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
                 x: "punch depth, mm".to_owned(),
                 y: "force on the punch, N".to_owned(),
                 logarithmic: [false, false],
-                legend: Corner::UpperLeft,
                 series: column(Stage::Load, |row| {
                     row.punch_depth
                         .zip(row.punch_force)
@@ -97,7 +94,6 @@ pub fn separation(reproduction: &Reproduction) -> Result<Option<Figure>, Error> 
         x: "step of pouring".to_owned(),
         y: "largest separation over R".to_owned(),
         logarithmic: [false, true],
-        legend: Corner::LowerRight,
         series: vec![
             line("native, YADE", BLUE, largest(&divergences.engines.curve)),
             line("YADE, YADE", VERMILION, largest(&divergences.control.curve)),
