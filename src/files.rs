@@ -82,14 +82,7 @@ pub fn work_folder() -> Result<tempfile::TempDir, FileError> {
 /// Reads at most `limit` bytes of text. A name that ends in `.gz` is unpacked, the limit then
 /// holding for the unpacked text.
 pub fn read_text(path: &Path, limit: u64) -> Result<String, FileError> {
-    // Asked before opening: opening a pipe would wait for a writer.
-    let kind = fs::metadata(path).map_err(failed("open", path))?;
-    if !kind.is_file() {
-        return Err(FileError::NotAFile {
-            path: path.to_owned(),
-        });
-    }
-    let file = fs::File::open(path).map_err(failed("open", path))?;
+    let file = regular(path)?;
     let mut bytes = Vec::new();
     let mut bounded: Box<dyn Read> = if path.extension().is_some_and(|end| end == "gz") {
         // Of all that was packed, one after the other; what follows and is not packed is an error.
@@ -109,6 +102,17 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, FileError> {
     String::from_utf8(bytes).map_err(|_| FileError::NotText {
         path: path.to_owned(),
     })
+}
+
+/// Opens a regular file for reading. Asked before opening: opening a pipe would wait for a writer.
+pub fn regular(path: &Path) -> Result<fs::File, FileError> {
+    let kind = fs::metadata(path).map_err(failed("open", path))?;
+    if !kind.is_file() {
+        return Err(FileError::NotAFile {
+            path: path.to_owned(),
+        });
+    }
+    fs::File::open(path).map_err(failed("open", path))
 }
 
 /// The text that these packed bytes hold; `path` says where they come from.
@@ -232,7 +236,7 @@ pub fn free_folder(wanted: &Path, finished: &str) -> PathBuf {
 
 /// SHA-256 of a file's bytes, in hexadecimal.
 pub fn file_digest(path: &Path) -> Result<String, FileError> {
-    let mut file = fs::File::open(path).map_err(failed("open", path))?;
+    let mut file = regular(path)?;
     let mut hash = Sha256::new();
     let mut block = vec![0; 1 << 16];
     loop {

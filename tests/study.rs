@@ -371,3 +371,18 @@ fn an_external_engine_is_the_one_that_was_planned() {
     let record = fs::read_to_string(at.join("two/run.json")).expect("a record");
     assert!(record.contains(&digest), "{record}");
 }
+
+/// A pipe among the records would make a reader wait for ever.
+#[test]
+fn a_pipe_among_the_records_is_refused() {
+    let place = new(3, None);
+    let path = place.path().join("s");
+    let pipe = records_folder(&path).join("shard-1-of-2.jsonl");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.expect("mkfifo is there").success());
+    let error = run(&path, Shard::WHOLE).expect_err("a pipe");
+    assert!(
+        error.to_string().contains("is not a regular file"),
+        "{error}"
+    );
+}

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use super::shard::Shard;
-use crate::files::{FileError, failed, locked, short_hex};
+use crate::files::{FileError, failed, locked, regular, short_hex};
 
 /// A campaign's row is about 20 kB; a longer line is none.
 pub const LONGEST_LINE: u64 = 4_000_000;
@@ -147,12 +147,7 @@ impl Index {
 
     fn add_file(&mut self, file: usize, plan: &str, count: u64) -> Result<(), FileError> {
         let path = self.files[file].clone();
-        // Asked before opening: opening a pipe would wait for a writer.
-        if !path.metadata().map_err(failed("open", &path))?.is_file() {
-            return Err(FileError::NotAFile { path });
-        }
-        let mut reader =
-            BufReader::with_capacity(1 << 16, File::open(&path).map_err(failed("open", &path))?);
+        let mut reader = BufReader::with_capacity(1 << 16, regular(&path)?);
         let (mut offset, mut at, mut found) = (0, 0, 0);
         let mut line = Vec::new();
         loop {

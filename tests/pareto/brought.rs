@@ -185,20 +185,6 @@ fn engines_that_cannot_take_part_are_a_usage_error() {
             ],
             "at most --seeds, 6",
         ),
-        (
-            &[
-                "campaign",
-                "plan",
-                "scene.json",
-                "--members",
-                "1",
-                "--out",
-                "c",
-                "--engine",
-                "exec:toy.py",
-            ],
-            "only native and yade do this",
-        ),
     ] {
         let (code, _, errors) = told(&crossgrain(arguments, folder.path()));
         assert_eq!(code, 2, "{arguments:?}: {errors}");
