@@ -105,7 +105,7 @@ pub const EXPLANATIONS: [Explanation; 18] = [
         pattern: "stability/failures/*",
         meaning: "A way in which the method fails was tried, and the program noticed it as it should.",
         formula: "A small scene is run with the fault; it must end with the trouble, or the measured sign of it, that is expected.",
-        source: "docs/stability.md; src/limits/stability/failures/",
+        source: "docs/stability.md; src/limits/stability/failures.rs",
         breaks: "A watch over the run that looks at less than before, or a way to fail that does not fail any more.",
     },
     Explanation {

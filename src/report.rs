@@ -48,7 +48,6 @@ mod plot;
 pub mod sensitivity;
 mod shades;
 mod shell;
-pub mod stability;
 mod svg;
 mod views;
 

@@ -13,7 +13,7 @@ use crate::engine::watch::Limits;
 use crate::engine::{exec, yade};
 use crate::error::{Error, exit};
 use crate::files::refuse_existing;
-use crate::limits::stability::automatic;
+use crate::limits::stability::time_step;
 use crate::progress::Display;
 use crate::run::folder::RunFolder;
 use crate::run::folder::record::{Protocol, Softened, StepChoice};
@@ -199,10 +199,10 @@ impl Arguments {
             return Ok(None);
         };
         let task = display.task("probe for the time step");
-        let choice = automatic::choose(scene, share)
+        let choice = time_step::choose(scene, share)
             .map_err(|error| Error::Engine(EngineError::Native(error)))?;
         task.done(&format!("{:.4e} s", choice.time_step));
-        *scene = automatic::with_step(scene, &choice);
+        *scene = time_step::with_step(scene, &choice);
         Ok(Some(choice))
     }
 
@@ -293,7 +293,7 @@ fn share(text: &str) -> Result<f64, String> {
 /// Says so if the step was beyond the limit of the bed, or near it.
 fn step_in_words(run: &RunFolder) -> Result<String, Error> {
     let bed = run.settled.as_ref().unwrap_or(&run.last);
-    let share = automatic::share_of_limit(&run.scene, &bed.bodies)
+    let share = time_step::share_of_limit(&run.scene, &bed.bodies)
         .map_err(|error| Error::Engine(EngineError::Native(error)))?;
     Ok(match share {
         Some(share) if share > 1.0 => format!(

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::Error;
 use crate::files::{read_text, unpacked};
 use crate::limits::stability::Map;
-use crate::limits::stability::map::STABILITY_VERSION;
+
 use crate::study::claims::{CLAIMS_VERSION, Claims};
 use crate::study::tradeoff::record::{PARETO_VERSION, Pareto};
 
@@ -114,7 +114,7 @@ const PARETO: Kind = Kind {
 const STABILITY: Kind = Kind {
     job: "stability",
     file: "stability.json",
-    version: STABILITY_VERSION,
+    version: crate::checks::record::VERSION,
 };
 const CLAIMS: Kind = Kind {
     job: "claims",

@@ -1,21 +1,21 @@
-//! The automatic time step: a safe share of the largest stable step that the scene itself shows.
+//! Time steps that are chosen: by YADE's formulas, and the automatic one, a safe share of the largest stable step that
+//! the scene itself shows.
 //!
-//! The scene is poured, settled and pressed once in the native engine with a step that is small for any scene;
+//! For the automatic one the scene is poured, settled and pressed once in the native engine with a step that is small for any scene;
 //! at every look the contact network gives the largest stable step, with the scene's α. The smallest of them is the limit.
 
+use super::scenes::rested;
+use super::spectrum::Network;
+use super::trials::Disturbed;
+use crate::engine::yade::Proposal;
 use crate::run::folder::record::{StepChoice, StepLook, StepTrial};
+use grains::case::Case;
 use grains::generate::initial_bodies;
 use grains::model::{Law, Model, damping_ratio};
-use grains::native::{self, NativeError, Options, Trouble};
-use grains::scene::{Scene, TimeStep, Viscosity};
-use grains::tables::{Bodies, Snapshot, Stage};
+use grains::native::{self, NativeError, Options, Trouble, effective, run_case};
+use grains::scene::{ContactLaw, Scene, TimeStep, Viscosity};
+use grains::tables::{Bodies, BodyIds, Punch, Snapshot, Stage};
 use grains::task::{Observer, Task};
-
-use super::beds::rested;
-use super::growth::Disturbed;
-use super::network::Network;
-use super::spectrum::limit;
-use grains::case::Case;
 
 /// The share of the limit that is taken if none is named; `docs/stability.md` has the evidence.
 pub const DEFAULT_SHARE: f64 = 0.8;
@@ -103,14 +103,8 @@ pub fn with_step(scene: &Scene, choice: &StepChoice) -> Scene {
 ///
 /// Those of the native engine, for bodies that it cannot start from.
 pub fn share_of_limit(scene: &Scene, bodies: &Bodies) -> Result<Option<f64>, NativeError> {
-    let case = Case {
-        name: "a settled bed".to_owned(),
-        model: Model::of(scene),
-        bodies: still(bodies),
-        punch: None,
-        moments: vec![0],
-    };
-    let limit = limit(&Network::of(&case)?, scene.damping.alpha()).dt;
+    let network = Network::of(&still(Model::of(scene), bodies, None))?;
+    let limit = network.limit(scene.damping.alpha()).dt;
     Ok(limit.is_finite().then(|| scene.time_step_seconds() / limit))
 }
 
@@ -170,42 +164,42 @@ impl Observer for Looker {
         if snapshot.contacts.is_empty() || self.failed.is_some() {
             return;
         }
-        let case = Case {
-            name: "a look".to_owned(),
-            model: self.model.clone(),
-            bodies: still(&snapshot.bodies),
-            punch: snapshot.punch,
-            moments: vec![0],
-        };
+        let alpha = self.model.alpha;
+        let case = still(self.model.clone(), &snapshot.bodies, snapshot.punch);
         match Network::of(&case) {
             Ok(network) => {
-                let undamped = limit(&network, 0.0).dt;
+                let undamped = network.limit(0.0).dt;
                 let look = StepLook {
                     stage: snapshot.stage,
                     step: snapshot.step,
                     contacts: network.contacts() as u64,
-                    limit: if self.model.alpha == 0.0 {
+                    limit: if alpha == 0.0 {
                         undamped
                     } else {
-                        limit(&network, self.model.alpha).dt
+                        network.limit(alpha).dt
                     },
                     undamped,
                 };
-                if look.limit.is_finite() {
-                    self.looks.push(look);
-                }
+                self.looks.extend(look.limit.is_finite().then_some(look));
             }
             Err(error) => self.failed = Some(error),
         }
     }
 }
 
-fn still(bodies: &Bodies) -> Bodies {
-    let mut still = bodies.clone();
-    still.vx.fill(0.0);
-    still.vz.fill(0.0);
-    still.spin.fill(0.0);
-    still
+/// Bodies as they stand, at rest.
+fn still(model: Model, bodies: &Bodies, punch: Option<Punch>) -> Case {
+    let mut bodies = bodies.clone();
+    bodies.vx.fill(0.0);
+    bodies.vz.fill(0.0);
+    bodies.spin.fill(0.0);
+    Case {
+        name: "a look".to_owned(),
+        model,
+        bodies,
+        punch,
+        moments: vec![0],
+    }
 }
 
 fn least(looks: &[StepLook]) -> Option<StepLook> {
@@ -224,7 +218,7 @@ fn trial(scene: &Scene, probe: f64, settled: &Snapshot) -> Result<Option<StepTri
     let mut model = Model::of(scene);
     model.dt = probe;
     model.law = Law {
-        contact: grains::scene::ContactLaw {
+        contact: ContactLaw {
             viscosity: Viscosity::None,
             ..model.law.contact
         },
@@ -233,11 +227,83 @@ fn trial(scene: &Scene, probe: f64, settled: &Snapshot) -> Result<Option<StepTri
     let Some(case) = rested("the settled bed", &model, &settled.bodies, None)? else {
         return Ok(None);
     };
-    let predicted = limit(&Network::of(&case)?, 0.0).dt;
+    let predicted = Network::of(&case)?.limit(0.0).dt;
     let found = Disturbed::at_random(&case, [true; 2])?.undamped()?;
     Ok(found.map(|found| StepTrial {
         predicted,
         stable: found.stable,
         unstable: found.unstable,
     }))
+}
+
+/// √2 as YADE's stepper has it.
+const ROOT_TWO: f64 = 1.41044;
+/// YADE's `timestepSafetyCoefficient`.
+const SAFETY: f64 = 0.8;
+
+/// YADE's formulas on a case at its start: shown where YADE is not there to be asked.
+///
+/// PWave: min R√(ρ/E) with ρ the mass over the volume 4/3πR³ of a ball. GlobalStiffness: per grain and axis
+/// K = Σ[(k_n − k_s)n_a² + k_s], about each axis K = Σ k_s R²(1 − n_a²), both over contacts under load;
+/// dt = 1.41044·0.8·√(min(m/K, I/K)), with dashpots no more than 2·0.8·m/C. A material without friction
+/// still has a k_s here.
+pub fn by_formula(case: &Case) -> Result<Proposal, NativeError> {
+    let at_start = Case {
+        moments: vec![0],
+        ..case.clone()
+    };
+    let parameters = effective(&at_start, None)?;
+    let track = run_case(&at_start, None)?;
+    let contacts = track.iter().flat_map(|moment| &moment.contacts);
+    let bodies = &case.bodies;
+    let law = &case.model.law;
+    let ids = BodyIds {
+        grains: bodies.len() as u32,
+        walls: 0,
+    };
+    // Of each grain: K along the axes, K about the axes, C.
+    let mut sums = vec![[0.0; 7]; bodies.len()];
+    for (contact, of) in contacts.zip(&parameters.contacts) {
+        if contact.normal_force == 0.0 {
+            continue;
+        }
+        let k_s = of.k_s.unwrap_or(of.k_n * law.stiffness_ratio);
+        let squares = [contact.normal[0], 0.0, contact.normal[1]].map(|n| n * n);
+        for id in [contact.id1, contact.id2]
+            .into_iter()
+            .filter(|id| ids.is_grain(*id))
+        {
+            let radius = bodies.radius[id as usize];
+            let sums = &mut sums[id as usize];
+            for axis in 0..3 {
+                sums[axis] += (of.k_n - k_s) * squares[axis] + k_s;
+                sums[3 + axis] += k_s * radius * radius * (1.0 - squares[axis]);
+            }
+            sums[6] += of.c_n;
+        }
+    }
+    let [mut p_wave, mut square, mut viscous] = [f64::INFINITY; 3];
+    for (id, sums) in sums.iter().enumerate() {
+        let (mass, radius) = (bodies.mass[id], bodies.radius[id]);
+        let volume = 4.0 / 3.0 * std::f64::consts::PI * radius * radius * radius;
+        p_wave = p_wave.min(radius * (mass / volume / law.modulus).sqrt());
+        // Where grains do not turn the stepper looks at rotations all the same: a ball of this mass.
+        let ball = 0.4 * mass * radius * radius;
+        let inertia = bodies.inertia.get(id).copied().unwrap_or(ball);
+        for (inert, stiffness) in [(mass, &sums[..3]), (inertia, &sums[3..6])] {
+            let stiffness = stiffness.iter().copied().fold(0.0, f64::max);
+            if stiffness > 0.0 {
+                square = square.min(inert / stiffness);
+            }
+        }
+        if sums[6] > 0.0 {
+            viscous = viscous.min(2.0 * SAFETY * mass / sums[6]);
+        }
+    }
+    let global_stiffness = ROOT_TWO * SAFETY * square.sqrt();
+    Ok(Proposal {
+        p_wave,
+        global_stiffness,
+        with_dashpots: global_stiffness.min(viscous),
+    })
 }
