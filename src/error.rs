@@ -1,6 +1,7 @@
 //! Every way in which the program can fail, and its exit code.
 
 use crate::checks::record::RecordError;
+use crate::compare::baseline::BaselineError;
 use crate::engine::EngineError;
 use crate::files::FileError;
 use crate::run::folder::FolderError;
@@ -44,6 +45,16 @@ impl From<KeptError> for Error {
             KeptError::Engine(error) => Error::Engine(error),
             KeptError::Folder(error) => Error::Folder(error),
             KeptError::File(error) => Error::File(error),
+        }
+    }
+}
+
+impl From<BaselineError> for Error {
+    fn from(error: BaselineError) -> Self {
+        match error {
+            BaselineError::File(error) => Error::File(error),
+            BaselineError::Record(error) => Error::Record(error),
+            other => Error::Usage(other.to_string()),
         }
     }
 }

@@ -18,6 +18,8 @@ pub mod checks;
 
 pub mod document;
 
+pub mod tables;
+
 pub mod engine;
 
 pub mod progress;

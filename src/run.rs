@@ -4,7 +4,6 @@ pub mod archive;
 pub mod folder;
 pub mod kept;
 pub mod scene_file;
-pub mod tables;
 pub mod vtk;
 
 use std::path::Path;

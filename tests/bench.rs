@@ -15,7 +15,7 @@ use crossgrain::limits::bench::contender::{self, Contender};
 use crossgrain::limits::bench::limits::{Throughput, Work};
 use crossgrain::limits::bench::sanity::{Sanity, Tolerance, between_grains};
 use crossgrain::limits::bench::{BenchError, Missed, native, one, program};
-use crossgrain::run::tables::write_bodies;
+use crossgrain::tables::write_bodies;
 use grains::native::Mode;
 use grains::tables::Bodies;
 

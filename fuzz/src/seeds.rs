@@ -5,12 +5,12 @@ use std::path::Path;
 use serde_json::json;
 
 use crossgrain::run::folder::record::Protocol;
-use crossgrain::run::tables::{write_bodies, write_contacts};
 use crossgrain::run::{Engine, recorded};
 use crossgrain::study::Study;
 use crossgrain::study::campaign::member::Member;
 use crossgrain::study::realization::Engines;
 use crossgrain::study::store;
+use crossgrain::tables::{write_bodies, write_contacts};
 use grains::generate::initial_bodies;
 use grains::native;
 use grains::scene::Scene;

@@ -10,7 +10,7 @@ use super::exec::PROTOCOL;
 use super::read::TimedSteps;
 use super::{ProgramError, nonsense};
 use crate::files::{failed, write_whole};
-use crate::run::tables as text;
+use crate::tables as text;
 use grains::case::Case;
 use grains::model::Model;
 use grains::scene::Scene;

@@ -10,7 +10,7 @@ use serde::de::DeserializeOwned;
 
 use super::{ProgramError, job, nonsense};
 use crate::files::read_text;
-use crate::run::tables as text;
+use crate::tables as text;
 use grains::case::{Case, Effective, Load};
 use grains::model::Model;
 use grains::native::check_moment;

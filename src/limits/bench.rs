@@ -29,7 +29,7 @@ use crate::engine::{ProgramError, yade};
 use crate::error::Error;
 use crate::files::{FileError, work_folder};
 use crate::progress::{Display, StageObserver};
-use crate::run::tables::TableError;
+use crate::tables::TableError;
 use grains::native::{NativeError, Trouble};
 use grains::timing::Share;
 

@@ -16,7 +16,7 @@ use crate::exit;
 use crate::files::{FileError, read_text, write_folder, write_whole};
 use crate::run::scene_file::SceneFileError;
 use crate::run::scene_file::read_scene;
-use crate::run::tables::{self as text, TableError};
+use crate::tables::{self as text, TableError};
 use grains::measure::Bed;
 use grains::measure::history::HistoryRow;
 use grains::model::Model;
