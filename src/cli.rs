@@ -14,11 +14,9 @@ mod figures;
 mod job_folder;
 mod paper;
 mod parameters;
-mod pareto;
 mod reproduce;
 mod run;
 mod scene;
-mod sensitivity;
 mod shell;
 mod stability;
 mod study;
@@ -64,15 +62,11 @@ enum Command {
     Checks(checks::Arguments),
     /// What a check means, its formula, its source and what usually breaks it
     Explain(explain::Arguments),
-    /// Cost against error of every way to run the paper's scene, and which of them are dominated
-    Pareto(pareto::Arguments),
     /// Many runs: plan, run in shards, merge, judge
     #[command(subcommand)]
     Study(study::Verb),
     /// The paper's claims against a campaign's members: ours, interval, verdict, figures
     Claims(claims::Arguments),
-    /// Which published figures come out under which of the choices that the paper leaves open
-    Sensitivity(sensitivity::Arguments),
     /// The verification suite: exact solutions, symmetries, and native against YADE bit for bit
     Verify(verify::Arguments),
     /// An external engine, exec:PATH: what is wrong with it
@@ -105,10 +99,8 @@ impl Arguments {
             Command::Baseline(verb) => verb.execute(),
             Command::Checks(arguments) => arguments.execute(),
             Command::Explain(arguments) => arguments.execute(),
-            Command::Pareto(arguments) => arguments.execute(),
             Command::Study(verb) => verb.execute(),
             Command::Claims(arguments) => arguments.execute(),
-            Command::Sensitivity(arguments) => arguments.execute(),
             Command::Verify(arguments) => arguments.execute(),
             Command::Engine(verb) => verb.execute(),
             Command::Stability(arguments) => arguments.execute(),

@@ -25,12 +25,14 @@ pub mod campaign;
 pub mod claims;
 pub mod figures;
 pub mod machine;
+pub mod member;
 pub mod plan;
 pub mod realization;
 pub mod report;
 pub mod sensitivity;
 pub mod shard;
 pub mod slurm;
+pub mod specification;
 pub mod store;
 pub mod tradeoff;
 pub mod workers;
@@ -207,6 +209,10 @@ pub fn open(path: &Path) -> Result<Box<dyn Machine>, StudyError> {
     let kind = plan::kind(path)?;
     match kind.as_str() {
         campaign::Campaign::KIND => Ok(Box::new(Folder::<campaign::Campaign>::open(path)?)),
+        tradeoff::plan::Plan::KIND => Ok(Box::new(Folder::<tradeoff::plan::Plan>::open(path)?)),
+        sensitivity::plan::Plan::KIND => {
+            Ok(Box::new(Folder::<sensitivity::plan::Plan>::open(path)?))
+        }
         _ => Err(StudyError::NotAStudy {
             path: path.to_owned(),
             reason: format!("this program has no studies of kind {kind:?}"),

@@ -9,7 +9,7 @@ use crossgrain::study::campaign::compare::{Comparison, Verdict, compare};
 use crossgrain::study::campaign::member::Member;
 use crossgrain::study::machine::Summary;
 use crossgrain::study::realization::{Ending, Runner};
-use crossgrain::study::tradeoff::margins::CHARTED;
+use crossgrain::study::tradeoff::quantities::QUANTITIES;
 use evidence::equivalence::Finding;
 use evidence::random::Source;
 use grains::native::Mode;
@@ -26,7 +26,7 @@ fn campaign(engine: &str, seed: u64, members: u64, shift: f64) -> Merged {
     let members: Vec<Member> = (1..=members)
         .map(|number| {
             let mut measured = BTreeMap::new();
-            for charted in CHARTED {
+            for charted in QUANTITIES {
                 let scale = charted
                     .margin
                     .map_or(0.03, |margin| 0.1 * margin.absolute(1.0));
@@ -105,7 +105,7 @@ fn other_realizations_are_equivalent_different_or_too_few() {
             .clone()
             .all(|of| of.finding != Some(Finding::Different))
     );
-    assert_eq!(others.count(), CHARTED.len() - 1);
+    assert_eq!(others.count(), QUANTITIES.len() - 1);
     // At the margin, with two packings, nothing can be shown.
     let few = of(&first, &campaign("YADE", 1001, 2, margin));
     assert_eq!(few.verdict, Verdict::Undecided);

@@ -24,7 +24,7 @@ mod modes;
 
 mod paper;
 
-mod pareto;
+mod tradeoff;
 
 mod campaign_compare;
 

@@ -7,9 +7,12 @@ use crossgrain::study::Study;
 use crossgrain::study::campaign::compare::{Verdict, compare};
 use crossgrain::study::campaign::{Merged, merged};
 use crossgrain::study::claims::{self, Claims};
+use crossgrain::study::machine::{Folder, Machine};
+use crossgrain::study::member::Member;
 use crossgrain::study::realization::{Ending, Engines, Runner};
 use crossgrain::study::sensitivity::plan::Plan;
-use crossgrain::study::sensitivity::row::{self, Row};
+use crossgrain::study::sensitivity::record::Sensitivity;
+use crossgrain::study::sensitivity::{Row, load_all};
 use grains::scene::paper_scene;
 
 fn recorded(name: &str) -> Merged {
@@ -82,27 +85,32 @@ fn the_recorded_claims_are_those_of_the_recorded_members() {
     assert!(again == recorded);
 }
 
-/// The sensitivity map's members come out again, number by number: one whose punch got its force, and a slower one.
+/// The sensitivity map's members come out again, number by number: one whose punch got its force, and a slower one. The
+/// recorded map is that of the recorded rows.
 #[test]
 fn members_of_the_recorded_sensitivity_map_come_out_again() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/sensitivity-1");
-    let text = read_text(&folder.join("members.jsonl.gz"), 1 << 26).expect("is there");
-    let rows: Vec<Row> = text
-        .lines()
-        .map(|line| serde_json::from_str(line).expect("a member"))
-        .collect();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/sensitivity-1");
+    let folder = Folder::<Plan>::open(&path).expect("recorded evidence");
+    let report = folder.judge().expect("a judgement");
+    let text = read_text(&path.join("report.json.gz"), 1 << 26).expect("is there");
+    let recorded: Sensitivity = serde_json::from_str(&text).expect("a map");
+    let again: Sensitivity = serde_json::from_str(&report.text).expect("a map");
+    assert!(again == recorded);
+    let merged = folder.merged().expect("merged");
+    let members = merged.rows.iter().flat_map(|row| match row {
+        Row::Loads(members) => members.as_slice(),
+        Row::Penetration(_) => &[],
+    });
+    let members: Vec<&Member> = members.collect();
+    assert_eq!(members.len(), 696);
     let plan = Plan::full(12);
-    for (name, realization) in [("0.1 m/s, α = 0.2", 1), ("0.05 m/s, α = 0.8", 2)] {
-        let setting = plan.settings.iter().find(|setting| setting.name == name);
+    for (id, realization) in [("speed-0.1-alpha-0.2", 1), ("speed-0.05-alpha-0.8", 2)] {
+        let setting = plan.settings.iter().find(|setting| setting.id == id);
         let setting = setting.expect("a setting of the plan");
-        let digest = setting.digest();
-        let recorded = rows
-            .iter()
-            .find(|row| row.setting == digest && row.realization == realization)
-            .expect("a recorded member");
-        let mut scene = setting.scene.clone();
-        scene.realization = realization;
-        let again = row::whole(&digest, &scene).expect("it runs");
-        assert_eq!(&again, recorded, "{name}");
+        let digest = setting.specification.digest();
+        let mut own = members.iter().filter(|of| of.specification == digest);
+        let recorded = own.find(|of| of.realization == realization);
+        let again = load_all(&[setting], realization).expect("it runs");
+        assert_eq!(Some(&&again[0]), recorded, "{id}");
     }
 }

@@ -53,8 +53,8 @@ pub fn all() -> Vec<(&'static str, String, Vec<u8>)> {
     let members = members();
     seed("campaign", "three", campaign_seed(&members));
     seed("campaign", "merged", merged_seed(&members));
-    for (name, input) in ledgers(&members[0]) {
-        seed("ledger", name, input);
+    for (name, input) in rows() {
+        seed("rows", name, input.into_bytes());
     }
     let track = track(&scene);
     let description = json!({"protocol": 1, "name": "toy", "version": "1", "parts": ["normal_spring", "gravity", "walls"],
@@ -161,19 +161,19 @@ fn merged_seed(members: &[Member]) -> Vec<u8> {
     join(&[("repair", b""), ("members.jsonl", lines.as_bytes())])
 }
 
-fn ledgers(member: &Member) -> Vec<(&'static str, Vec<u8>)> {
-    let cost =
-        json!({"cpu_seconds": 1.5, "measuring_seconds": 0.1, "pour_steps": 10, "load_steps": 0});
-    let method = json!({"method": "abc", "realization": 1, "ending": {"failed": "a reason"}, "cost": cost, "measured": {"a": 0.1}});
-    let row = json!({"setting": "abc", "realization": 1, "ending": member.ending, "pour_steps": 10, "load_steps": 2,
-        "last_state": null, "measured": {"settled.coordination.mean": 0.1}});
+fn rows() -> [(&'static str, String); 3] {
+    let member = json!({"specification": "abc", "realization": 1, "ending": {"failed": "a reason"}, "pour_steps": 10,
+        "load_steps": 2, "cost": {"cpu_seconds": 1.5, "measuring_seconds": 0.1}, "measured": {"a": 0.1}});
     let window = json!({"from": 0.0, "to": 0.1, "pressure": 1e3, "largest": 2e3, "on_floor": 5.0, "moments": 3});
-    let watched = json!({"push": "abc", "realization": 2, "stop": "reached", "failed": null, "depth": 0.01, "windows": [window]});
-    let two = |kind: &str, line: serde_json::Value| format!("{kind}{line}\n{line}\n").into_bytes();
-    vec![
-        ("method", two("m", method)),
-        ("row", two("r", row)),
-        ("watched", two("w", watched)),
+    let watched = json!({"penetration": "abc", "realization": 2, "stop": "reached", "failed": null, "depth": 0.01,
+        "windows": [window]});
+    [
+        ("tradeoff", format!("t{member}")),
+        ("loads", format!("s{}", json!({"loads": [member]}))),
+        (
+            "penetration",
+            format!("s{}", json!({"penetration": watched})),
+        ),
     ]
 }
 

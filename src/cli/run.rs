@@ -78,7 +78,7 @@ pub struct Arguments {
     /// engine shows; the evidence is in run.json
     #[arg(long, value_name = "SHARE", num_args = 0..=1, default_missing_value = "0.8", value_parser = share)]
     auto_step: Option<f64>,
-    /// Native: pour the grains at a tenth of their modulus and stiffen them: what `crossgrain pareto` recommends with
+    /// Native: pour the grains at a tenth of their modulus and stiffen them: what the trade-off study recommends with
     /// `--mode free` and the scene of `scene paper --free`
     #[arg(long)]
     soft_pour: bool,

@@ -192,10 +192,10 @@ pub fn kind(folder: &Path) -> Result<String, StudyError> {
 
 /// The plan's file as JSON of a version that is known.
 fn stored(folder: &Path) -> Result<serde_json::Value, StudyError> {
-    let path = path(folder);
-    if !path.is_file() {
+    let names = [path(folder), folder.join(format!("{NAME}.gz"))];
+    let Some(path) = names.into_iter().find(|path| path.is_file()) else {
         return Err(not_a_study(folder, format!("it has no {NAME}")));
-    }
+    };
     let stored: serde_json::Value = serde_json::from_str(&read_text(&path, LARGEST)?)
         .map_err(|error| not_a_study(folder, format!("{NAME}: {error}")))?;
     match stored["version"].as_u64() {
@@ -214,7 +214,7 @@ fn not_a_study(folder: &Path, reason: String) -> StudyError {
     }
 }
 
-/// Where the plan is.
+/// Where the plan is; that of a recorded study may be packed (`plan.json.gz`).
 pub fn path(folder: &Path) -> PathBuf {
     folder.join(NAME)
 }

@@ -6,7 +6,7 @@ use crate::document::{Block, Document};
 use crate::error::Error;
 use crate::report::figure::{Figure, Page};
 use crate::report::views::words;
-use crate::report::{claims, pareto, svg};
+use crate::report::{claims, svg};
 use crate::reproduce::beside::{Beside, Stated};
 
 /// A part of the page that shows the record of another job.
@@ -42,9 +42,10 @@ pub fn sections(beside: &Beside) -> Result<Sections, Error> {
         }
     };
     let mut charts = Vec::new();
-    if let Some(of) = &beside.pareto {
-        let part = pareto::part(&of.record)?;
-        charts.push(section("cost", "Cost against error", part, &of.stated));
+    if let Some(of) = &beside.tradeoff {
+        let document = of.record.document();
+        let title = "Cost against error";
+        charts.push(section("cost", title, part(&document), &of.stated));
     }
     if let Some(of) = &beside.stability {
         let document = of.record.document();

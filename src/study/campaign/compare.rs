@@ -16,7 +16,7 @@ use crate::checks::{Check, Outcome};
 use crate::document::{Cell, Document, Section, Table};
 use crate::study::StudyError;
 use crate::study::realization::Ending;
-use crate::study::tradeoff::margins::{CHARTED, Charted};
+use crate::study::tradeoff::quantities::{QUANTITIES, Quantity};
 use evidence::equivalence::{self, Finding, LEVEL};
 use evidence::moments::{deviation, mean};
 use evidence::two_samples::{self, TwoSamples};
@@ -155,7 +155,7 @@ fn bits(first: &[Member], second: &[Member]) -> Bits {
 }
 
 fn quantities(first: &[Member], second: &[Member]) -> Vec<Compared> {
-    let mut compared: Vec<Compared> = CHARTED
+    let mut compared: Vec<Compared> = QUANTITIES
         .iter()
         .map(|charted| quantity(charted, first, second))
         .collect();
@@ -167,7 +167,7 @@ fn quantities(first: &[Member], second: &[Member]) -> Vec<Compared> {
     compared
 }
 
-fn quantity(charted: &Charted, first: &[Member], second: &[Member]) -> Compared {
+fn quantity(charted: &Quantity, first: &[Member], second: &[Member]) -> Compared {
     let values = |members: &[Member]| -> Vec<f64> {
         let values = members.iter().map(|of| of.measured.get(charted.key));
         values.flatten().copied().collect()

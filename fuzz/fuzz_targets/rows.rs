@@ -3,5 +3,5 @@
 mod common;
 
 libfuzzer_sys::fuzz_target!(|input: &[u8]| {
-    crossgrain_fuzz::ledger::read(input);
+    crossgrain_fuzz::rows::read(input);
 });

@@ -2,16 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::choices::{with_friction, with_hold, with_speed};
 use super::plan::NARROW;
-use super::row::options;
-use crate::files::sha256_hex;
-use crate::run::EngineError;
+use crate::engine::EngineError;
+use crate::study::member::exact;
 use crate::study::realization::went_wrong;
-use crate::study::tradeoff::ledger::Entry;
-use crate::study::tradeoff::method::{with_alpha, with_size};
+use crate::study::specification::Change::{Alpha, Friction, Hold, Size, Speed};
+use crate::study::specification::{Change, Specification, changed};
 use grains::generate::initial_bodies;
-use grains::native;
+use grains::native::{self, Mode};
 use grains::scene::Scene;
 use grains::tables::{BodyIds, Contact, Snapshot, Stage, StopReason};
 use grains::task::{Observer, Task};
@@ -29,7 +27,7 @@ pub enum Kind {
 /// A punch that is watched.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Push {
+pub struct Penetration {
     /// For people.
     pub name: String,
     /// What the punch does.
@@ -52,9 +50,13 @@ const STANDING: f64 = 0.5;
 /// More than any bed bears, Pa.
 const NEVER_REACHED: f64 = 1.0e12;
 
-impl Push {
+/// What is varied: speed of the punch, m/s; damping number; friction angle, rad.
+type Varied = (f64, f64, f64);
+
+impl Penetration {
     /// Of the paper's bed.
-    pub fn all(base: &Scene, clouds: u64) -> Vec<Push> {
+    pub fn all(base: &Scene, clouds: u64) -> Vec<Penetration> {
+        let narrow = &changed(base.clone(), &[Size(NARROW, 1.0)]);
         let mut all = Vec::new();
         for (alpha, speeds) in [
             (0.2, &[0.01, 0.02, 0.05, 0.1][..]),
@@ -62,87 +64,77 @@ impl Push {
             (0.8, &[0.02, 0.1]),
         ] {
             for &speed in speeds {
-                all.push(Push::through(base, speed, alpha, 0.0, DEEP, clouds));
+                all.push(Penetration::through(
+                    base,
+                    (speed, alpha, 0.0),
+                    DEEP,
+                    clouds,
+                ));
             }
         }
-        let narrow = &with_size(base.clone(), NARROW, 1.0);
-        all.push(Push::through(narrow, 0.1, 0.2, 0.3, DEEP, clouds));
+        all.push(Penetration::through(narrow, (0.1, 0.2, 0.3), DEEP, clouds));
         for (speed, alpha) in [(0.05, 0.2), (0.1, 0.2), (0.1, 0.8)] {
-            all.push(Push::stand(base, speed, alpha, 0.0, clouds));
+            all.push(Penetration::stand(base, (speed, alpha, 0.0), clouds));
         }
-        all.push(Push::stand(narrow, 0.1, 0.2, 0.3, clouds));
+        all.push(Penetration::stand(narrow, (0.1, 0.2, 0.3), clouds));
         all
     }
 
     /// Of a small bed.
-    pub fn quick(base: &Scene, clouds: u64) -> Vec<Push> {
-        vec![
-            Push::through(base, 0.05, 0.2, 0.0, 0.1, clouds),
-            Push::through(base, 0.1, 0.2, 0.0, 0.1, clouds),
-            Push::through(base, 0.2, 0.2, 0.0, 0.1, clouds),
-            Push::stand(base, 0.1, 0.2, 0.0, clouds),
-        ]
+    pub fn quick(base: &Scene, clouds: u64) -> Vec<Penetration> {
+        let through = |speed| Penetration::through(base, (speed, 0.2, 0.0), 0.1, clouds);
+        let stand = Penetration::stand(base, (0.1, 0.2, 0.0), clouds);
+        vec![through(0.05), through(0.1), through(0.2), stand]
     }
 
-    /// Pushed in to this depth.
-    pub fn through(
-        base: &Scene,
-        speed: f64,
-        alpha: f64,
-        friction: f64,
-        depth: f64,
-        clouds: u64,
-    ) -> Push {
-        let mut scene = varied(base, speed, alpha, friction);
-        scene.loading.pressure = NEVER_REACHED;
-        scene.loading.give_up_depth = depth;
-        scene.measurement.history_every = 100;
-        Push {
-            name: name(speed, alpha, friction),
-            kind: Kind::Through,
-            scene,
-            clouds,
-        }
+    /// Pushed in to this depth, m.
+    pub fn through(base: &Scene, varied: Varied, depth: f64, clouds: u64) -> Penetration {
+        let mut of = Penetration::new(base, Kind::Through, varied, &[], clouds);
+        of.scene.loading.pressure = NEVER_REACHED;
+        of.scene.loading.give_up_depth = depth;
+        of.scene.measurement.history_every = 100;
+        of
     }
 
     /// Stopped at the scene's force.
-    pub fn stand(base: &Scene, speed: f64, alpha: f64, friction: f64, clouds: u64) -> Push {
-        let mut scene = with_hold(varied(base, speed, alpha, friction), STANDING);
-        scene.measurement.history_every = 10;
-        Push {
-            name: name(speed, alpha, friction),
-            kind: Kind::Stand,
-            scene,
+    pub fn stand(base: &Scene, varied: Varied, clouds: u64) -> Penetration {
+        let mut of = Penetration::new(base, Kind::Stand, varied, &[Hold(STANDING)], clouds);
+        of.scene.measurement.history_every = 10;
+        of
+    }
+
+    fn new(
+        base: &Scene,
+        kind: Kind,
+        (speed, alpha, friction): Varied,
+        more: &[Change],
+        clouds: u64,
+    ) -> Self {
+        let scene = changed(
+            base.clone(),
+            &[Speed(speed), Alpha(alpha), Friction(friction)],
+        );
+        let mut name = format!("{speed} m/s, α = {alpha}");
+        if friction > 0.0 {
+            name += &format!(", φ = {friction} rad");
+        }
+        Penetration {
+            name,
+            kind,
+            scene: changed(scene, more),
             clouds,
         }
     }
 
     /// What is run, without its name.
     pub fn digest(&self) -> String {
-        let mut scene = self.scene.clone();
-        scene.realization = 0;
-        let version = env!("CARGO_PKG_VERSION");
-        let text = format!("{version} {:?} {}", self.kind, scene.digest());
-        sha256_hex(text.as_bytes())[..16].to_owned()
+        Specification::native(Mode::Exact, self.scene.clone()).digest()
     }
 
     /// m/s.
     pub fn speed(&self) -> f64 {
         self.scene.loading.speed
     }
-}
-
-fn varied(base: &Scene, speed: f64, alpha: f64, friction: f64) -> Scene {
-    with_friction(with_alpha(with_speed(base.clone(), speed), alpha), friction)
-}
-
-fn name(speed: f64, alpha: f64, friction: f64) -> String {
-    let friction = if friction > 0.0 {
-        format!(", φ = {friction} rad")
-    } else {
-        String::new()
-    };
-    format!("{speed} m/s, α = {alpha}{friction}")
 }
 
 /// What a punch met in one window of depth, or of time after it stopped.
@@ -167,8 +159,8 @@ pub struct Window {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Watched {
-    /// Digest of the push.
-    pub push: String,
+    /// Digest of the [`Penetration`].
+    pub penetration: String,
     /// Which cloud.
     pub realization: u64,
     /// Why loading ended; none where the engine gave up.
@@ -179,16 +171,6 @@ pub struct Watched {
     pub depth: Option<f64>,
     /// Those with moments in them, in order.
     pub windows: Vec<Window>,
-}
-
-impl Entry for Watched {
-    fn digest(&self) -> &str {
-        &self.push
-    }
-
-    fn realization(&self) -> u64 {
-        self.realization
-    }
 }
 
 struct Moment {
@@ -225,9 +207,11 @@ fn on_floor(contacts: &[Contact], floor: u32) -> f64 {
 }
 
 /// Runs a punch on a cloud and watches it.
-pub fn watch(push: &Push, realization: u64) -> Result<Watched, EngineError> {
-    let mut scene = push.scene.clone();
-    scene.realization = realization;
+pub fn watch(of: &Penetration, realization: u64) -> Result<Watched, EngineError> {
+    let scene = Scene {
+        realization,
+        ..of.scene.clone()
+    };
     let mut watch = Watch {
         floor: BodyIds::of_box(scene.particles.count).floor(),
         moments: Vec::new(),
@@ -235,14 +219,14 @@ pub fn watch(push: &Push, realization: u64) -> Result<Watched, EngineError> {
     let initial = initial_bodies(&scene);
     let weight: f64 = scene.gravity * initial.mass.iter().sum::<f64>();
     let mut watched = Watched {
-        push: push.digest(),
+        penetration: of.digest(),
         realization,
         stop: None,
         failed: None,
         depth: None,
         windows: Vec::new(),
     };
-    let outcome = match native::run(&scene, &Task::whole(initial), &options(), &mut watch) {
+    let outcome = match native::run(&scene, &Task::whole(initial), &exact(), &mut watch) {
         Ok(outcome) => outcome,
         Err(error) => {
             watched.failed = Some(went_wrong(EngineError::Native(error))?);
@@ -275,7 +259,7 @@ pub fn watch(push: &Push, realization: u64) -> Result<Watched, EngineError> {
             });
         }
     };
-    match push.kind {
+    match of.kind {
         Kind::Through => {
             let deepest = scene.loading.give_up_depth;
             let windows = (deepest / DEPTH_WINDOW).round() as u32;
