@@ -363,7 +363,7 @@ fn scattered(stream: u64) -> Vec<Grain> {
     let [centre, half] = PUNCH;
     let mut grain = |index: usize| {
         let radius = uniform(RADII[0], RADII[1]);
-        let position = if index % 2 == 0 {
+        let position = if index.is_multiple_of(2) {
             [0, 1].map(|axis| {
                 let reach = half[axis] + 0.9 * RADII[1];
                 uniform(centre[axis] - reach, centre[axis] + reach)

@@ -470,8 +470,10 @@ mod squeezed {
     pub const DT: f64 = 0.1 / OMEGA;
     /// Steps to the moments that are looked at.
     pub const MOMENTS: [u64; 3] = [1, 137, 600];
+    /// An id, and how the law becomes its own.
+    type Way = (&'static str, fn(Law) -> Law);
     /// Corrected slip, and slip with arms at the contact point.
-    pub const WAYS: [(&str, fn(Law) -> Law); 2] = [
+    pub const WAYS: [Way; 2] = [
         ("corrected-slip", |law| law),
         ("contact-point", build::at_contact_point),
     ];
