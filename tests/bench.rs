@@ -243,8 +243,8 @@ print('\\n'.join(of[0]))";
 /// LAMMPS and LIGGGHTS time their own steps, and the bed stays the bed.
 #[test]
 #[cfg_attr(
-    not(feature = "exec-engines"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features exec-engines"
+    not(feature = "live"),
+    ignore = "needs LAMMPS and LIGGGHTS: --features live"
 )]
 fn programs_time_their_own_steps_through_their_adapters() {
     let bed = small_bed();

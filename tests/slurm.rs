@@ -1,4 +1,4 @@
-//! A campaign as a real Slurm job array. Without the feature `slurm` this is listed as ignored and not made; with it a
+//! A campaign as a real Slurm job array. Without the feature `live` this is listed as ignored and not made; with it a
 //! missing Slurm is a failure. `ci/test` starts one with `ci/start_slurm` and runs it.
 
 use std::fs;
@@ -42,8 +42,8 @@ fn log(folder: &Path, name: &str) -> String {
 /// The folder's name would break a script that does not quote it.
 #[test]
 #[cfg_attr(
-    not(feature = "slurm"),
-    ignore = "needs Slurm: ci/start_slurm FOLDER, SLURM_CONF=FOLDER/slurm.conf cargo test --features slurm"
+    not(feature = "live"),
+    ignore = "needs Slurm: ci/start_slurm FOLDER, SLURM_CONF=FOLDER/slurm.conf cargo test --features live"
 )]
 fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     assert!(

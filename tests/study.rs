@@ -67,7 +67,7 @@ impl Study for Squares {
     }
 
     fn run(&self, of: u64, _: &Engines, _: &Path) -> Result<Square, EngineError> {
-        if self.breaks.is_some_and(|breaks| of % breaks == 0) {
+        if self.breaks.is_some_and(|breaks| of.is_multiple_of(breaks)) {
             let log = String::new();
             return Err(ProgramError::Crashed {
                 status: format!("task {of}"),

@@ -135,8 +135,8 @@ fn springs_that_are_too_soft_are_seen_by_the_limit() {
 
 #[test]
 #[cfg_attr(
-    not(feature = "exec-engines"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features exec-engines"
+    not(feature = "live"),
+    ignore = "needs LAMMPS and LIGGGHTS: --features live"
 )]
 fn limits_in_lammps_and_liggghts_are_the_predicted_ones() {
     for adapter in ["lammps.py", "liggghts.py"] {

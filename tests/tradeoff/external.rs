@@ -177,8 +177,8 @@ fn engines_that_cannot_take_part_are_a_usage_error() {
 
 #[test]
 #[cfg_attr(
-    not(feature = "exec-engines"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features exec-engines"
+    not(feature = "live"),
+    ignore = "needs LAMMPS and LIGGGHTS: --features live"
 )]
 fn lammps_pours_the_bed_that_the_native_engine_pours() {
     let options = Options::new(adapter_path("lammps.py"));

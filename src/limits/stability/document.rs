@@ -244,8 +244,11 @@ impl Map {
     }
 }
 
+/// A name, and the step of a proposal.
+type Choice = (&'static str, fn(&Proposal) -> f64);
+
 /// The steps that YADE would choose.
-const CHOICES: [(&str, fn(&Proposal) -> f64); 3] = [
+const CHOICES: [Choice; 3] = [
     ("PWaveTimeStep", |of| of.p_wave),
     ("GlobalStiffness", |of| of.global_stiffness),
     ("GlobalStiffness with viscEl", |of| of.with_dashpots),
