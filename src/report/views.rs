@@ -191,7 +191,7 @@ pub fn escaped(text: &str) -> String {
 pub fn words(text: &str) -> String {
     let text = escaped(text);
     let parts: Vec<&str> = text.split('`').collect();
-    if parts.len() % 2 == 0 {
+    if parts.len().is_multiple_of(2) {
         return text;
     }
     let parts = parts
