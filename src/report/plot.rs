@@ -40,14 +40,6 @@ impl<'a> Stroke<'a> {
             dashes: "",
         }
     }
-
-    /// The same with dashes.
-    pub fn dashed(colour: &'a str) -> Self {
-        Stroke {
-            dashes: "6 4",
-            ..Stroke::whole(colour)
-        }
-    }
 }
 
 impl Plot {

@@ -5,8 +5,8 @@ use serde::Serialize;
 use crate::document::{Block, Document};
 use crate::error::Error;
 use crate::report::figure::{Figure, Page};
-use crate::report::views::words;
 use crate::report::svg;
+use crate::report::views::words;
 use crate::reproduce::beside::{Beside, Stated};
 
 /// A part of the page that shows the record of another job.
