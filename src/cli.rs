@@ -6,7 +6,6 @@ mod checks;
 mod chosen;
 mod claims;
 mod compare;
-mod continuum;
 mod engine;
 mod explain;
 mod export;
@@ -40,11 +39,10 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Every published number that needs no simulation: published, recomputed, verdict, how
-    Paper(paper::Arguments),
-    /// The continuum's stress at the control points: half-space, layer and box, uniform load and rigid punch
-    Continuum(continuum::Arguments),
-    /// The paper's figures from our own numbers, each as SVG and CSV
+    /// What the paper prints that needs no simulation: its numbers recomputed, the continuum under the punch
+    #[command(subcommand)]
+    Paper(paper::Verb),
+    /// The paper's figures from our own numbers: a page, each as SVG and CSV
     Figures(figures::Arguments),
     /// Print the paper's scene, check a scene file, print the JSON Schema of scenes
     #[command(subcommand)]
@@ -89,8 +87,7 @@ impl Arguments {
     /// Does what was asked; the value is the exit code.
     pub fn execute(self) -> Result<u8, Error> {
         match self.command {
-            Command::Paper(arguments) => arguments.execute(),
-            Command::Continuum(arguments) => arguments.execute(),
+            Command::Paper(verb) => verb.execute(),
             Command::Figures(arguments) => arguments.execute(),
             Command::Scene(verb) => verb.execute(),
             Command::Run(arguments) => arguments.execute(),

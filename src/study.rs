@@ -23,6 +23,7 @@
 
 pub mod campaign;
 pub mod claims;
+pub mod distribution;
 pub mod figures;
 pub mod machine;
 pub mod member;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
-use crate::files::{FileError, FolderLock, failed, free_folder, write_folder, write_whole};
+use crate::files::{FileError, FolderLock, failed, free_folder, write_whole};
 use crate::report::figure::{PAGE, Page};
 
 /// The folder of a long job, which is taken up again there. Its record is written last of all and says that it is
@@ -54,14 +54,6 @@ impl JobFolder {
         write_whole(&folder.join(self.record), record.as_bytes())?;
         Ok(())
     }
-}
-
-/// Writes a new folder with a record and its page, whole or not at all.
-pub fn write_new(out: &Path, name: &str, record: &str, page: &Page) -> Result<(), Error> {
-    write_folder::<Error>(out, |aside| {
-        page.write(aside)?;
-        Ok(write_whole(&aside.join(name), record.as_bytes())?)
-    })
 }
 
 /// Where the page is, as a line.

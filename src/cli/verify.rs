@@ -9,14 +9,15 @@ use super::chosen::Several;
 use super::run::YadeLimits;
 use super::tell;
 use crate::checks::record::{self, Found};
-use crate::document::{Cell, Drawing, Section, Table};
+use crate::document::Section;
 use crate::error::Error;
 use crate::files::{refuse_existing, write_folder, write_whole};
 use crate::interrupt::asked_to_end;
 use crate::limits::bench::machine::Machine;
 use crate::paper::disc_field::figure_4;
 use crate::progress::Display;
-use crate::report::{self, disc_field};
+use crate::report;
+use crate::report::disc_field::inside_a_disc;
 use crate::suite::run::{Options, verify, verify_exec};
 
 #[derive(Debug, Args)]
@@ -123,16 +124,8 @@ impl Arguments {
 /// The field that the last table is about, drawn.
 fn inside_a_grain() -> Result<Section, Error> {
     let field = figure_4().map_err(|error| Error::Report(error.to_string()))?;
-    let columns = ["kind", "x, m", "z, m", "stress zz, Pa"];
-    let mut table = Table::new("figure-4", "", &columns);
-    for row in disc_field::numbers(&field) {
-        table.row(row.map(Cell::from));
-    }
-    let drawing = Drawing {
-        name: "figure-4".to_owned(),
-        caption: "The stress inside a grain and its averages".to_owned(),
-        svg: disc_field::picture(&field),
-        table,
-    };
-    Ok(Section::new("The field of Figure 4's disc", "").with(drawing))
+    let (map, profiles) = inside_a_disc("figure-4", &field);
+    Ok(Section::new("The field of Figure 4's disc", "")
+        .with(map)
+        .with(profiles))
 }

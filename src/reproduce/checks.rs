@@ -1,9 +1,9 @@
 //! The main job as one list of checks.
 
 use super::record::Reproduction;
-use crate::checks::{Check, Measured, Outcome, slug};
+use crate::checks::{Check, Measured, Outcome};
 use crate::compare::replicas::quantities;
-use crate::paper::{Finding, Number};
+use crate::paper::Number;
 use crate::run::folder::RunFolder;
 use crate::suite::parameters::pair_checks;
 
@@ -37,7 +37,7 @@ pub fn all(of: &Reproduction) -> Vec<Check> {
             ..check
         }));
     }
-    checks.extend(of.numbers.iter().map(of_number));
+    checks.extend(of.numbers.iter().map(Number::check));
     checks.extend(of.skipped.iter().map(|of| Check {
         required: of.required,
         ..Check::of_words(of.id.as_str(), &of.what, Outcome::Skipped, &of.why)
@@ -53,33 +53,4 @@ pub fn measured(run: &RunFolder) -> Vec<Measured> {
         value: quantity.value,
     };
     quantities(run).into_iter().map(of).collect()
-}
-
-/// A printed number and its recomputation; that the paper misprints is known and no fault of ours.
-fn of_number(number: &Number) -> Check {
-    let outcome = match number.finding {
-        Finding::Agrees => Outcome::Pass,
-        Finding::Derived => Outcome::Skipped,
-        Finding::Differs | Finding::Misprint => Outcome::ExpectedFailure,
-    };
-    let found = match (number.finding, number.remark.as_str()) {
-        (Finding::Derived, "") => "the paper does not print it",
-        (_, remark) => remark,
-    };
-    let allowed = (number.finding != Finding::Derived).then_some(number.rounding);
-    Check {
-        unit: number.unit.clone(),
-        ..Check::of_words(
-            format!(
-                "paper/{}/{}",
-                slug(&number.place),
-                slug(&number.what.replace('Σ', "Sum-"))
-            ),
-            &format!("{}: {}", number.place, number.what),
-            outcome,
-            found,
-        )
-    }
-    .with_limits(number.recomputed, number.published, allowed)
-    .judged_by(&number.how, "half a unit of the last printed digit")
 }

@@ -42,7 +42,13 @@ fn write_campaign(folder: &Path, truth: &Truth) {
 fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
-    for (name, count, wanted) in [("many", 600, 0), ("few", 20, 3)] {
+    for (name, count, wanted, pictures) in [
+        ("many", 600, 0, 29),
+        ("few", 20, 3, 29),
+        // Two have no cells, which take three; one has neither intervals nor distributions, and its bed.
+        ("two", 2, 3, 23),
+        ("one", 1, 3, 1),
+    ] {
         let truth = Truth {
             members: count,
             ..Truth::paper()
@@ -57,8 +63,9 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
         let record: serde_json::Value = serde_json::from_str(&record).expect("JSON");
         assert_eq!(record["complete"], code == 0);
         let page = fs::read_to_string(at.join(&out).join("report.html")).expect("a page");
-        // Three points in each of four histograms, six volumes, the means and the plane.
-        assert_eq!(page.matches("<svg").count(), 20, "{name}");
+        // Three points in each of four histograms, three of them with shares of larger values, six volumes, the means and the
+        // plane.
+        assert_eq!(page.matches("<svg").count(), pictures, "{name}");
         assert!(!page.contains("NaN"), "{name}");
     }
     // A folder that is there is never written into.

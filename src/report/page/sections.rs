@@ -5,8 +5,8 @@ use serde::Serialize;
 use crate::document::{Block, Document};
 use crate::error::Error;
 use crate::report::figure::{Figure, Page};
+use crate::report::svg;
 use crate::report::views::words;
-use crate::report::{claims, svg};
 use crate::reproduce::beside::{Beside, Stated};
 
 /// A part of the page that shows the record of another job.
@@ -54,11 +54,8 @@ pub fn sections(beside: &Beside) -> Result<Sections, Error> {
     }
     let mut claimed = Vec::new();
     if let Some(of) = &beside.claims {
-        let part = claims::distributions(&of.record)?;
-        let title = "Distributions of a grain's stress, with fits";
-        charts.push(section("distributions", title, part, &of.stated));
-        let part = claims::part(&of.record)?;
         let title = "The paper's claims about its simulations";
+        let part = part(&of.record.summary());
         claimed.push(section("claims", title, part, &of.stated));
     }
     Ok(Sections {

@@ -1,9 +1,8 @@
 //! Height and porosity of the bed, and which members are counted at all.
 
 use super::claim::{Claim, Row, Rule, Verdict, verdict};
-use super::quantities;
-use super::sample::measured;
-use crate::paper::published::{Published, published};
+use super::sample::{self, measured};
+use crate::paper::published::{HEIGHTS, POROSITIES, Published, published};
 use crate::study::campaign::member::Member;
 use crate::study::realization::Ending;
 use evidence::moments::mean;
@@ -11,43 +10,8 @@ use evidence::proportion::wilson;
 use evidence::unpaired::welch;
 use grains::scene::Scene;
 
-const HEIGHTS: [(&str, &str); 3] = [
-    ("settled.height.mean_surface", "mean surface"),
-    ("settled.height.highest_grain", "top of the highest grain"),
-    (
-        "settled.height.twice_centre_of_mass",
-        "twice the centre of mass",
-    ),
-];
-const POROSITIES: [(&str, &str); 5] = [
-    (
-        "settled.porosity.from_mean_surface",
-        "from the mean surface",
-    ),
-    (
-        "settled.porosity.from_highest_grain",
-        "from the highest grain",
-    ),
-    (
-        "settled.porosity.from_twice_centre_of_mass",
-        "from twice the centre of mass",
-    ),
-    (
-        "settled.porosity.in_window",
-        "in a window away from the walls",
-    ),
-    (
-        "settled.porosity.of_cells",
-        "of the cells of whole grains in that window",
-    ),
-];
-
 /// Above this share of members that do not get the force, what becomes of them matters to every mean.
 const NEGLIGIBLE: f64 = 0.01;
-
-fn limits(of: &Published) -> [f64; 2] {
-    [of.value - of.tolerance, of.value + of.tolerance]
-}
 
 fn definitions(members: &[Member], of: &Published, keys: &[(&str, &str)]) -> Vec<Row> {
     let row = |(key, words): &(&str, &str)| {
@@ -56,8 +20,8 @@ fn definitions(members: &[Member], of: &Published, keys: &[(&str, &str)]) -> Vec
             *words,
             of.unit,
             values.len(),
-            limits(of),
-            quantities::mean(&values),
+            of.limits(),
+            sample::mean(&values),
         );
         row.against(of.value)
     };
@@ -142,7 +106,7 @@ pub fn both(scene: &Scene, members: &[Member]) -> Option<Claim> {
             "1",
             pairs.len(),
             [0.5, 1.0],
-            quantities::share(&pairs, |both| both > 0.5),
+            sample::share(&pairs, |both| both > 0.5),
         ));
         for (porosity_key, porosity_words) in POROSITIES {
             let (of_height, of_porosity) = (
