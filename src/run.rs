@@ -16,7 +16,7 @@ use crate::run::folder::record::{EngineRecord, Protocol, RECORD_VERSION, RunReco
 use crate::run::folder::{Moment, RunFolder};
 use grains::measure;
 use grains::measure::history::{self, HistoryRow};
-use grains::model::terms::ModelRecord;
+use grains::model::ModelRecord;
 use grains::native;
 use grains::scene::Scene;
 use grains::tables::{Bodies, Snapshot, Stage};

@@ -9,8 +9,8 @@ use crossgrain::study::campaign::merged::Merged;
 use crossgrain::study::campaign::plan::Plan;
 use crossgrain::study::realization::{Ending, Runner};
 use crossgrain::study::tradeoff::margins::CHARTED;
-use evidence::equivalence::Finding;
 use evidence::random::Source;
+use evidence::t_test::Finding;
 use grains::native::Mode;
 use grains::scene::paper_scene;
 

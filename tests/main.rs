@@ -6,6 +6,7 @@ mod support;
 #[path = "../fuzz/src/lib.rs"]
 mod readers;
 
+mod architecture;
 mod scene;
 
 mod generate;

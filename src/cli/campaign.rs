@@ -20,8 +20,8 @@ use crate::study::campaign::run::{Job, run};
 use crate::study::campaign::shard::Shard;
 use crate::study::campaign::status::status;
 use crate::study::realization::Runner;
+use grains::model::Kernel;
 use grains::model::Model;
-use grains::model::terms::Kernel;
 use grains::native::Mode;
 use grains::native::pouring::Softly;
 

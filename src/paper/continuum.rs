@@ -14,7 +14,7 @@ pub mod table;
 use serde::{Deserialize, Serialize};
 
 use self::pressure::Pressure;
-use grains::measure::extensive_stress::Components;
+use grains::measure::stress::Components;
 
 /// What the load stands on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -12,9 +12,9 @@ use super::axis::{Area, round_step, rounded};
 use super::frame::{BARS, BLUE, GREEN, INK, VERMILION, key, sample, text, whole};
 use super::plot::Stroke;
 use crate::error::Error;
-use evidence::histogram::Bins;
-use evidence::law::{Family, Law};
+use evidence::distribution::{Distribution, Family};
 use evidence::moments;
+use evidence::proportion::Bins;
 
 /// What is drawn.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,7 +32,7 @@ pub struct Distribution<'a> {
     /// Mean of the theory's exponential, where there is a theory.
     pub theory_mean: Option<f64>,
     /// Laws that were fitted to the values. With one of both signs, Laplace's, the share of larger values is left out.
-    pub fitted: &'a [Law],
+    pub fitted: &'a [Distribution],
 }
 
 /// A drawn panel and its numbers.
@@ -62,7 +62,7 @@ struct Curve {
     /// In the key.
     words: String,
     stroke: Stroke<'static>,
-    law: Law,
+    law: Distribution,
 }
 
 impl Curve {
@@ -71,14 +71,14 @@ impl Curve {
             name: "exponential",
             words: "theory".to_owned(),
             stroke: Stroke::whole(VERMILION),
-            law: Law::Exponential { mean },
+            law: Distribution::Exponential { mean },
         }
     }
 
-    fn fitted(law: Law) -> Self {
+    fn fitted(law: Distribution) -> Self {
         let of_shape = |name: &str, shape: f64| format!("{name}, shape {}", rounded(shape, 3));
         let (name, words, stroke) = match law {
-            Law::Exponential { .. } => (
+            Distribution::Exponential { .. } => (
                 "fitted exponential",
                 "fitted exponential".to_owned(),
                 Stroke {
@@ -86,12 +86,16 @@ impl Curve {
                     ..Stroke::whole(INK)
                 },
             ),
-            Law::Gamma { shape, .. } => ("gamma", of_shape("Gamma", shape), Stroke::dashed(GREEN)),
-            Law::Weibull { shape, .. } => {
+            Distribution::Gamma { shape, .. } => {
+                ("gamma", of_shape("Gamma", shape), Stroke::dashed(GREEN))
+            }
+            Distribution::Weibull { shape, .. } => {
                 let words = of_shape("Weibull", shape);
                 ("weibull", words, Stroke::dashed(GREEN))
             }
-            Law::Laplace { .. } => ("laplace", "Laplace".to_owned(), Stroke::dashed(GREEN)),
+            Distribution::Laplace { .. } => {
+                ("laplace", "Laplace".to_owned(), Stroke::dashed(GREEN))
+            }
         };
         Curve {
             name,
@@ -104,7 +108,7 @@ impl Curve {
     /// Points of a function of the law over the bins; laws of positive values begin at zero.
     fn points(&self, bins: &Bins, of: impl Fn(f64) -> f64) -> Vec<[f64; 2]> {
         let from = match self.law {
-            Law::Laplace { .. } => bins.start,
+            Distribution::Laplace { .. } => bins.start,
             _ => bins.start.max(0.0),
         };
         let points = (0..=POINTS).map(|index| {
@@ -184,7 +188,7 @@ impl Distribution<'_> {
     }
 
     fn has_survival(&self) -> bool {
-        let both_signs = |law: &Law| law.family() == Family::Laplace;
+        let both_signs = |law: &Distribution| law.family() == Family::Laplace;
         !self.fitted.iter().any(both_signs)
     }
 
@@ -195,7 +199,10 @@ impl Distribution<'_> {
             "<g font-weight=\"bold\" font-size=\"15\">{}</g>",
             text([left, top - 42.0], "start", self.title)
         );
-        let (mean, deviation) = (moments::mean(self.values), moments::deviation(self.values));
+        let (mean, deviation) = (
+            moments::mean(self.values),
+            moments::standard_deviation(self.values),
+        );
         let spread = if self.has_survival() {
             format!("variation {}", rounded(deviation / mean, 3))
         } else {

@@ -14,7 +14,7 @@ use crate::study::tradeoff::choice::not_shown;
 use crate::study::tradeoff::judge::{Judgement, MISSED_KEY, Worst};
 use crate::study::tradeoff::method::Runner;
 use crate::study::tradeoff::record::{Pareto, Point};
-use evidence::equivalence::Finding;
+use evidence::t_test::Finding;
 use grains::native::Mode;
 
 const PAGE: &str = include_str!("pareto.html");

@@ -8,7 +8,7 @@ use crate::paper::continuum::table::{Point, Setup};
 use crate::paper::continuum::{Field, Load, Model, Spread, weight};
 use crate::study::campaign::merged::Merged;
 use crate::study::realization::{Realization, Runner, Way, run};
-use evidence::law::{Family, Law};
+use evidence::distribution::{Distribution, Family};
 use grains::measure::height;
 use grains::scene::Scene;
 use grains::tables::Snapshot;
@@ -94,7 +94,7 @@ pub struct Sample {
     /// μ = σ_zz V_c of the half-space (Eq. 7), J.
     pub theory_mean: f64,
     /// The Gamma law that fits best; none where none does.
-    pub gamma: Option<Law>,
+    pub gamma: Option<Distribution>,
 }
 
 /// A sample a control point; an error where one has no values.

@@ -4,7 +4,7 @@
 use super::build::{self, Grain, wall};
 use super::{Group, Line, Rung, Track};
 use crate::paper::disc_field::{DiscField, RimForce};
-use grains::measure::{Bed, extensive_stress};
+use grains::measure::{Bed, stress};
 use grains::model::{Axis, Model};
 
 /// m.
@@ -40,7 +40,7 @@ fn judge(track: &Track) -> Option<Vec<Line>> {
         bodies: &moment.bodies,
         contacts: &moment.contacts,
     };
-    let sum = *extensive_stress::of_grains(bed).first()?;
+    let sum = *stress::of_grains(bed).first()?;
     let rim = moment.contacts.iter().map(|contact| {
         let [x, z] = contact.point;
         RimForce {

@@ -2,7 +2,7 @@
 
 use grains::case::Case;
 use grains::generate::initial_bodies;
-use grains::measure::{Bed, coordination};
+use grains::measure::{Bed, neighbourhood};
 use grains::model::Model;
 use grains::native::{self, CaseOptions, contact};
 use grains::scene::{NewContactSlip, Rotation, Scene, Shape, SlipVelocity, TimeStep, TorqueArms};
@@ -199,7 +199,7 @@ proptest! {
         prop_assert!(last.contacts.iter().all(|contact| contact.normal_force >= 0.0));
         let bed = Bed { bodies: &last.bodies, contacts: &last.contacts };
         let ends = 2 * found.len() + (last.contacts.len() - found.len());
-        let mean = coordination::of(bed).mean;
+        let mean = neighbourhood::coordination(bed).mean;
         prop_assert!((mean - ends as f64 / places.len() as f64).abs() < 1e-12);
     }
 }

@@ -1,4 +1,6 @@
-//! Mean, standard deviation, and the t interval of a mean.
+//! Mean, standard standard_deviation, median, coefficient of variation, and intervals of a mean.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::{Interval, two_sided};
 
@@ -8,7 +10,7 @@ pub fn mean(values: &[f64]) -> f64 {
 }
 
 /// √(Σ(x − x̄)²/(n − 1)); not a number for fewer than two values.
-pub fn deviation(values: &[f64]) -> f64 {
+pub fn standard_deviation(values: &[f64]) -> f64 {
     let centre = mean(values);
     let squares: f64 = values.iter().map(|value| (value - centre).powi(2)).sum();
     if values.len() < 2 {
@@ -29,24 +31,46 @@ pub fn median(values: &[f64]) -> Option<f64> {
 /// x̄ ± t·s/√n, which holds the true mean with probability `level` for normal values; none for fewer than two.
 pub fn mean_interval(values: &[f64], level: f64) -> Option<Interval> {
     let count = values.len() as f64;
-    let reach = two_sided(level, count - 1.0)? * deviation(values) / count.sqrt();
-    let estimate = mean(values);
+    let reach = two_sided(level, count - 1.0)? * standard_deviation(values) / count.sqrt();
+    Some(Interval::about(mean(values), reach))
+}
+
+/// The interval of the mean if the values are exponential: 2nx̄/μ is χ² with 2n degrees of freedom. None
+/// without values or with a negative one.
+pub fn exponential_mean_interval(values: &[f64], level: f64) -> Option<Interval> {
+    if values.is_empty() || !values.iter().all(|value| *value >= 0.0) {
+        return None;
+    }
+    let distribution = ChiSquared::new(2.0 * values.len() as f64).ok()?;
+    let twice = 2.0 * values.iter().sum::<f64>();
     Some(Interval {
-        estimate,
-        low: estimate - reach,
-        high: estimate + reach,
+        estimate: mean(values),
+        low: twice / distribution.inverse_cdf(0.5 + 0.5 * level),
+        high: twice / distribution.inverse_cdf(0.5 - 0.5 * level),
     })
+}
+
+/// Standard deviation over mean; 1 for an exponential.
+pub fn coefficient_of_variation(values: &[f64]) -> f64 {
+    standard_deviation(values) / mean(values)
+}
+
+/// The share of values above so many means; e^{−multiple} for an exponential.
+pub fn share_above(values: &[f64], multiple: f64) -> f64 {
+    let limit = multiple * mean(values);
+    values.iter().filter(|value| **value > limit).count() as f64 / values.len() as f64
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::distribution::tests::AIR_CONDITIONING;
 
     /// Student's own sleep data (1908): ten differences, mean 1.58, s 1.230, 95 % interval 0.70 to 2.46.
     #[test]
     fn the_interval_of_students_sleep_data() {
         let gained = [1.2, 2.4, 1.3, 1.3, 0.0, 1.0, 1.8, 0.8, 4.6, 1.4];
-        assert!((deviation(&gained) - 1.229_995).abs() < 1.0e-6);
+        assert!((standard_deviation(&gained) - 1.229_995).abs() < 1.0e-6);
         let interval = mean_interval(&gained, 0.95).expect("ten values");
         assert!((interval.estimate - 1.58).abs() < 1.0e-12);
         assert!((interval.low - 0.700_114).abs() < 1.0e-6, "{interval:?}");
@@ -56,7 +80,7 @@ mod tests {
     #[test]
     fn one_value_has_no_interval() {
         assert!(mean_interval(&[1.0], 0.95).is_none());
-        assert!(deviation(&[1.0]).is_nan());
+        assert!(standard_deviation(&[1.0]).is_nan());
     }
 
     #[test]
@@ -64,5 +88,26 @@ mod tests {
         assert_eq!(median(&[3.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median(&[4.0, 1.0, 2.0, 3.0]), Some(2.5));
         assert_eq!(median(&[]), None);
+    }
+
+    /// scipy 1.17.1, 2Σx/chi2.ppf: 42.930370 to 88.336106.
+    #[test]
+    fn the_interval_of_a_known_exponential_sample() {
+        let found = exponential_mean_interval(&AIR_CONDITIONING, 0.95).expect("not negative");
+        assert!((found.estimate - 59.6).abs() < 1.0e-12);
+        assert!((found.low - 42.930_370).abs() < 1.0e-5, "{found:?}");
+        assert!((found.high - 88.336_106).abs() < 1.0e-5, "{found:?}");
+        assert!(exponential_mean_interval(&[], 0.95).is_none());
+        assert!(exponential_mean_interval(&[1.0, -1.0], 0.95).is_none());
+    }
+
+    #[test]
+    fn an_exponential_has_ones() {
+        // The quantiles at the middles of a thousand equal shares.
+        let quantile = |k| -(1.0 - (f64::from(k) + 0.5) / 1000.0f64).ln();
+        let values: Vec<f64> = (0..1000).map(quantile).collect();
+        assert!((coefficient_of_variation(&values) - 1.0).abs() < 0.01);
+        assert!((share_above(&values, 2.0) - (-2.0f64).exp()).abs() < 0.002);
+        assert!((share_above(&values, 0.0) - 1.0).abs() < 1.0e-12);
     }
 }

@@ -1,18 +1,12 @@
 //! Measures of a bed, one definition a file. Blind to the engine: they read the tables alone.
 
 pub mod cells;
-pub mod control_stress;
-pub mod coordination;
-pub mod energy;
-pub mod extensive_stress;
+pub mod equilibrium;
 pub mod height;
 pub mod history;
 pub mod neighbourhood;
 pub mod porosity;
-pub mod profile;
-pub mod stress_at_depth;
-pub mod support;
-pub mod unbalanced_force;
+pub mod stress;
 
 use serde::{Deserialize, Serialize};
 
@@ -91,23 +85,31 @@ fn bed(scene: &Scene, moment: &str, bed: Bed<'_>, surface: f64) -> Vec<Quantity>
     if let Some(value) = porosity::of_cells(bed.bodies, &cells, &window) {
         add("porosity.of_cells", value, "1");
     }
-    let coordination = coordination::of(bed);
+    let coordination = neighbourhood::coordination(bed);
     add("coordination.mean", coordination.mean, "1");
     if let Some(value) = coordination.mean_without_rattlers {
         add("coordination.mean_without_rattlers", value, "1");
     }
     add("coordination.rattlers", coordination.rattler_share, "1");
-    if let Some(value) = unbalanced_force::of(scene, bed) {
+    if let Some(value) = equilibrium::unbalanced_force(scene, bed) {
         add("unbalanced_force", value, "1");
     }
-    add("energy.kinetic", energy::kinetic(bed.bodies), "J");
-    add("energy.elastic", energy::elastic(scene, bed), "J");
     add(
-        "energy.potential",
-        energy::potential(scene, bed.bodies),
+        "energy.kinetic",
+        equilibrium::kinetic_energy(bed.bodies),
         "J",
     );
-    for at in control_stress::all(scene, bed, &cells, surface) {
+    add(
+        "energy.elastic",
+        equilibrium::elastic_energy(scene, bed),
+        "J",
+    );
+    add(
+        "energy.potential",
+        equilibrium::potential_energy(scene, bed.bodies),
+        "J",
+    );
+    for at in stress::at_control_points(scene, bed, &cells, surface) {
         let name = &at.name;
         add(&format!("stress.{name}.grain_zz"), at.grain_stress.zz, "Pa");
         add(&format!("stress.{name}.grain_xx"), at.grain_stress.xx, "Pa");

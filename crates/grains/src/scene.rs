@@ -1,16 +1,11 @@
 //! The scene: types, the paper's own, validation and the JSON Schema. Depends on nothing that comes after it.
 
 pub mod check;
-pub mod contact;
 pub mod model;
 pub mod paper_scene;
 pub mod problem;
-mod structure;
 
 pub use check::{SceneError, parse_scene};
-pub use contact::{
-    ContactLaw, NewContactSlip, Rotation, SlipVelocity, Tension, TorqueArms, Viscosity,
-};
 pub use model::*;
 pub use paper_scene::{OPEN_CHOICES, paper_scene};
 pub use problem::Problem;

@@ -10,7 +10,7 @@ use crate::error::{Error, exit};
 use crate::study::campaign::compare::{Comparison, Verdict, compare};
 use crate::study::campaign::merged;
 use evidence::Interval;
-use evidence::equivalence::Finding;
+use evidence::t_test::Finding;
 
 #[derive(Debug, Args)]
 pub struct Arguments {

@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use grains::measure::energy::kinetic;
+use grains::measure::equilibrium::kinetic_energy;
 use grains::tables::{Bodies, Snapshot};
 
 /// How far from the native exact bed another engine's may be after the same steps.

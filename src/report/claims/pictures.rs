@@ -11,8 +11,8 @@ use crate::report::plot::{Plot, Stroke};
 use crate::study::claims::claim::{Answer, Claim, Row};
 use crate::study::claims::{Claims, Histogram, Volume, Volumes};
 use evidence::Interval;
-use evidence::histogram::Bins;
-use evidence::law::{Family, Law};
+use evidence::distribution::{Distribution, Family};
+use evidence::proportion::Bins;
 
 const POINT_COLOURS: [&str; 3] = [BLUE, VERMILION, GREEN];
 
@@ -25,7 +25,7 @@ pub fn histogram(
 ) -> Result<Figure, Error> {
     let values: Vec<f64> = of.sorted.iter().map(|value| value / scale).collect();
     let both_signs = of.fitted.is_some_and(|law| law.family() == Family::Laplace);
-    let own = (!both_signs).then_some(Law::Exponential { mean: of.mean });
+    let own = (!both_signs).then_some(Distribution::Exponential { mean: of.mean });
     let fitted = own.into_iter().chain(of.fitted).map(|law| law.over(scale));
     let panel = Distribution {
         title: &of.point,
@@ -38,7 +38,7 @@ pub fn histogram(
             count: of.density.len(),
         },
         theory_mean: of.theory.map(|mean| mean / scale),
-        fitted: &fitted.collect::<Vec<Law>>(),
+        fitted: &fitted.collect::<Vec<Distribution>>(),
     };
     let panel = panel.panel()?;
     Ok(Figure {

@@ -4,7 +4,7 @@ use super::{Curve, Distribution, LEVEL, MAIN, Panel, rows};
 use crate::report::axis::Axis;
 use crate::report::frame::{BARS, BLUE};
 use crate::report::plot::{Plot, Stroke};
-use evidence::law::Law;
+use evidence::distribution::Distribution;
 
 /// Room above the highest bar or law.
 const ROOM: f64 = 1.06;
@@ -46,10 +46,10 @@ pub fn add(of: &Distribution<'_>, panel: &mut Panel, curves: &[Curve], least_top
 }
 
 /// The largest density where it is sure to have a bound.
-fn peak(law: &Law) -> f64 {
+fn peak(law: &Distribution) -> f64 {
     match law {
-        Law::Exponential { mean } => 1.0 / mean,
-        Law::Laplace { scale, .. } => 0.5 / scale,
-        Law::Gamma { .. } | Law::Weibull { .. } => 0.0,
+        Distribution::Exponential { mean } => 1.0 / mean,
+        Distribution::Laplace { scale, .. } => 0.5 / scale,
+        Distribution::Gamma { .. } | Distribution::Weibull { .. } => 0.0,
     }
 }

@@ -7,7 +7,7 @@ use crate::report::figure::cells;
 use crate::report::figure_files::table;
 use crate::report::frame::{escaped, whole};
 use evidence::Interval;
-use evidence::equivalence::Finding;
+use evidence::t_test::Finding;
 
 /// A method's row.
 #[derive(Debug, Clone, PartialEq)]

@@ -11,11 +11,13 @@ use super::member::Member;
 use super::merged::Merged;
 use crate::study::realization::Ending;
 use crate::study::tradeoff::margins::CHARTED;
-use evidence::equivalence::Finding;
-use evidence::moments::{deviation, mean};
+use evidence::moments::{mean, standard_deviation};
 use evidence::proportion;
-use evidence::two_samples::{self, TwoSamples};
-use evidence::unpaired::{self, Unpaired};
+use evidence::t_test;
+use evidence::t_test::Finding;
+use evidence::t_test::Welch;
+use evidence::two_samples;
+use evidence::two_samples::TwoSamples;
 use evidence::{Interval, holm};
 
 /// Exchanges of packings for the p of two samples.
@@ -50,7 +52,7 @@ pub struct Compared {
     /// Packings that have it.
     pub packings: [usize; 2],
     /// Second minus first.
-    pub unpaired: Unpaired,
+    pub unpaired: Welch,
     /// The largest difference that is no matter; none where the quantity judges nothing.
     pub margin: Option<f64>,
     /// Of the margin.
@@ -161,9 +163,9 @@ fn quantities(first: &[Member], second: &[Member]) -> Vec<Compared> {
                 values.flatten().copied().collect()
             };
             let (a, b) = (values(first), values(second));
-            let unpaired = unpaired::welch(&a, &b)?;
+            let unpaired = t_test::welch(&a, &b)?;
             let margin = charted.margin.map(|margin| margin.absolute(mean(&a)));
-            let tested = margin.and_then(|margin| unpaired::equivalence(&unpaired, margin));
+            let tested = margin.and_then(|margin| t_test::welch_equivalence(&unpaired, margin));
             let packings = |values: &[f64]| -> Vec<Vec<f64>> {
                 values.iter().map(|value| vec![*value]).collect()
             };
@@ -172,8 +174,8 @@ fn quantities(first: &[Member], second: &[Member]) -> Vec<Compared> {
                 key: charted.key.to_owned(),
                 title: charted.title.to_owned(),
                 unit: charted.unit.to_owned(),
-                first: [mean(&a), deviation(&a)],
-                second: [mean(&b), deviation(&b)],
+                first: [mean(&a), standard_deviation(&a)],
+                second: [mean(&b), standard_deviation(&b)],
                 packings: [a.len(), b.len()],
                 unpaired,
                 margin,

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::run::EngineError;
 use crate::study::realization::{self, Ending, Realization, Way, bed_of};
 use grains::measure::neighbourhood::{self, Neighbourhood};
-use grains::measure::{cells, extensive_stress, height, profile};
+use grains::measure::{cells, height, stress};
 use grains::scene::Scene;
 use grains::tables::Snapshot;
 
@@ -43,9 +43,9 @@ pub struct Member {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fields {
-    /// [`profile::across`] at the depth of the first control point.
+    /// [`stress::across`] at the depth of the first control point.
     pub across: Vec<f64>,
-    /// [`profile::down`].
+    /// [`stress::down`].
     pub down: Vec<f64>,
     /// In the order of the scene's control points; a point that is not inside the bed has none.
     pub points: Vec<Neighbourhood>,
@@ -115,7 +115,7 @@ pub fn run(
 fn fields(scene: &Scene, of: &Snapshot, surface: f64) -> Fields {
     let bed = bed_of(of);
     let cells = cells::radical(scene, bed.bodies);
-    let extensive = extensive_stress::of_grains(bed);
+    let extensive = stress::of_grains(bed);
     let places = scene.control_points.iter().map(|point| {
         let place = [scene.punch_axis() + point.offset, surface - point.depth];
         (point, place)
@@ -126,8 +126,8 @@ fn fields(scene: &Scene, of: &Snapshot, surface: f64) -> Fields {
         .first()
         .map_or(0.0, |point| point.depth);
     Fields {
-        across: profile::across(scene, bed, &cells, &extensive, surface - depth),
-        down: profile::down(scene, bed, &cells, &extensive, surface),
+        across: stress::across(scene, bed, &cells, &extensive, surface - depth),
+        down: stress::down(scene, bed, &cells, &extensive, surface),
         points: inside
             .map(|(point, place)| neighbourhood::of(&point.name, place, bed, &cells, &extensive))
             .collect(),

@@ -8,7 +8,7 @@ use crate::study::campaign::member::Member;
 use crate::study::realization::Ending;
 use evidence::moments::mean;
 use evidence::proportion::wilson;
-use evidence::unpaired::welch;
+use evidence::t_test::welch;
 use grains::scene::Scene;
 
 const HEIGHTS: [(&str, &str); 3] = [
@@ -78,7 +78,7 @@ fn which_hold(rows: &[Row]) -> String {
 }
 
 fn spread(members: &[Member], key: &str) -> f64 {
-    evidence::moments::deviation(&measured(members, key))
+    evidence::moments::standard_deviation(&measured(members, key))
 }
 
 /// H = 0.46 ± 0.01 m.

@@ -4,8 +4,8 @@ use super::claim::{Claim, Row, Rule, verdict};
 use super::means::POINTS;
 use super::sample::{Moment, nearest};
 use crate::study::campaign::member::Member;
-use evidence::correlation::spearman;
-use evidence::{Interval, bootstrap, paired};
+use evidence::regression::spearman;
+use evidence::{Interval, bootstrap, regression};
 
 /// Correlations between neighbours may be this large: eight cells with it would vary by a third more than 1/√8.
 const TOLERANCE: f64 = 0.1;
@@ -81,7 +81,7 @@ pub fn independence(members: &[Member]) -> Claim {
 fn pair(first: &[f64], second: &[f64], level: f64) -> Option<Interval> {
     bootstrap::interval(first.len(), level, |packings| {
         let of = |values: &[f64]| -> Vec<f64> { packings.iter().map(|one| values[*one]).collect() };
-        paired::correlation(&of(first), &of(second)).unwrap_or(f64::NAN)
+        regression::correlation(&of(first), &of(second)).unwrap_or(f64::NAN)
     })
 }
 
@@ -92,12 +92,12 @@ fn mean_of_pairs(columns: &[Vec<f64>], packings: &[usize]) -> f64 {
     for column in columns {
         let values: Vec<f64> = packings.iter().map(|one| column[*one]).collect();
         let centre = evidence::moments::mean(&values);
-        let spread = evidence::moments::deviation(&values);
+        let spread = evidence::moments::standard_deviation(&values);
         for (sum, value) in sums.iter_mut().zip(values) {
             *sum += (value - centre) / spread;
         }
     }
-    let variance = evidence::moments::deviation(&sums).powi(2);
+    let variance = evidence::moments::standard_deviation(&sums).powi(2);
     (variance - count) / (count * (count - 1.0))
 }
 

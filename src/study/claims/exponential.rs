@@ -5,8 +5,8 @@ use super::means::POINTS;
 use super::quantities;
 use super::sample::{Moment, positive, stress};
 use crate::study::campaign::member::Member;
+use evidence::distribution::Family;
 use evidence::goodness;
-use evidence::law::Family;
 use evidence::likelihood::{against_exponential, not_nested};
 
 /// Samples drawn for a p-value: the smallest that can be found is 1/1000.

@@ -10,9 +10,9 @@ use super::volumes::Volumes;
 use crate::paper::boussinesq::published_parts;
 use crate::study::campaign::member::Member;
 use evidence::Interval;
-use evidence::histogram::Bins;
-use evidence::law::{Family, Law};
+use evidence::distribution::{Distribution, Family};
 use evidence::moments::mean;
+use evidence::proportion::Bins;
 
 /// A bin is so wide, in means of the sample.
 const BIN: f64 = 0.25;
@@ -35,7 +35,7 @@ pub struct Histogram {
     /// The theory's mean in the same unit, where there is one.
     pub theory: Option<f64>,
     /// The fitted law beside the exponential: gamma, or Laplace for shear.
-    pub fitted: Option<Law>,
+    pub fitted: Option<Distribution>,
     /// Width of a bin, in the unit of the values.
     pub bin: f64,
     /// From here on.
@@ -125,7 +125,7 @@ fn shear(members: &[Member]) -> Vec<Histogram> {
     let of = |point: &'static str| {
         let values = stress(members, Moment::Loaded, point, "grain_xz");
         let law = Family::Laplace.fit(&values)?;
-        let Law::Laplace { location, scale } = law else {
+        let Distribution::Laplace { location, scale } = law else {
             return None;
         };
         let bins = Bins {

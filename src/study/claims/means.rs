@@ -6,8 +6,8 @@ use super::sample::{Moment, stress};
 use crate::paper::boussinesq::published_parts;
 use crate::paper::published::published;
 use crate::study::campaign::member::Member;
+use evidence::distribution::Distribution;
 use evidence::goodness;
-use evidence::law::Law;
 
 /// The control points of the paper, as the scene names them.
 pub const POINTS: [&str; 3] = ["O", "A", "B"];
@@ -158,7 +158,7 @@ pub fn with_theorys_rate(members: &[Member]) -> Option<Claim> {
     for point in POINTS {
         let published = published_parts(point)?.extensive;
         let values = stress(members, Moment::Loaded, point, "control_volume_zz");
-        let law = Law::Exponential { mean: published };
+        let law = Distribution::Exponential { mean: published };
         let limit = published * 20f64.ln();
         let above = values.iter().filter(|value| **value > limit).count();
         let share = |level: f64| evidence::proportion::wilson(above, values.len(), level);

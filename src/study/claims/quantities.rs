@@ -1,8 +1,8 @@
 //! Intervals of what claims are about, each as a function of the level.
 
-use evidence::law::Family;
+use evidence::distribution::Family;
 use evidence::likelihood::against_exponential;
-use evidence::{Interval, bootstrap, moments, proportion, shape};
+use evidence::{Interval, bootstrap, moments, proportion};
 
 /// Mean with its t interval.
 pub fn mean(values: &[f64]) -> impl Fn(f64) -> Option<Interval> {
@@ -11,12 +11,12 @@ pub fn mean(values: &[f64]) -> impl Fn(f64) -> Option<Interval> {
 
 /// Standard deviation over mean with its BCa interval over packings.
 pub fn variation(values: &[f64]) -> impl Fn(f64) -> Option<Interval> {
-    |level| bootstrap::variation(values, level)
+    |level| bootstrap::coefficient_of_variation(values, level)
 }
 
 /// Share above so many means, with Wilson's interval.
 pub fn share_above(values: &[f64], multiple: f64) -> impl Fn(f64) -> Option<Interval> {
-    let share = shape::share_above(values, multiple);
+    let share = moments::share_above(values, multiple);
     let hits = (share * values.len() as f64).round() as usize;
     move |level| proportion::wilson(hits, values.len(), level)
 }

@@ -51,7 +51,7 @@ pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Cl
                     "1",
                     one.packings,
                     [1.0 / FACTOR, FACTOR],
-                    |level| Some(bootstrap::variation(&sums, level)?.over(scale)),
+                    |level| Some(bootstrap::coefficient_of_variation(&sums, level)?.over(scale)),
                 )
                 .against(1.0),
             );

@@ -10,8 +10,8 @@ use super::quantities;
 use super::sample::{Moment, positive, together};
 use crate::paper::continuum::half_space::strip_load;
 use crate::study::campaign::member::Member;
-use evidence::moments::{deviation, mean};
-use evidence::{Interval, bootstrap, line};
+use evidence::moments::{mean, standard_deviation};
+use evidence::{Interval, bootstrap, regression};
 use grains::measure::neighbourhood::{GROWING, Together};
 use grains::scene::Scene;
 
@@ -110,9 +110,9 @@ fn volume(
     let area = mean(&all.iter().map(|one| one.cell).collect::<Vec<f64>>());
     let rise = mean(&all.iter().map(|one| one.rise).collect::<Vec<f64>>());
     let n = cells as f64;
-    let variation = bootstrap::variation(&sums, LEVEL);
+    let variation = bootstrap::coefficient_of_variation(&sums, LEVEL);
     let shape = quantities::gamma_shape(&positive(&sums))(LEVEL);
-    let ratio = deviation(&sums) / mean(&sums) / single;
+    let ratio = standard_deviation(&sums) / mean(&sums) / single;
     Some(Volume {
         cells,
         packings: all.len(),
@@ -155,10 +155,13 @@ pub fn exponent(table: &[Vec<f64>], level: f64) -> Option<Interval> {
             .enumerate()
             .map(|(index, cells)| {
                 let sums: Vec<f64> = packings.iter().map(|one| table[*one][index]).collect();
-                ((*cells as f64).ln(), (deviation(&sums) / mean(&sums)).ln())
+                (
+                    (*cells as f64).ln(),
+                    (standard_deviation(&sums) / mean(&sums)).ln(),
+                )
             })
             .collect();
-        line::slope(&points).map_or(f64::NAN, |slope| slope.estimate)
+        regression::slope(&points).map_or(f64::NAN, |slope| slope.estimate)
     })
 }
 
@@ -188,7 +191,7 @@ pub fn all(scene: &Scene, members: &[Member]) -> Vec<Volumes> {
                 .iter()
                 .map(|one| one.zz)
                 .collect();
-            let single = deviation(&first) / mean(&first);
+            let single = standard_deviation(&first) / mean(&first);
             let volumes: Vec<Volume> = GROWING
                 .iter()
                 .filter_map(|cells| volume(scene, members, moment, point, *cells, single))

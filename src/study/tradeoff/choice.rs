@@ -5,7 +5,7 @@ use super::margins::CHARTED;
 use super::method::Runner;
 use super::record::Point;
 use evidence::Interval;
-use evidence::equivalence::Finding;
+use evidence::t_test::Finding;
 use grains::native::Mode;
 
 /// A point is dominated by the cheapest one that costs no more and errs no more in bed and load, by the estimates.

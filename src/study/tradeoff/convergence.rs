@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use crate::suite::build::{self, Grain};
-use evidence::{Interval, line};
+use evidence::{Interval, regression};
 use grains::case::Case;
 use grains::model::{Axis, Model};
 use grains::native::{self, NativeError};
@@ -62,7 +62,7 @@ fn converged(
     Ok(Convergence {
         title: title.to_owned(),
         error_of: error_of.to_owned(),
-        order: line::slope(&fitted),
+        order: regression::slope(&fitted),
         points,
         expected,
     })

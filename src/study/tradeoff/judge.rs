@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::margins::{CHARTED, Charted, MISSED};
 use super::member::{Ending, Member};
-use evidence::equivalence::{self, Finding};
-use evidence::paired::{Paired, paired};
+use evidence::t_test;
+use evidence::t_test::Finding;
+use evidence::t_test::{Paired, paired};
 use evidence::{Interval, proportion};
 
 /// A quantity of a method against the reference's.
@@ -159,7 +160,7 @@ pub fn judge(pairs: &[(&Member, &Member)], comparable: impl Fn(&str) -> bool) ->
     let missed = proportion::difference(
         (reference.missed(), reference.all()),
         (endings.missed(), endings.all()),
-        1.0 - 2.0 * equivalence::LEVEL,
+        1.0 - 2.0 * t_test::LEVEL,
     );
     let worsts: Vec<Worst> = differences.iter().filter_map(worst).collect();
     let of = |moment: &str| larger(worsts.iter().filter(|worst| worst.key.starts_with(moment)));
@@ -172,7 +173,7 @@ pub fn judge(pairs: &[(&Member, &Member)], comparable: impl Fn(&str) -> bool) ->
         clouds: pairs.len(),
         endings,
         missed,
-        missed_finding: missed.map(|interval| equivalence::finding(&interval, MISSED)),
+        missed_finding: missed.map(|interval| t_test::finding(&interval, MISSED)),
         differences,
         bed,
         load: larger(load.iter().chain(&by_chance)).cloned(),
@@ -205,7 +206,7 @@ fn difference(charted: &Charted, pairs: &[(&Member, &Member)]) -> Option<Differe
         .margin
         .map(|margin| margin.absolute(paired.first_mean));
     let differences: Vec<f64> = values.iter().map(|(a, b)| b - a).collect();
-    let tested = margin.and_then(|margin| equivalence::test(&differences, margin));
+    let tested = margin.and_then(|margin| t_test::equivalence(&differences, margin));
     Some(Difference {
         key: charted.key.to_owned(),
         paired,

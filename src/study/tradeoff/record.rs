@@ -298,7 +298,7 @@ fn quantities(plan: &Plan, members: &Members) -> Vec<Quantity> {
                 .collect();
             let found = (values.len() > 1).then(|| Reference {
                 mean: mean(&values),
-                deviation: evidence::moments::deviation(&values),
+                deviation: evidence::moments::standard_deviation(&values),
                 count: values.len(),
             });
             Quantity {

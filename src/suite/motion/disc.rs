@@ -3,7 +3,7 @@
 use crate::suite::build::{self, Grain};
 use crate::suite::line;
 use crate::suite::{Group, Line, Rung, Track};
-use grains::measure::{Bed, extensive_stress};
+use grains::measure::{Bed, stress};
 use grains::model::{Axis, Model};
 
 /// m.
@@ -49,7 +49,7 @@ fn judge(track: &Track, overlaps: [f64; 2]) -> Vec<Line> {
                 bodies: &at.bodies,
                 contacts: &at.contacts,
             };
-            extensive_stress::of_grains(bed).first().copied()
+            stress::of_grains(bed).first().copied()
         });
         let of =
             |row: usize, column: usize| stress.map_or(f64::NAN, |stress| stress[(row, column)]);

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Bed, energy, unbalanced_force};
+use super::{Bed, equilibrium};
 use crate::scene::Scene;
 use crate::tables::{Snapshot, Stage};
 
@@ -76,10 +76,10 @@ pub fn row(scene: &Scene, snapshot: &Snapshot) -> HistoryRow {
         stage: snapshot.stage,
         step: snapshot.step,
         time: snapshot.time,
-        kinetic_energy: energy::kinetic(bed.bodies),
-        potential_energy: energy::potential(scene, bed.bodies),
-        elastic_energy: energy::elastic(scene, bed),
-        unbalanced_force: unbalanced_force::of(scene, bed),
+        kinetic_energy: equilibrium::kinetic_energy(bed.bodies),
+        potential_energy: equilibrium::potential_energy(scene, bed.bodies),
+        elastic_energy: equilibrium::elastic_energy(scene, bed),
+        unbalanced_force: equilibrium::unbalanced_force(scene, bed),
         contacts: bed.contacts.len() as u64,
         punch_depth: snapshot.punch.map(|punch| punch.depth()),
         punch_force: snapshot.punch.map(|punch| punch.force),

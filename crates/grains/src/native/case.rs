@@ -1,9 +1,9 @@
 //! Cases in the native engine.
 
+use super::Mode;
 use super::constants::Constants;
 use super::dynamics::Dynamics;
 use super::health::Trouble;
-use super::mode::Mode;
 use super::neighbours::Skin;
 use super::perturb::Perturbation;
 use super::stages::NativeError;

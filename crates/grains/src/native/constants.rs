@@ -2,7 +2,7 @@
 
 use super::contact::{self, Axis};
 use super::friction::{ContactRules, Parameters};
-use crate::model::terms::Kernel;
+use crate::model::Kernel;
 use crate::model::{Law, Model, damping_ratio};
 use crate::scene::Viscosity;
 use crate::tables::BodyIds;

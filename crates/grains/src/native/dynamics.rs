@@ -1,14 +1,14 @@
 //! The step: integrate, move the punch, list neighbours anew if need be, evaluate the forces.
 
+use super::Mode;
 use super::constants::Constants;
 use super::general;
 use super::health::Trouble;
 use super::integrate::{integrate, integrate_spins};
-use super::mode::Mode;
 use super::neighbours::{Neighbours, Skin};
 use super::springs::{self, single::Single};
 use super::state::{State, contact_row};
-use crate::model::terms::Kernel;
+use crate::model::Kernel;
 use crate::tables::{Bodies, Contact, Punch, Snapshot, Stage};
 
 /// The parts of a step.

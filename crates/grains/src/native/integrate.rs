@@ -121,7 +121,7 @@ pub fn integrate_spins(state: &mut State, dt: f64, alpha: f64) {
 mod tests {
     use super::*;
     use crate::generate::initial_bodies;
-    use crate::model::terms::Kernel;
+    use crate::model::Kernel;
     use crate::scene::paper_scene;
 
     /// One component as it is written down in the documentation.

@@ -5,11 +5,11 @@
 //! that do not touch add nothing.
 
 use super::constants::Constants;
-use super::history::History;
+use super::general::History;
 use super::integrate::Fastest;
 use super::rows::{Pair, Rows};
 use super::state::State;
-use crate::model::terms::Kernel;
+use crate::model::Kernel;
 
 /// Candidate pairs and the positions they were made for. Reused from build to build.
 #[derive(Debug, Default)]

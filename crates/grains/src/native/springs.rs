@@ -82,9 +82,9 @@ fn gather(of: &[[f64; 2]], ids: &Lanes<u32>) -> (Lanes<f64>, Lanes<f64>) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Mode;
     use super::super::constants::Constants;
     use super::super::dynamics::Dynamics;
-    use super::super::mode::Mode;
     use super::super::neighbours::Skin;
     use super::super::state::State;
     use super::single::Single;

@@ -4,13 +4,13 @@ use std::time::Instant;
 
 use crate::timing::ThreadTime;
 
+use super::Mode;
 use super::constants::Constants;
 use super::dynamics::Dynamics;
 use super::health::{self, Trouble};
-use super::mode::Mode;
 use super::neighbours::Skin;
 use super::perturb::Perturbation;
-use super::slow::Slowness;
+use super::timing::Slowness;
 use crate::model::Model;
 use crate::scene::Scene;
 use crate::stop::asked_to_end;

@@ -3,7 +3,7 @@
 use super::constants::{Constants, Wall};
 use super::contact::{self, Touch};
 use super::friction::Motion;
-use crate::model::terms::Kernel;
+use crate::model::Kernel;
 use crate::tables::{Bodies, Contact, Punch};
 
 /// Positions, velocities and forces, a pair of components a grain.

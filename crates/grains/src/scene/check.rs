@@ -45,7 +45,7 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
             found: version.to_string(),
         });
     }
-    let misfits = super::structure::misfits(&super::json_schema(), &value);
+    let misfits = super::problem::misfits(&super::json_schema(), &value);
     if !misfits.is_empty() {
         return Err(SceneError::Problems(misfits));
     }

@@ -2,7 +2,7 @@
 
 use super::{Came, GRAINS, Mode, run, small_bed};
 use crate::limits::stability::automatic;
-use grains::measure::{Bed, unbalanced_force};
+use grains::measure::{Bed, equilibrium};
 use grains::native::Trouble;
 use grains::scene::{Cloud, Damping, Scene, TimeStep, paper_scene};
 use grains::tables::StopReason;
@@ -223,5 +223,5 @@ fn unbalanced_at_end(came: &Came, scene: &Scene) -> f64 {
         bodies: &outcome.last.bodies,
         contacts: &outcome.last.contacts,
     };
-    unbalanced_force::of(scene, bed).unwrap_or(f64::NAN)
+    equilibrium::unbalanced_force(scene, bed).unwrap_or(f64::NAN)
 }
