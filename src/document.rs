@@ -3,11 +3,9 @@
 pub mod plot;
 pub mod table;
 
-use std::borrow::Cow;
-
 use crate::checks::{Check, Outcome};
-pub use plot::{Axis, Colour, Mark, Plot, Point};
-pub use table::{Cell, Column, Table, rounded};
+pub use plot::{Axis, Colour, Mark, Plot};
+pub use table::{Cell, Column, Table};
 
 /// A job's result for people.
 #[derive(Debug, Clone, PartialEq)]
@@ -111,32 +109,4 @@ impl From<String> for Block {
     fn from(text: String) -> Self {
         Block::Text(text)
     }
-}
-
-impl From<&str> for Block {
-    fn from(text: &str) -> Self {
-        Block::Text(text.to_owned())
-    }
-}
-
-/// The text with what a terminal or a browser would obey written out, as `\u{202e}`: control characters but line ends and
-/// tabs, what changes the direction of writing, and what no XML may hold. Names come from files that somebody made.
-pub fn harmless(text: &str) -> Cow<'_, str> {
-    let obeyed = |of: char| {
-        of.is_control() && of != '\n' && of != '\t'
-            || matches!(of, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
-            || matches!(of, '\u{fffe}' | '\u{ffff}')
-    };
-    if !text.contains(obeyed) {
-        return Cow::Borrowed(text);
-    }
-    let mut safe = String::with_capacity(text.len());
-    for letter in text.chars() {
-        if obeyed(letter) {
-            safe.extend(letter.escape_unicode());
-        } else {
-            safe.push(letter);
-        }
-    }
-    Cow::Owned(safe)
 }

@@ -154,9 +154,8 @@ fn places_that_cannot_be_written_are_named() {
             ],
             &["verify", "--engine=native", "--grains=5", "--out", place],
             &[
-                "study",
-                "plan",
                 "campaign",
+                "plan",
                 "scene.json",
                 "--members=2",
                 "--out",

@@ -6,7 +6,6 @@ mod support;
 #[path = "../fuzz/src/lib.rs"]
 mod readers;
 
-mod architecture;
 mod scene;
 
 mod generate;
@@ -24,7 +23,7 @@ mod modes;
 
 mod paper;
 
-mod tradeoff;
+mod pareto;
 
 mod campaign_compare;
 
@@ -46,7 +45,6 @@ mod verify;
 mod sensitivity;
 
 mod stability;
-mod study;
 
 mod bench;
 

@@ -7,8 +7,9 @@ use clap::Args;
 use super::chosen::Beside;
 use super::job_folder::{JobFolder, page_line};
 use super::run::YadeLimits;
-use super::{print, tell};
-use crate::checks::record::{self, Found};
+use super::{json, print, tell};
+use crate::checks::record::{Found, Whole};
+use crate::compare::Verdict;
 use crate::error::{Error, exit};
 use crate::limits::bench::checks;
 use crate::limits::bench::goals::Goal;
@@ -73,7 +74,7 @@ impl Arguments {
             Some(Beside(program)) => Some(self.limits.brought(program)?),
             None => None,
         };
-        let (out, _lock) = FOLDER.open(self.out.as_deref())?;
+        let out = FOLDER.open(self.out.as_deref())?;
         let crossgrain = std::env::current_exe()
             .map_err(|error| Error::Program(format!("this program cannot be found: {error}")))?;
         let options = Options {
@@ -86,7 +87,7 @@ impl Arguments {
             command: self.command(),
         };
         let bench = bench::bench(&options, &Display::new(self.quiet))?;
-        let (text, _) = record::write(
+        let whole = Whole::of(
             "bench",
             &bench,
             bench.machine.kind(),
@@ -95,14 +96,15 @@ impl Arguments {
                 speeds: checks::speeds(&bench),
                 ..Found::default()
             },
-        )?;
+        );
+        let text = json(&whole)?;
         let page = crate::report::bench::page(&bench)?;
         FOLDER.finish(&out, &page, &text)?;
         tell(self.json, &text, || in_words(&bench, &out))?;
-        Ok(if bench.engine_failed() {
-            exit::ENGINE_FAILED
-        } else {
-            bench.verdict.exit_code()
+        Ok(match bench.verdict {
+            Verdict::Fail => exit::CHECK_FAILED,
+            _ if bench.engine_failed() => exit::ENGINE_FAILED,
+            verdict => super::exit_code(verdict),
         })
     }
 
@@ -188,12 +190,12 @@ fn in_words(bench: &Bench, out: &Path) -> String {
         text += &goal_line(goal);
     }
     for missed in &bench.missed {
-        let word = if missed.failed { "FAILED" } else { "skipped" };
+        let word = if missed.failed { "FAILED" } else { "not made" };
         text += &format!("{word}: {}: {}\n", missed.what, missed.why);
     }
     text + &format!(
         "\n{}: {:.0} s\n{}",
-        bench.verdict.verdict_word(),
+        super::in_a_word(bench.verdict),
         bench.seconds,
         page_line(out)
     )
@@ -260,7 +262,7 @@ fn goal_line(goal: &Goal) -> String {
     let word = match goal.met {
         Some(true) => "met",
         Some(false) => "not met",
-        None => "skipped",
+        None => "not made",
     };
     let measured = goal
         .measured

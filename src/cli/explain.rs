@@ -9,6 +9,7 @@ use crate::checks::Check;
 use crate::checks::record::read;
 use crate::error::{Error, exit};
 use crate::explain::{EXPLANATIONS, of};
+use crate::report::junit::in_a_line;
 
 #[derive(Debug, Args)]
 #[command(
@@ -75,7 +76,7 @@ fn lines(check: &Check) -> String {
         "\n{}: {}\n    {}\n",
         check.id,
         check.outcome.word(),
-        check.in_a_line()
+        in_a_line(check)
     );
     for (title, words) in [("method", &check.method), ("limits", &check.basis)] {
         if !words.is_empty() {

@@ -8,6 +8,8 @@ pub mod checks;
 pub mod contender;
 pub mod goals;
 pub mod instructions;
+pub mod lammps;
+pub mod liggghts;
 pub mod limits;
 pub mod machine;
 pub mod native;
@@ -24,12 +26,12 @@ use serde::Serialize;
 
 use crate::compare::Verdict;
 use crate::compare::bits::TableBits;
-use crate::engine::exec::Brought;
-use crate::engine::{ProgramError, yade};
+use crate::engine::exec::{Brought, ExecError};
+use crate::engine::yade::{self, YadeError};
 use crate::error::Error;
 use crate::files::{FileError, work_folder};
 use crate::progress::{Display, StageObserver};
-use crate::tables::TableError;
+use crate::run::tables::TableError;
 use grains::native::{NativeError, Trouble};
 use grains::timing::Share;
 
@@ -43,7 +45,7 @@ use rounds::Contest;
 use scaling::Point;
 
 /// The version of `bench.json`.
-pub const BENCH_VERSION: u32 = 1;
+pub const BENCH_VERSION: u32 = 2;
 
 /// A benchmark could not be made.
 #[derive(Debug, thiserror::Error)]
@@ -59,7 +61,9 @@ pub enum BenchError {
     #[error(transparent)]
     Native(#[from] NativeError),
     #[error(transparent)]
-    Engine(#[from] ProgramError),
+    Yade(#[from] YadeError),
+    #[error(transparent)]
+    Exec(#[from] ExecError),
     #[error(transparent)]
     File(#[from] FileError),
     #[error(transparent)]
@@ -72,7 +76,8 @@ impl BenchError {
         matches!(
             self,
             BenchError::Interrupted
-                | BenchError::Engine(ProgramError::Interrupted)
+                | BenchError::Yade(YadeError::Interrupted)
+                | BenchError::Exec(ExecError::Interrupted)
                 | BenchError::Native(NativeError {
                     trouble: Trouble::Interrupted,
                     ..
@@ -86,7 +91,8 @@ impl From<BenchError> for Error {
         match error {
             BenchError::Interrupted => Error::Interrupted,
             BenchError::Native(error) => Error::Engine(error.into()),
-            BenchError::Engine(error) => Error::Engine(error.into()),
+            BenchError::Yade(error) => Error::Engine(error.into()),
+            BenchError::Exec(error) => Error::Engine(error.into()),
             BenchError::File(error) | BenchError::Table(TableError::File(error)) => {
                 Error::File(error)
             }
@@ -113,7 +119,7 @@ impl Missed {
     pub fn of(what: &str, needed: bool, error: BenchError) -> Result<Self, BenchError> {
         let full_disk = matches!(
             error,
-            BenchError::File(_) | BenchError::Engine(ProgramError::File(_))
+            BenchError::File(_) | BenchError::Exec(ExecError::File(_))
         );
         if error.is_interruption() || full_disk {
             return Err(error);
@@ -121,12 +127,8 @@ impl Missed {
         let missing = matches!(
             error,
             BenchError::Missing(_)
-                | BenchError::Engine(
-                    ProgramError::Missing { .. }
-                        | ProgramError::TooOld { .. }
-                        | ProgramError::Unsupported { .. }
-                        | ProgramError::Refused(_)
-                )
+                | BenchError::Yade(YadeError::Missing(_) | YadeError::TooOld { .. })
+                | BenchError::Exec(ExecError::Unsupported { .. } | ExecError::Refused(_))
         );
         Ok(Missed {
             what: what.to_owned(),
@@ -252,7 +254,7 @@ pub struct Bench {
     pub disturbed: bool,
     /// What was not made, or failed.
     pub missed: Vec<Missed>,
-    /// Failed if a bed is not the bed, a bit differs or an engine that is there did not run; not made if YADE is missing; else passed. No time counts.
+    /// Failed if a bed is not the bed or a bit differs; not made if YADE is missing; else passed. No time counts.
     pub verdict: Verdict,
     /// How long all of it took, s.
     pub seconds: f64,
@@ -402,12 +404,11 @@ fn disturbed(contests: &[Contest]) -> bool {
 
 fn verdict(contests: &[Contest], bits: Option<&TableBits>, missed: &[Missed]) -> Verdict {
     let sane = contests.iter().all(|contest| contest.sanity.holds);
-    let failed = missed.iter().any(|missed| missed.failed);
-    if !sane || failed || bits.is_some_and(|bits| !bits.agrees()) {
+    if !sane || bits.is_some_and(|bits| !bits.agrees()) {
         return Verdict::Fail;
     }
-    if missed.iter().any(|missed| missed.needed) {
-        return Verdict::Skipped;
+    if missed.iter().any(|missed| missed.needed || missed.failed) {
+        return Verdict::NotMade;
     }
     Verdict::Pass
 }

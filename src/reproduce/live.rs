@@ -3,24 +3,19 @@
 use std::thread;
 
 use super::record::RunSummary;
-use super::{Job, Options, rounding_scatter, run_or_take_over};
-use crate::checks::Outcome;
-use crate::compare::{Yardstick, compare};
+use super::{Job, Options, rounding_spread, run_or_take_over};
+use crate::compare::{Verdict, Yardstick, compare};
 use crate::engine::yade;
 use crate::error::Error;
 use crate::progress::Display;
 use crate::run::Engine;
 use crate::run::folder::RunFolder;
-use crate::suite::parameters;
+use crate::suite::facts;
 use grains::model::Model;
 use grains::scene::Scene;
 
 /// `verletDist` of the second ordinary run, over that of the first.
 const CONTROL_DISTANCE: f64 = 2.0;
-
-/// Ids of the comparisons with the live runs.
-const SORTED: &str = "compare/sorted-live";
-const ORDINARY: &str = "compare/ordinary-live";
 
 /// Realizations that `--full` adds.
 const FURTHER_REALIZATIONS: u64 = 2;
@@ -37,19 +32,19 @@ impl Job<'_> {
         let sorted_title = "native against YADE's sorted loop, live";
         let ordinary_title = "native against YADE's ordinary loop, live";
         if let Err(missing) = yade::find(self.options.yade.program.as_deref()) {
-            self.skipped(SORTED, sorted_title, &missing.to_string());
-            self.skipped(ORDINARY, ordinary_title, &missing.to_string());
+            self.not_made(sorted_title, &missing.to_string());
+            self.not_made(ordinary_title, &missing.to_string());
             return Ok(None);
         }
         if let Some(reason) = yade::unsupported(&Model::of(&self.options.scene)) {
-            self.skipped(SORTED, sorted_title, &format!("YADE has no {reason}"));
-            self.skipped(ORDINARY, ordinary_title, &format!("YADE has no {reason}"));
+            self.not_made(sorted_title, &format!("YADE has no {reason}"));
+            self.not_made(ordinary_title, &format!("YADE has no {reason}"));
             return Ok(None);
         }
-        if parameters::outcome(&self.facts) != Some(Outcome::Pass) {
+        if facts::verdict(&self.facts) != Some(Verdict::Pass) {
             let why = "the two engines do not use the same parameters";
-            self.skipped(SORTED, sorted_title, why);
-            self.skipped(ORDINARY, ordinary_title, why);
+            self.not_made(sorted_title, why);
+            self.not_made(ordinary_title, why);
             return Ok(None);
         }
         let (options, display) = (self.options, self.display);
@@ -65,8 +60,8 @@ impl Job<'_> {
             let others = scope.spawn(|| {
                 let ordinary = ordinary_run("yade-ordinary", 1.0)?;
                 let control = ordinary_run("yade-ordinary-control", CONTROL_DISTANCE)?;
-                let scatter = rounding_scatter(native, display)?;
-                Ok::<_, Error>((ordinary, control, scatter))
+                let spread = rounding_spread(native, display)?;
+                Ok::<_, Error>((ordinary, control, spread))
             });
             let sorted = sorted_run(options, display, &options.scene, "yade-sorted");
             let others = match others.join() {
@@ -76,7 +71,7 @@ impl Job<'_> {
             (sorted, others)
         });
         let sorted = sorted?;
-        let (ordinary, control, scatter) = others?;
+        let (ordinary, control, spread) = others?;
         for (name, run) in [
             ("yade-sorted", &sorted),
             ("yade-ordinary", &ordinary),
@@ -86,17 +81,15 @@ impl Job<'_> {
         }
         let locator = self.locator();
         self.compare(
-            SORTED,
             sorted_title,
             &["native", "yade-sorted"],
             compare(native, &sorted, None, Some(&locator)),
         );
         let yardstick = Yardstick {
             control: Some(&control),
-            scatter: &scatter,
+            spread: &spread,
         };
         self.compare(
-            ORDINARY,
             ordinary_title,
             &["native", "yade-ordinary", "yade-ordinary-control"],
             compare(native, &ordinary, Some(yardstick), Some(&locator)),
@@ -104,8 +97,7 @@ impl Job<'_> {
         if options.full {
             self.further_realizations()?;
         } else {
-            self.skipped(
-                "compare/further-realizations",
+            self.not_made(
                 "further realizations, whole, against YADE's sorted loop",
                 "asked for with --full only",
             );
@@ -145,7 +137,6 @@ impl Job<'_> {
             let sorted = sorted?;
             self.runs.push(RunSummary::of(&sorted_name, &sorted));
             self.compare(
-                &format!("{SORTED}-{}", scene.realization),
                 &format!(
                     "native against YADE's sorted loop, live, realization {}",
                     scene.realization

@@ -10,11 +10,12 @@ use crate::compare::{Comparison, Verdict};
 use crate::engine::yade;
 use crate::paper;
 use crate::run::folder::RunFolder;
-use crate::suite::parameters::ParameterPair;
-use crate::suite::run::{Engines, Options, Verification};
+use crate::suite::facts::FactPair;
+use crate::suite::ladder::Climbers;
+use crate::suite::record::{Options, Verification};
 
 /// The version of the reproduction's `run.json`.
-pub const REPRODUCTION_VERSION: u32 = 1;
+pub const REPRODUCTION_VERSION: u32 = 3;
 
 /// Grains of the longest trajectories of the ladder in the main job; `crossgrain verify` has all.
 const LADDER_GRAINS: u32 = 500;
@@ -22,7 +23,7 @@ const LADDER_GRAINS: u32 = 500;
 /// The ladder as the main job climbs it.
 pub fn verification(yade: &yade::Options) -> Options {
     Options {
-        engine: Engines::Both,
+        engine: Climbers::Both,
         grains: LADDER_GRAINS,
         detection_limits: true,
         yade: yade.clone(),
@@ -43,18 +44,20 @@ pub struct Reproduction {
     pub scene_digest: String,
     /// The version of the YADE that ran live.
     pub yade: Option<String>,
-    /// Of all checks; skipped if no comparison with another engine could be made or the experiment did not come to its end.
+    /// Failed if a comparison or a fault check failed; not made if no comparison with another engine
+    /// could be made or the experiment did not come to its end; else passed. What could not be checked
+    /// is in `not_made`.
     pub verdict: Verdict,
     /// All comparisons of two runs.
     pub comparisons: Vec<NamedComparison>,
     /// Deliberate faults, each of which the comparison must find.
     pub faults: Vec<FaultCheck>,
     /// The parameters that both engines use, if YADE ran live.
-    pub facts: Vec<ParameterPair>,
+    pub facts: Vec<FactPair>,
     /// The ladder, if it was climbed.
     pub ladder: Option<Verification>,
-    /// What was skipped, with the reason.
-    pub skipped: Vec<Skipped>,
+    /// What was not checked, with the reason.
+    pub not_made: Vec<NotMade>,
     pub claims: Vec<Claim>,
     /// The paper's numbers that need no simulation.
     pub numbers: Vec<paper::Number>,
@@ -91,8 +94,6 @@ impl Reproduction {
 /// A comparison with the folders it was made from.
 #[derive(Debug, Clone, Serialize)]
 pub struct NamedComparison {
-    /// The beginning of its checks' ids.
-    pub id: String,
     /// What is compared.
     pub title: String,
     /// The run folders, in the output folder.
@@ -101,17 +102,13 @@ pub struct NamedComparison {
     pub comparison: Comparison,
 }
 
-/// A check that was skipped, and why.
+/// A check that was not made, and why.
 #[derive(Debug, Clone, Serialize)]
-pub struct Skipped {
-    /// The check's id.
-    pub id: String,
+pub struct NotMade {
     /// The check.
     pub what: String,
-    /// Why it was skipped.
+    /// Why it was not made.
     pub why: String,
-    /// Whether the job is incomplete without it.
-    pub required: bool,
 }
 
 /// A run in one line.

@@ -1,8 +1,8 @@
 //! Histories of the runs of a job on top of each other, and how rounding parts them.
 
-use crate::compare::divergence::Separation;
+use crate::compare::parting::Separation;
 use crate::error::Error;
-use crate::report::chart::{BLUE, Chart, GREEN, VERMILION};
+use crate::report::chart::{BLUE, Chart, Corner, GREEN, VERMILION};
 use crate::report::figure::{Figure, circles, line};
 use crate::reproduce::Runs;
 use crate::reproduce::record::Reproduction;
@@ -34,6 +34,7 @@ pub fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
                 x: "time since pouring began, s".to_owned(),
                 y: "kinetic energy, J".to_owned(),
                 logarithmic: [false, true],
+                legend: Corner::UpperRight,
                 series: column(Stage::Settle, |row| Some((row.time, row.kinetic_energy))),
             },
             "Settling: the kinetic energy falls until the settle rule holds",
@@ -44,6 +45,7 @@ pub fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
                 x: "time since pouring began, s".to_owned(),
                 y: "unbalanced force".to_owned(),
                 logarithmic: [false, true],
+                legend: Corner::UpperRight,
                 series: column(Stage::Settle, |row| {
                     row.unbalanced_force.map(|force| (row.time, force))
                 }),
@@ -58,6 +60,7 @@ pub fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
                 x: "punch depth, mm".to_owned(),
                 y: "force on the punch, N".to_owned(),
                 logarithmic: [false, false],
+                legend: Corner::UpperLeft,
                 series: column(Stage::Load, |row| {
                     row.punch_depth
                         .zip(row.punch_force)
@@ -76,11 +79,11 @@ pub fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
 
 /// How rounding differences grow, where an ordinary pair was run.
 pub fn separation(reproduction: &Reproduction) -> Result<Option<Figure>, Error> {
-    let divergences = reproduction
+    let partings = reproduction
         .comparisons
         .iter()
-        .find_map(|named| named.comparison.divergences.as_ref());
-    let Some(divergences) = divergences else {
+        .find_map(|named| named.comparison.partings.as_ref());
+    let Some(partings) = partings else {
         return Ok(None);
     };
     let largest = |curve: &[Separation]| {
@@ -94,9 +97,10 @@ pub fn separation(reproduction: &Reproduction) -> Result<Option<Figure>, Error> 
         x: "step of pouring".to_owned(),
         y: "largest separation over R".to_owned(),
         logarithmic: [false, true],
+        legend: Corner::LowerRight,
         series: vec![
-            line("native, YADE", BLUE, largest(&divergences.engines.curve)),
-            line("YADE, YADE", VERMILION, largest(&divergences.control.curve)),
+            line("native, YADE", BLUE, largest(&partings.engines.curve)),
+            line("YADE, YADE", VERMILION, largest(&partings.control.curve)),
         ],
     };
     // A scene too short for rounding to matter has no curve to draw.
