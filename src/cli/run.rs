@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use grains::timing::ThreadTime;
+use cpu_time::ThreadTime;
 
 use super::chosen::Chosen;
 use super::print;

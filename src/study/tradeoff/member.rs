@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use grains::timing::ThreadTime;
+use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 
 use super::ledger::Entry;

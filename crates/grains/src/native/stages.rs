@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use crate::timing::ThreadTime;
+use cpu_time::ThreadTime;
 
 use super::constants::Constants;
 use super::dynamics::Dynamics;
