@@ -14,8 +14,6 @@ pub mod child;
 
 pub mod checks;
 
-pub mod document;
-
 pub mod engine;
 
 pub mod progress;
