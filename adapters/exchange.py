@@ -79,22 +79,27 @@ def progress(stage, step, share):
     print("%s %d %.4f" % (stage, step, share), flush=True)
 
 
-def serve(description, run_scene, run_case):
-    """Answer `describe` and `run FOLDER`; the functions take a job and return the steps that they did."""
+def serve(description, run_scene, run_case, time_steps=None):
+    """Answer `describe` and `run FOLDER`; the first two functions take a job and return the steps that they did, the third
+    one takes a job of kind `timing` and returns what belongs into done.json."""
     if sys.argv[1:] == ["describe"]:
         print(json.dumps(dict(description(), protocol=PROTOCOL)))
         return
     if len(sys.argv) != 3 or sys.argv[1] != "run":
         sys.exit("usage: %s describe | run FOLDER" % sys.argv[0])
     job = Job(sys.argv[2])
-    steps = 0
+    steps, times = 0, {}
     for one in job.inner() if job.kind == "cases" else [job]:
         try:
-            steps += run_case(one) if one.kind == "case" else run_scene(one)
+            if one.kind == "timing":
+                times = time_steps(one)
+                steps += times["steps"]
+            else:
+                steps += run_case(one) if one.kind == "case" else run_scene(one)
         except Refused as reason:
             one.line({"refused": str(reason)})
     with open(job.place("done.json"), "w", encoding="utf-8") as file:
-        json.dump({"steps": steps}, file)
+        json.dump(dict(times, steps=steps), file)
 
 
 class Clock:

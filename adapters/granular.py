@@ -23,7 +23,9 @@ APPROXIMATION = (
     "at most %d stiffnesses of grains: a bed of more radii has that many classes of radius, and a pair the k_n of its "
     "classes' middle radii" % MOST_CLASSES
 )
-PARTS = ["normal_spring", "local_damping", "gravity", "walls", "stop_rules", "cases"]
+PARTS = ["normal_spring", "local_damping", "gravity", "walls", "stop_rules", "cases", "timing"]
+# Drag over the root of mean mass times stiffness: about the dissipation that Cundall's damping gives a settled bed.
+DRAG = 0.016
 
 
 def number(value):
@@ -53,20 +55,34 @@ def stiffness(modulus, radius1, radius2):
     return 2.0 * a * b / (a + b)
 
 
+class OneClass:
+    """All grains as one class of the mean radius."""
+
+    def __init__(self, grains):
+        self.radii = [sum(grain["radius"] for grain in grains) / len(grains)]
+        self.of = [0] * len(grains)
+
+    def __len__(self):
+        return 1
+
+
+def surroundings():
+    """Without these Open MPI opens sockets that listen on every address, and hwloc asks for a display."""
+    given = {key: value for key, value in os.environ.items() if key != "DISPLAY"}
+    return dict(
+        given, OMP_NUM_THREADS="1", OMPI_MCA_btl="self", OMPI_MCA_ess_singleton_isolated="1", HWLOC_COMPONENTS="-gl"
+    )
+
+
 class Program:
     """The program, told commands line by line and heard until it has done them."""
 
     def __init__(self, name, arguments, folder):
-        # Without these Open MPI opens sockets that listen on every address, and hwloc asks for a display.
-        surroundings = {key: value for key, value in os.environ.items() if key != "DISPLAY"}
-        surroundings.update(
-            OMP_NUM_THREADS="1", OMPI_MCA_btl="self", OMPI_MCA_ess_singleton_isolated="1", HWLOC_COMPONENTS="-gl"
-        )
         self.name, self.folder = name, folder
         self.marks = 0
         # Lines come when they are whole, not when a block is full.
         self.child = subprocess.Popen(
-            ["stdbuf", "-oL", name, *arguments], cwd=folder, env=surroundings, text=True,
+            ["stdbuf", "-oL", name, *arguments], cwd=folder, env=surroundings(), text=True,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         )  # fmt: skip
         self.heard = []
@@ -172,7 +188,7 @@ def masses(job, classes):
 
 def bed(job, classes, style, communication):
     """Commands that read the grains from the data file."""
-    edges = "f f p" if job.kind == "scene" else "m m p"
+    edges = "m m p" if job.kind == "case" else "f f p"
     lines = ["clear", "units si", "dimension 2", "atom_style " + style, "atom_modify map array sort 0 0", "boundary " + edges]
     lines += ["newton off", communication, "read_data data"]
     lines += masses(job, classes)
@@ -328,8 +344,50 @@ def motion_in(job, rows):
     return [tuple(map(float, row[1:])) for row in rows]
 
 
-def serve_program(title, name, package, script, advance, look):
-    """Be the engine: `script` are the commands up to the first step; `advance` and `look` as `moments_of` has them."""
+def steps_by_its_clock(job, name, script, look):
+    """Time steps of a bed by the program's own clock, with its usual law: one stiffness for all pairs, k = E times the mean
+    radius, and a drag force for Cundall's damping, which it does not have. `script` are the commands up to the first step
+    and those that write a moment after the last one."""
+    refuse(job)
+    asked, classes = job.asked, OneClass(job.grains)
+    after = asked["warm_up"] + asked["steps"]
+    k = stiffness(job.model["law"]["modulus"], *2 * classes.radii)
+    drag = DRAG * math.sqrt(k * sum(grain["mass"] for grain in job.grains) / len(job.grains))
+    with tempfile.TemporaryDirectory(dir=job.folder) as folder:
+        before, shown = script(job, classes, folder, k)
+        (across, up) = job.model["gravity"]
+        pull = (number(math.hypot(across, up)), number(across), number(up))
+        motion = ["timestep %s" % number(job.model["dt"]), "fix move all nve", "fix fall all gravity %s vector %s %s 0" % pull]
+        motion += ["fix drag all viscous %s" % number(drag), "fix plane all enforce2d", "thermo_style custom step", "thermo 1000000000"]
+        runs = ["run %d" % steps for steps in (asked["warm_up"], asked["steps"]) if steps > 0]
+        with open(os.path.join(folder, "in.bed"), "w", encoding="utf-8") as file:
+            file.write("\n".join([*before, *motion, *runs, *shown]) + "\n")
+        told = subprocess.run(
+            [*asked["under"], shutil.which(name), "-in", "in.bed", "-log", "none"], cwd=folder, env=surroundings(),
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        )  # fmt: skip
+        if told.returncode != 0:
+            raise RuntimeError("%s ended with %d:\n%s" % (name, told.returncode, told.stdout[-2000:]))
+        wall, share = loop_time(told.stdout, asked["steps"])
+        _, moved, pairs = look(job, after, folder)
+        job.moment("settle", after, moved, contacts(job, classes, [of[:2] for of in moved], pairs))
+    return {"steps": after, "wall_seconds": wall, "cpu_seconds": share and share * wall}
+
+
+def loop_time(log, steps):
+    """Seconds of the last run of so many steps, and the processor's share of them where the program tells."""
+    found = re.findall(r"Loop time of (\S+) on .* for (\d+) steps.*((?:\n(?!Loop time).*)*)", log)
+    times = [(float(seconds), rest) for seconds, count, rest in found if int(count) == steps]
+    if not times:
+        raise RuntimeError("its log has no loop time of %d steps" % steps)
+    seconds, rest = times[-1]
+    share = re.search(r"([\d.]+)% CPU use", rest)
+    return seconds, float(share[1]) / 100.0 if share else None
+
+
+def serve_program(title, name, package, script, advance, look, timing):
+    """Be the engine: `script` are the commands up to the first step; `advance` and `look` as `moments_of` has them, `timing`
+    as `steps_by_its_clock` has its script."""
 
     def description():
         find(name, package)
@@ -341,4 +399,4 @@ def serve_program(title, name, package, script, advance, look):
     def run(job, classes, moments, program, folder):
         return moments_of(job, moments, program, folder, script(job, classes, folder), advance, look)
 
-    serve(description, *runners(start, run))
+    serve(description, *runners(start, run), lambda job: steps_by_its_clock(job, name, timing, look))

@@ -42,6 +42,24 @@ def script(job, classes, folder):
     return lines
 
 
+def timing(job, classes, folder, k):
+    """gran/hooke, and what is asked for after the timed steps."""
+    # An old law without history: the leanest that it has.
+    law = "hooke %s NULL 0 NULL 0 0" % number(k)
+    granular.write_data(os.path.join(folder, "data"), job, classes, 1, lambda radius: 4.0 / 3.0 * math.pi * radius**3)
+    lines = ["units si", "dimension 2", "boundary f f p", "atom_style sphere", "newton off", "comm_modify vel yes", "read_data data"]
+    lines += ["pair_style gran/" + law, "pair_coeff * *"]
+    # The fastest of 0.06 to 0.4 of the radius on the settled bed; the others are within some per cent.
+    lines += ["neighbor %s bin" % number(granular.SKIN * classes.radii[0]), "neigh_modify delay 0 every 1 check yes"]
+    for index, wall in enumerate(job.model["walls"]):
+        axis, place = {"x": "x", "z": "y"}[wall["axis"]], number(wall["place"])
+        lines.append("fix wall_%d all wall/gran %s %splane %s NULL" % (index, law, axis, place))
+    shown = ["compute between all property/local patom1 patom2 cutoff radius", "compute pushing all pair/local force cutoff radius"]
+    shown += ["dump grains all custom 1 grains.* id x y vx vy", "dump pairs all local 1 pairs.* c_between[1] c_between[2] c_pushing"]
+    shown += ["dump_modify grains first yes sort id format float %.17g", "dump_modify pairs first yes format float %.17g"]
+    return lines, [*shown, "run 0 post no"]
+
+
 def advance(step, to):
     return ["run 0 post no"] if to == step else [NEXT % (to, to), "run %d pre no post no" % (to - step)]
 
@@ -56,4 +74,4 @@ def look(job, step, folder):
 
 
 if __name__ == "__main__":
-    granular.serve_program("LAMMPS", "lmp", "lammps", script, advance, look)
+    granular.serve_program("LAMMPS", "lmp", "lammps", script, advance, look, timing)

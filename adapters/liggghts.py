@@ -34,6 +34,24 @@ def script(job, classes, folder):
     return lines
 
 
+def timing(job, classes, folder, k):
+    """The same model with one stiffness, and what is asked for after the timed steps."""
+    granular.write_data(os.path.join(folder, "data"), job, classes, 1, lambda radius: math.pi * radius**2)
+    lines = ["units si", "dimension 2", "atom_style granular", "atom_modify map array", "boundary f f p", "newton off"]
+    lines += ["communicate single vel yes", "read_data data"]
+    lines += ["neighbor %s bin" % number(granular.SKIN * classes.radii[0]), "neigh_modify delay 0"]
+    lines.append("fix kn all property/global kn peratomtypepair 1 %s" % number(k))
+    lines += ["fix %s all property/global %s peratomtypepair 1 0" % (name, name) for name in NONE]
+    lines += ["pair_style gran " + MODEL, "pair_coeff * *"]
+    for index, wall in enumerate(job.model["walls"]):
+        axis, place = {"x": "x", "z": "y"}[wall["axis"]], number(wall["place"])
+        lines.append("fix wall_%d all wall/gran %s primitive type 1 %splane %s" % (index, MODEL, axis, place))
+    # The program takes it before its first step only; it computes nothing until it is asked.
+    lines.append("compute pushing all pair/gran/local id force")
+    after = job.asked["warm_up"] + job.asked["steps"]
+    return lines, [line.replace("v_half_", "v") for line in advance(after, after)]
+
+
 def advance(step, to):
     run = "run 0 post no" if to == step else "run %d pre no post no" % (to - step)
     grains = "write_dump all custom grains id x y v_half_x v_half_y modify format \"%d %.17g %.17g %.17g %.17g\""
@@ -49,4 +67,4 @@ def look(job, step, folder):
 
 
 if __name__ == "__main__":
-    granular.serve_program("LIGGGHTS", "liggghts", "liggghts", script, advance, look)
+    granular.serve_program("LIGGGHTS", "liggghts", "liggghts", script, advance, look, timing)

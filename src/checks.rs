@@ -7,6 +7,8 @@ pub mod record;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::exit;
+
 /// What a check came to.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
@@ -17,21 +19,62 @@ pub enum Outcome {
     Pass,
     /// It does not.
     Fail,
-    /// It could not be made, or nothing was expected of it; never counted as passed.
-    NotMade,
+    /// It was not made, or nothing was expected of it; never counted as passed.
+    Skipped,
     /// It does not hold and is known not to, for the reason that is given with it; were it to hold, it would fail.
     ExpectedFailure,
 }
 
 impl Outcome {
+    /// Pass or fail.
+    pub fn pass_if(holds: bool) -> Self {
+        if holds { Outcome::Pass } else { Outcome::Fail }
+    }
+
     /// For people.
     pub fn word(self) -> &'static str {
         match self {
             Outcome::Pass => "pass",
             Outcome::Fail => "FAIL",
-            Outcome::NotMade => "not made",
+            Outcome::Skipped => "skipped",
             Outcome::ExpectedFailure => "expected failure",
         }
+    }
+
+    /// The verdict of a job, for people.
+    pub fn verdict_word(self) -> &'static str {
+        match self {
+            Outcome::Pass => "AGREED",
+            Outcome::Fail => "DIFFERENT",
+            Outcome::Skipped | Outcome::ExpectedFailure => "INCOMPLETE",
+        }
+    }
+
+    /// What a job with this verdict tells a script.
+    pub fn exit_code(self) -> u8 {
+        match self {
+            Outcome::Pass => exit::AGREED,
+            Outcome::Fail => exit::CHECK_FAILED,
+            Outcome::Skipped | Outcome::ExpectedFailure => exit::INCOMPLETE,
+        }
+    }
+}
+
+/// What checks come to together: failed if one failed; skipped if a required one was skipped, or if none passed; else passed.
+pub fn verdict<'a>(checks: impl IntoIterator<Item = &'a Check>) -> Outcome {
+    let (mut passed, mut incomplete) = (false, false);
+    for check in checks {
+        match check.outcome {
+            Outcome::Fail => return Outcome::Fail,
+            Outcome::Pass => passed = true,
+            Outcome::Skipped => incomplete |= check.required,
+            Outcome::ExpectedFailure => {}
+        }
+    }
+    if passed && !incomplete {
+        Outcome::Pass
+    } else {
+        Outcome::Skipped
     }
 }
 
@@ -64,15 +107,18 @@ pub struct Check {
     pub interval: Option<[f64; 2]>,
     /// What it came to.
     pub outcome: Outcome,
-    /// What was found or why it was not made, in words; empty where the numbers say all.
+    /// What was found or why it was skipped, in words; empty where the numbers say all.
     pub found: String,
+    /// Whether the job is incomplete if it is skipped.
+    #[serde(default)]
+    pub required: bool,
 }
 
 impl Check {
     /// A check without numbers.
-    pub fn of_words(id: String, quantity: &str, outcome: Outcome, found: &str) -> Self {
+    pub fn of_words(id: impl Into<String>, quantity: &str, outcome: Outcome, found: &str) -> Self {
         Check {
-            id,
+            id: id.into(),
             quantity: quantity.to_owned(),
             unit: "1".to_owned(),
             value: None,
@@ -85,6 +131,7 @@ impl Check {
             interval: None,
             outcome,
             found: found.to_owned(),
+            required: false,
         }
     }
 
@@ -98,11 +145,61 @@ impl Check {
         self
     }
 
+    /// The job is incomplete without it.
+    pub fn required(self) -> Self {
+        Check {
+            required: true,
+            ..self
+        }
+    }
+
     /// Says how it is judged and where the limits come from.
     pub fn judged_by(mut self, method: &str, basis: &str) -> Self {
         method.clone_into(&mut self.method);
         basis.clone_into(&mut self.basis);
         self
+    }
+}
+
+impl Check {
+    /// What is measured, its value, what it must be, and what was found.
+    pub fn in_a_line(&self) -> String {
+        let mut line = self.quantity.clone();
+        let unit = if self.unit == "1" { "" } else { &self.unit };
+        if let Some(value) = self.value {
+            line += format!(": {} {unit}", number(value)).trim_end();
+        }
+        match (self.lower.map(number), self.upper.map(number)) {
+            (Some(lower), Some(upper)) if lower == upper => line += &format!(", must be {lower}"),
+            (Some(lower), Some(upper)) => line += &format!(", must be {lower} to {upper}"),
+            (Some(lower), None) => line += &format!(", must be at least {lower}"),
+            (None, Some(upper)) => line += &format!(", must be at most {upper}"),
+            (None, None) => {}
+        }
+        if !self.found.is_empty() {
+            line += &format!("; {}", self.found);
+        }
+        line
+    }
+}
+
+impl Outcome {
+    /// As the verdict of a job.
+    pub fn verdict(self) -> &'static str {
+        match self {
+            Outcome::Pass => "Agreed",
+            Outcome::Fail => "Different",
+            Outcome::Skipped | Outcome::ExpectedFailure => "Incomplete",
+        }
+    }
+}
+
+/// All digits, as a power of ten where zeros would be many.
+fn number(value: f64) -> String {
+    if value == 0.0 || (1.0e-4..1.0e7).contains(&value.abs()) {
+        value.to_string()
+    } else {
+        format!("{value:e}")
     }
 }
 
@@ -142,7 +239,7 @@ pub struct Measured {
 pub struct Tally {
     pub passed: usize,
     pub failed: usize,
-    pub not_made: usize,
+    pub skipped: usize,
     pub expected_failures: usize,
 }
 
@@ -154,7 +251,7 @@ impl Tally {
             *match check.outcome {
                 Outcome::Pass => &mut tally.passed,
                 Outcome::Fail => &mut tally.failed,
-                Outcome::NotMade => &mut tally.not_made,
+                Outcome::Skipped => &mut tally.skipped,
                 Outcome::ExpectedFailure => &mut tally.expected_failures,
             } += 1;
         }
@@ -167,12 +264,12 @@ impl std::fmt::Display for Tally {
         let Tally {
             passed,
             failed,
-            not_made,
+            skipped,
             expected_failures,
         } = self;
         write!(
             out,
-            "{passed} checks passed, {failed} failed, {not_made} not made, {expected_failures} expected failures"
+            "{passed} checks passed, {failed} failed, {skipped} skipped, {expected_failures} expected failures"
         )
     }
 }
@@ -193,18 +290,6 @@ pub fn slug(words: &str) -> String {
     slug
 }
 
-/// Makes ids unique: the second check of an id gets `#2`, the third `#3`.
-pub fn number_repeated(checks: &mut [Check]) {
-    let mut seen = std::collections::HashMap::new();
-    for check in checks {
-        let times = seen.entry(check.id.clone()).or_insert(0u32);
-        *times += 1;
-        if *times > 1 {
-            check.id += &format!("#{times}");
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -223,12 +308,23 @@ mod tests {
     }
 
     #[test]
-    fn repeated_ids_are_numbered() {
-        let check = |id: &str| Check::of_words(id.to_owned(), "", Outcome::Pass, "");
-        let mut checks = [check("a"), check("b"), check("a"), check("a")];
-        number_repeated(&mut checks);
-        let ids: Vec<&str> = checks.iter().map(|check| check.id.as_str()).collect();
-        assert_eq!(ids, ["a", "b", "a#2", "a#3"]);
+    fn a_verdict_follows_from_the_checks() {
+        use Outcome::{ExpectedFailure, Fail, Pass, Skipped};
+        for (outcomes, required, expected) in [
+            (&[Pass, Pass][..], true, Pass),
+            (&[Pass, Skipped, ExpectedFailure], false, Pass),
+            (&[Pass, Skipped], true, Skipped),
+            (&[Skipped, Fail, Pass], true, Fail),
+            (&[Skipped, ExpectedFailure], false, Skipped),
+            (&[], false, Skipped),
+        ] {
+            let of = |outcome: &Outcome| Check {
+                required,
+                ..Check::of_words("a", "", *outcome, "")
+            };
+            let checks: Vec<Check> = outcomes.iter().map(of).collect();
+            assert_eq!(verdict(&checks), expected, "{outcomes:?} {required}");
+        }
     }
 
     #[test]
@@ -248,14 +344,14 @@ mod tests {
 
     #[test]
     fn a_tally_counts_each_kind() {
-        use Outcome::{ExpectedFailure, Fail, NotMade, Pass};
-        let checks: Vec<Check> = [Pass, Pass, Pass, Fail, NotMade, NotMade, ExpectedFailure]
+        use Outcome::{ExpectedFailure, Fail, Pass, Skipped};
+        let checks: Vec<Check> = [Pass, Pass, Pass, Fail, Skipped, Skipped, ExpectedFailure]
             .map(|outcome| Check::of_words(String::new(), "", outcome, ""))
             .into();
         let tally = Tally {
             passed: 3,
             failed: 1,
-            not_made: 2,
+            skipped: 2,
             expected_failures: 1,
         };
         assert_eq!(Tally::of(&checks), tally);

@@ -1,8 +1,10 @@
 //! Programs that are started: each in a process group of its own, ended with whatever it has started
 //! when nobody waits for it any more.
 
+use std::env;
 use std::io;
 use std::os::unix::process::CommandExt;
+use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -34,6 +36,13 @@ pub enum Unfinished {
     TooLong(Duration),
     #[error("it cannot be waited for: {0}")]
     Io(#[from] io::Error),
+}
+
+/// The program of this name on the path.
+pub fn on_path(name: &str) -> Option<PathBuf> {
+    env::split_paths(&env::var_os("PATH")?)
+        .map(|folder| folder.join(name))
+        .find(|program| program.is_file())
 }
 
 impl Group {

@@ -2,31 +2,27 @@
 
 mod baseline;
 mod bench;
-mod campaign;
 mod checks;
 mod chosen;
 mod claims;
 mod compare;
-mod continuum;
 mod engine;
 mod explain;
 mod export;
-mod facts;
 mod figures;
 mod job_folder;
 mod paper;
-mod pareto;
+mod parameters;
 mod reproduce;
 mod run;
 mod scene;
-mod sensitivity;
 mod shell;
 mod stability;
+mod study;
 mod verify;
 
 use clap::{Parser, Subcommand};
 
-use crate::compare::Verdict;
 use crate::error::{Error, exit};
 
 /// Pours, settles and presses discs in two engines, and says whether they agree.
@@ -43,11 +39,10 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Every published number that needs no simulation: published, recomputed, verdict, how
-    Paper(paper::Arguments),
-    /// The continuum's stress at the control points: half-space, layer and box, uniform load and rigid punch
-    Continuum(continuum::Arguments),
-    /// The paper's figures from our own numbers, each as SVG, PNG and CSV
+    /// What the paper prints that needs no simulation: its numbers recomputed, the continuum under the punch
+    #[command(subcommand)]
+    Paper(paper::Verb),
+    /// The paper's figures from our own numbers: a page, each as SVG and CSV
     Figures(figures::Arguments),
     /// Print the paper's scene, check a scene file, print the JSON Schema of scenes
     #[command(subcommand)]
@@ -56,8 +51,6 @@ enum Command {
     Run(run::Arguments),
     /// Compare two run folders: bits, first difference, every measured quantity
     Compare(compare::Arguments),
-    /// The parameters that each engine uses for a scene: stiffness, mass, damping, time step
-    Facts(facts::Arguments),
     /// The main job: the paper's experiment in both engines, compared, with a report
     Reproduce(reproduce::Arguments),
     /// Keep a run's checks under a name, and hold later runs against them
@@ -67,18 +60,14 @@ enum Command {
     Checks(checks::Arguments),
     /// What a check means, its formula, its source and what usually breaks it
     Explain(explain::Arguments),
-    /// Cost against error of every way to run the paper's scene, and which of them are dominated
-    Pareto(pareto::Arguments),
-    /// Many realizations of a scene: plan, run in shards, merge
+    /// Many runs: plan, run in shards, merge, judge
     #[command(subcommand)]
-    Campaign(campaign::Verb),
+    Study(study::Verb),
     /// The paper's claims against a campaign's members: ours, interval, verdict, figures
     Claims(claims::Arguments),
-    /// Which published figures come out under which of the choices that the paper leaves open
-    Sensitivity(sensitivity::Arguments),
-    /// The ladder: exact solutions, symmetries, and native against YADE bit for bit
+    /// The verification suite: exact solutions, symmetries, and native against YADE bit for bit
     Verify(verify::Arguments),
-    /// An engine of your own, exec:PATH: what is wrong with it
+    /// An external engine, exec:PATH: what is wrong with it
     #[command(subcommand)]
     Engine(engine::Verb),
     /// The largest stable time steps, predicted and found, and the places where methods fail
@@ -98,21 +87,17 @@ impl Arguments {
     /// Does what was asked; the value is the exit code.
     pub fn execute(self) -> Result<u8, Error> {
         match self.command {
-            Command::Paper(arguments) => arguments.execute(),
-            Command::Continuum(arguments) => arguments.execute(),
+            Command::Paper(verb) => verb.execute(),
             Command::Figures(arguments) => arguments.execute(),
             Command::Scene(verb) => verb.execute(),
             Command::Run(arguments) => arguments.execute(),
             Command::Compare(arguments) => arguments.execute(),
-            Command::Facts(arguments) => arguments.execute(),
             Command::Reproduce(arguments) => arguments.execute(),
             Command::Baseline(verb) => verb.execute(),
             Command::Checks(arguments) => arguments.execute(),
             Command::Explain(arguments) => arguments.execute(),
-            Command::Pareto(arguments) => arguments.execute(),
-            Command::Campaign(verb) => verb.execute(),
+            Command::Study(verb) => verb.execute(),
             Command::Claims(arguments) => arguments.execute(),
-            Command::Sensitivity(arguments) => arguments.execute(),
             Command::Verify(arguments) => arguments.execute(),
             Command::Engine(verb) => verb.execute(),
             Command::Stability(arguments) => arguments.execute(),
@@ -128,7 +113,7 @@ impl Arguments {
 fn print(text: &str) -> Result<(), Error> {
     use std::io::Write;
     let mut out = std::io::stdout().lock();
-    out.write_all(crate::progress::shown(text).as_bytes())?;
+    out.write_all(crate::document::harmless(text).as_bytes())?;
     out.flush()?;
     Ok(())
 }
@@ -155,24 +140,6 @@ fn exit_code_if(complete: bool) -> u8 {
         exit::AGREED
     } else {
         exit::INCOMPLETE
-    }
-}
-
-/// The exit code of a verdict.
-fn exit_code(verdict: Verdict) -> u8 {
-    match verdict {
-        Verdict::Pass => exit::AGREED,
-        Verdict::Fail => exit::CHECK_FAILED,
-        Verdict::NotMade => exit::INCOMPLETE,
-    }
-}
-
-/// A verdict for people.
-fn in_a_word(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Pass => "AGREED",
-        Verdict::Fail => "DIFFERENT",
-        Verdict::NotMade => "INCOMPLETE",
     }
 }
 

@@ -2,47 +2,24 @@
 
 pub mod baseline;
 pub mod bits;
-pub mod checks;
 pub mod common_start;
+pub mod divergence;
 pub mod first_difference;
-pub mod parting;
-pub mod partings;
-pub mod spread;
+pub mod replicas;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
+pub use crate::checks::Outcome as Verdict;
+use crate::checks::{self, Check, Outcome};
+use crate::document::{Cell, Document, Section, Table};
 use crate::run::folder::RunFolder;
 use crate::run::folder::record::EngineRecord;
 use bits::TableBits;
 use common_start::CommonStart;
+use divergence::{Divergence, Divergences};
 use first_difference::{FirstDifference, Locator};
 use grains::measure::Quantity;
-use parting::Parting;
-use partings::Partings;
-use spread::Spread;
-
-/// What a check found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// It holds.
-    Pass,
-    /// It does not.
-    Fail,
-    /// The check could not be made, or nothing was expected of it; never counted as passed.
-    NotMade,
-}
-
-/// One check with what it rests on.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Check {
-    /// What is checked.
-    pub name: String,
-    /// What that amounts to.
-    pub verdict: Verdict,
-    /// What was found, in words and figures.
-    pub found: String,
-}
+use replicas::{REPLICAS, Scatter};
 
 /// A measured quantity in both runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -62,7 +39,7 @@ pub struct QuantityPair {
     /// The most that |a − b| may be; none where nothing is judged.
     pub allowed: Option<f64>,
     /// What that amounts to.
-    pub verdict: Verdict,
+    pub verdict: Outcome,
 }
 
 /// The comparison of run A with run B.
@@ -78,10 +55,10 @@ pub struct Comparison {
     pub checks: Vec<Check>,
     /// The tables, number by number.
     pub tables: Vec<TableBits>,
-    /// Where the runs part, if they should not and it was looked for.
+    /// Where the runs diverge, if they should not and it was looked for.
     pub first_difference: Option<FirstDifference>,
-    /// How the runs part, if they may.
-    pub partings: Option<Partings>,
+    /// How the runs diverge, if they may.
+    pub divergences: Option<Divergences>,
     /// All measured quantities.
     pub quantities: Vec<QuantityPair>,
 }
@@ -89,48 +66,120 @@ pub struct Comparison {
 /// What a run in another order of sums is judged against.
 #[derive(Debug, Clone, Copy)]
 pub struct Yardstick<'a> {
-    /// A run that differs from B only in the order of sums (YADE with another `verletDist`); without one the twins
-    /// are the control.
+    /// A run that differs from B only in the order of sums (YADE with another `verletDist`); without one the
+    /// replicas are the control.
     pub control: Option<&'a RunFolder>,
-    /// How far runs part that differ in one last bit at the start.
-    pub spread: &'a Spread,
+    /// How far runs diverge that differ in one last bit at the start.
+    pub scatter: &'a Scatter,
 }
 
 impl Comparison {
-    /// Failed if anything failed; not made if no measured quantity could be judged, which is so when
-    /// bits are not expected and there is no yardstick; else passed.
-    pub fn verdict(&self) -> Verdict {
-        let judged = |verdict: Verdict| {
-            let checks = self.checks.iter().map(|check| check.verdict);
-            let quantities = self.quantities.iter().map(|pair| pair.verdict);
-            checks.chain(quantities).any(|found| found == verdict)
+    /// All checks, their ids beginning with this one.
+    pub fn all_checks(&self, id: &str) -> Vec<Check> {
+        let of = |check: &Check| Check {
+            id: format!("{id}/{}", check.id),
+            ..check.clone()
         };
-        let made = |pair: &QuantityPair| pair.verdict != Verdict::NotMade;
-        if judged(Verdict::Fail) {
-            Verdict::Fail
-        } else if self.quantities.iter().any(made) {
-            Verdict::Pass
-        } else {
-            Verdict::NotMade
+        let quantities = self
+            .quantities
+            .iter()
+            .map(|pair| pair.check(id, self.bits_expected));
+        self.checks.iter().map(of).chain(quantities).collect()
+    }
+
+    /// Skipped if no measured quantity could be judged, which is so when bits are not expected and there is no yardstick;
+    /// else that of all checks.
+    pub fn verdict(&self) -> Outcome {
+        let verdict = checks::verdict(&self.all_checks(""));
+        let judged = |pair: &QuantityPair| pair.verdict != Outcome::Skipped;
+        match verdict {
+            Outcome::Pass if !self.quantities.iter().any(judged) => Outcome::Skipped,
+            verdict => verdict,
         }
     }
 
     /// Whether the comparison was made and no check failed.
     pub fn agrees(&self) -> bool {
-        self.verdict() == Verdict::Pass
+        self.verdict() == Outcome::Pass
     }
 
-    fn check(&mut self, name: &str, verdict: Verdict, found: impl Into<String>) {
-        self.checks.push(Check {
-            name: name.to_owned(),
-            verdict,
-            found: found.into(),
-        });
+    fn check(&mut self, id: &str, quantity: &str, outcome: Outcome, found: impl Into<String>) {
+        let check = Check::of_words(id, quantity, outcome, &found.into());
+        self.checks.push(check);
+    }
+
+    /// The comparison for people.
+    pub fn document(&self) -> Document {
+        let heads = [
+            "outcome",
+            "quantity",
+            "unit",
+            "A",
+            "B",
+            "|A − B|",
+            "allowed",
+        ];
+        let mut quantities = Table::new("quantities", "Measured quantities", &heads);
+        for pair in &self.quantities {
+            quantities.row([
+                pair.verdict.into(),
+                Cell::Code(pair.key.clone()),
+                pair.unit.as_str().into(),
+                pair.a.into(),
+                pair.b.into(),
+                pair.difference.into(),
+                pair.allowed.into(),
+            ]);
+        }
+        let mut table = Table::new("checks", "Checks", &["outcome", "check", "found"]);
+        for check in &self.checks {
+            let [quantity, found] = [&check.quantity, &check.found].map(|of| of.as_str().into());
+            table.row([check.outcome.into(), quantity, found]);
+        }
+        let first = match &self.first_difference {
+            Some(first) => format!("First difference: {first}."),
+            None => String::new(),
+        };
+        Document {
+            title: format!("{} against {}", self.a, self.b),
+            verdict: self.verdict(),
+            answer: first,
+            sections: vec![
+                Section::new("Checks", "").with(table),
+                Section::new("Measured quantities", "").with(quantities),
+            ],
+            checks: self.all_checks("compare"),
+        }
     }
 }
 
-fn pass_if(holds: bool) -> Verdict {
-    if holds { Verdict::Pass } else { Verdict::Fail }
+const SAME_OPERATIONS: &str =
+    "both engines do the same operations in the same order (docs/determinism.md)";
+
+impl QuantityPair {
+    /// A is the value, B what is expected.
+    fn check(&self, id: &str, bits_expected: bool) -> Check {
+        let found = match (self.verdict, self.a, self.b) {
+            (Outcome::Skipped, Some(_), Some(_)) => "nothing to judge it by",
+            (_, None, _) => "run A does not have it",
+            (_, _, None) => "run B does not have it",
+            _ => "",
+        };
+        let (a, b) = (self.a.unwrap_or(f64::NAN), self.b.unwrap_or(f64::NAN));
+        let id = format!("{id}/quantity/{}", self.key);
+        let check = Check {
+            unit: self.unit.clone(),
+            ..Check::of_words(id, &self.key, self.verdict, found).with_limits(a, b, self.allowed)
+        };
+        if bits_expected {
+            check.judged_by("the same number in both runs", SAME_OPERATIONS)
+        } else {
+            let basis = format!(
+                "the scatter of {REPLICAS} replicas that differ in a last bit at the start"
+            );
+            check.judged_by("A against B, one realization", &basis)
+        }
+    }
 }
 
 /// Compares two runs. Where bits are expected and differ, `locator` finds the first step and grain.
@@ -160,15 +209,16 @@ pub fn compare_as(
         checks: Vec::new(),
         tables: Vec::new(),
         first_difference: None,
-        partings: None,
+        divergences: None,
         quantities: Vec::new(),
     };
     same_question(a, b, &mut comparison);
     for (name, run) in [("A", a), ("B", b)] {
         let stated = run.record.engine.approximations();
         if !stated.is_empty() {
+            let id = format!("approximations-{}", name.to_lowercase());
             let name = format!("approximations that {name} states");
-            comparison.check(&name, Verdict::NotMade, stated.join("; "));
+            comparison.check(&id, &name, Outcome::Skipped, stated.join("; "));
         }
     }
     if a.scene.particles.count != b.scene.particles.count {
@@ -179,7 +229,7 @@ pub fn compare_as(
         expect_bits(a, b, locator, &mut comparison);
         quantities(a, b, None, &mut comparison);
     } else {
-        expect_spread(a, b, yardstick, locator, &mut comparison);
+        expect_scatter(a, b, yardstick, locator, &mut comparison);
         quantities(a, b, yardstick, &mut comparison);
     }
     comparison
@@ -189,8 +239,9 @@ pub fn compare_as(
 fn same_question(a: &RunFolder, b: &RunFolder, comparison: &mut Comparison) {
     let differing = bits::differing_keys(&a.scene, &b.scene);
     comparison.check(
+        "same-scene",
         "same scene",
-        pass_if(differing.is_empty()),
+        Outcome::pass_if(differing.is_empty()),
         if differing.is_empty() {
             format!("digest {}", &a.record.scene_digest[..16])
         } else {
@@ -198,16 +249,18 @@ fn same_question(a: &RunFolder, b: &RunFolder, comparison: &mut Comparison) {
         },
     );
     comparison.check(
+        "same-start",
         "same start",
-        pass_if(a.record.initial_digest == b.record.initial_digest),
+        Outcome::pass_if(a.record.initial_digest == b.record.initial_digest),
         format!(
             "initial states {} and {}",
             a.record.initial_digest, b.record.initial_digest
         ),
     );
     comparison.check(
+        "same-protocol",
         "same protocol",
-        pass_if(a.record.protocol == b.record.protocol),
+        Outcome::pass_if(a.record.protocol == b.record.protocol),
         format!("{:?} and {:?}", a.record.protocol, b.record.protocol),
     );
 }
@@ -226,8 +279,9 @@ fn expect_bits(
     };
     let (of_a, of_b) = (stages(a), stages(b));
     comparison.check(
+        "same-stages",
         "same stages",
-        pass_if(of_a == of_b),
+        Outcome::pass_if(of_a == of_b),
         if of_a == of_b {
             of_a.join(", ")
         } else {
@@ -235,35 +289,54 @@ fn expect_bits(
         },
     );
     for table in comparison.tables.clone() {
-        comparison.check(
-            &format!("bits of {}", table.table),
-            table.verdict(),
-            table.to_string(),
-        );
+        let id = format!("bits-of-{}", table.table.replace(' ', "-"));
+        let quantity = format!("bits of {}", table.table);
+        let check = Check::of_words(id, &quantity, table.verdict(), &table.to_string());
+        let check = Check {
+            n: table.numbers as u64,
+            ..check.with_limits(table.differing as f64, 0.0, Some(0.0))
+        };
+        comparison.checks.push(check.judged_by(
+            "how many numbers of the two tables differ in any bit",
+            SAME_OPERATIONS,
+        ));
     }
     let history = bits::history(a, b);
     comparison.check(
+        "bits-along-the-way",
         "bits along the way",
-        pass_if(history.agrees()),
+        Outcome::pass_if(history.agrees()),
         history.to_string(),
     );
     if comparison
         .checks
         .iter()
-        .all(|check| check.verdict != Verdict::Fail)
+        .all(|check| check.outcome != Outcome::Fail)
     {
         return;
     }
     match locator {
         Some(locator) => match locator.locate(a, b) {
             Ok(found) => comparison.first_difference = found,
-            Err(reason) => comparison.check("first difference", Verdict::NotMade, reason),
+            Err(reason) => comparison.check(
+                "first-difference",
+                "first difference",
+                Outcome::Skipped,
+                reason,
+            ),
         },
-        None => comparison.check("first difference", Verdict::NotMade, "not asked for"),
+        None => comparison.check(
+            "first-difference",
+            "first difference",
+            Outcome::Skipped,
+            "not asked for",
+        ),
     }
 }
 
-fn expect_spread(
+const GROWTH: &str = "growth of rounding differences";
+
+fn expect_scatter(
     a: &RunFolder,
     b: &RunFolder,
     yardstick: Option<Yardstick<'_>>,
@@ -276,7 +349,8 @@ fn expect_spread(
         .all(|run| run.record.engine.keeps_operations());
     comparison.check(
         "bits",
-        Verdict::NotMade,
+        "bits",
+        Outcome::Skipped,
         match (equal, same_operations) {
             (true, _) => "all bits agree, though the order of sums is not the same",
             (false, true) => "not expected to agree: the order of sums is not the same",
@@ -293,56 +367,57 @@ fn expect_spread(
     };
     let (verdict, found) = match common {
         Ok(common) => (common.verdict(), common.to_string()),
-        Err(reason) => (Verdict::NotMade, reason),
+        Err(reason) => (Outcome::Skipped, reason),
     };
     comparison.check(
+        "common-start",
         "same bits before the order of sums can matter",
         verdict,
         found,
     );
     let Some(yardstick) = yardstick else {
         comparison.check(
-            "parting as the control pair does",
-            Verdict::NotMade,
-            "give a control run (--control) that differs from the second one only in verletDist, or --twins",
+            "control",
+            "trajectory divergence as the control pair's",
+            Outcome::Skipped,
+            "give a control run (--control) that differs from the second one only in verletDist, or --replicas",
         );
         return;
     };
     let Some(control) = yardstick.control else {
-        let parting = Parting::of(a, b);
-        for (name, key, value) in [
-            (
-                "growth of rounding differences",
-                parting::GROWTH_KEY,
-                parting.steps_per_e,
-            ),
-            (
-                "as far apart in the end as twins",
-                parting::SETTLED_KEY,
-                parting.steps_per_e.map(|_| parting.settled_median),
-            ),
-        ] {
-            let (verdict, found) = yardstick.spread.judge(key, value);
-            comparison.check(name, verdict, found);
-        }
+        let divergence = Divergence::of(a, b);
+        let steps = divergence.e_folding_steps;
+        let settled = steps.map(|_| divergence.settled_median);
+        let scatter = yardstick.scatter;
+        let (outcome, found) = scatter.judge(divergence::GROWTH_KEY, steps);
+        comparison.check("growth", GROWTH, outcome, found);
+        let (outcome, found) = scatter.judge(divergence::SETTLED_KEY, settled);
+        comparison.check(
+            "final-separation",
+            "as far apart in the end as replicas",
+            outcome,
+            found,
+        );
         return;
     };
     let wrong = unfit_control(b, control);
     comparison.check(
+        "control",
         "control differs from B in verletDist only",
-        pass_if(wrong.is_none()),
+        Outcome::pass_if(wrong.is_none()),
         wrong.unwrap_or_else(|| control.record.engine.label()),
     );
-    let partings = Partings::of(a, b, control);
-    let (verdict, found) = partings.growth(yardstick.spread);
-    comparison.check("growth of rounding differences", verdict, found);
-    let (verdict, found) = partings.settled(yardstick.spread);
+    let divergences = Divergences::of(a, b, control);
+    let (verdict, found) = divergences.growth(yardstick.scatter);
+    comparison.check("growth", GROWTH, verdict, found);
+    let (verdict, found) = divergences.settled(yardstick.scatter);
     comparison.check(
+        "final-separation",
         "as far apart in the end as the control pair",
         verdict,
         found,
     );
-    comparison.partings = Some(partings);
+    comparison.divergences = Some(divergences);
 }
 
 /// Why a run is no control of B, if it is none.
@@ -383,10 +458,10 @@ fn quantities(
     comparison: &mut Comparison,
 ) {
     let exact = comparison.bits_expected;
-    let (of_a, of_b) = (spread::quantities(a), spread::quantities(b));
+    let (of_a, of_b) = (replicas::quantities(a), replicas::quantities(b));
     let of_control = yardstick
         .and_then(|yardstick| yardstick.control)
-        .map(spread::quantities);
+        .map(replicas::quantities);
     let find = |list: &[Quantity], key: &str| {
         list.iter()
             .find(|quantity| quantity.key == key)
@@ -402,13 +477,13 @@ fn quantities(
         let allowed = if exact {
             Some(0.0)
         } else {
-            yardstick.and_then(|yardstick| yardstick.spread.allowed(key))
+            yardstick.and_then(|yardstick| yardstick.scatter.allowed(key))
         };
         let verdict = match (difference, allowed) {
-            (Some(difference), Some(allowed)) => pass_if(difference <= allowed),
+            (Some(difference), Some(allowed)) => Outcome::pass_if(difference <= allowed),
             // Bits are expected, and one run has a measure that the other has not.
-            (None, Some(_)) => Verdict::Fail,
-            _ => Verdict::NotMade,
+            (None, Some(_)) => Outcome::Fail,
+            _ => Outcome::Skipped,
         };
         comparison.quantities.push(QuantityPair {
             key: key.clone(),

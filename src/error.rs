@@ -1,32 +1,15 @@
 //! Every way in which the program can fail, and its exit code.
 
 use crate::checks::record::RecordError;
-use crate::engine::exec::ExecError;
-use crate::engine::yade::YadeError;
+use crate::compare::baseline::BaselineError;
+use crate::engine::EngineError;
 use crate::files::FileError;
-use crate::run::EngineError;
 use crate::run::folder::FolderError;
 use crate::run::kept::KeptError;
 use crate::run::scene_file::SceneFileError;
-use crate::run::tables::TableError;
-use crate::study::campaign::CampaignError;
-use grains::native::{NativeError, Trouble};
+use crate::study::StudyError;
 
-/// Exit codes; scripts rely on them.
-pub mod exit {
-    /// Everything agreed, or was done.
-    pub const AGREED: u8 = 0;
-    /// A check failed.
-    pub const CHECK_FAILED: u8 = 1;
-    /// The command line, a scene or a run folder cannot be used.
-    pub const USAGE: u8 = 2;
-    /// The run or the comparison is incomplete.
-    pub const INCOMPLETE: u8 = 3;
-    /// An engine failed.
-    pub const ENGINE_FAILED: u8 = 4;
-    /// The surroundings failed (a full disk, no permission to write, a signal to end): try again.
-    pub const TRY_AGAIN: u8 = 75;
-}
+pub use crate::exit;
 
 /// Any failure of the program.
 #[derive(Debug, thiserror::Error)]
@@ -51,7 +34,7 @@ pub enum Error {
     #[error("the report cannot be made: {0}")]
     Report(String),
     #[error(transparent)]
-    Campaign(#[from] CampaignError),
+    Study(#[from] StudyError),
     #[error(transparent)]
     Record(#[from] RecordError),
 }
@@ -66,75 +49,29 @@ impl From<KeptError> for Error {
     }
 }
 
+impl From<BaselineError> for Error {
+    fn from(error: BaselineError) -> Self {
+        match error {
+            BaselineError::File(error) => Error::File(error),
+            BaselineError::Record(error) => Error::Record(error),
+            other => Error::Usage(other.to_string()),
+        }
+    }
+}
+
 impl Error {
     /// The exit code that tells a script what kind of failure this is.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Usage(_) => exit::USAGE,
-            Error::Campaign(error) => of_campaign(error),
-            Error::Record(RecordError::File(error)) => of_file(error),
-            Error::Record(_) => exit::USAGE,
-            Error::Scene(SceneFileError::File(error)) | Error::File(error) => of_file(error),
-            Error::Scene(_) => exit::USAGE,
-            Error::Folder(error) => of_folder(error),
-            Error::Engine(error) => of_engine(error),
+            Error::Study(error) => error.exit_code(),
+            Error::Record(error) => error.exit_code(),
+            Error::Scene(error) => error.exit_code(),
+            Error::Folder(error) => error.exit_code(),
+            Error::Engine(error) => error.exit_code(),
+            Error::File(error) => error.exit_code(),
             Error::Program(_) => exit::ENGINE_FAILED,
             Error::Output(_) | Error::Report(_) | Error::Interrupted => exit::TRY_AGAIN,
         }
-    }
-}
-
-fn of_engine(error: &EngineError) -> u8 {
-    match error {
-        EngineError::Yade(YadeError::Unsupported(_)) => exit::USAGE,
-        EngineError::Yade(YadeError::File(_) | YadeError::Interrupted) => exit::TRY_AGAIN,
-        EngineError::Exec(ExecError::Unsupported { .. } | ExecError::Missing { .. }) => exit::USAGE,
-        EngineError::Exec(ExecError::File(_) | ExecError::Interrupted) => exit::TRY_AGAIN,
-        EngineError::Native(NativeError {
-            trouble: Trouble::Interrupted,
-            ..
-        }) => exit::TRY_AGAIN,
-        _ => exit::ENGINE_FAILED,
-    }
-}
-
-fn of_campaign(error: &CampaignError) -> u8 {
-    match error {
-        CampaignError::Engine(error) => of_engine(error),
-        CampaignError::File(error) => of_file(error),
-        CampaignError::Scene(_) => exit::USAGE,
-        error => error.exit_code().unwrap_or(exit::USAGE),
-    }
-}
-
-fn of_folder(error: &FolderError) -> u8 {
-    match error {
-        FolderError::File(error)
-        | FolderError::Table(TableError::File(error))
-        | FolderError::Scene {
-            source: SceneFileError::File(error),
-            ..
-        } => of_file(error),
-        _ => exit::USAGE,
-    }
-}
-
-/// What cannot be read was named wrongly; what cannot be written may work another time.
-fn of_file(error: &FileError) -> u8 {
-    match error {
-        FileError::Io { source, .. }
-            if matches!(
-                source.kind(),
-                std::io::ErrorKind::NotADirectory
-                    | std::io::ErrorKind::AlreadyExists
-                    | std::io::ErrorKind::InvalidFilename
-            ) =>
-        {
-            exit::USAGE
-        }
-        FileError::Io { action, .. } if !matches!(*action, "open" | "read" | "find") => {
-            exit::TRY_AGAIN
-        }
-        _ => exit::USAGE,
     }
 }

@@ -21,7 +21,7 @@ pub const EXPLANATIONS: [Explanation; 18] = [
         pattern: "compare/*",
         meaning: "Two runs of one scene agree in what is named last in the id.",
         formula: "Runs that add forces in the same order are held against each other bit by bit, others against the scatter of rounding: \
-            twins of the native run that differ in one last bit at the start.",
+            replicas of the native run that differ in one last bit at the start.",
         source: "docs/determinism.md; src/compare/",
         breaks: "Any change of an operation or of the order of sums in one of the engines. Read `first difference` in the report: it names the first \
             step, grain and number.",
@@ -66,23 +66,23 @@ pub const EXPLANATIONS: [Explanation; 18] = [
         meaning: "The comparison can fail: a small fault put into the native engine was found.",
         formula: "The scene is poured with and without the fault; the comparison of the two must fail and name the first difference.",
         source: "src/reproduce/faults.rs; crates/grains/src/native/perturb.rs",
-        breaks: "A comparison that looks at too little, or a fault that changes nothing in this scene (then it is not made).",
+        breaks: "A comparison that looks at too little, or a fault that changes nothing in this scene (then it is skipped).",
     },
     Explanation {
-        pattern: "facts/*",
+        pattern: "parameters/*",
         meaning: "Both engines use the same parameter: stiffness, mass, damping, time step.",
         formula: "Each engine is asked what it uses for a few grains that touch each other, a wall and the punch; relative difference at most 1e-14.",
-        source: "src/suite/facts.rs; crossgrain facts",
+        source: "src/suite/parameters.rs; crossgrain scene parameters",
         breaks: "A formula changed in one engine (k_n, mass, Cundall's α, time step). Everything that is compared later will differ for this reason.",
     },
     Explanation {
-        pattern: "ladder/*",
-        meaning: "A small experiment with a known outcome came out as it must, in the engine that the id names.",
+        pattern: "verify/*",
+        meaning: "A small experiment with a known outcome came out as it must.",
         formula: "Closed forms in continuous time with the error of discretisation as tolerance, or the scheme's own exact solution with \
             rounding as tolerance; the basis of each limit stands beside it.",
         source: "docs/verification.md; src/suite/",
         breaks: "A change of contact law, integrator, damping or walls. `crossgrain verify --detection-limits` says which fault of which size each \
-            rung notices.",
+            case detects.",
     },
     Explanation {
         pattern: "paper/*",
@@ -105,7 +105,7 @@ pub const EXPLANATIONS: [Explanation; 18] = [
         pattern: "stability/failures/*",
         meaning: "A way in which the method fails was tried, and the program noticed it as it should.",
         formula: "A small scene is run with the fault; it must end with the trouble, or the measured sign of it, that is expected.",
-        source: "docs/stability.md; src/limits/stability/failures/",
+        source: "docs/stability.md; src/limits/stability/failures.rs",
         breaks: "A watch over the run that looks at less than before, or a way to fail that does not fail any more.",
     },
     Explanation {
@@ -124,10 +124,10 @@ pub const EXPLANATIONS: [Explanation; 18] = [
     },
     Explanation {
         pattern: "bench/missed/*",
-        meaning: "A part of the benchmark was not made, or failed.",
+        meaning: "A part of the benchmark was skipped, or failed.",
         formula: "None; the reason stands beside it.",
         source: "docs/benchmark.md",
-        breaks: "A program that is not installed (then it is not made), or that ended with an error (then it fails).",
+        breaks: "A program that is not installed (then it is skipped), or that ended with an error (then it fails).",
     },
     Explanation {
         pattern: "baseline/*",
@@ -147,7 +147,7 @@ pub const EXPLANATIONS: [Explanation; 18] = [
             `crossgrain bench` counts instructions, to a hundredth.",
     },
     Explanation {
-        pattern: "not-made/*",
+        pattern: "run/*",
         meaning: "A check that this job could have and did not make; it counts for nothing.",
         formula: "None; the reason stands beside it.",
         source: "src/reproduce.rs",
@@ -177,19 +177,16 @@ mod tests {
     #[test]
     fn the_longest_pattern_counts() {
         for (id, pattern) in [
-            (
-                "compare/native-against-yade/same-scene",
-                "compare/*/same-scene",
-            ),
-            ("compare/native-against-yade/bits-of-bodies", "compare/*"),
+            ("compare/sorted-live/same-scene", "compare/*/same-scene"),
+            ("compare/sorted-live/bits-of-bodies", "compare/*"),
             (
                 "compare/a/quantity/settled.height.mean_surface",
                 "compare/*/quantity/*",
             ),
-            ("ladder/native/free-fall/x", "ladder/*"),
-            ("ladder", "ladder/*"),
+            ("verify/tested/free-fall/dropped/x/100-steps", "verify/*"),
+            ("verify", "verify/*"),
             ("bench/bits", "bench/bits"),
-            ("facts/everything/dt", "facts/*"),
+            ("parameters/everything/dt", "parameters/*"),
         ] {
             assert_eq!(of(id).map(|of| of.pattern), Some(pattern), "{id}");
         }

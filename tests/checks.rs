@@ -25,7 +25,7 @@ fn record(
         })
         .collect();
     let record = serde_json::json!({
-        "job": "reproduce", "version": 3, "crossgrain": "0.1.0", "command": "crossgrain reproduce", "machine_kind": "a machine",
+        "job": "reproduce", "version": 1, "crossgrain": "0.1.0", "command": "crossgrain reproduce", "machine_kind": "a machine",
         "verdict": if failed { "fail" } else { "pass" }, "checks": checks, "comparisons": [],
         "speeds": [{"id": "time/yade-ordinary", "what": "time a step of YADE over native exact", "unit": "times native",
             "value": yade_over_native, "range": null, "less_is_better": false}],
@@ -91,7 +91,10 @@ fn a_regression_shows_in_words_files_and_exit_code() {
         ])
     };
     let (code, out, _) = diff(&before);
-    assert!(code == 0 && out.contains("NOTHING WORSE"), "{out}");
+    assert!(
+        code == 0 && out.contains("AGREED: Nothing is worse than in main"),
+        "{out}"
+    );
 
     let broken = [
         ("compare/a/height", 1.7, "fail"),
@@ -101,12 +104,28 @@ fn a_regression_shows_in_words_files_and_exit_code() {
     let broken = record(folder.path(), "broken.json", &broken, 60.0);
     let (code, out, _) = diff(&broken);
     assert!(code == 1 && out.contains("WORSE"), "{out}");
-    let first = out.lines().next().expect("a line");
-    assert!(first.contains("new failure compare/a/height"), "{out}");
-    assert!(out.contains("moved by 0.400 of its tolerance"), "{out}");
+    let line = |words: &str| {
+        out.lines()
+            .find(|line| line.contains(words))
+            .expect("a row")
+    };
+    assert!(
+        line("compare/a/height")
+            .trim_start()
+            .starts_with("NEW FAILURE"),
+        "{out}"
+    );
+    let moved = line("faults/wall");
+    assert!(
+        moved.contains("moved within tolerance") && moved.ends_with("0.4"),
+        "{out}"
+    );
 
     let (code, out, _) = diff(&record(folder.path(), "fewer.json", &sound[..2], 60.0));
-    assert!(code == 3 && out.contains("removed gone"), "{out}");
+    assert!(
+        code == 3 && out.contains("1 removed") && out.contains("  removed  gone "),
+        "{out}"
+    );
     let (code, out, _) = diff(&record(folder.path(), "slow.json", &sound, 30.0));
     assert!(
         code == 1 && out.contains("slower") && out.contains("2.000 times the cost"),
@@ -138,7 +157,7 @@ fn a_regression_shows_in_words_files_and_exit_code() {
     assert_eq!(fs::read_to_string(table).expect("CSV").lines().count(), 4);
     let summary = fs::read_to_string(summary).expect("Markdown");
     assert!(
-        summary.starts_with("an earlier step\n## reproduce: FAIL"),
+        summary.starts_with("an earlier step\n## reproduce: Different"),
         "{summary}"
     );
 }
@@ -178,9 +197,7 @@ fn what_cannot_be_used_is_said_with_what_to_do() {
     assert!(code == 2 && err.contains("no record of a job"), "{err}");
     // Another job's record says nothing of this one.
     let text = fs::read_to_string(&sound).expect("a record");
-    let text = text
-        .replace("\"reproduce\"", "\"verify\"")
-        .replace("\"version\":3", "\"version\":2");
+    let text = text.replace("\"reproduce\"", "\"verify\"");
     fs::write(&other, text).expect("written");
     let kept = path(&store).to_owned();
     assert_eq!(
@@ -197,10 +214,15 @@ fn checks_are_explained() {
     let record = record(
         folder.path(),
         "run.json",
-        &[("facts/everything/dt", 1.0, "pass")],
+        &[("parameters/everything/dt", 1.0, "pass")],
         60.0,
     );
-    let (code, out, _) = run(&["explain", "facts/everything/dt", "--record", path(&record)]);
+    let (code, out, _) = run(&[
+        "explain",
+        "parameters/everything/dt",
+        "--record",
+        path(&record),
+    ]);
     assert!(
         code == 0 && out.contains("meaning:") && out.contains("must be 0.5 to 1.5"),
         "{out}"
@@ -208,7 +230,7 @@ fn checks_are_explained() {
     let (code, _, err) = run(&["explain", "bake/bread"]);
     assert!(code == 2 && err.contains("names all kinds"), "{err}");
     let (code, out, _) = run(&["explain"]);
-    assert!(code == 0 && out.contains("ladder/*"), "{out}");
+    assert!(code == 0 && out.contains("verify/*"), "{out}");
 }
 
 #[test]
@@ -223,9 +245,9 @@ fn the_schema_in_the_documentation_is_the_one_of_the_types() {
     );
 }
 
-/// A real job's record keeps to the common part, has a check for each figure of each rung, and passes as it says.
+/// A real job's record keeps to the common part, has a check for each figure of each case, and passes as it says.
 #[test]
-fn the_ladder_has_its_checks_in_its_record() {
+fn the_suite_has_its_checks_in_its_record() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let out = folder.path().join("verified");
     let (code, ..) = run(&[
@@ -242,7 +264,7 @@ fn the_ladder_has_its_checks_in_its_record() {
     let fall = record
         .checks
         .iter()
-        .filter(|check| check.id.starts_with("ladder/native/free-fall/"));
+        .filter(|check| check.id.starts_with("verify/tested/free-fall/"));
     assert!(fall.clone().count() > 1);
     for check in fall {
         let (value, upper) = (check.value.expect("a value"), check.upper.expect("a limit"));
@@ -270,4 +292,24 @@ fn shells_and_man_are_told_the_command_line() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (code, ..) = run(&["man", "--out", path(folder.path())]);
     assert!(code == 0 && folder.path().join("crossgrain-reproduce.1").exists());
+}
+
+/// What has the name of a file that is written to is written into where it is no file, and stays what it is.
+#[test]
+fn a_pipe_is_written_into_and_not_replaced() {
+    use std::os::unix::fs::FileTypeExt;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let record = record(folder.path(), "run.json", &[("a", 1.0, "pass")], 60.0);
+    for (option, words) in [("--junit", "<testsuites"), ("--csv", "outcome,id")] {
+        let pipe = folder.path().join(&option[2..]);
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.is_ok_and(|made| made.success()));
+        let from = pipe.clone();
+        let reader = std::thread::spawn(move || fs::read_to_string(from).expect("text"));
+        let (code, out, err) = run(&["checks", path(&record), option, path(&pipe)]);
+        assert_eq!(code, 0, "{out}{err}");
+        let kind = fs::symlink_metadata(&pipe).expect("is there").file_type();
+        assert!(kind.is_fifo(), "{option} replaced the pipe");
+        assert!(reader.join().expect("reads").contains(words));
+    }
 }

@@ -101,7 +101,7 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
     for part in [
         "Incomplete",
         "Nothing could be compared",
-        "not made",
+        "skipped",
         "class=\"packing\"",
         "class=\"chart\"",
         "stiffness=1e-12",
@@ -120,13 +120,17 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
     }
     let text = fs::read_to_string(folder.path().join("o/run.json")).expect("a record");
     let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    assert_eq!(record["verdict"], "not_made");
+    assert_eq!(record["verdict"], "skipped");
     assert_eq!(record["yade"], serde_json::Value::Null);
-    assert!(
-        record["not_made"]
-            .as_array()
-            .is_some_and(|of| of.len() >= 3)
-    );
+    let checks = record["checks"].as_array().expect("checks");
+    let ids = checks.iter().filter_map(|check| check["id"].as_str());
+    // Those of the suite still name the engine (`ladder/native/…`).
+    for id in ids.filter(|id| !id.starts_with("ladder/")) {
+        for engine in ["native", "yade", "lammps", "liggghts", "exec"] {
+            assert!(!id.to_lowercase().contains(engine), "{id} names an engine");
+        }
+    }
+    assert!(record["skipped"].as_array().is_some_and(|of| of.len() >= 3));
 
     // A finished job is not overwritten.
     let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
@@ -235,6 +239,7 @@ fn a_failed_comparison_shows_on_the_page() {
     let comparison = compare(&runs.native, &faulty, None, None);
     assert_eq!(comparison.verdict(), Verdict::Fail);
     reproduction.comparisons.push(NamedComparison {
+        id: "compare/faulty".to_owned(),
         title: "sound against faulty".to_owned(),
         folders: vec!["native".to_owned()],
         comparison,
@@ -247,6 +252,29 @@ fn a_failed_comparison_shows_on_the_page() {
     assert!(failed < page.find("id=\"comparisons\"").expect("a section"));
     assert!(page.contains("<strong>Different</strong>"));
     assert!(page.contains("sound against faulty"));
+}
+
+/// Two jobs in one folder at once would each take the other's runs for its own.
+#[test]
+fn a_main_job_in_a_folder_where_another_is_at_work_is_refused() {
+    let (folder, _) = folder_with(&small_scene());
+    fs::create_dir(folder.path().join("o")).expect("writable");
+    let lock = crossgrain::files::FolderLock::of(&folder.path().join("o")).expect("free");
+    let mut arguments = vec![
+        "reproduce",
+        "--scene",
+        "scene.json",
+        "--out",
+        "o",
+        "--quiet",
+    ];
+    arguments.extend(NO_YADE);
+    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert!(code == 75 && errors.contains("in use"), "{code} {errors}");
+    assert!(!folder.path().join("o/run.json").exists());
+    drop(lock);
+    let (code, ..) = told(&crossgrain(&arguments, folder.path()));
+    assert_eq!(code, 3, "it is made when the other has ended");
 }
 
 /// The recorded run is judged like any other: with a fault in the native engine it must disagree.

@@ -1,9 +1,9 @@
 //! The comparison: agrees where it should, and can fail.
 
 use crossgrain::compare::common_start::CommonStart;
+use crossgrain::compare::divergence::Divergence;
 use crossgrain::compare::first_difference::Locator;
-use crossgrain::compare::parting::Parting;
-use crossgrain::compare::spread::{Spread, of_twins, quantities};
+use crossgrain::compare::replicas::{Scatter, of_replicas, quantities};
 use crossgrain::compare::{Comparison, Verdict, Yardstick, compare};
 use crossgrain::run::folder::RunFolder;
 use crossgrain::run::folder::record::Protocol;
@@ -27,7 +27,7 @@ fn a_run_agrees_with_itself_in_every_check() {
     assert!(comparison.agrees());
     assert!(comparison.first_difference.is_none());
     for check in &comparison.checks {
-        assert_eq!(check.verdict, Verdict::Pass, "{}", check.name);
+        assert_eq!(check.outcome, Verdict::Pass, "{}", check.quantity);
     }
     assert!(comparison.quantities.len() > 40);
     for pair in &comparison.quantities {
@@ -76,7 +76,7 @@ fn a_fault_that_shows_under_the_punch_is_found_there() {
     let b = native_run(&other, sound(), Protocol::Whole);
     let comparison = located(&a, &b);
     let same_scene = &comparison.checks[0];
-    assert_eq!(same_scene.verdict, Verdict::Fail);
+    assert_eq!(same_scene.outcome, Verdict::Fail);
     assert!(
         same_scene.found.contains("/loading/speed"),
         "{}",
@@ -165,15 +165,15 @@ fn bits_agree_until_the_order_of_sums_can_matter() {
 }
 
 #[test]
-fn twins_part_and_their_scatter_allows_what_it_should() {
+fn replicas_diverge_and_their_scatter_allows_what_it_should() {
     let mut scene = small_scene();
     scene.settle.kinetic_energy_fraction = 1.0e-2;
     let run = native_run(&scene, sound(), Protocol::Whole);
-    let spread = of_twins(&run, &|| {}).expect("twins");
+    let scatter = of_replicas(&run, &|| {}).expect("replicas");
     let mean_surface = "settled.height.mean_surface";
-    let allowed = spread.allowed(mean_surface).expect("a known quantity");
+    let allowed = scatter.allowed(mean_surface).expect("a known quantity");
     assert!(allowed > 0.0 && allowed < 0.1, "{allowed}");
-    assert_eq!(spread.allowed("no.such.quantity"), None);
+    assert_eq!(scatter.allowed("no.such.quantity"), None);
     let reversed = native_run(&scene, faulty("sums=reversed"), Protocol::Whole);
     let value = |run: &RunFolder| {
         quantities(run)
@@ -183,33 +183,33 @@ fn twins_part_and_their_scatter_allows_what_it_should() {
             .value
     };
     assert!((value(&run) - value(&reversed)).abs() <= allowed);
-    let parting = Parting::of(&run, &reversed);
-    assert!(parting.steps_per_e.expect("growth") > 1.0);
+    let divergence = Divergence::of(&run, &reversed);
+    assert!(divergence.e_folding_steps.expect("growth") > 1.0);
 }
 
 /// Student's t with 11 degrees of freedom at 0.5 % in each tail is 3.1058 (tables).
 #[test]
 fn the_allowed_difference_is_students_interval() {
-    let twin = |value: f64| {
+    let replica = |value: f64| {
         vec![Quantity {
             key: "q".to_owned(),
             value,
             unit: "1".to_owned(),
         }]
     };
-    let twins: Vec<_> = (0..12).map(|k| twin(f64::from(k % 2) * 2.0)).collect();
-    let spread = Spread::of(&twins);
+    let replicas: Vec<_> = (0..12).map(|k| replica(f64::from(k % 2) * 2.0)).collect();
+    let scatter = Scatter::of(&replicas);
     let deviation = (12.0f64 / 11.0).sqrt();
     let expected = 3.1058 * deviation * 2f64.sqrt();
-    let allowed = spread.allowed("q").expect("known");
+    let allowed = scatter.allowed("q").expect("known");
     assert!(
         (allowed / expected - 1.0).abs() < 1e-4,
         "{allowed} {expected}"
     );
-    // A quantity that one twin lacks has no scatter.
-    let mut some = twins;
+    // A quantity that one replica lacks has no scatter.
+    let mut some = replicas;
     some[3].clear();
-    assert_eq!(Spread::of(&some).allowed("q"), None);
+    assert_eq!(Scatter::of(&some).allowed("q"), None);
 }
 
 /// Without a yardstick nothing can be said of a run in another order of sums, and nothing is.
@@ -227,23 +227,23 @@ fn an_ordinary_run_without_control_is_not_called_agreed() {
     };
     b.record.engine = ordinary(1.0e-4);
     let comparison = compare(&a, &b, None, None);
-    assert_eq!(comparison.verdict(), Verdict::NotMade);
+    assert_eq!(comparison.verdict(), Verdict::Skipped);
     // B itself is no control of B; a run with another verletDist is.
-    let spread = of_twins(&a, &|| {}).expect("twins");
+    let scatter = of_replicas(&a, &|| {}).expect("replicas");
     for (distance, verdict) in [(1.0e-4, Verdict::Fail), (2.0e-4, Verdict::Pass)] {
         let mut control = b.clone();
         control.record.engine = ordinary(distance);
         let yardstick = Yardstick {
             control: Some(&control),
-            spread: &spread,
+            scatter: &scatter,
         };
         let comparison = compare(&a, &b, Some(yardstick), None);
         let check = comparison
             .checks
             .iter()
-            .find(|check| check.name.starts_with("control differs"))
+            .find(|check| check.quantity.starts_with("control differs"))
             .expect("the check");
-        assert_eq!(check.verdict, verdict, "{}", check.found);
+        assert_eq!(check.outcome, verdict, "{}", check.found);
     }
 }
 

@@ -1,4 +1,4 @@
-//! LAMMPS and LIGGGHTS through their adapters. Without the feature `exec-engines` these are listed as ignored and not made;
+//! LAMMPS and LIGGGHTS through their adapters. Without the feature `live` these are listed as ignored and not made;
 //! with it a missing one is a failure.
 
 use std::fs;
@@ -40,8 +40,8 @@ fn agree_to_the_bit(folder: &Path, begin: &str) {
 
 #[test]
 #[cfg_attr(
-    not(feature = "exec-engines"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features exec-engines"
+    not(feature = "live"),
+    ignore = "needs LAMMPS and LIGGGHTS: --features live"
 )]
 fn with_one_radius_both_are_native_up_to_rounding_and_each_other_to_the_bit() {
     let (folder, _) = folder_with(&narrow_scene(0.0));
@@ -62,8 +62,8 @@ fn with_one_radius_both_are_native_up_to_rounding_and_each_other_to_the_bit() {
 /// where the grains are that have met a wall.
 #[test]
 #[cfg_attr(
-    not(feature = "exec-engines"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features exec-engines"
+    not(feature = "live"),
+    ignore = "needs LAMMPS and LIGGGHTS: --features live"
 )]
 fn walls_push_as_the_native_ones_do() {
     let mut scene = narrow_scene(0.0);
@@ -88,8 +88,8 @@ fn walls_push_as_the_native_ones_do() {
 
 #[test]
 #[cfg_attr(
-    not(feature = "exec-engines"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features exec-engines"
+    not(feature = "live"),
+    ignore = "needs LAMMPS and LIGGGHTS: --features live"
 )]
 fn with_many_radii_both_have_classes_of_them_and_say_so() {
     let (folder, _) = folder_with(&narrow_scene(0.05));
@@ -104,8 +104,8 @@ fn with_many_radii_both_have_classes_of_them_and_say_so() {
 
 #[test]
 #[cfg_attr(
-    not(feature = "exec-engines"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features exec-engines"
+    not(feature = "live"),
+    ignore = "needs LAMMPS and LIGGGHTS: --features live"
 )]
 fn engine_check_finds_both_sound() {
     let (folder, _) = folder_with(&narrow_scene(0.0));

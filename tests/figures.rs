@@ -1,4 +1,4 @@
-//! The figures: every panel has ink, and the rows are the library's numbers.
+//! The figures: every panel has marks, and the rows are the library's numbers.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -7,8 +7,7 @@ use std::path::Path;
 use crossgrain::paper::continuum::{Field, Model};
 use crossgrain::paper::disc_field::figure_4;
 use crossgrain::study::campaign::merged;
-use crossgrain::study::figures::{samples, setup_of};
-use resvg::tiny_skia::Pixmap;
+use crossgrain::study::figures::{distributions, setup_of};
 
 use crate::support::{crossgrain, small_scene, told, write_scene};
 
@@ -25,18 +24,60 @@ fn number(row: &BTreeMap<String, String>, column: &str) -> f64 {
     row[column].parse().expect("a number")
 }
 
-/// Different colours in a part of the picture, given in shares of its width and height.
-fn colours(picture: &Pixmap, [left, top, right, bottom]: [f32; 4]) -> usize {
-    let place = |share: f32, of: u32| (share * of as f32) as u32;
-    let (width, height) = (picture.width(), picture.height());
-    let mut seen = std::collections::BTreeSet::new();
-    for y in place(top, height)..place(bottom, height) {
-        for x in place(left, width)..place(right, width) {
-            let pixel = picture.pixel(x, y).expect("inside");
-            seen.insert([pixel.red(), pixel.green(), pixel.blue()]);
-        }
+/// How many places of a drawing's marks are in a part of it, given in shares of its width and height.
+fn places(svg: &str, [left, top, right, bottom]: [f64; 4]) -> usize {
+    let numbers = |text: &str| -> Vec<f64> {
+        let words = text.split(|of: char| !(of.is_ascii_digit() || of == '.' || of == '-'));
+        words.filter_map(|word| word.parse().ok()).collect()
+    };
+    let (_, frame) = svg.split_once("viewBox=\"").expect("a frame");
+    let frame = numbers(frame.split('"').next().expect("numbers"));
+    let [across, upwards] = [
+        [left, right].map(|of| of * frame[2]),
+        [top, bottom].map(|of| of * frame[3]),
+    ];
+    // Absolute places of paths and of circles; what is relative to them follows a letter.
+    let paths = svg
+        .split(" d=\"")
+        .skip(1)
+        .flat_map(|of| of.split('"').next());
+    let of_paths = paths.flat_map(|path| {
+        path.split(['M', 'L', ' ', 'Z'])
+            .collect::<Vec<_>>()
+            .join(" ")
+            .split(' ')
+            .filter_map(|of| of.parse().ok())
+            .collect::<Vec<f64>>()
+            .chunks_exact(2)
+            .map(|two| [two[0], two[1]])
+            .collect::<Vec<_>>()
+    });
+    let circles = svg.split("<circle ").skip(1).map(|of| {
+        let of = numbers(of.split("r=").next().expect("a place"));
+        [of[0], of[1]]
+    });
+    let boxes = svg.split("<rect x=\"").skip(1).map(|of| {
+        let of = numbers(of.split("width").next().expect("a place"));
+        [of[0], of[1]]
+    });
+    let all = of_paths.chain(circles).chain(boxes);
+    let inside = all.filter(|[x, y]| {
+        (across[0]..across[1]).contains(x) && (upwards[0]..upwards[1]).contains(y)
+    });
+    inside
+        .map(|place| place.map(f64::to_bits))
+        .collect::<std::collections::BTreeSet<_>>()
+        .len()
+}
+
+/// How often each piece of text stands in a picture, at least.
+fn has_marks(drawn: &Path, name: &str, marks: &[(&str, usize)]) {
+    let svg = fs::read_to_string(drawn.join(format!("{name}.svg"))).expect("a picture");
+    assert!(!svg.contains("NaN") && svg.contains("<text"), "{name}");
+    for (mark, least) in marks {
+        let found = svg.matches(mark).count();
+        assert!(found >= *least, "{name}: {found} of {mark}");
     }
-    seen.len()
 }
 
 #[test]
@@ -53,41 +94,70 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
         out
     };
     run(&[
-        "campaign",
+        "study",
         "plan",
+        "campaign",
         "scene.json",
         "--members",
         "12",
         "--out",
         "dozen",
     ]);
-    run(&["campaign", "run", "dozen"]);
+    run(&["study", "run", "dozen"]);
     let out = run(&["figures", "--campaign", "dozen", "--out", "drawn"]);
     assert!(out.contains("figure-5"), "{out}");
-    let drawn = at.join("drawn");
-    assert_eq!(fs::read_dir(&drawn).expect("is there").count(), 15);
-
-    // Parts of each picture that must not be of one colour.
+    let drawn = at.join("drawn/figures");
+    let page = fs::read_to_string(at.join("drawn/report.html")).expect("a page");
+    // Four figures with a second plot for the fourth, and two for each point of the fifth.
+    assert_eq!(page.matches("<figure").count(), 11);
+    assert!(page.contains("table-1.csv"));
+    // Parts of each picture that must not be empty.
     let halves = [[0.0, 0.0, 0.5, 1.0], [0.5, 0.0, 1.0, 1.0]];
-    let thirds = [0.0, 1.0, 2.0].map(|third| [third / 3.0, 0.0, (third + 1.0) / 3.0, 1.0]);
     let levels = [[0.0, 0.0, 1.0, 0.5], [0.0, 0.5, 1.0, 1.0]];
-    let parts: [(u32, &[[f32; 4]]); 5] = [
-        (1, &halves),
-        (2, &levels),
-        (3, &halves),
-        (4, &levels),
-        (5, &thirds),
-    ];
-    for (figure, parts) in parts {
-        let picture = Pixmap::load_png(drawn.join(format!("figure-{figure}.png"))).expect("a PNG");
-        for part in parts {
-            let count = colours(&picture, *part);
-            assert!(count > 40, "figure {figure}, {part:?}: {count} colours");
-        }
+    for (figure, parts) in [(1, halves), (2, levels), (3, halves), (4, levels)] {
         let svg = fs::read_to_string(drawn.join(format!("figure-{figure}.svg"))).expect("text");
-        assert!(
-            !svg.contains("NaN") && svg.contains("<text"),
-            "figure {figure}"
+        for part in parts {
+            let count = places(&svg, part);
+            assert!(count > 20, "figure {figure}, {part:?}: {count} places");
+        }
+    }
+    // Nine lines and three points; the bed twice with its points; bars, circles and a line; forces and profiles.
+    has_marks(
+        &drawn,
+        "figure-1",
+        &[("stroke-width=\"1\" d=\"M", 9), ("<circle", 3)],
+    );
+    has_marks(&drawn, "figure-2", &[("<use", 2), ("<circle", 300 + 6)]);
+    has_marks(
+        &drawn,
+        "figure-3",
+        &[("<circle", 6), ("<rect", 6), ("<path", 1)],
+    );
+    has_marks(
+        &drawn,
+        "figure-4",
+        &[("<path fill=\"#", 10), ("stroke-dasharray", 1)],
+    );
+    has_marks(
+        &drawn,
+        "figure-4-profiles",
+        &[("0.6366", 1), ("0.7189", 1), ("<path", 5)],
+    );
+    for point in ["o", "a", "b"] {
+        let name = format!("figure-5-{point}");
+        has_marks(
+            &drawn,
+            &name,
+            &[
+                ("<rect", 5),
+                ("<path", 3),
+                ("exponential of the same mean", 1),
+            ],
+        );
+        has_marks(
+            &drawn,
+            &format!("{name}-share"),
+            &[("<circle", 5), ("<path", 3)],
         );
     }
 
@@ -96,7 +166,7 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
     let bulbs = rows(&drawn, "figure-1.csv");
     for row in &bulbs {
         let (x, z) = (number(row, "x (m)"), number(row, "depth (m)"));
-        let value = number(row, "stress of the load over p (1)");
+        let value = number(row, "stress of the load over p");
         let ours = field.stress(x, z.max(1e-9)).zz / setup.load.pressure;
         // Lines are straight between nodes; where one is closed outside the frame or along the surface it is none.
         let inside = x.abs() < 0.3 && (0.01..0.46).contains(&z);
@@ -108,17 +178,22 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
     }
     let levels: std::collections::BTreeSet<&String> = bulbs
         .iter()
-        .map(|row| &row["stress of the load over p (1)"])
+        .map(|row| &row["stress of the load over p"])
         .collect();
     assert_eq!(levels.len(), 9 + 3);
 
-    let table = rows(&drawn, "figure-3.csv");
-    let of = |kind: &'static str| table.iter().filter(move |row| row["kind"] == kind);
-    let cases: Vec<f64> = of("subclass").map(|row| number(row, "cases")).collect();
-    assert_eq!(cases, [5.0, 20.0, 20.0, 30.0, 30.0, 20.0, 1.0]);
-    let five: Vec<f64> = of("five piles")
-        .map(|row| 126.0 * number(row, "chance (1)"))
+    let cases: Vec<f64> = rows(&drawn, "table-1.csv")
+        .iter()
+        .map(|row| number(row, "cases"))
         .collect();
+    assert_eq!(cases, [5.0, 20.0, 20.0, 30.0, 30.0, 20.0, 1.0]);
+    let shares = rows(&drawn, "figure-3.csv");
+    let five: Vec<f64> = shares
+        .iter()
+        .filter(|row| row["series"] == "five piles, counted")
+        .map(|row| 126.0 * number(row, "share of piles with F or more"))
+        .collect();
+    assert_eq!(five.len(), 6);
     for (found, counted) in five.iter().zip([126.0, 70.0, 35.0, 15.0, 5.0, 1.0]) {
         assert!((found - counted).abs() < 1e-9, "{five:?}");
     }
@@ -137,32 +212,31 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
         }
     }
 
-    let campaign = merged::read(&at.join("dozen")).expect("a merged campaign");
-    let samples = samples(&campaign).expect("values");
-    assert_eq!(samples.len(), 3);
-    let drawn_shares = rows(&drawn, "figure-5.csv");
-    for sample in &samples {
-        assert_eq!(sample.values.len(), 12);
-        let at_point = || {
-            drawn_shares
-                .iter()
-                .filter(|row| row["panel"] == sample.point)
-        };
-        for row in at_point().filter(|row| row["series"] == "histogram density") {
-            let (from, to) = (number(row, "from"), number(row, "to"));
-            let inside = sample
-                .values
-                .iter()
-                .filter(|value| (from..to).contains(*value))
-                .count();
-            let found = number(row, "value") * (to - from) * 12.0;
+    let campaign = merged(&at.join("dozen")).expect("a merged campaign");
+    let all = distributions(&campaign).expect("values");
+    assert_eq!(all.len(), 3);
+    for of in &all {
+        assert_eq!(of.values.len(), 12);
+        let drawn = rows(&drawn, &format!("figure-5-{}.csv", of.point.to_lowercase()));
+        let series = |name: &'static str| drawn.iter().filter(move |row| row["series"] == name);
+        let mut counted = 0;
+        for row in series("realizations, 95 %") {
+            let (from, to) = (number(row, "Σ_zz (J)"), number(row, "to"));
+            let inside = |value: &&f64| (from..to).contains(*value);
+            let inside = of.values.iter().filter(inside).count();
+            let found = number(row, "probability density (1/J)") * (to - from) * 12.0;
             assert!((found - inside as f64).abs() < 1e-6, "{row:?}");
+            counted += inside;
         }
-        for row in at_point().filter(|row| row["series"] == "exponential density") {
-            let mean = sample.theory_mean;
-            let wanted = (-number(row, "from") / mean).exp() / mean;
-            assert!((number(row, "value") / wanted - 1.0).abs() < 1e-9);
+        assert!(counted >= 11, "{counted}");
+        let mean = of.theory.expect("a theory");
+        let mut points = 0;
+        for row in series("theory's exponential") {
+            let wanted = (-number(row, "Σ_zz (J)") / mean).exp() / mean;
+            assert!((number(row, "probability density (1/J)") / wanted - 1.0).abs() < 1e-9);
+            points += 1;
         }
+        assert_eq!(points, 101);
     }
     let forces = rows(&drawn, "figure-2.csv");
     assert_eq!(
@@ -182,15 +256,16 @@ fn a_campaign_without_values_is_an_error_and_writes_nothing() {
     write_scene(&scene, &at.join("scene.json"));
     for arguments in [
         vec![
-            "campaign",
+            "study",
             "plan",
+            "campaign",
             "scene.json",
             "--members",
             "2",
             "--out",
             "two",
         ],
-        vec!["campaign", "run", "two"],
+        vec!["study", "run", "two"],
     ] {
         assert_eq!(told(&crossgrain(&arguments, at)).0, 0);
     }
@@ -201,6 +276,4 @@ fn a_campaign_without_values_is_an_error_and_writes_nothing() {
     assert!(!at.join("drawn").exists());
     let (code, _, errors) = told(&crossgrain(&["figures", "--campaign", "nowhere"], at));
     assert_eq!(code, 2, "{errors}");
-    let (code, _, _) = told(&crossgrain(&["figures", "--scale", "0"], at));
-    assert_eq!(code, 2);
 }

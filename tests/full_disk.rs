@@ -154,8 +154,9 @@ fn places_that_cannot_be_written_are_named() {
             ],
             &["verify", "--engine=native", "--grains=5", "--out", place],
             &[
-                "campaign",
+                "study",
                 "plan",
+                "campaign",
                 "scene.json",
                 "--members=2",
                 "--out",

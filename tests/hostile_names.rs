@@ -125,7 +125,7 @@ fn a_name_that_is_too_long_is_refused_at_once() {
     for verb in [
         ["run", "scene.json", "--engine", "native"].as_slice(),
         &["export", "vtk", "run"],
-        &["campaign", "plan", "scene.json", "--members", "2"],
+        &["study", "plan", "campaign", "scene.json", "--members", "2"],
     ] {
         let mut arguments: Vec<OsString> = verb.iter().map(OsString::from).collect();
         arguments.push(out(OsStr::new(&long)));
@@ -135,7 +135,7 @@ fn a_name_that_is_too_long_is_refused_at_once() {
         assert!(errors.contains("name too long"), "{errors}");
     }
     assert_eq!(fs::read_dir(&place).expect("a folder").count(), 1);
-    nothing_obeyed(top.path(), &crossgrain_os(&["paper"], &place));
+    nothing_obeyed(top.path(), &crossgrain_os(&["paper", "numbers"], &place));
 }
 
 /// Makes a program of this text under any name.

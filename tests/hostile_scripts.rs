@@ -6,9 +6,10 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crossgrain::study::campaign::plan::Plan;
-use crossgrain::study::campaign::slurm::{Array, write};
+use crossgrain::study::campaign::Campaign;
+use crossgrain::study::open;
 use crossgrain::study::realization::Runner;
+use crossgrain::study::slurm::{Array, write};
 use grains::native::Mode;
 
 use crate::hostile_names::{names, nothing_obeyed, program, two_grains};
@@ -41,7 +42,7 @@ fn job_scripts_hand_every_name_on_whole() {
         let top = tempfile::tempdir().expect("a temporary folder");
         let place = top.path().canonicalize().expect("a folder");
         let folder = place.join(&name);
-        let plan = Plan::new(&two_grains(), Runner::Native(Mode::Exact), Vec::new(), 4, 1);
+        let plan = Campaign::plan(&two_grains(), Runner::Native(Mode::Exact), Vec::new(), 4, 1);
         plan.and_then(|plan| plan.write(&folder))
             .expect("a new campaign");
         let tools = place.join("tools");
@@ -55,7 +56,8 @@ fn job_scripts_hand_every_name_on_whole() {
         };
         let control = |of: char| of.is_control();
         if name.to_str().is_none_or(|name| name.contains(control)) {
-            let refused = write(&folder, &array).expect_err("no line of a shell holds it");
+            let refused = write(&folder, open(&folder).expect("a campaign").as_ref(), &array)
+                .expect_err("no line of a shell holds it");
             assert!(
                 refused.to_string().contains("give it another name"),
                 "{refused}"
@@ -64,14 +66,15 @@ fn job_scripts_hand_every_name_on_whole() {
             continue;
         }
         written += 1;
-        let scripts = write(&folder, &array).expect("scripts");
+        let scripts =
+            write(&folder, open(&folder).expect("a campaign").as_ref(), &array).expect("scripts");
         let text = folder.to_str().expect("text");
         for (script, given) in [
             (
                 &scripts.array,
-                format!("campaign\nrun\n{text}\n--shard\nauto\n--threads\n3\n"),
+                format!("study\nrun\n{text}\n--shard\nauto\n--threads\n3\n"),
             ),
-            (&scripts.merge, format!("campaign\nmerge\n{text}\n")),
+            (&scripts.merge, format!("study\nmerge\n{text}\n")),
         ] {
             bash(&[OsStr::new("-n"), script.as_os_str()], &place, &usual);
             bash(&[script.as_os_str()], &place, &usual);

@@ -6,6 +6,7 @@ mod support;
 #[path = "../fuzz/src/lib.rs"]
 mod readers;
 
+mod architecture;
 mod scene;
 
 mod generate;
@@ -23,7 +24,7 @@ mod modes;
 
 mod paper;
 
-mod pareto;
+mod tradeoff;
 
 mod campaign_compare;
 
@@ -45,6 +46,7 @@ mod verify;
 mod sensitivity;
 
 mod stability;
+mod study;
 
 mod bench;
 

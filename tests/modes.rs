@@ -49,10 +49,10 @@ fn free_and_single_are_labelled_repeatable_and_near() {
         assert!(!comparison.bits_expected);
         for check in &comparison.checks {
             assert_ne!(
-                check.verdict,
+                check.outcome,
                 Verdict::Fail,
                 "{}: {}",
-                check.name,
+                check.quantity,
                 check.found
             );
         }

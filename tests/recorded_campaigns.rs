@@ -3,31 +3,41 @@
 use std::path::{Path, PathBuf};
 
 use crossgrain::files::read_text;
+use crossgrain::study::Study;
 use crossgrain::study::campaign::compare::{Verdict, compare};
-use crossgrain::study::campaign::merged::{Merged, read};
-use crossgrain::study::campaign::run::again;
+use crossgrain::study::campaign::{Merged, merged};
 use crossgrain::study::claims::{self, Claims};
-use crossgrain::study::realization::{Ending, Runner};
+use crossgrain::study::machine::{Folder, Machine};
+use crossgrain::study::member::Member;
+use crossgrain::study::realization::{Ending, Engines, Runner};
 use crossgrain::study::sensitivity::plan::Plan;
-use crossgrain::study::sensitivity::row::{self, Row};
+use crossgrain::study::sensitivity::record::Sensitivity;
+use crossgrain::study::sensitivity::{Row, load_all};
 use grains::scene::paper_scene;
 
 fn recorded(name: &str) -> Merged {
     let folder: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("reference_data")
         .join(name);
-    read(&folder).expect("a recorded campaign that is whole")
+    merged(&folder).expect("a recorded campaign that is whole")
 }
 
 /// The native engine has the same bits on any machine: members run anew are the recorded ones, number by number.
 #[test]
 fn members_of_the_native_campaign_come_out_again() {
     let native = recorded("campaign-native-1");
-    assert_eq!(native.plan.scene_digest, paper_scene(1, 5000).digest());
-    assert!(native.members.len() >= 1000, "{}", native.members.len());
-    for number in [1, 2, native.members.len() as u64] {
-        let member = again(&native.plan, number).expect("it runs");
-        assert_eq!(member, native.members[number as usize - 1]);
+    assert_eq!(
+        native.plan.study.scene_digest,
+        paper_scene(1, 5000).digest()
+    );
+    assert!(native.rows.len() >= 1000, "{}", native.rows.len());
+    for number in [1, 2, native.rows.len() as u64] {
+        let member = native
+            .plan
+            .study
+            .run(number, &Engines::default(), Path::new(""))
+            .expect("it runs");
+        assert_eq!(member, native.rows[number as usize - 1]);
         assert_eq!(member.ending, Ending::Reached);
     }
 }
@@ -39,7 +49,7 @@ fn the_recorded_sorted_yade_runs_have_the_native_bits() {
         recorded("campaign-native-1"),
         recorded("campaign-yade-sorted-1"),
     );
-    assert_eq!(yade.plan.runner, Runner::YadeSorted);
+    assert_eq!(yade.plan.study.runner, Runner::YadeSorted);
     let comparison = compare(&native, &yade).expect("one scene");
     assert_eq!(comparison.verdict, Verdict::SameBits);
     assert!(comparison.bits.common >= 3, "{:?}", comparison.bits);
@@ -52,8 +62,8 @@ fn the_recorded_ordinary_yade_runs_are_of_the_same_kind() {
         recorded("campaign-native-1"),
         recorded("campaign-yade-ordinary-1"),
     );
-    assert_eq!(yade.plan.runner, Runner::YadeOrdinary);
-    assert!(yade.members.len() >= 9);
+    assert_eq!(yade.plan.study.runner, Runner::YadeOrdinary);
+    assert!(yade.rows.len() >= 9);
     let comparison = compare(&native, &yade).expect("one scene");
     assert_eq!(
         comparison.bits.last, 0,
@@ -71,31 +81,36 @@ fn the_recorded_claims_are_those_of_the_recorded_members() {
     let native = self::recorded("campaign-native-1");
     let origin = recorded.origin.clone();
     assert_eq!(origin.members_digest, native.summary.sha256);
-    let again = claims::of(&native.plan.scene, &native.members, origin);
+    let again = claims::of(&native.plan.study.scene, &native.rows, origin);
     assert!(again == recorded);
 }
 
-/// The sensitivity map's members come out again, number by number: one whose punch got its force, and a slower one.
+/// The sensitivity map's members come out again, number by number: one whose punch got its force, and a slower one. The
+/// recorded map is that of the recorded rows.
 #[test]
 fn members_of_the_recorded_sensitivity_map_come_out_again() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/sensitivity-1");
-    let text = read_text(&folder.join("members.jsonl.gz"), 1 << 26).expect("is there");
-    let rows: Vec<Row> = text
-        .lines()
-        .map(|line| serde_json::from_str(line).expect("a member"))
-        .collect();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/sensitivity-1");
+    let folder = Folder::<Plan>::open(&path).expect("recorded evidence");
+    let report = folder.judge().expect("a judgement");
+    let text = read_text(&path.join("report.json.gz"), 1 << 26).expect("is there");
+    let recorded: Sensitivity = serde_json::from_str(&text).expect("a map");
+    let again: Sensitivity = serde_json::from_str(&report.text).expect("a map");
+    assert!(again == recorded);
+    let merged = folder.merged().expect("merged");
+    let members = merged.rows.iter().flat_map(|row| match row {
+        Row::Loads(members) => members.as_slice(),
+        Row::Penetration(_) => &[],
+    });
+    let members: Vec<&Member> = members.collect();
+    assert_eq!(members.len(), 696);
     let plan = Plan::full(12);
-    for (name, realization) in [("0.1 m/s, α = 0.2", 1), ("0.05 m/s, α = 0.8", 2)] {
-        let setting = plan.settings.iter().find(|setting| setting.name == name);
+    for (id, realization) in [("speed-0.1-alpha-0.2", 1), ("speed-0.05-alpha-0.8", 2)] {
+        let setting = plan.settings.iter().find(|setting| setting.id == id);
         let setting = setting.expect("a setting of the plan");
-        let digest = setting.digest();
-        let recorded = rows
-            .iter()
-            .find(|row| row.setting == digest && row.realization == realization)
-            .expect("a recorded member");
-        let mut scene = setting.scene.clone();
-        scene.realization = realization;
-        let again = row::whole(&digest, &scene).expect("it runs");
-        assert_eq!(&again, recorded, "{name}");
+        let digest = setting.specification.digest();
+        let mut own = members.iter().filter(|of| of.specification == digest);
+        let recorded = own.find(|of| of.realization == realization);
+        let again = load_all(&[setting], realization).expect("it runs");
+        assert_eq!(Some(&&again[0]), recorded, "{id}");
     }
 }

@@ -1,97 +1,126 @@
 //! The map of what the published figures depend on, on beds small enough for a test.
 
-use crossgrain::progress::Display;
-use crossgrain::study::realization::Ending;
-use crossgrain::study::sensitivity::choices::{Axis, with_friction, with_hold, with_speed};
-use crossgrain::study::sensitivity::job;
+use std::path::Path;
+
+use crossgrain::report;
+use crossgrain::study::machine::Folder;
+use crossgrain::study::member::{Member, Members};
+use crossgrain::study::realization::{Ending, Engines};
 use crossgrain::study::sensitivity::judge::Verdict;
-use crossgrain::study::sensitivity::plan::Plan;
-use crossgrain::study::sensitivity::push::{self, Kind, Push};
-use crossgrain::study::sensitivity::record::of_members;
-use crossgrain::study::sensitivity::row::{self, Poured};
-use crossgrain::study::tradeoff::method::with_tolerance;
+use crossgrain::study::sensitivity::penetration::{self, Kind, Penetration};
+use crossgrain::study::sensitivity::plan::{Plan, SPEED_AND_DAMPING, can_share_beds};
+use crossgrain::study::sensitivity::record::Sensitivity;
+use crossgrain::study::sensitivity::{Row, keep, load_all};
+use crossgrain::study::specification::Change::{Friction, Hold, Settled, Speed};
+use crossgrain::study::specification::{Setting, Specification, changed};
+use crossgrain::study::{Study, create};
+use grains::native::Mode;
+use grains::scene::Scene;
 use grains::tables::StopReason;
 
-use crate::support::pages::each_figure_stands_once_and_has_numbers;
-use crate::support::{crossgrain, frictional_scene, small_scene, told};
+use crate::support::{frictional_scene, small_scene};
+use crate::tradeoff::run;
 
 /// The small scene as it is, settled much too early, and loaded so slowly that the punch sinks.
 fn plan(clouds: u64) -> Plan {
     let mut base = small_scene();
     base.loading.give_up_depth = 0.04;
-    let mut plan = Plan {
-        settings: Vec::new(),
-        pushes: Vec::new(),
-        clouds,
-        base,
-    };
-    plan.add(Axis::Settle, "as it is", 1.0e-4, 1, |scene| scene);
-    plan.add(Axis::Settle, "hardly settled", 0.05, 1, |scene| {
-        with_tolerance(scene, 0.05)
-    });
-    plan.add(Axis::SpeedAndDamping, "slow", 0.02, 1, |scene| {
-        with_speed(scene, 0.02)
-    });
+    let mut plan = Plan::new(base, clouds);
+    plan.add("settle rule", "as-it-is", "as it is", 1.0e-4, 1, &[]);
+    let early = [Settled(0.05)];
+    plan.add("settle rule", "early", "hardly settled", 0.05, 1, &early);
+    let slow = [Speed(0.02)];
+    let slow = plan.add(SPEED_AND_DAMPING, "slow", "slow", 0.02, 1, &slow);
+    slow.at.push(0.2);
     plan
+}
+
+/// Members of a folder, and how many rows it has.
+fn members(folder: &Path) -> (Members, usize) {
+    let mut all: Vec<Member> = Vec::new();
+    let mut rows = 0;
+    let folder = Folder::<Plan>::open(folder).expect("a study");
+    let each = folder.each(|_, row| {
+        rows += 1;
+        if let Row::Loads(of) = row {
+            all.extend(of);
+        }
+    });
+    each.expect("rows");
+    (all.into_iter().collect(), rows)
+}
+
+fn exact(scene: Scene) -> Specification {
+    Specification::native(Mode::Exact, scene)
+}
+
+/// The whole run in one go.
+fn whole(of: &Specification) -> Member {
+    let engines = Engines::default();
+    let run = Member::run(of, 1, &engines, Path::new(""), keep).expect("it runs");
+    Member { cost: None, ..run }
 }
 
 #[test]
 fn a_bed_poured_once_and_loaded_is_the_whole_run_bit_for_bit() {
-    for scene in [
+    let scenes = [
         small_scene(),
-        with_speed(small_scene(), 0.3),
-        with_hold(small_scene(), 0.01),
-    ] {
-        let poured = row::pour(&small_scene()).expect("it settles");
-        let loaded = row::load("abc", &scene, &poured).expect("it runs");
-        let whole = row::whole("abc", &scene).expect("it runs");
+        changed(small_scene(), &[Speed(0.3)]),
+        changed(small_scene(), &[Hold(0.01)]),
+    ];
+    let settings = scenes.map(|scene| Setting::new("a", "a", "test", exact(scene), 1));
+    let loaded = load_all(&settings.iter().collect::<Vec<&Setting>>(), 1).expect("they run");
+    for (setting, loaded) in settings.iter().zip(loaded) {
         assert!(loaded.last_state.is_some());
-        assert_eq!(loaded, whole);
+        assert_eq!(loaded, whole(&setting.specification));
     }
 }
 
 /// Contacts with friction remember how they came about; a table of grains does not have it.
 #[test]
 fn with_friction_a_bed_cannot_be_taken_up_again_and_no_plan_does_so() {
+    use crossgrain::study::member::Poured;
     let mut scene = frictional_scene();
     scene.loading.give_up_depth = 0.02;
-    let poured = row::pour(&scene).expect("it runs");
-    assert!(matches!(poured, Poured::Bed { settled: true, .. }));
-    let loaded = row::load("abc", &scene, &poured).expect("it runs");
-    let whole = row::whole("abc", &scene).expect("it runs");
+    let of = exact(scene);
+    let poured = Poured::of(&of.scene_of(1)).expect("it runs");
+    assert!(matches!(poured, Poured::Bed(_, true)));
+    let loaded = poured.load(&of, 1, keep).expect("it runs");
+    let whole = whole(&of);
     assert_ne!(loaded.last_state, whole.last_state);
+    let setting = Setting::new("a", "a", "test", of, 1);
+    assert_eq!(load_all(&[&setting], 1).expect("it runs"), [whole]);
     for plan in [Plan::full(12), Plan::quick(6)] {
         for setting in plan.settings {
-            let friction = setting.scene.material.friction_angle > 0.0;
-            assert_eq!(setting.can_share_beds(), !friction, "{}", setting.name);
+            let friction = setting.specification.scene.material.friction_angle > 0.0;
+            assert_eq!(can_share_beds(&setting), !friction, "{}", setting.name);
         }
     }
 }
 
 #[test]
 fn a_map_is_taken_up_where_it_was_and_notices_what_was_moved() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let quiet = Display::new(true);
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let folder = place.path().join("map");
     let plan = plan(8);
-    job::run(&plan, folder.path(), &quiet).expect("it runs");
-    let ledger = folder.path().join("members.jsonl");
-    let text = std::fs::read_to_string(&ledger).expect("readable");
-    assert_eq!(text.lines().count(), 24);
+    // The slow load has the bed of the base.
+    assert_eq!(plan.count(), 16);
+    create(&folder, plan.clone(), None, None).expect("a new study");
+    run::<Plan>(&folder, &Engines::default()).expect("it runs");
+    let rows = folder.join("records/shard-1-of-1.jsonl");
+    let text = std::fs::read_to_string(&rows).expect("readable");
+    assert_eq!(text.lines().count(), 16);
 
-    // Killed in the middle of the last line: that member alone is made again, with the same numbers.
-    std::fs::write(&ledger, &text[..text.len() - 20]).expect("cut");
-    let unfinished = of_members(
-        &plan,
-        &job::read(&plan, folder.path()).expect("readable"),
-        String::new(),
-    );
-    assert!(!unfinished.complete);
-    let members = job::run(&plan, folder.path(), &quiet).expect("it runs");
-    let again = std::fs::read_to_string(&ledger).expect("readable");
-    assert_eq!(text, again);
+    // Killed in the middle of the last line: that row alone is made again, with the same numbers.
+    std::fs::write(&rows, &text[..text.len() - 20]).expect("cut");
+    assert_eq!(members(&folder).1, 15);
+    run::<Plan>(&folder, &Engines::default()).expect("it runs");
+    let again = std::fs::read_to_string(&rows).expect("readable");
+    assert!(again.starts_with(&text[..text.len() - 20]));
+    assert_eq!(text.lines().last(), again.lines().last());
 
-    let record = of_members(&plan, &members, "test".to_owned());
-    assert!(record.complete);
+    let all = || members(&folder).0;
+    let record = Sensitivity::of(&plan, all(), &[]);
     let [sound, early, slow] = &record.points[..] else {
         panic!("three settings");
     };
@@ -106,10 +135,10 @@ fn a_map_is_taken_up_where_it_was_and_notices_what_was_moved() {
     assert_eq!(sound.endings.all(), 8);
     // A small bed is not half a metre high.
     assert_eq!(height(0).verdict, Verdict::DoesNot);
-    assert_eq!(record.figures[0].does_not, [1, 2, 3]);
+    assert_eq!(record.figures[0].does_not, ["as-it-is", "early", "slow"]);
 
     // Members whose punch sank are counted, and give no stress.
-    let sank = members
+    let sank = all()
         .of(&slow.setting)
         .iter()
         .filter(|row| row.ending == Ending::Sank)
@@ -121,56 +150,57 @@ fn a_map_is_taken_up_where_it_was_and_notices_what_was_moved() {
     assert_eq!(judged.packings, 8 - sank);
     assert_eq!(judged.conditional, sank > 0);
 
-    let page = crossgrain::report::sensitivity::page(&record).expect("a page");
-    let html = &page.html;
-    assert!(html.contains("hardly settled") && html.contains("does not come out"));
-    each_figure_stands_once_and_has_numbers(&page);
+    let document = record.document();
+    let page = report::page(&document);
+    assert!(page.html.contains("hardly settled") && page.html.contains("does not come out"));
+    for name in [
+        "speed-and-damping-height.svg",
+        "choices-stress-o.svg",
+        "figures.csv",
+        "together.csv",
+        "verdicts-1.csv",
+        "changes-1.csv",
+    ] {
+        assert!(page.files.iter().any(|(file, _)| file == name), "{name}");
+    }
+    assert!(report::terminal(&document).contains(&document.answer));
 }
 
 #[test]
 fn more_clouds_are_added_to_what_is_there() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let quiet = Display::new(true);
-    let lines = |clouds: u64| {
-        job::run(&plan(clouds), folder.path(), &quiet).expect("it runs");
-        let text = std::fs::read_to_string(folder.path().join("members.jsonl"));
-        text.expect("readable").lines().count()
-    };
-    assert_eq!(lines(3), 9);
-    assert_eq!(lines(4), 12);
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let [three, four] = ["three", "four"].map(|name| place.path().join(name));
+    create(&three, plan(3), None, None).expect("a new study");
+    run::<Plan>(&three, &Engines::default()).expect("it runs");
+    assert_eq!(
+        create(&four, plan(4), None, Some(&three)).expect("a new study"),
+        6
+    );
+    assert_eq!(members(&four).1, 6);
+    run::<Plan>(&four, &Engines::default()).expect("it runs");
+    assert_eq!(members(&four).1, 8);
 }
 
 #[test]
 fn a_watched_punch_goes_through_or_stands_still() {
     let base = small_scene();
-    let through = Push::through(&base, 0.1, 0.2, 0.0, 0.03, 1);
-    let watched = push::watch(&through, 1).expect("it runs");
+    let through = Penetration::through(&base, (0.1, 0.2, 0.0), 0.03, 1);
+    let watched = penetration::watch(&through, 1).expect("it runs");
     assert_eq!(watched.stop, Some(StopReason::SankToGiveUpDepth));
     assert_eq!(watched.windows.len(), 3);
     assert!(watched.windows.iter().all(|window| window.moments > 20
         && window.pressure > 0.0
         && window.largest >= window.pressure));
 
-    let stand = Push::stand(&base, 0.2, 0.2, 0.0, 1);
+    let stand = Penetration::stand(&base, (0.2, 0.2, 0.0), 1);
     assert_eq!(stand.kind, Kind::Stand);
-    let watched = push::watch(&stand, 1).expect("it runs");
+    let watched = penetration::watch(&stand, 1).expect("it runs");
     assert_eq!(watched.stop, Some(StopReason::Reached));
     let pressures: Vec<f64> = watched.windows.iter().map(|of| of.pressure).collect();
-    assert_eq!(pressures.len(), push::TIMES.len() - 1);
+    assert_eq!(pressures.len(), penetration::TIMES.len() - 1);
     // What is left after half a second is a small part of what was reached.
     let last = pressures.last().expect("windows");
     assert!(*last < 0.5 * base.loading.pressure, "{pressures:?}");
-}
-
-#[test]
-fn a_finished_map_is_never_overwritten() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    std::fs::write(folder.path().join("sensitivity.json"), "{}").expect("written");
-    let out = folder.path().to_string_lossy().into_owned();
-    let words = ["sensitivity", "--quick", "--out", &out];
-    let (code, _, message) = told(&crossgrain(&words, folder.path()));
-    assert_eq!(code, 2);
-    assert!(message.contains("finished map"), "{message}");
 }
 
 #[test]
@@ -178,9 +208,9 @@ fn friction_bears_the_punch_earlier() {
     let mut base = small_scene();
     base.loading.give_up_depth = 0.04;
     base.loading.pressure *= 0.25;
-    let slow = with_speed(base, 0.02);
-    let without = row::whole("abc", &slow).expect("it runs");
-    let with = row::whole("abc", &with_friction(slow, 0.5)).expect("it runs");
+    let slow = changed(base, &[Speed(0.02)]);
+    let without = whole(&exact(slow.clone()));
+    let with = whole(&exact(changed(slow, &[Friction(0.5)])));
     assert_eq!(
         [&with.ending, &without.ending],
         [&Ending::Reached, &Ending::Reached]

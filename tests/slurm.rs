@@ -1,4 +1,4 @@
-//! A campaign as a real Slurm job array. Without the feature `slurm` this is listed as ignored and not made; with it a
+//! A campaign as a real Slurm job array. Without the feature `live` this is listed as ignored and not made; with it a
 //! missing Slurm is a failure. `ci/test` starts one with `ci/start_slurm` and runs it.
 
 use std::fs;
@@ -42,8 +42,8 @@ fn log(folder: &Path, name: &str) -> String {
 /// The folder's name would break a script that does not quote it.
 #[test]
 #[cfg_attr(
-    not(feature = "slurm"),
-    ignore = "needs Slurm: ci/start_slurm FOLDER, SLURM_CONF=FOLDER/slurm.conf cargo test --features slurm"
+    not(feature = "live"),
+    ignore = "needs Slurm: ci/start_slurm FOLDER, SLURM_CONF=FOLDER/slurm.conf cargo test --features live"
 )]
 fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     assert!(
@@ -55,7 +55,7 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     let place = plan(&tiny_scene(), MEMBERS, name);
     let folder = place.path().join(name);
     let (code, out, errors) = told(&crossgrain(
-        &["campaign", "slurm", name, "--tasks", "4"],
+        &["study", "slurm", name, "--tasks", "4"],
         place.path(),
     ));
     assert_eq!(code, 0, "{errors}");
@@ -96,7 +96,7 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     let said = log(&folder, "merge.log");
     assert!(said.contains("are missing"), "{said}");
     assert!(!folder.join("merged.json").exists());
-    let (code, out, _) = told(&crossgrain(&["campaign", "status", name], place.path()));
+    let (code, out, _) = told(&crossgrain(&["study", "status", name], place.path()));
     assert_eq!(code, 3, "{out}");
 
     let again = submit[0].replace("--array=1-4", "--array=3");
@@ -107,9 +107,6 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     let goes_on = format!("{written} of them finished before");
     assert!(said.contains(&goes_on), "{said}");
     let said = log(&folder, "merge.log");
-    assert!(
-        said.contains(&format!("merged {MEMBERS} members")),
-        "{said}"
-    );
+    assert!(said.contains(&format!("merged {MEMBERS} rows")), "{said}");
     assert_eq!(merged_bytes(&folder), undisturbed(&tiny_scene(), MEMBERS));
 }

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crossgrain::run::tables::{TableError, read_bodies, write_bodies};
+use crossgrain::tables::{TableError, read_bodies, write_bodies};
 use grains::tables::Bodies;
 use proptest::prelude::*;
 

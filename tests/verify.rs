@@ -1,21 +1,20 @@
-//! The ladder: it passes, it can fail, and what was not climbed is never shown as passed.
+//! The verification suite: it passes, it can fail, and what was skipped is never shown as passed.
 
 use std::path::PathBuf;
 
-use crossgrain::compare::Verdict;
+use crossgrain::checks::Outcome;
 use crossgrain::engine::yade;
 use crossgrain::progress::Display;
-use crossgrain::suite::Group;
-use crossgrain::suite::facts;
-use crossgrain::suite::ladder::{Climbers, Ladder};
-use crossgrain::suite::limits::{FromYade, Limit, limits};
-use crossgrain::suite::record::{Options, verify};
+use crossgrain::suite::Evidence;
+use crossgrain::suite::detection::{FromYade, Limit, limits};
+use crossgrain::suite::parameters;
+use crossgrain::suite::run::{Engines, Options, Role, Suite, verify};
 use grains::scene::{ContactLaw, NewContactSlip, Scene, Tension, Viscosity};
 use serde_json::Value;
 
 use crate::support::{crossgrain, small_scene};
 
-fn options(engine: Climbers) -> Options {
+fn options(engine: Engines) -> Options {
     Options {
         engine,
         grains: 5,
@@ -28,64 +27,68 @@ fn options(engine: Climbers) -> Options {
     }
 }
 
+/// The native cases pass with or without a YADE, which is missing here: what needs it is skipped, in each role.
 #[test]
-fn every_native_rung_passes() {
-    let found = verify(&options(Climbers::Native), &Display::new(true)).expect("a verification");
-    for rung in &found.rungs {
-        assert_eq!(rung.verdict, Verdict::Pass, "{rung:?}");
-        assert!(!rung.lines.is_empty(), "{}", rung.name);
+fn native_cases_pass_and_without_yade_its_cases_are_skipped() {
+    let found = verify(&options(Engines::Native), &Display::new(true)).expect("a verification");
+    assert_eq!(found.verdict(), Outcome::Pass);
+    assert!(found.cases.len() > 40, "{}", found.cases.len());
+    for case in &found.cases {
+        assert_eq!(case.outcome, Outcome::Pass, "{case:?}");
+        assert!(!case.checks.is_empty(), "{}", case.id);
     }
-    assert_eq!(found.verdict, Verdict::Pass);
-    assert!(found.rungs.len() > 40, "{}", found.rungs.len());
-}
-
-#[test]
-fn without_yade_its_rungs_are_not_made() {
-    let found = verify(&options(Climbers::Both), &Display::new(true)).expect("a verification");
-    assert_eq!(found.verdict, Verdict::NotMade);
+    let found = verify(&options(Engines::Both), &Display::new(true)).expect("a verification");
+    assert_eq!(found.verdict(), Outcome::Skipped);
     assert_eq!(found.tally.failed, 0);
-    for rung in &found.rungs {
-        let alone = rung.engine == "native";
-        let expected = if alone {
-            Verdict::Pass
-        } else {
-            Verdict::NotMade
+    for case in &found.cases {
+        let (outcome, alone) = match case.role {
+            Role::Tested => (Outcome::Pass, true),
+            _ => (Outcome::Skipped, false),
         };
-        assert_eq!(rung.verdict, expected, "{} {}", rung.name, rung.engine);
-        assert_eq!(rung.reason.is_empty(), alone, "{}", rung.name);
+        assert_eq!(case.outcome, outcome, "{} {:?}", case.id, case.role);
+        assert_eq!(case.reason.is_empty(), alone, "{}", case.id);
     }
-    let of = |group: Group| {
-        found
-            .rungs
-            .iter()
-            .filter(|rung| rung.group == group)
-            .count()
+    let count = |evidence: Evidence| {
+        let of = found.cases.iter().filter(|case| case.evidence == evidence);
+        of.count()
     };
-    assert!(of(Group::Parity) > 10 && of(Group::Precision) == 1);
+    assert!(count(Evidence::CrossCode) > 10 && count(Evidence::Precision) == 1);
+    // Ids name the part that an engine has, and never the engine.
+    let checks = found.checks();
+    for check in &checks {
+        assert!(check.id.starts_with("verify/"), "{}", check.id);
+        assert!(
+            !check.id.contains("yade") && !check.id.contains("native"),
+            "{}",
+            check.id
+        );
+    }
+    let ids: std::collections::BTreeSet<&str> = checks.iter().map(|of| of.id.as_str()).collect();
+    assert_eq!(ids.len(), checks.len());
 }
 
 #[test]
-fn a_rung_that_was_shown_nothing_fails() {
-    let mut ladder = Ladder::new(5);
-    for rung in &mut ladder.solo {
-        for case in &mut rung.cases {
+fn a_case_that_was_shown_nothing_fails() {
+    let mut suite = Suite::new(5);
+    for group in &mut suite.groups {
+        for case in &mut group.cases {
             case.moments.clear();
         }
     }
-    for rung in ladder.climb_native() {
-        assert_eq!(rung.verdict, Verdict::Fail, "{}", rung.name);
+    for case in suite.run_native() {
+        assert_eq!(case.outcome, Outcome::Fail, "{}", case.id);
     }
 }
 
-/// What must hold without YADE: every fault is noticed, every rung notices one, none cries wolf.
+/// What must hold without YADE: every fault is detected, every case detects one, none has false positives.
 #[test]
-fn every_fault_is_noticed_by_the_native_ladder() {
-    let table = limits(&Ladder::new(0), FromYade::default(), &|_, _| {});
-    for line in table.lines() {
-        assert!(line.holds(), "{line:?}");
+fn every_fault_is_detected_by_the_native_suite() {
+    let table = limits(&Suite::new(0), FromYade::default(), &|_, _| {});
+    for check in table.checks() {
+        assert_eq!(check.outcome, Outcome::Pass, "{check:?}");
     }
-    // Where a fault of this kind is seen only if it is gross, another rung sees it small.
-    let row = |name: &str| table.rungs.iter().find(|row| row.rung == name);
+    // Where a fault of this kind is seen only if it is gross, another case sees it small.
+    let row = |id: &str| table.cases.iter().find(|row| row.case == id);
     let gravity = table.faults.iter().position(|fault| fault == "gravity");
     let seen = row("repeated-bounces")
         .zip(gravity)
@@ -97,7 +100,7 @@ fn every_fault_is_noticed_by_the_native_ladder() {
 }
 
 #[test]
-fn the_command_line_says_what_was_not_made() {
+fn the_command_line_says_what_was_skipped() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().join("verified");
     let out = out.to_str().expect("a plain path");
@@ -107,10 +110,12 @@ fn the_command_line_says_what_was_not_made() {
     let output = crossgrain(&arguments, folder.path());
     assert_eq!(output.status.code(), Some(3));
     let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    assert_eq!(found["verdict"], "not_made");
+    assert_eq!(found["verdict"], "skipped");
     assert_eq!(found["tally"]["failed"], 0);
     let page = std::fs::read_to_string(folder.path().join("verified/report.html")).expect("a page");
-    assert!(page.contains("Incomplete") && page.contains("class=\"disc-field\""));
+    for words in ["Incomplete", "Inside a grain", "leapfrog-sticking"] {
+        assert!(page.contains(words), "{words}");
+    }
     let again = crossgrain(&arguments, folder.path());
     assert_eq!(
         again.status.code(),
@@ -127,21 +132,21 @@ fn written(scene: &Scene) -> (tempfile::TempDir, String) {
 }
 
 #[test]
-fn facts_are_those_of_the_scene() {
+fn parameters_are_those_of_the_scene() {
     let mut scene = small_scene();
     scene.material.friction_angle = 0.4;
     scene.material.stiffness_ratio = 0.3;
     let (folder, path) = written(&scene);
     let output = crossgrain(
-        &["facts", &path, "--engine", "native", "--json"],
+        &["scene", "parameters", &path, "--engine", "native", "--json"],
         folder.path(),
     );
     assert_eq!(output.status.code(), Some(0));
-    let facts: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let of = |symbol: &str| -> Vec<f64> {
-        let facts = facts.as_array().expect("an array").iter();
-        let with = facts.filter(|fact| fact["symbol"] == symbol);
-        with.filter_map(|fact| fact["value"].as_f64()).collect()
+        let all = found.as_array().expect("an array").iter();
+        let with = all.filter(|of| of["symbol"] == symbol);
+        with.filter_map(|of| of["value"].as_f64()).collect()
     };
     // The wall's contact with the mean grain: E·R.
     let mean = 0.5 * scene.particles.mean_diameter;
@@ -160,25 +165,33 @@ fn facts_are_those_of_the_scene() {
 }
 
 #[test]
-fn facts_that_differ_are_seen() {
+fn parameters_that_differ_are_seen() {
     let scene = small_scene();
-    let sound = facts::of_native(&scene).expect("facts");
+    let sound = parameters::of_native(&scene).expect("parameters");
     let mut other = scene.clone();
     other.material.youngs_modulus *= 1.0 + 1e-13;
-    let faulty = facts::of_native(&other).expect("facts");
-    let same = facts::side_by_side(sound.clone(), &sound);
-    assert_eq!(facts::verdict(&same), Some(Verdict::Pass));
-    let apart = facts::side_by_side(sound.clone(), &faulty);
-    assert_eq!(facts::verdict(&apart), Some(Verdict::Fail));
+    let faulty = parameters::of_native(&other).expect("parameters");
+    let same = parameters::side_by_side(sound.clone(), &sound);
+    assert_eq!(parameters::outcome(&same), Some(Outcome::Pass));
+    let apart = parameters::side_by_side(sound.clone(), &faulty);
+    assert_eq!(parameters::outcome(&apart), Some(Outcome::Fail));
     // An engine that does not tell is no engine that agrees.
-    let silent = facts::side_by_side(sound, &[]);
-    assert_eq!(facts::verdict(&silent), Some(Verdict::Fail));
+    let silent = parameters::side_by_side(sound, &[]);
+    assert_eq!(parameters::outcome(&silent), Some(Outcome::Fail));
 }
 
 #[test]
-fn facts_of_a_missing_yade_are_an_engine_failure() {
+fn parameters_of_a_missing_yade_are_an_engine_failure() {
     let (folder, path) = written(&small_scene());
-    let arguments = ["facts", &path, "--engine", "both", "--yade", "/no/such"];
+    let arguments = [
+        "scene",
+        "parameters",
+        &path,
+        "--engine",
+        "both",
+        "--yade",
+        "/no/such",
+    ];
     let output = crossgrain(&arguments, folder.path());
     assert_eq!(output.status.code(), Some(4));
     let message = String::from_utf8_lossy(&output.stderr).into_owned();

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::support::{crossgrain, folder_with, small_scene, told};
 
-/// Frames of the two grains of the scene below, `{numbers}` doubles, and the files around them.
+/// Moments of the two grains of the scene below, `{numbers}` doubles, and the files around them.
 const WRITES: &str = r#"
 import json, os, struct, sys, time
 job = os.environ["CROSSGRAIN_JOB"]
@@ -19,14 +19,13 @@ def put(name, text):
     os.replace(aside, os.path.join(job, name))
 def frames(values, lines, steps=10):
     put("hello.json", json.dumps({"version": "2023.02a"}))
-    with open(os.path.join(job, "frames.bin"), "wb") as file:
-        file.write(struct.pack("%dd" % len(values), *values))
-    put("frames.jsonl", "".join(json.dumps(line) + "\n" for line in lines))
-    put("done.json", json.dumps({"steps_by_yade": steps}))
+    with open(os.path.join(job, "tables.bin"), "wb") as file:
+        file.write(struct.pack("<%dd" % len(values), *values))
+    put("moments.jsonl", "".join(json.dumps(line) + "\n" for line in lines))
+    put("done.json", json.dumps({"steps": steps}))
     os._exit(0)
-def frame(step, contacts=0, bodies=2, out=0.0):
-    return {"frame": "settle", "step": step, "bodies": bodies, "contacts": contacts,
-            "out_of_plane": out, "punch": None}
+def frame(step, contacts=0, out=0.0):
+    return {"stage": "settle", "step": step, "contacts": contacts, "out_of_plane": out, "punch": None}
 def end(steps, stop="steps_done"):
     return {"end": "settle", "steps": steps, "stop": stop, "wall_seconds": 1.0, "cpu_seconds": 1.0}
 rows = [line.split(",") for line in open(os.path.join(job, "initial.csv")).read().split()[1:]]
@@ -129,20 +128,24 @@ fn too_old() {
 
 #[test]
 fn crashed() {
-    fails("os.abort()", &["YADE crashed", "signal"]);
+    fails("os.abort()", &["the engine ended with", "signal"]);
     fails(
         r#"raise RuntimeError("no functor for that")"#,
-        &["YADE crashed", "exit status: 1", "no functor for that"],
+        &[
+            "the engine ended with",
+            "exit status: 1",
+            "no functor for that",
+        ],
     );
 }
 
 #[test]
 fn hung() {
-    fails("time.sleep(600)", &["YADE hung", "no sign of life"]);
+    fails("time.sleep(600)", &["the engine hung", "no sign of life"]);
     // Alive for ever is no better.
     fails(
         "while True:\n    put('heartbeat', 'settle 1 0.0\\n' * int(time.time() % 1000)); time.sleep(0.1)",
-        &["YADE hung", "not done within 6s"],
+        &["the engine hung", "not done within 6s"],
     );
 }
 
@@ -151,7 +154,7 @@ fn hung() {
 fn children_of_a_hung_program_end_too() {
     fails(
         "import subprocess\nsubprocess.Popen(['sleep', '987654'])\ntime.sleep(600)",
-        &["YADE hung"],
+        &["the engine hung"],
     );
     let sleeping = fs::read_dir("/proc")
         .expect("Linux")
@@ -185,7 +188,7 @@ fn nonsense() {
         ("os._exit(0)", "without saying its version"),
         (
             r#"put("hello.json", json.dumps({"version": "2023.02a"})); os._exit(0)"#,
-            "before the run was done",
+            "its list of moments is not there",
         ),
         (
             r#"put("hello.json", "{"); put("done.json", "{}"); os._exit(0)"#,
@@ -233,7 +236,7 @@ fn nonsense() {
         ),
         (
             r#"put("hello.json", json.dumps({"version": "2023.02a"})); put("done.json", "{}"); os._exit(0)"#,
-            "frames.jsonl",
+            "moments.jsonl",
         ),
         (
             "frames(fine, [frame(0), end(10, 'not_finite')])",
@@ -244,24 +247,48 @@ fn nonsense() {
             "the stop reason",
         ),
         (
-            "frames(fine, [frame(0, bodies=3), end(0)])",
-            "3 grains instead of 2",
+            "frames(fine + fine[:4], [frame(0), end(0)])",
+            "goes on after the last moment",
+        ),
+        (
+            "os.remove(os.path.join(job, 'initial.csv')); frames(fine, [dict(frame(0), contacts=None), end(0)])",
+            "settle-0-bodies.csv",
         ),
         (
             "frames(fine, [frame(0, out=1e-9), end(0)])",
             "left the plane",
         ),
         (
-            "frames(fine + [1, 77, 0, 1, 0, 0, 0, 0, 0], [frame(0, contacts=1), end(0)])",
+            "frames(fine + [1, 77, 0, 1, 0, 1, 0, 0, 0], [frame(0, contacts=1), end(0)])",
             "bodies that do not exist",
+        ),
+        (
+            "frames(fine + [1, 0.5, 0, 1, 0, 1, 0, 0, 0], [frame(0, contacts=1), end(0)])",
+            "bodies that do not exist",
+        ),
+        (
+            "frames(fine + [1, 0, 0, 1, 0, 1, 0, 0, 0], [frame(0, contacts=1), end(0)])",
+            "the lower id stands first",
+        ),
+        (
+            "frames(fine + [0, 1, -1e-9, 1, 0, 1, 0, 0, 0], [frame(0, contacts=1), end(0)])",
+            "only what touches is a contact",
+        ),
+        (
+            "frames(fine + [0, 1, 0, 1, 0, 1, 1, 0, 0], [frame(0, contacts=1), end(0)])",
+            "must be of length 1",
+        ),
+        (
+            "frames(fine + 2 * [0, 1, 0, 1, 0, 1, 0, 0, 0], [frame(0, contacts=2), end(0)])",
+            "after the pair of the row before",
         ),
         (
             "frames(fine, [frame(0, contacts=10**12), end(0)])",
             "contacts",
         ),
-        ("frames(fine, [{'colour': 'red'}])", "frames.jsonl"),
+        ("frames(fine, [{'colour': 'red'}])", "moments.jsonl"),
     ];
     for (program, message) in cases {
-        fails(program, &["YADE wrote nonsense", message]);
+        fails(program, &["the engine wrote nonsense", message]);
     }
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crossgrain::checks::Outcome;
 use crossgrain::compare::first_difference::Locator;
 use crossgrain::compare::{Verdict, compare};
 use crossgrain::engine::yade;
@@ -13,8 +14,7 @@ use crossgrain::progress::Display;
 use crossgrain::run::folder::RunFolder;
 use crossgrain::run::folder::record::Protocol;
 use crossgrain::run::{Engine, recorded};
-use crossgrain::suite::ladder::Climbers;
-use crossgrain::suite::record;
+use crossgrain::suite::run::{self, Engines, Role};
 use grains::generate::initial_bodies;
 use grains::scene::{AfterForce, Damping, Scene, paper_scene};
 use grains::tables::Stage;
@@ -44,10 +44,10 @@ fn all_pass(a: &RunFolder, b: &RunFolder) {
     let comparison = compare(a, b, None, None);
     for check in &comparison.checks {
         assert_eq!(
-            check.verdict,
+            check.outcome,
             Verdict::Pass,
             "{}: {}",
-            check.name,
+            check.quantity,
             check.found
         );
     }
@@ -111,29 +111,29 @@ fn rough_spinning_grains_poured_and_pressed_have_the_same_bits() {
     assert!(native.last.bodies.spin.iter().all(|spin| *spin != 0.0));
 }
 
-/// Every rung in both engines, with trajectories of 500 grains, rounding errors and detection limits.
+/// Every case in both engines, with trajectories of 500 grains, rounding errors and detection limits.
 #[test]
 #[cfg_attr(
     not(feature = "yade"),
     ignore = "needs YADE: cargo test --features yade"
 )]
-fn the_ladder_passes_in_both_engines() {
-    let options = record::Options {
-        engine: Climbers::Both,
+fn the_suite_passes_in_both_engines() {
+    let options = run::Options {
+        engine: Engines::Both,
         grains: 500,
         detection_limits: true,
         yade: sorted(),
         command: "a test".to_owned(),
     };
-    let found = record::verify(&options, &Display::new(true)).expect("a verification");
-    for rung in &found.rungs {
-        let not_there = rung.inapplicable && rung.engine == "YADE";
-        assert!(rung.verdict == Verdict::Pass || not_there, "{rung:?}");
+    let found = run::verify(&options, &Display::new(true)).expect("a verification");
+    for case in &found.cases {
+        let not_there = case.inapplicable && case.role == Role::Reference;
+        assert!(case.outcome == Outcome::Pass || not_there, "{case:?}");
     }
-    assert_eq!(found.verdict, Verdict::Pass);
-    let in_yade = found.rungs.iter().filter(|rung| rung.engine == "YADE");
-    let climbed = in_yade.filter(|rung| rung.verdict == Verdict::Pass).count();
-    assert!(climbed > 35, "{climbed}");
+    assert_eq!(found.verdict(), Outcome::Pass);
+    let in_yade = found.cases.iter().filter(|of| of.role == Role::Reference);
+    let passed = in_yade.filter(|case| case.outcome == Outcome::Pass).count();
+    assert!(passed > 35, "{passed}");
 }
 
 #[test]

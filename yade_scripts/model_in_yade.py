@@ -1,13 +1,20 @@
-"""What both scripts share: a crossgrain model (bodies, contact law, engines) in YADE, and its tables.
+"""What the scripts share: a crossgrain model (bodies, contact law, engines) in YADE, and the tables of the protocol.
 
 The plane is YADE's x-z plane. The model is that of `src/model.rs`, as JSON.
 """
+import csv
 import json
 import os
+import sys
 from array import array
 
 from yadeimport import *  # noqa: F403  starts YADE without any listening socket
 from yade import config, utils  # noqa: E402
+
+# Half-extent of the punch across the plane, m: so large that this face never is the nearest.
+PUNCH_HALF_DEPTH = 10.0
+# verletDist of a case over its smallest radius; in sorted mode the bits do not depend on it.
+VERLET_OVER_RADIUS = 0.1
 
 GREY = (0.7, 0.7, 0.7)  # without a colour, YADE reseeds Python's random numbers
 
@@ -32,6 +39,25 @@ def write_json(name, value):
     os.replace(aside, place(name))
 
 
+def read_grains(name="initial.csv"):
+    """The grains of a table as dictionaries of floats."""
+    with open(place(name), encoding="utf-8", newline="") as file:
+        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+
+
+def case_in_yade(name):
+    """The job of the case in this folder, and its model in an empty YADE scene, forces at the start evaluated."""
+    O.reset()
+    job = read_json(os.path.join(name, "job.json"))
+    grains = read_grains(os.path.join(name, "initial.csv"))
+    verlet_distance = VERLET_OVER_RADIUS * min(grain["radius"] for grain in grains)
+    model = ModelInYade(job["model"], grains, True, verlet_distance)
+    if job["punch"] is not None:
+        punch = job["punch"]
+        model.add_punch(punch["centre"], punch["half_extents"], punch["velocity"], punch["start"])
+    return job, grains, model
+
+
 def dashpot(law):
     viscosity = law["contact"]["viscosity"]
     return viscosity["c_n"] if viscosity["kind"] == "dashpot" else None
@@ -44,7 +70,7 @@ def rotates(law):
 class ModelInYade:
     """Bodies and engines of a model in an empty YADE scene, `grains` as dictionaries of floats."""
 
-    def __init__(self, model, grains, sorted_loop, verlet_distance):
+    def __init__(self, model, grains, sorted, verlet_distance):
         self.law = model["law"]
         self.rotates = rotates(self.law)
         self.material = self._material()
@@ -76,7 +102,7 @@ class ModelInYade:
                 [Bo1_Sphere_Aabb(), Bo1_Wall_Aabb(), Bo1_Box_Aabb()],
                 verletDist=verlet_distance,
             ),
-            self._interaction_loop(sorted_loop),
+            self._interaction_loop(sorted),
         ]
         O.dt = model["dt"]
 
@@ -94,7 +120,7 @@ class ModelInYade:
         # Two dashpots act in series.
         return ViscElMat(cn=2.0 * c_n, cs=0.0, **common)
 
-    def _interaction_loop(self, sorted_loop):
+    def _interaction_loop(self, sorted):
         contact = self.law["contact"]
         corrected = contact["slip_velocity"] == "ratcheting_corrected"
         geometries = [
@@ -109,7 +135,7 @@ class ModelInYade:
         else:
             physics = [Ip2_ViscElMat_ViscElMat_ViscElPhys()]
             laws = [Law2_ScGeom_ViscElPhys_Basic()]
-        return InteractionLoop(geometries, physics, laws, loopOnSortedInteractions=sorted_loop)
+        return InteractionLoop(geometries, physics, laws, loopOnSortedInteractions=sorted)
 
     def _add_grain(self, grain):
         body = utils.sphere(
@@ -128,10 +154,10 @@ class ModelInYade:
         O.bodies.append(body)
         return state
 
-    def add_punch(self, centre, half_extents, half_depth, velocity, start):
+    def add_punch(self, centre, half_extents, velocity, start):
         body = utils.box(
             (centre[0], 0.0, centre[1]),
-            (half_extents[0], half_depth, half_extents[1]),
+            (half_extents[0], PUNCH_HALF_DEPTH, half_extents[1]),
             fixed=True,
             material=self.material,
             color=GREY,
@@ -161,25 +187,18 @@ class ModelInYade:
 
 
 class Tables:
-    """`frames.bin` and `frames.jsonl`: the moments of a run."""
+    """`tables.bin` and `moments.jsonl` in this folder of the job: the moments of a run."""
 
-    def __init__(self):
-        self.binary = open(place("frames.bin"), "wb")
-        self.index = open(place("frames.jsonl"), "w", encoding="utf-8")
-        self.heartbeat = open(place("heartbeat"), "w", encoding="utf-8")
+    def __init__(self, name=""):
+        self.binary = open(place(os.path.join(name, "tables.bin")), "wb")
+        self.index = open(place(os.path.join(name, "moments.jsonl")), "w", encoding="utf-8")
 
     def line(self, value):
         self.index.write(json.dumps(value) + "\n")
         self.index.flush()
 
-    def beat(self, stage, step, share):
-        if os.getppid() != parent:
-            os._exit(1)  # whoever asked for this run is gone
-        self.heartbeat.write("%s %d %.4f\n" % (stage, step, share))
-        self.heartbeat.flush()
-
-    def frame(self, model, head):
-        """Write the present moment; `head` says which one it is."""
+    def moment(self, model, stage, step, **more):
+        """Write the present moment."""
         positions = [state.pos for state in model.states]
         velocities = [state.vel for state in model.states]
         table = array("d")
@@ -187,17 +206,16 @@ class Tables:
             table.extend([float(vector[axis]) for vector in column])
         if model.rotates:
             table.extend([float(state.angVel[1]) for state in model.states])
-        contacts = model.real_contacts()
+        contacts = sorted(model.real_contacts(), key=lambda contact: (contact.id1, contact.id2))
         for contact in contacts:
             geometry, physics = contact.geom, contact.phys
             normal, point = geometry.normal, geometry.contactPoint
             force = physics.normalForce + physics.shearForce
-            table.append(contact.id1)
-            table.append(contact.id2)
-            table.append(float(geometry.penetrationDepth))
-            for vector in (normal, force, point):
-                table.append(float(vector[0]))
-                table.append(float(vector[2]))
+            nx, nz, fx, fz = (float(vector[axis]) for vector in (normal, force) for axis in (0, 2))
+            table.extend((contact.id1, contact.id2, float(geometry.penetrationDepth)))
+            table.extend((fx * nx + fz * nz, fz * nx - fx * nz, nx, nz, float(point[0]), float(point[2])))
+        if sys.byteorder == "big":
+            table.byteswap()
         table.tofile(self.binary)
         self.binary.flush()
         out_of_plane = max(abs(p[1]) + abs(v[1]) for p, v in zip(positions, velocities))
@@ -210,22 +228,20 @@ class Tables:
                 "velocity": float(model.punch["state"].vel[2]),
                 "force": float(O.forces.f(model.punch["id"])[2]),
             }
-        head.update(
-            {
-                "bodies": len(positions),
-                "contacts": len(contacts),
-                "out_of_plane": float(out_of_plane),
-                "punch": at,
-            }
-        )
-        self.line(head)
+        moment = {"stage": stage, "step": step, "punch": at, "contacts": len(contacts)}
+        self.line(dict(moment, out_of_plane=float(out_of_plane), **more))
 
     def close(self):
         self.binary.close()
         self.index.close()
 
 
-def say_hello():
-    import sys
+def beat(stage, step, share):
+    """A sign of life, and how far the run is."""
+    if os.getppid() != parent:
+        os._exit(1)  # whoever asked for this run is gone
+    print("%s %d %.4f" % (stage, step, share), flush=True)
 
+
+def say_hello():
     write_json("hello.json", {"version": str(config.version), "python": sys.version.split()[0]})

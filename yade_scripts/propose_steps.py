@@ -1,17 +1,16 @@
 """Ask YADE which time step it would choose for each of some cases, without moving anything.
 
-Fixed text. Reads cases.json and job.json as run_cases.py does and writes proposals.json: a line a case with
+Fixed text. Reads a job of kind `cases` and writes proposals.json: a line a case with
 PWaveTimeStep and the step that a GlobalStiffnessTimeStepper sets, without and with dashpots. Last of all done.json.
 """
 import model_in_yade
-from model_in_yade import ModelInYade, dashpot, read_json, write_json
+from model_in_yade import case_in_yade, dashpot, read_json, write_json
 from yadeimport import *  # noqa: F403
 from yade import utils
 
 model_in_yade.say_hello()
 
 job = read_json("job.json")
-KEYS = ("x", "z", "vx", "vz", "radius", "mass", "spin", "inertia")
 
 
 def stepper(viscous):
@@ -26,15 +25,8 @@ def stepper(viscous):
 
 
 proposals = []
-for case in read_json("cases.json"):
-    O.reset()
-    grains = [dict(zip(KEYS, row)) for row in case["bodies"]]
-    model = ModelInYade(case["model"], grains, True, case["verlet_distance"])
-    if case["punch"] is not None:
-        punch = case["punch"]
-        model.add_punch(
-            punch["centre"], punch["half_extents"], job["punch_half_depth"], punch["velocity"], punch["start"]
-        )
+for name in job["folders"]:
+    _, grains, model = case_in_yade(name)
     if not model.rotates:
         # The stepper looks at rotations even where they are blocked: a ball of this mass.
         for state, grain in zip(model.states, grains):
@@ -49,5 +41,5 @@ for case in read_json("cases.json"):
     proposals.append({"p_wave": p_wave, "global_stiffness": chosen, "with_dashpots": viscous})
 
 write_json("proposals.json", proposals)
-write_json("done.json", {"cases": len(proposals)})
+write_json("done.json", {"steps": 0})
 O.exitNoBacktrace()

@@ -1,21 +1,18 @@
-"""Run small verification cases in YADE, one after the other in one process, and write tables.
+"""Run a job of kind `cases` of the engine protocol in YADE, one case after the other in one process.
 
-Fixed text. Reads cases.json and job.json from the folder named by CROSSGRAIN_JOB and writes, case by
-case, the state at each of its moments (frames.bin, frames.jsonl as in run_scene.py) after a line with
-the parameters that YADE uses for it; where a case asks for them, also forces and torques summed on each grain. Last of all done.json.
+Fixed text. Case by case it writes the state at each moment, effective.json with the parameters that YADE uses, and in
+small cases, up to the setting `loads_up_to`, forces and torques summed on each grain.
 """
+import os
 import time
 
 import model_in_yade
-from model_in_yade import ModelInYade, Tables, read_json, write_json
+from model_in_yade import Tables, beat, case_in_yade, read_json, write_json
 from yadeimport import *  # noqa: F403
 
 model_in_yade.say_hello()
 
 job = read_json("job.json")
-cases = read_json("cases.json")
-tables = Tables()
-KEYS = ("x", "z", "vx", "vz", "radius", "mass", "spin", "inertia")
 
 
 def effective(model):
@@ -55,17 +52,11 @@ def loads(model):
 
 steps_done = 0
 last_beat = time.monotonic()
-for index, case in enumerate(cases):
-    O.reset()
-    grains = [dict(zip(KEYS, row)) for row in case["bodies"]]
-    model = ModelInYade(case["model"], grains, True, case["verlet_distance"])
-    if case["punch"] is not None:
-        punch = case["punch"]
-        model.add_punch(
-            punch["centre"], punch["half_extents"], job["punch_half_depth"], punch["velocity"], punch["start"]
-        )
+for index, name in enumerate(job["folders"]):
+    case, grains, model = case_in_yade(name)
     model.evaluate_at_start()
-    tables.line({"effective": index, "parameters": effective(model)})
+    write_json(os.path.join(name, "effective.json"), effective(model))
+    tables = Tables(name)
     step = 0
     for moment in case["moments"]:
         while step < moment:
@@ -73,14 +64,12 @@ for index, case in enumerate(cases):
             step += 1
             if time.monotonic() - last_beat > 0.2:
                 last_beat = time.monotonic()
-                tables.beat("settle", steps_done + step, index / len(cases))
-        head = {"case": index, "step": step}
-        if case["loads"]:
-            head["loads"] = loads(model)
-        tables.frame(model, head)
+                beat("settle", steps_done + step, index / len(job["folders"]))
+        small = len(grains) <= job["settings"]["loads_up_to"]
+        tables.moment(model, "settle", step, **({"loads": loads(model)} if small else {}))
+    tables.close()
     # By YADE's own count; one evaluation at the start moves nothing.
     steps_done += O.iter - 1
 
-tables.close()
-write_json("done.json", {"steps_by_yade": steps_done})
+write_json("done.json", {"steps": steps_done})
 O.exitNoBacktrace()

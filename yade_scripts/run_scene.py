@@ -1,59 +1,43 @@
-"""Run one crossgrain scene in YADE and write tables.
+"""Run a job of kind `scene` of the engine protocol (docs/engine-protocol.md) in YADE.
 
-Fixed text: nothing is ever spliced into this file. It reads, from the folder named by the
-environment variable CROSSGRAIN_JOB (or the current folder),
+Fixed text: nothing is ever spliced into this file. The job is in the folder named by the environment variable
+CROSSGRAIN_JOB, or in the current folder; its `settings` are `sorted` and `verlet_distance`. hello.json says who is
+running; tables are written as numbers.
 
-    scene.json    the scene, as `crossgrain scene paper` prints it
-    initial.csv   id,x,z,vx,vz,radius,mass (and spin,inertia) of every grain at the start
-    job.json      the model, and what to run: loop order, where to start and stop
-
-and writes there hello.json (who is running), heartbeat (a line now and then), frames.bin and
-frames.jsonl (moments of the run, see README.md) and, last of all, done.json.
-
-Bodies are made in this order: grains, left wall, right wall, floor, and the punch when loading
-starts.
+Bodies are made in this order: grains, left wall, right wall, floor, and the punch when loading starts.
 """
-import csv
 import math
 import time
 
 import model_in_yade
-from model_in_yade import ModelInYade, Tables, place, read_json, write_json
+from model_in_yade import ModelInYade, Tables, beat, read_grains, read_json, write_json
 from yadeimport import *  # noqa: F403
 
 model_in_yade.say_hello()
 
-scene = read_json("scene.json")
 job = read_json("job.json")
-with open(place("initial.csv"), encoding="utf-8", newline="") as file:
-    rows = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
-
-model = ModelInYade(job["model"], rows, job["sorted"], job["verlet_distance"])
+rows = read_grains()
+model = ModelInYade(job["model"], rows, **job["settings"])
 tables = Tables()
 
 # --- the punch ------------------------------------------------------------------------------
-loading = scene["loading"]
-half_extents = (loading["half_width"], 0.5 * loading["punch_height"])
-target_force = 2.0 * loading["half_width"] * loading["pressure"]
-
-
-def add_punch(centre, start, velocity):
-    model.add_punch(centre, half_extents, job["punch_half_depth"], velocity, start)
+loading = job["loading"]
+half_extents = loading["half_extents"]
 
 
 def lower_punch():
     """Set the punch on the highest grain below it."""
-    axis = 0.5 * scene["box"]["width"]
+    axis = loading["axis"]
     top = 0.0
     for state, row in zip(model.states, rows):
         if abs(state.pos[0] - axis) < half_extents[0] + row["radius"]:
             top = max(top, state.pos[2] + row["radius"])
-    add_punch((axis, top + half_extents[1]), top, -loading["speed"])
+    model.add_punch((axis, top + half_extents[1]), half_extents, -loading["speed"], top)
 
 
 # --- the stages -----------------------------------------------------------------------------
-settle = scene["settle"]
-history_every = scene["measurement"]["history_every"]
+settle = job["settle"]
+moments_every = job["moments_every"]
 until_step = job["until_step"]
 
 
@@ -74,16 +58,16 @@ def load_rule(step, memory):
     if not math.isfinite(force):
         return "not_finite"
     if "standing_since" in memory:
-        long_enough = step >= memory["standing_since"] + job["steps_standing_still"]
+        long_enough = step >= memory["standing_since"] + loading["steps_standing_still"]
         return "reached" if long_enough else None
-    if force >= target_force:
-        if job["steps_standing_still"] is None:
+    if force >= loading["target_force"]:
+        if loading["steps_standing_still"] is None:
             return "reached"
         memory["standing_since"] = step
         model.punch["state"].vel = (0.0, 0.0, 0.0)
         return None
     depth = model.punch["start"] - (model.punch["state"].pos[2] - half_extents[1])
-    memory["share"] = max(force / target_force, depth / loading["give_up_depth"])
+    memory["share"] = max(force / loading["target_force"], depth / loading["give_up_depth"])
     return "sank_to_give_up_depth" if depth >= loading["give_up_depth"] else None
 
 
@@ -94,11 +78,8 @@ def run_stage(stage, step, rule):
     if stage == "load" and model.punch["state"].vel[2] == 0.0:
         memory["standing_since"] = step
 
-    def frame():
-        tables.frame(model, {"frame": stage, "step": step})
-
-    frame()
-    framed = step
+    tables.moment(model, stage, step)
+    shown = step
     while True:
         if until_step is not None and step >= until_step:
             stop = "steps_done"
@@ -108,14 +89,14 @@ def run_stage(stage, step, rule):
         stop = rule(step, memory)
         if stop is not None and (until_step is None or stop == "not_finite"):
             break
-        if step % history_every == 0:
-            frame()
-            framed = step
+        if step % moments_every == 0:
+            tables.moment(model, stage, step)
+            shown = step
         if time.monotonic() - last_beat > 0.2:
             last_beat = time.monotonic()
-            tables.beat(stage, step, memory["share"])
-    if framed != step:
-        frame()
+            beat(stage, step, memory["share"])
+    if shown != step:
+        tables.moment(model, stage, step)
     tables.line(
         {
             "end": stage,
@@ -128,22 +109,21 @@ def run_stage(stage, step, rule):
     return stop
 
 
-start = job["start"]
-if start["punch"] is not None:
-    # A punch that stands still goes on doing so; any other has the scene's speed.
-    standing = start["punch"]["velocity"] == 0.0
-    add_punch(start["punch"]["centre"], start["punch"]["start"], 0.0 if standing else -loading["speed"])
+punch = job["punch"]
+if punch is not None:
+    model.add_punch(punch["centre"], half_extents, punch["velocity"], punch["start"])
 model.evaluate_at_start()
 
 go_on = True
-if start["stage"] == "settle":
-    settled = run_stage("settle", start["step"], settle_rule) == "settled"
+if job["stage"] == "settle":
+    settled = run_stage("settle", job["step"], settle_rule) == "settled"
     go_on = settled and not job["ends_settled"]
 if go_on:
     if model.punch is None:
         lower_punch()
-    run_stage("load", start["step"] if start["stage"] == "load" else 0, load_rule)
+    run_stage("load", job["step"] if job["stage"] == "load" else 0, load_rule)
 
 tables.close()
-write_json("done.json", {"steps_by_yade": O.iter - 1})
+# By YADE's own count; one evaluation at the start moves nothing.
+write_json("done.json", {"steps": O.iter - 1})
 O.exitNoBacktrace()

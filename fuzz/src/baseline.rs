@@ -2,7 +2,7 @@
 
 use crossgrain::compare::Verdict;
 use crossgrain::compare::baseline::{Store, diff};
-use crossgrain::report::check_files;
+use crossgrain::report;
 
 use super::parts::{self, Parts};
 
@@ -25,7 +25,7 @@ pub fn read(input: &[u8]) -> bool {
     if let Some(kept) = kept {
         let diff = diff::diff(&kept, &saved.record).demanding_bits();
         assert!(!diff.in_a_line().is_empty());
-        assert!(!check_files::markdown(&saved.record, Some(&diff)).is_empty());
+        assert!(!report::markdown(&saved.record.document(Some(&diff))).is_empty());
     }
     true
 }

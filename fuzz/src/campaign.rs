@@ -6,9 +6,11 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 
 use crossgrain::files::short_hex;
-use crossgrain::study::campaign::plan::Plan;
-use crossgrain::study::campaign::records::{Index, Reader, records_folder};
-use crossgrain::study::campaign::{CampaignError, merge, merged, status};
+use crossgrain::study::StudyError;
+use crossgrain::study::campaign::{self, Campaign};
+use crossgrain::study::machine::{Folder, Machine as _, SUMMARY};
+use crossgrain::study::plan::Plan;
+use crossgrain::study::store::{Index, Reader, records_folder};
 
 use super::parts::{self, Parts};
 use super::small;
@@ -29,44 +31,55 @@ pub fn read(input: &[u8]) -> bool {
         }
     }
     let given = given(&parts, &plan, &place);
-    let index = Index::read(&place, &plan.digest(), plan.members).expect("files that are there");
+    let index =
+        Index::read(&place, &plan.digest(), plan.study.members).expect("files that are there");
     let mut reader = Reader::new(&index);
     for record in index.places.values() {
         reader.json(record).expect("what the index has found");
     }
-    status::status(&place).expect("the state of any campaign");
-    match merge::merge(&place) {
+    let open = Folder::<Campaign>::open(&place).expect("the plan is sound");
+    open.status().expect("the state of any campaign");
+    match open.merge() {
         Ok(summary) => {
-            let whole = merged::read(&place).expect("what was merged just now");
+            let whole = campaign::merged(&place).expect("what was merged just now");
             assert_eq!(whole.summary, summary);
-            assert_eq!(whole.members.len() as u64, plan.members);
+            assert_eq!(whole.rows.len() as u64, plan.study.members);
             true
         }
-        Err(CampaignError::File(error)) => panic!("{error}"),
+        Err(StudyError::File(error)) => panic!("{error}"),
         Err(_) => given,
     }
 }
 
 /// Whether the merged files that the input brings are accepted.
-fn given(parts: &Parts<'_>, plan: &Plan, place: &Path) -> bool {
-    parts.write(&["members.jsonl", "members.jsonl.gz", "merged.json"], place);
+fn given(parts: &Parts<'_>, plan: &Plan<Campaign>, place: &Path) -> bool {
+    let files = [
+        ("members.jsonl", "rows.jsonl"),
+        ("members.jsonl.gz", "rows.jsonl.gz"),
+        (SUMMARY, SUMMARY),
+    ];
+    for (part, name) in files {
+        if let Some(bytes) = parts.get(part) {
+            parts::put(place, name, bytes);
+        }
+    }
     let members = parts.get("members.jsonl").or(parts.get("members.jsonl.gz"));
     if let (Some(members), Some(_)) = (members, parts.get("repair")) {
         let summary = serde_json::json!({
-            "plan": plan.digest(), "members": plan.members, "engine": "any", "endings": {},
+            "plan": plan.digest(), "rows": plan.study.members, "engine": "any", "endings": {},
             "sha256": crossgrain::files::sha256_hex(members),
         });
-        parts::put(place, merged::SUMMARY, summary.to_string().as_bytes());
+        parts::put(place, SUMMARY, summary.to_string().as_bytes());
     }
-    let whole = merged::read(place);
-    for name in ["members.jsonl", "members.jsonl.gz", merged::SUMMARY] {
+    let whole = campaign::merged(place);
+    for (_, name) in files {
         let _ = std::fs::remove_file(place.join(name));
     }
-    whole.is_ok_and(|whole| whole.members.len() as u64 == plan.members)
+    whole.is_ok_and(|whole| whole.rows.len() as u64 == plan.study.members)
 }
 
 /// The lines `* MEMBER JSON` with their checks.
-fn checked(plan: &Plan, bytes: &[u8]) -> Vec<u8> {
+fn checked(plan: &Plan<Campaign>, bytes: &[u8]) -> Vec<u8> {
     let mut text = Vec::new();
     for line in bytes.split_inclusive(|byte| *byte == b'\n') {
         if let Some(rest) = line.strip_prefix(b"* ") {

@@ -1,8 +1,10 @@
-//! What a program of the engine protocol says and writes: the part `describe`, or the files of a scene, or of a case.
+//! What a program of the engine protocol says and writes: the part `describe`, or the files of a scene, or of a case;
+//! the tables as text or as numbers. `tables.bin` is the last part of an input; its line's end, if it has one, is none of it.
 
 use std::path::Path;
 
-use crossgrain::engine::exec::{Description, read};
+use crossgrain::engine::exec::Description;
+use crossgrain::engine::read;
 use grains::generate::initial_bodies;
 use grains::tables::Snapshot;
 use grains::task::{Observer, Task};
@@ -11,12 +13,14 @@ use super::parts::{self, Parts};
 use super::small;
 
 /// The files of a scene's run of ten steps; those of a case are in `case-0000`.
-const FILES: [&str; 6] = [
+const FILES: [&str; 8] = [
     "moments.jsonl",
     "settle-0-bodies.csv",
     "settle-0-contacts.csv",
     "settle-10-bodies.csv",
     "settle-10-contacts.csv",
+    "tables.bin",
+    "effective.json",
     "done.json",
 ];
 
@@ -39,13 +43,13 @@ pub fn read(input: &[u8]) -> bool {
     if parts.get("case").is_some() {
         let inside = folder.path().join("case-0000");
         std::fs::create_dir(&inside).expect("a folder in a folder of ours");
-        parts.write(&FILES[..5], &inside);
-        parts.write(&FILES[5..], folder.path());
+        parts.write(&FILES[..7], &inside);
+        parts.write(&FILES[7..], folder.path());
         let case = small::case();
         let found = read::cases(folder.path(), &[&case]);
         return found.is_ok_and(|found| match &found[0] {
-            Ok(track) => {
-                assert_eq!(track.len(), case.moments.len());
+            Ok(run) => {
+                assert_eq!(run.track.len(), case.moments.len());
                 true
             }
             Err(_) => false,

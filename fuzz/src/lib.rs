@@ -7,10 +7,10 @@
 pub mod baseline;
 pub mod campaign;
 pub mod exec;
-pub mod ledger;
 pub mod parts;
 pub mod plan;
 pub mod record;
+pub mod rows;
 pub mod run_folder;
 pub mod scene;
 pub mod seeds;
@@ -26,9 +26,9 @@ pub const READERS: [(&str, Reader); 10] = [
     ("baseline", baseline::read),
     ("campaign", campaign::read),
     ("exec", exec::read),
-    ("ledger", ledger::read),
     ("plan", plan::read),
     ("record", record::read),
+    ("rows", rows::read),
     ("run_folder", run_folder::read),
     ("scene", scene::read),
     ("tables", tables::read),

@@ -46,6 +46,9 @@ impl<'a> Parts<'a> {
     pub fn write(&self, names: &[&str], folder: &Path) {
         for name in names {
             if let Some(bytes) = self.get(name) {
+                // The line's end was put there by `join`.
+                let numbers = name.ends_with(".bin").then(|| bytes.strip_suffix(b"\n"));
+                let bytes = numbers.flatten().unwrap_or(bytes);
                 let packed = name.ends_with(".gz").then(|| packed(bytes));
                 put(folder, name, packed.as_deref().unwrap_or(bytes));
             }

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use crossgrain::run::folder::RunFolder;
-use crossgrain::run::tables::{parse_rows, read_bodies, write_rows};
+use crossgrain::tables::{parse_rows, read_bodies, write_rows};
 use grains::measure::history::HistoryRow;
 use grains::scene::parse_scene;
 use grains::tables::Stage;

@@ -5,13 +5,14 @@ use std::path::Path;
 use serde_json::json;
 
 use crossgrain::run::folder::record::Protocol;
-use crossgrain::run::tables::{write_bodies, write_contacts};
 use crossgrain::run::{Engine, recorded};
+use crossgrain::study::Study;
 use crossgrain::study::campaign::member::Member;
-use crossgrain::study::campaign::records;
-use crossgrain::study::realization::{Runner, Way, run as realize};
+use crossgrain::study::realization::Engines;
+use crossgrain::study::store;
+use crossgrain::tables::{write_bodies, write_contacts};
 use grains::generate::initial_bodies;
-use grains::native::{self, Mode};
+use grains::native;
 use grains::scene::Scene;
 use grains::tables::{Contact, Snapshot};
 use grains::task::{Observer, Outcome, Task};
@@ -52,8 +53,8 @@ pub fn all() -> Vec<(&'static str, String, Vec<u8>)> {
     let members = members();
     seed("campaign", "three", campaign_seed(&members));
     seed("campaign", "merged", merged_seed(&members));
-    for (name, input) in ledgers(&members[0]) {
-        seed("ledger", name, input);
+    for (name, input) in rows() {
+        seed("rows", name, input.into_bytes());
     }
     let track = track(&scene);
     let description = json!({"protocol": 1, "name": "toy", "version": "1", "parts": ["normal_spring", "gravity", "walls"],
@@ -137,29 +138,19 @@ fn plan_seed(repair: bool) -> Vec<u8> {
 /// The members of the small plan.
 fn members() -> Vec<Member> {
     let plan = small::plan();
-    let options = Default::default();
     let work = parts::folder();
-    let way = Way {
-        runner: Runner::Native(Mode::default()),
-        phases: &plan.phases,
-        yade: &options,
-        brought: None,
-        work: work.path(),
-    };
     let of = |number| {
-        let mut scene = plan.scene.clone();
-        scene.realization = plan.realization(number);
-        let run = realize(&scene, &way).expect("a member");
-        Member::of(number, &scene, &run)
+        let made = plan.study.run(number, &Engines::default(), work.path());
+        made.expect("a member")
     };
-    (1..=plan.members).map(of).collect()
+    (1..=plan.study.members).map(of).collect()
 }
 
 /// Lines whose checks are put right: `* MEMBER JSON`.
 fn campaign_seed(members: &[Member]) -> Vec<u8> {
     let plan = small::plan().digest();
     let starred = |member: &Member| format!("* {} {}\n", member.member, json_of(member));
-    let sound = records::line(&plan, &members[0]) + "\n";
+    let sound = store::line(&plan, 1, &json_of(&members[0])) + "\n";
     let [first, second] = campaign::RECORDS;
     let rest = starred(&members[1]) + &starred(&members[2]);
     join(&[(first, sound.as_bytes()), (second, rest.as_bytes())])
@@ -170,19 +161,19 @@ fn merged_seed(members: &[Member]) -> Vec<u8> {
     join(&[("repair", b""), ("members.jsonl", lines.as_bytes())])
 }
 
-fn ledgers(member: &Member) -> Vec<(&'static str, Vec<u8>)> {
-    let cost =
-        json!({"cpu_seconds": 1.5, "measuring_seconds": 0.1, "pour_steps": 10, "load_steps": 0});
-    let method = json!({"method": "abc", "realization": 1, "ending": {"failed": "a reason"}, "cost": cost, "measured": {"a": 0.1}});
-    let row = json!({"setting": "abc", "realization": 1, "ending": member.ending, "pour_steps": 10, "load_steps": 2,
-        "last_state": null, "measured": {"settled.coordination.mean": 0.1}});
+fn rows() -> [(&'static str, String); 3] {
+    let member = json!({"specification": "abc", "realization": 1, "ending": {"failed": "a reason"}, "pour_steps": 10,
+        "load_steps": 2, "cost": {"cpu_seconds": 1.5, "measuring_seconds": 0.1}, "measured": {"a": 0.1}});
     let window = json!({"from": 0.0, "to": 0.1, "pressure": 1e3, "largest": 2e3, "on_floor": 5.0, "moments": 3});
-    let watched = json!({"push": "abc", "realization": 2, "stop": "reached", "failed": null, "depth": 0.01, "windows": [window]});
-    let two = |kind: &str, line: serde_json::Value| format!("{kind}{line}\n{line}\n").into_bytes();
-    vec![
-        ("method", two("m", method)),
-        ("row", two("r", row)),
-        ("watched", two("w", watched)),
+    let watched = json!({"penetration": "abc", "realization": 2, "stop": "reached", "failed": null, "depth": 0.01,
+        "windows": [window]});
+    [
+        ("tradeoff", format!("t{member}")),
+        ("loads", format!("s{}", json!({"loads": [member]}))),
+        (
+            "penetration",
+            format!("s{}", json!({"penetration": watched})),
+        ),
     ]
 }
 
@@ -252,13 +243,11 @@ fn yade_seed(track: &[Snapshot], case: bool) -> Vec<u8> {
     let mut table = |numbers: &[f64]| {
         numbers
             .iter()
-            .for_each(|of| binary.extend(of.to_ne_bytes()))
+            .for_each(|of| binary.extend(of.to_le_bytes()))
     };
-    if case {
-        let effective = json!({"contacts": [], "mass": track[0].bodies.mass, "inertia": [], "gravity": [0.0, -9.81],
-            "alpha": 0.2, "dt": 1e-5});
-        lines += &format!("{}\n", json!({"effective": 0, "parameters": effective}));
-    }
+    let effective = json!({"contacts": [], "mass": track[0].bodies.mass, "inertia": [], "gravity": [0.0, -9.81],
+        "alpha": 0.2, "dt": 1e-5});
+    let effective = effective.to_string();
     for moment in track {
         let Snapshot {
             step,
@@ -270,17 +259,17 @@ fn yade_seed(track: &[Snapshot], case: bool) -> Vec<u8> {
             table(column);
         }
         for of in contacts {
-            let [fx, fz] = of.force();
             let ids = [f64::from(of.id1), f64::from(of.id2)];
             let [[nx, nz], [x, z]] = [of.normal, of.point];
-            table(&[ids[0], ids[1], of.overlap, nx, nz, fx, fz, x, z]);
+            let forces = [of.normal_force, of.tangential_force];
+            table(&[
+                ids[0], ids[1], of.overlap, forces[0], forces[1], nx, nz, x, z,
+            ]);
         }
-        let mut line = if case {
-            json!({"case": 0, "step": step, "loads": vec![[0.0; 3]; bodies.len()]})
-        } else {
-            json!({"frame": "settle", "step": step})
-        };
-        line["bodies"] = bodies.len().into();
+        let mut line = json!({"stage": "settle", "step": step});
+        if case {
+            line["loads"] = json!(vec![[0.0; 3]; bodies.len()]);
+        }
         line["contacts"] = contacts.len().into();
         line["out_of_plane"] = 0.0.into();
         line["punch"] = serde_json::Value::Null;
@@ -292,11 +281,12 @@ fn yade_seed(track: &[Snapshot], case: bool) -> Vec<u8> {
     let mut parts: Vec<(&str, &[u8])> = Vec::new();
     if case {
         parts.push(("case", b""));
+        parts.push(("effective.json", effective.as_bytes()));
     }
-    parts.push(("frames.jsonl", lines.as_bytes()));
-    parts.push(("done.json", br#"{"steps_by_yade": 10}"#));
+    parts.push(("moments.jsonl", lines.as_bytes()));
+    parts.push(("done.json", br#"{"steps": 10}"#));
     // Its last line's end is taken off again.
     binary.push(b'\n');
-    parts.push(("frames.bin", &binary));
+    parts.push(("tables.bin", &binary));
     join(&parts)
 }

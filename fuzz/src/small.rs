@@ -1,6 +1,7 @@
 //! The small things that inputs are read against.
 
-use crossgrain::study::campaign::plan::Plan;
+use crossgrain::study::campaign::Campaign;
+use crossgrain::study::plan::Plan;
 use crossgrain::study::realization::Runner;
 use grains::case::Case;
 use grains::generate::initial_bodies;
@@ -28,8 +29,8 @@ pub fn scene() -> Scene {
 }
 
 /// Three members of it.
-pub fn plan() -> Plan {
-    Plan::new(&scene(), Runner::Native(Mode::default()), Vec::new(), 3, 7).expect("a plan")
+pub fn plan() -> Plan<Campaign> {
+    Campaign::plan(&scene(), Runner::Native(Mode::default()), Vec::new(), 3, 7).expect("a plan")
 }
 
 /// Its grains for ten steps, without rules.

@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crossgrain::run::folder::record::TraceRow;
-use crossgrain::run::tables::{
+use crossgrain::tables::{
     TableError, read_bodies, read_contacts, read_rows, room_for, write_bodies, write_contacts,
     write_rows,
 };

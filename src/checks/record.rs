@@ -1,5 +1,6 @@
-//! The part of a job's record that all jobs have in common, and reading it back from any of them, of any version.
+//! The part of a job's record that all jobs have in common, and reading it back from any of them.
 
+use std::collections::HashSet;
 use std::path::Path;
 
 use schemars::JsonSchema;
@@ -7,20 +8,21 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::{Check, Measured, Outcome, Speed, Tally};
+use crate::exit;
 use crate::files::{FileError, read_text};
 
 /// Longest record that is read, bytes.
 const LONGEST: u64 = 1 << 25;
 
-/// Longest id that is made from the names in an old record, bytes.
-const LONGEST_ID: usize = 2000;
+/// The version of this format.
+pub const VERSION: u32 = 1;
 
 /// What every job's record has; its other keys are the job's own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Record {
     /// `reproduce`, `verify`, `bench`, …
     pub job: String,
-    /// Version of that job's format.
+    /// [`VERSION`].
     pub version: u32,
     /// Version of crossgrain.
     pub crossgrain: String,
@@ -57,149 +59,60 @@ pub enum RecordError {
     )]
     Malformed { path: String, reason: String },
     #[error(
-        "{path} is of version {found} of {job}'s format, and this program knows {known}; use a newer crossgrain"
+        "{path} is of version {found} of the format of records, and this program knows {VERSION}; use a newer crossgrain"
     )]
-    TooNew {
+    TooNew { path: String, found: u32 },
+    #[error(
+        "{path} has two checks with the id {id}; a failure of one would be hidden by the other"
+    )]
+    Repeated { path: String, id: String },
+    #[error(
+        "{path} says {}, but its checks come to {}; it was changed after it was written", stated.word(), derived.word()
+    )]
+    Verdict {
         path: String,
-        job: String,
-        found: u32,
-        known: u32,
+        stated: Outcome,
+        derived: Outcome,
     },
 }
 
-/// The newest version of each job's format that this program knows, and the first that has checks.
-const KNOWN: [(&str, u32, u32); 4] = [
-    ("reproduce", 3, 3),
-    ("verify", 2, 2),
-    ("bench", 2, 2),
-    ("stability", 2, 2),
-];
+impl RecordError {
+    /// What to tell a script.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            RecordError::File(error) => error.exit_code(),
+            _ => exit::USAGE,
+        }
+    }
+}
 
-/// Reads what is common from a job's record. Records from before the checks were one list have their verdicts gathered from where
-/// they stood then.
+/// Reads what is common from a job's record.
 pub fn read(path: &Path) -> Result<Record, RecordError> {
     parse(&path.display().to_string(), &read_text(path, LONGEST)?)
 }
 
-/// Reads a record from text; `path` is for messages.
+/// Only what tells whether the rest can be read.
+#[derive(Deserialize)]
+struct Head {
+    version: u32,
+}
+
+/// Reads a record from text and holds its ids and its verdict against its checks; `path` is for messages.
 pub fn parse(path: &str, text: &str) -> Result<Record, RecordError> {
-    let malformed = |reason: String| RecordError::Malformed {
+    let malformed = |error: serde_json::Error| RecordError::Malformed {
         path: path.to_owned(),
-        reason,
+        reason: error.to_string(),
     };
-    let value: Value = serde_json::from_str(text).map_err(|error| malformed(error.to_string()))?;
-    let version = value["version"]
-        .as_u64()
-        .and_then(|version| u32::try_from(version).ok())
-        .ok_or_else(|| malformed("it has no version".to_owned()))?;
-    let job = job(&value).ok_or_else(|| malformed("it does not say of which job".to_owned()))?;
-    let known = KNOWN.iter().find(|(name, ..)| *name == job);
-    let Some(&(_, newest, first)) = known else {
-        return Err(malformed(format!("{job} keeps no checks")));
-    };
-    if version > newest {
-        return Err(RecordError::TooNew {
-            path: path.to_owned(),
-            job,
-            found: version,
-            known: newest,
-        });
+    let found = serde_json::from_str::<Head>(text)
+        .map_err(malformed)?
+        .version;
+    if found > VERSION {
+        let path = path.to_owned();
+        return Err(RecordError::TooNew { path, found });
     }
-    if version < first {
-        return older(job, version, &value).map_err(malformed);
-    }
-    serde_json::from_value(value).map_err(|error| malformed(error.to_string()))
-}
-
-/// Old records do not name their job, but each has a key of its own.
-fn job(value: &Value) -> Option<String> {
-    if let Some(job) = value["job"].as_str() {
-        return Some(job.to_owned());
-    }
-    let own = [
-        ("comparisons", "reproduce"),
-        ("rungs", "verify"),
-        ("contests", "bench"),
-        ("failures", "stability"),
-    ];
-    let found = own.iter().find(|(key, _)| value.get(key).is_some());
-    found.map(|(_, job)| (*job).to_owned())
-}
-
-fn older(job: String, version: u32, value: &Value) -> Result<Record, String> {
-    let text = |key: &str| value[key].as_str().map(str::to_owned);
-    let mut checks = Vec::new();
-    gather(value, &job, &mut checks)?;
-    super::number_repeated(&mut checks);
-    Ok(Record {
-        job,
-        version,
-        crossgrain: text("crossgrain").unwrap_or_default(),
-        command: text("command").unwrap_or_default(),
-        machine_kind: None,
-        scene_digest: text("scene_digest"),
-        yade: text("yade"),
-        verdict: outcome(&value["verdict"]).unwrap_or(Outcome::NotMade),
-        checks,
-        measured: Vec::new(),
-        speeds: Vec::new(),
-    })
-}
-
-/// Everything below this value that has a verdict and a name.
-fn gather(value: &Value, id: &str, checks: &mut Vec<Check>) -> Result<(), String> {
-    const NAMES: [&str; 7] = ["key", "name", "fault", "title", "what", "table", "rung"];
-    // Every check has all names above it in its id.
-    if id.len() > LONGEST_ID {
-        return Err(format!(
-            "the names in it come to an id of more than {LONGEST_ID} bytes"
-        ));
-    }
-    match value {
-        Value::Array(values) => {
-            for value in values {
-                let name = NAMES.iter().find_map(|name| value[*name].as_str());
-                let id = match name {
-                    Some(name) => format!("{id}/{}", super::slug(name)),
-                    None => id.to_owned(),
-                };
-                if let (Some(name), Some(outcome)) = (name, outcome(&value["verdict"])) {
-                    let found = value["found"].as_str().or(value["reason"].as_str());
-                    checks.push(Check::of_words(
-                        id.clone(),
-                        name,
-                        outcome,
-                        found.unwrap_or_default(),
-                    ));
-                }
-                gather(value, &id, checks)?;
-            }
-        }
-        Value::Object(keys) => {
-            for (key, value) in keys {
-                if value.is_array() || value.is_object() {
-                    gather(value, &format!("{id}/{}", super::slug(key)), checks)?;
-                }
-            }
-        }
-        _ => {}
-    }
-    Ok(())
-}
-
-fn outcome(value: &Value) -> Option<Outcome> {
-    serde_json::from_value(value.clone()).ok()
-}
-
-/// A job's own record with what all jobs have; the own one has `version`, `crossgrain`, `command` and `verdict`.
-#[derive(Debug, Clone, Serialize)]
-pub struct Whole<'a, T: Serialize> {
-    job: &'static str,
-    #[serde(flatten)]
-    own: &'a T,
-    machine_kind: String,
-    #[serde(flatten)]
-    found: Found,
+    let record: Record = serde_json::from_str(text).map_err(malformed)?;
+    record.check(path)?;
+    Ok(record)
 }
 
 /// What a job found, in the shape of all jobs.
@@ -210,16 +123,47 @@ pub struct Found {
     pub speeds: Vec<Speed>,
 }
 
-impl<'a, T: Serialize> Whole<'a, T> {
-    /// Of this job, one of those that [`read`] knows.
-    pub fn of(job: &'static str, own: &'a T, machine_kind: String, found: Found) -> Self {
-        Whole {
-            job,
-            own,
-            machine_kind,
-            found,
-        }
+/// A job's own keys (`crossgrain` and `command` among them) with what all jobs have, as the text of its record, and what is
+/// common read back from it. Ids that repeat are an error.
+pub fn write(
+    job: &str,
+    own: &impl Serialize,
+    machine_kind: String,
+    found: Found,
+) -> Result<(String, Record), RecordError> {
+    let path = format!("the record of {job}");
+    let malformed = |error: serde_json::Error| RecordError::Malformed {
+        path: path.clone(),
+        reason: error.to_string(),
+    };
+    #[derive(Serialize)]
+    struct Whole<'a> {
+        job: &'a str,
+        version: u32,
+        machine_kind: String,
+        verdict: Outcome,
+        #[serde(flatten)]
+        own: Value,
+        #[serde(flatten)]
+        found: Found,
     }
+    let mut own = serde_json::to_value(own).map_err(malformed)?;
+    if let Value::Object(keys) = &mut own {
+        keys.retain(|key, _| {
+            !["job", "version", "machine_kind", "verdict"].contains(&key.as_str())
+        });
+    }
+    let whole = Whole {
+        job,
+        version: VERSION,
+        machine_kind,
+        verdict: super::verdict(&found.checks),
+        own,
+        found,
+    };
+    let text = serde_json::to_string_pretty(&whole).map_err(malformed)? + "\n";
+    let record = parse(&path, &text)?;
+    Ok((text, record))
 }
 
 impl Record {
@@ -227,61 +171,90 @@ impl Record {
     pub fn tally(&self) -> Tally {
         Tally::of(&self.checks)
     }
+
+    /// An error if two checks have one id, or if the verdict is not that of the checks.
+    pub fn check(&self, path: &str) -> Result<(), RecordError> {
+        let path = path.to_owned();
+        let mut seen = HashSet::new();
+        if let Some(check) = self.checks.iter().find(|check| !seen.insert(&check.id)) {
+            let id = check.id.clone();
+            return Err(RecordError::Repeated { path, id });
+        }
+        let (stated, derived) = (self.verdict, super::verdict(&self.checks));
+        if stated != derived {
+            return Err(RecordError::Verdict {
+                path,
+                stated,
+                derived,
+            });
+        }
+        Ok(())
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const NEW: &str = r#"{"job": "verify", "version": 2, "crossgrain": "0.1.0", "command": "crossgrain verify",
+    const SOUND: &str = r#"{"job": "verify", "version": 1, "crossgrain": "0.1.0", "command": "crossgrain verify",
         "verdict": "pass", "own": 1, "checks": [{"id": "a/b", "quantity": "q", "unit": "m", "value": 1.0, "expected": 1.0,
         "lower": 0.5, "upper": 1.5, "method": "", "basis": "", "n": 1, "interval": null, "outcome": "pass", "found": ""}]}"#;
 
+    fn refused(text: &str) -> String {
+        parse("r", text).expect_err("is refused").to_string()
+    }
+
     #[test]
     fn the_common_part_is_read_and_the_rest_left() {
-        let record = parse("r", NEW).expect("a record");
+        let record = parse("r", SOUND).expect("a record");
         assert_eq!(record.tally().passed, 1);
         assert_eq!(record.scene_digest, None);
     }
 
     #[test]
-    fn records_from_before_the_list_are_read() {
-        let old = r#"{"version": 2, "crossgrain": "0.1.0", "command": "crossgrain reproduce", "verdict": "fail", "comparisons": [{
-            "title": "native against YADE", "comparison": {"checks": [{"name": "same scene", "verdict": "pass", "found": "digest"}],
-            "quantities": [{"key": "settled.height", "verdict": "fail"}]}}], "faults": [{"fault": "wall=missing",
-            "verdict": "not_made", "found": ""}], "runs": []}"#;
-        let record = parse("r", old).expect("a record");
-        let ids: Vec<&str> = record
-            .checks
-            .iter()
-            .map(|check| check.id.as_str())
-            .collect();
-        assert_eq!(
-            ids,
-            [
-                "reproduce/comparisons/native-against-yade/comparison/checks/same-scene",
-                "reproduce/comparisons/native-against-yade/comparison/quantities/settled.height",
-                "reproduce/faults/wall-missing",
-            ]
+    fn a_verdict_that_is_not_that_of_the_checks_is_refused() {
+        let failed = SOUND.replace("\"outcome\": \"pass\"", "\"outcome\": \"fail\"");
+        assert!(refused(&failed).contains("says pass, but its checks come to FAIL"));
+        let skipped = SOUND.replace(
+            "\"outcome\": \"pass\"",
+            "\"required\": true, \"outcome\": \"skipped\"",
         );
-        let tally = record.tally();
-        assert_eq!((tally.passed, tally.failed, tally.not_made), (1, 1, 1));
-        assert_eq!(record.verdict, Outcome::Fail);
+        assert!(refused(&skipped).contains("come to skipped"));
+        let pessimist = SOUND.replace("\"verdict\": \"pass\"", "\"verdict\": \"fail\"");
+        assert!(refused(&pessimist).contains("says FAIL"));
+    }
+
+    #[test]
+    fn an_id_that_repeats_is_refused_when_read_and_when_made() {
+        let mut record = parse("r", SOUND).expect("a record");
+        let failed = Check::of_words("a/b", "", Outcome::Fail, "");
+        record.checks.push(failed);
+        record.verdict = Outcome::Fail;
+        let text = serde_json::to_string(&record).expect("JSON");
+        assert!(refused(&text).contains("two checks with the id a/b"));
+        let found = Found {
+            checks: record.checks,
+            ..Found::default()
+        };
+        let own = serde_json::json!({"crossgrain": "", "command": ""});
+        let made = write("verify", &own, String::new(), found);
+        assert!(
+            matches!(made, Err(RecordError::Repeated { .. })),
+            "{made:?}"
+        );
     }
 
     #[test]
     fn what_is_no_record_is_refused_with_what_to_do() {
-        let newer = NEW.replace("\"version\": 2", "\"version\": 9");
+        let newer = SOUND.replace("\"version\": 1", "\"version\": 9");
         for (text, words) in [
             ("", "no record"),
-            ("[]", "no version"),
-            ("{\"version\": -1}", "no version"),
-            ("{\"version\": 2}", "of which job"),
-            ("{\"version\": 2, \"job\": \"bake\"}", "keeps no checks"),
+            ("[]", "invalid length"),
+            ("{\"version\": -1}", "invalid value"),
             (newer.as_str(), "newer crossgrain"),
-            ("{\"version\": 2, \"job\": \"verify\"}", "missing field"),
+            ("{\"version\": 1, \"job\": \"verify\"}", "missing field"),
         ] {
-            let error = parse("r", text).expect_err("no record").to_string();
+            let error = refused(text);
             assert!(error.contains(words), "{text}: {error}");
         }
     }

@@ -8,10 +8,9 @@ use super::checks::append;
 use super::{json, print};
 use crate::checks::record::read;
 use crate::compare::baseline::Store;
-use crate::compare::baseline::diff::{Change, Changed, Diff, diff};
+use crate::compare::baseline::diff::diff;
 use crate::error::Error;
-use crate::report::check_files::markdown;
-use crate::report::junit::in_a_line;
+use crate::report;
 
 #[derive(Debug, Subcommand)]
 #[command(
@@ -70,7 +69,7 @@ pub struct DiffArguments {
     record: PathBuf,
     /// The baseline's name
     name: String,
-    /// Print every check that moved within its tolerance, not only the five that moved most
+    /// Print every check that moved within its tolerance, not only the dozen that moved most
     #[arg(long)]
     all: bool,
     /// Every measured number must be the same to the last bit, as after a change that is to change nothing
@@ -131,84 +130,13 @@ impl DiffArguments {
             found = found.demanding_bits();
         }
         if let Some(path) = &self.summary {
-            append(path, &markdown(&record, Some(&found)))?;
+            append(path, &report::markdown(&record.document(Some(&found))))?;
         }
         print(&if self.json {
             json(&found)?
         } else {
-            in_words(&found, self.all)
+            report::terminal(&found.document(self.all))
         })?;
-        Ok(super::exit_code(found.verdict))
+        Ok(found.verdict.exit_code())
     }
-}
-
-/// Moved checks that are printed without `--all`.
-const MOST_MOVED: usize = 5;
-
-/// What is not as it was, the worst first.
-pub fn in_words(diff: &Diff, all: bool) -> String {
-    let mut text = String::new();
-    let mut moved = 0;
-    for of in &diff.changes {
-        moved += usize::from(of.change == Change::Moved);
-        if all || of.change != Change::Moved || moved <= MOST_MOVED {
-            text += &change_lines(of);
-        }
-    }
-    if !all && moved > MOST_MOVED {
-        text += &format!(
-            "{:>18} {} more moved less (--all)\n",
-            "…",
-            moved - MOST_MOVED
-        );
-    }
-    let shown = if all { diff.moved.len() } else { MOST_MOVED };
-    for number in diff.moved.iter().take(shown) {
-        let value = |of: Option<f64>| of.map_or("–".to_owned(), |of| of.to_string());
-        let relative = number
-            .relative
-            .map_or(String::new(), |of| format!(", by {of:.1e} of itself"));
-        text += &format!(
-            "{:>18} {}: {} to {} {}{relative}\n",
-            "measured",
-            number.id,
-            value(number.before),
-            value(number.after),
-            number.unit
-        );
-    }
-    for speed in &diff.speeds {
-        text += &format!(
-            "{:>18} {}\n",
-            format!("{:?}", speed.pace).to_lowercase(),
-            speed.in_a_line()
-        );
-    }
-    if !diff.same_machine && !diff.speeds.is_empty() {
-        text += "speeds are not judged: the machines are not of one kind\n";
-    }
-    let word = match diff.verdict {
-        crate::compare::Verdict::Pass => "NOTHING WORSE",
-        crate::compare::Verdict::Fail => "WORSE",
-        crate::compare::Verdict::NotMade => "CANNOT TELL",
-    };
-    text + &format!("{word} than {}: {}\n", diff.baseline, diff.in_a_line())
-}
-
-fn change_lines(of: &Changed) -> String {
-    let mut text = format!("{:>18} {}\n", of.change.words(), of.id);
-    for (side, check) in [("before", &of.before), ("after", &of.after)] {
-        if let Some(check) = check {
-            text += &format!("{:>18} {side}: {}\n", "", in_a_line(check));
-        }
-    }
-    if let Some(share) = of.share_of_tolerance {
-        let share = if share < 1000.0 {
-            format!("{share:.3}")
-        } else {
-            format!("{share:.1e}")
-        };
-        text += &format!("{:>18} moved by {share} of its tolerance\n", "");
-    }
-    text
 }

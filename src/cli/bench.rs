@@ -7,9 +7,8 @@ use clap::Args;
 use super::chosen::Beside;
 use super::job_folder::{JobFolder, page_line};
 use super::run::YadeLimits;
-use super::{json, print, tell};
-use crate::checks::record::{Found, Whole};
-use crate::compare::Verdict;
+use super::{print, tell};
+use crate::checks::record::{self, Found};
 use crate::error::{Error, exit};
 use crate::limits::bench::checks;
 use crate::limits::bench::goals::Goal;
@@ -74,7 +73,7 @@ impl Arguments {
             Some(Beside(program)) => Some(self.limits.brought(program)?),
             None => None,
         };
-        let out = FOLDER.open(self.out.as_deref())?;
+        let (out, _lock) = FOLDER.open(self.out.as_deref())?;
         let crossgrain = std::env::current_exe()
             .map_err(|error| Error::Program(format!("this program cannot be found: {error}")))?;
         let options = Options {
@@ -87,7 +86,7 @@ impl Arguments {
             command: self.command(),
         };
         let bench = bench::bench(&options, &Display::new(self.quiet))?;
-        let whole = Whole::of(
+        let (text, _) = record::write(
             "bench",
             &bench,
             bench.machine.kind(),
@@ -96,15 +95,14 @@ impl Arguments {
                 speeds: checks::speeds(&bench),
                 ..Found::default()
             },
-        );
-        let text = json(&whole)?;
+        )?;
         let page = crate::report::bench::page(&bench)?;
         FOLDER.finish(&out, &page, &text)?;
         tell(self.json, &text, || in_words(&bench, &out))?;
-        Ok(match bench.verdict {
-            Verdict::Fail => exit::CHECK_FAILED,
-            _ if bench.engine_failed() => exit::ENGINE_FAILED,
-            verdict => super::exit_code(verdict),
+        Ok(if bench.engine_failed() {
+            exit::ENGINE_FAILED
+        } else {
+            bench.verdict.exit_code()
         })
     }
 
@@ -190,12 +188,12 @@ fn in_words(bench: &Bench, out: &Path) -> String {
         text += &goal_line(goal);
     }
     for missed in &bench.missed {
-        let word = if missed.failed { "FAILED" } else { "not made" };
+        let word = if missed.failed { "FAILED" } else { "skipped" };
         text += &format!("{word}: {}: {}\n", missed.what, missed.why);
     }
     text + &format!(
         "\n{}: {:.0} s\n{}",
-        super::in_a_word(bench.verdict),
+        bench.verdict.verdict_word(),
         bench.seconds,
         page_line(out)
     )
@@ -262,7 +260,7 @@ fn goal_line(goal: &Goal) -> String {
     let word = match goal.met {
         Some(true) => "met",
         Some(false) => "not met",
-        None => "not made",
+        None => "skipped",
     };
     let measured = goal
         .measured

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::{json, print};
+use crate::checks::Outcome;
 use crate::checks::record::{Record, read};
-use crate::checks::{Check, Outcome};
 use crate::compare::baseline::diff::Diff;
+use crate::document::{Document, Table};
 use crate::error::{Error, exit};
-use crate::files::write_whole;
-use crate::report::check_files::{csv, error_in_markdown, markdown};
-use crate::report::junit::{in_a_line, of_checks, of_error};
+use crate::files::{failed, write_whole};
+use crate::report;
+use crate::report::junit::{of_checks, of_error};
 
 #[derive(Debug, Args)]
 #[command(
@@ -37,7 +38,7 @@ pub struct Arguments {
 }
 
 /// The files that a job's checks can be written to.
-#[derive(Debug, Clone, Args)]
+#[derive(Debug, Clone, Default, Args)]
 pub struct Files {
     /// Write JUnit XML
     #[arg(long, value_name = "FILE")]
@@ -60,13 +61,13 @@ impl Files {
         );
         if let Some(path) = &self.junit {
             let name = format!("crossgrain {}", record.job);
-            write_whole(path, of_checks(&name, &checks)?.as_bytes())?;
+            write(path, &of_checks(&name, &checks))?;
         }
         if let Some(path) = &self.csv {
-            write_whole(path, csv(&checks)?.as_bytes())?;
+            write(path, &Table::of_checks("checks", &checks).csv())?;
         }
         if let Some(path) = &self.summary {
-            append(path, &markdown(record, diff))?;
+            append(path, &report::markdown(&record.document(diff)))?;
         }
         Ok(())
     }
@@ -76,10 +77,18 @@ impl Files {
     /// A job that ended with an error has no checks; whoever reads the files is told so there too.
     pub fn write_error(&self, name: &str, error: &Error) -> Result<(), Error> {
         if let Some(path) = &self.junit {
-            write_whole(path, of_error(name, error)?.as_bytes())?;
+            write(path, &of_error(name, error))?;
         }
         if let Some(path) = &self.summary {
-            append(path, &error_in_markdown(name, error))?;
+            let answer = format!("It ended with exit code {}: {error}", error.exit_code());
+            let document = Document {
+                title: name.to_owned(),
+                verdict: Outcome::Skipped,
+                answer,
+                sections: Vec::new(),
+                checks: Vec::new(),
+            };
+            append(path, &report::markdown(&document))?;
         }
         Ok(())
     }
@@ -93,8 +102,20 @@ pub fn append(path: &Path, text: &str) -> Result<(), Error> {
         .append(true)
         .open(path);
     file.and_then(|mut file| file.write_all(text.as_bytes()))
-        .map_err(crate::files::failed("write", path))
+        .map_err(failed("write", path))
         .map_err(Error::File)
+}
+
+/// Writes a file whole; into a pipe or a device that has this name instead of in its place.
+fn write(path: &Path, text: &str) -> Result<(), Error> {
+    if std::fs::metadata(path).is_ok_and(|of| !of.is_file() && !of.is_dir()) {
+        let file = std::fs::OpenOptions::new().write(true).open(path);
+        return file
+            .and_then(|mut file| std::io::Write::write_all(&mut file, text.as_bytes()))
+            .map_err(failed("write", path))
+            .map_err(Error::File);
+    }
+    Ok(write_whole(path, text.as_bytes())?)
 }
 
 impl Arguments {
@@ -108,41 +129,10 @@ impl Arguments {
         print(&if self.json {
             json(&record)?
         } else {
-            in_words(&record, self.all)
+            let lines = report::check_lines(&record.checks, self.all);
+            let [job, verdict] = [&record.job, record.verdict.word()];
+            lines + &format!("{job}: {verdict}; {}\n", record.tally())
         })?;
-        Ok(exit_code(record.verdict))
+        Ok(record.verdict.exit_code())
     }
-}
-
-fn exit_code(verdict: Outcome) -> u8 {
-    match verdict {
-        Outcome::Pass => exit::AGREED,
-        Outcome::Fail => exit::CHECK_FAILED,
-        Outcome::NotMade | Outcome::ExpectedFailure => exit::INCOMPLETE,
-    }
-}
-
-/// Failures first; what passed only if it is asked for.
-fn in_words(record: &Record, all: bool) -> String {
-    let mut checks: Vec<&Check> = record.checks.iter().collect();
-    let rank = |outcome: Outcome| match outcome {
-        Outcome::Fail => 0,
-        Outcome::NotMade => 1,
-        Outcome::ExpectedFailure => 2,
-        Outcome::Pass => 3,
-    };
-    checks.sort_by_key(|check| rank(check.outcome));
-    let mut text = String::new();
-    for check in checks {
-        if all || check.outcome != Outcome::Pass {
-            let Check { id, outcome, .. } = check;
-            text += &format!("{:>16} {id}: {}\n", outcome.word(), in_a_line(check));
-        }
-    }
-    text + &format!(
-        "{}: {}; {}\n",
-        record.job,
-        record.verdict.word(),
-        record.tally()
-    )
 }

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use clap::ValueEnum;
 
-use crate::suite::ladder::Climbers;
+use crate::suite::run::Engines;
 
 /// One engine.
 #[derive(Debug, Clone)]
@@ -29,34 +29,10 @@ impl FromStr for Chosen {
     }
 }
 
-/// One of the engines of this program, where none that was brought will do.
-#[derive(Debug, Clone, Copy)]
-pub enum BuiltIn {
-    Native,
-    Yade,
-}
-
-impl FromStr for BuiltIn {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "native" => Ok(BuiltIn::Native),
-            "yade" => Ok(BuiltIn::Yade),
-            _ if text.starts_with("exec:") => Err(
-                "only native and yade do this; `run`, `verify`, `stability`, `pareto` and `bench` take an engine that is \
-                 brought (docs/bring-your-own-engine.md)"
-                    .to_owned(),
-            ),
-            _ => Err("an engine is native or yade".to_owned()),
-        }
-    }
-}
-
 /// The engines of this program, or one that is brought.
 #[derive(Debug, Clone)]
 pub enum Several {
-    BuiltIn(Climbers),
+    BuiltIn(Engines),
     Exec(PathBuf),
 }
 
@@ -66,7 +42,7 @@ impl FromStr for Several {
     fn from_str(text: &str) -> Result<Self, String> {
         match program(text) {
             Some(path) => Ok(Several::Exec(path)),
-            None => Climbers::from_str(text, false)
+            None => Engines::from_str(text, false)
                 .map(Several::BuiltIn)
                 .map_err(|_| "an engine is native, yade, both or exec:PATH".to_owned()),
         }

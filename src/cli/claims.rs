@@ -4,14 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::job_folder::write_new;
-use super::{exit_code_if, json, tell};
+use super::{json, tell};
 use crate::error::Error;
-use crate::files::refuse_existing;
-use crate::report;
+use crate::files::{refuse_existing, write_folder, write_whole};
+use crate::report::{page, terminal};
 use crate::study::campaign::merged;
-use crate::study::claims::claim::Verdict;
-use crate::study::claims::{self, Claims, Origin};
+use crate::study::claims::{self, Origin};
 
 #[derive(Debug, Args)]
 #[command(
@@ -34,61 +32,22 @@ impl Arguments {
         if let Some(out) = &self.out {
             refuse_existing(out)?;
         }
-        let merged = merged::read(&self.folder)?;
+        let merged = merged(&self.folder)?;
         let origin = Origin {
             command: "crossgrain claims".to_owned(),
             engine: merged.summary.engine.clone(),
             plan: merged.summary.plan.clone(),
             members_digest: merged.summary.sha256.clone(),
         };
-        let found = claims::of(&merged.plan.scene, &merged.members, origin);
-        let text = json(&found)?;
+        let found = claims::of(&merged.plan.study.scene, &merged.rows, origin);
+        let (text, document) = (json(&found)?, found.document());
         if let Some(out) = &self.out {
-            let page = report::claims::page(&found)?;
-            write_new(out, "claims.json", &text, &page)?;
+            write_folder::<Error>(out, |aside| {
+                page(&document).write(aside)?;
+                Ok(write_whole(&aside.join("claims.json"), text.as_bytes())?)
+            })?;
         }
-        tell(self.json, &text, || in_words(&found))?;
-        Ok(exit_code_if(found.complete))
+        tell(self.json, &text, || terminal(&document))?;
+        Ok(document.verdict.exit_code())
     }
-}
-
-/// The claims as lines for a terminal.
-fn in_words(found: &Claims) -> String {
-    let endings: Vec<String> = found
-        .endings
-        .iter()
-        .map(|(how, count)| format!("{count} {how}"))
-        .collect();
-    let mut text = format!(
-        "{} members of {}: {}\n",
-        found.members,
-        found.origin.engine,
-        endings.join(", ")
-    );
-    for [key, default, here] in &found.other_choices {
-        text += &format!("  {key} is {here} instead of {default}\n");
-    }
-    for claim in &found.claims {
-        let verdict = claim
-            .verdict
-            .map_or("open: too few members", Verdict::words);
-        text += &format!("\n{:<20} {verdict}  [{}]\n", claim.id, claim.place);
-        if let Some(row) = claim.rows.iter().find(|row| row.judged.is_some()) {
-            let published = row.published.map_or("–".to_owned(), report::claims::short);
-            text += &format!(
-                "{:>4}{}: published {published}, ours {}, {} packings\n",
-                "",
-                row.what,
-                report::claims::interval(row.ours, &row.unit),
-                row.packings
-            );
-        }
-        text += &format!("{:>4}{}\n", "", claim.reading);
-    }
-    let verdicts: Vec<String> = found
-        .verdicts
-        .iter()
-        .map(|(verdict, count)| format!("{verdict}: {count}"))
-        .collect();
-    text + &format!("\n{}\n", verdicts.join(", "))
 }

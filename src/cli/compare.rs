@@ -7,12 +7,13 @@ use clap::Args;
 use super::chosen::Beside;
 use super::run::YadeLimits;
 use super::{json, print};
+use crate::checks::Check;
 use crate::compare::first_difference::Locator;
-use crate::compare::{Check, Comparison, Verdict, Yardstick, compare, compare_as};
+use crate::compare::{Comparison, Verdict, Yardstick, compare, compare_as};
 use crate::error::Error;
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
-use crate::reproduce::rounding_spread;
+use crate::reproduce::rounding_scatter;
 use crate::run::folder::RunFolder;
 use crate::run::folder::record::EngineRecord;
 
@@ -21,7 +22,7 @@ use crate::run::folder::record::EngineRecord;
     after_help = "Where both runs add forces in the same order (native, YADE sorted), every bit must \
     agree; if not, both engines are run again to find the first step and grain.\nWhere they do not, give \
     --control: a YADE run that differs from the second folder only in verletDist. Its separation, and the \
-    scatter of twelve native twins, are the yardstick.\n\nExamples:\n  crossgrain compare native yade\n  \
+    scatter of twelve perturbed replicas, are the yardstick.\n\nExamples:\n  crossgrain compare native yade\n  \
     crossgrain compare native yade-a --control yade-b"
 )]
 pub struct Arguments {
@@ -32,13 +33,13 @@ pub struct Arguments {
     /// A run that differs from the second one only in YADE's verletDist
     #[arg(long)]
     control: Option<PathBuf>,
-    /// Judge by the scatter of twelve native twins of the first folder, a native run, alone: for an engine that has no
+    /// Judge by the scatter of twelve perturbed replicas of the first folder, a native run, alone: for an engine that has no
     /// control run of its own
     #[arg(long, conflicts_with = "control")]
-    twins: bool,
+    replicas: bool,
     /// Every bit must agree, whichever engines they are: for two engines of the same law, as the adapters of LAMMPS and
     /// LIGGGHTS with one radius
-    #[arg(long, conflicts_with_all = ["control", "twins"])]
+    #[arg(long, conflicts_with_all = ["control", "replicas"])]
     expect_bits: bool,
     /// Do not run engines again to find the first difference
     #[arg(long)]
@@ -59,27 +60,27 @@ impl Arguments {
         let a = RunFolder::read(&self.a)?;
         let b = RunFolder::read(&self.b)?;
         let control = self.control.as_deref().map(RunFolder::read).transpose()?;
-        let asked = (control.is_some() || self.twins).then_some(());
-        let spread = match asked {
+        let asked = (control.is_some() || self.replicas).then_some(());
+        let scatter = match asked {
             None => None,
             Some(()) if a.record.engine.keeps_order() && b.record.engine.keeps_order() => {
                 return Err(Error::Usage(
-                    "--control is for a second run in YADE's ordinary loop, --twins for one in another engine; these \
+                    "--control is for a second run in YADE's ordinary loop, --replicas for one in another engine; these \
                      two runs must agree in every bit"
                         .to_owned(),
                 ));
             }
             Some(()) if !matches!(a.record.engine, EngineRecord::Native { .. }) => {
                 return Err(Error::Usage(
-                    "--control and --twins need a native run as the first folder: its twins are the yardstick"
+                    "--control and --replicas need a native run as the first folder: its replicas are the yardstick"
                         .to_owned(),
                 ));
             }
-            Some(()) => Some(rounding_spread(&a, &Display::new(false))?),
+            Some(()) => Some(rounding_scatter(&a, &Display::new(false))?),
         };
-        let yardstick = spread.as_ref().map(|spread| Yardstick {
+        let yardstick = scatter.as_ref().map(|scatter| Yardstick {
             control: control.as_ref(),
-            spread,
+            scatter,
         });
         let programs = self.engine.iter();
         let programs = programs.map(|Beside(program)| self.limits.exec(program.clone()));
@@ -100,7 +101,7 @@ impl Arguments {
         if asked_to_end() {
             return Err(Error::Interrupted);
         }
-        Ok(super::exit_code(comparison.verdict()))
+        Ok(comparison.verdict().exit_code())
     }
 }
 
@@ -130,20 +131,21 @@ pub fn in_words(comparison: &Comparison) -> String {
             short(pair.allowed)
         );
     }
-    let verdict = super::in_a_word(comparison.verdict());
+    let verdict = comparison.verdict().verdict_word();
     text + &format!("\n{verdict}\n")
 }
 
 /// A check as a line.
 pub fn check_line(check: &Check) -> String {
-    format!("{} {}: {}\n", mark(check.verdict), check.name, check.found)
+    format!(
+        "{} {}: {}\n",
+        mark(check.outcome),
+        check.quantity,
+        check.found
+    )
 }
 
 /// A verdict as the beginning of a line.
-pub fn mark(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Pass => "    pass",
-        Verdict::Fail => "    FAIL",
-        Verdict::NotMade => "not made",
-    }
+pub fn mark(verdict: Verdict) -> String {
+    format!("{:>8}", verdict.word())
 }

@@ -1,16 +1,16 @@
-//! `crossgrain engine`: what an engine that somebody brings is, and what is wrong with it.
+//! `crossgrain engine`: whether an external engine does what the protocol and the model say.
 
 use clap::{Args, Subcommand};
 
 use super::chosen::Chosen;
-use super::compare::mark;
 use super::run::YadeLimits;
 use super::{json, print};
-use crate::compare::Verdict;
+use crate::checks::Outcome;
 use crate::error::{Error, exit};
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
-use crate::suite::brought::{Examination, examine};
+use crate::report;
+use crate::suite::conformance::conformance;
 
 #[derive(Debug, Subcommand)]
 pub enum Verb {
@@ -48,13 +48,13 @@ impl Arguments {
     fn execute(self) -> Result<u8, Error> {
         let Chosen::Exec(program) = self.engine else {
             return Err(Error::Usage(
-                "only an engine that is brought is checked: exec:PATH; for the others there is `crossgrain verify`"
+                "only an external engine is checked: exec:PATH; for the others there is `crossgrain verify`"
                     .to_owned(),
             ));
         };
         let display = Display::new(self.quiet);
         let task = display.task("engine check");
-        let found = examine(&self.limits.exec(program), &mut |name| {
+        let found = conformance(&self.limits.exec(program), &mut |name| {
             task.share(0.0, name)
         })?;
         task.done("done");
@@ -64,39 +64,11 @@ impl Arguments {
         print(&if self.json {
             json(&found)?
         } else {
-            in_words(&found)
+            report::terminal(&found.document())
         })?;
         Ok(match found.verdict() {
-            Verdict::Fail if found.engine_failed() => exit::ENGINE_FAILED,
-            Verdict::Fail => exit::CHECK_FAILED,
-            Verdict::Pass => exit::AGREED,
-            Verdict::NotMade => exit::INCOMPLETE,
+            Outcome::Fail if found.engine_failed => exit::ENGINE_FAILED,
+            verdict => verdict.exit_code(),
         })
     }
-}
-
-fn in_words(found: &Examination) -> String {
-    let engine = &found.engine;
-    let parts: Vec<&str> = engine.parts.iter().map(|part| part.name()).collect();
-    let mut text = format!("{}: {}\n", engine.label(), parts.join(", "));
-    for approximation in &engine.approximations {
-        text += &format!("it says of itself: {approximation}\n");
-    }
-    text += "\n";
-    for check in &found.checks {
-        text += &format!(
-            "{} {}: {}\n{:>9}{}\n",
-            mark(check.verdict),
-            check.name,
-            check.job,
-            "",
-            check.found.trim_end()
-        );
-    }
-    let verdict = match found.verdict() {
-        Verdict::Pass => "SOUND: what was checked is right; what was not made is not known",
-        Verdict::Fail => "NOT SOUND: mend the first failure first, the others may come from it",
-        Verdict::NotMade => "NOTHING CHECKED",
-    };
-    text + &format!("\n{verdict}\n")
 }

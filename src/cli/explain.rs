@@ -9,7 +9,6 @@ use crate::checks::Check;
 use crate::checks::record::read;
 use crate::error::{Error, exit};
 use crate::explain::{EXPLANATIONS, of};
-use crate::report::junit::in_a_line;
 
 #[derive(Debug, Args)]
 #[command(
@@ -76,7 +75,7 @@ fn lines(check: &Check) -> String {
         "\n{}: {}\n    {}\n",
         check.id,
         check.outcome.word(),
-        in_a_line(check)
+        check.in_a_line()
     );
     for (title, words) in [("method", &check.method), ("limits", &check.basis)] {
         if !words.is_empty() {

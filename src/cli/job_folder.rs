@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
-use crate::files::{failed, free_folder, write_folder, write_whole};
+use crate::files::{FileError, FolderLock, failed, free_folder, write_whole};
 use crate::report::figure::{PAGE, Page};
 
 /// The folder of a long job, which is taken up again there. Its record is written last of all and says that it is
@@ -20,8 +20,9 @@ pub struct JobFolder {
 }
 
 impl JobFolder {
-    /// The folder, made if it is not there. A finished job in a named one is never overwritten.
-    pub fn open(&self, named: Option<&Path>) -> Result<PathBuf, Error> {
+    /// The folder, made if it is not there, for this process alone as long as the lock lives. A finished job in a named one is
+    /// never overwritten.
+    pub fn open(&self, named: Option<&Path>) -> Result<(PathBuf, FolderLock), Error> {
         let JobFolder { what, record, .. } = self;
         let folder = match named {
             Some(folder) if folder.join(record).exists() => {
@@ -39,7 +40,12 @@ impl JobFolder {
             None => free_folder(Path::new(self.usual), record),
         };
         std::fs::create_dir_all(&folder).map_err(failed("create", &folder))?;
-        Ok(folder)
+        let lock = FolderLock::of(&folder)?;
+        // Another process may have finished the job between the two.
+        if folder.join(record).exists() {
+            return Err(Error::File(FileError::Busy { path: folder }));
+        }
+        Ok((folder, lock))
     }
 
     /// Writes the page with its figures, and then the record.
@@ -48,14 +54,6 @@ impl JobFolder {
         write_whole(&folder.join(self.record), record.as_bytes())?;
         Ok(())
     }
-}
-
-/// Writes a new folder with a record and its page, whole or not at all.
-pub fn write_new(out: &Path, name: &str, record: &str, page: &Page) -> Result<(), Error> {
-    write_folder::<Error>(out, |aside| {
-        page.write(aside)?;
-        Ok(write_whole(&aside.join(name), record.as_bytes())?)
-    })
 }
 
 /// Where the page is, as a line.

@@ -1,17 +1,43 @@
-//! `crossgrain paper`: the published numbers that need no simulation.
+//! `crossgrain paper`: what the paper prints that needs no simulation.
 
-use clap::Args;
+use clap::{Args, Subcommand};
 use serde::Serialize;
 
-use super::{json, print};
+use super::{json, tell};
 use crate::error::{Error, exit};
-use crate::paper::{Finding, Number, TextFault, numbers, short, text_faults};
+use crate::paper::continuum::table::{Continuum, Setup};
+use crate::paper::{self, Number, TextFault, numbers, text_faults};
+use crate::report::terminal;
+
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Every published number that needs no simulation: published, recomputed, outcome, how
+    Numbers(Numbers),
+    /// The continuum's stress at the control points: half-space, layer and box, uniform load and rigid punch
+    Continuum(Arguments),
+}
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "What the paper misprints is a finding, not a failure: the exit code is 0.\n\nExamples:\n  crossgrain paper\n  crossgrain paper --json"
+    after_help = "What the paper is known to misprint is no failure. Exit code 1: a number differs from both the print and what is known.\n\nExamples:\n  crossgrain paper numbers\n  crossgrain paper numbers --json"
+)]
+pub struct Numbers {
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  crossgrain paper continuum\n  crossgrain paper continuum --height 0.467 --porosity 0.16 --json"
 )]
 pub struct Arguments {
+    /// Height of the bed, m [default: 0.46, as printed]
+    #[arg(long)]
+    height: Option<f64>,
+    /// Porosity for the weight [default: 0.17, as printed]
+    #[arg(long)]
+    porosity: Option<f64>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -23,66 +49,49 @@ struct Output {
     text_faults: Vec<TextFault>,
 }
 
-impl Arguments {
+impl Verb {
     pub fn execute(self) -> Result<u8, Error> {
+        match self {
+            Verb::Numbers(arguments) => arguments.execute(),
+            Verb::Continuum(arguments) => arguments.execute(),
+        }
+    }
+}
+
+impl Numbers {
+    fn execute(self) -> Result<u8, Error> {
         let output = Output {
             numbers: numbers(),
             text_faults: text_faults(),
         };
-        print(&if self.json {
-            json(&output)?
-        } else {
-            in_words(&output)
-        })?;
-        // What does not come out is a finding about the paper, not a failure of the program.
-        Ok(exit::AGREED)
+        let text = json(&output)?;
+        let document = paper::document(&output.numbers, &output.text_faults);
+        tell(self.json, &text, || terminal(&document))?;
+        Ok(document.verdict.exit_code())
     }
 }
 
-fn in_words(output: &Output) -> String {
-    let mut text = format!(
-        "{:<9} {:<19} {:<52} {:>11} {:>13} {:<10}  {}\n",
-        "verdict", "place", "what", "published", "recomputed", "unit", "how"
-    );
-    for number in &output.numbers {
-        text += &format!(
-            "{:<9} {:<19} {:<52} {:>11} {:>13} {:<10}  {}\n",
-            finding(number.finding),
-            number.place,
-            number.what,
-            short(number.published),
-            short(number.recomputed),
-            number.unit,
-            number.how
-        );
-        if !number.remark.is_empty() {
-            text += &format!("{:>10}{}\n", "", number.remark);
+impl Arguments {
+    fn execute(self) -> Result<u8, Error> {
+        let mut setup = Setup::published();
+        setup.height = self.height.unwrap_or(setup.height);
+        setup.porosity = self.porosity.unwrap_or(setup.porosity);
+        let deepest = setup.points.iter().map(|point| point.depth);
+        let deepest = deepest.fold(0.0, f64::max);
+        if !(setup.height >= deepest && setup.height.is_finite()) {
+            return Err(Error::Usage(format!(
+                "--height is {}, and must be at least the control points' depth, {deepest} m",
+                setup.height
+            )));
         }
-    }
-    text += "\nfaults of the printed text\n";
-    for fault in &output.text_faults {
-        text += &format!(
-            "{}: prints «{}», should be «{}»\n{:>10}{}\n",
-            fault.place, fault.printed, fault.should_be, "", fault.evidence
-        );
-    }
-    let count = |of: Finding| output.numbers.iter().filter(|n| n.finding == of).count();
-    text + &format!(
-        "\n{} numbers: {} agree, {} differ, {} misprinted, {} derived\n",
-        output.numbers.len(),
-        count(Finding::Agrees),
-        count(Finding::Differs),
-        count(Finding::Misprint),
-        count(Finding::Derived)
-    )
-}
-
-/// A verdict in one word.
-fn finding(finding: Finding) -> &'static str {
-    match finding {
-        Finding::Agrees => "agrees",
-        Finding::Differs => "DIFFERS",
-        Finding::Misprint => "MISPRINT",
-        Finding::Derived => "derived",
+        if !(0.0..1.0).contains(&setup.porosity) {
+            return Err(Error::Usage(format!(
+                "--porosity is {}, and must be at least 0 and below 1",
+                setup.porosity
+            )));
+        }
+        let found = Continuum::of(setup);
+        tell(self.json, &json(&found)?, || terminal(&found.document()))?;
+        Ok(exit::AGREED)
     }
 }

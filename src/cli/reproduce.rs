@@ -10,7 +10,7 @@ use super::job_folder::{JobFolder, page_line};
 use super::run::YadeLimits;
 use super::{json, print};
 use crate::checks::Outcome;
-use crate::checks::record::{Found, Record, Whole, parse};
+use crate::checks::record::{self, Found, Record};
 use crate::compare::Verdict;
 use crate::compare::baseline::diff::diff;
 use crate::error::Error;
@@ -53,7 +53,7 @@ pub struct Arguments {
     scene: Option<PathBuf>,
     #[command(flatten)]
     limits: YadeLimits,
-    /// Show the record in this folder of a finished pareto, stability or claims job instead of the recorded one
+    /// Show the record in this folder of a finished tradeoff study, stability or claims job instead of the recorded one
     #[arg(long, value_name = "DIR")]
     with: Vec<PathBuf>,
     /// Put a deliberate fault into the native engine, such as stiffness=1e-3, to see that the job would notice
@@ -103,7 +103,7 @@ impl Arguments {
                 out.display()
             )));
         }
-        let out = FOLDER.open(self.out.as_deref())?;
+        let (out, _lock) = FOLDER.open(self.out.as_deref())?;
         let display = Display::new(self.quiet);
         let options = Options {
             out: out.clone(),
@@ -123,18 +123,13 @@ impl Arguments {
             &out.join("scene.json"),
             json(&runs.native.scene)?.as_bytes(),
         )?;
-        let own = Whole::of(
-            "reproduce",
-            &reproduction,
-            Machine::this().kind(),
-            Found {
-                checks: checks::all(&reproduction),
-                measured: checks::measured(&runs.native),
-                speeds: reproduction.speeds(),
-            },
-        );
-        let text = json(&own)?;
-        let record = parse("run.json", &text)?;
+        let found = Found {
+            checks: checks::all(&reproduction),
+            measured: checks::measured(&runs.native),
+            speeds: reproduction.speeds(),
+        };
+        let kind = Machine::this().kind();
+        let (text, record) = record::write("reproduce", &reproduction, kind, found)?;
         let diff = baseline.map(|baseline| diff(&baseline, &record));
         let page =
             crate::report::page::render(&reproduction, &runs, &options.beside, diff.as_ref())?;
@@ -142,15 +137,12 @@ impl Arguments {
         FOLDER.finish(&out, &page, &text)?;
         let mut words = in_words(&reproduction, &record, &out);
         if let Some(diff) = &diff {
-            words += &super::baseline::in_words(diff, false);
+            words += &crate::report::terminal(&diff.document(false));
         }
         print(&words)?;
         let worse = diff.is_some_and(|diff| diff.verdict == Verdict::Fail);
-        Ok(super::exit_code(if worse {
-            Verdict::Fail
-        } else {
-            reproduction.verdict
-        }))
+        let verdict = if worse { Verdict::Fail } else { record.verdict };
+        Ok(verdict.exit_code())
     }
 
     fn command(&self) -> String {
@@ -171,7 +163,7 @@ impl Arguments {
 fn in_words(reproduction: &Reproduction, record: &Record, out: &Path) -> String {
     let mut text = String::new();
     for named in &reproduction.comparisons {
-        let verdict = super::in_a_word(named.comparison.verdict());
+        let verdict = named.comparison.verdict().verdict_word();
         text += &format!("\n{}: {verdict}\n", named.title);
         for check in &named.comparison.checks {
             text += &super::compare::check_line(check);
@@ -185,15 +177,20 @@ fn in_words(reproduction: &Reproduction, record: &Record, out: &Path) -> String 
         let mark = match fault.verdict {
             Verdict::Pass => "found",
             Verdict::Fail => "MISSED",
-            Verdict::NotMade => "not made",
+            Verdict::Skipped | Verdict::ExpectedFailure => "not made",
         };
         text += &format!("{mark:>8} {}: {}\n", fault.fault, fault.found);
     }
     if let Some(ladder) = &reproduction.ladder {
-        text += &super::verify::summary(ladder);
+        text += &format!("\nverification suite: {}\n", ladder.tally);
+        let checks = ladder.checks().into_iter();
+        let failed = checks.filter(|check| check.outcome == crate::checks::Outcome::Fail);
+        for check in failed {
+            text += &format!("    FAIL {}: {}\n", check.id, check.in_a_line());
+        }
     }
-    for not_made in &reproduction.not_made {
-        text += &format!("not made {}: {}\n", not_made.what, not_made.why);
+    for skipped in &reproduction.skipped {
+        text += &format!(" skipped {}: {}\n", skipped.what, skipped.why);
     }
     text += "\nruns:\n";
     for run in &reproduction.runs {
@@ -208,7 +205,7 @@ fn in_words(reproduction: &Reproduction, record: &Record, out: &Path) -> String 
     }
     text += &format!(
         "\n{}: {}; {} s\n{}",
-        super::in_a_word(reproduction.verdict),
+        reproduction.verdict.verdict_word(),
         record.tally(),
         reproduction.seconds.round(),
         page_line(out)

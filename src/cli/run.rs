@@ -4,16 +4,16 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use cpu_time::ThreadTime;
+use grains::timing::ThreadTime;
 
 use super::chosen::Chosen;
 use super::print;
-use crate::engine::exec::Brought;
+use crate::engine::exec::{Brought, usual_limits};
 use crate::engine::watch::Limits;
 use crate::engine::{exec, yade};
 use crate::error::{Error, exit};
 use crate::files::refuse_existing;
-use crate::limits::stability::automatic;
+use crate::limits::stability::time_step;
 use crate::progress::Display;
 use crate::run::folder::RunFolder;
 use crate::run::folder::record::{Protocol, Softened, StepChoice};
@@ -78,7 +78,7 @@ pub struct Arguments {
     /// engine shows; the evidence is in run.json
     #[arg(long, value_name = "SHARE", num_args = 0..=1, default_missing_value = "0.8", value_parser = share)]
     auto_step: Option<f64>,
-    /// Native: pour the grains at a tenth of their modulus and stiffen them: what `crossgrain pareto` recommends with
+    /// Native: pour the grains at a tenth of their modulus and stiffen them: what the trade-off study recommends with
     /// `--mode free` and the scene of `scene paper --free`
     #[arg(long)]
     soft_pour: bool,
@@ -107,10 +107,10 @@ pub struct YadeLimits {
     #[arg(long)]
     yade: Option<PathBuf>,
     /// YADE and exec: longest time for a run, s
-    #[arg(long, default_value_t = yade::Options::default().time_limit.as_secs())]
+    #[arg(long, default_value_t = usual_limits().time.as_secs())]
     time_limit: u64,
     /// YADE and exec: longest time without a sign of life, s
-    #[arg(long, default_value_t = yade::Options::default().stall_limit.as_secs())]
+    #[arg(long, default_value_t = usual_limits().stall.as_secs())]
     stall_limit: u64,
     /// YADE and exec: the most memory of the engine and all that it starts, MB
     #[arg(long, default_value_t = 4096)]
@@ -124,10 +124,7 @@ impl YadeLimits {
     /// Options with these limits and the default order.
     pub fn options(&self) -> yade::Options {
         yade::Options {
-            time_limit: Duration::from_secs(self.time_limit),
-            stall_limit: Duration::from_secs(self.stall_limit),
-            memory_limit: self.memory_limit.saturating_mul(1 << 20),
-            output_limit: self.output_limit.saturating_mul(1 << 20),
+            limits: self.limits(),
             program: self.yade.clone(),
             ..yade::Options::default()
         }
@@ -135,15 +132,18 @@ impl YadeLimits {
 
     /// The program at this path with these limits.
     pub fn exec(&self, program: PathBuf) -> exec::Options {
-        let usual = exec::Options::new(program);
         exec::Options {
-            limits: Limits {
-                time: Duration::from_secs(self.time_limit),
-                stall: Duration::from_secs(self.stall_limit),
-                memory: self.memory_limit.saturating_mul(1 << 20),
-                output: self.output_limit.saturating_mul(1 << 20),
-            },
-            ..usual
+            program,
+            limits: self.limits(),
+        }
+    }
+
+    fn limits(&self) -> Limits {
+        Limits {
+            time: Duration::from_secs(self.time_limit),
+            stall: Duration::from_secs(self.stall_limit),
+            memory: self.memory_limit.saturating_mul(1 << 20),
+            output: self.output_limit.saturating_mul(1 << 20),
         }
     }
 
@@ -199,10 +199,10 @@ impl Arguments {
             return Ok(None);
         };
         let task = display.task("probe for the time step");
-        let choice = automatic::choose(scene, share)
+        let choice = time_step::choose(scene, share)
             .map_err(|error| Error::Engine(EngineError::Native(error)))?;
         task.done(&format!("{:.4e} s", choice.time_step));
-        *scene = automatic::with_step(scene, &choice);
+        *scene = time_step::with_step(scene, &choice);
         Ok(Some(choice))
     }
 
@@ -293,7 +293,7 @@ fn share(text: &str) -> Result<f64, String> {
 /// Says so if the step was beyond the limit of the bed, or near it.
 fn step_in_words(run: &RunFolder) -> Result<String, Error> {
     let bed = run.settled.as_ref().unwrap_or(&run.last);
-    let share = automatic::share_of_limit(&run.scene, &bed.bodies)
+    let share = time_step::share_of_limit(&run.scene, &bed.bodies)
         .map_err(|error| Error::Engine(EngineError::Native(error)))?;
     Ok(match share {
         Some(share) if share > 1.0 => format!(

@@ -7,7 +7,7 @@ use clap::Subcommand;
 use super::{json, print};
 use crate::error::{Error, exit};
 use crate::run::scene_file::read_scene;
-use crate::study::tradeoff::plan::free_mode_scene;
+use crate::study::specification::free_mode_scene;
 use grains::model::Model;
 use grains::scene::{json_schema, paper_scene};
 
@@ -39,6 +39,8 @@ pub enum Verb {
         /// The scene
         file: PathBuf,
     },
+    /// The parameters that each engine uses for a scene: stiffness, mass, damping, time step
+    Parameters(super::parameters::Arguments),
     /// Print the JSON Schema of scene files
     Schema,
 }
@@ -63,6 +65,7 @@ impl Verb {
                 ))?;
             }
             Verb::Model { file } => print(&json(&Model::of(&read_scene(&file)?))?)?,
+            Verb::Parameters(arguments) => return arguments.execute(),
             Verb::Schema => print(&json(&json_schema())?)?,
         }
         Ok(exit::AGREED)

@@ -2,6 +2,7 @@
 
 pub mod checks;
 pub mod diff;
+mod document;
 mod pace;
 
 use std::path::{Path, PathBuf};
@@ -9,7 +10,6 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::checks::record::{Record, RecordError};
-use crate::error::Error;
 use crate::files::{FileError, failed, read_text, sha256_hex, write_whole};
 
 /// The version of a baseline's file.
@@ -56,16 +56,6 @@ pub enum BaselineError {
     },
     #[error("{path} is no baseline: {reason}; save it again from a run")]
     Malformed { path: String, reason: String },
-}
-
-impl From<BaselineError> for Error {
-    fn from(error: BaselineError) -> Self {
-        match error {
-            BaselineError::File(error) => Error::File(error),
-            BaselineError::Record(error) => Error::Record(error),
-            other => Error::Usage(other.to_string()),
-        }
-    }
 }
 
 /// The folder of baselines.

@@ -61,7 +61,7 @@ impl TableBits {
     /// Passed if every bit is the same and there is at least one.
     pub fn verdict(&self) -> Verdict {
         match (self.differing, self.numbers) {
-            (0, 0) => Verdict::NotMade,
+            (0, 0) => Verdict::Skipped,
             (0, _) => Verdict::Pass,
             _ => Verdict::Fail,
         }

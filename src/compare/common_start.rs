@@ -63,7 +63,7 @@ impl CommonStart {
         match (self.last_equal, self.first_unequal, self.three_forces) {
             (_, Some(unequal), Some(three)) if unequal <= three => Verdict::Fail,
             (_, Some(_), None) => Verdict::Fail,
-            (None | Some(0), _, _) => Verdict::NotMade,
+            (None | Some(0), _, _) => Verdict::Skipped,
             _ => Verdict::Pass,
         }
     }

@@ -1,26 +1,30 @@
 //! Engines that people bring: any program that follows `docs/engine-protocol.md`. It says what it has, is asked for
 //! that only, and is believed only what its tables prove.
 
-mod child;
-mod describe;
-mod job;
-mod parts;
-pub mod read;
-
+use std::cell::Cell;
+use std::fs::{self, File};
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::process::Command;
+use std::time::{Duration, Instant};
 
-use crate::engine::watch::{Done, Limits};
-use crate::files::{FileError, file_digest};
+use serde_json::Value;
+
+use super::read::{Timed, TimedSteps};
+use super::watch::{self, Beats, Done, Ended, Limits, end_of, length, watch};
+use super::{ProgramError, job, nonsense, read};
+use crate::child::{Group, on_path};
+use crate::files::{failed, file_digest, write_whole};
 use grains::case::Case;
-use grains::native::Trouble;
+use grains::model::Model;
 use grains::scene::Scene;
-use grains::tables::{Snapshot, Stage};
+use grains::tables::{Bodies, Snapshot};
 use grains::task::{Observer, Outcome, Task};
 
-pub use child::log;
-pub use describe::{Description, describe};
-pub use parts::{Part, missing_for_case, missing_for_scene};
+pub use super::describe::{Description, Part, describe, missing_for_case, missing_for_scene};
+
+/// The name until all callers know the other.
+pub type ExecError = ProgramError;
 
 /// The version of the protocol that this program speaks.
 pub const PROTOCOL: u32 = 1;
@@ -39,13 +43,18 @@ impl Options {
     pub fn new(program: PathBuf) -> Self {
         Options {
             program,
-            limits: Limits {
-                time: Duration::from_secs(4 * 3600),
-                stall: Duration::from_secs(120),
-                memory: 4 << 30,
-                output: 16 << 30,
-            },
+            limits: usual_limits(),
         }
+    }
+}
+
+/// How far an engine may usually go.
+pub fn usual_limits() -> Limits {
+    Limits {
+        time: Duration::from_secs(4 * 3600),
+        stall: Duration::from_secs(120),
+        memory: 4 << 30,
+        output: 16 << 30,
     }
 }
 
@@ -56,73 +65,82 @@ pub struct Brought {
     pub options: Options,
     /// What it says of itself.
     pub description: Description,
+    /// SHA-256 of the program's file before it was asked; a run of another file is an error.
+    pub digest: String,
 }
 
 impl Brought {
     /// Asks it.
-    pub fn ask(options: Options) -> Result<Self, ExecError> {
+    pub fn ask(options: Options) -> Result<Self, ProgramError> {
+        let digest = file_digest(&options.program).map_err(|error| ProgramError::NotStarted {
+            path: options.program.clone(),
+            reason: error.to_string(),
+        })?;
         Ok(Brought {
             description: describe(&options)?,
             options,
+            digest,
         })
     }
 
-    /// SHA-256 of the program's file.
-    pub fn digest(&self) -> Result<String, ExecError> {
-        Ok(file_digest(&self.options.program)?)
+    /// That no other program stands in the place of the one that was asked. One that was removed since has run.
+    fn check_unchanged(&self) -> Result<(), ProgramError> {
+        let path = &self.options.program;
+        if path.exists() && file_digest(path)? != self.digest {
+            return Err(ProgramError::Changed { path: path.clone() });
+        }
+        Ok(())
     }
 }
 
-/// The engine did not give a run that can be used.
-#[derive(Debug, thiserror::Error)]
-pub enum ExecError {
-    #[error(
-        "the engine {path} cannot be started: {reason}; after exec: comes the path of an executable file (chmod +x, \
-         and an interpreter in its first line if it is a script)"
-    )]
-    Missing { path: PathBuf, reason: String },
-    #[error(
-        "`{path} describe` did not say what the engine is: {reason}; it must print one JSON object, see \
-         docs/engine-protocol.md"
-    )]
-    Undescribed { path: PathBuf, reason: String },
-    #[error(
-        "the engine speaks version {found} of the protocol, and this program speaks {}; take the engine that fits, or \
-         change it (docs/engine-protocol.md)",
-        PROTOCOL
-    )]
-    OtherProtocol { found: u64 },
-    #[error("{engine} has no {}; {hint}", missing.join(", "))]
-    Unsupported {
-        engine: String,
-        missing: Vec<String>,
-        hint: &'static str,
-    },
-    #[error("the engine refused: {0}")]
-    Refused(String),
-    #[error("the engine ended with {status}; the end of what it printed:\n{log}")]
-    Crashed { status: String, log: String },
-    #[error("the engine hung: {reason}; it was ended. The end of what it printed:\n{log}")]
-    Hung { reason: String, log: String },
-    #[error("the engine took {reason}; it was ended")]
-    TooMuch { reason: String },
-    #[error("the engine was ended, as asked; start the command again")]
-    Interrupted,
-    #[error("the engine wrote nonsense: {0}")]
-    Nonsense(String),
-    #[error("the engine's run went wrong, seen in step {step} of stage {}: {trouble}", .stage.name())]
-    WentWrong {
-        stage: Stage,
-        step: u64,
-        trouble: Trouble,
-    },
-    #[error(transparent)]
-    File(#[from] FileError),
+/// A program with an adapter of its own, which comes with this program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Adapter {
+    /// `lmp`.
+    Lammps,
+    /// `liggghts`.
+    Liggghts,
 }
 
-/// What was written is not what a run writes.
-fn nonsense(reason: impl Into<String>) -> ExecError {
-    ExecError::Nonsense(reason.into())
+impl Adapter {
+    /// Writes the adapter into this folder and asks it what it is.
+    pub fn place(self, folder: &Path, limits: &Limits) -> Result<Brought, ProgramError> {
+        let (engine, name, package, script) = match self {
+            Adapter::Lammps => (
+                "LAMMPS",
+                "lmp",
+                "lammps",
+                include_str!("../../adapters/lammps.py"),
+            ),
+            Adapter::Liggghts => (
+                "LIGGGHTS",
+                "liggghts",
+                "liggghts",
+                include_str!("../../adapters/liggghts.py"),
+            ),
+        };
+        if on_path(name).is_none() {
+            return Err(ProgramError::Missing {
+                engine,
+                reason: format!("there is no program `{name}` on the path"),
+                package,
+            });
+        }
+        let program = folder.join(format!("{package}.py"));
+        write_whole(&program, script.as_bytes())?;
+        for (name, text) in [
+            ("granular.py", include_str!("../../adapters/granular.py")),
+            ("exchange.py", include_str!("../../adapters/exchange.py")),
+        ] {
+            write_whole(&folder.join(name), text.as_bytes())?;
+        }
+        fs::set_permissions(&program, fs::Permissions::from_mode(0o755))
+            .map_err(failed("change", &program))?;
+        Brought::ask(Options {
+            program,
+            limits: limits.clone(),
+        })
+    }
 }
 
 /// A finished run of an engine.
@@ -132,6 +150,8 @@ pub struct ExecRun {
     pub outcome: Outcome,
     /// What the engine is.
     pub description: Description,
+    /// [`Brought::digest`].
+    pub digest: String,
     /// What it wrote on its standard output and error.
     pub log: String,
     /// What the job took, its start and its tables included, as this program has seen it.
@@ -145,7 +165,7 @@ pub fn run(
     options: &Options,
     work: &Path,
     observer: &mut dyn Observer,
-) -> Result<ExecRun, ExecError> {
+) -> Result<ExecRun, ProgramError> {
     run_brought(scene, task, &Brought::ask(options.clone())?, work, observer)
 }
 
@@ -153,23 +173,28 @@ pub fn run(
 pub fn run_brought(
     scene: &Scene,
     task: &Task,
-    Brought {
-        options,
-        description,
-    }: &Brought,
+    engine: &Brought,
     work: &Path,
     observer: &mut dyn Observer,
-) -> Result<ExecRun, ExecError> {
+) -> Result<ExecRun, ProgramError> {
+    let Brought {
+        options,
+        description,
+        digest,
+    } = engine;
     let missing = missing_for_scene(description, scene, task);
     if !missing.is_empty() {
         return Err(unsupported(description, missing, HINT_SCENE));
     }
-    job::write_scene(work, scene, task)?;
-    let took = child::run(options, work, observer)?;
+    job::write_scene(work, scene, task, &Value::Null)?;
+    engine.check_unchanged()?;
+    let took = start(options, work, observer)?;
+    engine.check_unchanged()?;
     let outcome = read::scene(work, scene, task, observer)?;
     Ok(ExecRun {
         outcome,
         description: description.clone(),
+        digest: digest.clone(),
         log: log(work),
         took,
     })
@@ -179,8 +204,8 @@ const HINT_SCENE: &str = "take an engine that has it, a scene that does not ask 
                           (--steps N, --until settled)";
 const HINT_CASES: &str = "these experiments ask for it";
 
-fn unsupported(description: &Description, missing: Vec<Part>, hint: &'static str) -> ExecError {
-    ExecError::Unsupported {
+fn unsupported(description: &Description, missing: Vec<Part>, hint: &'static str) -> ProgramError {
+    ProgramError::Unsupported {
         engine: description.name.clone(),
         missing: missing
             .iter()
@@ -201,7 +226,7 @@ pub fn run_cases(
     options: &Options,
     work: &Path,
     observer: &mut dyn Observer,
-) -> Result<Vec<CaseResult>, ExecError> {
+) -> Result<Vec<CaseResult>, ProgramError> {
     let mut missing: Vec<Part> = cases
         .iter()
         .flat_map(|case| missing_for_case(description, case))
@@ -211,7 +236,184 @@ pub fn run_cases(
     if !missing.is_empty() {
         return Err(unsupported(description, missing, HINT_CASES));
     }
-    job::write_cases(work, cases)?;
-    child::run(options, work, observer)?;
-    read::cases(work, cases)
+    job::write_cases(work, cases, &Value::Null)?;
+    start(options, work, observer)?;
+    let results = read::cases(work, cases)?;
+    Ok(results
+        .into_iter()
+        .map(|of| of.map(|run| run.track))
+        .collect())
+}
+
+/// Has the engine time steps of this bed by its own clock; `work` is an empty folder. The engine's program runs `under`
+/// another one, such as valgrind, if any is named.
+pub fn time(
+    model: &Model,
+    bodies: &Bodies,
+    steps: TimedSteps,
+    engine: &Brought,
+    under: &[String],
+    work: &Path,
+) -> Result<Timed, ProgramError> {
+    if !engine.description.has(Part::Timing) {
+        return Err(unsupported(
+            &engine.description,
+            vec![Part::Timing],
+            HINT_CASES,
+        ));
+    }
+    job::write_timing(work, model, bodies, steps, under, &Value::Null)?;
+    start(&engine.options, work, &mut ())?;
+    read::timed(work, model, bodies, steps)
+}
+
+/// What the engine prints goes here, in the job's folder; of `describe` its standard output alone.
+pub(super) const SAID: &str = "engine.log";
+/// Standard error of `describe`.
+const COMPLAINED: &str = "engine-errors.log";
+
+/// What the engine wrote on its standard output and error; of a very long log the end.
+pub fn log(work: &Path) -> String {
+    watch::log(&work.join(SAID))
+}
+
+/// Has the engine do the job in `work`.
+fn start(
+    options: &Options,
+    work: &Path,
+    observer: &mut dyn Observer,
+) -> Result<Done, ProgramError> {
+    let work = &fs::canonicalize(work).map_err(failed("find", work))?;
+    let mut command = program(options)?;
+    command.arg("run").arg(work);
+    finish(
+        &mut command,
+        SAID,
+        &options.limits,
+        work,
+        observer,
+        &mut || true,
+    )
+}
+
+/// Has the engine describe itself into `work`.
+pub(super) fn ask(options: &Options, work: &Path) -> Result<(), ProgramError> {
+    let mut command = program(options)?;
+    command.arg("describe");
+    finish(
+        &mut command,
+        COMPLAINED,
+        &options.limits,
+        work,
+        &mut (),
+        &mut || true,
+    )?;
+    Ok(())
+}
+
+fn program(options: &Options) -> Result<Command, ProgramError> {
+    // The path as it is: nothing is looked up, and no shell sees it.
+    let program = fs::canonicalize(&options.program).map_err(|error| ProgramError::NotStarted {
+        path: options.program.clone(),
+        reason: error.to_string(),
+    })?;
+    Ok(Command::new(program))
+}
+
+/// Starts an engine in `work`, without a display, and waits for its end; standard error goes to the file `errors`.
+/// `fits` is asked now and then whether what the engine says of itself still lets it go on.
+pub(super) fn finish(
+    command: &mut Command,
+    errors: &str,
+    limits: &Limits,
+    work: &Path,
+    observer: &mut dyn Observer,
+    fits: &mut dyn FnMut() -> bool,
+) -> Result<Done, ProgramError> {
+    let create = |name: &str| {
+        let path = work.join(name);
+        File::create(&path).map_err(failed("create", &path))
+    };
+    let output = create(SAID)?;
+    let errors = if errors == SAID {
+        output.try_clone().map_err(failed("create", work))?
+    } else {
+        create(errors)?
+    };
+    command
+        .current_dir(work)
+        .env("PYTHONUNBUFFERED", "1")
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .env("OMP_NUM_THREADS", "1")
+        .env_remove("DISPLAY")
+        .stdout(output)
+        .stderr(errors);
+    let child = Group::spawn(command).map_err(|error| ProgramError::NotStarted {
+        path: command.get_program().into(),
+        reason: error.to_string(),
+    })?;
+    let mut beats = Beats::default();
+    let said = work.join(SAID);
+    let written = Written::new(work);
+    let mut look = || {
+        if let Some((stage, step, share)) = beats.newest(&said) {
+            observer.progress(stage, step, share);
+        }
+        fits().then(|| length(&said) + written.bytes())
+    };
+    let done = watch(child, limits, &mut look, &|| written.bytes());
+    let log = || end_of(&[log(work), watch::log(&work.join(COMPLAINED))].concat());
+    match done {
+        Ok(done) if done.status.success() => Ok(done),
+        Ok(done) => Err(ProgramError::Crashed {
+            status: done.status.to_string(),
+            log: log(),
+        }),
+        Err(Ended::Interrupted) => Err(ProgramError::Interrupted),
+        Err(Ended::Hung(reason)) => Err(ProgramError::Hung { reason, log: log() }),
+        Err(Ended::TooMuch(reason)) => Err(ProgramError::TooMuch { reason }),
+        Err(Ended::Io(error)) => Err(failed("wait for", work)(error).into()),
+        Err(Ended::RuledOut) => Err(nonsense("what it says of itself rules it out")),
+    }
+}
+
+/// How much a program has written, counted now and then: of thousands of files each count takes its time.
+struct Written<'a> {
+    folder: &'a Path,
+    /// When it is counted again, and what it was.
+    counted: Cell<(Instant, u64)>,
+}
+
+impl<'a> Written<'a> {
+    fn new(folder: &'a Path) -> Self {
+        Written {
+            folder,
+            counted: Cell::new((Instant::now(), 0)),
+        }
+    }
+
+    fn bytes(&self) -> u64 {
+        let (again, bytes) = self.counted.get();
+        let began = Instant::now();
+        if began < again {
+            return bytes;
+        }
+        let bytes = size_of_folder(self.folder);
+        let pause = (began.elapsed() * 20).max(Duration::from_millis(200));
+        self.counted.set((Instant::now() + pause, bytes));
+        bytes
+    }
+}
+
+/// Bytes of all files in a folder and in those inside it. What comes or goes meanwhile counts or does not.
+fn size_of_folder(folder: &Path) -> u64 {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return 0;
+    };
+    let size = |entry: fs::DirEntry| match entry.metadata() {
+        Ok(of) if of.is_dir() => size_of_folder(&entry.path()),
+        Ok(of) => of.len(),
+        Err(_) => 0,
+    };
+    entries.flatten().map(size).sum()
 }

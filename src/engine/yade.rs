@@ -1,30 +1,27 @@
-//! The YADE driver: finds Debian's YADE, runs the fixed script on a job folder without any
-//! listening socket, and believes only what the tables prove.
+//! YADE as an engine of the protocol: finds Debian's YADE, starts its fixed scripts on a job folder without any listening
+//! socket, and has what they write read as that of any engine is.
 
-mod binary;
-mod cases;
-mod child;
-mod find;
-pub mod frames;
-mod job;
-mod proposals;
-pub mod timing;
-
+use std::env;
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::process::Command;
 
-use crate::files::FileError;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use super::exec::{SAID, finish, usual_limits};
+use super::read::{Timed, TimedSteps};
+use super::watch::Limits;
+use super::{ProgramError, job, nonsense, read};
+use crate::child::on_path;
+use crate::files::{failed, read_text, sha256_hex, write_whole};
+use grains::case::{Case, Effective, Load};
 use grains::model::Model;
-use grains::native::Trouble;
 use grains::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
-use grains::tables::Stage;
+use grains::tables::{Bodies, Snapshot};
 use grains::task::{Observer, Outcome, Task};
-
-pub use cases::{CaseInYade, CasesInYade, read as read_cases, run_cases};
-pub use child::log;
-pub use find::{Installation, find, sibling};
-pub use job::script_digest;
-pub use proposals::{Proposal, propose};
 
 /// The oldest YADE whose options this driver relies on.
 pub const OLDEST_VERSION: (u32, u32) = (2023, 2);
@@ -37,14 +34,8 @@ pub struct Options {
     pub sorted: bool,
     /// YADE's `verletDist`, m. In sorted mode the bits do not depend on it.
     pub verlet_distance: f64,
-    /// The whole run may take so long.
-    pub time_limit: Duration,
-    /// YADE counts as hung when it has not moved on for so long.
-    pub stall_limit: Duration,
-    /// The most resident memory of YADE and all that it starts, bytes.
-    pub memory_limit: u64,
-    /// The most that its tables and its log may take, bytes.
-    pub output_limit: u64,
+    /// How far it may go.
+    pub limits: Limits,
     /// The `yade` to use instead of the one on the path.
     pub program: Option<PathBuf>,
     /// A program, with its arguments, that YADE's Python is to run under, such as valgrind; usually none.
@@ -56,93 +47,75 @@ impl Default for Options {
         Options {
             sorted: true,
             verlet_distance: 1.0e-4,
-            time_limit: Duration::from_secs(4 * 3600),
-            stall_limit: Duration::from_secs(120),
-            memory_limit: 4 << 30,
-            output_limit: 16 << 30,
+            limits: usual_limits(),
             program: None,
             under: Vec::new(),
         }
     }
 }
 
-/// YADE did not give a run that can be used.
-#[derive(Debug, thiserror::Error)]
-pub enum YadeError {
-    #[error(
-        "YADE is missing: {0}; on Debian 12 install it with \
-         `apt-get install --no-install-recommends yade`"
-    )]
-    Missing(String),
-    #[error(
-        "YADE {found} is too old: this driver needs {}.{:02} or later, as in Debian 12",
-        OLDEST_VERSION.0, OLDEST_VERSION.1
-    )]
-    TooOld { found: String },
-    #[error("YADE has no such thing: {0}; run this scene with the native engine")]
-    Unsupported(String),
-    #[error("YADE crashed ({status}); the end of its log:\n{log}")]
-    Crashed { status: String, log: String },
-    #[error(
-        "YADE hung: {reason}; it was ended (--stall-limit and --time-limit give it longer). The end of its log:\n{log}"
-    )]
-    Hung { reason: String, log: String },
-    #[error("YADE took {reason}; it was ended (--memory-limit and --output-limit give it more)")]
-    TooMuch { reason: String },
-    #[error("YADE was ended, as asked; start the command again")]
-    Interrupted,
-    #[error(
-        "YADE wrote nonsense: {0}; see that --yade, CROSSGRAIN_YADE or the path name Debian's YADE, and start the command \
-         again"
-    )]
-    Nonsense(String),
-    #[error("YADE's run went wrong, seen in step {step} of stage {}: {trouble}", .stage.name())]
-    WentWrong {
-        stage: Stage,
-        step: u64,
-        trouble: Trouble,
-    },
-    #[error(transparent)]
-    File(#[from] FileError),
-}
-
-/// What was written is not what a run writes.
-fn nonsense(reason: String) -> YadeError {
-    YadeError::Nonsense(reason)
-}
-
-/// A finished run of YADE.
-#[derive(Debug)]
-pub struct YadeRun {
-    /// Stages and last moment.
-    pub outcome: Outcome,
-    /// As YADE prints it.
-    pub version: String,
-    /// What YADE wrote on its standard output and error.
-    pub log: String,
-}
-
-/// Runs the task in YADE. `work` is an empty folder on a disk with room for about 1 MB a moment
-/// of history.
-pub fn run(
-    scene: &Scene,
-    task: &Task,
-    options: &Options,
-    work: &Path,
-    observer: &mut dyn Observer,
-) -> Result<YadeRun, YadeError> {
-    if let Some(reason) = unsupported(&Model::of(scene)) {
-        return Err(YadeError::Unsupported(reason));
+impl Options {
+    /// What the scripts are told besides the job.
+    fn settings(&self) -> Value {
+        json!({"sorted": self.sorted, "verlet_distance": self.verlet_distance})
     }
-    let installation = find(options.program.as_deref())?;
-    job::write(work, scene, task, options)?;
-    let finished = child::run(&installation, job::RUN_SCENE.0, work, options, observer)?;
-    let outcome = frames::read(work, scene, task, observer)?;
-    Ok(YadeRun {
-        outcome,
-        version: finished.version,
-        log: finished.log,
-    })
+}
+
+/// A fixed script: its name and its text.
+type Script = (&'static str, &'static str);
+
+const RUN_SCENE: Script = (
+    "run_scene.py",
+    include_str!("../../yade_scripts/run_scene.py"),
+);
+const RUN_CASES: Script = (
+    "run_cases.py",
+    include_str!("../../yade_scripts/run_cases.py"),
+);
+const TIME_STEPS: Script = (
+    "time_steps.py",
+    include_str!("../../yade_scripts/time_steps.py"),
+);
+const PROPOSE_STEPS: Script = (
+    "propose_steps.py",
+    include_str!("../../yade_scripts/propose_steps.py"),
+);
+const SHARED: Script = (
+    "model_in_yade.py",
+    include_str!("../../yade_scripts/model_in_yade.py"),
+);
+
+/// SHA-256 of the scripts that run a scene, in hexadecimal: what ran inside YADE.
+pub fn script_digest() -> String {
+    sha256_hex(format!("{}{}", RUN_SCENE.1, SHARED.1).as_bytes())
+}
+
+/// There is no YADE that can be used.
+fn missing(reason: String) -> ProgramError {
+    ProgramError::Missing {
+        engine: "YADE",
+        reason,
+        package: "yade",
+    }
+}
+
+/// YADE has no such thing.
+fn lacks(what: String) -> ProgramError {
+    ProgramError::Unsupported {
+        engine: "YADE".to_owned(),
+        missing: vec![what],
+        hint: "run this scene with the native engine",
+    }
+}
+
+/// What helps against nonsense of another program than YADE.
+fn hinted(error: ProgramError) -> ProgramError {
+    match error {
+        ProgramError::Nonsense(reason) => nonsense(format!(
+            "{reason}; see that --yade, CROSSGRAIN_YADE or the path name Debian's YADE, and start the command again"
+        )),
+        other => other,
+    }
 }
 
 /// What the model asks for that YADE does not have, if there is anything.
@@ -174,4 +147,327 @@ pub fn unsupported(model: &Model) -> Option<String> {
     reason
         .or(timed.then_some("slip since touch (contact.new_contact_slip = since_touch)"))
         .map(str::to_owned)
+}
+
+/// What YADE wrote on its standard output and error; of a very long log the end.
+pub use super::exec::log;
+
+/// A finished run of YADE.
+#[derive(Debug)]
+pub struct YadeRun {
+    /// Stages and last moment.
+    pub outcome: Outcome,
+    /// As YADE prints it.
+    pub version: String,
+    /// What YADE wrote on its standard output and error.
+    pub log: String,
+}
+
+/// Runs the task in YADE. `work` is an empty folder on a disk with room for about 1 MB a moment
+/// of history.
+pub fn run(
+    scene: &Scene,
+    task: &Task,
+    options: &Options,
+    work: &Path,
+    observer: &mut dyn Observer,
+) -> Result<YadeRun, ProgramError> {
+    can(&Model::of(scene))?;
+    let yade = find(options.program.as_deref())?;
+    job::write_scene(work, scene, task, &options.settings())?;
+    let version = start(&yade, RUN_SCENE, work, options, observer)?;
+    Ok(YadeRun {
+        outcome: read::scene(work, scene, task, observer).map_err(hinted)?,
+        version,
+        log: log(work),
+    })
+}
+
+/// What YADE made of all cases.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CasesInYade {
+    /// As YADE prints it.
+    pub version: String,
+    /// In the order of the cases.
+    pub cases: Vec<CaseInYade>,
+}
+
+/// What YADE made of one case.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CaseInYade {
+    /// The parameters that YADE says it uses.
+    pub effective: Effective,
+    /// The state at each moment of the case.
+    pub track: Vec<Snapshot>,
+    /// Force and torque summed on each grain at each moment; empty for large cases.
+    pub loads: Vec<Vec<Load>>,
+}
+
+/// Grains of the largest case whose summed forces and torques are written too.
+const MOST_LOADED: usize = 200;
+
+/// Runs the cases in one start of YADE, in sorted mode and in order; `work` is an empty folder.
+pub fn run_cases(
+    cases: &[&Case],
+    options: &Options,
+    work: &Path,
+    observer: &mut dyn Observer,
+) -> Result<CasesInYade, ProgramError> {
+    let version = start_cases(cases, RUN_CASES, options, work, observer)?;
+    let runs = read::cases(work, cases).map_err(hinted)?;
+    let complete = |(case, run): (&&Case, Result<read::CaseRun, String>)| {
+        let run = run.map_err(ProgramError::Refused)?;
+        let wanted = if case.bodies.len() <= MOST_LOADED {
+            case.moments.len()
+        } else {
+            0
+        };
+        let effective = run.effective.filter(|_| run.loads.len() == wanted);
+        let name = &case.name;
+        Ok(CaseInYade {
+            effective: effective.ok_or_else(|| {
+                hinted(nonsense(format!(
+                    "{name}: no parameters, or loads of other grains"
+                )))
+            })?,
+            track: run.track,
+            loads: run.loads,
+        })
+    };
+    let cases: Result<_, ProgramError> = cases.iter().zip(runs).map(complete).collect();
+    Ok(CasesInYade {
+        version,
+        cases: cases?,
+    })
+}
+
+/// Starts the script on these cases, and returns YADE's version.
+fn start_cases(
+    cases: &[&Case],
+    script: Script,
+    options: &Options,
+    work: &Path,
+    observer: &mut dyn Observer,
+) -> Result<String, ProgramError> {
+    for case in cases {
+        can(&case.model)?;
+    }
+    let yade = find(options.program.as_deref())?;
+    job::write_cases(work, cases, &json!({"loads_up_to": MOST_LOADED}))?;
+    start(&yade, script, work, options, observer)
+}
+
+/// What YADE would choose, s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Proposal {
+    /// `utils.PWaveTimeStep()`.
+    pub p_wave: f64,
+    /// `GlobalStiffnessTimeStepper` as it is by default, with its safety factor of 0.8.
+    pub global_stiffness: f64,
+    /// The same with `viscEl=True`, which looks at dashpots; asked only where there are some.
+    pub with_dashpots: f64,
+}
+
+/// Asks YADE which time steps it would choose for the cases; `work` is an empty folder. The answers in the order of the
+/// cases, and YADE's version.
+pub fn propose(
+    cases: &[&Case],
+    options: &Options,
+    work: &Path,
+) -> Result<(Vec<Proposal>, String), ProgramError> {
+    let version = start_cases(cases, PROPOSE_STEPS, options, work, &mut ())?;
+    let text = read_text(&work.join("proposals.json"), 1 << 24)
+        .map_err(|error| nonsense(error.to_string()))?;
+    let proposals: Vec<Proposal> = serde_json::from_str(&text)
+        .map_err(|error| nonsense(format!("proposals.json: {error}")))?;
+    if proposals.len() != cases.len() {
+        return Err(nonsense(format!(
+            "proposals.json has {} steps for {} cases",
+            proposals.len(),
+            cases.len()
+        )));
+    }
+    Ok((proposals, version))
+}
+
+/// Times steps of this bed, and YADE's version. `work` is an empty folder.
+pub fn time(
+    model: &Model,
+    bodies: &Bodies,
+    steps: TimedSteps,
+    options: &Options,
+    work: &Path,
+) -> Result<(Timed, String), ProgramError> {
+    can(model)?;
+    let yade = find(options.program.as_deref())?;
+    job::write_timing(work, model, bodies, steps, &[], &options.settings())?;
+    let version = start(&yade, TIME_STEPS, work, options, &mut ())?;
+    Ok((
+        read::timed(work, model, bodies, steps).map_err(hinted)?,
+        version,
+    ))
+}
+
+fn can(model: &Model) -> Result<(), ProgramError> {
+    unsupported(model).map_or(Ok(()), |reason| Err(lacks(reason)))
+}
+
+/// Runs the script on the job in `work` to its end, or ends it; returns YADE's version.
+fn start(
+    yade: &Installation,
+    script: Script,
+    work: &Path,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<String, ProgramError> {
+    let work = &fs::canonicalize(work).map_err(failed("find", work))?;
+    // YADE ends with an error of its own where its home is not text.
+    if work.to_str().is_none() {
+        return Err(lacks(format!(
+            "way to work in a folder whose name is not UTF-8 text, {}",
+            work.display()
+        )));
+    }
+    let home = work.join("home");
+    fs::create_dir(&home).map_err(failed("create", &home))?;
+    for (name, text) in [script, SHARED] {
+        write_whole(&work.join(name), text.as_bytes())?;
+    }
+    // Under this name Python imports the program, and the program then opens no socket.
+    let link = work.join("yadeimport.py");
+    symlink(&yade.program, &link).map_err(failed("create", &link))?;
+    let mut command = match options.under.split_first() {
+        None => Command::new(&yade.interpreter),
+        Some((program, arguments)) => {
+            let mut command = Command::new(program);
+            command.args(arguments).arg(&yade.interpreter);
+            command
+        }
+    };
+    command
+        .arg(script.0)
+        .env("CROSSGRAIN_JOB", work)
+        .env("CROSSGRAIN_PARENT", std::process::id().to_string())
+        .env("PYTHONPATH", work)
+        .env("HOME", &home)
+        .env("IPYTHONDIR", &home);
+    let mut version = Ok(None);
+    let done = finish(
+        &mut command,
+        SAID,
+        &options.limits,
+        work,
+        observer,
+        &mut || {
+            if matches!(version, Ok(None)) {
+                version = hello(work);
+            }
+            version.is_ok()
+        },
+    );
+    let version = match version.map_err(hinted)? {
+        Some(version) => Some(version),
+        None => hello(work).map_err(hinted)?,
+    };
+    done.map_err(|error| match error {
+        ProgramError::NotStarted { reason, .. } => missing(format!(
+            "{} cannot be started: {reason}",
+            yade.interpreter.display()
+        )),
+        other => other,
+    })?;
+    version.ok_or_else(|| hinted(nonsense("it ended well without saying its version")))
+}
+
+/// The version, once the script has said it.
+fn hello(work: &Path) -> Result<Option<String>, ProgramError> {
+    #[derive(Deserialize)]
+    struct Hello {
+        version: String,
+    }
+    let path = work.join("hello.json");
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let text = read_text(&path, 1 << 16).map_err(|error| nonsense(error.to_string()))?;
+    let hello: Hello =
+        serde_json::from_str(&text).map_err(|error| nonsense(format!("hello.json: {error}")))?;
+    let number = |text: &str| -> Option<u32> {
+        let digits: String = text.chars().take_while(char::is_ascii_digit).collect();
+        digits.parse().ok()
+    };
+    let mut parts = hello.version.split('.').map(number);
+    match (parts.next().flatten(), parts.next().flatten()) {
+        (Some(year), month) if (year, month.unwrap_or(0)) >= OLDEST_VERSION => {
+            Ok(Some(hello.version))
+        }
+        (Some(_), _) => Err(ProgramError::TooOld {
+            found: hello.version,
+            oldest: OLDEST_VERSION,
+        }),
+        _ => Err(nonsense(format!("its version is {:?}", hello.version))),
+    }
+}
+
+/// A YADE that can be started.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Installation {
+    /// The `yade` program, itself a Python file that can be imported.
+    pub program: PathBuf,
+    /// The Python that it was built for.
+    pub interpreter: PathBuf,
+}
+
+/// The first line of a program is no longer, bytes.
+const LONGEST_LINE: u64 = 4096;
+
+/// Finds YADE: `program` if given, else the variable `CROSSGRAIN_YADE`, else `yade` on the path.
+pub fn find(program: Option<&Path>) -> Result<Installation, ProgramError> {
+    let program = match (program, env::var_os("CROSSGRAIN_YADE")) {
+        (Some(program), _) => program.to_owned(),
+        (None, Some(named)) if !named.is_empty() => PathBuf::from(named),
+        _ => on_path("yade")
+            .ok_or_else(|| missing("there is no program `yade` on the path".to_owned()))?,
+    };
+    let unusable = |why: &str| missing(format!("{} {why}", program.display()));
+    let program = fs::canonicalize(&program).map_err(|_| unusable("does not exist"))?;
+    // Asked before opening: opening a pipe would wait for a writer.
+    if !program.is_file() {
+        return Err(unusable("is not a file"));
+    }
+    let file = fs::File::open(&program).map_err(|_| unusable("cannot be opened"))?;
+    let mut first = String::new();
+    BufReader::new(file.take(LONGEST_LINE))
+        .read_line(&mut first)
+        .map_err(|_| unusable("is not the Python file that Debian's yade is"))?;
+    let interpreter = first
+        .strip_prefix("#!")
+        .and_then(interpreter)
+        .filter(|interpreter| interpreter.is_file())
+        .ok_or_else(|| unusable("does not name a Python interpreter in its first line"))?;
+    Ok(Installation {
+        program,
+        interpreter,
+    })
+}
+
+/// The build of the same YADE that has this name (`yade-float128`), which stands beside it.
+pub fn sibling(program: Option<&Path>, name: &str) -> Result<PathBuf, ProgramError> {
+    let of = find(program)?.program.with_file_name(name);
+    if of.is_file() {
+        Ok(of)
+    } else {
+        Err(missing(format!("{} does not exist", of.display())))
+    }
+}
+
+/// The program of a first line, looked up if it is left to `env`.
+fn interpreter(command: &str) -> Option<PathBuf> {
+    let mut words = command.split_whitespace();
+    let program = PathBuf::from(words.next()?);
+    if program.file_name().is_some_and(|name| name == "env") {
+        return on_path(words.next()?);
+    }
+    Some(program)
 }

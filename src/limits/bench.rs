@@ -8,8 +8,6 @@ pub mod checks;
 pub mod contender;
 pub mod goals;
 pub mod instructions;
-pub mod lammps;
-pub mod liggghts;
 pub mod limits;
 pub mod machine;
 pub mod native;
@@ -26,12 +24,12 @@ use serde::Serialize;
 
 use crate::compare::Verdict;
 use crate::compare::bits::TableBits;
-use crate::engine::exec::{Brought, ExecError};
-use crate::engine::yade::{self, YadeError};
+use crate::engine::exec::Brought;
+use crate::engine::{ProgramError, yade};
 use crate::error::Error;
 use crate::files::{FileError, work_folder};
 use crate::progress::{Display, StageObserver};
-use crate::run::tables::TableError;
+use crate::tables::TableError;
 use grains::native::{NativeError, Trouble};
 use grains::timing::Share;
 
@@ -45,7 +43,7 @@ use rounds::Contest;
 use scaling::Point;
 
 /// The version of `bench.json`.
-pub const BENCH_VERSION: u32 = 2;
+pub const BENCH_VERSION: u32 = 1;
 
 /// A benchmark could not be made.
 #[derive(Debug, thiserror::Error)]
@@ -61,9 +59,7 @@ pub enum BenchError {
     #[error(transparent)]
     Native(#[from] NativeError),
     #[error(transparent)]
-    Yade(#[from] YadeError),
-    #[error(transparent)]
-    Exec(#[from] ExecError),
+    Engine(#[from] ProgramError),
     #[error(transparent)]
     File(#[from] FileError),
     #[error(transparent)]
@@ -76,8 +72,7 @@ impl BenchError {
         matches!(
             self,
             BenchError::Interrupted
-                | BenchError::Yade(YadeError::Interrupted)
-                | BenchError::Exec(ExecError::Interrupted)
+                | BenchError::Engine(ProgramError::Interrupted)
                 | BenchError::Native(NativeError {
                     trouble: Trouble::Interrupted,
                     ..
@@ -91,8 +86,7 @@ impl From<BenchError> for Error {
         match error {
             BenchError::Interrupted => Error::Interrupted,
             BenchError::Native(error) => Error::Engine(error.into()),
-            BenchError::Yade(error) => Error::Engine(error.into()),
-            BenchError::Exec(error) => Error::Engine(error.into()),
+            BenchError::Engine(error) => Error::Engine(error.into()),
             BenchError::File(error) | BenchError::Table(TableError::File(error)) => {
                 Error::File(error)
             }
@@ -119,7 +113,7 @@ impl Missed {
     pub fn of(what: &str, needed: bool, error: BenchError) -> Result<Self, BenchError> {
         let full_disk = matches!(
             error,
-            BenchError::File(_) | BenchError::Exec(ExecError::File(_))
+            BenchError::File(_) | BenchError::Engine(ProgramError::File(_))
         );
         if error.is_interruption() || full_disk {
             return Err(error);
@@ -127,8 +121,12 @@ impl Missed {
         let missing = matches!(
             error,
             BenchError::Missing(_)
-                | BenchError::Yade(YadeError::Missing(_) | YadeError::TooOld { .. })
-                | BenchError::Exec(ExecError::Unsupported { .. } | ExecError::Refused(_))
+                | BenchError::Engine(
+                    ProgramError::Missing { .. }
+                        | ProgramError::TooOld { .. }
+                        | ProgramError::Unsupported { .. }
+                        | ProgramError::Refused(_)
+                )
         );
         Ok(Missed {
             what: what.to_owned(),
@@ -254,7 +252,7 @@ pub struct Bench {
     pub disturbed: bool,
     /// What was not made, or failed.
     pub missed: Vec<Missed>,
-    /// Failed if a bed is not the bed or a bit differs; not made if YADE is missing; else passed. No time counts.
+    /// Failed if a bed is not the bed, a bit differs or an engine that is there did not run; not made if YADE is missing; else passed. No time counts.
     pub verdict: Verdict,
     /// How long all of it took, s.
     pub seconds: f64,
@@ -404,11 +402,12 @@ fn disturbed(contests: &[Contest]) -> bool {
 
 fn verdict(contests: &[Contest], bits: Option<&TableBits>, missed: &[Missed]) -> Verdict {
     let sane = contests.iter().all(|contest| contest.sanity.holds);
-    if !sane || bits.is_some_and(|bits| !bits.agrees()) {
+    let failed = missed.iter().any(|missed| missed.failed);
+    if !sane || failed || bits.is_some_and(|bits| !bits.agrees()) {
         return Verdict::Fail;
     }
-    if missed.iter().any(|missed| missed.needed || missed.failed) {
-        return Verdict::NotMade;
+    if missed.iter().any(|missed| missed.needed) {
+        return Verdict::Skipped;
     }
     Verdict::Pass
 }

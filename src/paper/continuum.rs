@@ -5,15 +5,14 @@
 //! walls and punch are smooth. Compression is positive, and so is a shear that a load drives outwards on its
 //! right. `docs/continuum.md` says what comes out.
 
-pub mod half_space;
-mod layer;
-mod pressure;
-pub mod sunk;
 pub mod table;
 
+use std::f64::consts::PI;
+
+use nalgebra::{Complex, DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
 
-use self::pressure::Pressure;
+use crate::paper::quadrature::integrate;
 use grains::measure::extensive_stress::Components;
 
 /// What the load stands on.
@@ -85,12 +84,17 @@ impl Field {
     /// without the part that its walls add everywhere alike, K₀·force/width: that part alone depends on
     /// the material, K₀ being ν/(1−ν).
     pub fn stress(&self, x: f64, z: f64) -> Components {
-        let [zz, xx, xz] = match self.model {
-            Model::HalfSpace => half_space::stress(&self.pressure, x, z),
-            Model::Layer { depth } => layer::stress(&self.pressure, depth, x, z),
-            Model::Box { width, depth } => layer::between_walls(&self.pressure, width, depth, x, z),
+        let pressure = &self.pressure;
+        let stress = match self.model {
+            Model::HalfSpace => on_half_space(pressure, x, z),
+            Model::Layer { depth } => on_layer(pressure, depth, x, z),
+            Model::Box { width, depth } => between_walls(pressure, width, depth, x, z),
         };
-        Components { xx, zz, xz }
+        Components {
+            zz: stress[0],
+            xx: stress[1],
+            xz: stress[2],
+        }
     }
 
     /// The pressure on the surface, Pa; none beside the load and at the rim of a punch, where it has no bound.
@@ -107,6 +111,351 @@ pub fn stress(model: Model, load: Load, x: f64, z: f64) -> Components {
 /// σ_g,zz = ρ_s g (1−n) z, Pa: the same in all models, as smooth walls carry nothing of it.
 pub fn weight(density: f64, gravity: f64, porosity: f64, z: f64) -> f64 {
     density * gravity * (1.0 - porosity) * z
+}
+
+/// [σ_zz, σ_xx, σ_xz] in Pa. With F(w) = (1/π)∫p(s)/(w−s)ds they are −Im F + z Re F′, −Im F − z Re F′ and
+/// z Im F′; for a line load this is Flamant's solution.
+fn on_half_space(pressure: &Pressure, x: f64, z: f64) -> Vector3<f64> {
+    let [value, slope] = pressure.potential(x, z);
+    Vector3::new(
+        -value.im + z * slope.re,
+        -value.im - z * slope.re,
+        z * slope.im,
+    )
+}
+
+/// σ_zz in Pa under a uniform strip load by another route: Flamant's line load 2p/π·z³/((x−s)²+z²)² integrated
+/// numerically over the strip.
+pub fn strip_load(pressure: f64, half_width: f64, offset: f64, depth: f64) -> f64 {
+    integrate(-half_width, half_width, 16, |s| {
+        let square = (offset - s).powi(2) + depth * depth;
+        2.0 * pressure / PI * depth.powi(3) / (square * square)
+    })
+}
+
+/// Even Chebyshev polynomials in the pressure under a punch. A punch as wide as the layer is deep needs five
+/// for a relative accuracy of 10⁻⁶.
+const TERMS: usize = 8;
+/// Places at which the punch's pressure is sampled for integrals over it.
+const SAMPLES: usize = 4 * TERMS;
+
+/// p(s) for |s| < a, even in s.
+#[derive(Debug, Clone)]
+struct Pressure {
+    /// a, m.
+    half_width: f64,
+    shape: Shape,
+}
+
+#[derive(Debug, Clone)]
+enum Shape {
+    /// Pa.
+    Uniform(f64),
+    /// p(s) = Σ c_n T_{2n}(s/a)/(π√(a²−s²)).
+    Punch {
+        /// c in N/m; c₀ is the force.
+        coefficients: [f64; TERMS],
+        /// The same as line loads for integrals: places in half-widths above zero and forces in N/m, of each with its mirror
+        /// image.
+        lines: Vec<(f64, f64)>,
+    },
+}
+
+impl Pressure {
+    /// Under this load on this ground.
+    fn under(model: Model, load: Load) -> Self {
+        let shape = match load.spread {
+            Spread::Uniform => Shape::Uniform(load.pressure),
+            Spread::RigidPunch => {
+                let coefficients = punch(model, load);
+                let force = |t: f64| 2.0 * chebyshev_sum(&coefficients, t) / SAMPLES as f64;
+                Shape::Punch {
+                    coefficients,
+                    lines: samples().take(SAMPLES / 2).map(|t| (t, force(t))).collect(),
+                }
+            }
+        };
+        Pressure {
+            half_width: load.half_width,
+            shape,
+        }
+    }
+
+    /// Pa.
+    fn at(&self, s: f64) -> f64 {
+        let t = s / self.half_width;
+        if t.abs() >= 1.0 {
+            return 0.0;
+        }
+        match &self.shape {
+            Shape::Uniform(pressure) => *pressure,
+            Shape::Punch { coefficients, .. } => {
+                chebyshev_sum(coefficients, t) / (PI * self.half_width * (1.0 - t * t).sqrt())
+            }
+        }
+    }
+
+    /// ∫p(s) cos ks ds, N/m. For a punch by the Gauss-Chebyshev rule, exact while ka is below the number of samples.
+    fn transform(&self, k: f64) -> f64 {
+        let ka = k * self.half_width;
+        match &self.shape {
+            Shape::Uniform(pressure) => {
+                let share = if ka < 1e-8 { 1.0 } else { ka.sin() / ka };
+                2.0 * self.half_width * pressure * share
+            }
+            Shape::Punch { lines, .. } => {
+                let of = |(t, force): &(f64, f64)| force * (ka * t).cos();
+                lines.iter().map(of).sum()
+            }
+        }
+    }
+
+    /// F(w) = (1/π)∫p(s)/(w−s)ds and F′(w) at w = x + iz, z > 0, in Pa and Pa/m, in closed form.
+    fn potential(&self, x: f64, z: f64) -> [Complex<f64>; 2] {
+        let a = self.half_width;
+        let w = Complex::new(x, z);
+        let (left, right) = (w + a, w - a);
+        match &self.shape {
+            Shape::Uniform(pressure) => {
+                let scale = pressure / PI;
+                // The logarithms apart: each has its angle between 0 and π, so that none jumps.
+                [
+                    (left.ln() - right.ln()) * scale,
+                    (left.inv() - right.inv()) * scale,
+                ]
+            }
+            Shape::Punch { coefficients, .. } => {
+                // ∫T_n(t)/(√(1−t²)(v−t))dt = πρⁿ/√(v²−1), ρ = v−√(v²−1), for even n.
+                let root = left.sqrt() * right.sqrt();
+                let ratio = (w + root).inv() * a;
+                let square = ratio * ratio;
+                let mut power = Complex::new(1.0, 0.0);
+                let (mut value, mut slope) = (Complex::ZERO, Complex::ZERO);
+                for (index, c) in coefficients.iter().enumerate() {
+                    let term = power * *c / (root * PI);
+                    value += term;
+                    let order = 2.0 * index as f64;
+                    slope -= term * (Complex::new(order, 0.0) / root + w / (root * root));
+                    power *= square;
+                }
+                [value, slope]
+            }
+        }
+    }
+}
+
+/// The coefficients under a punch: the surface sinks by the same everywhere under it. With −ln|x−s| the
+/// half-space's answer to a line load and K(x−s) what the ground differs by,
+/// ∫p(s)(−ln|x−s| + K(x−s))ds is constant. Chebyshev polynomials are the logarithm's own functions:
+/// ∫T_n(t)(−ln|v−t|)/(π√(1−t²))dt = T_n(v)/n, ln 2 for n = 0. The rest is collocation.
+fn punch(model: Model, load: Load) -> [f64; TERMS] {
+    let mut coefficients = [0.0; TERMS];
+    coefficients[0] = load.force();
+    let Some(answer) = Answer::of(model) else {
+        return coefficients;
+    };
+    let mut equations = DMatrix::zeros(TERMS, TERMS);
+    let mut right = DVector::zeros(TERMS);
+    for row in 0..TERMS {
+        // Even in v, so half of it will do.
+        let v = (PI * (2.0 * row as f64 + 1.0) / (4.0 * TERMS as f64)).cos();
+        let kernel: Vec<(f64, f64)> = samples()
+            .map(|t| {
+                (
+                    t,
+                    answer.difference(load.half_width * (v - t)) / SAMPLES as f64,
+                )
+            })
+            .collect();
+        let term = |index: usize| {
+            let smooth: f64 = kernel.iter().map(|(t, k)| chebyshev(index, *t) * k).sum();
+            let logarithm = match index {
+                0 => 2f64.ln(),
+                _ => chebyshev(index, v) / (2.0 * index as f64),
+            };
+            smooth + logarithm
+        };
+        // The first unknown is how far the punch sinks.
+        equations[(row, 0)] = -1.0;
+        right[row] = -load.force() * term(0);
+        for index in 1..TERMS {
+            equations[(row, index)] = term(index);
+        }
+    }
+    // The equations of a flat punch on any ground have a solution; without one the half-space's stays.
+    if let Some(solution) = equations.lu().solve(&right) {
+        coefficients[1..].copy_from_slice(&solution.as_slice()[1..]);
+    }
+    coefficients
+}
+
+/// The roots of the Chebyshev polynomial of order [`SAMPLES`].
+fn samples() -> impl Iterator<Item = f64> {
+    (0..SAMPLES).map(|index| (PI * (index as f64 + 0.5) / SAMPLES as f64).cos())
+}
+
+/// T_{2·index}(t).
+fn chebyshev(index: usize, t: f64) -> f64 {
+    (2.0 * index as f64 * t.acos()).cos()
+}
+
+fn chebyshev_sum(coefficients: &[f64; TERMS], t: f64) -> f64 {
+    let of = |(index, c): (usize, &f64)| c * chebyshev(index, t);
+    coefficients.iter().enumerate().map(of).sum()
+}
+
+// A layer on a rigid smooth base, by Fourier's integral, and between rigid smooth walls.
+//
+// A smooth rigid plane is a plane of symmetry. So the layer is the upper half of one twice as deep that is
+// loaded from below as well, and the walls are mirrors that repeat the load at every width. Then tractions
+// are given everywhere, no displacement is, and the stress of such a plane problem does not depend on the
+// elastic constants (Michell).
+
+/// Where the integrands below have fallen by e^{−45} they are zero.
+const DECAY: f64 = 45.0;
+
+/// [σ_zz, σ_xx, σ_xz] in Pa: the half-space's in closed form, and a smooth integral for what the base adds.
+fn on_layer(pressure: &Pressure, depth: f64, x: f64, z: f64) -> Vector3<f64> {
+    // What the base adds comes from its depth and goes on to z: e^{−k(2H−z)}.
+    let end = DECAY / (2.0 * depth - z);
+    let panels = oscillations(end, x.abs() + pressure.half_width + 2.0 * depth);
+    let base = integrate(0.0, end, panels, |k| {
+        let (sin, cos) = (k * x).sin_cos();
+        let added = of_layer(k, depth, z) - of_half_space(k, z);
+        added.component_mul(&Vector3::new(cos, cos, sin)) * (pressure.transform(k) / PI)
+    });
+    on_half_space(pressure, x, z) + base
+}
+
+/// The same with walls at ±width/2: the sum over the load's images at every width, the infinite layer's stress falling
+/// as e^{−2.1|x|/H} beside a load.
+fn between_walls(pressure: &Pressure, width: f64, depth: f64, x: f64, z: f64) -> Vector3<f64> {
+    let images = (16.0 * depth / width).ceil() as i32 + 1;
+    (-images..=images)
+        .map(|image| on_layer(pressure, depth, x - width * f64::from(image), z))
+        .sum()
+}
+
+/// The amplitudes of σ_zz, σ_xx (times cos kx) and σ_xz (times sin kx) at z under cos kx on the layer's surface, from
+/// the even Airy function of a strip of 2H. Written in falling exponentials only.
+fn of_layer(k: f64, depth: f64, z: f64) -> Vector3<f64> {
+    let (kh, ky) = (k * depth, k * (depth - z));
+    let (q, w) = ((-2.0 * kh).exp(), (-2.0 * ky).exp());
+    let (sinh, cosh) = (-(-2.0 * kh).exp_m1(), 1.0 + q);
+    let (sinh_y, cosh_y) = (-(-2.0 * ky).exp_m1(), 1.0 + w);
+    let scale = (-k * z).exp() / (sinh * cosh + 4.0 * kh * q);
+    scale
+        * Vector3::new(
+            (sinh + kh * cosh) * cosh_y - ky * sinh * sinh_y,
+            (sinh - kh * cosh) * cosh_y + ky * sinh * sinh_y,
+            kh * cosh * sinh_y - ky * sinh * cosh_y,
+        )
+}
+
+/// The same of the half-space.
+fn of_half_space(k: f64, z: f64) -> Vector3<f64> {
+    let kz = k * z;
+    (-kz).exp() * Vector3::new(1.0 + kz, 1.0 - kz, kz)
+}
+
+/// How the surface answers to a line load.
+struct Answer {
+    depth: f64,
+    walls: Option<f64>,
+}
+
+impl Answer {
+    /// None for the half-space, whose answer is the logarithm alone.
+    fn of(model: Model) -> Option<Self> {
+        match model {
+            Model::HalfSpace => None,
+            Model::Layer { depth } => Some(Answer { depth, walls: None }),
+            Model::Box { width, depth } => Some(Answer {
+                depth,
+                walls: Some(width),
+            }),
+        }
+    }
+
+    /// The surface's sinking at x beside a line load without its −ln|x|, up to a constant, in the same unit (2(1−ν²)/πE of
+    /// the force). Under cos kx it sinks by L(k)/k with L = (cosh 2kH − 1)/(sinh 2kH + 2kH), in the half-space
+    /// by 1/k, and −ln|x| is ∫(cos kx − e^{−k})/k dk up to a constant.
+    fn difference(&self, x: f64) -> f64 {
+        let end = DECAY / (2.0 * self.depth);
+        match self.walls {
+            None => {
+                let of = |k: f64| {
+                    (self.less_than_open(k) * (k * x).cos() + (-2.0 * k * self.depth).exp()) / k
+                };
+                let panels = oscillations(end, x.abs() + 2.0 * self.depth);
+                integrate(0.0, end, panels, of)
+            }
+            Some(width) => {
+                // Σ cos(2πmx/width)/m = −ln(2 sin(π|x|/width)); near the load that is −ln|x|.
+                let angle = PI * x.abs() / width;
+                let ratio = if angle < 1e-8 {
+                    1.0
+                } else {
+                    angle.sin() / angle
+                };
+                let first = 2.0 * PI / width;
+                let walls: f64 = (1..=(end / first).ceil() as u32)
+                    .map(f64::from)
+                    .map(|m| self.less_than_open(m * first) * (m * first * x).cos() / m)
+                    .sum();
+                walls - ratio.ln()
+            }
+        }
+    }
+
+    /// L(k) − 1.
+    fn less_than_open(&self, k: f64) -> f64 {
+        let kh = k * self.depth;
+        let q = (-2.0 * kh).exp();
+        let m = (-2.0 * kh).exp_m1();
+        2.0 * q * (m - 2.0 * kh) / (-(-4.0 * kh).exp_m1() + 4.0 * kh * q)
+    }
+}
+
+/// Panels from 0 to `end` that are no longer than half a wave of a length of `reach`.
+fn oscillations(end: f64, reach: f64) -> u32 {
+    (end * reach / PI).ceil() as u32
+}
+
+// A punch that has gone down by d presses nearer to the control points. Two bounds of what the ground beside and above its
+// base does: nothing, so that the surface may be taken at d ([`beneath`]); or as much as an elastic body that fills the hole
+// and is stuck to the base ([`within`]).
+
+/// The ground under the depth d, which then is its surface: what lies above bears nothing.
+pub fn beneath(model: Model, sunk: f64) -> Model {
+    match model {
+        Model::HalfSpace => Model::HalfSpace,
+        Model::Layer { depth } => Model::Layer {
+            depth: depth - sunk,
+        },
+        Model::Box { width, depth } => Model::Box {
+            width,
+            depth: depth - sunk,
+        },
+    }
+}
+
+/// σ_zz in Pa at (x, z), z from the surface, under a uniform strip load at the depth `sunk` inside the half-space: Melan's line
+/// load (Melan 1932; in the form of Poulos and Davis 1974) summed over the strip. Depends on `poisson`, ν.
+pub fn within(load: Load, sunk: f64, poisson: f64, x: f64, z: f64) -> f64 {
+    let a = load.half_width;
+    load.pressure * integrate(-a, a, 4, |s| melan(sunk, poisson, x - s, z))
+}
+
+/// σ_zz over the force of a line load at depth d, 1/m.
+fn melan(d: f64, poisson: f64, x: f64, z: f64) -> f64 {
+    let m = (1.0 - poisson) / poisson;
+    let (near, far) = (x * x + (z - d).powi(2), x * x + (z + d).powi(2));
+    let first = (z - d).powi(3) / (near * near)
+        + (z + d) * ((z + d).powi(2) + 2.0 * d * z) / (far * far)
+        - 8.0 * d * z * (d + z) * x * x / far.powi(3);
+    let second = (z - d) / near + (3.0 * z + d) / far - 4.0 * z * x * x / (far * far);
+    ((m + 1.0) / (2.0 * m) * first + (m - 1.0) / (4.0 * m) * second) / PI
 }
 
 #[cfg(test)]

@@ -57,11 +57,6 @@ impl Axis {
         self.at_share(self.share(value).clamp(-0.5, 1.5))
     }
 
-    /// Where a value is; values beyond the ends are at the ends.
-    pub fn place_within(&self, value: f64) -> f64 {
-        self.at_share(self.share(value).clamp(0.0, 1.0))
-    }
-
     fn share(&self, value: f64) -> f64 {
         if self.logarithmic {
             (value.max(f64::MIN_POSITIVE) / self.low).ln() / (self.high / self.low).ln()
@@ -171,7 +166,6 @@ mod tests {
     #[test]
     fn places_are_even_and_go_on_a_little_beyond_the_ends() {
         let axis = Axis::across([0.0, 0.0, 100.0, 10.0], -0.3, 1.0);
-        assert_eq!(axis.place_within(7.0), 100.0);
         assert_eq!(axis.place(7.0), 150.0);
         assert!((axis.place(1.13) - 110.0).abs() < 1e-9);
         let powers = Axis::upwards([0.0, 0.0, 10.0, 90.0], 1e-3, 1.0).logarithmic();

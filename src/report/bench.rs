@@ -1,12 +1,12 @@
 //! The benchmark as a page.
 
-use plotters::style::RGBColor;
 use serde::Serialize;
 
-use super::chart::{BLUE, Chart, Corner, GREEN, VERMILION};
+use super::chart::{BLUE, Chart, GREEN, VERMILION};
 use super::figure::{Figure, Page, line};
 use super::shell;
 use crate::compare::Verdict;
+use crate::document::Colour;
 use crate::error::Error;
 use crate::limits::bench::Bench;
 use crate::limits::bench::scaling::Point;
@@ -18,9 +18,9 @@ use strip::Strips;
 const PAGE: &str = include_str!("bench.html");
 
 /// See [`BLUE`].
-const PURPLE: RGBColor = RGBColor(204, 121, 167);
+const PURPLE: Colour = Colour::Purple;
 /// See [`BLUE`].
-const GREY: RGBColor = RGBColor(110, 110, 110);
+const GREY: Colour = Colour::Grey;
 
 /// What the template is given.
 #[derive(Debug, Serialize)]
@@ -59,7 +59,7 @@ pub fn page(bench: &Bench) -> Result<Page, Error> {
         word: match bench.verdict {
             Verdict::Pass => "Every engine ran, every bed is sane",
             Verdict::Fail => "A bed is not what it should be",
-            Verdict::NotMade => "Incomplete",
+            Verdict::Skipped | Verdict::ExpectedFailure => "Incomplete",
         },
         strips: Strips::of(bench),
         figures: figures(bench, &names)?,
@@ -84,11 +84,10 @@ fn names(points: &[Point]) -> Vec<&str> {
 
 fn figures(bench: &Bench, names: &[&str]) -> Result<Vec<Figure>, Error> {
     let colours = [BLUE, GREEN, PURPLE, GREY, VERMILION];
-    let chart = |y: &str, legend, of: fn(&Point) -> Option<f64>| Chart {
+    let chart = |y: &str, of: fn(&Point) -> Option<f64>| Chart {
         x: "grains".to_owned(),
         y: y.to_owned(),
         logarithmic: [true, true],
-        legend,
         series: names
             .iter()
             .zip(colours)
@@ -105,7 +104,7 @@ fn figures(bench: &Bench, names: &[&str]) -> Result<Vec<Figure>, Error> {
     let charts = [
         (
             "time-and-size",
-            chart("ns a step and grain", Corner::MiddleLeft, |point| {
+            chart("ns a step and grain", |point| {
                 Some(1e9 * point.seconds_per_grain)
             }),
             "Cost of a grain in a step. Flat is what a method that only looks at neighbours can do; what rises is memory: \
@@ -113,7 +112,7 @@ fn figures(bench: &Bench, names: &[&str]) -> Result<Vec<Figure>, Error> {
         ),
         (
             "memory-and-size",
-            chart("peak memory, MB", Corner::MiddleLeft, |point| {
+            chart("peak memory, MB", |point| {
                 Some(point.peak_memory? as f64 / 1e6)
             }),
             "Largest resident memory of the whole process, reading the bed included.",

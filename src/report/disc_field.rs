@@ -1,22 +1,16 @@
-//! A picture of the stress inside a disc: a map of σ_zz with the contact forces and the control
-//! square, and σ_zz along the axes beside its averages. Compression is positive here, as in the
-//! paper's tables.
-
-mod arrows;
-mod panel;
-mod scale;
+//! The stress inside a disc, drawn: a map of σ_zz with the contact forces and the control square, and σ_zz along the axes beside
+//! its averages. Compression is positive here, as in the paper's tables.
 
 use std::fmt::Write;
 
-use self::arrows::{arrow, arrows};
-use self::scale::{Scale, colour_bar};
-use super::axis::{Area, rounded};
-use super::contours::Grid;
-use super::frame::{line, text};
-use crate::paper::disc_field::DiscField;
+use super::axis::{Area, round_step, rounded};
+use super::fields::{Grid, viridis};
+use super::frame::{line, text, whole};
+use crate::document::{self, Colour, Drawing, Mark, Plot, Table};
+use crate::paper::disc_field::{DiscField, PointForce};
 
 /// Width and height of the picture; all lengths that follow are in these units.
-const SIZE: [f64; 2] = [800.0, 800.0];
+const SIZE: [f64; 2] = [800.0, 530.0];
 /// Centre and radius of the disc.
 const CENTRE: [f64; 2] = [262.0, 262.0];
 const DISC: f64 = 160.0;
@@ -24,8 +18,6 @@ const DISC: f64 = 160.0;
 const NODES: usize = 150;
 /// Half the grid's width, in radii.
 const REACH: f64 = 1.03;
-/// Left edge, top, width and height of the panel with the curves.
-const PANEL: Area = [72.0, 528.0, 390.0, 210.0];
 /// Left edge of the keys.
 const KEY: f64 = 492.0;
 /// From one line of text to the next.
@@ -33,15 +25,10 @@ const LINE: f64 = 22.0;
 /// The line between tension and compression.
 const ZERO: &str = "fill=\"none\" stroke=\"#fff\" stroke-width=\"1.3\"";
 
-/// Within the control square, in the panel.
-const SHADE: &str = "#e8eaed";
-
-/// Draws σ_zz of the field, Pa with compression positive, as one SVG element of about 800 by 800
-/// that needs nothing else and scales with the page. The control square has the side R and the
-/// Voronoi cell 2R, as in Figure 4.
-pub fn picture(field: &DiscField) -> String {
+/// σ_zz of the field, Pa with compression positive, as a map with the forces on the rim and the control square of side R; and
+/// along the axes through the centre beside its averages over disc, control square and cell of side 2R, as in Figure 4.
+pub fn inside_a_disc(name: &str, field: &DiscField) -> (Drawing, Plot) {
     let scale = Scale::of(field);
-    let [width, height] = SIZE;
     let parts = [
         definitions(),
         map(field, &scale),
@@ -49,51 +36,91 @@ pub fn picture(field: &DiscField) -> String {
         arrows(field),
         colour_bar(&scale),
         map_key(field, &scale),
-        panel::panel(field, &scale),
-        panel::panel_key(field),
     ];
-    format!(
-        "<svg class=\"disc-field\" xmlns=\"http://www.w3.org/2000/svg\" \
-         viewBox=\"0 0 {width} {height}\" role=\"img\" \
-         aria-label=\"Vertical stress inside a disc under forces on its rim\" \
-         font-family=\"system-ui, 'DejaVu Sans', sans-serif\" font-size=\"13\" fill=\"#1b1b1b\">\n\
-         {}</svg>",
-        parts.concat()
+    let mut table = Table::new(name, "", &["kind", "x, m", "z, m", "stress zz, Pa"]);
+    let radius = field.radius();
+    for [x, z] in within_the_disc() {
+        let value = compression(field, [x, z]);
+        table.row([
+            "map".into(),
+            (radius * x).into(),
+            (radius * z).into(),
+            value.into(),
+        ]);
+    }
+    let drawing = Drawing {
+        name: name.to_owned(),
+        caption: "The stress inside a grain".to_owned(),
+        svg: whole(
+            SIZE,
+            "Vertical stress inside a disc under forces on its rim",
+            &parts.concat(),
+        ),
+        table,
+    };
+    (
+        drawing,
+        profiles(&format!("{name}-profiles"), field, &scale),
     )
 }
 
-/// What is drawn, as rows of kind, x and z in m and σ_zz in Pa: the map's nodes within the disc, both axes, and the
-/// averages, which have no place.
-pub fn numbers(field: &DiscField) -> Vec<[String; 4]> {
-    let row = |kind: &str, [x, z]: [f64; 2]| {
-        let place = [x, z].map(|part| format!("{:.6}", field.radius() * part));
-        let value = format!("{:.6e}", compression(field, [x, z]));
-        let [x, z] = place;
-        [kind.to_owned(), x, z, value]
-    };
-    let mut rows: Vec<[String; 4]> = nodes()
-        .flat_map(|x| nodes().map(move |z| [x, z]))
-        .filter(|[x, z]| x.hypot(*z) < 1.0)
-        .map(|point| row("map", point))
-        .collect();
-    for (kind, axis) in ["vertical axis", "horizontal axis"]
+/// Along both axes, within the scale of the map, and averages.
+fn profiles(name: &str, field: &DiscField, scale: &Scale) -> Plot {
+    let radius = field.radius();
+    let mut plot = Plot::new(
+        name,
+        "σ_zz along the axes through the centre, and its averages",
+        document::Axis::linear("distance from the centre, m"),
+        document::Axis::linear("σ_zz, Pa").within(scale.low(), scale.high()),
+    );
+    let names = ["along the vertical axis", "along the horizontal axis"];
+    for ((axis, name), colour) in AXES
         .into_iter()
-        .zip(panel::AXES)
+        .zip(names)
+        .zip([Colour::Blue, Colour::Vermilion])
     {
-        for [place, _] in panel::profile(field, axis) {
-            rows.push(row(kind, axis.map(|part| place * part)));
-        }
+        let points = profile(field, axis).map(|[place, value]| [radius * place, value]);
+        plot = plot.line(name, colour, points);
     }
-    let kinds = [
-        "average over the disc",
-        "over the control square",
-        "over the cell",
+    let square = field.average_over_square(radius);
+    let averages = [
+        ("disc", Colour::Grey, -field.contact_average()[1][1]),
+        (
+            "control square",
+            Colour::Green,
+            square.map_or(f64::NAN, |stress| -stress[1][1]),
+        ),
+        (
+            "cell of side 2R",
+            Colour::Purple,
+            -field.average_over_cell(2.0 * radius)[1][1],
+        ),
     ];
-    for (kind, value) in kinds.into_iter().zip(panel::averages(field)) {
-        let value = format!("{value:.6e}");
-        rows.push([kind.to_owned(), String::new(), String::new(), value]);
+    for (name, colour, y) in averages {
+        let name = format!("average, {name}: {}", rounded(y, 4));
+        plot = plot.with(Mark::Level { name, colour, y });
     }
-    rows
+    plot
+}
+
+/// Vertical and horizontal axis.
+const AXES: [[f64; 2]; 2] = [[0.0, 1.0], [1.0, 0.0]];
+/// Points of each profile.
+const POINTS: u32 = 240;
+
+/// σ_zz along an axis from rim to rim: places in radii and values.
+fn profile(field: &DiscField, axis: [f64; 2]) -> impl Iterator<Item = [f64; 2]> + '_ {
+    (0..=POINTS).map(move |index| {
+        // The ends themselves may be the points of forces.
+        let place = 0.999 * (2.0 * f64::from(index) / f64::from(POINTS) - 1.0);
+        [place, compression(field, axis.map(|part| place * part))]
+    })
+}
+
+/// The nodes of the map within the disc, in radii.
+fn within_the_disc() -> impl Iterator<Item = [f64; 2]> {
+    let all = nodes().flat_map(|x| nodes().map(move |z| [x, z]));
+    all.filter(|[x, z]| x.hypot(*z) < 1.0)
 }
 
 /// σ_zz with compression positive, Pa; the point in radii.
@@ -127,11 +154,9 @@ fn definitions() -> String {
         )
     };
     let [x, y] = CENTRE;
-    let [left, top, width, height] = PANEL;
     format!(
         "<defs>{}{}<clipPath id=\"disc-field-disc\"><circle cx=\"{x}\" cy=\"{y}\" r=\"{DISC}\"/>\
-         </clipPath><clipPath id=\"disc-field-panel\">\
-         <rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/></clipPath></defs>\n",
+         </clipPath></defs>\n",
         hatch("below", "#fff"),
         hatch("above", "#1b1b1b")
     )
@@ -250,5 +275,250 @@ fn swatch(fill: &str) -> String {
     format!("<rect y=\"-11\" width=\"24\" height=\"12\" fill=\"{fill}\"/>")
 }
 
+/// Length of the arrow of the strongest force.
+const ARROW: f64 = 46.0;
+
+/// The forces on the rim, from outside, as long as they are strong, with their sizes.
+fn arrows(field: &DiscField) -> String {
+    let size = |force: &PointForce| force.force[0].hypot(force.force[1]);
+    let largest = field.forces().map(|force| size(&force)).fold(0.0, f64::max);
+    field
+        .forces()
+        .filter(|force| size(force) > 1e-6 * largest)
+        .map(|force| force_arrow(field, &force, size(&force), largest))
+        .collect()
+}
+
+/// A push ends at the rim and a pull begins there.
+fn force_arrow(field: &DiscField, force: &PointForce, size: f64, largest: f64) -> String {
+    let point = force.point.map(|x| x / field.radius());
+    let pushes = force.force[0] * point[0] + force.force[1] * point[1] <= 0.0;
+    let sign = if pushes { -1.0 } else { 1.0 };
+    // Upwards on the picture is down its coordinate.
+    let away = [sign * force.force[0] / size, -sign * force.force[1] / size];
+    let length = (ARROW * size / largest).max(16.0);
+    let [near, far, label] = [2.0, 2.0 + length, 10.0 + length].map(|distance| {
+        let [x, y] = on_map(point);
+        [x + distance * away[0], y + distance * away[1]]
+    });
+    let line = if pushes { [far, near] } else { [near, far] };
+    let anchor = match away[0] {
+        x if x > 0.4 => "start",
+        x if x < -0.4 => "end",
+        _ => "middle",
+    };
+    let middle = [label[0], label[1] + 4.5 + 5.0 * away[1]];
+    arrow(line) + &text(middle, anchor, &rounded(size, 3))
+}
+
+/// A line with a head at its end.
+fn arrow([from, to]: [[f64; 2]; 2]) -> String {
+    let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+    let length = dx.hypot(dy);
+    let (dx, dy) = (dx / length, dy / length);
+    let base = [to[0] - 9.0 * dx, to[1] - 9.0 * dy];
+    format!(
+        "<path stroke=\"#1b1b1b\" stroke-width=\"2.4\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/>\
+         <path d=\"M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z\"/>\n",
+        from[0],
+        from[1],
+        base[0],
+        base[1],
+        to[0],
+        to[1],
+        base[0] - 4.5 * dy,
+        base[1] + 4.5 * dx,
+        base[0] + 4.5 * dy,
+        base[1] - 4.5 * dx
+    )
+}
+
+/// Left edge, top, width and height of the colour bar.
+const BAR: Area = [545.0, 84.0, 22.0, 230.0];
+/// About as many bands of colour.
+const BANDS: f64 = 20.0;
+
+/// Beyond this many distances between the quartiles lie outliers, after Tukey.
+const FENCE: f64 = 1.5;
+
+/// The bands of colour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Scale {
+    /// The lowest level, in steps.
+    first: f64,
+    /// From one level to the next, Pa.
+    step: f64,
+    /// How many.
+    bands: u32,
+    /// Whether the field goes below and above the scale.
+    beyond: [bool; 2],
+}
+
+impl Scale {
+    /// From the least to the largest value, but not to outliers: near a force there is no largest.
+    fn of(field: &DiscField) -> Self {
+        let map = within_the_disc().map(|point| compression(field, point));
+        let axes = AXES
+            .into_iter()
+            .flat_map(|axis| profile(field, axis))
+            .map(|[_, value]| value);
+        let mut values: Vec<f64> = map.chain(axes).filter(|value| value.is_finite()).collect();
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| values[((values.len() - 1) as f64 * share) as usize];
+        let (low, quarter, three_quarters, high) = (at(0.0), at(0.25), at(0.75), at(1.0));
+        let fence = FENCE * (three_quarters - quarter);
+        let inner = [low.max(quarter - fence), high.min(three_quarters + fence)];
+        let step = round_step((inner[1] - inner[0]) / BANDS);
+        // Without noise where the least value is the rounding of a zero.
+        let first = (inner[0] / step + 1e-6).floor();
+        let last = (inner[1] / step - 1e-6).ceil().max(first + 1.0);
+        let beyond = [low < step * (first - 1e-6), high > step * (last + 1e-6)];
+        Scale {
+            first,
+            step,
+            bands: (last - first) as u32,
+            beyond,
+        }
+    }
+
+    /// Lower end of a band, Pa.
+    fn level(&self, band: u32) -> f64 {
+        self.step * (self.first + f64::from(band))
+    }
+
+    /// Lower end of the scale, Pa.
+    fn low(&self) -> f64 {
+        self.level(0)
+    }
+
+    /// Upper end of the scale, Pa.
+    fn high(&self) -> f64 {
+        self.level(self.bands)
+    }
+
+    /// Whether zero parts tension from compression.
+    fn has_tension(&self) -> bool {
+        self.first < 0.0 && self.high() > 0.0
+    }
+
+    /// Of a band.
+    fn colour(&self, band: u32) -> String {
+        viridis((f64::from(band) + 0.5) / f64::from(self.bands))
+    }
+
+    /// Bands with a label: all, or so many that the labels have room on `length`.
+    fn labelled(&self, length: f64) -> impl Iterator<Item = (u32, String)> + '_ {
+        let every = (LINE * f64::from(self.bands) / length).ceil().max(1.0) as u32;
+        // Zero is labelled.
+        let offset = self.first.rem_euclid(f64::from(every)) as u32;
+        (0..=self.bands)
+            .filter(move |band| (band + offset).is_multiple_of(every))
+            .map(|band| (band, rounded(self.level(band), 6)))
+    }
+}
+
+/// The bands from the lowest to the highest with labels, and what stands for values beyond the scale.
+fn colour_bar(scale: &Scale) -> String {
+    let [left, top, width, height] = BAR;
+    let step = height / f64::from(scale.bands);
+    let y = |band: u32| top + height - step * f64::from(band);
+    let mut svg = text([left, top - 46.0], "start", "σ_zz, Pa");
+    for band in 0..scale.bands {
+        svg += &bar_part(y(band + 1), step, &scale.colour(band));
+    }
+    for (band, label) in scale.labelled(height) {
+        svg += &tick([left + width, y(band)], [5.0, 0.0]);
+        svg += &text([left + width + 9.0, y(band) + 4.5], "start", &label);
+    }
+    let last = scale.bands - 1;
+    let ends = [
+        (top + height + 10.0, 0, "below", "less: clipped"),
+        (top - 26.0, last, "above", "more: clipped"),
+    ];
+    for ((y, band, name, label), beyond) in ends.into_iter().zip(scale.beyond) {
+        if beyond {
+            svg += &bar_part(y, 16.0, &scale.colour(band));
+            svg += &bar_part(y, 16.0, &format!("url(#disc-field-{name})"));
+            svg += &text([left + width + 9.0, y + 12.5], "start", label);
+        }
+    }
+    svg
+}
+
+fn bar_part(y: f64, height: f64, fill: &str) -> String {
+    let [left, _, width, _] = BAR;
+    format!(
+        "<rect x=\"{left}\" y=\"{y:.1}\" width=\"{width}\" height=\"{height:.1}\" fill=\"{fill}\"/>\n"
+    )
+}
+
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+    use crate::paper::disc_field::{RimForce, figure_4};
+
+    /// A disc on two others and under one, with friction and weight.
+    fn a_grain() -> DiscField {
+        let force = |angle: f64, radial: f64, tangential: f64| RimForce {
+            angle,
+            radial,
+            tangential,
+        };
+        let forces = [
+            force(4.2, -3.0, 0.4),
+            force(5.4, -2.0, -0.3),
+            force(1.2, -1.5, -0.1),
+        ];
+        let volume = std::f64::consts::PI * 0.25;
+        let mut body_force = [0.0; 2];
+        for force in &forces {
+            let (sin, cos) = force.angle.sin_cos();
+            body_force[0] -= (force.radial * cos - force.tangential * sin) / volume;
+            body_force[1] -= (force.radial * sin + force.tangential * cos) / volume;
+        }
+        DiscField::new(0.5, &forces, body_force).expect("the weight balances the forces")
+    }
+
+    fn no_forces() -> DiscField {
+        DiscField::new(0.5, &[], [0.0; 2]).expect("balances")
+    }
+
+    #[test]
+    fn every_number_draws_and_the_picture_is_small() {
+        for field in [figure_4().expect("balances"), a_grain(), no_forces()] {
+            let (drawing, plot) = inside_a_disc("disc", &field);
+            let svg = drawing.svg + &crate::report::svg(&plot);
+            for wrong in ["NaN", "inf", "-0.0 ", "−0<"] {
+                assert!(!svg.contains(wrong), "{wrong}");
+            }
+            assert!(svg.len() < 400_000, "{}", svg.len());
+            assert_eq!(svg.matches("<svg").count(), svg.matches("</svg>").count());
+        }
+    }
+
+    #[test]
+    fn the_averages_stand_beside_the_curves() {
+        let (_, plot) = inside_a_disc("disc", &figure_4().expect("balances"));
+        let svg = crate::report::svg(&plot);
+        for label in [
+            "disc: 0.6366",
+            "control square: 0.7189",
+            "cell of side 2R: 0.5<",
+        ] {
+            assert!(svg.contains(label), "{label}");
+        }
+    }
+
+    #[test]
+    fn only_what_is_clipped_is_hatched() {
+        let hatched = |field: &DiscField, name: &str| {
+            inside_a_disc("disc", field)
+                .0
+                .svg
+                .contains(&format!("fill=\"url(#disc-field-{name})\""))
+        };
+        assert!(hatched(&figure_4().expect("balances"), "above"));
+        assert!(!hatched(&figure_4().expect("balances"), "below"));
+        assert!(!hatched(&no_forces(), "above") && !hatched(&no_forces(), "below"));
+    }
+}

@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use plotters::style::RGBColor;
 use serde::Serialize;
 
 use super::chart::{Chart, Mark, Series};
-use super::figure_files::{SCALE, figure_files, table};
+use super::figure_files::figure_files;
+use super::svg::svg;
+use crate::document::Colour;
 use crate::error::Error;
 use crate::files::{failed, write_whole};
 
@@ -38,14 +39,14 @@ impl Figure {
         Ok(Some(Figure {
             name: name.to_owned(),
             caption: caption.to_owned(),
-            svg: chart.svg()?,
+            svg: svg(&chart.plot(name, caption)),
             csv: chart.csv()?,
         }))
     }
 }
 
 /// A series through points.
-pub fn line(name: &str, colour: RGBColor, points: Vec<(f64, f64)>) -> Series {
+pub fn line(name: &str, colour: Colour, points: Vec<(f64, f64)>) -> Series {
     Series {
         name: name.to_owned(),
         colour,
@@ -55,7 +56,7 @@ pub fn line(name: &str, colour: RGBColor, points: Vec<(f64, f64)>) -> Series {
 }
 
 /// A series of circles.
-pub fn circles(name: &str, colour: RGBColor, points: Vec<(f64, f64)>) -> Series {
+pub fn circles(name: &str, colour: Colour, points: Vec<(f64, f64)>) -> Series {
     Series {
         mark: Mark::Circles,
         ..line(name, colour, points)
@@ -72,14 +73,14 @@ pub struct Page {
 }
 
 impl Page {
-    /// Writes every figure as SVG, PNG and CSV into `folder`/figures, and then the page, which links to them.
+    /// Writes every figure as SVG and CSV into `folder`/figures, and then the page, which links to them.
     pub fn write(&self, folder: &Path) -> Result<(), Error> {
         let figures = folder.join(FOLDER);
         if !self.figures.is_empty() {
             std::fs::create_dir_all(&figures).map_err(failed("create", &figures))?;
         }
         for figure in &self.figures {
-            figure_files(&figures, &figure.name, &figure.svg, &figure.csv, SCALE)?;
+            figure_files(&figures, &figure.name, &figure.svg, &figure.csv)?;
         }
         write_whole(&folder.join(PAGE), self.html.as_bytes())?;
         Ok(())
@@ -89,21 +90,4 @@ impl Page {
 /// The numbers of an interval or range as cells.
 pub fn cells(values: impl IntoIterator<Item = f64>) -> Vec<String> {
     values.into_iter().map(|value| value.to_string()).collect()
-}
-
-impl Chart {
-    /// The points as rows: series, x, y.
-    pub fn csv(&self) -> Result<String, Error> {
-        let rows = self.series.iter().flat_map(|series| {
-            let of = |point: &(f64, f64)| {
-                [
-                    series.name.clone(),
-                    point.0.to_string(),
-                    point.1.to_string(),
-                ]
-            };
-            series.points.iter().map(of)
-        });
-        table(&["series", &self.x, &self.y], rows)
-    }
 }

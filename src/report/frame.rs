@@ -20,8 +20,6 @@ pub const PURPLE: &str = "#cc79a7";
 pub const SKY: &str = "#56b4e9";
 /// Darker than theirs.
 pub const OCHRE: &str = "#b8860b";
-/// Of bars, with [`BLUE`] on them.
-pub const BARS: &str = "#b4d3e8";
 const GRID: &str = "#e6e8ea";
 
 /// About so far apart are ticks across and upwards.

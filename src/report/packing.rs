@@ -1,13 +1,18 @@
-//! A picture of a packing: grains, and the forces between them as lines as thick as they are strong.
+//! Drawings of a bed: grains, and the forces between them as lines as thick as they are strong.
 
 use std::fmt::Write;
 
+use super::axis::Area;
 use super::figure::cells;
 use super::figure_files::table;
+use super::frame::{INK, text, whole};
+use crate::document::{Cell, Drawing, Table};
 use crate::error::Error;
-use grains::measure::Bed;
+use crate::study::figures::LoadedBed;
+use crate::study::realization::bed_of;
+use grains::measure::{Bed, height};
 use grains::scene::Scene;
-use grains::tables::{Bodies, Contact};
+use grains::tables::{Bodies, Contact, Punch};
 
 /// Line classes; a force is drawn in the class of its share of the strong force.
 const CLASSES: usize = 8;
@@ -125,4 +130,142 @@ pub fn strong_force<'a>(beds: impl Iterator<Item = Bed<'a>>) -> f64 {
         .copied()
         .unwrap_or(1.0)
         .max(f64::MIN_POSITIVE)
+}
+
+const WIDTH: f64 = 900.0;
+const MARGIN: f64 = 12.0;
+/// Half the width and the height of the closer look in a large bed, m.
+const NEAR: [f64; 2] = [0.2, 0.22];
+
+/// The bed at the end of loading, with its control points. An error where there are no forces.
+pub fn force_chains(bed: &LoadedBed) -> Result<Drawing, Error> {
+    let of = bed_of(&bed.last);
+    if of.contacts.is_empty() {
+        return Err(Error::Report(
+            "the bed has no contacts, so there are no forces to draw".to_owned(),
+        ));
+    }
+    let bottom = bed.last.punch.as_ref().map(Punch::bottom);
+    let highest = height::highest_grain(of.bodies);
+    let top = highest.max(bottom.unwrap_or(0.0)) + 0.03;
+    let strong = strong_force([of].into_iter());
+    let contents = contents(&bed.scene, of, bottom, strong, top);
+    let inner = WIDTH - 2.0 * MARGIN;
+    let full_width = bed.scene.container.width;
+    let axis = bed.scene.punch_axis();
+    // No more than the bed.
+    let half = NEAR[0].min(0.5 * full_width + 0.004);
+    let lower = (bed.surface + 0.03 - NEAR[1] * half / NEAR[0]).max(-0.004);
+    // Left, right, upper and lower edge of what each window shows, m.
+    let all = [-0.004, full_width + 0.004, top, -0.004];
+    let near = [axis - half, axis + half, bed.surface + 0.03, lower];
+    let area = |above: f64, [left, right, upper, lower]: [f64; 4]| -> Area {
+        [
+            MARGIN,
+            above,
+            inner,
+            inner * (upper - lower) / (right - left),
+        ]
+    };
+    let first = area(40.0, all);
+    let second = area(first[1] + first[3] + 40.0, near);
+    let mut svg = format!("<defs><g id=\"bed\">{contents}</g></defs>\n");
+    let force = bed.last.punch.map_or(0.0, |punch| punch.force);
+    svg += &text(
+        [MARGIN, 26.0],
+        "start",
+        &format!(
+            "Realization {} under the punch, which bears {force:.0} N: forces as lines, the thickest {strong:.0} N or more",
+            bed.scene.realization
+        ),
+    );
+    svg += &text([MARGIN, second[1] - 12.0], "start", "Closer");
+    for (area, shown) in [(first, all), (second, near)] {
+        svg += &window(bed, area, shown, top);
+    }
+    let size = [WIDTH, second[1] + second[3] + MARGIN];
+    Ok(Drawing {
+        name: "figure-2".to_owned(),
+        caption: "Force chains under the load".to_owned(),
+        svg: whole(size, "Forces between the grains under the punch", &svg),
+        table: table_of(bed),
+    })
+}
+
+/// One look at the bed; the drawing of the bed is in mm from its upper left corner.
+fn window(bed: &LoadedBed, area: Area, [left, right, upper, lower]: [f64; 4], top: f64) -> String {
+    let [x, y, width, height] = area;
+    let mut svg = format!(
+        "<svg x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" \
+         viewBox=\"{:.2} {:.2} {:.2} {:.2}\"><use href=\"#bed\"/></svg>\n",
+        1e3 * left,
+        1e3 * (top - upper),
+        1e3 * (right - left),
+        1e3 * (upper - lower)
+    );
+    let _ = write!(
+        svg,
+        "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" stroke=\"#aaa\"/>\n\
+         <g font-weight=\"bold\" font-size=\"16\" stroke=\"#fff\" stroke-width=\"4\" stroke-linejoin=\"round\" paint-order=\"stroke\">"
+    );
+    for (name, place) in bed.places() {
+        let at = [
+            x + width * (place[0] - left) / (right - left),
+            y + height * (upper - place[1]) / (upper - lower),
+        ];
+        let _ = write!(
+            svg,
+            "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"5\" fill=\"{INK}\" stroke-width=\"3\"/>",
+            at[0], at[1]
+        );
+        svg += &text([at[0] + 9.0, at[1] + 6.0], "start", name);
+    }
+    svg + "</g>\n"
+}
+
+/// Grains, forces, control points and the punch's base as they are drawn.
+fn table_of(bed: &LoadedBed) -> Table {
+    let of = bed_of(&bed.last);
+    let heads = [
+        "kind",
+        "x1, m",
+        "z1, m",
+        "x2, m",
+        "z2, m",
+        "radius, m",
+        "normal force, N",
+    ];
+    let mut table = Table::new("figure-2", "", &heads);
+    let mut row = |kind: String, from: [f64; 2], to: Option<[f64; 2]>, rest: [Option<f64>; 2]| {
+        let to = to.map_or([None; 2], |to| to.map(Some));
+        let numbers = [Some(from[0]), Some(from[1]), to[0], to[1], rest[0], rest[1]];
+        table.row(std::iter::once(kind.into()).chain(numbers.map(Cell::from)));
+    };
+    let Bodies { x, z, radius, .. } = of.bodies;
+    for ((x, z), radius) in x.iter().zip(z).zip(radius) {
+        row("grain".to_owned(), [*x, *z], None, [Some(*radius), None]);
+    }
+    for contact in of.contacts {
+        let [from, to] = ends(of.bodies, contact);
+        row(
+            "force".to_owned(),
+            from,
+            Some(to),
+            [None, Some(contact.normal_force)],
+        );
+    }
+    for (name, place) in bed.places() {
+        row(format!("point {name}"), place, None, [None, None]);
+    }
+    if let Some(punch) = &bed.last.punch {
+        let [x, half, bottom] = [punch.centre[0], punch.half_extents[0], punch.bottom()];
+        let kind = "base of the punch".to_owned();
+        row(
+            kind,
+            [x - half, bottom],
+            Some([x + half, bottom]),
+            [None, Some(punch.force)],
+        );
+    }
+    table
 }

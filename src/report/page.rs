@@ -10,10 +10,12 @@ use self::changes::{ChangedRow, changed, worse};
 use self::histories::{histories, separation};
 use self::sections::{Section, sections};
 use super::figure::{Figure, Page};
-use super::{difference, packing, shell, verification};
+use super::views::words;
+use super::{difference, packing, shell, svg};
 use crate::checks::{Check, Tally};
 use crate::compare::Verdict;
 use crate::compare::baseline::diff::Diff;
+use crate::document::Block;
 use crate::error::Error;
 use crate::reproduce::Runs;
 use crate::reproduce::beside::{Beside, Stated};
@@ -21,6 +23,7 @@ use crate::reproduce::checks;
 use crate::reproduce::faults::FaultCheck;
 use crate::reproduce::record::Reproduction;
 use crate::run::folder::{Moment, RunFolder};
+use crate::suite::run::Verification;
 
 const TEMPLATE: &str = include_str!("page.html");
 
@@ -33,7 +36,7 @@ pub fn render(
 ) -> Result<Page, Error> {
     let checks = checks::all(reproduction);
     let ladder = reproduction.ladder.as_ref();
-    let ladder = ladder.map(verification::part).transpose()?;
+    let ladder = ladder.map(verification);
     let sections = sections(beside)?;
     let given = Given {
         r: reproduction,
@@ -44,7 +47,7 @@ pub fn render(
         word: match reproduction.verdict {
             Verdict::Pass => "Agreed",
             Verdict::Fail => "Different",
-            Verdict::NotMade => "Incomplete",
+            Verdict::Skipped | Verdict::ExpectedFailure => "Incomplete",
         },
         summary: Summary::of(reproduction, &checks),
         checks: &checks,
@@ -56,7 +59,7 @@ pub fn render(
         charts: &sections.charts,
         claimed: &sections.claimed,
         beside: beside.stated(),
-        ladder: ladder.as_ref().map(|part| part.html.as_str()),
+        ladder: ladder.as_deref(),
     };
     let html = shell::render(&[("page.html", TEMPLATE)], &given)?;
     let own = given
@@ -67,8 +70,28 @@ pub fn render(
         .chain(given.separation);
     let mut figures = sections.figures;
     figures.extend(own);
-    figures.extend(ladder.into_iter().flat_map(|part| part.figures));
     Ok(Page { html, figures })
+}
+
+/// The sections of the verification suite.
+fn verification(of: &Verification) -> String {
+    let mut html = String::new();
+    for section in of.sections() {
+        html += &format!(
+            "<h2>{}</h2>\n<p>{}</p>\n",
+            words(&section.title),
+            words(&section.answer)
+        );
+        for block in &section.blocks {
+            html += &match block {
+                Block::Text(text) => format!("<p>{}</p>\n", words(text)),
+                Block::Table(table) => table.html(),
+                Block::Plot(plot) => svg(plot),
+                Block::Drawing(drawing) => drawing.svg.clone(),
+            };
+        }
+    }
+    html
 }
 
 /// What the template is given.
@@ -105,7 +128,7 @@ struct Given<'a> {
 struct Summary {
     passed: usize,
     failed: usize,
-    not_made: usize,
+    skipped: usize,
     expected_failures: usize,
     faults_found: usize,
 }
@@ -116,7 +139,7 @@ impl Summary {
         Summary {
             passed: tally.passed,
             failed: tally.failed,
-            not_made: tally.not_made,
+            skipped: tally.skipped,
             expected_failures: tally.expected_failures,
             faults_found: tally_faults(reproduction),
         }

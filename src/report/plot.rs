@@ -40,14 +40,6 @@ impl<'a> Stroke<'a> {
             dashes: "",
         }
     }
-
-    /// The same with dashes.
-    pub fn dashed(colour: &'a str) -> Self {
-        Stroke {
-            dashes: "6 4",
-            ..Stroke::whole(colour)
-        }
-    }
 }
 
 impl Plot {
@@ -99,27 +91,6 @@ impl Plot {
         self.line(points, stroke);
     }
 
-    /// What a closed line through points holds.
-    pub fn band(&mut self, points: impl IntoIterator<Item = [f64; 2]>, colour: &str, opacity: f64) {
-        let path = self.places(points);
-        let _ = write!(
-            self.marks,
-            "<path fill=\"{colour}\" fill-opacity=\"{opacity}\" d=\"{path}Z\"/>"
-        );
-    }
-
-    /// A filled box between its lower left and upper right corner.
-    pub fn box_of(&mut self, [left, lower]: [f64; 2], [right, upper]: [f64; 2], style: &str) {
-        let [left, right] = [left, right].map(|value| self.x.place(value));
-        let [floor, top] = [lower, upper].map(|value| self.y.place(value));
-        let _ = write!(
-            self.marks,
-            "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" {style}/>",
-            (right - left).max(0.0),
-            (floor - top).max(0.0)
-        );
-    }
-
     /// A vertical line from a value to another.
     pub fn upright(&mut self, x: f64, [low, high]: [f64; 2], colour: &str) {
         let _ = write!(
@@ -128,17 +99,6 @@ impl Plot {
             self.x.place(x),
             self.y.place(low),
             self.y.place(high)
-        );
-    }
-
-    /// A horizontal one.
-    pub fn level(&mut self, y: f64, [low, high]: [f64; 2], colour: &str) {
-        let _ = write!(
-            self.marks,
-            "<path stroke=\"{colour}\" stroke-width=\"1.6\" d=\"M{:.1} {:.1}H{:.1}\"/>",
-            self.x.place(low),
-            self.y.place(y),
-            self.x.place(high)
         );
     }
 

@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 use crate::error::Error;
 use crate::files::{read_text, unpacked};
 use crate::limits::stability::Map;
-use crate::limits::stability::map::STABILITY_VERSION;
+
 use crate::study::claims::{CLAIMS_VERSION, Claims};
-use crate::study::tradeoff::record::{PARETO_VERSION, Pareto};
+use crate::study::tradeoff::record::{TRADEOFF_VERSION, Tradeoff};
 
 /// The most of a record that is read, bytes.
 const LARGEST: u64 = 1 << 28;
@@ -19,7 +19,7 @@ const LARGEST: u64 = 1 << 28;
 /// What a record says of itself.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stated {
-    /// Which job made it: `pareto`.
+    /// Which job made it: `tradeoff`.
     pub job: &'static str,
     /// How to make it again.
     pub command: String,
@@ -44,7 +44,7 @@ pub struct Known<T> {
 #[derive(Debug, Clone, Default)]
 pub struct Beside {
     /// Cost against error.
-    pub pareto: Option<Known<Pareto>>,
+    pub tradeoff: Option<Known<Tradeoff>>,
     /// The largest stable steps.
     pub stability: Option<Known<Map>>,
     /// Distributions and claims.
@@ -59,7 +59,7 @@ impl Beside {
             beside.take(folder)?;
         }
         if with_recorded {
-            fill(&mut beside.pareto, &PARETO, PARETO_RECORDED)?;
+            fill(&mut beside.tradeoff, &TRADEOFF, TRADEOFF_RECORDED)?;
             fill(&mut beside.stability, &STABILITY, STABILITY_RECORDED)?;
             fill(&mut beside.claims, &CLAIMS, CLAIMS_RECORDED)?;
         }
@@ -68,16 +68,16 @@ impl Beside {
 
     fn take(&mut self, folder: &Path) -> Result<(), Error> {
         let there = |kind: &Kind| folder.join(kind.file).is_file();
-        if ![&PARETO, &STABILITY, &CLAIMS].into_iter().any(there) {
+        if ![&TRADEOFF, &STABILITY, &CLAIMS].into_iter().any(there) {
             return Err(Error::Usage(format!(
                 "{} holds no {}, {} or {}; --with names the folder of a finished job",
                 folder.display(),
-                PARETO.file,
+                TRADEOFF.file,
                 STABILITY.file,
                 CLAIMS.file
             )));
         }
-        take(&mut self.pareto, &PARETO, folder)?;
+        take(&mut self.tradeoff, &TRADEOFF, folder)?;
         take(&mut self.stability, &STABILITY, folder)?;
         take(&mut self.claims, &CLAIMS, folder)
     }
@@ -85,12 +85,12 @@ impl Beside {
     /// What all of them say of themselves.
     pub fn stated(&self) -> Vec<&Stated> {
         let Beside {
-            pareto,
+            tradeoff,
             stability,
             claims,
         } = self;
         let all = [
-            pareto.as_ref().map(|of| &of.stated),
+            tradeoff.as_ref().map(|of| &of.stated),
             stability.as_ref().map(|of| &of.stated),
             claims.as_ref().map(|of| &of.stated),
         ];
@@ -106,15 +106,15 @@ struct Kind {
     version: u32,
 }
 
-const PARETO: Kind = Kind {
-    job: "pareto",
-    file: "pareto.json",
-    version: PARETO_VERSION,
+const TRADEOFF: Kind = Kind {
+    job: "tradeoff",
+    file: "report.json",
+    version: TRADEOFF_VERSION,
 };
 const STABILITY: Kind = Kind {
     job: "stability",
     file: "stability.json",
-    version: STABILITY_VERSION,
+    version: crate::checks::record::VERSION,
 };
 const CLAIMS: Kind = Kind {
     job: "claims",
@@ -122,7 +122,7 @@ const CLAIMS: Kind = Kind {
     version: CLAIMS_VERSION,
 };
 
-const PARETO_RECORDED: &[u8] = include_bytes!("../../reference_data/pareto-1/pareto.json.gz");
+const TRADEOFF_RECORDED: &[u8] = include_bytes!("../../reference_data/tradeoff-1/report.json.gz");
 const STABILITY_RECORDED: &[u8] =
     include_bytes!("../../reference_data/stability-1/stability.json.gz");
 const CLAIMS_RECORDED: &[u8] = include_bytes!("../../reference_data/claims-1/claims.json.gz");
@@ -217,7 +217,7 @@ mod tests {
         let beside = Beside::read(&[], true).expect("the recorded records are read");
         let stated = beside.stated();
         let jobs: Vec<&str> = stated.iter().map(|of| of.job).collect();
-        assert_eq!(jobs, ["pareto", "stability", "claims"]);
+        assert_eq!(jobs, ["tradeoff", "stability", "claims"]);
         assert!(
             stated
                 .iter()

@@ -3,8 +3,8 @@
 
 use serde::Serialize;
 
-use crate::compare::spread::quantities;
-use crate::paper::boussinesq::published_stress;
+use crate::compare::replicas::quantities;
+use crate::paper::published::{HEIGHTS, POROSITIES, Printed, printed};
 use crate::run::folder::RunFolder;
 use grains::scene::paper_scene;
 
@@ -32,74 +32,51 @@ pub fn of(run: &RunFolder) -> Vec<Claim> {
         return Vec::new();
     }
     let measured = quantities(run);
-    let value = |key: &str| {
-        measured
-            .iter()
-            .find(|quantity| quantity.key == key)
-            .map(|quantity| quantity.value)
-    };
-    let mut claims = Vec::new();
-    let mut bounded = |what: &str, key: &str, published: f64, unit: &str| {
-        if let Some(ours) = value(key) {
-            claims.push(Claim {
-                what: what.to_owned(),
-                published,
-                scatter: Some(0.01),
-                ours,
-                unit: unit.to_owned(),
-                reading: if (ours - published).abs() <= 0.01 {
-                    "within the published scatter".to_owned()
-                } else {
-                    "outside the published scatter".to_owned()
-                },
-            });
-        }
-    };
-    for (name, key) in [
-        ("highest grain", "highest_grain"),
-        ("mean surface", "mean_surface"),
-        ("twice the centre of mass", "twice_centre_of_mass"),
-    ] {
-        let what = format!("H, {name}");
-        bounded(&what, &format!("settled.height.{key}"), 0.46, "m");
-    }
-    for (name, key) in [
-        ("from the highest grain", "from_highest_grain"),
-        ("from the mean surface", "from_mean_surface"),
-        ("from the centre of mass", "from_twice_centre_of_mass"),
-        ("in an interior window", "in_window"),
-        ("from cells", "of_cells"),
-    ] {
-        let what = format!("n, {name}");
-        bounded(&what, &format!("settled.porosity.{key}"), 0.17, "1");
-    }
-    for point in &run.scene.control_points {
-        let Some((stress, extensive)) = published_stress(&point.name) else {
-            continue;
+    let claim = |what: String, key: &str, id: &str| {
+        let figure: &Printed = printed(id)?;
+        let ours = measured.iter().find(|quantity| quantity.key == key)?.value;
+        let has_scatter = id.starts_with("bed/");
+        let reading = if !has_scatter {
+            format!(
+                "{:.2} of the published mean; one draw from a wide distribution",
+                ours / figure.value
+            )
+        } else if (ours - figure.value).abs() <= figure.rounding {
+            "within the published scatter".to_owned()
+        } else {
+            "outside the published scatter".to_owned()
         };
-        for (what, key, published, unit) in [
-            ("local mean σ_zz", "local_zz", stress, "Pa"),
-            (
+        Some(Claim {
+            what,
+            published: figure.value,
+            scatter: has_scatter.then_some(figure.rounding),
+            ours,
+            unit: figure.unit.to_owned(),
+            reading,
+        })
+    };
+    let heights = HEIGHTS.map(|(key, words)| claim(format!("H, {words}"), key, "bed/height"));
+    let porosities =
+        POROSITIES.map(|(key, words)| claim(format!("n, {words}"), key, "bed/porosity"));
+    let stresses = scene.control_points.iter().flat_map(|point| {
+        let at = |what: &str, key: &str, column: &str| {
+            let key = format!("last.stress.{}.{key}", point.name);
+            let id = format!("table-4/{column}/{}", point.name);
+            claim(format!("{what} at {}", point.name), &key, &id)
+        };
+        [
+            at("local mean σ_zz", "local_zz", "stress"),
+            at(
                 "Σ_zz of V_c, nearest grain",
                 "control_volume_zz",
-                extensive,
-                "J",
+                "extensive",
             ),
-        ] {
-            if let Some(ours) = value(&format!("last.stress.{}.{key}", point.name)) {
-                claims.push(Claim {
-                    what: format!("{what} at {}", point.name),
-                    published,
-                    scatter: None,
-                    ours,
-                    unit: unit.to_owned(),
-                    reading: format!(
-                        "{:.2} of the published mean; one draw from a wide distribution",
-                        ours / published
-                    ),
-                });
-            }
-        }
-    }
-    claims
+        ]
+    });
+    heights
+        .into_iter()
+        .chain(porosities)
+        .chain(stresses)
+        .flatten()
+        .collect()
 }

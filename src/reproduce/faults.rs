@@ -62,7 +62,7 @@ fn check(scene: &Scene, sound: &RunFolder, fault: Perturbation) -> Result<FaultC
     };
     if !fault.changes(scene) {
         return of(
-            Verdict::NotMade,
+            Verdict::Skipped,
             "it changes nothing in this scene".to_owned(),
         );
     }

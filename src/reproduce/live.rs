@@ -3,19 +3,24 @@
 use std::thread;
 
 use super::record::RunSummary;
-use super::{Job, Options, rounding_spread, run_or_take_over};
-use crate::compare::{Verdict, Yardstick, compare};
+use super::{Job, Options, rounding_scatter, run_or_take_over};
+use crate::checks::Outcome;
+use crate::compare::{Yardstick, compare};
 use crate::engine::yade;
 use crate::error::Error;
 use crate::progress::Display;
 use crate::run::Engine;
 use crate::run::folder::RunFolder;
-use crate::suite::facts;
+use crate::suite::parameters;
 use grains::model::Model;
 use grains::scene::Scene;
 
 /// `verletDist` of the second ordinary run, over that of the first.
 const CONTROL_DISTANCE: f64 = 2.0;
+
+/// Ids of the comparisons with the live runs.
+const SORTED: &str = "compare/sorted-live";
+const ORDINARY: &str = "compare/ordinary-live";
 
 /// Realizations that `--full` adds.
 const FURTHER_REALIZATIONS: u64 = 2;
@@ -32,19 +37,19 @@ impl Job<'_> {
         let sorted_title = "native against YADE's sorted loop, live";
         let ordinary_title = "native against YADE's ordinary loop, live";
         if let Err(missing) = yade::find(self.options.yade.program.as_deref()) {
-            self.not_made(sorted_title, &missing.to_string());
-            self.not_made(ordinary_title, &missing.to_string());
+            self.skipped(SORTED, sorted_title, &missing.to_string());
+            self.skipped(ORDINARY, ordinary_title, &missing.to_string());
             return Ok(None);
         }
         if let Some(reason) = yade::unsupported(&Model::of(&self.options.scene)) {
-            self.not_made(sorted_title, &format!("YADE has no {reason}"));
-            self.not_made(ordinary_title, &format!("YADE has no {reason}"));
+            self.skipped(SORTED, sorted_title, &format!("YADE has no {reason}"));
+            self.skipped(ORDINARY, ordinary_title, &format!("YADE has no {reason}"));
             return Ok(None);
         }
-        if facts::verdict(&self.facts) != Some(Verdict::Pass) {
+        if parameters::outcome(&self.facts) != Some(Outcome::Pass) {
             let why = "the two engines do not use the same parameters";
-            self.not_made(sorted_title, why);
-            self.not_made(ordinary_title, why);
+            self.skipped(SORTED, sorted_title, why);
+            self.skipped(ORDINARY, ordinary_title, why);
             return Ok(None);
         }
         let (options, display) = (self.options, self.display);
@@ -60,8 +65,8 @@ impl Job<'_> {
             let others = scope.spawn(|| {
                 let ordinary = ordinary_run("yade-ordinary", 1.0)?;
                 let control = ordinary_run("yade-ordinary-control", CONTROL_DISTANCE)?;
-                let spread = rounding_spread(native, display)?;
-                Ok::<_, Error>((ordinary, control, spread))
+                let scatter = rounding_scatter(native, display)?;
+                Ok::<_, Error>((ordinary, control, scatter))
             });
             let sorted = sorted_run(options, display, &options.scene, "yade-sorted");
             let others = match others.join() {
@@ -71,7 +76,7 @@ impl Job<'_> {
             (sorted, others)
         });
         let sorted = sorted?;
-        let (ordinary, control, spread) = others?;
+        let (ordinary, control, scatter) = others?;
         for (name, run) in [
             ("yade-sorted", &sorted),
             ("yade-ordinary", &ordinary),
@@ -81,15 +86,17 @@ impl Job<'_> {
         }
         let locator = self.locator();
         self.compare(
+            SORTED,
             sorted_title,
             &["native", "yade-sorted"],
             compare(native, &sorted, None, Some(&locator)),
         );
         let yardstick = Yardstick {
             control: Some(&control),
-            spread: &spread,
+            scatter: &scatter,
         };
         self.compare(
+            ORDINARY,
             ordinary_title,
             &["native", "yade-ordinary", "yade-ordinary-control"],
             compare(native, &ordinary, Some(yardstick), Some(&locator)),
@@ -97,7 +104,8 @@ impl Job<'_> {
         if options.full {
             self.further_realizations()?;
         } else {
-            self.not_made(
+            self.skipped(
+                "compare/further-realizations",
                 "further realizations, whole, against YADE's sorted loop",
                 "asked for with --full only",
             );
@@ -137,6 +145,7 @@ impl Job<'_> {
             let sorted = sorted?;
             self.runs.push(RunSummary::of(&sorted_name, &sorted));
             self.compare(
+                &format!("{SORTED}-{}", scene.realization),
                 &format!(
                     "native against YADE's sorted loop, live, realization {}",
                     scene.realization

@@ -10,12 +10,11 @@ use crate::compare::{Comparison, Verdict};
 use crate::engine::yade;
 use crate::paper;
 use crate::run::folder::RunFolder;
-use crate::suite::facts::FactPair;
-use crate::suite::ladder::Climbers;
-use crate::suite::record::{Options, Verification};
+use crate::suite::parameters::ParameterPair;
+use crate::suite::run::{Engines, Options, Verification};
 
 /// The version of the reproduction's `run.json`.
-pub const REPRODUCTION_VERSION: u32 = 3;
+pub const REPRODUCTION_VERSION: u32 = 1;
 
 /// Grains of the longest trajectories of the ladder in the main job; `crossgrain verify` has all.
 const LADDER_GRAINS: u32 = 500;
@@ -23,7 +22,7 @@ const LADDER_GRAINS: u32 = 500;
 /// The ladder as the main job climbs it.
 pub fn verification(yade: &yade::Options) -> Options {
     Options {
-        engine: Climbers::Both,
+        engine: Engines::Both,
         grains: LADDER_GRAINS,
         detection_limits: true,
         yade: yade.clone(),
@@ -44,20 +43,18 @@ pub struct Reproduction {
     pub scene_digest: String,
     /// The version of the YADE that ran live.
     pub yade: Option<String>,
-    /// Failed if a comparison or a fault check failed; not made if no comparison with another engine
-    /// could be made or the experiment did not come to its end; else passed. What could not be checked
-    /// is in `not_made`.
+    /// Of all checks; skipped if no comparison with another engine could be made or the experiment did not come to its end.
     pub verdict: Verdict,
     /// All comparisons of two runs.
     pub comparisons: Vec<NamedComparison>,
     /// Deliberate faults, each of which the comparison must find.
     pub faults: Vec<FaultCheck>,
     /// The parameters that both engines use, if YADE ran live.
-    pub facts: Vec<FactPair>,
+    pub facts: Vec<ParameterPair>,
     /// The ladder, if it was climbed.
     pub ladder: Option<Verification>,
-    /// What was not checked, with the reason.
-    pub not_made: Vec<NotMade>,
+    /// What was skipped, with the reason.
+    pub skipped: Vec<Skipped>,
     pub claims: Vec<Claim>,
     /// The paper's numbers that need no simulation.
     pub numbers: Vec<paper::Number>,
@@ -94,6 +91,8 @@ impl Reproduction {
 /// A comparison with the folders it was made from.
 #[derive(Debug, Clone, Serialize)]
 pub struct NamedComparison {
+    /// The beginning of its checks' ids.
+    pub id: String,
     /// What is compared.
     pub title: String,
     /// The run folders, in the output folder.
@@ -102,13 +101,17 @@ pub struct NamedComparison {
     pub comparison: Comparison,
 }
 
-/// A check that was not made, and why.
+/// A check that was skipped, and why.
 #[derive(Debug, Clone, Serialize)]
-pub struct NotMade {
+pub struct Skipped {
+    /// The check's id.
+    pub id: String,
     /// The check.
     pub what: String,
-    /// Why it was not made.
+    /// Why it was skipped.
     pub why: String,
+    /// Whether the job is incomplete without it.
+    pub required: bool,
 }
 
 /// A run in one line.

@@ -12,10 +12,11 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use crate::exit;
 use crate::files::{FileError, read_text, write_folder, write_whole};
 use crate::run::scene_file::SceneFileError;
 use crate::run::scene_file::read_scene;
-use crate::run::tables::{self as text, TableError};
+use crate::tables::{self as text, TableError};
 use grains::measure::Bed;
 use grains::measure::history::HistoryRow;
 use grains::model::Model;
@@ -88,6 +89,18 @@ pub enum FolderError {
     Table(#[from] TableError),
     #[error("{path} is not a run folder: {reason}")]
     Inconsistent { path: PathBuf, reason: String },
+}
+
+impl FolderError {
+    /// What to tell a script.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            FolderError::File(error) => error.exit_code(),
+            FolderError::Table(error) => error.exit_code(),
+            FolderError::Scene { source, .. } => source.exit_code(),
+            FolderError::Inconsistent { .. } => exit::USAGE,
+        }
+    }
 }
 
 /// The most text that `run.json` may have, bytes.

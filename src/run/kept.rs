@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::{Engine, EngineError, recorded};
-use crate::engine::exec::log as exec_log;
-use crate::engine::yade::{YadeError, log as yade_log};
+use crate::engine::ProgramError;
+use crate::engine::exec::log;
 use crate::files::{FileError, failed, write_beside};
 use crate::progress::Display;
 use crate::run::folder::record::{Protocol, Softened, StepChoice};
@@ -95,7 +95,7 @@ pub fn prepared(
         Ok(run) => run,
         Err(error) => {
             task.done("failed");
-            keep_log(&error, work.path(), out, display);
+            keep_log(engine, &error, work.path(), out, display);
             return Err(error.into());
         }
     };
@@ -110,15 +110,19 @@ pub fn prepared(
 }
 
 /// An engine that failed leaves its whole log beside where its run folder would have been.
-fn keep_log(error: &EngineError, work: &Path, out: &Path, display: &Display) {
-    let (log, end, whose) = match error {
-        EngineError::Yade(YadeError::Missing(_) | YadeError::Interrupted)
-        | EngineError::Native(_) => return,
-        EngineError::Yade(_) => (yade_log(work), ".yade.log", "YADE's"),
-        EngineError::Exec(_) => (exec_log(work), ".engine.log", "the engine's"),
+fn keep_log(engine: &Engine, error: &EngineError, work: &Path, out: &Path, display: &Display) {
+    let (end, whose) = match engine {
+        Engine::Native(_) => return,
+        Engine::Yade(_) => (".yade.log", "YADE's"),
+        Engine::Exec(_) => (".engine.log", "the engine's"),
     };
+    let log = log(work);
     // An engine that was never started has said nothing.
-    if log.is_empty() && matches!(error, EngineError::Exec(_)) {
+    let ended = matches!(
+        error,
+        EngineError::Program(ProgramError::Missing { .. } | ProgramError::Interrupted)
+    );
+    if log.is_empty() || ended {
         return;
     }
     let mut wanted = out.as_os_str().to_owned();

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use grains::scene::{Scene, SceneError, parse_scene};
 
+use crate::exit;
 use crate::files::{FileError, read_text};
 
 /// A scene file larger than this is not one of ours.
@@ -16,6 +17,16 @@ pub enum SceneFileError {
     File(#[from] FileError),
     #[error(transparent)]
     Scene(#[from] SceneError),
+}
+
+impl SceneFileError {
+    /// What to tell a script.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            SceneFileError::File(error) => error.exit_code(),
+            SceneFileError::Scene(_) => exit::USAGE,
+        }
+    }
 }
 
 /// Reads and validates a scene file.

@@ -1,110 +1,231 @@
-//! Campaigns: many realizations of one scene, shared out, written down one by one, merged.
-//!
-//! A campaign is a folder: `plan.json`, which never changes; `records/`, a file a shard, which only grow; and, once it
-//! is merged, `members.jsonl`, `members.csv` and `merged.json`.
+//! Campaigns: many realizations of one scene in one engine.
 
 pub mod compare;
 pub mod member;
-pub mod merge;
-pub mod merged;
-pub mod plan;
-pub mod records;
-pub mod run;
-pub mod shard;
-pub mod slurm;
-pub mod status;
 
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::path::Path;
 
-use crate::error::exit;
-use crate::files::FileError;
-use crate::run::EngineError;
-use grains::scene::SceneError;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
 
-/// A campaign cannot go on.
-#[derive(Debug, thiserror::Error)]
-pub enum CampaignError {
-    #[error("{path} is no campaign: {reason}; `crossgrain campaign plan` makes one")]
-    NotACampaign { path: PathBuf, reason: String },
-    #[error(
-        "the members of {path} are not merged yet; `crossgrain campaign run` makes those that are missing and merges them"
-    )]
-    NotMerged { path: PathBuf },
-    #[error(
-        "the merged members of {path} are damaged: {reason}; put back what was there, or let `crossgrain campaign merge` \
-         write it anew from the records"
-    )]
-    Damaged { path: PathBuf, reason: String },
-    #[error(
-        "{path} was planned with crossgrain {planned}, and this is {present}, which may give other bits; go on with the \
-         version that planned it, or plan a new campaign"
-    )]
-    OtherVersion {
-        path: PathBuf,
-        planned: String,
-        present: String,
-    },
-    #[error("{path} is being written by another process; wait for it, or let it do another shard")]
-    Busy { path: PathBuf },
-    #[error(
-        "members {members} are missing, {missing} of {wanted}; run `crossgrain campaign run` on the folder, then merge"
-    )]
-    Incomplete {
-        /// The first few, for people.
-        members: String,
-        missing: u64,
-        wanted: u64,
-    },
-    #[error(
-        "two records of member {member} differ, in {first} and {second}: an engine whose bits depend on more than the \
-         scene, or a file that was changed; find out which, and take the wrong file away"
-    )]
-    Contradiction {
-        member: u64,
-        first: PathBuf,
-        second: PathBuf,
-    },
-    #[error("members were made by different engines ({engines}): merge what one engine made")]
-    MixedEngines { engines: String },
-    #[error("{0}")]
-    Usage(String),
-    #[error(
-        "{finished} members are written down; of members {members} the engine failed, the first with: {first}"
-    )]
-    EnginesFailed {
-        finished: u64,
-        members: String,
-        first: String,
-    },
-    #[error(
-        "asked to end; {finished} of {wanted} members are written down, start the command again to go on"
-    )]
-    Interrupted { finished: u64, wanted: u64 },
-    #[error(transparent)]
-    Engine(#[from] EngineError),
-    #[error(transparent)]
-    File(#[from] FileError),
-    #[error(transparent)]
-    Scene(#[from] SceneError),
+use super::machine::Folder;
+use super::plan::Plan;
+use super::realization::{Engines, Runner, Specification};
+use super::report::Judged;
+use super::{Outline, Study, StudyError};
+use crate::checks::Outcome;
+use crate::document::{Cell, Document, Section, Table};
+use crate::engine::EngineError;
+use crate::error::Error;
+use grains::native::pouring::Phase;
+use grains::scene::{Scene, parse_scene};
+use member::Member;
+
+/// The plan of a campaign.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Campaign {
+    /// In which engine.
+    pub runner: Runner,
+    /// Pouring part by part, where the scene's own stages are not used.
+    pub phases: Vec<Phase>,
+    /// How many members.
+    pub members: u64,
+    /// Realization of member 1; member k pours realization `seed + k − 1`, whoever runs it.
+    pub seed: u64,
+    /// [`Scene::digest`].
+    pub scene_digest: String,
+    /// The scene; its own realization has no meaning here.
+    pub scene: Scene,
 }
 
-impl CampaignError {
-    /// Its exit code; none where that of the error inside counts.
-    pub fn exit_code(&self) -> Option<u8> {
-        match self {
-            CampaignError::NotACampaign { .. }
-            | CampaignError::Damaged { .. }
-            | CampaignError::OtherVersion { .. }
-            | CampaignError::Usage(_) => Some(exit::USAGE),
-            CampaignError::Busy { .. } | CampaignError::Interrupted { .. } => Some(exit::TRY_AGAIN),
-            CampaignError::NotMerged { .. } | CampaignError::Incomplete { .. } => {
-                Some(exit::INCOMPLETE)
-            }
-            CampaignError::Contradiction { .. } | CampaignError::MixedEngines { .. } => {
-                Some(exit::CHECK_FAILED)
-            }
-            CampaignError::EnginesFailed { .. } => Some(exit::ENGINE_FAILED),
-            CampaignError::Engine(_) | CampaignError::File(_) | CampaignError::Scene(_) => None,
+/// A merged campaign.
+pub type Merged = super::machine::Merged<Campaign>;
+
+/// Reads a merged campaign and checks its bytes and members against summary and plan.
+pub fn merged(folder: &Path) -> Result<Merged, StudyError> {
+    Folder::<Campaign>::open(folder)?.merged()
+}
+
+impl Campaign {
+    /// So many members of the scene.
+    pub fn new(scene: &Scene, runner: Runner, phases: Vec<Phase>, members: u64, seed: u64) -> Self {
+        let mut scene = scene.clone();
+        scene.realization = seed;
+        Campaign {
+            runner,
+            phases,
+            members,
+            seed,
+            scene_digest: scene.digest(),
+            scene,
         }
+    }
+
+    /// The plan of so many members of the scene in an engine of this program.
+    pub fn plan(
+        scene: &Scene,
+        runner: Runner,
+        phases: Vec<Phase>,
+        members: u64,
+        seed: u64,
+    ) -> Result<Plan<Self>, StudyError> {
+        Plan::new(Campaign::new(scene, runner, phases, members, seed), None)
+    }
+
+    /// Which cloud a member pours; members are counted from 1.
+    pub fn realization(&self, member: u64) -> u64 {
+        self.seed + (member - 1)
+    }
+}
+
+impl Study for Campaign {
+    const KIND: &'static str = "campaign";
+    type Row = Member;
+
+    fn count(&self) -> u64 {
+        self.members
+    }
+
+    fn check(&self) -> Result<(), String> {
+        if self.seed.checked_add(self.members).is_none() {
+            let Campaign { seed, members, .. } = self;
+            return Err(format!("seed {seed} leaves no room for {members} members"));
+        }
+        // What a scene must fulfil is checked where scenes are read.
+        let scene = serde_json::to_string(&self.scene).unwrap_or_default();
+        parse_scene(&scene).map_err(|error| error.to_string())?;
+        if self.scene.digest() != self.scene_digest {
+            return Err("the scene is not the one that was planned".to_owned());
+        }
+        Ok(())
+    }
+
+    fn runner(&self, _: u64) -> Runner {
+        self.runner
+    }
+
+    fn identity(&self, task: u64) -> String {
+        // The seed in the scene is that of member 1.
+        let phases = serde_json::to_string(&self.phases).unwrap_or_default();
+        let mut scene = self.scene.clone();
+        scene.realization = self.realization(task);
+        format!("{task} {} {phases} {}", self.runner.name(), scene.digest())
+    }
+
+    fn run(&self, task: u64, engines: &Engines, work: &Path) -> Result<Member, EngineError> {
+        let how = Specification {
+            runner: self.runner,
+            phases: &self.phases,
+            engines,
+            work,
+        };
+        member::run(task, self.realization(task), &self.scene, &how)
+    }
+
+    fn belongs(&self, task: u64, row: &Member) -> bool {
+        row.member == task && row.realization == self.realization(task)
+    }
+
+    fn outline(&self, row: &Member) -> Outline {
+        let mut cells: Vec<(String, String)> = [
+            ("member", row.member.to_string()),
+            ("realization", row.realization.to_string()),
+            ("ending", row.ending.name().to_owned()),
+            ("pour_steps", row.pour_steps.to_string()),
+            ("load_steps", row.load_steps.to_string()),
+        ]
+        .map(|(name, value)| (name.to_owned(), value))
+        .into();
+        let measured = row.measured.iter();
+        cells.extend(measured.map(|(key, value)| (key.clone(), format!("{value:?}"))));
+        Outline {
+            // An engine that gave up has not told its name.
+            engine: (!row.engine.is_empty()).then(|| row.engine.clone()),
+            ending: row.ending.name(),
+            cells,
+        }
+    }
+
+    fn judge(folder: &Folder<Self>) -> Result<Judged, Error> {
+        let mut endings: BTreeMap<&'static str, u64> = BTreeMap::new();
+        let mut measured: BTreeMap<String, Sums> = BTreeMap::new();
+        folder.each(|_, row| {
+            *endings.entry(row.ending.name()).or_default() += 1;
+            for (key, value) in row.measured {
+                measured.entry(key).or_default().add(value);
+            }
+        })?;
+        let mut of_endings = Table::new("endings", "How the members ended", &["ending", "members"]);
+        for (ending, count) in &endings {
+            of_endings.row([Cell::from(*ending), Cell::from(*count)]);
+        }
+        let columns = ["quantity", "members", "mean, SI", "standard deviation, SI"];
+        let mut table = Table::new(
+            "measured",
+            "Every measured quantity over the members that have it",
+            &columns,
+        );
+        for (key, sums) in &measured {
+            let deviation = (sums.count > 1).then(|| sums.deviation());
+            table.row([
+                Cell::Code(key.clone()),
+                sums.count.into(),
+                sums.mean.into(),
+                deviation.into(),
+            ]);
+        }
+        let Campaign {
+            members,
+            seed,
+            runner,
+            scene,
+            ..
+        } = &folder.plan.study;
+        let made: u64 = endings.values().sum();
+        let last = folder.plan.study.realization(*members);
+        let answer = format!(
+            "{made} of {members} realizations of {:?} in {}, from {seed} to {last}.",
+            scene.name,
+            runner.name()
+        );
+        Ok(Judged {
+            own: json!({"scene_digest": folder.plan.study.scene_digest, "endings": endings, "quantities": measured}),
+            measured: Vec::new(),
+            document: Document {
+                title: "Campaign".to_owned(),
+                verdict: Outcome::Skipped,
+                answer,
+                sections: vec![
+                    Section::new("Endings", "").with(of_endings),
+                    Section::new("Quantities", "").with(table).as_details(),
+                ],
+                checks: Vec::new(),
+            },
+        })
+    }
+}
+
+/// Mean and deviation of values that are not kept (Welford 1962).
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+struct Sums {
+    count: u64,
+    mean: f64,
+    /// Sum of squares about the mean.
+    squares: f64,
+}
+
+impl Sums {
+    fn add(&mut self, value: f64) {
+        self.count += 1;
+        let before = value - self.mean;
+        self.mean += before / self.count as f64;
+        self.squares += before * (value - self.mean);
+    }
+
+    /// Of the sample; not a number for one value.
+    fn deviation(&self) -> f64 {
+        (self.squares / (self.count as f64 - 1.0)).sqrt()
     }
 }

@@ -1,21 +1,23 @@
-//! The data of the paper's figures from our own numbers; `report::figures` draws them.
+//! The content of the paper's figures from our own numbers.
 
-use crate::engine::yade;
+use crate::document::plot::Point as DataPoint;
+use crate::document::{Axis, Cell, Colour, Mark, Plot, Table};
 use crate::error::Error;
 use crate::files::work_folder;
-use crate::paper;
 use crate::paper::continuum::table::{Point, Setup};
 use crate::paper::continuum::{Field, Load, Model, Spread, weight};
-use crate::study::campaign::merged::Merged;
-use crate::study::realization::{Realization, Runner, Way, run};
-use evidence::law::{Family, Law};
+use crate::paper::recomputed::piles::{Counted, chance_of_at_least_of_five, table_1};
+use crate::study::campaign::Merged;
+use crate::study::distribution::Distribution;
+use crate::study::realization::{Engines, Realization, Runner, Specification, run};
+use evidence::law::Family;
 use grains::measure::height;
 use grains::scene::Scene;
 use grains::tables::Snapshot;
 
 /// The continuum's side of a scene. Height and porosity of the bed are the published ones: what the theory was given.
 pub fn setup_of(scene: &Scene) -> Setup {
-    let published = paper::boussinesq::setup();
+    let published = Setup::published();
     Setup {
         load: Load {
             spread: Spread::Uniform,
@@ -62,15 +64,13 @@ impl LoadedBed {
 /// Runs the scene in the native engine to the end of loading.
 pub fn loaded_bed(scene: &Scene, runner: Runner) -> Result<LoadedBed, Error> {
     let work = work_folder()?;
-    let options = yade::Options::default();
-    let way = Way {
+    let how = Specification {
         runner,
         phases: &[],
-        yade: &options,
-        brought: None,
+        engines: &Engines::default(),
         work: work.path(),
     };
-    let Realization { outcome, .. } = run(scene, &way)?;
+    let Realization { outcome, .. } = run(scene, &how)?;
     let settled = outcome.settled.ok_or_else(|| {
         Error::Usage(format!(
             "realization {} did not settle, so there is no loaded bed to draw; take another one",
@@ -84,48 +84,89 @@ pub fn loaded_bed(scene: &Scene, runner: Runner) -> Result<LoadedBed, Error> {
     })
 }
 
-/// What the members of a campaign have at a control point.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Sample {
-    /// Name of the control point.
-    pub point: String,
-    /// Σ^c_zz of each member that reached the force, J per metre of depth (section 3.2.3).
-    pub values: Vec<f64>,
-    /// μ = σ_zz V_c of the half-space (Eq. 7), J.
-    pub theory_mean: f64,
-    /// The Gamma law that fits best; none where none does.
-    pub gamma: Option<Law>,
-}
-
-/// A sample a control point; an error where one has no values.
-pub fn samples(campaign: &Merged) -> Result<Vec<Sample>, Error> {
-    let scene = &campaign.plan.scene;
+/// Σ^c_zz of each member that reached the force (section 3.2.3) beside the half-space's μ = σ_zz V_c (Eq. 7), a control point
+/// each: Figure 5. An error where a point has no values.
+pub fn distributions(campaign: &Merged) -> Result<Vec<Distribution>, Error> {
+    let scene = &campaign.plan.study.scene;
     let setup = setup_of(scene);
     let field = Field::new(Model::HalfSpace, setup.load);
     let volume = scene.measurement.control_volume_side.powi(2);
-    setup
-        .points
-        .iter()
-        .map(|point| {
-            let key = format!("last.stress.{}.control_volume_zz", point.name);
-            let members = campaign.members.iter();
-            let values: Vec<f64> = members
-                .filter_map(|member| member.measured.get(&key).copied())
-                .collect();
-            if values.is_empty() {
-                return Err(Error::Usage(format!(
-                    "no member of the campaign has a stress at {}, so Figure 5 cannot be drawn",
-                    point.name
-                )));
-            }
-            let of_weight = weight(setup.density, setup.gravity, setup.porosity, point.depth);
-            let stress = of_weight + field.stress(point.offset, point.depth).zz;
-            Ok(Sample {
-                point: point.name.clone(),
-                gamma: Family::Gamma.fit(&values),
-                values,
-                theory_mean: stress * volume,
-            })
+    let of = |point: &Point| {
+        let key = format!("last.stress.{}.control_volume_zz", point.name);
+        let members = campaign.rows.iter();
+        let mut values: Vec<f64> = members
+            .filter_map(|member| member.measured.get(&key).copied())
+            .collect();
+        if values.is_empty() {
+            return Err(Error::Usage(format!(
+                "no member of the campaign has a stress at {}, so Figure 5 cannot be drawn",
+                point.name
+            )));
+        }
+        values.sort_by(f64::total_cmp);
+        let of_weight = weight(setup.density, setup.gravity, setup.porosity, point.depth);
+        let stress = of_weight + field.stress(point.offset, point.depth).zz;
+        Ok(Distribution {
+            name: "figure-5".into(),
+            point: point.name.clone(),
+            quantity: "Σ_zz".into(),
+            unit: "J".into(),
+            theory: Some(stress * volume),
+            fitted: Family::Gamma.fit(&values),
+            values,
         })
-        .collect()
+    };
+    setup.points.iter().map(of).collect()
+}
+
+/// Table 1, counted, and the share of piles that bear at least a force, for five piles and for many: Figure 3.
+pub fn sharings() -> (Table, Plot) {
+    let subclasses = table_1();
+    let all: u32 = subclasses.iter().map(|subclass| subclass.cases).sum();
+    let heads = [
+        "loads", "name", "bear 0", "bear 1", "bear 2", "bear 3", "bear 4", "bear 5", "cases",
+        "chance",
+    ];
+    let title = "Five piles share five units of force (FU): how many piles bear 0, 1, … 5 of them";
+    let mut table = Table::new("table-1", title, &heads);
+    for Counted { name, piles, cases } in subclasses {
+        // One case of it, the largest loads first.
+        let loads: Vec<String> = (0..6)
+            .rev()
+            .flat_map(|force| vec![force.to_string(); piles[force] as usize])
+            .collect();
+        let head = [Cell::Text(loads.join(" ")), name.into()];
+        let counts = piles.map(|piles| Cell::Count(piles.into()));
+        let chance = f64::from(cases) / f64::from(all);
+        let last = [Cell::Count(cases.into()), chance.into()];
+        table.row(head.into_iter().chain(counts).chain(last));
+    }
+    let forces = || (0..6u32).map(|force| (force, f64::from(force)));
+    let plot = Plot::new(
+        "figure-3",
+        "What one pile bears when five piles share five units of force, and when many do",
+        Axis::linear("force F, FU (the mean is 1)").within(-0.3, 5.3),
+        Axis::linear("share of piles with F or more").within(0.0, 1.0),
+    )
+    .with(Mark::Bars {
+        name: "five piles, counted".to_owned(),
+        colour: Colour::Sky,
+        bars: forces()
+            .map(|(force, at)| [at - 0.15, at + 0.15, chance_of_at_least_of_five(force)])
+            .collect(),
+    })
+    .points(
+        "many, whole units",
+        Colour::Green,
+        forces().map(|(force, at)| DataPoint::at(at, 0.5f64.powi(force as i32))),
+    )
+    .line(
+        "many, fine steps: exp",
+        Colour::Vermilion,
+        (0..=100).map(|index| {
+            let force = 0.05 * f64::from(index);
+            [force, (-force).exp()]
+        }),
+    );
+    (table, plot)
 }

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::exec::{Brought, ExecError, Part, missing_for_scene, run_brought};
-use crate::engine::yade::{self, YadeError};
+use crate::engine::exec::{Brought, Part, missing_for_scene, run_brought};
+use crate::engine::{ProgramError, yade};
 use crate::run::EngineError;
 use evidence::shape;
 use grains::generate::initial_bodies;
@@ -31,6 +31,19 @@ pub enum Ending {
     Poured,
     /// The engine gave up, with its words.
     Failed(String),
+}
+
+impl Ending {
+    /// The word for it in tables.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Ending::Reached => "reached",
+            Ending::Sank => "sank",
+            Ending::NotSettled => "not_settled",
+            Ending::Poured => "poured",
+            Ending::Failed(_) => "failed",
+        }
+    }
 }
 
 /// Who runs it.
@@ -59,24 +72,36 @@ impl Runner {
         }
     }
 
+    /// Whether it runs in this process.
+    pub fn is_native(self) -> bool {
+        matches!(self, Runner::Native(_))
+    }
+
     /// Whether YADE is needed.
     pub fn is_yade(self) -> bool {
         matches!(self, Runner::YadeOrdinary | Runner::YadeSorted)
     }
 }
 
+/// How engines that are other programs are started.
+#[derive(Debug, Clone, Default)]
+pub struct Engines {
+    /// YADE; its loop is the runner's.
+    pub yade: yade::Options,
+    /// The external engine, for its runner.
+    pub external: Option<Brought>,
+}
+
 /// How a realization is run.
 #[derive(Debug, Clone, Copy)]
-pub struct Way<'a> {
+pub struct Specification<'a> {
     /// In which engine.
     pub runner: Runner,
     /// Pouring, part by part, in the native engine; without any the scene's own stages and rules are used.
     pub phases: &'a [Phase],
-    /// How YADE is started; its loop is the runner's.
-    pub yade: &'a yade::Options,
-    /// The program that was brought, for its runner.
-    pub brought: Option<&'a Brought>,
-    /// An empty folder for the use of YADE or of a program that was brought.
+    /// The engines that are other programs.
+    pub engines: &'a Engines,
+    /// An empty folder for the use of such an engine.
     pub work: &'a Path,
 }
 
@@ -98,42 +123,46 @@ pub struct Realization {
 }
 
 /// Runs the scene's realization.
-pub fn run(scene: &Scene, way: &Way<'_>) -> Result<Realization, EngineError> {
+pub fn run(scene: &Scene, how: &Specification<'_>) -> Result<Realization, EngineError> {
     // Nobody looks at the history.
     let mut scene = scene.clone();
     scene.measurement.history_every = 1_000_000_000;
-    match way.runner {
+    match how.runner {
         Runner::Native(mode) => {
             let options = native::Options {
                 mode,
                 ..native::Options::default()
             };
-            Ok(in_native(&scene, way.phases, &options)?)
+            Ok(in_native(&scene, how.phases, &options)?)
         }
         Runner::YadeOrdinary | Runner::YadeSorted => {
             let options = yade::Options {
-                sorted: way.runner == Runner::YadeSorted,
-                ..way.yade.clone()
+                sorted: how.runner == Runner::YadeSorted,
+                ..how.engines.yade.clone()
             };
             let task = Task::whole(initial_bodies(&scene));
-            let run = yade::run(&scene, &task, &options, way.work, &mut ())?;
+            let run = yade::run(&scene, &task, &options, how.work, &mut ())?;
             let seconds = run.outcome.stages.iter().map(|stage| stage.cpu_seconds);
             let seconds = seconds.sum();
             let engine = format!("YADE {}", run.version);
             Ok(whole(run.outcome, seconds, engine))
         }
         Runner::Brought => {
-            let engine = way.brought.ok_or_else(|| ExecError::Missing {
-                path: "exec:PATH".into(),
-                reason: "it was not named".to_owned(),
-            })?;
-            Ok(in_brought(&scene, engine, way.work)?)
+            let engine = how
+                .engines
+                .external
+                .as_ref()
+                .ok_or_else(|| ProgramError::NotStarted {
+                    path: "exec:PATH".into(),
+                    reason: "it was not named".to_owned(),
+                })?;
+            Ok(in_brought(&scene, engine, how.work)?)
         }
     }
 }
 
 /// Pours and loads in an engine that was brought. One that has everything but a punch pours and settles.
-fn in_brought(scene: &Scene, engine: &Brought, work: &Path) -> Result<Realization, ExecError> {
+fn in_brought(scene: &Scene, engine: &Brought, work: &Path) -> Result<Realization, ProgramError> {
     let mut task = Task::whole(initial_bodies(scene));
     let missing = missing_for_scene(&engine.description, scene, &task);
     let only_poured = missing == [Part::Punch];
@@ -160,10 +189,8 @@ pub fn went_wrong(error: EngineError) -> Result<String, EngineError> {
             ..
         }) => Err(error),
         EngineError::Native(error) => Ok(error.to_string()),
-        EngineError::Yade(error @ YadeError::WentWrong { .. }) => Ok(error.to_string()),
-        EngineError::Yade(error) => Err(EngineError::Yade(error)),
-        EngineError::Exec(error @ ExecError::WentWrong { .. }) => Ok(error.to_string()),
-        EngineError::Exec(error) => Err(EngineError::Exec(error)),
+        EngineError::Program(error @ ProgramError::WentWrong { .. }) => Ok(error.to_string()),
+        error @ EngineError::Program(_) => Err(error),
     }
 }
 

@@ -1,4 +1,4 @@
-//! Independent pieces of work on every core, with how far they are.
+//! Independent pieces of work on several threads.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard};
@@ -7,8 +7,42 @@ use crate::error::Error;
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 
-/// Does `one` for 0 to `count` − 1, begun in this order, on as many threads as there are cores. The first failure
-/// and a signal to end stop it; what has begun is finished first.
+/// Does `one` for each item, begun in this order, on so many threads. The first failure, which is returned, and a signal
+/// to end stop it; what has begun is finished first.
+pub fn each<T: Send, E: Send>(
+    items: impl Iterator<Item = T> + Send,
+    threads: usize,
+    one: impl Fn(T) -> Result<(), E> + Sync,
+) -> Result<(), E> {
+    let items = Mutex::new(items);
+    let failure: Mutex<Option<E>> = Mutex::new(None);
+    let stop = AtomicBool::new(false);
+    let worker = || {
+        while !stop.load(Ordering::Relaxed) && !asked_to_end() {
+            let Some(item) = lock(&items).next() else {
+                return;
+            };
+            if let Err(error) = one(item) {
+                stop.store(true, Ordering::Relaxed);
+                lock(&failure).get_or_insert(error);
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..threads.max(1) {
+            scope.spawn(worker);
+        }
+    });
+    let failure = lock(&failure).take();
+    failure.map_or(Ok(()), Err)
+}
+
+/// The machine's cores.
+pub fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// [`each`] from 0 to `count` − 1 on every core, with how far they are.
 pub fn all(
     count: usize,
     name: &str,
@@ -16,45 +50,24 @@ pub fn all(
     one: impl Fn(usize) -> Result<(), Error> + Sync,
 ) -> Result<(), Error> {
     let task = display.task(name);
-    let failure: Mutex<Option<Error>> = Mutex::default();
-    let (next, done, stop) = (
-        AtomicUsize::new(0),
-        AtomicUsize::new(0),
-        AtomicBool::new(false),
-    );
-    let workers = std::thread::available_parallelism().map_or(1, usize::from);
-    std::thread::scope(|scope| {
-        for _ in 0..workers {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= count || stop.load(Ordering::Relaxed) || asked_to_end() {
-                        return;
-                    }
-                    if let Err(error) = one(index) {
-                        stop.store(true, Ordering::Relaxed);
-                        lock(&failure).get_or_insert(error);
-                        return;
-                    }
-                    let finished = done.fetch_add(1, Ordering::Relaxed) + 1;
-                    let share = finished as f64 / count as f64;
-                    task.share(share, &format!("{finished} of {count}"));
-                }
-            });
-        }
+    let done = AtomicUsize::new(0);
+    let ended = each(0..count, cores(), |index| {
+        one(index)?;
+        let finished = done.fetch_add(1, Ordering::Relaxed) + 1;
+        let share = finished as f64 / count as f64;
+        task.share(share, &format!("{finished} of {count}"));
+        Ok::<(), Error>(())
     });
     if asked_to_end() {
         return Err(Error::Interrupted);
     }
-    if let Some(error) = lock(&failure).take() {
-        return Err(error);
-    }
+    ended?;
     task.done(&format!("{count} made"));
     Ok(())
 }
 
 /// A worker that panicked left nothing half done behind.
-pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     match mutex.lock() {
         Ok(guard) => guard,
         Err(poisoned) => poisoned.into_inner(),

@@ -48,6 +48,11 @@ impl Grain {
         }
     }
 
+    /// The same grain with its centre here, m.
+    pub fn at(self, position: [f64; 2]) -> Self {
+        Grain { position, ..self }
+    }
+
     /// The same grain with this velocity, m/s.
     pub fn moving(self, velocity: [f64; 2]) -> Self {
         Grain { velocity, ..self }
@@ -77,6 +82,16 @@ pub fn friction(modulus: f64, stiffness_ratio: f64, friction_angle: f64) -> Law 
         friction_angle,
         ..springs(modulus)
     }
+}
+
+/// The same law with slip and torque arms at the contact point.
+pub fn at_contact_point(law: Law) -> Law {
+    let contact = ContactLaw {
+        slip_velocity: SlipVelocity::ContactPoint,
+        torque_arms: TorqueArms::ContactPoint,
+        ..law.contact
+    };
+    Law { contact, ..law }
 }
 
 /// The same law with these dashpots, contact point velocities and contact point arms: the form that

@@ -1,43 +1,569 @@
-//! Collisions of one or two grains, whose outcome is known in closed form.
+//! Head-on collisions without gravity, of a grain with a wall or of two grains whose centre of mass is at rest.
 //!
-//! Two kinds of closed form stand behind them. `continuum` solves the equations of motion, as textbooks
-//! do; what a run may be off it follows from the length of the step. `leapfrog` solves the scheme itself;
-//! a run is off it by nothing but rounding, so the rungs on it feel the smallest faults.
+//! Chung and Ooi's tests (Granular Matter 13 (2011) 643) have their materials, radii and speeds, on a linear spring of the
+//! stiffness E·R; theirs is Hertz's, so the closed forms are the linear ones.
 
-mod ball;
-mod bounces;
-mod bouncing;
-mod chung_ooi;
-mod continuum;
-mod drops;
-mod experiment;
-mod falling;
-mod first_slip;
-mod head_on;
-mod leapfrog;
-mod oblique;
-mod pairs;
-mod sharp;
-mod slide;
-mod sliding;
-mod squeezed;
-mod sticking;
+use std::f64::consts::PI;
 
-#[cfg(test)]
-mod tests;
+use super::analytic::{
+    Ends, SpringDashpot, State, dashpot, deviations, nominal_ratio, random_rounding,
+    rounding_of_phase,
+};
+use super::build::{self, Grain};
+use super::{CaseGroup, Figures, Track, at, furthest};
+use grains::case::Case;
+use grains::model::{Axis, Model};
+use grains::scene::{Tension, Viscosity};
 
-use super::Rung;
+/// The groups.
+pub fn groups() -> Vec<CaseGroup> {
+    use Tension::{Clipped, Unclipped};
+    vec![
+        local_damping(),
+        bodies_with_dashpots(
+            CaseGroup::new(
+                "bounce-dashpot",
+                "A spring and a dashpot that does not pull: rebound and contact time, pair and wall",
+            ),
+            Clipped,
+            &[0.05, 0.2, 0.5, 0.9, 1.5],
+        ),
+        // Above critical damping a dashpot that pulls never lets go.
+        bodies_with_dashpots(
+            CaseGroup::new(
+                "bounce-dashpot-unclipped",
+                "A spring and a dashpot that may pull give back exp(−πζ/√(1−ζ²)) of the speed",
+            ),
+            Unclipped,
+            &[0.05, 0.2, 0.5],
+        ),
+        restitutions(),
+        elastic(),
+        // Without a dashpot nothing is clipped, so one of the two groups has it.
+        rebounds(
+            CaseGroup::new(
+                "chung-ooi-3-rebound",
+                "Chung and Ooi 3: rebound from a wall, dashpots that do not pull",
+            ),
+            Clipped,
+            &[0.2, 0.4, 0.6, 0.8, 1.0],
+        ),
+        rebounds(
+            CaseGroup::new(
+                "chung-ooi-3-rebound-unclipped",
+                "Chung and Ooi 3: rebound from a wall, the restitution is the nominal one if dashpots may pull",
+            ),
+            Unclipped,
+            &[0.2, 0.4, 0.6, 0.8],
+        ),
+        squeezed(recurrence(
+            "leapfrog-spring",
+            "Springs swing as the leapfrog recurrence, to rounding",
+            |_| (0.0, Viscosity::None),
+        )),
+        recurrence(
+            "leapfrog-dashpot",
+            "A spring and a dashpot that does not pull follow the damped recurrence, to rounding",
+            |plain| (0.0, plain.damped(0.3, Clipped)),
+        ),
+        recurrence(
+            "leapfrog-dashpot-unclipped",
+            "A spring and a dashpot that may pull follow the damped recurrence, to rounding",
+            |plain| (0.0, plain.damped(0.3, Unclipped)),
+        ),
+        recurrence(
+            "leapfrog-local-damping",
+            "Springs with local damping follow a recurrence on the way in and one on the way out, to rounding",
+            |_| (0.3, Viscosity::None),
+        ),
+    ]
+}
 
-/// The rungs.
-pub fn rungs() -> Vec<Rung> {
-    let parts = [
-        bounces::rungs(),
-        drops::rungs(),
-        bouncing::rungs(),
-        chung_ooi::rungs(),
-        oblique::rungs(),
-        pairs::rungs(),
-        sharp::rungs(),
-    ];
-    parts.into_iter().flatten().collect()
+/// A collision.
+#[derive(Debug, Clone)]
+struct HeadOn {
+    /// Of the experiment.
+    id: String,
+    /// The first grain; where it is and how it moves is put in here.
+    grain: Grain,
+    /// The grain to its right that it meets; none for a wall below it.
+    other: Option<Grain>,
+    /// k_n, N/m.
+    stiffness: f64,
+    viscosity: Viscosity,
+    /// Cundall's α.
+    alpha: f64,
+    /// Speed of the approach, m/s.
+    approach: f64,
+    /// Steps in the contact time of the spring alone, π√(m_eff/k).
+    steps: f64,
+    /// Steps before touch; half a step in it makes the first step with a force begin at touch.
+    lead: f64,
+}
+
+impl HeadOn {
+    /// Without dashpot and local damping.
+    fn elastic(
+        id: String,
+        grain: Grain,
+        other: Option<Grain>,
+        stiffness: f64,
+        approach: f64,
+    ) -> Self {
+        HeadOn {
+            id,
+            grain,
+            other,
+            stiffness,
+            viscosity: Viscosity::None,
+            alpha: 0.0,
+            approach,
+            steps: 1000.0,
+            lead: 5.3,
+        }
+    }
+
+    /// m_eff, kg.
+    fn mass(&self) -> f64 {
+        let one = self.grain.mass;
+        self.other
+            .map_or(one, |other| one * other.mass / (one + other.mass))
+    }
+
+    fn frequency(&self) -> f64 {
+        (self.stiffness / self.mass()).sqrt()
+    }
+
+    /// s.
+    fn dt(&self) -> f64 {
+        PI / (self.frequency() * self.steps)
+    }
+
+    /// ω dt.
+    fn angle(&self) -> f64 {
+        PI / self.steps
+    }
+
+    /// A dashpot of this ζ.
+    fn damped(&self, ratio: f64, tension: Tension) -> Viscosity {
+        let c_n = dashpot(ratio, self.mass(), self.stiffness);
+        Viscosity::Dashpot { c_n, tension }
+    }
+
+    /// The contact in closed form; not for a dashpot that is given by its restitution.
+    fn contact(&self) -> SpringDashpot {
+        let (dashpot, tension) = match self.viscosity {
+            Viscosity::Dashpot { c_n, tension } => (c_n, tension),
+            Viscosity::Restitution { tension, .. } => (0.0, tension),
+            Viscosity::None => (0.0, Tension::Clipped),
+        };
+        SpringDashpot {
+            dashpot,
+            ends: tension.into(),
+            approach: self.approach,
+            alpha: self.alpha,
+            ..SpringDashpot::spring(self.mass(), self.stiffness, self.dt())
+        }
+    }
+
+    fn start(&self) -> State {
+        State::start(-self.lead * self.dt() * self.approach, self.approach)
+    }
+
+    /// A step by which a contact of this duration (s) is over.
+    fn end(&self, duration: f64) -> u64 {
+        (self.lead + 1.02 * duration / self.dt() + 3.0).ceil() as u64
+    }
+
+    /// Height of the wall, m; not zero, so that a fault in it shows.
+    fn floor(&self) -> f64 {
+        0.5 * self.grain.radius
+    }
+
+    fn case(&self, moments: Vec<u64>) -> Case {
+        let one = self.grain;
+        let (modulus, grains) = match self.other {
+            None => {
+                let height = self.floor() + one.radius - self.start().overlap;
+                let grain = one.at([0.0, height]).moving([0.0, -self.approach]);
+                (self.stiffness / one.radius, vec![grain])
+            }
+            Some(other) => {
+                let sum = one.radius + other.radius;
+                let share = other.mass / (one.mass + other.mass);
+                let place = [sum - self.start().overlap, 0.0];
+                let grains = vec![
+                    one.at([0.0; 2]).moving([share * self.approach, 0.0]),
+                    other.at(place).moving([(share - 1.0) * self.approach, 0.0]),
+                ];
+                let modulus = self.stiffness * sum / (2.0 * one.radius * other.radius);
+                (modulus, grains)
+            }
+        };
+        let springs = build::springs(modulus);
+        let law = match self.viscosity {
+            Viscosity::None => springs,
+            _ => build::with_viscosity(springs, self.viscosity.clone()),
+        };
+        let mut model = build::model(law, self.dt());
+        model.alpha = self.alpha;
+        if self.other.is_none() {
+            model.walls.push(build::wall(Axis::Z, self.floor()));
+        }
+        build::case(&self.id, model, &grains, moments)
+    }
+
+    /// Overlap and approach speed at a step.
+    fn state(&self, track: &Track, step: u64) -> State {
+        let view = at(track, step);
+        let ([x, z], [vx, vz]) = (view.position(0), view.velocity(0));
+        let (overlap, approach) = match self.other {
+            None => (self.floor() + self.grain.radius - z, -vz),
+            Some(other) => {
+                let sum = self.grain.radius + other.radius;
+                (sum - (view.position(1)[0] - x), vx - view.velocity(1)[0])
+            }
+        };
+        State {
+            step,
+            overlap,
+            approach,
+        }
+    }
+
+    /// Restitution and contact time (s) from states before touch and after the surfaces have parted: in
+    /// between nothing but the contact acts, so the straight ways tell when the surfaces met and parted.
+    fn outcome(&self, track: &Track, end: u64) -> [f64; 2] {
+        let (before, after) = (self.state(track, 0), self.state(track, end));
+        let at = |state: &State| state.step as f64 * self.dt() - state.overlap / state.approach;
+        [-after.approach / before.approach, at(&after) - at(&before)]
+    }
+}
+
+/// A glass ball of 2 mm that meets a wall, and one that meets another ball.
+fn glass(id: impl Fn(&str) -> String) -> [HeadOn; 2] {
+    let ball = |radius| Grain::sphere([0.0; 2], radius, 2500.0);
+    let of = |what, other| HeadOn::elastic(id(what), ball(1.0e-3), other, 2.0e4, 0.4);
+    [of("wall", None), of("pair", Some(ball(1.7e-3)))]
+}
+
+/// e = √((1−α)/(1+α)): the grain is slowed down by 1+α times the spring's force and sped up by 1−α
+/// times it. Contact time ½T(1/√(1−α) + 1/√(1+α)) with T = π√(m/k).
+fn local_damping() -> CaseGroup {
+    let mut group = CaseGroup::new(
+        "bounce-local-damping",
+        "A spring with local damping gives back √((1−α)/(1+α)) of the speed",
+    );
+    for alpha in [0.0, 0.1, 0.3, 0.5, 0.7] {
+        for plain in glass(|what| format!("{what}/alpha-{alpha}")) {
+            let of = HeadOn { alpha, ..plain };
+            let period = of.steps * of.dt();
+            let duration = 0.5 * period * (1.0 / (1.0 - alpha).sqrt() + 1.0 / (1.0 + alpha).sqrt());
+            let end = of.end(duration);
+            group = group.with([of.case(vec![0, end])], move |tracks| {
+                let [rebound, time] = of.outcome(&tracks[0], end);
+                let expected = ((1.0 - alpha) / (1.0 + alpha)).sqrt();
+                let small = of.angle() * of.angle();
+                // At the turning point half a step at most is damped with the wrong sign: work 2αF over the way
+                // ½a(dt/2)², of the energy ½F²(1−α)/k; touching and parting between steps, (ω dt)²/8 each.
+                let of_rebound = expected * 0.5 * small * (1.0 + alpha) / (1.0 - alpha);
+                // The same half step moves the way back by 2α/(1−α) of itself.
+                let turning = of.dt() * alpha / (1.0 - alpha);
+                let mut figures = Figures::of(&of.id);
+                figures.because(
+                    "second order in the step: (1+α)/(1−α)·½(ω dt)² from touching, turning and parting between steps",
+                );
+                figures.is("restitution, 1", rebound, expected, of_rebound);
+                figures.because(
+                    "damping turns round at a step, half a step off at most: dt·α/(1−α); (ω dt)² beside it",
+                );
+                let off = turning + small * time.abs();
+                figures.is("contact-time, s", time, duration, off);
+                figures.done()
+            });
+        }
+    }
+    group
+}
+
+/// How much finer the second run of a dashpot's collision is. Thrice, so that touch falls into the middle
+/// between two steps in both and what is left is smooth in the step.
+const FINER: f64 = 3.0;
+
+/// A collision with a dashpot at two lengths of the step.
+struct Rebound {
+    coarse: HeadOn,
+    /// The restitution and the contact time (s) that are expected.
+    restitution: f64,
+    contact_time: f64,
+    /// c_n dt/m_eff of the coarse run: the share of the momentum that the dashpot takes in a step.
+    share: f64,
+}
+
+impl Rebound {
+    /// With the dashpot constant and the law of the closed form.
+    fn of_dashpot(coarse: HeadOn) -> Self {
+        let contact = coarse.contact();
+        let release = contact.release();
+        Rebound {
+            restitution: release.speed / coarse.approach,
+            contact_time: release.parted(),
+            share: contact.share(),
+            coarse,
+        }
+    }
+
+    fn add_to(self, group: CaseGroup) -> CaseGroup {
+        let fine = HeadOn {
+            id: format!("{}/fine", self.coarse.id),
+            steps: FINER * self.coarse.steps,
+            lead: FINER * self.coarse.lead,
+            ..self.coarse.clone()
+        };
+        let runs = [self.coarse.clone(), fine];
+        let case = |run: &HeadOn| run.case(vec![0, run.end(self.contact_time)]);
+        group.with(runs.each_ref().map(case), move |tracks| {
+            let outcome = |i: usize| runs[i].outcome(&tracks[i], runs[i].end(self.contact_time));
+            let (coarse, fine) = (outcome(0), outcome(1));
+            let limit = |index: usize| (FINER * fine[index] - coarse[index]) / (FINER - 1.0);
+            let lag = 0.5 * self.restitution.ln().abs();
+            let lets_go = match self.coarse.contact().ends {
+                Ends::Clipped => 0.0,
+                _ => 0.5,
+            };
+            let first = (lag + lets_go) * self.share / FINER;
+            let angle = self.coarse.angle();
+            let second = angle * angle + self.share * self.share;
+            let mut figures = Figures::of(&self.coarse.id);
+            figures.because(
+                "first order in the step: the dashpot takes the speed of half a step before, as if the mass were \
+                 less by ½c dt; twice ¼|ln e| c dt/m, and ½c dt/m where it lets go of a force within a step",
+            );
+            let expected = self.restitution;
+            let off = expected * (first + second);
+            figures.is("restitution, 1", fine[0], expected, off);
+            figures.because(
+                "two runs, steps of 3 and 1, first order taken out; left is a third of the coarse run's second \
+                 order, (ω dt)² + (c dt/m)²",
+            );
+            let off = second / 3.0;
+            let what = "restitution-limit: restitution for dt → 0, 1";
+            figures.is(what, limit(0), expected, expected * off);
+            let what = "contact-time-limit: contact time for dt → 0, s";
+            let time = self.contact_time;
+            figures.is(what, limit(1), time, time * off);
+            figures.done()
+        })
+    }
+}
+
+/// A rebound in so many steps, touch in the middle between two of them. A dashpot that pulls lets go
+/// of a force, so when it does so within a step matters: it has a whole number of steps in its contact
+/// time π/(ω₀√(1−ζ²)), which parts coarse and fine runs at the same place in a step.
+fn in_steps(steps: f64, ratio: f64, tension: Tension, of: HeadOn) -> HeadOn {
+    let steps = match tension {
+        Tension::Clipped => steps,
+        Tension::Unclipped => steps * (1.0 - ratio * ratio).sqrt(),
+    };
+    HeadOn {
+        steps,
+        lead: 5.5,
+        ..of
+    }
+}
+
+fn bodies_with_dashpots(mut group: CaseGroup, tension: Tension, ratios: &[f64]) -> CaseGroup {
+    for &ratio in ratios {
+        for plain in glass(|what| format!("{what}/zeta-{ratio}")) {
+            let mut damped = in_steps(500.0, ratio, tension, plain);
+            damped.viscosity = damped.damped(ratio, tension);
+            group = Rebound::of_dashpot(damped).add_to(group);
+        }
+    }
+    group
+}
+
+/// Collisions that are asked to have a restitution. Only the contact time needs the dashpot's constant:
+/// it is looked for by halving, on the closed form.
+fn restitutions() -> CaseGroup {
+    let mut group = CaseGroup::new(
+        "bounce-restitution",
+        "A restitution asked for is the one that comes out, pair and wall",
+    );
+    for (name, tension) in [
+        ("clipped", Tension::Clipped),
+        ("unclipped", Tension::Unclipped),
+    ] {
+        for e_n in [0.2, 0.5, 0.9] {
+            let nominal = nominal_ratio(e_n);
+            for plain in glass(|what| format!("{what}/e-{e_n}/{name}")) {
+                let plain = in_steps(300.0, nominal, tension, plain);
+                let rebound = |ratio: f64| {
+                    Rebound::of_dashpot(HeadOn {
+                        viscosity: plain.damped(ratio, tension),
+                        ..plain.clone()
+                    })
+                };
+                let (mut low, mut high) = match tension {
+                    Tension::Clipped => (0.5 * nominal, 3.0 * nominal.max(0.1)),
+                    Tension::Unclipped => (nominal, nominal),
+                };
+                for _ in 0..60 {
+                    let middle = 0.5 * (low + high);
+                    if rebound(middle).restitution > e_n {
+                        low = middle;
+                    } else {
+                        high = middle;
+                    }
+                }
+                let mut found = rebound(0.5 * (low + high));
+                found.restitution = e_n;
+                found.coarse.viscosity = Viscosity::Restitution { e_n, tension };
+                group = found.add_to(group);
+            }
+        }
+    }
+    group
+}
+
+/// F = v√(k m_eff), δ = v√(m_eff/k), T = π√(m_eff/k) with the speed v of the approach.
+fn elastic() -> CaseGroup {
+    let mut group = CaseGroup::new(
+        "chung-ooi-1-2-elastic",
+        "Chung and Ooi 1 and 2: force, overlap and contact time of elastic impacts, pair and wall",
+    );
+    for (id, pair, radius, modulus, density, approach) in [
+        ("glass", true, 0.01, 4.8e10, 2800.0, 20.0),
+        ("limestone", true, 0.01, 2.0e10, 2500.0, 20.0),
+        ("aluminium-alloy", false, 0.1, 7.0e10, 2699.0, 0.2),
+        ("magnesium-alloy", false, 0.1, 4.0e10, 1800.0, 0.2),
+    ] {
+        let grain = Grain::sphere([0.0; 2], radius, density);
+        let other = pair.then_some(grain);
+        // Eq. 4 of the paper for equal grains, and a wall counts as one.
+        let of = HeadOn::elastic(id.to_owned(), grain, other, modulus * radius, approach);
+        let middle = (of.lead + 0.5 * of.steps).round() as u64;
+        let middle = [middle - 1, middle, middle + 1];
+        let duration = of.steps * of.dt();
+        let end = of.end(duration);
+        let moments = [&[0], &middle[..], &[end]].concat();
+        group = group.with([of.case(moments)], move |tracks| {
+            let track = &tracks[0];
+            let force = |step| at(track, step).contact(|of| of.normal_force);
+            let (mass, stiffness) = (of.mass(), of.stiffness);
+            let most = of.approach * (stiffness * mass).sqrt();
+            let deepest = of.approach * (mass / stiffness).sqrt();
+            let eighth = 0.125 * of.angle() * of.angle();
+            let mut figures = Figures::of(&of.id);
+            figures.because(
+                "the top lies half a step off at most, (ω dt)²/8 lower, and touch between two steps raises it by \
+                 that at most",
+            );
+            let found = furthest(0.0, middle.map(force));
+            figures.is("largest-force, N", found, most, most * eighth);
+            let found = furthest(0.0, middle.map(|step| of.state(track, step).overlap));
+            figures.is("largest-overlap, m", found, deepest, deepest * eighth);
+            figures.because("the scheme's frequency is too high by (ω dt)²/24; thrice that");
+            let [_, time] = of.outcome(track, end);
+            figures.is("contact-time, s", time, duration, duration * eighth);
+            figures.done()
+        });
+    }
+    group
+}
+
+fn rebounds(mut group: CaseGroup, tension: Tension, restitutions: &[f64]) -> CaseGroup {
+    for (id, modulus, density) in [
+        ("aluminium-oxide", 3.8e11, 4000.0),
+        ("cast-iron", 1.0e11, 7000.0),
+    ] {
+        for restitution in restitutions {
+            let ratio = nominal_ratio(*restitution);
+            let ball = Grain::sphere([0.0; 2], 2.5e-3, density);
+            let id = format!("{id}/e-{restitution}");
+            let plain = HeadOn::elastic(id, ball, None, modulus * 2.5e-3, 3.9);
+            let mut of = in_steps(500.0, ratio, tension, plain);
+            if *restitution != 1.0 {
+                of.viscosity = of.damped(ratio, tension);
+            }
+            group = Rebound::of_dashpot(of).add_to(group);
+        }
+    }
+    group
+}
+
+/// Soft unequal grains, and one of them at a wall, at some steps of the contact and after it, against the chain of
+/// recurrences. Steps are long on purpose; the scheme is solved, not approximated. α and the dashpot are given; ζ = 0.3 parts a
+/// clipped and a pulling dashpot well.
+fn recurrence(
+    id: &'static str,
+    title: &'static str,
+    law: fn(&HeadOn) -> (f64, Viscosity),
+) -> CaseGroup {
+    let mut group = CaseGroup::new(id, title);
+    let grain = Grain::disc([0.0; 2], 0.01, 2000.0);
+    let other = Some(Grain::sphere([0.0; 2], 0.015, 60_000.0));
+    for (id, other) in [("wall", None), ("pair", other)] {
+        let mut of = HeadOn::elastic(id.to_owned(), grain, other, 3.0e5, 1.0);
+        (of.steps, of.lead) = (100.0, 3.3);
+        // As deep as a third of the radius, so that rounding is small beside it.
+        of.approach = 0.33 * of.grain.radius * of.frequency();
+        (of.alpha, of.viscosity) = law(&of);
+        let later = [0.02, 0.25, 0.5, 0.75, 1.6];
+        let later = later.map(|share| (of.lead + share * of.steps).round() as u64);
+        let moments = [&[0, 1], &later[..]].concat();
+        group = group.with([of.case(moments.clone())], move |tracks| {
+            let seen: Vec<State> = moments.iter().map(|n| of.state(&tracks[0], *n)).collect();
+            let expected = of.contact().track(of.start(), &moments);
+            let amplitude = of.approach / of.frequency();
+            let steps = expected.last().map_or(0, |state| state.step);
+            let tolerance = random_rounding(steps, 3.0 * of.grain.radius, amplitude);
+            let scales = [amplitude, of.approach];
+            let mut figures = Figures::of(&of.id);
+            deviations(&mut figures, &seen, &expected, scales, tolerance);
+            figures.done()
+        });
+    }
+    group
+}
+
+/// Adds a grain squeezed between two walls: always in touch with both, so a fault in stiffness, mass, radius
+/// or step grows from swing to swing. m ü = −2k u with the distance u to the left of the middle.
+fn squeezed(group: CaseGroup) -> CaseGroup {
+    /// k of one spring, N/m.
+    const STIFFNESS: f64 = 1.0e5;
+    /// Place of the left wall, overlap with both walls in the middle, and the way at the start, less than that, m.
+    const LEFT: f64 = 0.004;
+    const SQUEEZE: f64 = 0.002;
+    const AMPLITUDE: f64 = 0.0015;
+    /// θ of the recurrence, rad: about twenty steps in a swing.
+    const ANGLE: f64 = 0.3;
+    const STEPS: u64 = 5000;
+    const MOMENTS: [u64; 7] = [0, 1, 10, 100, 1000, STEPS - 7, STEPS];
+    let middle = LEFT + 0.01 - SQUEEZE;
+    let grain = Grain::disc([middle - AMPLITUDE, 0.0], 0.01, 2000.0);
+    // sin(θ/2) = ½ω dt.
+    let dt = 2.0 * (0.5 * ANGLE).sin() * (grain.mass / (2.0 * STIFFNESS)).sqrt();
+    let right = LEFT + 2.0 * (grain.radius - SQUEEZE);
+    let model = Model {
+        walls: vec![build::wall(Axis::X, LEFT), build::wall(Axis::X, right)],
+        ..build::model(build::springs(STIFFNESS / grain.radius), dt)
+    };
+    let case = build::case("squeezed", model, &[grain], MOMENTS.to_vec());
+    group.with([case], move |tracks| {
+        let spring = SpringDashpot::spring(grain.mass, 2.0 * STIFFNESS, dt);
+        let start = State::start(AMPLITUDE, 0.0);
+        let expected = MOMENTS.map(|step| spring.in_touch(&start, step));
+        let seen = MOMENTS.map(|step| State {
+            step,
+            overlap: middle - at(&tracks[0], step).position(0)[0],
+            approach: -at(&tracks[0], step).velocity(0)[0],
+        });
+        let scales = [AMPLITUDE, AMPLITUDE * spring.frequency()];
+        let tolerance =
+            random_rounding(STEPS, middle, AMPLITUDE) + rounding_of_phase(STEPS as f64 * ANGLE);
+        let mut figures = Figures::of("squeezed");
+        deviations(&mut figures, &seen, &expected, scales, tolerance);
+        figures.done()
+    })
 }

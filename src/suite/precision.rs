@@ -7,8 +7,10 @@
 use serde::Serialize;
 
 use super::trajectories;
-use super::{Line, Track};
-use crate::engine::yade::{self, YadeError, run_cases, sibling};
+use super::{Figures, Track};
+use crate::checks::Check;
+use crate::engine::ProgramError;
+use crate::engine::yade::{self, run_cases, sibling};
 use crate::files::work_folder;
 use grains::case::Case;
 use grains::generate::initial_bodies;
@@ -71,10 +73,10 @@ pub struct Precisions {
 }
 
 /// Runs the case in every precision of YADE.
-pub fn run(case: Case, options: &yade::Options) -> Result<Precisions, YadeError> {
+pub fn run(case: Case, options: &yade::Options) -> Result<Precisions, ProgramError> {
     let program = options.program.as_deref();
     let double = in_yade(&case, options.clone())?;
-    let build = |name: &str| -> Result<Track, YadeError> {
+    let build = |name: &str| -> Result<Track, ProgramError> {
         let program = Some(sibling(program, name)?);
         let options = yade::Options {
             program,
@@ -108,7 +110,7 @@ impl Precisions {
     }
 }
 
-fn in_yade(case: &Case, options: yade::Options) -> Result<Track, YadeError> {
+fn in_yade(case: &Case, options: yade::Options) -> Result<Track, ProgramError> {
     let work = work_folder()?;
     let run = run_cases(&[case], &options, work.path(), &mut ())?;
     Ok(run.cases.into_iter().flat_map(|case| case.track).collect())
@@ -125,48 +127,28 @@ fn largest_error(of: &Snapshot, truth: &Snapshot) -> f64 {
 }
 
 /// What the errors must show.
-pub fn lines(errors: &[Errors]) -> Vec<Line> {
-    let mut lines = Vec::new();
+pub fn checks(errors: &[Errors]) -> Vec<Check> {
+    let mut figures = Figures::of("");
+    let mut compared = 0;
     for of in errors {
-        let Errors {
-            step,
-            native,
-            yade,
-            long_double,
-        } = *of;
-        let line = |quantity: &str, value, expected, tolerance, basis: &str| Line {
-            quantity: format!("step {step}: {quantity}"),
-            unit: "1".to_owned(),
-            value,
-            expected,
-            tolerance,
-            basis: basis.to_owned(),
-        };
-        lines.push(line(
-            "native error less YADE's, over R",
-            native - yade,
-            0.0,
-            0.0,
-            "both round alike",
-        ));
-        if long_double > RESOLVED && native < SATURATED {
-            lines.push(line(
-                "log2 of the error in double over that in long double",
-                (native / long_double).log2(),
-                MORE_BITS,
-                SCATTER,
-                "11 bits more; two largest errors of many scatter by a few times",
-            ));
+        let step = of.step;
+        figures.because("both round alike");
+        let what =
+            format!("step-{step}/same-rounding: step {step}: native error less YADE's over R, 1");
+        figures.is(&what, of.native - of.yade, 0.0, 0.0);
+        if of.long_double > RESOLVED && of.native < SATURATED {
+            compared += 1;
+            figures.because("11 bits more; two largest errors of many scatter by a few times");
+            let what = format!(
+                "step-{step}/bits: step {step}: log2 of the error in double over that in long double, 1"
+            );
+            let bits = (of.native / of.long_double).log2();
+            figures.is(&what, bits, MORE_BITS, SCATTER);
         }
     }
-    let compared = lines.len() - errors.len();
-    lines.push(Line {
-        quantity: "moments at which precisions were compared, 0 if any".to_owned(),
-        unit: "1".to_owned(),
-        value: if compared > 0 { 0.0 } else { f64::NAN },
-        expected: 0.0,
-        tolerance: 0.0,
-        basis: "without one nothing says that the errors are rounding".to_owned(),
-    });
-    lines
+    figures.because("without one nothing says that the errors are rounding");
+    let value = if compared > 0 { 0.0 } else { f64::NAN };
+    let what = "compared: moments at which precisions were compared; 0 if any, 1";
+    figures.is(what, value, 0.0, 0.0);
+    figures.done()
 }

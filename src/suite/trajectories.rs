@@ -1,16 +1,12 @@
 //! Trajectories of 5, 500 and 5,000 spinning grains, poured and under the punch, with friction and with
 //! dashpots.
 
-use super::Group;
-use super::parity::ParityRung;
+use super::cross_code::CrossCase;
 use grains::case::Case;
 use grains::generate::initial_bodies;
 use grains::model::Model;
 use grains::native::{first_contact_punch, run_case};
-use grains::scene::{
-    Cloud, ContactLaw, NewContactSlip, Rotation, Scene, SlipVelocity, Tension, TorqueArms,
-    Viscosity, paper_scene,
-};
+use grains::scene::{Cloud, Scene, Tension, Viscosity, paper_scene};
 
 /// Largest spin of the cloud, rad/s.
 const SPIN: f64 = 50.0;
@@ -25,21 +21,22 @@ const SIZES: [(u32, u64, u64); 3] = [
 /// Steps of pouring in the native engine that make the bed for the punch.
 const BED_STEPS: u64 = 12_000;
 
-/// A rung for each size up to `most_grains`, law and stage.
-pub fn rungs(most_grains: u32) -> Vec<ParityRung> {
-    let mut rungs = Vec::new();
+/// A case for each size up to `most_grains`, law and stage.
+pub fn cases(most_grains: u32) -> Vec<CrossCase> {
+    let mut cases = Vec::new();
     for (grains, pour, load) in SIZES {
         if grains > most_grains {
             continue;
         }
         for (law, scene) in [("friction", rough(grains)), ("dashpot", viscous(grains))] {
-            rungs.push(rung(grains, law, "pouring", poured(&scene, pour)));
+            let pouring = ["pouring", "pouring"];
+            cases.push(cross_case(grains, law, pouring, poured(&scene, pour)));
             if let Some(case) = pressed(&scene, load) {
-                rungs.push(rung(grains, law, "under the punch", case));
+                cases.push(cross_case(grains, law, ["punch", "under the punch"], case));
             }
         }
     }
-    rungs
+    cases
 }
 
 /// The paper's scene with so many grains, friction 0.5 and spins.
@@ -68,16 +65,11 @@ pub fn viscous(grains: u32) -> Scene {
     let radius = 0.5 * scene.particles.mean_diameter;
     let stiffness = scene.material.youngs_modulus * radius;
     let effective_mass = 0.5 * scene.grain_mass(radius);
-    scene.contact = ContactLaw {
-        rotation: Rotation::Free,
-        viscosity: Viscosity::Dashpot {
-            c_n: 0.3 * 2.0 * (effective_mass * stiffness).sqrt(),
-            tension: Tension::Clipped,
-        },
-        slip_velocity: SlipVelocity::ContactPoint,
-        torque_arms: TorqueArms::ContactPoint,
-        new_contact_slip: NewContactSlip::WholeStep,
+    let viscosity = Viscosity::Dashpot {
+        c_n: 0.3 * 2.0 * (effective_mass * stiffness).sqrt(),
+        tension: Tension::Clipped,
     };
+    scene.contact = super::build::with_viscosity(super::build::springs(1.0), viscosity).contact;
     scene
 }
 
@@ -91,7 +83,7 @@ fn poured(scene: &Scene, steps: u64) -> Case {
     }
 }
 
-/// A bed that the native engine poured, with the punch set on it; none if that failed, which a rung
+/// A bed that the native engine poured, with the punch set on it; none if that failed, which a case
 /// of pouring shows.
 fn pressed(scene: &Scene, steps: u64) -> Option<Case> {
     let mut bed = poured(scene, BED_STEPS);
@@ -112,15 +104,11 @@ fn moments(steps: u64) -> Vec<u64> {
     (0..=10).map(|tenth| tenth * steps / 10).collect()
 }
 
-fn rung(grains: u32, law: &str, stage: &str, case: Case) -> ParityRung {
-    let short = stage.split(' ').next_back().unwrap_or(stage);
-    ParityRung {
-        name: format!("trajectory-{grains}-{law}-{short}"),
-        title: format!(
-            "{grains} spinning grains with {law}, {} steps {stage}",
-            case.moments.last().unwrap_or(&0)
-        ),
-        group: Group::Parity,
+fn cross_case(grains: u32, law: &str, [id, stage]: [&str; 2], case: Case) -> CrossCase {
+    let steps = case.moments.last().copied().unwrap_or(0);
+    CrossCase {
+        id: format!("trajectory-{grains}-{law}-{id}"),
+        title: format!("{grains} spinning grains with {law}, {steps} steps {stage}"),
         case,
         places: Vec::new(),
     }

@@ -100,8 +100,8 @@ fn a_bed_that_it_cannot_take_is_not_made_with_its_reason() {
 
 #[test]
 #[cfg_attr(
-    not(feature = "exec-engines"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features exec-engines"
+    not(feature = "live"),
+    ignore = "needs LAMMPS and LIGGGHTS: --features live"
 )]
 fn lammps_takes_the_bed() {
     let brought = Brought::ask(Options::new(adapter_path("lammps.py"))).expect("LAMMPS");

@@ -171,8 +171,8 @@ const BROKEN: [(&str, &str, &[&str], &str); 20] = [
 
 #[test]
 #[cfg_attr(
-    not(feature = "browser"),
-    ignore = "needs Chromium; cargo test --features browser"
+    not(feature = "live"),
+    ignore = "needs Chromium; cargo test --features live"
 )]
 fn a_page_that_is_broken_on_purpose_is_complained_of_by_the_right_question() {
     let mut browser = Browser::start();

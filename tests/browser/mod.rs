@@ -1,4 +1,4 @@
-//! The pages in a browser, as a reader has them. Without the feature `browser` this is listed as ignored and not made; with it
+//! The pages in a browser, as a reader has them. Without the feature `live` this is listed as ignored and not made; with it
 //! a missing Chromium is a failure. `ci/install_browser` installs Debian's.
 
 mod broken;
@@ -62,8 +62,8 @@ fn inspect(browser: &mut Browser, name: &str, page: &Path) {
 
 #[test]
 #[cfg_attr(
-    not(feature = "browser"),
-    ignore = "needs Chromium; cargo test --features browser"
+    not(feature = "live"),
+    ignore = "needs Chromium; cargo test --features live"
 )]
 fn the_main_jobs_page_reads_well_everywhere_and_asks_for_nothing() {
     let (folder, _) = folder_with(&small_scene());
@@ -88,8 +88,8 @@ fn the_main_jobs_page_reads_well_everywhere_and_asks_for_nothing() {
 
 #[test]
 #[cfg_attr(
-    not(feature = "browser"),
-    ignore = "needs Chromium; cargo test --features browser"
+    not(feature = "live"),
+    ignore = "needs Chromium; cargo test --features live"
 )]
 fn the_ladders_page_reads_well_everywhere_and_asks_for_nothing() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -121,8 +121,8 @@ fn first_screen(browser: &mut Browser, page: &Path, name: &str, named: &[(&str, 
 
 #[test]
 #[cfg_attr(
-    not(feature = "browser"),
-    ignore = "needs Chromium; cargo test --features browser"
+    not(feature = "live"),
+    ignore = "needs Chromium; cargo test --features live"
 )]
 fn a_seeded_fault_and_its_verdict_are_on_the_first_screen() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -146,8 +146,8 @@ fn a_seeded_fault_and_its_verdict_are_on_the_first_screen() {
 
 #[test]
 #[cfg_attr(
-    not(all(feature = "browser", feature = "yade")),
-    ignore = "needs Chromium and YADE; cargo test --features browser,yade"
+    not(feature = "live"),
+    ignore = "needs Chromium and YADE; cargo test --features live"
 )]
 fn a_slower_kernel_and_its_verdict_are_on_the_first_screen() {
     let (folder, _) = folder_with(&small_scene());

@@ -3,9 +3,10 @@
 use std::fs;
 use std::path::Path;
 
+use crossgrain::study::campaign::Campaign;
 use crossgrain::study::campaign::member::Member;
-use crossgrain::study::campaign::plan::Plan;
-use crossgrain::study::campaign::records;
+use crossgrain::study::plan::Plan;
+use crossgrain::study::store;
 
 use super::plan;
 use super::{Chance, MEMBERS, campaign, expected, finishes_as_expected, merged_bytes, must};
@@ -30,7 +31,7 @@ impl Finished {
     fn put(&self, bytes: &[u8]) {
         let folder = self.place.path().join("c");
         fs::write(folder.join(FILE), bytes).expect("writable");
-        for name in ["members.jsonl", "members.csv", "merged.json"] {
+        for name in ["rows.jsonl", "rows.csv", "merged.json"] {
             let _ = fs::remove_file(folder.join(name));
         }
     }
@@ -136,7 +137,7 @@ fn a_changed_record_is_not_believed_and_its_member_is_run_again() {
         if index % 6 == 0 {
             let said = must(folder, "run", &["--threads", "2"]);
             let message = format!(
-                "shard-1-of-1.jsonl line {} is no whole record and is not believed",
+                "shard-1-of-1.jsonl line {} is no whole row and is not believed",
                 strange[0]
             );
             assert!(said.contains(&message), "{said}");
@@ -167,8 +168,11 @@ fn member(line: &[u8]) -> Member {
     serde_json::from_str(&format!("{{{json}")).expect("a member")
 }
 
-fn digest(folder: &Path) -> String {
-    Plan::read(folder).expect("a plan").digest()
+/// The member as a sound line of the campaign's records.
+fn line(folder: &Path, member: &Member) -> String {
+    let plan = Plan::<Campaign>::read(folder).expect("a plan").digest();
+    let json = serde_json::to_string(member).expect("JSON");
+    store::line(&plan, member.member, &json)
 }
 
 /// A record that says something else with a sound check: somebody, or an engine, is wrong.
@@ -181,12 +185,12 @@ fn records_that_contradict_each_other_are_an_error_that_names_both_files() {
     let mut wrong = member(first.expect("a line"));
     wrong.load_steps += 1;
     let number = wrong.member;
-    let line = records::line(&digest(&folder), &wrong) + "\n";
+    let line = line(&folder, &wrong) + "\n";
     fs::write(folder.join("records/shard-1-of-9.jsonl"), line).expect("writable");
     let (code, _, errors) = campaign(campaign_of.place.path(), "merge", &[]);
     assert_eq!(code, 1, "{errors}");
     for part in [
-        &format!("two records of member {number} differ"),
+        &format!("row {number} is written twice and differently"),
         "shard-1-of-1.jsonl",
         "shard-1-of-9.jsonl",
     ] {
@@ -201,16 +205,17 @@ fn records_of_another_plan_are_not_believed() {
     let campaign_of = Finished::new();
     let scene = tiny_scene();
     let place = tempfile::tempdir().expect("a temporary folder");
-    let runner = Plan::read(&campaign_of.place.path().join("c"))
+    let runner = Plan::<Campaign>::read(&campaign_of.place.path().join("c"))
         .expect("a plan")
+        .study
         .runner;
-    let other = Plan::new(&scene, runner, Vec::new(), MEMBERS, 2).expect("a plan");
+    let other = Campaign::plan(&scene, runner, Vec::new(), MEMBERS, 2).expect("a plan");
     other.write(&place.path().join("c")).expect("writable");
     let folder = place.path().join("c");
     fs::write(folder.join(FILE), &campaign_of.sound).expect("writable");
     let (code, said, _) = campaign(place.path(), "status", &[]);
     assert_eq!(code, 3);
-    assert!(said.contains("0 of 24 members finished"), "{said}");
+    assert!(said.contains("0 of 24 rows finished"), "{said}");
     // Nor is a record of a member that the plan does not have.
     let mut beyond = member(
         campaign_of
@@ -220,10 +225,10 @@ fn records_of_another_plan_are_not_believed() {
             .expect("a line"),
     );
     beyond.member = MEMBERS + 1;
-    let line = records::line(&digest(&folder), &beyond) + "\n";
+    let line = line(&folder, &beyond) + "\n";
     fs::write(folder.join(FILE), line).expect("writable");
     let (code, said, _) = campaign(place.path(), "status", &[]);
     assert_eq!(code, 3);
-    assert!(said.contains("0 of 24 members finished"), "{said}");
-    assert!(said.contains("line 1 is no whole record"), "{said}");
+    assert!(said.contains("0 of 24 rows finished"), "{said}");
+    assert!(said.contains("line 1 is no whole row"), "{said}");
 }

@@ -4,21 +4,21 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
-use crossgrain::study::campaign::merged;
-use crossgrain::study::campaign::plan::Plan;
+use crossgrain::study::campaign::Campaign;
+use crossgrain::study::campaign::{Merged, merged};
 use crossgrain::study::realization::{Ending, Runner};
 use grains::scene::{Scene, TimeStep};
 
 use super::{campaign, must, plan};
 use crate::support::tiny_scene;
 
-/// Runs twelve members of the scene, merges them, and returns the column `ending` of `members.csv` with the members.
-fn endings(scene: &Scene) -> (Vec<String>, merged::Merged, String) {
+/// Runs twelve members of the scene, merges them, and returns the column `ending` of `rows.csv` with the members.
+fn endings(scene: &Scene) -> (Vec<String>, Merged, String) {
     let place = plan(scene, 12, "c");
     let said = must(place.path(), "run", &["--threads", "2"]);
     must(place.path(), "status", &[]);
     let folder = place.path().join("c");
-    let table = fs::read_to_string(folder.join("members.csv")).expect("a table");
+    let table = fs::read_to_string(folder.join("rows.csv")).expect("a table");
     let mut rows = table.lines();
     let columns = rows.next().expect("a header").split(',').count();
     let endings = rows.map(|row| {
@@ -27,11 +27,7 @@ fn endings(scene: &Scene) -> (Vec<String>, merged::Merged, String) {
         cells[2].to_owned()
     });
     let endings = endings.collect();
-    (
-        endings,
-        merged::read(&folder).expect("a merged campaign"),
-        said,
-    )
+    (endings, merged(&folder).expect("a merged campaign"), said)
 }
 
 fn count(endings: &[String], of: &str) -> usize {
@@ -52,7 +48,7 @@ fn members_that_do_not_settle_or_sink_are_rows() {
         said.contains(&format!("{not_settled} not_settled, {sank} sank")),
         "{said}"
     );
-    for member in &merged.members {
+    for member in &merged.rows {
         let settled = member.ending == Ending::Sank;
         assert_eq!(member.settled.is_some(), settled);
         assert!(member.last.is_none());
@@ -73,7 +69,7 @@ fn members_whose_engine_gives_up_are_rows_with_its_words() {
     assert!(failed > 0 && failed < 12, "{endings:?}");
     assert_eq!(merged.summary.endings["failed"], failed as u64);
     let reasons = merged
-        .members
+        .rows
         .iter()
         .filter_map(|member| match &member.ending {
             Ending::Failed(reason) => Some(reason),
@@ -90,7 +86,7 @@ fn members_whose_engine_gives_up_are_rows_with_its_words() {
     let (endings, merged, said) = self::endings(&scene);
     assert_eq!(count(&endings, "failed"), 12);
     assert_eq!(merged.summary.engine, "");
-    assert!(said.contains("merged 12 members: 12 failed"), "{said}");
+    assert!(said.contains("merged 12 rows: 12 failed"), "{said}");
 }
 
 /// Two grains that never settle, poured by a program that is not YADE: it writes back the start as the end, and what
@@ -101,7 +97,7 @@ fn with_yade(members: u64, also: &str) -> tempfile::TempDir {
     scene.settle.max_steps = 10;
     scene.settle.check_every = 10;
     let place = tempfile::tempdir().expect("a temporary folder");
-    let plan = Plan::new(&scene, Runner::YadeSorted, Vec::new(), members, 1);
+    let plan = Campaign::plan(&scene, Runner::YadeSorted, Vec::new(), members, 1);
     plan.and_then(|plan| plan.write(&place.path().join("c")))
         .expect("a new campaign");
     let program = format!(
@@ -154,8 +150,8 @@ fn a_broken_engine_is_no_row() {
     let (code, _, errors) = run(place.path());
     assert_eq!(code, 4, "{errors}");
     for part in [
-        "4 members are written down",
-        "members 2, 5 the engine failed",
+        "4 rows are written down",
+        "rows 2, 5 the engine failed",
         "broken",
     ] {
         assert!(errors.contains(part), "{errors}");
@@ -163,18 +159,15 @@ fn a_broken_engine_is_no_row() {
     let (code, said, _) = campaign(place.path(), "status", &[]);
     assert_eq!(code, 3);
     assert!(
-        said.contains("4 of 6") && said.contains("missing: members 2, 5"),
+        said.contains("4 of 6") && said.contains("missing: rows 2, 5"),
         "{said}"
     );
     fs::write(mended, "").expect("writable");
     let (code, said, errors) = run(place.path());
     assert_eq!(code, 0, "{errors}");
+    assert!(said.contains("6 rows, 4 of them finished before"), "{said}");
     assert!(
-        said.contains("6 members, 4 of them finished before"),
-        "{said}"
-    );
-    assert!(
-        said.contains("merged 6 members of YADE 2023.02a: 6 not_settled"),
+        said.contains("merged 6 rows of YADE 2023.02a: 6 not_settled"),
         "{said}"
     );
 }
@@ -188,7 +181,7 @@ fn a_missing_engine_is_no_row() {
     assert!(errors.contains("YADE is missing"), "{errors}");
     let (code, said, _) = campaign(place.path(), "status", &[]);
     assert_eq!(code, 3);
-    assert!(said.contains("0 of 3 members finished"), "{said}");
+    assert!(said.contains("0 of 3 rows finished"), "{said}");
 }
 
 /// Where there is no terminal: lines now and then. Members that take their time without using a processor.
@@ -202,7 +195,7 @@ fn lines_tell_members_an_hour_and_the_time_left() {
     let line = errors.lines().find(|line| line.contains(" s left"));
     let line = line.unwrap_or_else(|| panic!("no line says the time left: {errors}"));
     assert!(
-        line.starts_with("members, shard 1/1: ") && line.contains(" of 4, "),
+        line.starts_with("rows, shard 1/1: ") && line.contains(" of 4, "),
         "{line}"
     );
     let before = line.split(" an hour").next().unwrap_or_default();

@@ -88,10 +88,10 @@ fn asked_to_end_it_ends_soon_and_goes_on_later() {
     );
     let finished = lines(&records(&folder, "1/1"));
     assert!(finished < MEMBERS as usize);
-    let message = format!("asked to end; {finished} of {MEMBERS} members are written down");
+    let message = format!("asked to end; {finished} of {MEMBERS} rows are written down");
     assert!(errors.contains(&message), "{errors}");
     let said = must(place.path(), "run", &["--threads", "2"]);
-    let goes_on = format!("{MEMBERS} members, {finished} of them finished before");
+    let goes_on = format!("{MEMBERS} rows, {finished} of them finished before");
     assert!(said.contains(&goes_on), "{said}");
     assert_eq!(&merged_bytes(&folder), expected());
 }
@@ -101,7 +101,7 @@ fn asked_to_end_it_ends_soon_and_goes_on_later() {
 fn a_full_disk_says_try_again_and_later_goes_on() {
     let place = plan(&tiny_scene(), MEMBERS, "c");
     let limited = |kilobytes: u32| {
-        let script = format!("ulimit -f {kilobytes}; exec \"$0\" campaign run c --threads 2");
+        let script = format!("ulimit -f {kilobytes}; exec \"$0\" study run c --threads 2");
         let output = Command::new("bash")
             .args(["-c", &script, env!("CARGO_BIN_EXE_crossgrain")])
             .current_dir(place.path())
@@ -122,7 +122,7 @@ fn a_full_disk_says_try_again_and_later_goes_on() {
     }
     finishes_as_expected(place.path());
     // Room for the records, and none for merging them.
-    for name in ["members.jsonl", "members.csv", "merged.json"] {
+    for name in ["rows.jsonl", "rows.csv", "merged.json"] {
         fs::remove_file(place.path().join("c").join(name)).expect("a file");
     }
     let (code, _, errors) = limited(100);

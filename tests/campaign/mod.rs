@@ -15,7 +15,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-use crossgrain::study::campaign::plan::Plan;
+use crossgrain::study::campaign::Campaign;
 use crossgrain::study::realization::Runner;
 use grains::native::Mode;
 use grains::scene::Scene;
@@ -25,13 +25,13 @@ use crate::support::{crossgrain, tiny_scene, told};
 /// A folder that goes away, with a campaign of this name in it.
 pub fn plan(scene: &Scene, members: u64, name: &str) -> tempfile::TempDir {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let plan = Plan::new(scene, Runner::Native(Mode::Exact), Vec::new(), members, 1);
+    let plan = Campaign::plan(scene, Runner::Native(Mode::Exact), Vec::new(), members, 1);
     plan.and_then(|plan| plan.write(&place.path().join(name)))
         .expect("a new campaign");
     place
 }
 
-/// The bytes of `members.jsonl`, `members.csv` and `merged.json`, and how many members they have.
+/// The bytes of `rows.jsonl`, `rows.csv` and `merged.json`, and how many members they have.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Merged(Vec<Vec<u8>>);
 
@@ -45,7 +45,7 @@ impl std::fmt::Debug for Merged {
 
 /// What was merged in this campaign.
 pub fn merged_bytes(folder: &Path) -> Merged {
-    let names = ["members.jsonl", "members.csv", "merged.json"];
+    let names = ["rows.jsonl", "rows.csv", "merged.json"];
     let read = |name: &str| fs::read(folder.join(name)).expect("a merged campaign");
     Merged(names.map(read).to_vec())
 }
@@ -53,7 +53,7 @@ pub fn merged_bytes(folder: &Path) -> Merged {
 /// What one process with one thread makes of a campaign of this scene.
 pub fn undisturbed(scene: &Scene, members: u64) -> Merged {
     let place = plan(scene, members, "c");
-    let run = ["campaign", "run", "c", "--threads", "1"];
+    let run = ["study", "run", "c", "--threads", "1"];
     let (code, _, errors) = told(&crossgrain(&run, place.path()));
     assert_eq!(code, 0, "{errors}");
     merged_bytes(&place.path().join("c"))
@@ -82,7 +82,7 @@ fn records(folder: &Path, shard: &str) -> PathBuf {
 
 /// Runs the program on the campaign `c`: exit code, standard output, standard error.
 fn campaign(place: &Path, verb: &str, options: &[&str]) -> (i32, String, String) {
-    let mut arguments = vec!["campaign", verb, "c"];
+    let mut arguments = vec!["study", verb, "c"];
     arguments.extend(options);
     told(&crossgrain(&arguments, place))
 }
@@ -106,7 +106,7 @@ struct Running(Child);
 impl Running {
     fn start(place: &Path, options: &[&str]) -> Self {
         let child = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-            .args(["campaign", "run", "c"])
+            .args(["study", "run", "c"])
             .args(options)
             .current_dir(place)
             .stdout(Stdio::piped())

@@ -3,7 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use crossgrain::study::campaign::plan::Plan;
+use crossgrain::study::campaign::Campaign;
+use crossgrain::study::plan::Plan;
 
 use super::{MEMBERS, campaign, must, plan};
 use crate::support::{crossgrain, folder_with, tiny_scene, told};
@@ -12,8 +13,9 @@ use crate::support::{crossgrain, folder_with, tiny_scene, told};
 fn a_plan_is_written_into_a_folder_of_its_own() {
     let (folder, _) = folder_with(&tiny_scene());
     let arguments = [
-        "campaign",
+        "study",
         "plan",
+        "campaign",
         "scene.json",
         "--members",
         "3",
@@ -109,8 +111,8 @@ fn an_edited_plan_is_refused() {
 #[test]
 fn a_plan_of_another_version_is_not_run() {
     let place = plan(&tiny_scene(), MEMBERS, "c");
-    let mut other = Plan::read(&place.path().join("c")).expect("a plan");
-    other.crossgrain = "0.0.9".to_owned();
+    let mut other = Plan::<Campaign>::read(&place.path().join("c")).expect("a plan");
+    other.made_with.crossgrain = "0.0.9".to_owned();
     fs::remove_dir_all(place.path().join("c")).expect("a folder");
     other.write(&place.path().join("c")).expect("writable");
     let (code, _, errors) = campaign(place.path(), "run", &[]);
@@ -172,7 +174,7 @@ fn scripts_for_slurm() {
     let said = fs::read_to_string(folder.join("slurm/merge.log")).expect("a log");
     assert!(said.contains("are missing, 21 of 24"), "{said}");
     for (options, why) in [
-        (vec!["--tasks", "25"], "25 tasks for 24 members"),
+        (vec!["--tasks", "25"], "25 tasks for 24 rows"),
         (vec!["--tasks", "0"], "0 shards"),
         (
             vec!["--tasks", "2", "--partition", "a b"],

@@ -12,7 +12,7 @@ fn refused(place: &Path) -> Vec<(i32, String)> {
     let verbs: [&[&str]; 3] = [
         &["claims", "c", "--out", "drawn"],
         &["figures", "--campaign", "c", "--out", "drawn"],
-        &["campaign", "compare", "c", "c"],
+        &["study", "compare", "c", "c"],
     ];
     let said = verbs.map(|verb| {
         let (code, out, errors) = told(&crossgrain(verb, place));
@@ -36,7 +36,7 @@ fn all_say(place: &Path, code: i32, words: &[&str]) {
 fn a_campaign_that_is_not_merged_is_incomplete() {
     let place = plan(&tiny_scene(), 4, "c");
     let place = place.path();
-    let words = ["not merged yet", "crossgrain campaign run"];
+    let words = ["not merged yet", "crossgrain study run"];
     all_say(place, 3, &words);
     must(place, "run", &["--shard", "1/2"]);
     all_say(place, 3, &words);
@@ -44,12 +44,12 @@ fn a_campaign_that_is_not_merged_is_incomplete() {
     all_say(place, 3, &words);
     must(place, "merge", &[]);
     assert_eq!(
-        told(&crossgrain(&["campaign", "compare", "c", "c"], place)).0,
+        told(&crossgrain(&["study", "compare", "c", "c"], place)).0,
         0
     );
     // Nothing at all is no campaign.
     fs::remove_file(place.join("c/plan.json")).expect("a plan");
-    all_say(place, 2, &["c is no campaign", "crossgrain campaign plan"]);
+    all_say(place, 2, &["c is no study", "crossgrain study plan"]);
 }
 
 /// One thing wrong at a time; merging again puts each right.
@@ -61,7 +61,7 @@ fn damaged_members_are_bad_input_and_can_be_merged_again() {
     let place = plan(&scene, 4, "c");
     let place = place.path();
     must(place, "run", &["--threads", "2"]);
-    let members = place.join("c/members.jsonl");
+    let members = place.join("c/rows.jsonl");
     let sound = fs::read(&members).expect("members");
     let mut turned = sound.clone();
     // A digit within a number, which is JSON before and after.
@@ -72,10 +72,10 @@ fn damaged_members_are_bad_input_and_can_be_merged_again() {
     turned[digit] = if turned[digit] == b'5' { b'6' } else { b'5' };
     let first_line = 1 + sound.iter().position(|byte| *byte == b'\n').expect("lines");
     let damages: [(&str, Option<&[u8]>); 5] = [
-        ("members.jsonl", Some(&turned)),
-        ("members.jsonl", Some(&sound[..first_line])),
-        ("members.jsonl", Some(&sound[..first_line / 2])),
-        ("members.jsonl", None),
+        ("rows.jsonl", Some(&turned)),
+        ("rows.jsonl", Some(&sound[..first_line])),
+        ("rows.jsonl", Some(&sound[..first_line / 2])),
+        ("rows.jsonl", None),
         ("merged.json", Some(b"{")),
     ];
     for (file, bytes) in damages {
@@ -85,7 +85,7 @@ fn damaged_members_are_bad_input_and_can_be_merged_again() {
             None => fs::remove_file(&path),
         }
         .expect("a writable folder");
-        all_say(place, 2, &["damaged", file, "crossgrain campaign merge"]);
+        all_say(place, 2, &["damaged", file, "crossgrain study merge"]);
         must(place, "merge", &[]);
         assert_eq!(fs::read(&members).expect("members"), sound);
     }

@@ -7,10 +7,13 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
+use crossgrain::study::campaign::Campaign;
 use crossgrain::study::campaign::member::Member;
-use crossgrain::study::campaign::plan::Plan;
-use crossgrain::study::campaign::records;
+use crossgrain::study::machine::Folder;
+use crossgrain::study::plan::Plan;
 use crossgrain::study::realization::Ending;
+use crossgrain::study::realization::Engines;
+use crossgrain::study::store;
 use grains::scene::paper_scene;
 
 use super::plan;
@@ -20,15 +23,17 @@ use crate::support::{tiny_scene, told};
 fn fabricated(members: u64, shards: u64) -> tempfile::TempDir {
     let place = plan(&tiny_scene(), members, "c");
     let folder = place.path().join("c");
-    let plan = Plan::read(&folder).expect("a plan");
+    let plan = Plan::<Campaign>::read(&folder).expect("a plan");
     let digest = plan.digest();
-    let mut member = crossgrain::study::campaign::run::again(&plan, 1).expect("a member");
+    let open = Folder::<Campaign>::open(&folder).expect("a campaign");
+    let mut member = open.again(1, &Engines::default()).expect("a member");
     for index in 1..=shards {
         let path = super::records(&folder, &format!("{index}/{shards}"));
         let mut file = BufWriter::new(fs::File::create(path).expect("writable"));
         for number in (index..=members).step_by(shards as usize) {
-            (member.member, member.realization) = (number, plan.realization(number));
-            writeln!(file, "{}", records::line(&digest, &member)).expect("room");
+            (member.member, member.realization) = (number, plan.study.realization(number));
+            let json = serde_json::to_string(&member).expect("JSON");
+            writeln!(file, "{}", store::line(&digest, number, &json)).expect("room");
         }
         file.flush().expect("room");
     }
@@ -69,17 +74,17 @@ fn watched(place: &Path, arguments: &[&str]) -> (String, f64, u64) {
 fn stays_small(members: u64, shards: u64, most: u64) {
     let place = fabricated(members, shards);
     for verb in ["status", "merge"] {
-        let (out, seconds, peak) = watched(place.path(), &["campaign", verb, "c"]);
+        let (out, seconds, peak) = watched(place.path(), &["study", verb, "c"]);
         println!("{verb} of {members} members: {seconds:.2} s of a processor, {peak} bytes");
         assert!(peak < most, "{verb}: {peak} bytes");
         let counted = match verb {
-            "status" => format!("{members} of {members} members finished"),
-            _ => format!("merged {members} members"),
+            "status" => format!("{members} of {members} rows finished"),
+            _ => format!("merged {members} rows"),
         };
         assert!(out.contains(&counted), "{out}");
     }
-    let lines = fs::metadata(place.path().join("c/members.jsonl")).expect("a file");
-    println!("members.jsonl: {} bytes", lines.len());
+    let lines = fs::metadata(place.path().join("c/rows.jsonl")).expect("a file");
+    println!("rows.jsonl: {} bytes", lines.len());
 }
 
 #[test]
@@ -100,14 +105,14 @@ fn running_needs_little_memory() {
     let mut scene = paper_scene(1, 5000);
     scene.settle.max_steps = 3_000;
     let place = plan(&scene, 4, "c");
-    let (out, _, peak) = watched(place.path(), &["campaign", "run", "c", "--threads", "2"]);
+    let (out, _, peak) = watched(place.path(), &["study", "run", "c", "--threads", "2"]);
     assert!(out.contains("4 not_settled"), "{out}");
     assert!(peak < 200_000_000, "{peak} bytes");
     // From the first member to the hundredth nothing is kept.
     let place = plan(&tiny_scene(), 10, "c");
-    let (_, _, few) = watched(place.path(), &["campaign", "run", "c", "--threads", "1"]);
+    let (_, _, few) = watched(place.path(), &["study", "run", "c", "--threads", "1"]);
     let place = plan(&tiny_scene(), 60, "c");
-    let (_, _, many) = watched(place.path(), &["campaign", "run", "c", "--threads", "1"]);
+    let (_, _, many) = watched(place.path(), &["study", "run", "c", "--threads", "1"]);
     assert!(many < few + 4_000_000, "{few} bytes, then {many}");
 }
 
@@ -115,10 +120,10 @@ fn running_needs_little_memory() {
 #[test]
 fn a_whole_member_of_5000_grains_needs_little_memory() {
     let place = plan(&paper_scene(1, 5000), 1, "c");
-    let (_, _, peak) = watched(place.path(), &["campaign", "run", "c"]);
+    let (_, _, peak) = watched(place.path(), &["study", "run", "c"]);
     println!("a member of 5000 grains: {peak} bytes");
     assert!(peak < 200_000_000, "{peak} bytes");
-    let line = fs::read_to_string(place.path().join("c/members.jsonl")).expect("a member");
+    let line = fs::read_to_string(place.path().join("c/rows.jsonl")).expect("a member");
     let member: Member = serde_json::from_str(&line).expect("a member");
     assert_eq!(member.ending, Ending::Reached);
     println!("its record: {} bytes", line.len());

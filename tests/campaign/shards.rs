@@ -3,15 +3,16 @@
 use super::plan;
 use super::{MEMBERS, Running, campaign, expected, finishes_as_expected, merged_bytes, must};
 use crate::support::tiny_scene;
-use crossgrain::study::campaign::merged;
-use crossgrain::study::campaign::run::again;
+use crossgrain::study::campaign::Campaign;
+use crossgrain::study::machine::Folder;
+use crossgrain::study::realization::Engines;
 
 #[test]
 fn bytes_do_not_depend_on_threads() {
     let place = plan(&tiny_scene(), MEMBERS, "c");
     finishes_as_expected(place.path());
     assert!(
-        must(place.path(), "status", &[]).contains("24 of 24 members finished, merged"),
+        must(place.path(), "status", &[]).contains("24 of 24 rows finished, merged"),
         "status"
     );
 }
@@ -21,11 +22,12 @@ fn bytes_do_not_depend_on_threads() {
 fn a_member_run_again_is_the_recorded_one() {
     let place = plan(&tiny_scene(), MEMBERS, "c");
     finishes_as_expected(place.path());
-    let merged = merged::read(&place.path().join("c")).expect("a merged campaign");
+    let open = || Folder::<Campaign>::open(&place.path().join("c")).expect("a campaign");
+    let merged = open().merged().expect("a merged campaign");
     for number in [1, MEMBERS] {
-        let member = again(&merged.plan, number).expect("it runs");
-        assert_eq!(member, merged.members[number as usize - 1]);
-        assert_ne!(member, merged.members[1]);
+        let member = open().again(number, &Engines::default()).expect("it runs");
+        assert_eq!(member, merged.rows[number as usize - 1]);
+        assert_ne!(member, merged.rows[1]);
     }
 }
 
@@ -52,35 +54,29 @@ fn bytes_do_not_depend_on_shards() {
 fn a_campaign_goes_on_with_another_number_of_shards() {
     let place = plan(&tiny_scene(), MEMBERS, "c");
     let said = must(place.path(), "run", &["--shard", "2/3"]);
-    assert!(
-        said.contains("8 members, 0 of them finished before"),
-        "{said}"
-    );
+    assert!(said.contains("8 rows, 0 of them finished before"), "{said}");
     let (code, said, errors) = campaign(place.path(), "merge", &[]);
     assert_eq!(code, 3, "{said}");
     assert!(
-        errors.contains("members 1, 3, 4, 6, 7, 9, 10, 12 and 8 more are missing"),
+        errors.contains("rows 1, 3, 4, 6, 7, 9, 10, 12 and 8 more are missing"),
         "{errors}"
     );
     let said = must(place.path(), "run", &["--shard", "1/2", "--threads", "2"]);
     assert!(
-        said.contains("12 members, 4 of them finished before"),
+        said.contains("12 rows, 4 of them finished before"),
         "{said}"
     );
     let (code, said, _) = campaign(place.path(), "status", &[]);
     assert_eq!(code, 3, "{said}");
-    assert!(said.contains("16 of 24 members finished"), "{said}");
+    assert!(said.contains("16 of 24 rows finished"), "{said}");
     let said = must(place.path(), "run", &[]);
     assert!(
-        said.contains("24 members, 16 of them finished before"),
+        said.contains("24 rows, 16 of them finished before"),
         "{said}"
     );
     assert_eq!(&merged_bytes(&place.path().join("c")), expected());
     // Nothing is left to do, and nothing changes.
     let said = must(place.path(), "run", &["--shard", "3/5"]);
-    assert!(
-        said.contains("5 members, 5 of them finished before"),
-        "{said}"
-    );
+    assert!(said.contains("5 rows, 5 of them finished before"), "{said}");
     finishes_as_expected(place.path());
 }

@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use crossgrain::study::campaign::records::Writer;
-use crossgrain::study::campaign::shard::Shard;
+use crossgrain::study::shard::Shard;
+use crossgrain::study::store::Writer;
 
 use super::{MEMBERS, Running, campaign, expected, finishes_as_expected, lines, merged_bytes};
 use super::{must, plan, records};
@@ -17,10 +17,7 @@ fn the_second_process_of_a_shard_is_told_to_try_again() {
     first.wait_for_lines(&file, 1);
     let (code, _, errors) = campaign(place.path(), "run", &[]);
     assert_eq!(code, 75, "{errors}");
-    assert!(
-        errors.contains("is being written by another process"),
-        "{errors}"
-    );
+    assert!(errors.contains("is in use by another process"), "{errors}");
     let (code, errors) = first.end();
     assert_eq!(code, 0, "{errors}");
     assert_eq!(lines(&file), MEMBERS as usize);
@@ -66,8 +63,8 @@ fn members_that_several_processes_made_count_once() {
     must(place.path(), "run", &["--shard", "1/1", "--threads", "2"]);
     fs::copy(records(&folder, "1/1"), records(&folder, "7/9")).expect("writable");
     let said = must(place.path(), "status", &[]);
-    assert!(said.contains("24 of 24 members finished"), "{said}");
-    assert!(said.contains("24 records repeat a member"), "{said}");
+    assert!(said.contains("24 of 24 rows finished"), "{said}");
+    assert!(said.contains("24 lines repeat a row"), "{said}");
     must(place.path(), "merge", &[]);
     assert_eq!(&merged_bytes(&folder), expected());
 }

@@ -53,7 +53,7 @@ fn what_the_paper_claims_holds_if_it_is_true() {
     assert_eq!(claims.verdicts["holds"], claims.claims.len());
     assert_eq!(claims.endings["reached"], 600);
     assert!(claims.other_choices.is_empty());
-    assert_eq!(claims.figures.figure5.len(), 3);
+    assert_eq!(claims.figures.distributions.len(), 12);
     assert_eq!(claims.figures.volumes.len(), 6);
 
     // The p-values stand beside the effects. All statements are true: none is rejected after adjusting.

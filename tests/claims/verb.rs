@@ -5,8 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use crossgrain::files::sha256_hex;
-use crossgrain::study::campaign::merge::Summary;
-use crossgrain::study::campaign::plan::Plan;
+use crossgrain::study::campaign::Campaign;
+use crossgrain::study::machine::Summary;
 use crossgrain::study::realization::Runner;
 use grains::native::Mode;
 use grains::scene::paper_scene;
@@ -18,7 +18,7 @@ use crate::support::{crossgrain, told};
 fn write_campaign(folder: &Path, truth: &Truth) {
     let scene = paper_scene(1, 5000);
     let runner = Runner::Native(Mode::Exact);
-    let plan = Plan::new(&scene, runner, Vec::new(), truth.members, 1).expect("a plan");
+    let plan = Campaign::plan(&scene, runner, Vec::new(), truth.members, 1).expect("a plan");
     plan.write(folder).expect("a new folder");
     let lines: String = members(&scene, truth)
         .iter()
@@ -26,13 +26,13 @@ fn write_campaign(folder: &Path, truth: &Truth) {
         .collect();
     let summary = Summary {
         plan: plan.digest(),
-        members: truth.members,
+        rows: truth.members,
         engine: "drawn".to_owned(),
         endings: BTreeMap::from([("reached".to_owned(), truth.members)]),
         sha256: sha256_hex(lines.as_bytes()),
     };
     let summary = serde_json::to_string(&summary).expect("JSON");
-    for (name, text) in [("members.jsonl", lines), ("merged.json", summary)] {
+    for (name, text) in [("rows.jsonl", lines), ("merged.json", summary)] {
         fs::write(folder.join(name), text).expect("a writable folder");
     }
 }
@@ -42,7 +42,13 @@ fn write_campaign(folder: &Path, truth: &Truth) {
 fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
-    for (name, count, wanted) in [("many", 600, 0), ("few", 20, 3)] {
+    for (name, count, wanted, pictures) in [
+        ("many", 600, 0, 29),
+        ("few", 20, 3, 29),
+        // Two have no cells, which take three; one has neither intervals nor distributions, and its bed.
+        ("two", 2, 3, 23),
+        ("one", 1, 3, 1),
+    ] {
         let truth = Truth {
             members: count,
             ..Truth::paper()
@@ -57,8 +63,9 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
         let record: serde_json::Value = serde_json::from_str(&record).expect("JSON");
         assert_eq!(record["complete"], code == 0);
         let page = fs::read_to_string(at.join(&out).join("report.html")).expect("a page");
-        // Three points in each of four histograms, six volumes, the means and the plane.
-        assert_eq!(page.matches("<svg").count(), 20, "{name}");
+        // Three points in each of four histograms, three of them with shares of larger values, six volumes, the means and the
+        // plane.
+        assert_eq!(page.matches("<svg").count(), pictures, "{name}");
         assert!(!page.contains("NaN"), "{name}");
     }
     // A folder that is there is never written into.

@@ -28,7 +28,7 @@ pub fn job_without_yade(out: &Path, beside: Beside) -> Options {
     }
 }
 
-/// Every figure has a name of its own, stands on the page with links to its files, and is written as SVG, PNG and CSV
+/// Every figure has a name of its own, stands on the page with links to its files, and is written as SVG and CSV
 /// with numbers.
 pub fn each_figure_stands_once_and_has_numbers(page: &Page) {
     assert!(!page.figures.is_empty());
@@ -36,13 +36,13 @@ pub fn each_figure_stands_once_and_has_numbers(page: &Page) {
     assert_eq!(names.len(), page.figures.len(), "{names:?}");
     // No link without files.
     let links = page.html.matches("href=\"figures/").count();
-    assert_eq!(links, 3 * names.len());
+    assert_eq!(links, 2 * names.len());
     let folder = tempfile::tempdir().expect("a temporary folder");
     page.write(folder.path()).expect("can be written");
     for figure in &page.figures {
         let name = &figure.name;
         assert!(page.html.contains(figure.svg.trim()), "{name}");
-        for end in ["svg", "png", "csv"] {
+        for end in ["svg", "csv"] {
             let link = format!("href=\"figures/{name}.{end}\"");
             assert_eq!(page.html.matches(&link).count(), 1, "{link}");
             let written = folder.path().join(format!("figures/{name}.{end}"));

@@ -65,6 +65,12 @@ pub fn equivalence(compared: &Unpaired, margin: f64) -> Option<(Finding, f64)> {
     Some((finding(&compared.difference_90, margin), p))
 }
 
+/// p of means that differ by no more than the margin, against a difference beyond it on either side.
+pub fn beyond(compared: &Unpaired, margin: f64) -> Option<f64> {
+    let law = student(compared.freedom)?;
+    Some(law.sf((compared.difference.estimate.abs() - margin) / compared.error))
+}
+
 /// Ratio of the typical (geometric mean) second to the typical first, of positive values, through their
 /// logarithms: the equivalence of a ratio within 1/(1 + m) to 1 + m is that of the difference of logarithms with
 /// margin ln(1 + m). None where a value is not positive.

@@ -13,3 +13,6 @@ pub mod stop;
 pub mod tables;
 pub mod task;
 pub mod timing;
+
+/// SHA-256 over every file of this crate's source, in hexadecimal: results with different digests may have different bits.
+pub const SOURCE_DIGEST: &str = env!("GRAINS_SOURCE_DIGEST");

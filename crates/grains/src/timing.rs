@@ -1,6 +1,31 @@
 //! What an engine that is timed tells, whichever it is.
 
+use std::time::Duration;
+
+use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
+
+/// A moment on the clock of this thread's processor time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ThreadTime(Duration);
+
+impl ThreadTime {
+    /// Now.
+    pub fn now() -> Self {
+        let now = clock_gettime(ClockId::ThreadCPUTime);
+        ThreadTime(Duration::new(now.tv_sec as u64, now.tv_nsec as u32))
+    }
+
+    /// Processor time that this thread used between an earlier moment and this one.
+    pub fn duration_since(&self, earlier: ThreadTime) -> Duration {
+        self.0.saturating_sub(earlier.0)
+    }
+
+    /// Processor time that this thread has used since.
+    pub fn elapsed(&self) -> Duration {
+        ThreadTime::now().duration_since(*self)
+    }
+}
 
 /// Steps that were timed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

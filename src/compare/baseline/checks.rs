@@ -25,7 +25,7 @@ pub fn all(diff: &Diff) -> Vec<Check> {
             Change::Removed,
             Change::DefinitionChanged,
         ],
-        Outcome::NotMade,
+        Outcome::Skipped,
     );
     let speeds = diff.speeds.iter().map(speed);
     [failures, untold].into_iter().chain(speeds).collect()
@@ -62,7 +62,7 @@ fn speed(pair: &SpeedPair) -> Check {
     let outcome = match pair.pace {
         Pace::Slower => Outcome::Fail,
         Pace::Faster | Pace::Same => Outcome::Pass,
-        Pace::NotJudged => Outcome::NotMade,
+        Pace::NotJudged => Outcome::Skipped,
     };
     let mut check = Check::of_words(
         format!("baseline/speed/{}", pair.id),

@@ -213,7 +213,7 @@ fn verdict(changes: &[Changed], speeds: &[SpeedPair]) -> Verdict {
         Change::Removed,
         Change::DefinitionChanged,
     ]) {
-        Verdict::NotMade
+        Verdict::Skipped
     } else {
         Verdict::Pass
     }
@@ -221,7 +221,7 @@ fn verdict(changes: &[Changed], speeds: &[SpeedPair]) -> Verdict {
 
 /// None for a check that is as it was.
 fn changed(id: &str, before: Option<&Check>, after: Option<&Check>) -> Option<Changed> {
-    use Outcome::{Fail, NotMade};
+    use Outcome::{Fail, Skipped};
     let change = match (before, after) {
         (None, None) => return None,
         (Some(_), None) => Change::Removed,
@@ -230,9 +230,9 @@ fn changed(id: &str, before: Option<&Check>, after: Option<&Check>) -> Option<Ch
         (Some(before), Some(after)) => match (before.outcome, after.outcome) {
             (Fail, Fail) => return moved(id, before, after),
             (_, Fail) => Change::NewFailure,
-            (NotMade, NotMade) => return None,
-            (_, NotMade) => Change::NoLongerMade,
-            (NotMade, _) => Change::NowMade,
+            (Skipped, Skipped) => return None,
+            (_, Skipped) => Change::NoLongerMade,
+            (Skipped, _) => Change::NowMade,
             (Fail, _) => Change::Fixed,
             (a, b) if a != b => Change::DefinitionChanged,
             _ => return moved(id, before, after),

@@ -18,6 +18,18 @@ pub enum Pace {
     NotJudged,
 }
 
+impl Pace {
+    /// For people.
+    pub fn words(self) -> &'static str {
+        match self {
+            Pace::Slower => "SLOWER",
+            Pace::Faster => "faster",
+            Pace::Same => "same",
+            Pace::NotJudged => "not judged",
+        }
+    }
+}
+
 /// A speed in both.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpeedPair {

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::files::write_whole;
-use crate::run::tables::{read_bodies, write_bodies};
+use crate::tables::{read_bodies, write_bodies};
 use grains::generate::initial_bodies;
 use grains::native::{self, NativeError};
 use grains::scene::{Cloud, Scene, paper_scene};

@@ -3,7 +3,7 @@
 use super::Bench;
 use super::contender::{Contender, NATIVE};
 use super::rounds::Contest;
-use crate::checks::{Check, Outcome, Speed, number_repeated, slug};
+use crate::checks::{Check, Outcome, Speed, slug};
 
 /// Every check: beds, bits, and what was missed. No time counts.
 pub fn all(bench: &Bench) -> Vec<Check> {
@@ -37,12 +37,14 @@ pub fn all(bench: &Bench) -> Vec<Check> {
         let outcome = if missed.failed {
             Outcome::Fail
         } else {
-            Outcome::NotMade
+            Outcome::Skipped
         };
         let id = format!("bench/missed/{}", slug(&missed.what));
-        checks.push(Check::of_words(id, &missed.what, outcome, &missed.why));
+        checks.push(Check {
+            required: missed.needed,
+            ..Check::of_words(id, &missed.what, outcome, &missed.why)
+        });
     }
-    number_repeated(&mut checks);
     checks
 }
 

@@ -1,15 +1,15 @@
 //! The engines that are timed side by side, behind one word.
 
 use std::path::Path;
-use std::time::Duration;
 
 use serde::Serialize;
 
 use super::bed::Bed;
 use super::sanity::{Sanity, Tolerance, between_grains};
-use super::{BenchError, brought, lammps, liggghts, native, program};
-use crate::engine::exec::Brought;
-use crate::engine::yade::{self, timing::Steps};
+use super::{BenchError, brought, native, program};
+use crate::engine::exec::{self, Adapter, Brought};
+use crate::engine::read::{Timed, TimedSteps};
+use crate::engine::yade;
 use grains::model::Model;
 use grains::native::Mode;
 use grains::tables::{Bodies, Snapshot};
@@ -157,6 +157,10 @@ impl Contender {
         }
     }
 
+    fn is_yade(self) -> bool {
+        matches!(self, Contender::YadeOrdinary | Contender::YadeSorted)
+    }
+
     /// Whether a benchmark without it lacks something.
     pub fn is_needed(self) -> bool {
         !matches!(self, Contender::Lammps | Contender::Liggghts)
@@ -182,8 +186,6 @@ impl Contender {
         work: &Path,
     ) -> Result<Turn, BenchError> {
         let folder = program::folder(work, "turn")?;
-        let yade = programs.yade;
-        let limit = yade.time_limit;
         match self {
             Contender::Exact | Contender::Free | Contender::Single => {
                 let mode = self.mode().unwrap_or_default();
@@ -195,10 +197,19 @@ impl Contender {
                     shares: Vec::new(),
                 })
             }
-            Contender::YadeOrdinary => in_yade(bed, plan, false, yade, &folder),
-            Contender::YadeSorted => in_yade(bed, plan, true, yade, &folder),
-            Contender::Lammps => foreign(lammps::time, bed, plan, &folder, limit),
-            Contender::Liggghts => foreign(liggghts::time, bed, plan, &folder, limit),
+            Contender::YadeOrdinary
+            | Contender::YadeSorted
+            | Contender::Lammps
+            | Contender::Liggghts => {
+                // Only YADE has an account of its own.
+                let steps = TimedSteps {
+                    warm_up: plan.warm_up,
+                    timed: plan.other,
+                    shares: if self.is_yade() { plan.shares } else { 0 },
+                };
+                let (timed, version) = timed(self, bed, steps, programs.yade, &folder)?;
+                Ok(Turn::of(timed, version))
+            }
             Contender::Brought => {
                 let engine = programs.brought.ok_or_else(|| {
                     BenchError::Missing("no engine was brought: --engine exec:PATH".to_owned())
@@ -230,49 +241,41 @@ impl Contender {
     }
 }
 
-fn in_yade(
-    bed: &Bed,
-    plan: &Plan,
-    sorted: bool,
-    options: &yade::Options,
-    work: &Path,
-) -> Result<Turn, BenchError> {
-    let options = yade::Options {
-        sorted,
-        ..options.clone()
-    };
-    let steps = Steps {
-        warm_up: plan.warm_up,
-        timed: plan.other,
-        shares: plan.shares,
-    };
-    let model = Model::of(&bed.scene);
-    let timed = yade::timing::time(&model, &bed.bodies, steps, &options, work)?;
-    let grains = timed.bodies.len() as u32;
-    let contacts = timed.contacts.iter();
-    let contacts = contacts.filter(|of| of.id1 < grains).count();
-    Ok(Turn {
-        window: timed.window,
-        bed: Some((timed.bodies, contacts)),
-        version: timed.version,
-        peak_memory: Some(timed.peak_memory),
-        shares: timed.shares,
-    })
+impl Turn {
+    /// Of a program that timed its own steps.
+    fn of(timed: Timed, version: String) -> Self {
+        let contacts = between_grains(&timed.last);
+        Turn {
+            window: timed.window,
+            bed: Some((timed.last.bodies, contacts)),
+            version,
+            peak_memory: timed.peak_memory,
+            shares: timed.shares,
+        }
+    }
 }
 
-fn foreign(
-    time: fn(&Bed, u64, u64, &Path, Duration) -> Result<lammps::Foreign, BenchError>,
+/// Has a program that is no part of this one time steps of the bed by its own clock, under another program if any is named;
+/// and its version. `work` is an empty folder.
+pub fn timed(
+    contender: Contender,
     bed: &Bed,
-    plan: &Plan,
+    steps: TimedSteps,
+    options: &yade::Options,
     work: &Path,
-    limit: Duration,
-) -> Result<Turn, BenchError> {
-    let timed = time(bed, plan.warm_up, plan.other, work, limit)?;
-    Ok(Turn {
-        window: timed.window,
-        bed: Some((timed.bodies, timed.contacts)),
-        version: timed.version,
-        peak_memory: None,
-        shares: Vec::new(),
-    })
+) -> Result<(Timed, String), BenchError> {
+    let model = Model::of(&bed.scene);
+    let options = yade::Options {
+        sorted: contender == Contender::YadeSorted,
+        ..options.clone()
+    };
+    let adapter = match contender {
+        Contender::Lammps => Adapter::Lammps,
+        Contender::Liggghts => Adapter::Liggghts,
+        _ => return Ok(yade::time(&model, &bed.bodies, steps, &options, work)?),
+    };
+    let engine = adapter.place(work, &options.limits)?;
+    let job = program::folder(work, "job")?;
+    let timed = exec::time(&model, &bed.bodies, steps, &engine, &options.under, &job)?;
+    Ok((timed, engine.description.version))
 }

@@ -9,12 +9,13 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::bed::Bed;
-use super::contender::Contender;
-use super::{BenchError, Missed, lammps, liggghts, one, program};
-use crate::engine::yade::{self, timing::Steps};
+use super::contender::{self, Contender};
+use super::{BenchError, Missed, one, program};
+use crate::child::on_path;
+use crate::engine::read::TimedSteps;
+use crate::engine::yade;
 use crate::files::read_text;
 use crate::progress::Task;
-use grains::model::Model;
 
 /// Counted instructions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -90,7 +91,7 @@ impl Counting<'_> {
     /// Counts the instructions of a step of this engine.
     fn count(&self, contender: Contender) -> Result<Instructions, BenchError> {
         let valgrind =
-            program::on_path("valgrind").ok_or_else(|| program::missing("valgrind", "valgrind"))?;
+            on_path("valgrind").ok_or_else(|| program::missing("valgrind", "valgrind"))?;
         let [few, many] = match contender.mode() {
             Some(_) => NATIVE_STEPS,
             None => OTHER_STEPS,
@@ -135,7 +136,7 @@ impl Counting<'_> {
             "--tool=callgrind".to_owned(),
             format!("--callgrind-out-file={}", out.display()),
         ];
-        let limit = self.yade.time_limit;
+        let limit = self.yade.limits.time;
         let run = |program: &Path, more: &[String]| {
             let arguments: Vec<String> =
                 [&under[..], &[program.display().to_string()], more].concat();
@@ -149,40 +150,27 @@ impl Counting<'_> {
                 let log = run(self.crossgrain, &one::arguments(&folder, mode, steps))?;
                 one::said(&log)?.steps
             }
-            Contender::YadeOrdinary | Contender::YadeSorted => {
-                let mut whole = vec![valgrind.display().to_string()];
-                whole.extend(under.iter().cloned());
-                let options = yade::Options {
-                    sorted: contender == Contender::YadeSorted,
-                    stall_limit: limit,
-                    under: whole,
-                    ..self.yade.clone()
-                };
-                let steps = Steps {
-                    warm_up: 0,
-                    timed: steps,
-                    shares: 0,
-                };
-                let model = Model::of(&self.bed.scene);
-                let job = program::folder(&folder, "job")?;
-                yade::timing::time(&model, &self.bed.bodies, steps, &options, &job)?;
-                steps.timed
-            }
-            Contender::Lammps => {
-                let lmp = lammps::prepare(self.bed, 0, steps, &folder)?;
-                run(&lmp, &lammps::ARGUMENTS.map(str::to_owned))?;
-                steps
-            }
             // Its start would be counted, and whatever starts it.
             Contender::Brought => {
                 return Err(BenchError::Missing(
                     "instructions of an engine that is brought are not counted".to_owned(),
                 ));
             }
-            Contender::Liggghts => {
-                let liggghts = liggghts::prepare(self.bed, 0, steps, &folder)?;
-                run(&liggghts, &lammps::ARGUMENTS.map(str::to_owned))?;
-                steps
+            Contender::YadeOrdinary
+            | Contender::YadeSorted
+            | Contender::Lammps
+            | Contender::Liggghts => {
+                let mut options = self.yade.clone();
+                options.under = [&[valgrind.display().to_string()], &under[..]].concat();
+                options.limits.stall = limit;
+                let steps = TimedSteps {
+                    warm_up: 0,
+                    timed: steps,
+                    shares: 0,
+                };
+                let job = program::folder(&folder, "timed")?;
+                contender::timed(contender, self.bed, steps, &options, &job)?;
+                steps.timed
             }
         };
         Ok((Profile::parse(&read_text(&out, 1 << 28)?), done))

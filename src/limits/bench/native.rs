@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use cpu_time::ThreadTime;
+use grains::timing::ThreadTime;
 
 use super::BenchError;
 use super::bed::{Bed, start};

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::bed::Bed;
 use super::{BenchError, native, program};
 use crate::files::{read_text, write_whole};
-use crate::run::tables::{read_bodies, write_bodies};
+use crate::tables::{read_bodies, write_bodies};
 use grains::native::Mode;
 use grains::scene::Scene;
 use grains::timing::Window;

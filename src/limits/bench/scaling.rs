@@ -5,11 +5,12 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::bed::{self, Bed, PAPER};
+use super::contender::{self, Contender};
 use super::spread::Spread;
 use super::{BenchError, Missed, one, program};
-use crate::engine::yade::{self, timing::Steps};
+use crate::engine::read::TimedSteps;
+use crate::engine::yade;
 use crate::progress::Task;
-use grains::model::Model;
 use grains::native::Mode;
 
 /// Sizes of the whole benchmark; those up to the paper's are settled, the larger ones are laid out of copies of it.
@@ -130,7 +131,7 @@ fn native_points(plan: &Plan<'_>, beds: &[Bed], progress: &Task) -> Result<Vec<P
                     &folders[at][usize::from(*shuffled)],
                     *mode,
                     steps,
-                    plan.yade.time_limit,
+                    plan.yade.limits.time,
                 )?;
                 let (all, memory) = &mut times[at * NATIVE.len() + way];
                 all.push(one.window.seconds_per_step());
@@ -152,21 +153,16 @@ fn native_points(plan: &Plan<'_>, beds: &[Bed], progress: &Task) -> Result<Vec<P
 fn in_yade(plan: &Plan<'_>, bed: &Bed) -> Result<Point, BenchError> {
     let grains = bed.bodies.len() as u32;
     let timed = (YADE_GRAIN_STEPS / u64::from(grains)).max(FEWEST_STEPS);
-    let steps = Steps {
+    let steps = TimedSteps {
         warm_up: timed.div_ceil(4),
         timed,
         shares: 0,
     };
-    let options = yade::Options {
-        sorted: false,
-        ..plan.yade.clone()
-    };
     let folder = program::folder(plan.work, "yade")?;
-    let model = Model::of(&bed.scene);
-    let run = yade::timing::time(&model, &bed.bodies, steps, &options, &folder)?;
+    let (run, _) = contender::timed(Contender::YadeOrdinary, bed, steps, plan.yade, &folder)?;
     let all = vec![run.window.seconds_per_step()];
     let spread = Spread::of(all).ok_or_else(|| BenchError::Nonsense("no time".to_owned()))?;
-    Ok(point(YADE, grains, spread, Some(run.peak_memory)))
+    Ok(point(YADE, grains, spread, run.peak_memory))
 }
 
 fn point(name: &str, grains: u32, seconds_per_step: Spread, peak_memory: Option<u64>) -> Point {

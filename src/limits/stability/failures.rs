@@ -1,27 +1,27 @@
 //! Where the method fails: what happens, how the program notices, what it says. Every run is bounded by the
 //! scene's own rules, so none hangs.
 
-mod ways;
-
 use serde::{Deserialize, Serialize};
 
-use crate::compare::Verdict;
-use crate::engine::yade::{self, YadeError};
+use super::time_step;
+use crate::checks::Outcome;
+use crate::engine::{ProgramError, yade};
 use crate::error::Error;
 use crate::files::work_folder;
 use crate::interrupt::asked_to_end;
-use crate::run::EngineError;
 use grains::generate::initial_bodies;
+use grains::measure::{Bed, unbalanced_force};
 use grains::native::{self, NativeError, Options, Trouble};
-use grains::scene::{Cloud, Scene, paper_scene, parse_scene};
+use grains::scene::{Cloud, Damping, Scene, TimeStep, paper_scene, parse_scene};
 use grains::tables::StopReason;
-use grains::task::{Outcome, Task};
+use grains::task::{self, Task};
 
 /// Grains of the scenes.
 const GRAINS: u32 = 60;
 
-/// One way to fail.
+/// A failure mode as it was tried.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Failure {
     /// A short name, in kebab-case.
     pub name: String,
@@ -36,77 +36,210 @@ pub struct Failure {
     /// What YADE's run comes to, where that was asked.
     pub yade: Option<String>,
     /// Whether the program noticed it in the way that it should.
-    pub verdict: Verdict,
+    pub outcome: Outcome,
 }
 
-/// What a run came to.
-enum Came {
-    /// To an end by a rule.
-    Ended(Box<Outcome>),
-    /// To trouble.
-    Troubled(NativeError),
-}
-
-impl Came {
-    fn stop(&self) -> Option<StopReason> {
-        match self {
-            Came::Ended(outcome) => outcome.stages.last().map(|stage| stage.stop),
-            Came::Troubled(_) => None,
-        }
-    }
-
-    fn trouble(&self) -> Option<&Trouble> {
-        match self {
-            Came::Ended(_) => None,
-            Came::Troubled(error) => Some(&error.trouble),
-        }
-    }
-
-    /// What the command line prints.
-    fn says(&self) -> String {
-        match self {
-            Came::Ended(outcome) => {
-                let stages = outcome.stages.iter().map(|stage| {
-                    let stop = serde_json::to_value(stage.stop).unwrap_or_default();
-                    let stop = stop.as_str().unwrap_or_default().replace('_', " ");
-                    format!("{} {} steps ({stop})", stage.stage.name(), stage.steps)
-                });
-                stages.collect::<Vec<_>>().join(", ")
-            }
-            Came::Troubled(error) => error.to_string(),
-        }
-    }
-
-    /// Whether every number of a result is finite; trouble has none.
-    fn is_finite(&self) -> bool {
-        match self {
-            Came::Ended(outcome) => {
-                let columns = outcome.last.bodies.motion();
-                columns
-                    .iter()
-                    .all(|(_, column)| column.iter().all(|value| value.is_finite()))
-            }
-            Came::Troubled(_) => true,
-        }
-    }
-}
-
-/// An experiment that fails: a scene, and what should come of it.
+/// A failure mode: a change of a small bed, and what should come of it.
 struct Mode {
     name: &'static str,
     title: &'static str,
-    scene: Scene,
+    change: fn(&mut Scene),
+    /// Tried in YADE too, where that is cheap.
     in_yade: bool,
-    /// Whether it was noticed; what happens; who notices.
-    judge: fn(&Came, &Scene) -> (bool, String, &'static str),
+    /// Whether it was noticed, and what happens.
+    judge: fn(&Run, &Scene) -> (bool, String),
+    /// Which part of the program notices.
+    notices: &'static str,
 }
+
+/// In the order of the page.
+const MODES: [Mode; 10] = [
+    Mode {
+        name: "step-beyond-limit",
+        title: "twice the largest stable step",
+        change: |scene| {
+            scene.time_step = TimeStep::Fraction {
+                of_sqrt_m_over_k: 1.7,
+            };
+        },
+        in_yade: true,
+        judge: |run, _| {
+            use Trouble::{BeyondRadius, EnergyBlownUp, Lost};
+            let seen = matches!(
+                run.trouble(),
+                Some(EnergyBlownUp { .. } | Lost { .. } | BeyondRadius { .. })
+            );
+            let happens = "energy grows out of nothing until grains fly apart";
+            (seen, happens.to_owned())
+        },
+        notices: "the limit on the kinetic energy, looked at every 1000 steps, or the box",
+    },
+    Mode {
+        name: "step-just-beyond-limit",
+        title: "a tenth more than the largest stable step",
+        change: |scene| {
+            let limit = time_step::choose(scene, 1.0).map_or(f64::NAN, |choice| choice.limit);
+            scene.time_step = TimeStep::Absolute {
+                seconds: 1.1 * limit,
+            };
+        },
+        in_yade: false,
+        judge: |run, scene| {
+            let share = run.ended().and_then(|outcome| {
+                let bed = outcome.settled.as_ref().unwrap_or(&outcome.last);
+                time_step::share_of_limit(scene, &bed.bodies).ok()?
+            });
+            let happens = format!(
+                "the bed settles all the same: what grows opens its own contacts and stops there; unbalanced force \
+                 {:.2} of the mean contact force at the end",
+                run.unbalanced(scene)
+            );
+            (share.is_some_and(|share| share > 1.0), happens)
+        },
+        notices: "the limit of the settled bed, which `crossgrain run` works out at the end of every run",
+    },
+    Mode {
+        name: "overlap-beyond-radius",
+        title: "grains far too soft for their sizes (E = 10 MPa, radii from 0.2 to 1.8 of the mean)",
+        change: |scene| {
+            scene.material.youngs_modulus = 1.0e7;
+            scene.particles.dispersion = 0.8;
+            *lattice(scene).0 = 5;
+            scene.time_step = TimeStep::Absolute { seconds: 2.0e-5 };
+        },
+        in_yade: true,
+        judge: |run, _| {
+            let deep = match run.trouble() {
+                Some(Trouble::BeyondRadius {
+                    overlap, radius, ..
+                }) => overlap / radius,
+                _ => f64::NAN,
+            };
+            let happens =
+                format!("large grains swallow small ones: {deep:.2} radii when it is seen");
+            (deep > 1.0, happens)
+        },
+        notices: "every moment of the history",
+    },
+    Mode {
+        name: "tunnelling",
+        title: "grains that move five radii a step",
+        change: |scene| *lattice(scene).1 = 5.0 * 0.005 / scene.time_step_seconds(),
+        in_yade: true,
+        judge: |run, _| {
+            let happens =
+                "a grain is on one side of a wall before a step and on the other after it";
+            let lost = matches!(run.trouble(), Some(Trouble::Lost { .. }));
+            (lost, happens.to_owned())
+        },
+        notices: "the box, at every rebuild of the neighbour list and every moment of the history",
+    },
+    Mode {
+        name: "punch-too-fast",
+        title: "a punch that moves a fifth of a radius a step",
+        change: |scene| scene.loading.speed = 0.2 * 0.005 / scene.time_step_seconds(),
+        in_yade: false,
+        judge: |run, _| match run {
+            Run::Refused(why) => (
+                why.contains("/loading/speed"),
+                "nothing: the scene is refused".to_owned(),
+            ),
+            _ => (false, "the scene is accepted and run".to_owned()),
+        },
+        notices: "the check of the scene; exit code 2",
+    },
+    Mode {
+        name: "fast-punch",
+        title: "a punch at 1 m/s, ten times the paper's scene's",
+        change: |scene| scene.loading.speed = 1.0,
+        in_yade: false,
+        judge: |run, scene| {
+            let unbalanced = run.unbalanced(scene);
+            let happens = format!(
+                "the load is reached by the inertia of the grains: unbalanced force {unbalanced:.2} of the mean \
+                 contact force"
+            );
+            (
+                run.stop() == Some(StopReason::Reached) && unbalanced > 0.1,
+                happens,
+            )
+        },
+        notices: "the measure of the unbalanced force in run.json",
+    },
+    Mode {
+        name: "stiffness-contrast",
+        title: "radii from 0.05 to 1.95 of the mean, a step for the mean grain",
+        // One modulus rules all bodies, so stiffness differs with the radius only.
+        change: |scene| {
+            scene.particles.dispersion = 0.95;
+            *lattice(scene).0 = 5;
+        },
+        in_yade: false,
+        judge: |run, scene| {
+            let choice = time_step::choose(scene, time_step::DEFAULT_SHARE).ok();
+            let cured = choice.as_ref().is_some_and(|choice| {
+                let again = run_scene(&time_step::with_step(scene, choice));
+                again.is_ok_and(|run| run.ended().is_some() && run.is_finite())
+            });
+            let share = choice.map_or(f64::NAN, |choice| {
+                choice.time_step / scene.time_step_seconds()
+            });
+            let happens = format!(
+                "the smallest grains are too fast for the step; the automatic step, {share:.3} of it, runs to the end"
+            );
+            (run.trouble().is_some() && cured, happens)
+        },
+        notices: "the limit on the kinetic energy, or the box",
+    },
+    Mode {
+        name: "zero-damping",
+        title: "no damping of any kind",
+        change: |scene| scene.damping = Damping::Cundall { alpha: 0.0 },
+        in_yade: false,
+        judge: |run, _| {
+            let happens = "nothing takes energy out: the grains stay a gas";
+            (run.stop() == Some(StopReason::MaxSteps), happens.to_owned())
+        },
+        notices: "the scene's largest number of steps; exit code 3",
+    },
+    Mode {
+        name: "never-at-rest",
+        title: "a frictionless bed, nearly isostatic, asked for 10⁻³⁰ of its energy",
+        change: |scene| {
+            scene.settle.kinetic_energy_fraction = 1.0e-30;
+            scene.settle.max_steps = 60_000;
+        },
+        in_yade: false,
+        judge: |run, scene| {
+            let happens = format!(
+                "it creeps on: unbalanced force {:.1e} of the mean contact force",
+                run.unbalanced(scene)
+            );
+            (run.stop() == Some(StopReason::MaxSteps), happens)
+        },
+        notices: "the scene's largest number of steps; exit code 3",
+    },
+    Mode {
+        name: "load-too-large",
+        title: "a pressure of 1 GPa on a shallow bed",
+        change: |scene| scene.loading.pressure = 1.0e9,
+        in_yade: true,
+        judge: |run, _| {
+            let happens = "the grains give way and the punch goes on down";
+            (
+                run.stop() == Some(StopReason::SankToGiveUpDepth),
+                happens.to_owned(),
+            )
+        },
+        notices: "the scene's give-up depth",
+    },
+];
 
 /// A shallow bed of the paper's grains in a narrow box.
 pub fn small_bed() -> Scene {
     let mut scene = paper_scene(1, GRAINS);
     scene.container.width = 0.1;
-    let Cloud::JitteredLattice { columns, .. } = &mut scene.cloud;
-    *columns = 8;
+    *lattice(&mut scene).0 = 8;
     scene.control_points.truncate(1);
     scene.loading.give_up_depth = 0.03;
     scene.loading.speed = 0.5;
@@ -115,89 +248,134 @@ pub fn small_bed() -> Scene {
     scene
 }
 
-/// All ways to fail, each tried; in YADE too where that is cheap, if it may be used.
+/// Columns of the cloud, and its grains' speed, m/s.
+fn lattice(scene: &mut Scene) -> (&mut u32, &mut f64) {
+    let Cloud::JitteredLattice { columns, speed, .. } = &mut scene.cloud;
+    (columns, speed)
+}
+
+/// What a run came to.
+enum Run {
+    /// An end by a rule.
+    Ended(Box<task::Outcome>),
+    Troubled(NativeError),
+    /// The check of the scene did not let it start.
+    Refused(String),
+}
+
+impl Run {
+    fn ended(&self) -> Option<&task::Outcome> {
+        match self {
+            Run::Ended(outcome) => Some(outcome),
+            _ => None,
+        }
+    }
+
+    fn trouble(&self) -> Option<&Trouble> {
+        match self {
+            Run::Troubled(error) => Some(&error.trouble),
+            _ => None,
+        }
+    }
+
+    fn stop(&self) -> Option<StopReason> {
+        self.ended()?.stages.last().map(|stage| stage.stop)
+    }
+
+    /// Mean unbalanced force at the end over the mean contact force.
+    fn unbalanced(&self, scene: &Scene) -> f64 {
+        let bed = self.ended().map(|outcome| Bed {
+            bodies: &outcome.last.bodies,
+            contacts: &outcome.last.contacts,
+        });
+        bed.and_then(|bed| unbalanced_force::of(scene, bed))
+            .unwrap_or(f64::NAN)
+    }
+
+    /// What the command line prints.
+    fn says(&self) -> String {
+        match self {
+            Run::Ended(outcome) => stages_in_words(outcome),
+            Run::Troubled(error) => error.to_string(),
+            Run::Refused(why) => why.clone(),
+        }
+    }
+
+    /// Whether every number of a result is finite; trouble has none.
+    fn is_finite(&self) -> bool {
+        self.ended().is_none_or(|outcome| {
+            let columns = outcome.last.bodies.motion();
+            columns
+                .iter()
+                .all(|(_, column)| column.iter().all(|value| value.is_finite()))
+        })
+    }
+}
+
+fn stages_in_words(outcome: &task::Outcome) -> String {
+    let stages = outcome.stages.iter().map(|stage| {
+        let stop = serde_json::to_value(stage.stop).unwrap_or_default();
+        let stop = stop.as_str().unwrap_or_default().replace('_', " ");
+        format!("{} {} steps ({stop})", stage.stage.name(), stage.steps)
+    });
+    stages.collect::<Vec<_>>().join(", ")
+}
+
+/// All failure modes, each tried in the native engine; in YADE too where that is cheap, if it may be used.
 pub fn failures(
     in_yade: Option<&yade::Options>,
     progress: &mut dyn FnMut(f64, &str),
 ) -> Result<Vec<Failure>, Error> {
-    let modes = ways::all();
-    let mut all = Vec::with_capacity(modes.len() + 1);
-    for (at, mode) in modes.iter().enumerate() {
-        progress(at as f64 / modes.len() as f64, mode.name);
-        all.push(tried(mode, in_yade)?);
+    let mut all = Vec::with_capacity(MODES.len());
+    for (at, mode) in MODES.iter().enumerate() {
+        progress(at as f64 / MODES.len() as f64, mode.name);
+        let mut scene = small_bed();
+        (mode.change)(&mut scene);
+        let run = run_scene(&scene)?;
+        let (noticed, happened) = (mode.judge)(&run, &scene);
+        let yade = in_yade.filter(|_| mode.in_yade);
+        all.push(Failure {
+            name: mode.name.to_owned(),
+            title: mode.title.to_owned(),
+            happened,
+            noticed: mode.notices.to_owned(),
+            says: run.says(),
+            yade: yade
+                .map(|options| run_in_yade(&scene, options))
+                .transpose()?,
+            outcome: Outcome::pass_if(noticed && run.is_finite()),
+        });
         if asked_to_end() {
             return Err(Error::Interrupted);
         }
     }
-    all.insert(4, refused_punch());
     Ok(all)
 }
 
-fn tried(mode: &Mode, in_yade: Option<&yade::Options>) -> Result<Failure, Error> {
-    let came = run(&mode.scene)?;
-    let (noticed, happened, who) = (mode.judge)(&came, &mode.scene);
-    let yade = match in_yade.filter(|_| mode.in_yade) {
-        Some(options) => Some(of_yade(&mode.scene, options)?),
-        None => None,
-    };
-    Ok(Failure {
-        name: mode.name.to_owned(),
-        title: mode.title.to_owned(),
-        happened,
-        noticed: who.to_owned(),
-        says: came.says(),
-        yade,
-        verdict: if noticed && came.is_finite() {
-            Verdict::Pass
-        } else {
-            Verdict::Fail
-        },
-    })
-}
-
-fn run(scene: &Scene) -> Result<Came, Error> {
+/// Checked as a scene's file is, and run in the native engine.
+fn run_scene(scene: &Scene) -> Result<Run, Error> {
+    let text = serde_json::to_string(scene).unwrap_or_default();
+    if let Err(error) = parse_scene(&text) {
+        return Ok(Run::Refused(error.to_string()));
+    }
     let task = Task::whole(initial_bodies(scene));
     match native::run(scene, &task, &Options::default(), &mut ()) {
-        Ok(outcome) => Ok(Came::Ended(Box::new(outcome))),
+        Ok(outcome) => Ok(Run::Ended(Box::new(outcome))),
         Err(error) if error.trouble == Trouble::Interrupted => Err(Error::Interrupted),
-        Err(error) => Ok(Came::Troubled(error)),
+        Err(error) => Ok(Run::Troubled(error)),
     }
 }
 
 /// What comes of the scene in YADE, in words.
-fn of_yade(scene: &Scene, options: &yade::Options) -> Result<String, Error> {
+fn run_in_yade(scene: &Scene, options: &yade::Options) -> Result<String, Error> {
+    use ProgramError::{Crashed, Hung, Nonsense, WentWrong};
     let work = work_folder()?;
     let task = Task::whole(initial_bodies(scene));
     match yade::run(scene, &task, options, work.path(), &mut ()) {
-        Ok(run) => Ok(Came::Ended(Box::new(run.outcome)).says()),
-        Err(error @ (YadeError::Nonsense(_) | YadeError::WentWrong { .. })) => {
+        Ok(run) => Ok(stages_in_words(&run.outcome)),
+        Err(error @ (Nonsense(_) | WentWrong { .. } | Crashed { .. } | Hung { .. })) => {
             Ok(error.to_string())
         }
-        Err(error @ (YadeError::Crashed { .. } | YadeError::Hung { .. })) => Ok(error.to_string()),
-        Err(error) => Err(Error::Engine(EngineError::Yade(error))),
-    }
-}
-
-/// A punch that would jump over what it should touch never starts.
-fn refused_punch() -> Failure {
-    let mut scene = small_bed();
-    scene.loading.speed = 0.2 * 0.005 / ways::base_step();
-    let text = serde_json::to_string(&scene).unwrap_or_default();
-    let says = match parse_scene(&text) {
-        Ok(_) => String::new(),
-        Err(error) => error.to_string(),
-    };
-    Failure {
-        name: "punch-too-fast".to_owned(),
-        title: "a punch that moves a fifth of a radius a step".to_owned(),
-        happened: "nothing: the scene is refused".to_owned(),
-        noticed: "the check of the scene; exit code 2".to_owned(),
-        verdict: if says.contains("/loading/speed") {
-            Verdict::Pass
-        } else {
-            Verdict::Fail
-        },
-        says,
-        yade: None,
+        Err(error) => Err(Error::Engine(error.into())),
     }
 }

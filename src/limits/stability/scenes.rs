@@ -1,11 +1,18 @@
-//! Small scenes in equilibrium whose largest stable step has a closed form.
+//! Scenes in equilibrium: small ones and a crystal, whose largest stable step has a closed form, and beds of the paper's grains.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, SQRT_2};
 
+use serde::{Deserialize, Serialize};
+
+use crate::interrupt::asked_to_end;
 use crate::suite::build::{self, Grain};
 use grains::case::Case;
+use grains::generate::initial_bodies;
 use grains::model::{Axis, Law, Model};
-use grains::scene::{Tension, Viscosity};
+use grains::native::{self, CaseOptions, NativeError, Options, Trouble, watch_case};
+use grains::scene::{Cloud, Scene, Tension, Viscosity, paper_scene};
+use grains::tables::{Bodies, Punch, Snapshot, Stage};
+use grains::task::Task;
 
 /// Radius of the ordinary grain, m.
 const RADIUS: f64 = 0.005;
@@ -13,8 +20,22 @@ const RADIUS: f64 = 0.005;
 const DENSITY: f64 = 2600.0;
 /// Pa.
 const MODULUS: f64 = 1.0e7;
-/// Overlap over radius, where it is chosen.
+/// Overlap over radius, where it is chosen, and of the crystal as it is laid out.
 const SQUEEZED: f64 = 1.0e-4;
+const CRYSTAL_OVERLAP: f64 = 1.0e-3;
+/// k of a grain of the ordinary radius at a wall or another such grain, N/m.
+const STIFFNESS: f64 = MODULUS * RADIUS;
+/// Cundall's α while a bed is brought to rest. Stronger damping takes longer: the bed creeps.
+const BRAKE: f64 = 0.2;
+/// A bed rests when the mean unbalanced force of its grains is this share of the mean contact force.
+const AT_REST: f64 = 1.0e-9;
+/// Looked at every so many steps; after so many it is given up.
+const LOOK_EVERY: usize = 10_000;
+const MOST_RESTING_STEPS: u64 = 3_000_000;
+/// The punch's force is looked at every so many steps.
+const PRESS_LOOK_EVERY: usize = 100;
+/// tan φ is that of this angle, rad, and k_s = k_n.
+const FRICTION_ANGLE: f64 = 0.5;
 
 /// A scene of the map.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,12 +50,12 @@ pub struct MapScene {
     pub axes: [bool; 2],
     /// The largest stable step without damping, if it has a closed form.
     pub closed: Option<ClosedForm>,
-    /// What a reader should know of it.
+    /// What a reader should know of it; may be empty.
     pub remark: String,
 }
 
 /// A largest stable step by a formula.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ClosedForm {
     /// s.
     pub dt: f64,
@@ -44,14 +65,46 @@ pub struct ClosedForm {
     pub tolerance: f64,
 }
 
+impl MapScene {
+    fn new(name: &str, title: &str, case: Case) -> Self {
+        MapScene {
+            name: name.to_owned(),
+            title: title.to_owned(),
+            case,
+            axes: [true; 2],
+            closed: None,
+            remark: String::new(),
+        }
+    }
+
+    fn with_limit(mut self, dt: f64, formula: &str) -> Self {
+        self.closed = Some(ClosedForm {
+            dt,
+            formula: formula.to_owned(),
+            tolerance: 1.0e-3,
+        });
+        self
+    }
+
+    fn along(mut self, axes: [bool; 2]) -> Self {
+        self.axes = axes;
+        self
+    }
+
+    fn with_remark(mut self, remark: &str) -> Self {
+        remark.clone_into(&mut self.remark);
+        self
+    }
+}
+
 /// All small scenes, from the simplest up.
 pub fn small() -> Vec<MapScene> {
     let mut scenes = vec![
         one_contact(),
-        on_a_wall(),
-        sticking_on_a_wall(),
+        grain_on_wall(),
+        sticking_grain(),
         chain(10, 0.0),
-        unequal(),
+        unequal_sizes(),
         punch_corner(),
     ];
     scenes.extend([0.5, 0.99, 1.01, 3.0].map(dashpot));
@@ -63,39 +116,35 @@ fn grain(position: [f64; 2]) -> Grain {
     Grain::disc(position, RADIUS, DENSITY)
 }
 
-/// k of a grain of the ordinary radius at a wall or another such grain, N/m.
-fn stiffness() -> f64 {
-    MODULUS * RADIUS
+fn case(name: &str, law: Law, gravity: f64, walls: &[(Axis, f64)], grains: &[Grain]) -> Case {
+    let walls = walls.iter().map(|(axis, place)| build::wall(*axis, *place));
+    let model = Model {
+        gravity: [0.0, 0.0 - gravity],
+        walls: walls.collect(),
+        ..build::model(law, 1.0e-6)
+    };
+    build::case(name, model, grains, vec![0])
 }
 
-fn scene(name: &str, title: &str, case: Case, closed: ClosedForm) -> MapScene {
-    MapScene {
-        name: name.to_owned(),
-        title: title.to_owned(),
-        case,
-        axes: [true; 2],
-        closed: Some(closed),
-        remark: String::new(),
-    }
-}
-
-fn formula(dt: f64, formula: &str) -> ClosedForm {
-    ClosedForm {
-        dt,
-        formula: formula.to_owned(),
-        tolerance: 1.0e-3,
-    }
+fn with_dashpot(c_n: f64) -> Law {
+    let tension = Tension::Clipped;
+    build::with_viscosity(build::springs(MODULUS), Viscosity::Dashpot { c_n, tension })
 }
 
 /// Gravity that presses a grain of this mass into its support by [`SQUEEZED`], m/s².
 fn gravity(mass: f64) -> f64 {
-    stiffness() * SQUEEZED * RADIUS / mass
+    STIFFNESS * SQUEEZED * RADIUS / mass
 }
 
 /// Largest of the two eigenvalues of [[a, b], [b, c]].
 fn larger(a: f64, b: f64, c: f64) -> f64 {
     let half = 0.5 * (a - c);
     0.5 * (a + c) + (half * half + b * b).sqrt()
+}
+
+/// The largest stable step of an oscillator with damping ratio ζ, s.
+fn damped_limit(omega: f64, ratio: f64) -> f64 {
+    2.0 / omega * ((1.0 + ratio * ratio).sqrt() - ratio)
 }
 
 fn one_contact() -> MapScene {
@@ -109,66 +158,63 @@ fn one_contact() -> MapScene {
         ..grain([0.0, RADIUS - floor])
     };
     let above = grain([0.0, below.position[1] + 2.0 * RADIUS - SQUEEZED * RADIUS]);
-    let model = Model {
-        gravity: [0.0, -gravity(mass)],
-        walls: vec![build::wall(Axis::Z, 0.0)],
-        ..build::model(build::springs(MODULUS), 1.0e-6)
-    };
-    let of = stiffness() / mass;
+    let law = build::springs(MODULUS);
+    let floor = [(Axis::Z, 0.0)];
+    let case = case("one contact", law, gravity(mass), &floor, &[below, above]);
+    let of = STIFFNESS / mass;
     let omega = larger(2.0 * of / ratio, of / ratio.sqrt(), of).sqrt();
-    MapScene {
-        axes: [false, true],
-        remark: "two free grains cannot be held in contact, so the lower one is a hundred times heavier and \
-                 rests on the floor"
-            .to_owned(),
-        ..scene(
-            "one-contact",
-            "a grain on a heavy one",
-            build::case("one contact", model, &[below, above], vec![0]),
-            formula(
-                2.0 / omega,
-                "2/ω, ω² the larger root of (2k/M − ω²)(k/m − ω²) = k²/(mM), M = 100 m",
-            ),
+    MapScene::new("one-contact", "a grain on a heavy one", case)
+        .with_limit(
+            2.0 / omega,
+            "2/ω, ω² the larger root of (2k/M − ω²)(k/m − ω²) = k²/(mM), M = 100 m",
         )
-    }
+        .along([false, true])
+        .with_remark(
+            "two free grains cannot be held in contact, so the lower one is a hundred times heavier and rests on the floor",
+        )
 }
 
 /// A grain on the floor under gravity.
 fn resting(law: Law) -> Case {
     let resting = grain([0.0, RADIUS - SQUEEZED * RADIUS]);
-    let model = Model {
-        gravity: [0.0, -gravity(resting.mass)],
-        walls: vec![build::wall(Axis::Z, 0.0)],
-        ..build::model(law, 1.0e-6)
-    };
-    build::case("a grain on a wall", model, &[resting], vec![0])
+    let gravity = gravity(resting.mass);
+    case(
+        "a grain on a wall",
+        law,
+        gravity,
+        &[(Axis::Z, 0.0)],
+        &[resting],
+    )
 }
 
-fn on_a_wall() -> MapScene {
+fn grain_on_wall() -> MapScene {
     let case = resting(build::springs(MODULUS));
-    let omega = (stiffness() / case.bodies.mass[0]).sqrt();
-    scene(
-        "grain-on-wall",
-        "a grain on a wall",
-        case,
-        formula(2.0 / omega, "2√(m/k)"),
-    )
+    let omega = (STIFFNESS / case.bodies.mass[0]).sqrt();
+    MapScene::new("grain-on-wall", "a grain on a wall", case).with_limit(2.0 / omega, "2√(m/k)")
 }
 
 /// A grain that sticks to the wall sways and turns: the two springs' k_s (1/m + R²/I).
-fn sticking_on_a_wall() -> MapScene {
+fn sticking_grain() -> MapScene {
     let case = resting(build::friction(MODULUS, 1.0, 0.5));
     let of = &case.bodies;
-    let omega = (stiffness() * (1.0 / of.mass[0] + RADIUS * RADIUS / of.inertia[0])).sqrt();
-    scene(
-        "sticking-grain",
-        "a grain on a wall that sticks to it, free to turn, k_s = k_n",
-        case,
-        formula(2.0 / omega, "2/√(k_s(1/m + R²/I)) = 2√(m/3k)"),
-    )
+    let omega = (STIFFNESS * (1.0 / of.mass[0] + RADIUS * RADIUS / of.inertia[0])).sqrt();
+    let title = "a grain on a wall that sticks to it, free to turn, k_s = k_n";
+    MapScene::new("sticking-grain", title, case)
+        .with_limit(2.0 / omega, "2/√(k_s(1/m + R²/I)) = 2√(m/3k)")
 }
 
-/// Grains in a row between two walls; modes 4k/m sin²(jπ/2(N+1)).
+/// A grain on a wall with a dashpot of this damping ratio.
+fn dashpot(ratio: f64) -> MapScene {
+    let mass = grain([0.0; 2]).mass;
+    let omega = (STIFFNESS / mass).sqrt();
+    let case = resting(with_dashpot(2.0 * ratio * mass * omega));
+    let side = if ratio < 1.0 { "below" } else { "past" };
+    let title = format!("a grain on a wall with a dashpot {side} critical, ζ = {ratio}");
+    MapScene::new(&format!("dashpot-{ratio}"), &title, case)
+        .with_limit(damped_limit(omega, ratio), "(2/ω)(√(1+ζ²) − ζ)")
+}
+
+/// Grains in a row between two walls; modes 4k/m sin²(jπ/2(N+1)), of which the fastest has this damping ratio.
 fn chain(count: usize, ratio: f64) -> MapScene {
     let overlap = SQUEEZED * RADIUS;
     let pitch = 2.0 * RADIUS - overlap;
@@ -176,89 +222,65 @@ fn chain(count: usize, ratio: f64) -> MapScene {
         .map(|at| grain([RADIUS - overlap + pitch * at as f64, 0.0]))
         .collect();
     let end = grains[count - 1].position[0] + RADIUS - overlap;
-    let (mass, k) = (grains[0].mass, stiffness());
     let share = (0.5 * PI * count as f64 / (count as f64 + 1.0)).sin();
-    let omega = 2.0 * share * (k / mass).sqrt();
-    // ζ of this mode: C is c/k times K.
-    let c_n = 2.0 * ratio * k / omega;
-    let law = if ratio > 0.0 {
-        build::with_viscosity(
-            build::springs(MODULUS),
-            Viscosity::Dashpot {
-                c_n,
-                tension: Tension::Clipped,
-            },
-        )
-    } else {
-        build::springs(MODULUS)
-    };
-    let model = Model {
-        walls: vec![build::wall(Axis::X, 0.0), build::wall(Axis::X, end)],
-        ..build::model(law, 1.0e-6)
-    };
-    let case = build::case("a chain", model, &grains, vec![0]);
-    let damped = 2.0 / omega * ((1.0 + ratio * ratio).sqrt() - ratio);
-    let (name, title, words) = if ratio > 0.0 {
-        (
-            "chain-with-dashpots",
-            format!(
-                "{count} grains in a row between walls, dashpots of ζ = {ratio} in the fastest mode"
-            ),
+    let omega = 2.0 * share * (STIFFNESS / grains[0].mass).sqrt();
+    let title = format!("{count} grains in a row between walls");
+    let walls = [(Axis::X, 0.0), (Axis::X, end)];
+    let of_law = |law| case("a chain", law, 0.0, &walls, &grains);
+    let scene = if ratio > 0.0 {
+        let title = format!("{title}, dashpots of ζ = {ratio} in the fastest mode");
+        // C is c/k times K.
+        let case = of_law(with_dashpot(2.0 * ratio * STIFFNESS / omega));
+        MapScene::new("chain-with-dashpots", &title, case).with_limit(
+            damped_limit(omega, ratio),
             "(2/ω)(√(1+ζ²) − ζ), ω = 2√(k/m) sin(Nπ/(2N+2))",
         )
     } else {
-        (
-            "chain",
-            format!("{count} grains in a row between walls"),
-            "2/ω, ω = 2√(k/m) sin(Nπ/(2N+2))",
-        )
+        MapScene::new("chain", &title, of_law(build::springs(MODULUS)))
+            .with_limit(2.0 / omega, "2/ω, ω = 2√(k/m) sin(Nπ/(2N+2))")
     };
-    MapScene {
-        axes: [true, false],
-        ..scene(name, &title, case, formula(damped, words))
-    }
+    scene.along([true, false])
 }
 
 /// A small grain between two large ones between two walls: the small one moves against both, or the large ones
 /// against each other.
-fn unequal() -> MapScene {
-    let ratio = 10.0;
-    let small = RADIUS / ratio;
-    let outer = stiffness();
+fn unequal_sizes() -> MapScene {
+    let small = RADIUS / 10.0;
     let inner = 2.0 * MODULUS * RADIUS * small / (RADIUS + small);
     // The same force in all four contacts.
     let force = inner * SQUEEZED * small;
-    let (at_wall, between) = (force / outer, force / inner);
+    let (at_wall, between) = (force / STIFFNESS, force / inner);
     let first = grain([RADIUS - at_wall, 0.0]);
-    let middle = Grain::disc(
-        [first.position[0] + RADIUS + small - between, 0.0],
-        small,
-        DENSITY,
-    );
-    let last = grain([middle.position[0] + RADIUS + small - between, 0.0]);
-    let end = last.position[0] + RADIUS - at_wall;
-    let model = Model {
-        walls: vec![build::wall(Axis::X, 0.0), build::wall(Axis::X, end)],
-        ..build::model(build::springs(MODULUS), 1.0e-6)
-    };
+    let second = first.position[0] + RADIUS + small - between;
+    let middle = Grain::disc([second, 0.0], small, DENSITY);
+    let last = grain([second + RADIUS + small - between, 0.0]);
+    let walls = [
+        (Axis::X, 0.0),
+        (Axis::X, last.position[0] + RADIUS - at_wall),
+    ];
+    let grains = [first, middle, last];
     let (large, light) = (first.mass, middle.mass);
     let square = larger(
-        (outer + inner) / large,
-        (2.0f64).sqrt() * inner / (large * light).sqrt(),
+        (STIFFNESS + inner) / large,
+        SQRT_2 * inner / (large * light).sqrt(),
         2.0 * inner / light,
     );
-    MapScene {
-        axes: [true, false],
-        ..scene(
-            "unequal-sizes",
-            "a grain between two that are ten times larger, between walls",
-            build::case("unequal sizes", model, &[first, middle, last], vec![0]),
-            formula(
-                2.0 / square.sqrt(),
-                "2/ω, ω² the larger root of ((K+k)/M − ω²)(2k/m − ω²) = 2k²/(mM)",
-            ),
-        )
-    }
+    MapScene::new(
+        "unequal-sizes",
+        "a grain between two that are ten times larger, between walls",
+        case(
+            "unequal sizes",
+            build::springs(MODULUS),
+            0.0,
+            &walls,
+            &grains,
+        ),
+    )
+    .with_limit(
+        2.0 / square.sqrt(),
+        "2/ω, ω² the larger root of ((K+k)/M − ω²)(2k/m − ω²) = 2k²/(mM)",
+    )
+    .along([true, false])
 }
 
 /// A grain in the corner of floor and wall, held there by the corner of the punch.
@@ -266,49 +288,227 @@ fn punch_corner() -> MapScene {
     let overlap = SQUEEZED * RADIUS;
     let half_extents = [2.0 * RADIUS, 2.0 * RADIUS];
     // Both sides bear F/√2 of the corner's F.
-    let side = RADIUS - overlap / (2.0f64).sqrt();
-    let centre = [side, side];
-    let to_corner = (RADIUS - overlap) / (2.0f64).sqrt();
-    let corner = [centre[0] + to_corner, centre[1] + to_corner];
-    let model = Model {
-        walls: vec![build::wall(Axis::X, 0.0), build::wall(Axis::Z, 0.0)],
-        ..build::model(build::springs(MODULUS), 1.0e-6)
-    };
-    let punch = build::punch(corner[0] + half_extents[0], corner[1], half_extents, 0.0);
-    let held = grain(centre);
-    let omega = (2.0 * stiffness() / held.mass).sqrt();
-    let mut case = build::case("a punch corner", model, &[held], vec![0]);
-    case.punch = Some(punch);
-    scene(
-        "punch-corner",
-        "a grain in a corner of the box, held by the corner of the punch",
-        case,
-        formula(2.0 / omega, "2√(m/2k)"),
-    )
+    let side = RADIUS - overlap / SQRT_2;
+    let corner = side + (RADIUS - overlap) / SQRT_2;
+    let held = grain([side, side]);
+    let omega = (2.0 * STIFFNESS / held.mass).sqrt();
+    let walls = [(Axis::X, 0.0), (Axis::Z, 0.0)];
+    let mut case = case(
+        "a punch corner",
+        build::springs(MODULUS),
+        0.0,
+        &walls,
+        &[held],
+    );
+    case.punch = Some(build::punch(
+        corner + half_extents[0],
+        corner,
+        half_extents,
+        0.0,
+    ));
+    let title = "a grain in a corner of the box, held by the corner of the punch";
+    MapScene::new("punch-corner", title, case).with_limit(2.0 / omega, "2√(m/2k)")
 }
 
-/// A grain on a wall with a dashpot of this damping ratio.
-fn dashpot(ratio: f64) -> MapScene {
-    let undamped = resting(build::springs(MODULUS));
-    let mass = undamped.bodies.mass[0];
-    let omega = (stiffness() / mass).sqrt();
-    let law = build::with_viscosity(
-        build::springs(MODULUS),
-        Viscosity::Dashpot {
-            c_n: 2.0 * ratio * mass * omega,
-            tension: Tension::Clipped,
-        },
-    );
-    let mut case = resting(law);
-    case.name = format!("a dashpot of {ratio} of critical");
-    let side = if ratio < 1.0 { "below" } else { "past" };
-    scene(
-        &format!("dashpot-{ratio}"),
-        &format!("a grain on a wall with a dashpot {side} critical, ζ = {ratio}"),
-        case,
-        formula(
-            2.0 / omega * ((1.0 + ratio * ratio).sqrt() - ratio),
-            "(2/ω)(√(1+ζ²) − ζ)",
+/// A crystal between four walls: rows one over the other, every other one moved by half a grain.
+pub fn crystal(rows: usize) -> Result<MapScene, NativeError> {
+    let pitch = 2.0 * RADIUS * (1.0 - CRYSTAL_OVERLAP);
+    let height = 0.75f64.sqrt() * pitch;
+    let inset = RADIUS * (1.0 - CRYSTAL_OVERLAP);
+    let places = (0..rows).flat_map(|row| (0..rows).map(move |column| (row, column)));
+    let grains: Vec<Grain> = places
+        .map(|(row, column)| {
+            let x = inset + pitch * (column as f64 + 0.5 * (row % 2) as f64);
+            grain([x, inset + height * row as f64])
+        })
+        .collect();
+    let walls = [
+        (Axis::X, 0.0),
+        (Axis::X, 2.0 * inset + pitch * (rows as f64 - 0.5)),
+        (Axis::Z, 0.0),
+        (Axis::Z, 2.0 * inset + height * (rows as f64 - 1.0)),
+    ];
+    let mass = grains[0].mass;
+    let mut laid = case("a crystal", build::springs(MODULUS), 0.0, &walls, &grains);
+    laid.model.dt = 0.3 * (mass / STIFFNESS).sqrt();
+    let case = at_rest("a crystal", &laid.model, &laid.bodies, None)?;
+    let title = format!("{rows} by {rows} equal grains in a hexagonal crystal between four walls");
+    let mut scene = MapScene::new("hexagonal-crystal", &title, case)
+        .with_limit(
+            2.0 / (6.0 * MODULUS * RADIUS / mass).sqrt(),
+            "2√(m/6k), of the endless crystal",
+        )
+        .with_remark(
+            "walls hold a crystal less than more crystal would, so its limit is a little above",
+        );
+    if let Some(closed) = &mut scene.closed {
+        closed.tolerance = 0.01;
+    }
+    Ok(scene)
+}
+
+/// The paper's scene with so many grains; a few stand in a narrower box, so that the bed is about as deep as
+/// it is wide.
+pub fn bed_scene(grains: u32) -> Scene {
+    let mut scene = paper_scene(1, grains);
+    if grains < 5000 {
+        scene.container.width = 0.25;
+        let Cloud::JitteredLattice { columns, .. } = &mut scene.cloud;
+        *columns = 20;
+    }
+    scene
+}
+
+/// The beds: poured, settled, brought to rest without friction; in one of them friction is then switched on, and one stands
+/// under the punch.
+pub fn beds(grains: u32) -> Result<Vec<MapScene>, NativeError> {
+    let scene = bed_scene(grains);
+    let dense = at_rest("a dense bed", &Model::of(&scene), &poured(&scene)?, None)?;
+    let mut rough = scene.clone();
+    rough.material.friction_angle = FRICTION_ANGLE;
+    let frictional = at_rest(
+        "a frictional bed",
+        &Model::of(&rough),
+        &poured(&rough)?,
+        None,
+    )?;
+    let pressed = pressed(&scene, &dense.bodies)?;
+    let title = format!("the paper's bed of {grains} grains, settled");
+    let under_punch = format!("the dense bed of {grains} grains under the punch, pressed and held");
+    let sticking =
+        format!("{grains} grains poured with friction 0.5, every contact sticking, k_s = k_n");
+    Ok(vec![
+        MapScene::new("dense-bed", &title, dense),
+        MapScene::new("bed-under-punch", &under_punch, pressed),
+        MapScene::new("frictional-bed", &sticking, frictional).with_remark(
+            "a case cannot be given the shear forces of a bed, so the bed rests without friction before it is switched \
+             on again: as many contacts as without friction, all sticking, which is the harder case",
         ),
-    )
+    ])
+}
+
+/// The scene's bed when it has settled.
+fn poured(scene: &Scene) -> Result<Bodies, NativeError> {
+    let task = Task::settle(initial_bodies(scene));
+    let outcome = native::run(scene, &task, &Options::default(), &mut ())?;
+    Ok(outcome.last.bodies)
+}
+
+/// The punch goes down on the bed by a share of the grains' overlaps at its load, and is held there.
+fn pressed(scene: &Scene, bodies: &Bodies) -> Result<Case, NativeError> {
+    let model = Model::of(scene);
+    let mut punch = native::first_contact_punch(scene, bodies);
+    let steps = (scene.loading.give_up_depth / (scene.loading.speed * model.dt)) as u64;
+    let pressing = Case {
+        name: "pressing".to_owned(),
+        model: model.clone(),
+        bodies: bodies.clone(),
+        punch: Some(punch),
+        moments: (0..=steps).step_by(PRESS_LOOK_EVERY).collect(),
+    };
+    let mut pressed = bodies.clone();
+    let mut reached = false;
+    watch_case(&pressing, &CaseOptions::default(), &mut |moment| {
+        pressed = moment.bodies;
+        punch = moment.punch.unwrap_or(punch);
+        reached = punch.force >= scene.target_force();
+        !reached
+    })?;
+    if !reached {
+        return Err(NativeError {
+            stage: Stage::Load,
+            step: steps,
+            trouble: Trouble::DoesNotBear,
+        });
+    }
+    punch.velocity = 0.0;
+    at_rest("a bed under the punch", &model, &pressed, Some(punch))
+}
+
+/// As [`rested`]; a bed that does not come to rest is an error.
+fn at_rest(
+    name: &str,
+    model: &Model,
+    bodies: &Bodies,
+    punch: Option<Punch>,
+) -> Result<Case, NativeError> {
+    let steps = MOST_RESTING_STEPS;
+    rested(name, model, bodies, punch)?.ok_or_else(|| NativeError {
+        stage: Stage::Settle,
+        step: steps,
+        trouble: if asked_to_end() {
+            Trouble::Interrupted
+        } else {
+            Trouble::DoesNotRest { steps }
+        },
+    })
+}
+
+/// A bed brought to rest without friction, its velocities then set to zero, and then with the model's friction switched on,
+/// which no contact has to bear yet; none if it does not come to rest.
+pub fn rested(
+    name: &str,
+    model: &Model,
+    bodies: &Bodies,
+    punch: Option<Punch>,
+) -> Result<Option<Case>, NativeError> {
+    let smooth = Model {
+        alpha: BRAKE,
+        law: Law {
+            friction_angle: 0.0,
+            ..model.law.clone()
+        },
+        ..model.clone()
+    };
+    let mut resting = Case {
+        name: name.to_owned(),
+        model: smooth,
+        bodies: Bodies {
+            spin: Vec::new(),
+            inertia: Vec::new(),
+            ..bodies.clone()
+        },
+        punch,
+        moments: (0..=MOST_RESTING_STEPS).step_by(LOOK_EVERY).collect(),
+    };
+    let mut last = resting.bodies.clone();
+    let mut rests = false;
+    watch_case(&resting, &CaseOptions::default(), &mut |moment| {
+        rests = moment.step > 0 && unbalanced(model, &moment) <= AT_REST;
+        last = moment.bodies;
+        !rests && !asked_to_end()
+    })?;
+    let count = last.len();
+    resting.bodies = Bodies {
+        vx: vec![0.0; count],
+        vz: vec![0.0; count],
+        spin: vec![0.0; bodies.spin.len()],
+        inertia: bodies.inertia.clone(),
+        ..last
+    };
+    resting.model = model.clone();
+    resting.moments = vec![0];
+    Ok(rests.then_some(resting))
+}
+
+/// Mean force that is left on a grain over the mean normal force of a contact.
+fn unbalanced(model: &Model, moment: &Snapshot) -> f64 {
+    let mass = &moment.bodies.mass;
+    let weights = mass
+        .iter()
+        .map(|mass| model.gravity.map(|gravity| mass * gravity));
+    let mut left: Vec<[f64; 2]> = weights.collect();
+    let mut normal = 0.0;
+    for contact in &moment.contacts {
+        let force = contact.force();
+        normal += contact.normal_force;
+        for (id, sign) in [(contact.id1, -1.0), (contact.id2, 1.0)] {
+            if let Some(left) = left.get_mut(id as usize) {
+                left[0] += sign * force[0];
+                left[1] += sign * force[1];
+            }
+        }
+    }
+    let sum: f64 = left.iter().map(|[x, z]| x.hypot(*z)).sum();
+    (sum / mass.len() as f64) / (normal / moment.contacts.len() as f64)
 }

@@ -1,4 +1,17 @@
-//! The largest eigenvalue of a network by Lanczos iteration, and the largest stable step from it.
+//! The largest stable step that the contacts predict: K, C and M of the linearised problem M ü + C u̇ + K u = 0, never
+//! assembled into a matrix, and their largest eigenvalue by Lanczos iteration.
+//!
+//! The degrees of freedom of grain i are 3i (x), 3i+1 (z) and 3i+2 (angle about y); grains that do not
+//! rotate keep the third one without any spring. Of a contact with normal n, t = (−n_z, n_x) and overlap u_n:
+//!
+//! - its normal spring gives k_n n⊗n, its dashpot c_n n⊗n;
+//! - its pre-stress gives −(F_n/d) t⊗t, with d between the two points that turn about each other: the
+//!   centres, or the grain's centre and the punch's corner. It is smaller than k_n by u_n/d;
+//! - a sticking tangential spring gives s k_s g⊗g, g the slip of both sides: t and the arms of the torques.
+//!   s = (R_1 + R_2)/(R_1 + R_2 − u_n) where slip is corrected for ratcheting, else 1.
+//!
+//! Left out: that shear forces turn with the normal (smaller by S/(k_n d)), and that the ratcheting
+//! correction makes K unsymmetric where radii differ (smaller by u_n/R).
 //!
 //! The engines step x_{n+1} − 2x_n + x_{n−1} + dt M⁻¹C (x_n − x_{n−1}) + dt² M⁻¹K x_n = 0: leapfrog,
 //! with velocities half a step behind in the dashpots. A solution that turns its sign with every step,
@@ -13,11 +26,15 @@
 //! component, so the same mode u grows from (dt² K + 2dt C) u = 4/(1+α) M u on. That is a necessary condition;
 //! that no other motion grows at a smaller step is measured, not proved.
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-use super::network::{Matrix, Network};
+use grains::case::{Case, EffectiveContact};
+use grains::model::Law;
+use grains::native::{NativeError, effective, run_case};
+use grains::scene::{SlipVelocity, TorqueArms};
+use grains::tables::{BodyIds, Contact, Snapshot};
 
 /// Relative error of the largest eigenvalue at which iteration ends.
 const TOLERANCE: f64 = 1.0e-6;
@@ -27,8 +44,33 @@ const OF_VECTOR: f64 = 1.0e-10;
 const MOST_VECTORS: usize = 600;
 /// The small matrix is looked at every so many vectors.
 const LOOK_EVERY: usize = 10;
-/// Rounds of refining the step with dashpots; each squares the error.
-const MOST_ROUNDS: usize = 60;
+/// Refinements of the step with dashpots; each squares the error.
+const MOST_REFINEMENTS: usize = 60;
+
+/// One contact as a spring between degrees of freedom.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Link {
+    /// Both grains; none for a wall or the punch.
+    grains: [Option<usize>; 2],
+    normal: [f64; 2],
+    /// N/m; N·s/m.
+    k_n: f64,
+    c_n: f64,
+    /// s·k_s, N/m.
+    k_s: f64,
+    /// F_n/d, N/m.
+    pre_stress: f64,
+    /// Lever arms of the tangential force on both sides, m.
+    arms: [f64; 2],
+}
+
+/// The linearised scene at one moment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Network {
+    links: Vec<Link>,
+    /// 1/√mass or 1/√inertia of each degree of freedom; zero for one that does not move.
+    weights: Vec<f64>,
+}
 
 /// The largest eigenvalue and its vector.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,7 +78,7 @@ pub struct Top {
     /// In s⁻² for the stiffness.
     pub value: f64,
     /// Unit vector, in coordinates weighted by √mass.
-    pub vector: Vec<f64>,
+    pub vector: DVector<f64>,
     /// Bound of the error of `value` by the residual, the same unit.
     pub residual: f64,
     /// Lanczos vectors that it took.
@@ -50,118 +92,238 @@ pub struct Limit {
     pub dt: f64,
     /// ω_max of the springs alone, rad/s.
     pub omega: f64,
-    /// Lanczos vectors that it took, over all rounds.
+    /// Lanczos vectors that it took, all refinements together.
     pub vectors: usize,
     /// Relative bound of the error of the last eigenvalue.
     pub residual: f64,
 }
 
-/// The largest eigenvalue of M^(−1/2)(stiffness·K + damping·C)M^(−1/2). Lanczos from a fixed random vector,
-/// without reorthogonalisation: what rounding brings back are copies of eigenvalues, which do no harm
-/// to the largest one.
-pub fn top(network: &Network, stiffness: f64, damping: f64) -> Top {
-    lanczos(network, stiffness, damping, TOLERANCE)
-}
-
-/// The mode that first turns its sign with every step, with Cundall's α.
-pub fn fastest_mode(network: &Network, alpha: f64) -> Vec<f64> {
-    let dt = limit(network, alpha).dt;
-    lanczos(network, dt * dt, 2.0 * dt, OF_VECTOR).vector
-}
-
-fn lanczos(network: &Network, stiffness: f64, damping: f64, tolerance: f64) -> Top {
-    let size = network.freedoms();
-    let mut basis = vec![start(network, size)];
-    let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
-    let mut w = vec![0.0; size];
-    loop {
-        let at = diagonal.len();
-        let newest = &basis[at];
-        network.apply(stiffness, damping, newest, &mut w);
-        let along = dot(&w, newest);
-        for (w, v) in w.iter_mut().zip(newest) {
-            *w -= along * v;
-        }
-        if let Some(before) = at.checked_sub(1).map(|before| &basis[before]) {
-            let back: f64 = beside[at - 1];
-            for (w, v) in w.iter_mut().zip(before) {
-                *w -= back * v;
+impl Network {
+    /// The network of a case at its start, with the parameters that the native engine says it uses.
+    pub fn of(case: &Case) -> Result<Self, NativeError> {
+        let still = Case {
+            moments: vec![0],
+            ..case.clone()
+        };
+        let parameters = effective(&still, None)?;
+        let law = &case.model.law;
+        let mut weights = vec![0.0; 3 * case.bodies.len()];
+        for (id, mass) in case.bodies.mass.iter().enumerate() {
+            weights[3 * id] = 1.0 / mass.sqrt();
+            weights[3 * id + 1] = weights[3 * id];
+            if law.rotates()
+                && let Some(inertia) = case.bodies.inertia.get(id)
+            {
+                weights[3 * id + 2] = 1.0 / inertia.sqrt();
             }
         }
-        diagonal.push(along);
-        let rest = dot(&w, &w).sqrt();
-        let scale = diagonal.iter().copied().fold(0.0, f64::max);
-        // Nothing is left: the vectors span all that the start has a share in.
-        let whole = rest <= 1.0e-13 * scale || rest == 0.0;
-        let enough = diagonal.len() >= MOST_VECTORS;
-        if whole || enough || diagonal.len().is_multiple_of(LOOK_EVERY) {
-            let (value, of_basis) = ritz(&diagonal, &beside);
-            let residual = rest * of_basis.last().copied().unwrap_or(0.0).abs();
-            if whole || enough || residual <= tolerance * value {
-                let mut vector = vec![0.0; size];
-                for (share, of) in of_basis.iter().zip(&basis) {
-                    for (sum, v) in vector.iter_mut().zip(of) {
-                        *sum += share * v;
-                    }
-                }
-                let length = dot(&vector, &vector).sqrt();
-                if length > 0.0 {
-                    vector.iter_mut().for_each(|v| *v /= length);
-                }
-                return Top {
-                    value,
-                    vector,
-                    residual,
-                    vectors: diagonal.len(),
+        let track = run_case(&still, None)?;
+        let links = track.first().map(|start| {
+            let contacts = start.contacts.iter().zip(&parameters.contacts);
+            contacts.map(|(contact, of)| Link::of(law, contact, of, start))
+        });
+        Ok(Network {
+            links: links.into_iter().flatten().collect(),
+            weights,
+        })
+    }
+
+    /// Number of degrees of freedom, three a grain.
+    pub fn freedoms(&self) -> usize {
+        self.weights.len()
+    }
+
+    /// Number of contacts.
+    pub fn contacts(&self) -> usize {
+        self.links.len()
+    }
+
+    /// M^(−1/2) A M^(−1/2) x with A = `stiffness`·K + `damping`·C.
+    pub fn apply(&self, stiffness: f64, damping: f64, x: &DVector<f64>) -> DVector<f64> {
+        let mut y = DVector::zeros(x.len());
+        for link in &self.links {
+            let [nx, nz] = link.normal;
+            let [one, two] = link.grains.map(|grain| {
+                grain.map_or([0.0; 3], |grain| {
+                    [0, 1, 2].map(|axis| x[3 * grain + axis] * self.weights[3 * grain + axis])
+                })
+            });
+            let apart = [two[0] - one[0], two[1] - one[1]];
+            let along = apart[0] * nx + apart[1] * nz;
+            let across = -apart[0] * nz + apart[1] * nx;
+            // A spin turns the surface of grain 1 at its arm along n by −t, of grain 2 at −n by +t.
+            let slip = across + link.arms[0] * one[2] + link.arms[1] * two[2];
+            let normal = (stiffness * link.k_n + damping * link.c_n) * along;
+            let sticking = stiffness * link.k_s * slip;
+            let across = sticking - stiffness * link.pre_stress * across;
+            let force = [normal * nx - across * nz, normal * nz + across * nx];
+            for ((grain, arm), sign) in link.grains.iter().zip(link.arms).zip([-1.0, 1.0]) {
+                let Some(at) = grain.map(|grain| 3 * grain) else {
+                    continue;
                 };
+                y[at] += sign * force[0] * self.weights[at];
+                y[at + 1] += sign * force[1] * self.weights[at + 1];
+                y[at + 2] += arm * sticking * self.weights[at + 2];
             }
         }
-        beside.push(rest);
-        basis.push(w.iter().map(|w| w / rest).collect());
+        y
     }
-}
 
-/// The largest stable step, with Cundall's α: the smallest dt at which the largest eigenvalue of
-/// M^(−1/2)(dt² K + 2dt C)M^(−1/2) is 4/(1+α).
-///
-/// With dashpots the step is found from above: of any vector, dt² k + 2dt c = 4/(1+α) with
-/// k and c its shares of K and C has a solution that is no smaller than the limit.
-pub fn limit(network: &Network, alpha: f64) -> Limit {
-    let wanted = 4.0 / (1.0 + alpha);
-    let springs = top(network, 1.0, 0.0);
-    let omega = springs.value.max(0.0).sqrt();
-    let mut limit = Limit {
-        dt: wanted.sqrt() / omega,
-        omega,
-        vectors: springs.vectors,
-        residual: springs.residual / springs.value,
-    };
-    if !network.has_dashpots() || omega == 0.0 {
-        return limit;
+    /// The largest eigenvalue of M^(−1/2)(stiffness·K + damping·C)M^(−1/2). Lanczos from a fixed random vector,
+    /// without reorthogonalisation: what rounding brings back are copies of eigenvalues, which do no harm
+    /// to the largest one.
+    pub fn top(&self, stiffness: f64, damping: f64) -> Top {
+        self.lanczos(stiffness, damping, TOLERANCE)
     }
-    for _ in 0..MOST_ROUNDS {
-        let found = top(network, limit.dt * limit.dt, 2.0 * limit.dt);
-        limit.vectors += found.vectors;
-        limit.residual = found.residual / found.value;
-        let k = network.form(Matrix::Stiffness, &found.vector);
-        let c = network.form(Matrix::Damping, &found.vector);
-        // The root of k dt² + 2c dt − wanted, in the form that does not cancel.
-        let dt = wanted / (c + (c * c + k * wanted).sqrt());
-        let change = (limit.dt - dt) / dt;
-        limit.dt = dt;
-        if change.abs() < TOLERANCE {
-            break;
+
+    /// The unit vector, in coordinates weighted by √mass, of the mode that first turns its sign with every step, with
+    /// Cundall's α.
+    pub fn fastest_mode(&self, alpha: f64) -> DVector<f64> {
+        let dt = self.limit(alpha).dt;
+        self.lanczos(dt * dt, 2.0 * dt, OF_VECTOR).vector
+    }
+
+    /// The largest stable step, with Cundall's α: the smallest dt at which the largest eigenvalue of
+    /// M^(−1/2)(dt² K + 2dt C)M^(−1/2) is 4/(1+α).
+    ///
+    /// With dashpots the step is found from above: of any vector, dt² k + 2dt c = 4/(1+α) with
+    /// k and c its shares of K and C has a solution that is no smaller than the limit.
+    pub fn limit(&self, alpha: f64) -> Limit {
+        let wanted = 4.0 / (1.0 + alpha);
+        let springs = self.top(1.0, 0.0);
+        let omega = springs.value.max(0.0).sqrt();
+        let mut limit = Limit {
+            dt: wanted.sqrt() / omega,
+            omega,
+            vectors: springs.vectors,
+            residual: springs.residual / springs.value,
+        };
+        if omega == 0.0 || self.links.iter().all(|link| link.c_n <= 0.0) {
+            return limit;
+        }
+        for _ in 0..MOST_REFINEMENTS {
+            let found = self.top(limit.dt * limit.dt, 2.0 * limit.dt);
+            limit.vectors += found.vectors;
+            limit.residual = found.residual / found.value;
+            let [k, c] = [(1.0, 0.0), (0.0, 1.0)]
+                .map(|(k, c)| dot(&found.vector, &self.apply(k, c, &found.vector)));
+            // The root of k dt² + 2c dt − wanted, in the form that does not cancel.
+            let dt = wanted / (c + (c * c + k * wanted).sqrt());
+            let change = (limit.dt - dt) / dt;
+            limit.dt = dt;
+            if change.abs() < TOLERANCE {
+                break;
+            }
+        }
+        limit
+    }
+
+    fn lanczos(&self, stiffness: f64, damping: f64, tolerance: f64) -> Top {
+        let mut basis = vec![self.start()];
+        let (mut diagonal, mut off_diagonal) = (Vec::new(), Vec::<f64>::new());
+        loop {
+            let at = diagonal.len();
+            let mut w = self.apply(stiffness, damping, &basis[at]);
+            let along = dot(&w, &basis[at]);
+            w.axpy(-along, &basis[at], 1.0);
+            if at > 0 {
+                w.axpy(-off_diagonal[at - 1], &basis[at - 1], 1.0);
+            }
+            diagonal.push(along);
+            let rest = dot(&w, &w).sqrt();
+            let scale = diagonal.iter().copied().fold(0.0, f64::max);
+            // Nothing is left: the vectors span all that the start has a share in.
+            let whole = rest <= 1.0e-13 * scale || rest == 0.0;
+            let ends = whole || diagonal.len() >= MOST_VECTORS;
+            if ends || diagonal.len().is_multiple_of(LOOK_EVERY) {
+                let (value, shares) = largest_of_tridiagonal(&diagonal, &off_diagonal);
+                let residual = rest * shares[at].abs();
+                if ends || residual <= tolerance * value {
+                    let mut vector = DVector::zeros(w.len());
+                    for (share, of) in shares.iter().zip(&basis) {
+                        vector.axpy(*share, of, 1.0);
+                    }
+                    return Top {
+                        value,
+                        vector: unit(vector),
+                        residual,
+                        vectors: diagonal.len(),
+                    };
+                }
+            }
+            off_diagonal.push(rest);
+            basis.push(w / rest);
         }
     }
-    limit
+
+    /// A random unit vector on the degrees of freedom that move, always the same.
+    fn start(&self) -> DVector<f64> {
+        let mut random = ChaCha8Rng::seed_from_u64(self.freedoms() as u64);
+        let shares = self.weights.iter().map(|weight| {
+            let share = symmetric(&mut random);
+            if *weight > 0.0 { share } else { 0.0 }
+        });
+        unit(DVector::from_iterator(self.freedoms(), shares))
+    }
 }
 
-/// The largest eigenvalue of the small tridiagonal matrix, and its vector.
-fn ritz(diagonal: &[f64], beside: &[f64]) -> (f64, Vec<f64>) {
+impl Link {
+    fn of(law: &Law, contact: &Contact, of: &EffectiveContact, moment: &Snapshot) -> Self {
+        let bodies = &moment.bodies;
+        let ids = BodyIds {
+            grains: bodies.len() as u32,
+            walls: 0,
+        };
+        let two = contact.id2 as usize;
+        let one = ids.is_grain(contact.id1).then_some(contact.id1 as usize);
+        let centre = |grain: usize| [bodies.x[grain], bodies.z[grain]];
+        let radius2 = bodies.radius[two];
+        let radius1 = one.map_or(radius2, |one| bodies.radius[one]);
+        let touching = radius1 + radius2;
+        let corner = moment.punch.and_then(|punch| {
+            let is_punch = one.is_none() && contact.normal.iter().all(|n| *n != 0.0);
+            let outside = [0, 1].iter().all(|axis| {
+                (centre(two)[*axis] - punch.centre[*axis]).abs() >= punch.half_extents[*axis]
+            });
+            (is_punch && outside).then_some(radius2 - contact.overlap)
+        });
+        // What turns about what; flat sides do not turn.
+        let distance = one.map_or(corner, |_| Some(touching - contact.overlap));
+        let corrected = law.contact.slip_velocity == SlipVelocity::RatchetingCorrected;
+        let stretch = if corrected && corner.is_none() {
+            touching / (touching - contact.overlap)
+        } else {
+            1.0
+        };
+        let arm = |radius: f64, centre: [f64; 2]| match law.contact.torque_arms {
+            _ if !law.rotates() => 0.0,
+            TorqueArms::HalfOverlap => radius - 0.5 * contact.overlap,
+            TorqueArms::ContactPoint => {
+                (contact.point[0] - centre[0]).hypot(contact.point[1] - centre[1])
+            }
+        };
+        Link {
+            grains: [one, Some(two)],
+            normal: contact.normal,
+            k_n: of.k_n,
+            c_n: of.c_n,
+            k_s: stretch * of.k_s.unwrap_or(0.0),
+            // The spring's own share: a dashpot at work is no pre-stress.
+            pre_stress: distance.map_or(0.0, |distance| of.k_n * contact.overlap / distance),
+            arms: [
+                one.map_or(0.0, |one| arm(radius1, centre(one))),
+                arm(radius2, centre(two)),
+            ],
+        }
+    }
+}
+
+/// The largest eigenvalue of a symmetric tridiagonal matrix, and its vector.
+fn largest_of_tridiagonal(diagonal: &[f64], off_diagonal: &[f64]) -> (f64, Vec<f64>) {
     let size = diagonal.len();
     let matrix = DMatrix::from_fn(size, size, |i, j| match i.abs_diff(j) {
         0 => diagonal[i],
-        1 => beside[i.min(j)],
+        1 => off_diagonal[i.min(j)],
         _ => 0.0,
     });
     let eigen = SymmetricEigen::new(matrix);
@@ -169,26 +331,8 @@ fn ritz(diagonal: &[f64], beside: &[f64]) -> (f64, Vec<f64>) {
     let (at, value) = values
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .unwrap_or((0, 0.0));
-    (
-        value,
-        eigen.eigenvectors.column(at).iter().copied().collect(),
-    )
-}
-
-/// A random unit vector on the degrees of freedom that move, always the same.
-fn start(network: &Network, size: usize) -> Vec<f64> {
-    let mut random = ChaCha8Rng::seed_from_u64(size as u64);
-    let mut vector: Vec<f64> = (0..size)
-        .map(|at| {
-            let share = symmetric(&mut random);
-            if network.moves(at) { share } else { 0.0 }
-        })
-        .collect();
-    let length = dot(&vector, &vector).sqrt();
-    if length > 0.0 {
-        vector.iter_mut().for_each(|v| *v /= length);
-    }
-    vector
+    let vector = eigen.eigenvectors.column(at).iter().copied().collect();
+    (value, vector)
 }
 
 /// Uniform in [−1, 1).
@@ -197,6 +341,16 @@ pub(super) fn symmetric(random: &mut ChaCha8Rng) -> f64 {
     bits as f64 * (2.0 / (1u64 << 53) as f64) - 1.0
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+fn unit(vector: DVector<f64>) -> DVector<f64> {
+    let length = dot(&vector, &vector).sqrt();
+    if length > 0.0 {
+        vector / length
+    } else {
+        vector
+    }
+}
+
+/// Summed in order, so that recorded limits keep their bits.
+fn dot(a: &DVector<f64>, b: &DVector<f64>) -> f64 {
+    a.iter().zip(b.iter()).map(|(a, b)| a * b).sum()
 }

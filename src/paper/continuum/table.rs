@@ -3,8 +3,12 @@
 
 use serde::Serialize;
 
-use super::sunk::{beneath, within};
-use super::{Field, Load, Model, Spread, weight};
+use crate::checks::Outcome;
+use crate::document::{Cell, Column, Document, Section, Table};
+use crate::paper::published::{HEIGHT, POINTS, POROSITY, PRESSURE};
+use crate::paper::recomputed::{DENSITY, DEPTH, GRAVITY, HALF_WIDTH};
+
+use super::{Field, Load, Model, Spread, beneath, weight, within};
 
 /// A control point.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -34,6 +38,31 @@ pub struct Setup {
     pub gravity: f64,
     /// n.
     pub porosity: f64,
+}
+
+impl Setup {
+    /// The published load, bed and control points. The bed's height is section 4.2's.
+    pub fn published() -> Self {
+        Setup {
+            load: Load {
+                spread: Spread::Uniform,
+                pressure: PRESSURE,
+                half_width: HALF_WIDTH,
+            },
+            points: POINTS
+                .map(|(name, offset)| Point {
+                    name: name.to_owned(),
+                    offset,
+                    depth: DEPTH,
+                })
+                .into(),
+            width: 1.0,
+            height: HEIGHT,
+            density: DENSITY,
+            gravity: GRAVITY,
+            porosity: POROSITY,
+        }
+    }
 }
 
 /// What the ground above the base of a sunk punch does.
@@ -143,4 +172,104 @@ fn add_case(
             change: 100.0 * ((of_weight + of_load) / (of_weight + usual) - 1.0),
         });
     }
+}
+
+/// The stresses of a setup.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Continuum {
+    /// What they are computed for.
+    pub setup: Setup,
+    /// See [`rows`].
+    pub rows: Vec<Row>,
+}
+
+impl Continuum {
+    /// Of this setup.
+    pub fn of(setup: Setup) -> Self {
+        Continuum {
+            rows: rows(&setup),
+            setup,
+        }
+    }
+
+    /// A row a case, the control points side by side.
+    pub fn document(&self) -> Document {
+        let setup = &self.setup;
+        let mut table = Table::new("continuum", "Vertical stress at the control points", &[]);
+        let column = |title: String, unit: &str| Column {
+            title,
+            unit: unit.to_owned(),
+        };
+        table.columns.push(column("ground and load".to_owned(), ""));
+        for Point { name, offset, .. } in &setup.points {
+            table.columns.extend([
+                column(format!("load at {name} (x = {offset} m)"), "kPa"),
+                column(format!("change at {name}"), "%"),
+                column(format!("with weight at {name}"), "kPa"),
+                column(format!("change with weight at {name}"), "%"),
+            ]);
+        }
+        // The rows of a case stand together.
+        let case = |row: &Row| (row.model, row.spread, row.sunk, row.above);
+        for rows in self.rows.chunk_by(|a, b| case(a) == case(b)) {
+            let mut cells = vec![Cell::Text(name(&rows[0]))];
+            for point in &setup.points {
+                let row = rows.iter().find(|row| row.point == point.name);
+                let values = row.map(|row| {
+                    let kilopascals = [1e-3 * row.load, 1e-3 * row.stress];
+                    [
+                        kilopascals[0],
+                        row.change_of_load,
+                        kilopascals[1],
+                        row.change,
+                    ]
+                });
+                cells.extend((0..4).map(|index| values.map(|values| values[index]).into()));
+            }
+            table.row(cells);
+        }
+        Document {
+            title: "The continuum under the punch".to_owned(),
+            verdict: Outcome::Pass,
+            answer: format!(
+                "Load {:.0} N/m on a width of {} m; bed {} m high in a box {} m wide; n = {}.",
+                setup.load.force(),
+                2.0 * setup.load.half_width,
+                setup.height,
+                setup.width,
+                setup.porosity
+            ),
+            sections: vec![
+                Section::new(
+                    "Stresses",
+                    "Changes are against the uniform load on the half-space. Sunk: the load has gone down so far. In air: the \
+                     ground above its base bears nothing. Within: that ground is elastic, fills the hole and hangs on the \
+                     load (Melan).",
+                )
+                .with(table),
+            ],
+            checks: Vec::new(),
+        }
+    }
+}
+
+/// A case in words.
+fn name(row: &Row) -> String {
+    let ground = match row.model {
+        Model::HalfSpace => "half-space",
+        Model::Layer { .. } => "layer",
+        Model::Box { .. } => "box",
+    };
+    let load = match row.spread {
+        Spread::Uniform => "uniform",
+        Spread::RigidPunch => "rigid punch",
+    };
+    let sunk = match row.above {
+        None => String::new(),
+        Some(Above::Nothing) => format!(", sunk {:.0} mm, in air", 1e3 * row.sunk),
+        Some(Above::Elastic { poisson }) => {
+            format!(", sunk {:.0} mm, within, ν = {poisson}", 1e3 * row.sunk)
+        }
+    };
+    format!("{ground}, {load}{sunk}")
 }

@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use crate::checks::Check;
 use crate::compare::baseline::diff::{Change, Changed, Diff, Pace};
-use crate::report::junit::in_a_line;
 
 /// A check that is not as it was.
 #[derive(Debug, Serialize)]
@@ -22,7 +21,7 @@ const MOST_MOVED: usize = 12;
 
 /// Every change but the least of those that moved.
 pub fn changed(diff: &Diff) -> Vec<ChangedRow<'_>> {
-    let side = |check: &Option<Check>| check.as_ref().map_or("–".to_owned(), in_a_line);
+    let side = |check: &Option<Check>| check.as_ref().map_or("–".to_owned(), Check::in_a_line);
     let row = |of: &'_ Changed| ChangedRow {
         id: "",
         change: of.change.words(),

@@ -1,8 +1,8 @@
 //! Histories of the runs of a job on top of each other, and how rounding parts them.
 
-use crate::compare::parting::Separation;
+use crate::compare::divergence::Separation;
 use crate::error::Error;
-use crate::report::chart::{BLUE, Chart, Corner, GREEN, VERMILION};
+use crate::report::chart::{BLUE, Chart, GREEN, VERMILION};
 use crate::report::figure::{Figure, circles, line};
 use crate::reproduce::Runs;
 use crate::reproduce::record::Reproduction;
@@ -34,7 +34,6 @@ pub fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
                 x: "time since pouring began, s".to_owned(),
                 y: "kinetic energy, J".to_owned(),
                 logarithmic: [false, true],
-                legend: Corner::UpperRight,
                 series: column(Stage::Settle, |row| Some((row.time, row.kinetic_energy))),
             },
             "Settling: the kinetic energy falls until the settle rule holds",
@@ -45,7 +44,6 @@ pub fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
                 x: "time since pouring began, s".to_owned(),
                 y: "unbalanced force".to_owned(),
                 logarithmic: [false, true],
-                legend: Corner::UpperRight,
                 series: column(Stage::Settle, |row| {
                     row.unbalanced_force.map(|force| (row.time, force))
                 }),
@@ -60,7 +58,6 @@ pub fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
                 x: "punch depth, mm".to_owned(),
                 y: "force on the punch, N".to_owned(),
                 logarithmic: [false, false],
-                legend: Corner::UpperLeft,
                 series: column(Stage::Load, |row| {
                     row.punch_depth
                         .zip(row.punch_force)
@@ -79,11 +76,11 @@ pub fn histories(runs: &Runs) -> Result<Vec<Figure>, Error> {
 
 /// How rounding differences grow, where an ordinary pair was run.
 pub fn separation(reproduction: &Reproduction) -> Result<Option<Figure>, Error> {
-    let partings = reproduction
+    let divergences = reproduction
         .comparisons
         .iter()
-        .find_map(|named| named.comparison.partings.as_ref());
-    let Some(partings) = partings else {
+        .find_map(|named| named.comparison.divergences.as_ref());
+    let Some(divergences) = divergences else {
         return Ok(None);
     };
     let largest = |curve: &[Separation]| {
@@ -97,10 +94,9 @@ pub fn separation(reproduction: &Reproduction) -> Result<Option<Figure>, Error> 
         x: "step of pouring".to_owned(),
         y: "largest separation over R".to_owned(),
         logarithmic: [false, true],
-        legend: Corner::LowerRight,
         series: vec![
-            line("native, YADE", BLUE, largest(&partings.engines.curve)),
-            line("YADE, YADE", VERMILION, largest(&partings.control.curve)),
+            line("native, YADE", BLUE, largest(&divergences.engines.curve)),
+            line("YADE, YADE", VERMILION, largest(&divergences.control.curve)),
         ],
     };
     // A scene too short for rounding to matter has no curve to draw.

@@ -2,9 +2,11 @@
 
 use serde::Serialize;
 
+use crate::document::{Block, Document};
 use crate::error::Error;
 use crate::report::figure::{Figure, Page};
-use crate::report::{claims, pareto, stability};
+use crate::report::svg;
+use crate::report::views::words;
 use crate::reproduce::beside::{Beside, Stated};
 
 /// A part of the page that shows the record of another job.
@@ -40,22 +42,20 @@ pub fn sections(beside: &Beside) -> Result<Sections, Error> {
         }
     };
     let mut charts = Vec::new();
-    if let Some(of) = &beside.pareto {
-        let part = pareto::part(&of.record)?;
-        charts.push(section("cost", "Cost against error", part, &of.stated));
+    if let Some(of) = &beside.tradeoff {
+        let document = of.record.document();
+        let title = "Cost against error";
+        charts.push(section("cost", title, part(&document), &of.stated));
     }
     if let Some(of) = &beside.stability {
-        let part = stability::part(&of.record)?;
+        let document = of.record.document();
         let title = "The largest stable time steps";
-        charts.push(section("stability", title, part, &of.stated));
+        charts.push(section("stability", title, part(&document), &of.stated));
     }
     let mut claimed = Vec::new();
     if let Some(of) = &beside.claims {
-        let part = claims::distributions(&of.record)?;
-        let title = "Distributions of a grain's stress, with fits";
-        charts.push(section("distributions", title, part, &of.stated));
-        let part = claims::part(&of.record)?;
         let title = "The paper's claims about its simulations";
+        let part = part(&of.record.summary());
         claimed.push(section("claims", title, part, &of.stated));
     }
     Ok(Sections {
@@ -63,4 +63,42 @@ pub fn sections(beside: &Beside) -> Result<Sections, Error> {
         claimed,
         figures,
     })
+}
+
+/// A document as a part of a page.
+fn part(document: &Document) -> Page {
+    let mut page = Page {
+        html: format!("<p>{}</p>\n", words(&document.answer)),
+        figures: Vec::new(),
+    };
+    for section in document.sections.iter().filter(|section| !section.details) {
+        page.html += &format!(
+            "<h3>{}</h3>\n<p>{}</p>\n",
+            words(&section.title),
+            words(&section.answer)
+        );
+        for block in &section.blocks {
+            match block {
+                Block::Table(table) => page.html += &table.html(),
+                Block::Plot(plot) => {
+                    let svg = svg(plot);
+                    page.html += &format!(
+                        "<figure id=\"fig-{name}\"><div class=\"scroll\"><div class=\"drawn\">{svg}</div></div><figcaption>{} \
+                         <span class=\"files\"><a href=\"figures/{name}.svg\">SVG</a> \
+                         <a href=\"figures/{name}.csv\">CSV</a></span></figcaption></figure>\n",
+                        words(&plot.caption),
+                        name = plot.name,
+                    );
+                    page.figures.push(Figure {
+                        name: plot.name.clone(),
+                        caption: plot.caption.clone(),
+                        svg,
+                        csv: plot.table().csv(),
+                    });
+                }
+                Block::Text(_) | Block::Drawing(_) => {}
+            }
+        }
+    }
+    page
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::FolderError;
 use crate::files::{FileError, unpacked, write_folder, write_whole};
-use crate::run::tables::parse_rows;
+use crate::tables::parse_rows;
 use grains::measure::history::HistoryRow;
 
 /// The folder that it is unpacked into.

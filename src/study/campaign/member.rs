@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::run::EngineError;
-use crate::study::realization::{self, Ending, Realization, Way, bed_of};
+use crate::engine::EngineError;
+use crate::study::realization::{self, Ending, Realization, Specification, bed_of};
 use grains::measure::neighbourhood::{self, Neighbourhood};
 use grains::measure::{cells, extensive_stress, height, profile};
 use grains::scene::Scene;
@@ -98,11 +98,11 @@ pub fn run(
     member: u64,
     realization: u64,
     scene: &Scene,
-    way: &Way<'_>,
+    how: &Specification<'_>,
 ) -> Result<Member, EngineError> {
     let mut scene = scene.clone();
     scene.realization = realization;
-    match realization::run(&scene, way) {
+    match realization::run(&scene, how) {
         Ok(run) => Ok(Member::of(member, &scene, &run)),
         Err(error) => Ok(Member::failed(
             member,

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
+use crate::checks::Outcome;
 use evidence::Interval;
 use evidence::goodness::Fit;
 
@@ -43,18 +44,6 @@ impl Verdict {
     }
 }
 
-/// Whether a number lies within its limits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Answer {
-    /// Within them.
-    Yes,
-    /// Beyond one of them.
-    No,
-    /// Too few packings to say.
-    Open,
-}
-
 /// A number held against limits.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Judged {
@@ -62,8 +51,8 @@ pub struct Judged {
     pub low: Option<f64>,
     /// It should be at most this.
     pub high: Option<f64>,
-    /// Whether it is.
-    pub answer: Answer,
+    /// Whether it is; not made: too few realizations to say.
+    pub outcome: Outcome,
     /// The 90 % interval touches a limit, and the estimate alone decided.
     pub by_estimate: bool,
 }
@@ -72,19 +61,19 @@ impl Judged {
     /// Holds the 90 % interval of `packings` packings against the limits.
     fn new(interval: Option<Interval>, packings: usize, limits: [f64; 2]) -> Self {
         let [low, high] = limits;
-        let (answer, by_estimate) = match interval {
-            Some(_) if packings < FEWEST => (Answer::Open, false),
-            None => (Answer::Open, false),
-            Some(of) if of.low >= low && of.high <= high => (Answer::Yes, false),
-            Some(of) if of.high < low || of.low > high => (Answer::No, false),
-            Some(_) if packings < ENOUGH => (Answer::Open, false),
-            Some(of) if of.estimate >= low && of.estimate <= high => (Answer::Yes, true),
-            Some(_) => (Answer::No, true),
+        let (outcome, by_estimate) = match interval {
+            Some(_) if packings < FEWEST => (Outcome::Skipped, false),
+            None => (Outcome::Skipped, false),
+            Some(of) if of.low >= low && of.high <= high => (Outcome::Pass, false),
+            Some(of) if of.high < low || of.low > high => (Outcome::Fail, false),
+            Some(_) if packings < ENOUGH => (Outcome::Skipped, false),
+            Some(of) if of.estimate >= low && of.estimate <= high => (Outcome::Pass, true),
+            Some(_) => (Outcome::Fail, true),
         };
         Judged {
             low: low.is_finite().then_some(low),
             high: high.is_finite().then_some(high),
-            answer,
+            outcome,
             by_estimate,
         }
     }
@@ -197,7 +186,7 @@ impl Row {
     /// Whether it is judged and within its limits.
     pub fn holds(&self) -> bool {
         self.judged
-            .is_some_and(|judged| judged.answer == Answer::Yes)
+            .is_some_and(|judged| judged.outcome == Outcome::Pass)
     }
 }
 
@@ -233,14 +222,18 @@ pub enum Rule {
 
 /// The verdict of judged rows; none where it hangs on an open one.
 pub fn verdict(rows: &[Row], rule: Rule) -> Option<Verdict> {
-    let answers: Vec<Answer> = rows
+    let outcomes: Vec<Outcome> = rows
         .iter()
-        .filter_map(|row| Some(row.judged?.answer))
+        .filter_map(|row| Some(row.judged?.outcome))
         .collect();
-    let any = |answer: Answer| answers.contains(&answer);
-    let (yes, no, open) = (any(Answer::Yes), any(Answer::No), any(Answer::Open));
+    let any = |outcome: Outcome| outcomes.contains(&outcome);
+    let (yes, no, open) = (
+        any(Outcome::Pass),
+        any(Outcome::Fail),
+        any(Outcome::Skipped),
+    );
     match rule {
-        _ if answers.is_empty() => None,
+        _ if outcomes.is_empty() => None,
         Rule::All if no => Some(Verdict::DoesNotHold),
         Rule::AnyReading if yes && no => Some(Verdict::HoldsUnderStatedChoices),
         _ if open => None,
@@ -267,14 +260,14 @@ mod tests {
     fn intervals_decide_and_estimates_where_they_must() {
         let answer = |estimate, reach, packings| {
             let judged = row(estimate, reach, packings).judged.expect("judged");
-            (judged.answer, judged.by_estimate)
+            (judged.outcome, judged.by_estimate)
         };
-        assert_eq!(answer(1.0, 0.05, 50), (Answer::Yes, false));
-        assert_eq!(answer(1.3, 0.05, 50), (Answer::No, false));
-        assert_eq!(answer(1.08, 0.05, 50), (Answer::Open, false));
-        assert_eq!(answer(1.08, 0.05, 500), (Answer::Yes, true));
-        assert_eq!(answer(1.12, 0.05, 500), (Answer::No, true));
-        assert_eq!(answer(1.0, 0.05, FEWEST - 1), (Answer::Open, false));
+        assert_eq!(answer(1.0, 0.05, 50), (Outcome::Pass, false));
+        assert_eq!(answer(1.3, 0.05, 50), (Outcome::Fail, false));
+        assert_eq!(answer(1.08, 0.05, 50), (Outcome::Skipped, false));
+        assert_eq!(answer(1.08, 0.05, 500), (Outcome::Pass, true));
+        assert_eq!(answer(1.12, 0.05, 500), (Outcome::Fail, true));
+        assert_eq!(answer(1.0, 0.05, FEWEST - 1), (Outcome::Skipped, false));
     }
 
     #[test]

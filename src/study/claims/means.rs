@@ -1,10 +1,9 @@
 //! Means over realizations against the continuum of Table 4.
 
 use super::claim::{Claim, Row, Rule, verdict};
-use super::published::published;
-use super::quantities;
-use super::sample::{Moment, stress};
-use crate::paper::boussinesq::published_parts;
+use super::sample::{self, Moment, stress};
+use crate::paper::published::published;
+use crate::paper::published::table_4;
 use crate::study::campaign::member::Member;
 use evidence::goodness;
 use evidence::law::Law;
@@ -25,12 +24,12 @@ pub fn at_point(members: &[Member], point: &'static str) -> Option<Claim> {
         "A" => "stress.A",
         _ => "stress.B",
     })?;
-    let parts = published_parts(point)?;
+    let parts = table_4(point)?;
     let loaded = |what: &str| stress(members, Moment::Loaded, point, what);
     let (grain, local) = (loaded("grain_zz"), loaded("local_zz"));
-    let limits = [of.value - of.tolerance, of.value + of.tolerance];
+    let limits = of.limits();
     let row = |what: &str, values: &[f64]| {
-        Row::judged(what, "Pa", values.len(), limits, quantities::mean(values)).against(of.value)
+        Row::judged(what, "Pa", values.len(), limits, sample::mean(values)).against(of.value)
     };
     let under_load: Vec<f64> = members
         .iter()
@@ -49,7 +48,7 @@ pub fn at_point(members: &[Member], point: &'static str) -> Option<Claim> {
             "the load's part: local mean less that under gravity",
             "Pa",
             under_load.len(),
-            quantities::mean(&under_load),
+            sample::mean(&under_load),
         )
         .against(parts.load),
     ];
@@ -88,10 +87,10 @@ pub fn gravity(members: &[Member]) -> Option<Claim> {
     let mut rows = Vec::new();
     let mut ratios = Vec::new();
     for point in POINTS {
-        let weight = published_parts(point)?.weight;
+        let weight = table_4(point)?.weight;
         for (what, words) in [("local_zz", "local mean"), ("grain_zz", "nearest grain")] {
             let values = stress(members, Moment::Settled, point, what);
-            let interval = quantities::mean(&values);
+            let interval = sample::mean(&values);
             let name = format!("{point}: {words}");
             let row = if what == "local_zz" {
                 Row::judged(name, "Pa", values.len(), within_a_tenth(weight), interval)
@@ -124,14 +123,14 @@ pub fn gravity(members: &[Member]) -> Option<Claim> {
 pub fn extensive(members: &[Member]) -> Option<Claim> {
     let mut rows = Vec::new();
     for point in POINTS {
-        let published = published_parts(point)?.extensive;
+        let published = table_4(point)?.extensive;
         let values = stress(members, Moment::Loaded, point, "control_volume_zz");
         let row = Row::judged(
             format!("Σ^c_zz at {point}"),
             "J",
             values.len(),
             within_a_tenth(published),
-            quantities::mean(&values),
+            sample::mean(&values),
         );
         rows.push(row.against(published));
     }
@@ -156,7 +155,7 @@ pub fn with_theorys_rate(members: &[Member]) -> Option<Claim> {
     let mut rows = Vec::new();
     let mut shares = Vec::new();
     for point in POINTS {
-        let published = published_parts(point)?.extensive;
+        let published = table_4(point)?.extensive;
         let values = stress(members, Moment::Loaded, point, "control_volume_zz");
         let law = Law::Exponential { mean: published };
         let limit = published * 20f64.ln();
@@ -167,10 +166,10 @@ pub fn with_theorys_rate(members: &[Member]) -> Option<Claim> {
             "1",
             values.len(),
             within_a_tenth(1.0),
-            |level| Some(quantities::mean(&values)(level)?.over(published)),
+            |level| Some(sample::mean(&values)(level)?.over(published)),
         )
         .against(1.0);
-        if let Some(fit) = goodness::known(&law, &values, super::exponential::SAMPLES) {
+        if let Some(fit) = goodness::known(&law, &values, super::shapes::SAMPLES) {
             row = row.with_fit(
                 "exponential with the theory's rate (Kolmogorov's D, exact)",
                 &fit,
@@ -183,7 +182,7 @@ pub fn with_theorys_rate(members: &[Member]) -> Option<Claim> {
                 "1",
                 values.len(),
                 within_a_tenth(1.0),
-                quantities::variation(&values),
+                sample::variation(&values),
             )
             .against(1.0),
         );

@@ -1,6 +1,11 @@
-//! Samples, one number a packing, out of a campaign's members.
+//! Samples, one number a realization, out of a campaign's members, and intervals of them as functions of the level.
+
+use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::study::campaign::member::{Fields, Member};
+use evidence::law::Family;
+use evidence::likelihood::against_exponential;
+use evidence::{Interval, bootstrap, moments, proportion, shape};
 use grains::measure::neighbourhood::{Neighbour, Neighbourhood, Together};
 
 /// When the bed is looked at.
@@ -82,4 +87,53 @@ pub fn together(members: &[Member], moment: Moment, point: &str, grains: usize) 
 pub fn positive(values: &[f64]) -> Vec<f64> {
     let above = values.iter().filter(|value| **value > 0.0);
     above.copied().collect()
+}
+
+/// Mean with its t interval.
+pub fn mean(values: &[f64]) -> impl Fn(f64) -> Option<Interval> {
+    |level| moments::mean_interval(values, level)
+}
+
+/// Standard deviation over mean with its BCa interval over packings.
+pub fn variation(values: &[f64]) -> impl Fn(f64) -> Option<Interval> {
+    |level| bootstrap::variation(values, level)
+}
+
+/// Share above so many means, with Wilson's interval.
+pub fn share_above(values: &[f64], multiple: f64) -> impl Fn(f64) -> Option<Interval> {
+    let share = shape::share_above(values, multiple);
+    let hits = (share * values.len() as f64).round() as usize;
+    move |level| proportion::wilson(hits, values.len(), level)
+}
+
+/// Share for which something holds, with Wilson's interval.
+pub fn share(values: &[f64], holds: fn(f64) -> bool) -> impl Fn(f64) -> Option<Interval> {
+    let hits = values.iter().filter(|value| holds(**value)).count();
+    move |level| proportion::wilson(hits, values.len(), level)
+}
+
+/// Shape of the gamma law with its deviance interval.
+pub fn gamma_shape(values: &[f64]) -> impl Fn(f64) -> Option<Interval> {
+    law_shape(Family::Gamma, values)
+}
+
+/// Shape of the gamma or Weibull law with its deviance interval. That one is of 95 %; other levels have the ends
+/// where a normal logarithm of the shape would have them.
+pub fn law_shape(family: Family, values: &[f64]) -> impl Fn(f64) -> Option<Interval> + use<> {
+    let found = against_exponential(family, values).map(|found| found.shape);
+    move |level| {
+        let of = found?;
+        let normal = Normal::standard();
+        let reach = normal.inverse_cdf(0.5 + 0.5 * level) / normal.inverse_cdf(0.975);
+        Some(Interval {
+            estimate: of.estimate,
+            low: of.estimate * (of.low / of.estimate).powf(reach),
+            high: of.estimate * (of.high / of.estimate).powf(reach),
+        })
+    }
+}
+
+/// Any statistic of one number a packing, with its BCa interval.
+pub fn statistic(values: &[f64], of: fn(&[f64]) -> f64) -> impl Fn(f64) -> Option<Interval> {
+    move |level| bootstrap::of_values(values, level, of)
 }

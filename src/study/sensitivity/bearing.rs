@@ -7,9 +7,9 @@
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use super::push::{Kind, Push, Watched};
+use super::penetration::{Kind, Penetration, Watched, Window};
 use evidence::moments::{mean, mean_interval};
 use evidence::{Interval, line};
 use grains::scene::Scene;
@@ -29,7 +29,7 @@ pub fn weight_factor(angle: f64) -> f64 {
 }
 
 /// A soil under a punch.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Soil {
     /// γ, N/m³.
     pub unit_weight: f64,
@@ -87,7 +87,7 @@ pub fn impedance(scene: &Scene, porosity: f64) -> f64 {
 }
 
 /// A window over all clouds.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Level {
     /// Middle of the window: depth, m, or time after the stop, s.
     pub at: f64,
@@ -102,9 +102,9 @@ pub struct Level {
 }
 
 /// A watched punch over all clouds.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
-    /// Of the push.
+    /// Of the penetration test.
     pub name: String,
     /// What the punch does.
     pub kind: Kind,
@@ -125,7 +125,7 @@ pub struct Curve {
 }
 
 /// Pressure at rest at a depth, from the slowest punches.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AtRest {
     /// Middle of the window, m.
     pub depth: f64,
@@ -140,7 +140,7 @@ pub struct AtRest {
 }
 
 /// The section of the record.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Bearing {
     /// The bed.
     pub soil: Soil,
@@ -174,7 +174,7 @@ const SLOW: f64 = 0.02;
 /// The section from the watched punches; `height` and `porosity` are those of the settled bed.
 pub fn bearing(
     base: &Scene,
-    pushes: &[Push],
+    penetrations: &[Penetration],
     watched: &[Watched],
     height: f64,
     porosity: f64,
@@ -183,7 +183,10 @@ pub fn bearing(
     let wanted = base.loading.pressure;
     let angle = FRICTIONLESS_ANGLE;
     let depth = base.control_points.first().map_or(0.0, |point| point.depth);
-    let all: Vec<Curve> = pushes.iter().map(|push| curve(push, watched)).collect();
+    let all: Vec<Curve> = penetrations
+        .iter()
+        .map(|push| curve(push, watched))
+        .collect();
     let impedance = impedance(base, porosity);
     let (through, standing) = all
         .into_iter()
@@ -198,19 +201,20 @@ pub fn bearing(
         angle_needed: soil.angle_for(wanted, depth).to_degrees(),
         impedance,
         speed_of_impact: wanted / impedance,
-        at_rest: at_rest(base, pushes, watched, &soil),
+        at_rest: at_rest(base, penetrations, watched, &soil),
         through,
         standing,
     }
 }
 
-fn of_push<'a>(push: &Push, watched: &'a [Watched]) -> Vec<&'a Watched> {
-    let digest = push.digest();
-    watched.iter().filter(|of| of.push == digest).collect()
+fn of_penetration<'a>(of: &Penetration, watched: &'a [Watched]) -> Vec<&'a Watched> {
+    let digest = of.digest();
+    let own = watched.iter().filter(|row| row.penetration == digest);
+    own.collect()
 }
 
-fn curve(push: &Push, watched: &[Watched]) -> Curve {
-    let own = of_push(push, watched);
+fn curve(push: &Penetration, watched: &[Watched]) -> Curve {
+    let own = of_penetration(push, watched);
     let mut starts: Vec<[f64; 2]> = own
         .iter()
         .flat_map(|of| of.windows.iter().map(|window| [window.from, window.to]))
@@ -223,9 +227,7 @@ fn curve(push: &Push, watched: &[Watched]) -> Curve {
             .iter()
             .flat_map(|of| &of.windows)
             .filter(|of| of.from == from);
-        let of = |figure: fn(&super::push::Window) -> f64| -> Vec<f64> {
-            windows.clone().map(figure).collect()
-        };
+        let of = |figure: fn(&Window) -> f64| -> Vec<f64> { windows.clone().map(figure).collect() };
         let pressures = of(|window| window.pressure);
         Level {
             at: 0.5 * (from + to),
@@ -248,20 +250,25 @@ fn curve(push: &Push, watched: &[Watched]) -> Curve {
     }
 }
 
-fn at_rest(base: &Scene, pushes: &[Push], watched: &[Watched], soil: &Soil) -> Vec<AtRest> {
-    let like_base = |push: &&Push| {
+fn at_rest(
+    base: &Scene,
+    penetrations: &[Penetration],
+    watched: &[Watched],
+    soil: &Soil,
+) -> Vec<AtRest> {
+    let like_base = |push: &&Penetration| {
         push.kind == Kind::Through
             && push.scene.damping == base.damping
             && push.scene.material == base.material
     };
-    let mut slow: Vec<&Push> = pushes.iter().filter(like_base).collect();
+    let mut slow: Vec<&Penetration> = penetrations.iter().filter(like_base).collect();
     slow.sort_by(|a, b| a.speed().total_cmp(&b.speed()));
     // A small bed has no punches as slow as that; its slowest three then.
     let below = slow.iter().filter(|push| push.speed() <= SLOW).count();
     slow.truncate(below.max(3));
     let mut points: Vec<(f64, f64, f64)> = Vec::new();
     for push in &slow {
-        for of in of_push(push, watched) {
+        for of in of_penetration(push, watched) {
             let windows = of.windows.iter();
             points.extend(windows.map(|window| {
                 (

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::row::Row;
-use crate::study::claims::published::{Of, Published};
+use crate::paper::published::{Of, Published};
+use crate::study::member::Member;
 use crate::study::realization::Ending;
 use evidence::moments::{mean, mean_interval};
 use evidence::paired::paired;
@@ -27,7 +27,7 @@ pub enum Verdict {
     /// It holds one of their ends: more packings would tell.
     Undecided,
     /// Too few packings gave the quantity.
-    NotMade,
+    Skipped,
 }
 
 impl Verdict {
@@ -37,7 +37,7 @@ impl Verdict {
             Verdict::ComesOut => "comes out",
             Verdict::DoesNot => "does not",
             Verdict::Undecided => "undecided",
-            Verdict::NotMade => "not made",
+            Verdict::Skipped => "skipped",
         }
     }
 }
@@ -63,7 +63,7 @@ pub struct Judged {
 }
 
 /// Judges a setting's members; `base` are those of the base scene.
-pub fn judge(figure: &Published, rows: &[&Row], base: &[&Row]) -> Judged {
+pub fn judge(figure: &Published, rows: &[&Member], base: &[&Member]) -> Judged {
     let values: Vec<f64> = rows.iter().filter_map(|row| value(figure, row)).collect();
     let fewest = FEWEST[usize::from(figure.of != Of::Mean)];
     let found = (values.len() >= fewest)
@@ -90,7 +90,7 @@ pub fn judge(figure: &Published, rows: &[&Row], base: &[&Row]) -> Judged {
 /// The interval against the ends of what counts as the published figure.
 pub fn verdict(found: Option<Interval>, low: f64, high: f64) -> Verdict {
     match found {
-        None => Verdict::NotMade,
+        None => Verdict::Skipped,
         Some(found) if low <= found.low && found.high <= high => Verdict::ComesOut,
         Some(found) if found.high < low || high < found.low => Verdict::DoesNot,
         Some(_) => Verdict::Undecided,
@@ -98,12 +98,12 @@ pub fn verdict(found: Option<Interval>, low: f64, high: f64) -> Verdict {
 }
 
 /// The share of the members in which the punch got its force; of none, 0.
-pub fn share_reached(rows: &[&Row]) -> f64 {
+pub fn share_reached(rows: &[&Member]) -> f64 {
     let reached = rows.iter().filter(|row| row.ending == Ending::Reached);
     reached.count() as f64 / rows.len().max(1) as f64
 }
 
-fn value(figure: &Published, row: &Row) -> Option<f64> {
+fn value(figure: &Published, row: &Member) -> Option<f64> {
     row.measured.get(figure.key).copied()
 }
 
@@ -120,13 +120,13 @@ pub fn interval(of: Of, values: &[f64]) -> Option<Interval> {
     }
 }
 
-fn change(figure: &Published, rows: &[&Row], base: &[&Row]) -> Option<Interval> {
+fn change(figure: &Published, rows: &[&Member], base: &[&Member]) -> Option<Interval> {
     let pairs: Vec<(f64, f64)> = rows
         .iter()
         .filter_map(|row| {
             let same = base.iter().find(|of| of.realization == row.realization)?;
             // The base itself has no change.
-            (same.setting != row.setting).then_some(())?;
+            (same.specification != row.specification).then_some(())?;
             Some((value(figure, same)?, value(figure, row)?))
         })
         .collect();
@@ -136,15 +136,16 @@ fn change(figure: &Published, rows: &[&Row], base: &[&Row]) -> Option<Interval> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::claims::published::published;
+    use crate::paper::published::published;
 
-    fn row(realization: u64, ending: Ending, measured: &[(&str, f64)]) -> Row {
-        Row {
-            setting: "abc".to_owned(),
+    fn row(realization: u64, ending: Ending, measured: &[(&str, f64)]) -> Member {
+        Member {
+            specification: "abc".to_owned(),
             realization,
             ending,
             pour_steps: 1,
             load_steps: 1,
+            cost: None,
             last_state: None,
             measured: measured
                 .iter()
@@ -154,7 +155,7 @@ mod tests {
     }
 
     /// Twelve beds around this height.
-    fn heights(middle: f64, spread: f64) -> Vec<Row> {
+    fn heights(middle: f64, spread: f64) -> Vec<Member> {
         (0..12)
             .map(|index| {
                 let off = spread * (f64::from(index) - 5.5);
@@ -168,8 +169,8 @@ mod tests {
             .collect()
     }
 
-    fn judged(id: &str, rows: &[Row]) -> Judged {
-        let rows: Vec<&Row> = rows.iter().collect();
+    fn judged(id: &str, rows: &[Member]) -> Judged {
+        let rows: Vec<&Member> = rows.iter().collect();
         judge(published(id).expect("a published figure"), &rows, &[])
     }
 
@@ -182,13 +183,13 @@ mod tests {
         // Far off or not, where the spread is wide nothing is decided.
         assert_eq!(of(0.48, 0.02), Verdict::Undecided);
         let few = heights(0.46, 0.001);
-        assert_eq!(judged("height", &few[..2]).verdict, Verdict::NotMade);
-        assert_eq!(judged("stress.O", &few).verdict, Verdict::NotMade);
+        assert_eq!(judged("height", &few[..2]).verdict, Verdict::Skipped);
+        assert_eq!(judged("stress.O", &few).verdict, Verdict::Skipped);
     }
 
     #[test]
     fn stresses_of_the_firmer_beds_alone_are_flagged() {
-        let stresses = |sunk: usize| -> Vec<Row> {
+        let stresses = |sunk: usize| -> Vec<Member> {
             (0..20)
                 .map(|index| {
                     if index < sunk {
@@ -210,7 +211,7 @@ mod tests {
 
     #[test]
     fn shapes_of_exponential_and_of_equal_stresses() {
-        let of = |stress: &dyn Fn(f64) -> f64, count: u32| -> Vec<Row> {
+        let of = |stress: &dyn Fn(f64) -> f64, count: u32| -> Vec<Member> {
             (0..count)
                 .map(|index| {
                     let share = (f64::from(index) + 0.5) / f64::from(count);
@@ -227,7 +228,7 @@ mod tests {
         let narrow = of(&|share: f64| 1.0 + share, 40);
         assert_eq!(judged("variation.O", &narrow).verdict, Verdict::DoesNot);
         assert_eq!(judged("beyond.O", &narrow).verdict, Verdict::DoesNot);
-        assert_eq!(judged("beyond.O", &narrow[..7]).verdict, Verdict::NotMade);
+        assert_eq!(judged("beyond.O", &narrow[..7]).verdict, Verdict::Skipped);
     }
 
     #[test]
@@ -235,10 +236,11 @@ mod tests {
         let base = heights(0.46, 0.01);
         let mut moved = heights(0.47, 0.01);
         for row in &mut moved {
-            row.setting = "other".to_owned();
+            row.specification = "other".to_owned();
         }
         let figure = published("height").expect("a published figure");
-        let (moved, base): (Vec<&Row>, Vec<&Row>) = (moved.iter().collect(), base.iter().collect());
+        let (moved, base): (Vec<&Member>, Vec<&Member>) =
+            (moved.iter().collect(), base.iter().collect());
         let found = judge(figure, &moved, &base).change.expect("twelve pairs");
         assert!((found.estimate - 0.01).abs() < 1.0e-12);
         assert!(found.high - found.low < 1.0e-9);

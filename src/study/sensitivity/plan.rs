@@ -1,12 +1,20 @@
-//! Which settings are run, on how many clouds.
+//! Which choices are varied and why, and on how many clouds.
+
+use std::collections::BTreeSet;
+use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 
-use super::choices::*;
-use super::push::Push;
-use crate::files::sha256_hex;
-use crate::study::tradeoff::method::{with_alpha, with_size, with_step, with_tolerance};
-use grains::scene::{Scene, paper_scene};
+use super::penetration::Penetration;
+use crate::study::specification::Change::{
+    Alpha, CloudSpeed, Columns, Diameter, DiameterSameArea, Friction, Hold, Settled, Size, Speed,
+    Spheres, Step,
+};
+use crate::study::specification::{
+    Change, Setting, Specification, changed, small_scene, whole_scene,
+};
+use grains::native::Mode;
+use grains::scene::Scene;
 
 /// The combined settings are run on clouds that took no part in choosing them.
 pub const FIRST_COMBINED: u64 = 1001;
@@ -14,89 +22,95 @@ pub const FIRST_COMBINED: u64 = 1001;
 /// Fewer give no interval that is worth a verdict.
 const FEWEST: u64 = 3;
 
-/// Steps with friction cost twenty times as much: their beds have this share of the width, without friction too.
+/// Share of the width where steps cost twenty times as much: with friction, and there without friction too.
 pub const NARROW: f64 = 0.5;
 
-/// One way to fill in what the paper leaves open.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Setting {
-    /// What is varied.
-    pub axis: Axis,
-    /// For people: `0.1 m/s, α = 0.2`.
-    pub name: String,
-    /// Its place on the axis, in the unit of the name.
-    pub at: f64,
-    /// Of a crossed axis, the place on the second.
-    pub beside: Option<f64>,
-    /// Its realization is replaced.
-    pub scene: Scene,
-    /// Clouds are numbered from here.
-    pub first: u64,
-    /// How many clouds.
-    pub clouds: u64,
-}
+/// Crossed axes.
+pub const SPEED_AND_DAMPING: &str = "punch speed and damping";
+pub const FRICTION: &str = "friction";
+pub const COMBINED: &str = "combined";
+const SETTLE: &str = "settle rule";
+const MASS: &str = "grain mass";
+const DIAMETER: &str = "mean diameter, same number of grains";
+const DIAMETER_SAME_AREA: &str = "mean diameter, same area of grains";
+const HOLD: &str = "hold after the force";
+const COLUMNS: &str = "cloud, columns";
+const CLOUD_SPEED: &str = "cloud, speed";
+const GRAINS: &str = "number of grains";
+const WIDTH: &str = "box width";
+const STEP: &str = "time step";
 
-impl Setting {
-    /// What is run, without names: settings with the same digest have the same members.
-    pub fn digest(&self) -> String {
-        of_any_realization(&self.scene)
-    }
+const NEVER_PRINTED: &str = "never printed; R = 5 mm follows from the control volume alone";
+const POURED: &str = "'randomly poured'";
 
-    /// What is poured: settings with the same digest are loaded from the same beds.
-    pub fn pour_digest(&self, base: &Scene) -> String {
-        let scene = Scene {
-            loading: base.loading.clone(),
-            measurement: base.measurement.clone(),
-            control_points: base.control_points.clone(),
-            ..self.scene.clone()
-        };
-        of_any_realization(&scene)
-    }
-
-    /// Whether a bed can be poured once and loaded in many ways with the same bits: contacts with friction remember
-    /// how they came about.
-    pub fn can_share_beds(&self) -> bool {
-        self.scene.material.friction_angle == 0.0
-    }
-}
-
-fn of_any_realization(scene: &Scene) -> String {
-    let scene = Scene {
-        realization: 0,
-        ..scene.clone()
-    };
-    let text = format!("{} {}", env!("CARGO_PKG_VERSION"), scene.digest());
-    sha256_hex(text.as_bytes())[..16].to_owned()
-}
-
-/// What is run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Plan {
-    /// The scene that all settings differ from.
-    pub base: Scene,
-    /// Every setting; the base may be one of several axes.
-    pub settings: Vec<Setting>,
-    /// Punches that are pushed in to the end, whatever the force, and punches that stop and stand.
-    pub pushes: Vec<Push>,
-    /// Clouds of a cheap setting.
-    pub clouds: u64,
-}
+/// Every axis in the order of pages: what the paper says, and why the range is what it is.
+pub const AXES: [(&str, &str); 13] = [
+    (
+        SPEED_AND_DAMPING,
+        "'gently' and 'spring-dashpot' without numbers; from where punches sink to where the force is an impact, and from \
+         hardly damped to YADE's examples of quasi-static runs. Damping is that of pouring and loading",
+    ),
+    (
+        SETTLE,
+        "'almost completely dissipate'; kinetic energy over its peak, from visible motion to deep rest",
+    ),
+    (
+        FRICTION,
+        "Table 2 prints zero; friction angle in rad, to 0.6 rad = 34 degrees, a sand's. A friction coefficient is its \
+         tangent. In a box half as wide, as steps with friction cost twenty times as much",
+    ),
+    (
+        MASS,
+        "'spherical' particles, but weights of discs one metre long. Spheres in a box half as wide: their steps are shorter",
+    ),
+    (DIAMETER, NEVER_PRINTED),
+    (DIAMETER_SAME_AREA, NEVER_PRINTED),
+    (
+        HOLD,
+        "'until the force was equal to 2ap'; a hold is not mentioned",
+    ),
+    (COLUMNS, POURED),
+    (CLOUD_SPEED, POURED),
+    (GRAINS, "5,000 is printed; shows what the floor does"),
+    (WIDTH, "1 m is printed; shows what the walls do"),
+    (STEP, "not printed; in units of sqrt(m/k)"),
+    (COMBINED, "whether all figures come out at once"),
+];
 
 /// Speeds and damping numbers of the main picture.
 const SPEEDS: [f64; 8] = [0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.2, 0.5];
 const ALPHAS: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.8];
 
+/// What is run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plan {
+    /// The scene that all settings differ from.
+    pub base: Scene,
+    /// Every setting; the base may be one of several axes.
+    pub settings: Vec<Setting>,
+    /// Punches that are watched.
+    pub penetrations: Vec<Penetration>,
+    /// Clouds of a cheap setting.
+    pub clouds: u64,
+    #[serde(skip)]
+    tasks: OnceLock<Vec<Task>>,
+}
+
+/// A piece of work on one cloud.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Task {
+    /// One bed, loaded by each of these settings.
+    Loads(Vec<usize>, u64),
+    /// One watched punch.
+    Penetration(usize, u64),
+}
+
 impl Plan {
-    /// The paper's bed. Dear settings have a share of the clouds.
+    /// The paper's bed. Expensive settings have a share of the clouds.
     pub fn full(clouds: u64) -> Self {
-        let base = paper_scene(1, 5000);
-        let mut plan = Plan {
-            settings: Vec::new(),
-            pushes: Push::all(&base, clouds.div_ceil(4).max(FEWEST)),
-            clouds,
-            base,
-        };
+        let mut plan = Plan::new(whole_scene(), clouds);
+        plan.penetrations = Penetration::all(&plan.base, clouds.div_ceil(4).max(FEWEST));
         for alpha in ALPHAS {
             for speed in SPEEDS {
                 // The slowest mostly sink, after a hundred thousand steps and more.
@@ -105,129 +119,76 @@ impl Plan {
                     ..0.05 => clouds.div_ceil(2).max(FEWEST),
                     _ => clouds,
                 };
-                plan.grid(speed, alpha, clouds);
+                plan.speed_and_damping(speed, alpha).clouds = vec![[1, clouds]];
             }
         }
-        for fraction in [1.0e-2, 1.0e-3, 1.0e-4, 1.0e-5, 1.0e-6] {
-            let share = if fraction < 1.0e-5 { 3 } else { 1 };
-            plan.add(
-                Axis::Settle,
-                &format!("{fraction:.0e} of the peak"),
-                fraction,
-                share,
-                |scene| with_tolerance(scene, fraction),
-            );
+        for share in [1.0e-2, 1.0e-3, 1.0e-4, 1.0e-5, 1.0e-6] {
+            plan.settle(share, if share < 1.0e-5 { 3 } else { 1 });
         }
         for (speed, angles) in [
             (0.1, &[0.0, 0.1, 0.2, 0.3, 0.4, 0.6][..]),
             (0.05, &[0.0, 0.3]),
         ] {
             for &angle in angles {
-                let share = if angle > 0.0 { 3 } else { 1 };
-                plan.friction(angle, speed, NARROW, share);
+                plan.friction(angle, speed, NARROW);
             }
         }
-        for (name, sphere) in [("disc", false), ("sphere", true)] {
-            let share = if sphere { 4 } else { 1 };
-            let at = f64::from(u8::from(sphere));
-            plan.add(Axis::Shape, name, at, share, |scene| {
-                if sphere {
-                    with_spheres(with_size(scene, NARROW, 1.0))
-                } else {
-                    scene
-                }
-            });
+        plan.add(MASS, "disc", "disc", 0.0, 1, &[]);
+        let spheres = [Size(NARROW, 1.0), Spheres];
+        plan.add(MASS, "sphere", "sphere", 1.0, 4, &spheres);
+        for millimetres in [9.0, 9.5, 9.8, 10.0, 10.2, 10.5] {
+            plan.diameter(millimetres, false);
         }
-        for (axis, diameters) in [
-            (Axis::Diameter, &[9.0, 9.5, 9.8, 10.0, 10.2, 10.5][..]),
-            (Axis::DiameterSameArea, &[8.0, 10.0]),
-        ] {
-            for &diameter in diameters {
-                plan.diameter(axis, diameter);
-            }
+        for millimetres in [8.0, 10.0] {
+            plan.diameter(millimetres, true);
         }
         for seconds in [0.0, 0.01, 0.05, 0.2, 1.0] {
             plan.hold(seconds);
         }
         for columns in [80, 90] {
-            plan.add(
-                Axis::CloudColumns,
-                &format!("{columns} columns"),
-                f64::from(columns),
-                1,
-                |scene| with_columns(scene, columns),
-            );
+            let (id, name) = (format!("columns-{columns}"), format!("{columns} columns"));
+            let at = f64::from(columns);
+            plan.add(COLUMNS, &id, &name, at, 1, &[Columns(columns)]);
         }
         for speed in [0.0, 0.3, 1.0, 3.0] {
-            plan.add(
-                Axis::CloudSpeed,
-                &format!("{speed} m/s"),
-                speed,
-                1,
-                |scene| with_cloud_speed(scene, speed),
-            );
+            let (id, name) = (format!("cloud-{speed}"), format!("{speed} m/s"));
+            plan.add(CLOUD_SPEED, &id, &name, speed, 1, &[CloudSpeed(speed)]);
         }
-        for (count, share) in [(2500, 1), (5000, 1), (10_000, 4)] {
-            let depth = f64::from(count) / f64::from(plan.base.particles.count);
-            plan.add(
-                Axis::Grains,
-                &format!("{count} grains"),
-                f64::from(count),
-                share,
-                |scene| with_size(scene, 1.0, depth),
-            );
+        for (count, share) in [(2500.0, 1), (5000.0, 1), (10_000.0, 4)] {
+            let (id, name) = (format!("grains-{count}"), format!("{count} grains"));
+            let depth = count / f64::from(plan.base.particles.count);
+            plan.add(GRAINS, &id, &name, count, share, &[Size(1.0, depth)]);
         }
         for (width, share) in [(0.5, 1), (1.0, 1), (2.0, 4)] {
-            plan.add(Axis::Width, &format!("{width} m"), width, share, |scene| {
-                with_size(scene, width, 1.0)
-            });
+            let (id, name) = (format!("width-{width}"), format!("{width} m"));
+            plan.add(WIDTH, &id, &name, width, share, &[Size(width, 1.0)]);
         }
         for (step, share) in [(0.1, 4), (0.2, 2), (0.45, 1), (0.65, 1)] {
-            plan.add(
-                Axis::TimeStep,
-                &format!("{step} √(m/k)"),
-                step,
-                share,
-                |scene| with_step(scene, step),
-            );
+            let (id, name) = (format!("step-{step}"), format!("{step} √(m/k)"));
+            plan.add(STEP, &id, &name, step, share, &[Step(step)]);
         }
-        for (speed, alpha) in [(0.05, 0.4), (0.07, 0.2)] {
-            plan.combined(9.85, 1.0e-3, speed, alpha);
-        }
+        plan.combined(9.85, 1.0e-3, 0.05, 0.4);
+        plan.combined(9.85, 1.0e-3, 0.07, 0.2);
         plan
     }
 
     /// A small bed and few settings, for tests and continuous integration.
     pub fn quick(clouds: u64) -> Self {
-        let mut base = with_size(paper_scene(1, 5000), 0.4, 0.5);
-        for point in &mut base.control_points {
-            point.offset *= 0.5;
-        }
-        let mut plan = Plan {
-            settings: Vec::new(),
-            pushes: Push::quick(&base, 2),
-            clouds,
-            base,
-        };
+        let mut plan = Plan::new(small_scene(), clouds);
+        plan.penetrations = Penetration::quick(&plan.base, 2);
         for alpha in [0.2, 0.8] {
             for speed in [0.05, 0.1, 0.5] {
-                plan.grid(speed, alpha, clouds);
+                plan.speed_and_damping(speed, alpha);
             }
         }
-        for fraction in [1.0e-2, 1.0e-4] {
-            plan.add(
-                Axis::Settle,
-                &format!("{fraction:.0e} of the peak"),
-                fraction,
-                1,
-                |scene| with_tolerance(scene, fraction),
-            );
+        for share in [1.0e-2, 1.0e-4] {
+            plan.settle(share, 1);
         }
         for angle in [0.0, 0.3] {
-            plan.friction(angle, 0.1, 1.0, if angle > 0.0 { 3 } else { 1 });
+            plan.friction(angle, 0.1, 1.0);
         }
-        for diameter in [9.0, 10.0] {
-            plan.diameter(Axis::Diameter, diameter);
+        for millimetres in [9.0, 10.0] {
+            plan.diameter(millimetres, false);
         }
         for seconds in [0.0, 0.05] {
             plan.hold(seconds);
@@ -235,90 +196,156 @@ impl Plan {
         plan
     }
 
+    /// Without settings.
+    pub fn new(base: Scene, clouds: u64) -> Self {
+        Plan {
+            base,
+            settings: Vec::new(),
+            penetrations: Vec::new(),
+            clouds,
+            tasks: OnceLock::new(),
+        }
+    }
+
     /// Adds the base scene changed along an axis, on a share of the clouds.
     pub fn add(
         &mut self,
-        axis: Axis,
+        axis: &str,
+        id: &str,
         name: &str,
         at: f64,
         share: u64,
-        change: impl FnOnce(Scene) -> Scene,
-    ) {
-        self.settings.push(Setting {
-            axis,
-            name: name.to_owned(),
-            at,
-            beside: None,
-            scene: change(self.base.clone()),
-            first: 1,
-            clouds: self.clouds.div_ceil(share).max(FEWEST),
-        });
+        changes: &[Change],
+    ) -> &mut Setting {
+        let scene = changed(self.base.clone(), changes);
+        let of = Specification::native(Mode::Exact, scene);
+        let clouds = self.clouds.div_ceil(share).max(FEWEST);
+        let mut setting = Setting::new(id, name, axis, of, clouds);
+        setting.at = vec![at];
+        self.settings.push(setting);
+        let last = self.settings.len() - 1;
+        &mut self.settings[last]
     }
 
-    fn grid(&mut self, speed: f64, alpha: f64, clouds: u64) {
+    fn speed_and_damping(&mut self, speed: f64, alpha: f64) -> &mut Setting {
+        let id = format!("speed-{speed}-alpha-{alpha}");
         let name = format!("{speed} m/s, α = {alpha}");
-        self.add(Axis::SpeedAndDamping, &name, speed, 1, |scene| {
-            with_speed(with_alpha(scene, alpha), speed)
-        });
-        self.crossed(alpha);
-        if let Some(last) = self.settings.last_mut() {
-            last.clouds = clouds;
-        }
+        let changes = [Alpha(alpha), Speed(speed)];
+        let setting = self.add(SPEED_AND_DAMPING, &id, &name, speed, 1, &changes);
+        setting.at.push(alpha);
+        setting
     }
 
-    fn friction(&mut self, angle: f64, speed: f64, width: f64, share: u64) {
+    fn settle(&mut self, share: f64, of_clouds: u64) {
+        let (id, name) = (
+            format!("settled-{share:e}"),
+            format!("{share:.0e} of the peak"),
+        );
+        self.add(SETTLE, &id, &name, share, of_clouds, &[Settled(share)]);
+    }
+
+    fn friction(&mut self, angle: f64, speed: f64, width: f64) {
+        let id = format!("friction-{angle}-speed-{speed}");
         let name = format!("φ = {angle} rad, {speed} m/s");
-        self.add(Axis::Friction, &name, angle, share, |scene| {
-            let scene = with_size(scene, width, 1.0);
-            with_speed(with_friction(scene, angle), speed)
-        });
-        self.crossed(speed);
-    }
-
-    fn crossed(&mut self, beside: f64) {
-        if let Some(last) = self.settings.last_mut() {
-            last.beside = Some(beside);
-        }
+        let changes = [Size(width, 1.0), Friction(angle), Speed(speed)];
+        let share = if angle > 0.0 { 3 } else { 1 };
+        let setting = self.add(FRICTION, &id, &name, angle, share, &changes);
+        setting.at.push(speed);
     }
 
     /// Smaller grains stopped earlier, so that height and porosity can be met at once, under a punch that comes near the
     /// published stress at O. Means of stresses need many beds.
-    fn combined(&mut self, millimetres: f64, fraction: f64, speed: f64, alpha: f64) {
+    fn combined(&mut self, millimetres: f64, share: f64, speed: f64, alpha: f64) {
+        let id = format!("combined-speed-{speed}-alpha-{alpha}");
         let name =
-            format!("D = {millimetres} mm, {fraction:.0e} of the peak, {speed} m/s, α = {alpha}");
-        self.add(Axis::Combined, &name, speed, 1, |scene| {
-            let scene = with_diameter(scene, 1.0e-3 * millimetres, false);
-            with_speed(with_alpha(with_tolerance(scene, fraction), alpha), speed)
-        });
-        if let Some(last) = self.settings.last_mut() {
-            last.first = FIRST_COMBINED;
-            last.clouds *= 2;
-        }
+            format!("D = {millimetres} mm, {share:.0e} of the peak, {speed} m/s, α = {alpha}");
+        let changes = [
+            Diameter(1.0e-3 * millimetres),
+            Settled(share),
+            Alpha(alpha),
+            Speed(speed),
+        ];
+        let clouds = 2 * self.clouds.max(FEWEST);
+        let setting = self.add(COMBINED, &id, &name, speed, 1, &changes);
+        setting.clouds = vec![[FIRST_COMBINED, FIRST_COMBINED + clouds - 1]];
     }
 
-    fn diameter(&mut self, axis: Axis, millimetres: f64) {
-        let same_area = axis == Axis::DiameterSameArea;
+    fn diameter(&mut self, millimetres: f64, same_area: bool) {
         let name = format!("D = {millimetres} mm");
-        let here = millimetres == 1.0e3 * self.base.particles.mean_diameter;
-        self.add(axis, &name, millimetres, 1, |scene| {
-            if here {
-                scene
-            } else {
-                with_diameter(scene, 1.0e-3 * millimetres, same_area)
-            }
-        });
+        let metres = 1.0e-3 * millimetres;
+        let (axis, id, change) = if same_area {
+            (DIAMETER_SAME_AREA, "same-area", DiameterSameArea(metres))
+        } else {
+            (DIAMETER, "diameter", Diameter(metres))
+        };
+        let id = format!("{id}-{millimetres}");
+        self.add(axis, &id, &name, millimetres, 1, &[change]);
     }
 
     fn hold(&mut self, seconds: f64) {
-        let name = format!("{seconds} s");
-        self.add(Axis::Hold, &name, seconds, 1, |scene| {
-            if seconds > 0.0 {
-                with_hold(scene, seconds)
-            } else {
-                scene
-            }
-        });
+        let (id, name) = (format!("hold-{seconds}"), format!("{seconds} s"));
+        self.add(HOLD, &id, &name, seconds, 1, &[Hold(seconds)]);
     }
+
+    /// What is poured, in words: settings of the same words are loaded from the same beds.
+    pub fn pour_digest(&self, setting: &Setting) -> String {
+        let scene = Scene {
+            loading: self.base.loading.clone(),
+            measurement: self.base.measurement.clone(),
+            control_points: self.base.control_points.clone(),
+            ..setting.specification.scene.clone()
+        };
+        Specification::native(Mode::Exact, scene).digest()
+    }
+
+    /// The task of this number, from 1.
+    pub fn task(&self, number: u64) -> &Task {
+        &self.tasks()[number as usize - 1]
+    }
+
+    /// All work, the first clouds of everything first, so that a study that is looked at early has a little of everything.
+    /// A bed is poured once for all loads of a cloud; settings that are the same run are run once.
+    pub fn tasks(&self) -> &[Task] {
+        self.tasks.get_or_init(|| {
+            let settings = self.settings.iter();
+            let digests: Vec<(String, Option<String>)> = settings
+                .map(|of| {
+                    let pour = can_share_beds(of).then(|| self.pour_digest(of));
+                    (of.specification.digest(), pour)
+                })
+                .collect();
+            let of_settings = self.settings.iter().flat_map(Setting::realizations);
+            let watched = self.penetrations.iter().flat_map(|of| 1..=of.clouds);
+            let clouds: BTreeSet<u64> = of_settings.chain(watched).collect();
+            let mut tasks = Vec::new();
+            for cloud in clouds {
+                let mut planned = BTreeSet::new();
+                let mut beds: Vec<(Option<&String>, Vec<usize>)> = Vec::new();
+                for (index, setting) in self.settings.iter().enumerate() {
+                    let (digest, pour) = &digests[index];
+                    if !setting.realizations().any(|of| of == cloud) || !planned.insert(digest) {
+                        continue;
+                    }
+                    let pour = pour.as_ref();
+                    match beds.iter_mut().find(|bed| pour.is_some() && bed.0 == pour) {
+                        Some(bed) => bed.1.push(index),
+                        None => beds.push((pour, vec![index])),
+                    }
+                }
+                tasks.extend(beds.into_iter().map(|bed| Task::Loads(bed.1, cloud)));
+                let watched = self.penetrations.iter().enumerate();
+                let watched = watched.filter(|(_, of)| cloud <= of.clouds);
+                tasks.extend(watched.map(|(index, _)| Task::Penetration(index, cloud)));
+            }
+            tasks
+        })
+    }
+}
+
+/// Whether a bed can be poured once and loaded in many ways with the same bits: contacts with friction remember how they
+/// came about.
+pub fn can_share_beds(setting: &Setting) -> bool {
+    setting.specification.scene.material.friction_angle == 0.0
 }
 
 #[cfg(test)]
@@ -329,18 +356,15 @@ mod tests {
     #[test]
     fn every_setting_is_a_sound_scene_and_none_is_planned_twice_on_an_axis() {
         for plan in [Plan::full(12), Plan::quick(6)] {
-            let mut seen = std::collections::BTreeSet::new();
+            let (mut seen, mut ids) = (BTreeSet::new(), BTreeSet::new());
             for setting in &plan.settings {
-                let text = serde_json::to_string(&setting.scene).expect("a scene");
+                let text = serde_json::to_string(&setting.specification.scene).expect("a scene");
                 let read = parse_scene(&text);
                 assert!(read.is_ok(), "{}: {read:?}", setting.name);
-                assert!(
-                    seen.insert((setting.axis, setting.digest())),
-                    "{:?} {}",
-                    setting.axis,
-                    setting.name
-                );
-                assert!(setting.clouds >= 1, "{}", setting.name);
+                let digest = setting.specification.digest();
+                assert!(seen.insert((&setting.axis, digest)), "{}", setting.id);
+                assert!(ids.insert(&setting.id), "{}", setting.id);
+                assert!(setting.realizations().count() >= 1, "{}", setting.id);
             }
         }
     }
@@ -348,30 +372,51 @@ mod tests {
     #[test]
     fn axes_go_through_the_base() {
         let plan = Plan::full(12);
-        let base = of_any_realization(&plan.base);
-        for axis in Axis::ALL {
-            let through = plan
-                .settings
-                .iter()
-                .any(|setting| setting.axis == axis && setting.digest() == base);
-            let elsewhere = matches!(axis, Axis::Combined | Axis::Friction);
-            assert_eq!(through, !elsewhere, "{axis:?}");
+        let base = Specification::native(Mode::Exact, plan.base.clone()).digest();
+        for (axis, _) in AXES {
+            let mut own = plan.settings.iter().filter(|of| of.axis == axis);
+            let through = own.any(|of| of.specification.digest() == base);
+            assert_eq!(through, ![COMBINED, FRICTION].contains(&axis), "{axis}");
         }
     }
 
     #[test]
     fn speeds_share_beds_and_damping_numbers_do_not() {
         let plan = Plan::full(12);
-        let beds = |wanted: fn(&Setting) -> bool| {
-            let all: std::collections::BTreeSet<String> = plan
-                .settings
-                .iter()
-                .filter(|setting| setting.axis == Axis::SpeedAndDamping && wanted(setting))
-                .map(|setting| setting.pour_digest(&plan.base))
-                .collect();
-            all.len()
+        let beds = |wanted: fn(&[f64]) -> bool| {
+            let own = plan.settings.iter();
+            let own = own.filter(|of| of.axis == SPEED_AND_DAMPING && wanted(&of.at));
+            own.map(|of| plan.pour_digest(of))
+                .collect::<BTreeSet<String>>()
+                .len()
         };
-        assert_eq!(beds(|setting| setting.beside == Some(0.2)), 1);
-        assert_eq!(beds(|setting| setting.at == 0.1), ALPHAS.len());
+        assert_eq!(beds(|at| at[1] == 0.2), 1);
+        assert_eq!(beds(|at| at[0] == 0.1), ALPHAS.len());
+    }
+
+    /// 696 members of 86 settings and 39 watched punches; beds with friction are never shared.
+    #[test]
+    fn every_member_is_planned_once() {
+        let plan = Plan::full(12);
+        let mut members = BTreeSet::new();
+        let mut watched = 0;
+        for task in plan.tasks() {
+            match task {
+                Task::Loads(settings, cloud) => {
+                    for index in settings {
+                        let setting = &plan.settings[*index];
+                        assert!(settings.len() == 1 || can_share_beds(setting));
+                        assert!(members.insert((setting.specification.digest(), *cloud)));
+                    }
+                }
+                Task::Penetration(..) => watched += 1,
+            }
+        }
+        assert_eq!((plan.settings.len(), members.len(), watched), (86, 696, 39));
+        let wanted = plan.settings.iter().flat_map(|of| {
+            let digest = of.specification.digest();
+            of.realizations().map(move |cloud| (digest.clone(), cloud))
+        });
+        assert_eq!(members, wanted.collect());
     }
 }

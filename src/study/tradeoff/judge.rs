@@ -1,11 +1,9 @@
 //! A method's members against the reference's, paired by cloud.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 
-use super::margins::{CHARTED, Charted, MISSED};
-use super::member::{Ending, Member};
+use super::quantities::{MISSED, QUANTITIES, Quantity, judged};
+use crate::study::member::{Endings, Member};
 use evidence::equivalence::{self, Finding};
 use evidence::paired::{Paired, paired};
 use evidence::{Interval, proportion};
@@ -14,7 +12,7 @@ use evidence::{Interval, proportion};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Difference {
-    /// Key of the charted quantity.
+    /// Key of the quantity.
     pub key: String,
     /// Method minus reference, by cloud; clouds that lack the quantity in either are left out, and counted by
     /// [`Endings`].
@@ -25,69 +23,6 @@ pub struct Difference {
     pub finding: Option<Finding>,
     /// Of the two one-sided tests, the larger.
     pub p: Option<f64>,
-}
-
-/// How members ended.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Endings {
-    /// The punch got its force.
-    pub reached: usize,
-    /// It did not.
-    pub sank: usize,
-    /// The bed did not settle.
-    pub not_settled: usize,
-    /// Settled in an engine without a punch: these count for the bed, not for the force.
-    #[serde(default)]
-    pub poured: usize,
-    /// The engine gave up: in which words, how often.
-    pub failed: BTreeMap<String, usize>,
-}
-
-impl Endings {
-    /// Counts them.
-    pub fn of<'a>(all: impl Iterator<Item = &'a Ending>) -> Self {
-        let mut endings = Endings::default();
-        for ending in all {
-            match ending {
-                Ending::Reached => endings.reached += 1,
-                Ending::Sank => endings.sank += 1,
-                Ending::NotSettled => endings.not_settled += 1,
-                Ending::Poured => endings.poured += 1,
-                Ending::Failed(reason) => {
-                    // The step and the grain are another in every cloud.
-                    let words: String = reason
-                        .chars()
-                        .map(|letter| if letter.is_ascii_digit() { '#' } else { letter })
-                        .collect();
-                    let words = squeezed(&words);
-                    *endings.failed.entry(words).or_default() += 1;
-                }
-            }
-        }
-        endings
-    }
-
-    /// All members with a punch.
-    pub fn all(&self) -> usize {
-        self.reached + self.missed()
-    }
-
-    /// Members without the force.
-    pub fn missed(&self) -> usize {
-        self.sank + self.not_settled + self.failed.values().sum::<usize>()
-    }
-}
-
-/// One mark for a run of digits.
-fn squeezed(words: &str) -> String {
-    let mut text = String::new();
-    for letter in words.chars() {
-        if letter != '#' || !text.ends_with('#') {
-            text.push(letter);
-        }
-    }
-    text.replace("#.#", "#").replace("-#", "#")
 }
 
 /// A method against the reference.
@@ -102,7 +37,7 @@ pub struct Judgement {
     pub missed: Option<Interval>,
     /// That share against its margin.
     pub missed_finding: Option<Finding>,
-    /// Every charted quantity that both have.
+    /// Every quantity that both have.
     pub differences: Vec<Difference>,
     /// The largest bias over its margin of the settled bed.
     pub bed: Option<Worst>,
@@ -122,6 +57,8 @@ pub struct Worst {
 
 /// Stands for the share of punches that did not get their force.
 pub const MISSED_KEY: &str = "missed";
+/// For people.
+pub const MISSED_TITLE: &str = "share of missed loads";
 
 impl Judgement {
     /// The larger of the errors of the settled and the loaded bed.
@@ -133,8 +70,7 @@ impl Judgement {
     pub fn finding(&self) -> Finding {
         let of_differences = self.differences.iter().filter_map(|of| of.finding);
         let mut all: Vec<Finding> = of_differences.chain(self.missed_finding).collect();
-        let judged = CHARTED.iter().filter(|of| of.margin.is_some()).count() + 1;
-        if all.len() < judged {
+        if all.len() < judged().count() + 1 {
             all.push(Finding::Undecided);
         }
         if all.contains(&Finding::Different) {
@@ -147,14 +83,48 @@ impl Judgement {
     }
 }
 
+impl Judgement {
+    /// What was not shown to be equivalent, in words.
+    pub fn not_shown(&self) -> Vec<String> {
+        let open = |title: &str, finding: Option<Finding>| {
+            let word = match finding {
+                Some(Finding::Equivalent) => return None,
+                Some(other) => word(other),
+                None => "not measured",
+            };
+            Some(format!("{title} ({word})"))
+        };
+        let quantities = judged().filter_map(|quantity| {
+            let difference = self.of(quantity.key);
+            open(quantity.title, difference.and_then(|of| of.finding))
+        });
+        let missed = open(MISSED_TITLE, self.missed_finding);
+        quantities.chain(missed).collect()
+    }
+
+    /// The difference of this quantity.
+    pub fn of(&self, key: &str) -> Option<&Difference> {
+        self.differences.iter().find(|of| of.key == key)
+    }
+}
+
+/// For people.
+pub fn word(finding: Finding) -> &'static str {
+    match finding {
+        Finding::Equivalent => "equivalent",
+        Finding::Different => "different",
+        Finding::Undecided => "undecided",
+    }
+}
+
 /// Judges pairs (reference, method), one a cloud, in the quantities that can be compared.
 pub fn judge(pairs: &[(&Member, &Member)], comparable: impl Fn(&str) -> bool) -> Judgement {
-    let endings = Endings::of(pairs.iter().map(|pair| &pair.1.ending));
-    let reference = Endings::of(pairs.iter().map(|pair| &pair.0.ending));
-    let differences: Vec<Difference> = CHARTED
+    let endings = Endings::of(pairs.iter().map(|pair| pair.1));
+    let reference = Endings::of(pairs.iter().map(|pair| pair.0));
+    let differences: Vec<Difference> = QUANTITIES
         .iter()
-        .filter(|charted| comparable(charted.key))
-        .filter_map(|charted| difference(charted, pairs))
+        .filter(|of| comparable(of.key))
+        .filter_map(|of| difference(of, pairs))
         .collect();
     let missed = proportion::difference(
         (reference.missed(), reference.all()),
@@ -194,20 +164,18 @@ fn larger<'a>(worsts: impl Iterator<Item = &'a Worst>) -> Option<&'a Worst> {
     worsts.max_by(|a, b| a.error.estimate.total_cmp(&b.error.estimate))
 }
 
-fn difference(charted: &Charted, pairs: &[(&Member, &Member)]) -> Option<Difference> {
-    let of = |member: &Member| member.measured.get(charted.key).copied();
+fn difference(quantity: &Quantity, pairs: &[(&Member, &Member)]) -> Option<Difference> {
+    let of = |member: &Member| member.measured.get(quantity.key).copied();
     let values: Vec<(f64, f64)> = pairs
         .iter()
         .filter_map(|(reference, method)| Some((of(reference)?, of(method)?)))
         .collect();
     let paired = paired(&values)?;
-    let margin = charted
-        .margin
-        .map(|margin| margin.absolute(paired.first_mean));
+    let margin = quantity.margin.map(|of| of.absolute(paired.first_mean));
     let differences: Vec<f64> = values.iter().map(|(a, b)| b - a).collect();
     let tested = margin.and_then(|margin| equivalence::test(&differences, margin));
     Some(Difference {
-        key: charted.key.to_owned(),
+        key: quantity.key.to_owned(),
         paired,
         margin,
         finding: tested.map(|(finding, _)| finding),
@@ -218,7 +186,7 @@ fn difference(charted: &Charted, pairs: &[(&Member, &Member)]) -> Option<Differe
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::tradeoff::member::Cost;
+    use crate::study::realization::Ending;
 
     /// Members whose every quantity is 1 with a little that differs from cloud to cloud, times `factor`.
     fn members(factor: f64, sank: u64) -> Vec<Member> {
@@ -230,17 +198,20 @@ mod tests {
                 } else {
                     Ending::Reached
                 };
-                let keys = CHARTED
+                let keys = QUANTITIES
                     .iter()
                     .filter(|of| ending == Ending::Reached || !of.key.starts_with("last."));
                 Member {
-                    method: "m".to_owned(),
+                    specification: "m".to_owned(),
                     realization,
                     measured: keys
                         .map(|of| (of.key.to_owned(), factor * (1.0 + noise)))
                         .collect(),
                     ending,
-                    cost: Cost::default(),
+                    pour_steps: 1,
+                    load_steps: 1,
+                    cost: None,
+                    last_state: None,
                 }
             })
             .collect()
@@ -272,10 +243,7 @@ mod tests {
         assert_eq!(found.endings.sank, 30);
         assert_eq!(found.missed_finding, Some(Finding::Different));
         assert_eq!(found.finding(), Finding::Different);
-        let stress = found
-            .differences
-            .iter()
-            .find(|of| of.key == "last.stress.O.local_zz");
+        let stress = found.of("last.stress.O.local_zz");
         assert_eq!(stress.map(|of| of.paired.pairs), Some(70));
     }
 

@@ -1,29 +1,32 @@
-//! The chart as a record: the source of its lines, its page and its picture.
+//! The comparison as a record: costs and errors of every method, which are dominated, and which is recommended.
 
 use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use super::choice::{dominance, recommend};
-use super::convergence::{self, Convergence};
-use super::job::{self, Job, Members};
+use super::convergence::Convergence;
 use super::judge::{Judgement, judge};
-use super::margins::CHARTED;
-use super::member::Member;
-use super::method::{Method, Runner};
-use super::plan::{FIRST_CONFIRMING, Plan};
-use crate::error::Error;
-use crate::progress::Display;
-use crate::run::EngineError;
-use evidence::moments::{mean, median};
+use super::plan::{DEFAULT, FIRST_CONFIRMATORY, Plan};
+use super::quantities::QUANTITIES;
+use crate::checks::{Check, Outcome};
+use crate::engine::exec::{Description, missing_for_scene};
+use crate::study::member::{Cost, Member, Members};
+use crate::study::realization::Runner;
+use crate::study::specification::{Setting, Specification};
+use evidence::Interval;
+use evidence::equivalence::Finding;
+use evidence::moments::{deviation, mean, median};
+use grains::generate::initial_bodies;
+use grains::native::Mode;
+use grains::task::{Task, Until};
 
-/// The version of `pareto.json`.
-pub const PARETO_VERSION: u32 = 1;
+/// The version of `tradeoff.json`.
+pub const TRADEOFF_VERSION: u32 = 1;
 
 /// What a realization costs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Costs {
-    /// Median over the charted realizations of the processor time of the whole protocol, s.
+    /// Median over the screening realizations of the processor time of the whole protocol, s.
     pub cpu_seconds: f64,
     /// Least and most, s.
     pub range: [f64; 2],
@@ -36,42 +39,30 @@ pub struct Costs {
 }
 
 /// A method with its costs and its errors.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// Its number in chart and table; the reference has 0.
-    pub number: usize,
-    /// What it does differently.
-    pub method: Method,
-    /// Digest of the method, as in `members.jsonl`.
+    /// What is run.
+    pub method: Setting,
+    /// Digest of the specification, as in the rows.
     pub digest: String,
-    /// Who ran it, in words.
-    pub engine: String,
     /// None if nothing was made.
     pub costs: Option<Costs>,
-    /// On the realizations of the chart.
-    pub charted: Judgement,
+    /// On the screening realizations.
+    pub screened: Judgement,
     /// On realizations of its own, where it is a candidate.
     pub confirmed: Option<Judgement>,
-    /// The number of the cheapest method with at most its cost and at most its errors of bed and load.
-    pub dominated_by: Option<usize>,
+    /// The id of the cheapest method with at most its cost and at most its errors of bed and load.
+    pub dominated_by: Option<String>,
     /// Whether one of those errors is smaller beyond both intervals.
     pub clearly: bool,
-    /// Why it was not made, or not whole.
-    pub not_made: Option<String>,
+    /// Realizations that are wanted and are not there.
+    pub missing: u64,
+    /// What an external engine lacks, and what it says of itself.
+    pub notes: Vec<String>,
 }
 
-impl Point {
-    /// What an engine without a punch did not make of its members, in words.
-    pub fn only_poured(&self) -> Option<String> {
-        (self.charted.endings.poured > 0).then(|| {
-            "loading is not made: the engine has no punch; cost and steps are those of pouring and settling"
-                .to_owned()
-        })
-    }
-}
-
-/// A charted quantity in words.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+/// A quantity in words.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Quantity {
     /// Its key.
     pub key: Cow<'static, str>,
@@ -98,239 +89,263 @@ pub struct Reference {
     pub count: usize,
 }
 
-/// The chart.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Pareto {
-    /// [`PARETO_VERSION`].
-    pub version: u32,
-    /// Version of crossgrain.
-    pub crossgrain: String,
-    /// The command as it was given.
-    pub command: String,
-    /// Processor and cores.
-    pub machine: String,
+/// Cost against error.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Tradeoff {
     /// Digest of the reference's scene.
     pub scene_digest: String,
     /// Grains of the reference's scene.
     pub grains: u32,
-    /// Realizations of the chart.
-    pub charting: u64,
+    /// Screening realizations.
+    pub screening: u64,
     /// Realizations of the tests of equivalence.
-    pub confirming: u64,
-    /// What is charted.
+    pub confirmatory: u64,
+    /// What is compared.
     pub quantities: Vec<Quantity>,
     /// What all others are compared with.
     pub reference: Point,
     /// The reference against itself on other clouds: the error that chance alone gives.
-    pub chance: Judgement,
+    pub null_comparison: Judgement,
     /// All others.
     pub points: Vec<Point>,
     /// Exact cases.
     pub convergence: Vec<Convergence>,
-    /// Number of the cheapest candidate that was shown to be equivalent.
-    pub recommended: Option<usize>,
-    /// What that means, or why there is none.
-    pub recommendation: String,
-    /// Whether everything of the plan was made.
-    pub complete: bool,
-    /// Time on the clock of this start of the job, s.
-    pub seconds: f64,
+    /// Id of the cheapest candidate that was shown to be equivalent.
+    pub recommended: Option<String>,
 }
 
-/// Runs the plan and judges it.
-pub fn pareto(plan: &Plan, job: &Job, command: String, display: &Display) -> Result<Pareto, Error> {
-    let began = std::time::Instant::now();
-    let convergence =
-        convergence::all().map_err(|error| Error::Engine(EngineError::Native(error)))?;
-    let members = job::run(plan, job, display)?;
-    let mut record = of_members(plan, &members, convergence, command);
-    record.seconds = began.elapsed().as_secs_f64();
-    Ok(record)
-}
+impl Tradeoff {
+    /// Of these members; `external` is what the external engine says of itself.
+    pub fn of(
+        plan: &Plan,
+        members: &Members,
+        convergence: Vec<Convergence>,
+        external: Option<&Description>,
+    ) -> Self {
+        let point = |method: &Setting| {
+            let engine = external.filter(|_| method.specification.runner == Runner::Brought);
+            Point {
+                notes: engine.map_or(Vec::new(), |of| notes(&method.specification, of)),
+                ..Point::of(method, plan, members)
+            }
+        };
+        let reference = point(&plan.reference);
+        let mut points: Vec<Point> = plan.methods.iter().map(point).collect();
+        dominance(&mut points);
+        let first = &plan.reference.specification;
+        Tradeoff {
+            scene_digest: first.scene.digest(),
+            grains: first.scene.particles.count,
+            screening: plan.screening,
+            confirmatory: plan.confirmatory,
+            quantities: quantities(&members.of(&plan.reference)),
+            null_comparison: null_comparison(plan, members),
+            recommended: recommended(&points).map(|of| of.method.id.clone()),
+            reference,
+            points,
+            convergence,
+        }
+    }
 
-/// The record of these members.
-pub fn of_members(
-    plan: &Plan,
-    members: &Members,
-    convergence: Vec<Convergence>,
-    command: String,
-) -> Pareto {
-    let reference = point(0, &plan.reference, plan.charting, false, plan, members);
-    let mut points: Vec<Point> = plan
-        .methods
-        .iter()
-        .enumerate()
-        .map(|(index, planned)| {
-            let of = &planned.method;
-            point(
-                index + 1,
-                of,
-                planned.charting,
-                planned.candidate,
-                plan,
-                members,
-            )
-        })
-        .collect();
-    dominance(&mut points);
-    let (recommended, recommendation) = recommend(&points, plan.confirming);
-    Pareto {
-        version: PARETO_VERSION,
-        crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
-        command,
-        machine: machine(),
-        scene_digest: plan.reference.scene.digest(),
-        grains: plan.reference.scene.particles.count,
-        charting: plan.charting,
-        confirming: plan.confirming,
-        quantities: quantities(plan, members),
-        chance: chance(plan, members),
-        complete: points.iter().all(|point| point.not_made.is_none()),
-        reference,
-        points,
-        convergence,
-        recommended,
-        recommendation,
-        seconds: 0.0,
+    /// The point of this id.
+    pub fn point(&self, id: &str) -> Option<&Point> {
+        self.points.iter().find(|point| point.method.id == id)
+    }
+
+    /// That the free mode's default is equivalent, where that was tested.
+    pub fn checks(&self) -> Vec<Check> {
+        let default = self.point(DEFAULT);
+        let Some(confirmed) = default.and_then(|point| point.confirmed.as_ref()) else {
+            return Vec::new();
+        };
+        let outcome = match confirmed.finding() {
+            Finding::Equivalent => Outcome::Pass,
+            Finding::Different => Outcome::Fail,
+            Finding::Undecided => Outcome::Skipped,
+        };
+        let quantity = "the free mode's default against the reference";
+        let open = confirmed.not_shown().join(", ");
+        let id = "tradeoff/default-is-equivalent".to_owned();
+        let mut check = Check::of_words(id, quantity, outcome, &open);
+        check.n = confirmed.clouds as u64;
+        vec![check.judged_by(
+            "two one-sided t tests at 5 % in every quantity with a margin",
+            "margins that were set before the runs",
+        )]
     }
 }
 
-fn point(
-    number: usize,
-    method: &Method,
-    charting: u64,
-    candidate: bool,
-    plan: &Plan,
-    members: &Members,
-) -> Point {
-    let own: Vec<&Member> = (1..=charting)
-        .filter_map(|realization| members.get(method, realization))
-        .collect();
-    let digest = method.digest();
-    let missing = charting as usize - own.len();
-    let why = members.not_made.get(&digest).cloned();
-    let confirming = FIRST_CONFIRMING..FIRST_CONFIRMING + plan.confirming;
-    let confirmed = candidate && plan.confirming > 0;
-    Point {
-        number,
-        engine: match method.runner {
-            Runner::Native(mode) => format!("native, {} mode", mode.name()),
-            Runner::YadeSorted => "YADE, sorted loop".to_owned(),
-            Runner::YadeOrdinary => "YADE, ordinary loop".to_owned(),
-            Runner::Brought => method
-                .engine
-                .as_ref()
-                .map_or("brought".to_owned(), |of| of.described.label()),
-        },
-        costs: costs(&own),
-        charted: judge(
-            &pairs(plan, method, 1..=charting, members),
-            comparable(plan, method),
-        ),
-        confirmed: confirmed.then(|| {
+/// Why an external engine cannot run the specification, where it cannot, and what it says of itself. One that has all but
+/// a punch pours and settles.
+fn notes(of: &Specification, engine: &Description) -> Vec<String> {
+    let mut task = Task::whole(initial_bodies(&of.scene));
+    task.until = Until::EndOfSettling;
+    let missing = missing_for_scene(engine, &of.scene, &task);
+    let missing: Vec<&str> = missing.iter().map(|part| part.in_words()).collect();
+    let lacks = format!("{} has no {}", engine.name, missing.join(", "));
+    let says = engine.approximations.iter();
+    let says = says.map(|says| format!("it says of itself: {says}"));
+    (!missing.is_empty())
+        .then_some(lacks)
+        .into_iter()
+        .chain(says)
+        .collect()
+}
+
+impl Point {
+    fn of(method: &Setting, plan: &Plan, members: &Members) -> Self {
+        let first = [method.clouds[0]];
+        let own = within(method, &first, members);
+        let wanted = method.realizations().count() as u64;
+        let judged = |clouds| {
             judge(
-                &pairs(plan, method, confirming, members),
+                &pairs(plan, method, clouds, members),
                 comparable(plan, method),
             )
-        }),
-        dominated_by: None,
-        clearly: false,
-        not_made: why.or((missing > 0).then(|| format!("{missing} realizations are missing"))),
-        method: method.clone(),
-        digest,
+        };
+        let is_reference = *method == plan.reference;
+        let tested = method.clouds.get(1).filter(|_| !is_reference);
+        Point {
+            costs: costs(&own),
+            screened: judged(method.clouds[0]),
+            confirmed: tested.map(|clouds| judged(*clouds)),
+            dominated_by: None,
+            clearly: false,
+            missing: wanted - members.of(method).len() as u64,
+            notes: Vec::new(),
+            digest: method.specification.digest(),
+            method: method.clone(),
+        }
     }
+
+    /// The larger errors of the settled and of the loaded bed, over their margins.
+    fn errors(&self) -> Option<[Interval; 2]> {
+        let Judgement { bed, load, .. } = &self.screened;
+        Some([bed.as_ref()?.error, load.as_ref()?.error])
+    }
+}
+
+/// A point is dominated by the cheapest one that costs no more and errs no more in bed and load, by the estimates.
+fn dominance(points: &mut [Point]) {
+    let places: Vec<Option<(f64, [Interval; 2])>> = points
+        .iter()
+        .map(|point| Some((point.costs?.cpu_seconds, point.errors()?)))
+        .collect();
+    for index in 0..points.len() {
+        let Some((cost, errors)) = places[index] else {
+            continue;
+        };
+        let no_worse = |others: &[Interval; 2]| {
+            let mut both = others.iter().zip(&errors);
+            both.all(|(other, own)| other.estimate <= own.estimate)
+        };
+        let better = places
+            .iter()
+            .enumerate()
+            .filter_map(|(other, place)| Some((other, (*place)?)))
+            .filter(|(other, (c, others))| *other != index && *c <= cost && no_worse(others))
+            .min_by(|a, b| a.1.0.total_cmp(&b.1.0));
+        if let Some((other, (_, smaller))) = better {
+            points[index].dominated_by = Some(points[other].method.id.clone());
+            let mut both = smaller.iter().zip(&errors);
+            points[index].clearly = both.any(|(other, own)| other.high < own.low);
+        }
+    }
+}
+
+/// The cheapest candidate in free mode that is equivalent on its own realizations.
+fn recommended(points: &[Point]) -> Option<&Point> {
+    let equivalent = points.iter().filter_map(|point| {
+        let finding = point.confirmed.as_ref()?.finding();
+        let free = point.method.specification.runner == Runner::Native(Mode::Free);
+        let seconds = point.costs?.cpu_seconds;
+        (free && finding == Finding::Equivalent).then_some((point, seconds))
+    });
+    let cheapest = equivalent.min_by(|a, b| a.1.total_cmp(&b.1));
+    cheapest.map(|(point, _)| point)
+}
+
+fn within<'a>(method: &Setting, clouds: &[[u64; 2]], members: &'a Members) -> Vec<&'a Member> {
+    let some = Setting {
+        clouds: clouds.to_vec(),
+        ..method.clone()
+    };
+    members.of(&some)
 }
 
 fn pairs<'a>(
     plan: &Plan,
-    method: &Method,
-    realizations: impl Iterator<Item = u64>,
+    method: &Setting,
+    [first, last]: [u64; 2],
     members: &'a Members,
 ) -> Vec<(&'a Member, &'a Member)> {
-    realizations
-        .filter_map(|realization| {
-            let reference = members.get(&plan.reference, realization)?;
-            Some((reference, members.get(method, realization)?))
-        })
-        .collect()
+    let pair = |realization| {
+        let reference = members.get(&plan.reference.specification, realization)?;
+        Some((reference, members.get(&method.specification, realization)?))
+    };
+    (first..=last).filter_map(pair).collect()
 }
 
-fn chance(plan: &Plan, members: &Members) -> Judgement {
-    let reference = |realization| members.get(&plan.reference, realization);
-    let pairs: Vec<(&Member, &Member)> = (0..plan.charting)
-        .filter_map(|index| {
-            let other = reference(FIRST_CONFIRMING + index)?;
-            Some((reference(1 + index)?, other))
-        })
-        .collect();
+fn null_comparison(plan: &Plan, members: &Members) -> Judgement {
+    let reference = |realization| members.get(&plan.reference.specification, realization);
+    let pair = |index| {
+        Some((
+            reference(1 + index)?,
+            reference(FIRST_CONFIRMATORY + index)?,
+        ))
+    };
+    let pairs: Vec<(&Member, &Member)> = (0..plan.screening).filter_map(pair).collect();
     judge(&pairs, |_| true)
 }
 
 fn costs(members: &[&Member]) -> Option<Costs> {
-    let of = |figure: fn(&Member) -> f64| -> Vec<f64> {
-        members.iter().map(|member| figure(member)).collect()
+    let of = |figure: fn(&Member, Cost) -> f64| -> Vec<f64> {
+        let all = members.iter();
+        all.map(|member| figure(member, member.cost.unwrap_or_default()))
+            .collect()
     };
-    let seconds = of(|member| member.cost.cpu_seconds);
+    let seconds = of(|_, cost| cost.cpu_seconds);
     Some(Costs {
         cpu_seconds: median(&seconds)?,
         range: [
             seconds.iter().copied().fold(f64::INFINITY, f64::min),
             seconds.iter().copied().fold(0.0, f64::max),
         ],
-        pour_steps: mean(&of(|member| member.cost.pour_steps as f64)),
-        load_steps: mean(&of(|member| member.cost.load_steps as f64)),
-        measuring_seconds: median(&of(|member| member.cost.measuring_seconds))?,
+        pour_steps: mean(&of(|member, _| member.pour_steps as f64)),
+        load_steps: mean(&of(|member, _| member.load_steps as f64)),
+        measuring_seconds: median(&of(|_, cost| cost.measuring_seconds))?,
     })
 }
 
-fn quantities(plan: &Plan, members: &Members) -> Vec<Quantity> {
-    let all = (1..=plan.charting)
-        .chain(FIRST_CONFIRMING..FIRST_CONFIRMING + plan.confirming.max(plan.charting));
-    let reference: Vec<&Member> = all
-        .filter_map(|realization| members.get(&plan.reference, realization))
-        .collect();
-    CHARTED
-        .iter()
-        .map(|charted| {
-            let values: Vec<f64> = reference
-                .iter()
-                .filter_map(|member| member.measured.get(charted.key).copied())
-                .collect();
-            let found = (values.len() > 1).then(|| Reference {
-                mean: mean(&values),
-                deviation: evidence::moments::deviation(&values),
-                count: values.len(),
-            });
-            Quantity {
-                key: charted.key.into(),
-                title: charted.title.into(),
-                unit: charted.unit.into(),
-                margin: charted
-                    .margin
-                    .zip(found)
-                    .map(|(margin, found)| margin.absolute(found.mean)),
-                reference: found,
-                reason: charted.reason.into(),
-            }
-        })
-        .collect()
+fn quantities(reference: &[&Member]) -> Vec<Quantity> {
+    let one = |of: &super::quantities::Quantity| {
+        let values = reference.iter();
+        let values: Vec<f64> = values
+            .filter_map(|member| member.measured.get(of.key).copied())
+            .collect();
+        let found = (values.len() > 1).then(|| Reference {
+            mean: mean(&values),
+            deviation: deviation(&values),
+            count: values.len(),
+        });
+        Quantity {
+            key: of.key.into(),
+            title: of.title.into(),
+            unit: of.unit.into(),
+            margin: (of.margin.zip(found)).map(|(margin, found)| margin.absolute(found.mean)),
+            reference: found,
+            reason: of.reason.into(),
+        }
+    };
+    QUANTITIES.iter().map(one).collect()
 }
 
 /// Heights can be compared only between beds of as many grains over the width.
-fn comparable(plan: &Plan, method: &Method) -> impl Fn(&str) -> bool {
-    let load =
-        |method: &Method| f64::from(method.scene.particles.count) / method.scene.container.width;
+fn comparable(plan: &Plan, method: &Setting) -> impl Fn(&str) -> bool {
+    let load = |of: &Setting| {
+        let scene = &of.specification.scene;
+        f64::from(scene.particles.count) / scene.container.width
+    };
     let same_depth = (load(method) / load(&plan.reference) - 1.0).abs() < 1.0e-9;
     move |key| same_depth || !key.starts_with("settled.height.")
-}
-
-/// The processor's name and the number of its cores, where the system tells.
-fn machine() -> String {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name = text
-        .lines()
-        .find_map(|line| line.strip_prefix("model name")?.split_once(':'))
-        .map_or("unknown processor", |(_, name)| name.trim());
-    format!("{name}, {cores} cores")
 }

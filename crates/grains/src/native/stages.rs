@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use cpu_time::ThreadTime;
+use crate::timing::ThreadTime;
 
 use super::constants::Constants;
 use super::dynamics::Dynamics;

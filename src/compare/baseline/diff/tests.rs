@@ -53,8 +53,8 @@ fn of_one(before: Option<Check>, after: Option<Check>) -> (Option<Change>, Verdi
 #[test]
 fn each_kind_of_change_is_told_and_weighed() {
     use Change::*;
-    use Outcome::{ExpectedFailure, Fail, NotMade, Pass};
-    use Verdict::{Fail as Worse, NotMade as Open, Pass as Fine};
+    use Outcome::{ExpectedFailure, Fail, Pass, Skipped};
+    use Verdict::{Fail as Worse, Pass as Fine, Skipped as Open};
     let a = |value, outcome| Some(check("a", value, outcome));
     let other = |change: fn(&mut Check)| {
         let mut check = check("a", 1.0, Pass);
@@ -69,14 +69,14 @@ fn each_kind_of_change_is_told_and_weighed() {
         (a(1.0, Pass), a(1.1, Pass), Some(Moved), Fine),
         (a(1.0, Pass), a(1.6, Fail), Some(NewFailure), Worse),
         (None, a(1.6, Fail), Some(NewFailure), Worse),
-        (a(0.0, NotMade), a(1.6, Fail), Some(NewFailure), Worse),
+        (a(0.0, Skipped), a(1.6, Fail), Some(NewFailure), Worse),
         (a(1.6, Fail), a(1.6, Fail), None, Fine),
         (a(1.6, Fail), a(1.7, Fail), Some(Moved), Fine),
         (a(1.6, Fail), a(1.0, Pass), Some(Fixed), Fine),
-        (a(1.0, Pass), a(0.0, NotMade), Some(NoLongerMade), Open),
-        (a(1.6, Fail), a(0.0, NotMade), Some(NoLongerMade), Open),
-        (a(0.0, NotMade), a(1.0, Pass), Some(NowMade), Fine),
-        (a(0.0, NotMade), a(0.0, NotMade), None, Fine),
+        (a(1.0, Pass), a(0.0, Skipped), Some(NoLongerMade), Open),
+        (a(1.6, Fail), a(0.0, Skipped), Some(NoLongerMade), Open),
+        (a(0.0, Skipped), a(1.0, Pass), Some(NowMade), Fine),
+        (a(0.0, Skipped), a(0.0, Skipped), None, Fine),
         (None, a(1.0, Pass), Some(Added), Fine),
         (a(1.0, Pass), None, Some(Removed), Open),
         (a(1.0, Pass), looser, Some(DefinitionChanged), Open),

@@ -1,7 +1,0 @@
-#![no_main]
-
-mod common;
-
-libfuzzer_sys::fuzz_target!(|input: &[u8]| {
-    crossgrain_fuzz::ledger::read(input);
-});

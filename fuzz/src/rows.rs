@@ -1,0 +1,26 @@
+//! Rows of studies as JSON. The first byte says of which one.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crossgrain::study::member::Member;
+use crossgrain::study::sensitivity::Row;
+
+/// A row that is accepted reads back as itself.
+pub fn read(input: &[u8]) -> bool {
+    match input.split_first() {
+        Some((b't', json)) => of::<Member>(json),
+        Some((b's', json)) => of::<Row>(json),
+        _ => false,
+    }
+}
+
+fn of<T: Serialize + DeserializeOwned + PartialEq + std::fmt::Debug>(json: &[u8]) -> bool {
+    let Ok(row) = serde_json::from_slice::<T>(json) else {
+        return false;
+    };
+    let text = serde_json::to_string(&row).expect("a row can be written");
+    let again: T = serde_json::from_str(&text).expect("what was written can be read");
+    assert_eq!(again, row);
+    true
+}

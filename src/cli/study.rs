@@ -1,0 +1,296 @@
+//! `crossgrain study`: many runs, planned, made in shards, merged and judged.
+
+mod plan;
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+
+use super::checks::Files;
+use super::run::YadeLimits;
+use super::{exit_code_if, json, print, tell};
+use crate::error::{Error, exit};
+use crate::files::{failed, write_whole};
+use crate::progress::Display;
+use crate::report::{page, terminal};
+use crate::study::campaign::compare::compare;
+use crate::study::campaign::merged;
+use crate::study::machine::{Job, Machine, Status, Summary};
+use crate::study::realization::Engines;
+use crate::study::report::RECORD;
+use crate::study::shard::Shard;
+use crate::study::{open, slurm, workers};
+
+#[derive(Debug, Subcommand)]
+#[command(after_help = "Examples:\n  crossgrain scene paper > scene.json\n  \
+    crossgrain study plan campaign scene.json --members 1000 --out thousand\n  \
+    crossgrain study run thousand\n  \
+    crossgrain study run thousand --shard 2/8\n  \
+    crossgrain study status thousand\n  \
+    crossgrain study merge thousand\n  \
+    crossgrain study slurm thousand --tasks 20\n  \
+    crossgrain study report thousand --junit checks.xml\n  \
+    crossgrain study compare thousand in-yade")]
+pub enum Verb {
+    /// Fix what is run, in a new folder
+    #[command(subcommand)]
+    Plan(plan::Kind),
+    /// Make the rows of a shard that are missing; without --shard all, then merge and report
+    Run(RunArguments),
+    /// How far it is
+    Status(StatusArguments),
+    /// Put the rows of a finished study into one file
+    Merge(FolderArgument),
+    /// Write the scripts of a Slurm job array and of the merge after it, and print how they are submitted
+    Slurm(SlurmArguments),
+    /// Judge the rows that are there: report.json, a page, and the checks for other programs
+    Report(ReportArguments),
+    /// Two merged campaigns of one scene, such as of two engines: bits of common realizations, else equivalence
+    Compare(CompareArguments),
+}
+
+#[derive(Debug, Args)]
+pub struct FolderArgument {
+    /// The study's folder
+    folder: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct RunArguments {
+    /// The study's folder
+    folder: PathBuf,
+    /// I/N: every N-th row from the I-th on; auto: by the variables of a Slurm job array
+    #[arg(long)]
+    shard: Option<String>,
+    /// Rows at a time [default: the machine's cores; with --shard 1]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Where the planned external engine is on this machine, as exec:PATH
+    #[arg(long)]
+    engine: Option<super::chosen::Beside>,
+    #[command(flatten)]
+    limits: YadeLimits,
+    /// No progress
+    #[arg(long)]
+    quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct StatusArguments {
+    /// The study's folder
+    folder: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct SlurmArguments {
+    /// The study's folder, on a file system that all nodes share
+    folder: PathBuf,
+    /// Tasks of the array; each makes its share of the rows one after another
+    #[arg(long)]
+    tasks: u64,
+    /// Rows at a time in a task, and processors that it asks for
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: u16,
+    /// The partition, where the cluster has no default
+    #[arg(long)]
+    partition: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub struct ReportArguments {
+    /// The study's folder
+    folder: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    files: Files,
+}
+
+#[derive(Debug, Args)]
+pub struct CompareArguments {
+    /// A merged campaign
+    first: PathBuf,
+    /// Another one
+    second: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Verb {
+    pub fn execute(self) -> Result<u8, Error> {
+        match self {
+            Verb::Plan(kind) => kind.execute(),
+            Verb::Run(arguments) => arguments.execute(),
+            Verb::Status(arguments) => arguments.execute(),
+            Verb::Merge(FolderArgument { folder }) => {
+                print(&in_words(&open(&folder)?.merge()?))?;
+                Ok(exit::AGREED)
+            }
+            Verb::Slurm(arguments) => arguments.execute(),
+            Verb::Report(arguments) => {
+                let done = report(&arguments.folder, arguments.json, &arguments.files);
+                if let Err(error) = &done {
+                    arguments
+                        .files
+                        .write_error("crossgrain study report", error)?;
+                }
+                done
+            }
+            Verb::Compare(arguments) => arguments.execute(),
+        }
+    }
+}
+
+impl RunArguments {
+    fn execute(self) -> Result<u8, Error> {
+        let study = open(&self.folder)?;
+        let shard = match self.shard.as_deref() {
+            None => Shard::WHOLE,
+            Some("auto") => {
+                Shard::from_slurm(|name| std::env::var(name).ok()).map_err(Error::Usage)?
+            }
+            Some(text) => text.parse().map_err(Error::Usage)?,
+        };
+        let threads = match self.threads {
+            Some(threads) => usize::from(threads),
+            None if self.shard.is_some() => 1,
+            None => workers::cores(),
+        };
+        let engines = self.engines(study.as_ref())?;
+        let job = Job {
+            shard,
+            threads,
+            engines: &engines,
+        };
+        let done = study.run(&job, &Display::new(self.quiet))?;
+        print(&format!(
+            "shard {shard}: {} rows, {} of them finished before\n",
+            done.wanted, done.before
+        ))?;
+        if shard == Shard::WHOLE {
+            print(&in_words(&study.merge()?))?;
+            return report(&self.folder, false, &Files::default());
+        }
+        if done.complete {
+            let folder = self.folder.display();
+            print(&format!(
+                "all rows are finished; merge them: crossgrain study merge {folder}\n"
+            ))?;
+        }
+        Ok(exit::AGREED)
+    }
+
+    fn engines(&self, study: &dyn Machine) -> Result<Engines, Error> {
+        let named = self.engine.as_ref().map(|of| of.0.as_path());
+        let external = match (study.program(), named) {
+            (Some(program), named) => Some(self.limits.brought(named.unwrap_or(&program.path))?),
+            (None, Some(_)) => {
+                return Err(Error::Usage(
+                    "no external engine is planned here".to_owned(),
+                ));
+            }
+            (None, None) => None,
+        };
+        Ok(Engines {
+            yade: self.limits.options(),
+            external,
+        })
+    }
+}
+
+impl StatusArguments {
+    /// Exit code 0 if no row is missing, else 3.
+    fn execute(self) -> Result<u8, Error> {
+        let status = open(&self.folder)?.status()?;
+        tell(self.json, &json(&status)?, || of_status(&status))?;
+        Ok(exit_code_if(status.finished == status.rows))
+    }
+}
+
+fn of_status(status: &Status) -> String {
+    let mut text = format!(
+        "{}: {} of {} rows finished{}\n",
+        status.kind,
+        status.finished,
+        status.rows,
+        if status.merged { ", merged" } else { "" }
+    );
+    for (file, rows) in &status.files {
+        let _ = writeln!(text, "  {file}: {rows}");
+    }
+    if status.repeated > 0 {
+        let _ = writeln!(
+            text,
+            "  {} lines repeat a row; it counts once",
+            status.repeated
+        );
+    }
+    for (file, line) in &status.damaged {
+        let _ = writeln!(
+            text,
+            "  {file} line {line} is no whole row and is not believed"
+        );
+    }
+    if !status.missing.is_empty() {
+        let _ = writeln!(text, "missing: rows {}", status.missing);
+    }
+    text
+}
+
+impl SlurmArguments {
+    fn execute(self) -> Result<u8, Error> {
+        let program = std::env::current_exe().map_err(failed("find", Path::new("this program")))?;
+        let array = slurm::Array {
+            tasks: self.tasks,
+            threads: self.threads,
+            partition: self.partition.as_deref(),
+            program: &program,
+        };
+        let scripts = slurm::write(&self.folder, open(&self.folder)?.as_ref(), &array)?;
+        print(&format!("{}\n", scripts.submit.join("\n")))?;
+        Ok(exit::AGREED)
+    }
+}
+
+impl CompareArguments {
+    fn execute(self) -> Result<u8, Error> {
+        let comparison = compare(&merged(&self.first)?, &merged(&self.second)?)?;
+        let document = comparison.document();
+        tell(self.json, &json(&comparison)?, || terminal(&document))?;
+        Ok(document.verdict.exit_code())
+    }
+}
+
+/// Writes record and page, and says what the checks come to.
+fn report(folder: &Path, as_json: bool, files: &Files) -> Result<u8, Error> {
+    let report = open(folder)?.judge()?;
+    files.write(&report.record, None)?;
+    page(&report.document).write(folder)?;
+    write_whole(&folder.join(RECORD), report.text.as_bytes())?;
+    tell(as_json, &report.text, || terminal(&report.document))?;
+    Ok(report.document.verdict.exit_code())
+}
+
+fn in_words(summary: &Summary) -> String {
+    let endings = summary.endings.iter();
+    let endings: Vec<String> = endings
+        .map(|(how, count)| format!("{count} {how}"))
+        .collect();
+    // None where it gave up on every row, or where several take part.
+    let engine = match summary.engine.as_str() {
+        "" => String::new(),
+        engine => format!(" of {engine}"),
+    };
+    format!(
+        "merged {} rows{engine}: {}; sha256 {}\n",
+        summary.rows,
+        endings.join(", "),
+        &summary.sha256[..16]
+    )
+}

@@ -1,0 +1,251 @@
+//! `crossgrain study plan`: what is run, fixed.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+use crate::cli::chosen::{Beside, Chosen};
+use crate::cli::print;
+use crate::cli::run::{LoopOrder, YadeLimits};
+use crate::error::{Error, exit};
+use crate::run::scene_file::read_scene;
+use crate::study::campaign::Campaign;
+use crate::study::plan::Program;
+use crate::study::realization::Runner;
+use crate::study::{Study, create, sensitivity, tradeoff};
+use grains::model::Model;
+use grains::model::terms::Kernel;
+use grains::native::Mode;
+use grains::native::pouring::Softly;
+
+#[derive(Debug, Subcommand)]
+pub enum Kind {
+    /// Many realizations of one scene in one engine
+    Campaign(CampaignArguments),
+    /// Many ways to run the paper's scene: what each costs, and how wrong it is
+    Tradeoff(TradeoffArguments),
+    /// The choices that the paper leaves open: which published figures come out under which
+    Sensitivity(SensitivityArguments),
+}
+
+#[derive(Debug, Args)]
+pub struct CampaignArguments {
+    /// The scene file
+    scene: PathBuf,
+    /// How many realizations
+    #[arg(long)]
+    members: u64,
+    /// Realization of member 1; the next members have the next ones
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// native, yade or exec:PATH
+    #[arg(long, default_value = "native")]
+    engine: Chosen,
+    /// Native: which promise it keeps
+    #[arg(long, default_value = "exact")]
+    mode: Mode,
+    /// Native: pour at a tenth of the modulus and stiffen, as in `crossgrain run --soft-pour`
+    #[arg(long)]
+    soft_pour: bool,
+    /// YADE: order in which interactions are visited
+    #[arg(long = "loop", value_enum, default_value = "ordinary")]
+    order: LoopOrder,
+    #[command(flatten)]
+    limits: YadeLimits,
+    #[command(flatten)]
+    place: Place,
+}
+
+/// Where a plan goes.
+#[derive(Debug, Args)]
+pub struct Place {
+    /// The study's folder; must not exist
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Take over the rows that this study of the same kind has already
+    #[arg(long, value_name = "DIR")]
+    pub reuse: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  crossgrain study plan tradeoff --quick --out methods && crossgrain study run methods"
+)]
+pub struct TradeoffArguments {
+    /// A small bed and few methods
+    #[arg(long)]
+    quick: bool,
+    /// Realizations of a method; expensive ones have fewer [default: 24, with --quick 6]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(2..=1000))]
+    clouds: Option<u64>,
+    /// Realizations of its own on which each candidate's equivalence is tested [default: 300, with --quick none]
+    #[arg(long, conflicts_with = "quick", value_parser = clap::value_parser!(u64).range(0..=100_000))]
+    confirm: Option<u64>,
+    /// Realizations in YADE, about five minutes each for the paper's bed; 0 leaves YADE out
+    #[arg(long, default_value_t = 1)]
+    yade_clouds: u64,
+    /// One more engine: exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
+    #[arg(long)]
+    engine: Option<Beside>,
+    /// Realizations of each method in that engine; without a punch it pours and settles
+    #[arg(long, default_value_t = 1, requires = "engine", value_parser = clap::value_parser!(u64).range(1..=1000))]
+    engine_clouds: u64,
+    #[command(flatten)]
+    limits: YadeLimits,
+    #[command(flatten)]
+    place: Place,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "What does not come out is a finding, not a failure.\n\nExample:\n  \
+    crossgrain study plan sensitivity --quick --out map && crossgrain study run map"
+)]
+pub struct SensitivityArguments {
+    /// A small bed and few settings
+    #[arg(long)]
+    quick: bool,
+    /// Realizations of a setting; expensive ones have a share of them [default: 12, with --quick 6]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(3..=10_000))]
+    clouds: Option<u64>,
+    #[command(flatten)]
+    place: Place,
+}
+
+impl TradeoffArguments {
+    fn execute(self) -> Result<u8, Error> {
+        let clouds = self.clouds.unwrap_or(if self.quick { 6 } else { 24 });
+        // Other engines are paired with the reference, so they can have no clouds that the reference has not.
+        for (name, own) in [
+            ("--yade-clouds", self.yade_clouds),
+            ("--engine-clouds", self.engine_clouds),
+        ] {
+            if own > clouds {
+                return Err(Error::Usage(format!(
+                    "{name} is {own}, and must be at most --clouds, {clouds}"
+                )));
+            }
+        }
+        let mut plan = if self.quick {
+            tradeoff::plan::Plan::quick(clouds, self.yade_clouds)
+        } else {
+            let confirm = self.confirm.unwrap_or(300);
+            tradeoff::plan::Plan::full(clouds, confirm, self.yade_clouds)
+        };
+        let mut program = None;
+        if let Some(Beside(path)) = &self.engine {
+            let of = Program::of(&self.limits.brought(path)?)?;
+            plan = plan.with_external(&of.described.label(), &of.digest, self.engine_clouds);
+            program = Some(of);
+        }
+        let words = format!(
+            "{} methods of beds of {} grains, {} realizations",
+            plan.methods.len() + 1,
+            plan.reference.specification.scene.particles.count,
+            plan.tasks().len()
+        );
+        self.place.create(plan, program, &words)
+    }
+}
+
+impl SensitivityArguments {
+    fn execute(self) -> Result<u8, Error> {
+        let plan = if self.quick {
+            sensitivity::plan::Plan::quick(self.clouds.unwrap_or(6))
+        } else {
+            sensitivity::plan::Plan::full(self.clouds.unwrap_or(12))
+        };
+        let words = format!(
+            "{} settings and {} penetration tests of beds of {} grains, {} beds and tests",
+            plan.settings.len(),
+            plan.penetrations.len(),
+            plan.base.particles.count,
+            plan.tasks().len()
+        );
+        self.place.create(plan, None, &words)
+    }
+}
+
+impl Kind {
+    pub fn execute(self) -> Result<u8, Error> {
+        match self {
+            Kind::Campaign(arguments) => arguments.execute(),
+            Kind::Tradeoff(arguments) => arguments.execute(),
+            Kind::Sensitivity(arguments) => arguments.execute(),
+        }
+    }
+}
+
+impl Place {
+    fn create<S: Study>(
+        &self,
+        study: S,
+        program: Option<Program>,
+        words: &str,
+    ) -> Result<u8, Error> {
+        let reused = create(&self.out, study, program, self.reuse.as_deref())?;
+        print(&self.words(words, reused))?;
+        Ok(exit::AGREED)
+    }
+
+    /// What is printed of a plan: its own words, the rows that were taken over, and how it goes on.
+    pub fn words(&self, plan: &str, reused: u64) -> String {
+        let reused = match reused {
+            0 => String::new(),
+            rows => format!("{rows} rows taken over\n"),
+        };
+        format!(
+            "{plan}\n{reused}run it: crossgrain study run {}\n",
+            self.out.display()
+        )
+    }
+}
+
+impl CampaignArguments {
+    fn execute(self) -> Result<u8, Error> {
+        let scene = read_scene(&self.scene)?;
+        let general = Kernel::of(&Model::of(&scene).law) == Kernel::General;
+        if general && !self.mode.is_exact() {
+            return Err(Error::Usage(format!(
+                "--mode {} is for frictionless scenes without dashpots; leave it away",
+                self.mode.name()
+            )));
+        }
+        let is_native = matches!(self.engine, Chosen::Native);
+        if !is_native && (!self.mode.is_exact() || self.soft_pour) {
+            return Err(Error::Usage(
+                "--mode and --soft-pour are of the native engine".to_owned(),
+            ));
+        }
+        let (runner, program) = match (&self.engine, self.order) {
+            (Chosen::Native, _) => (Runner::Native(self.mode), None),
+            (Chosen::Yade, LoopOrder::Sorted) => (Runner::YadeSorted, None),
+            (Chosen::Yade, LoopOrder::Ordinary) => (Runner::YadeOrdinary, None),
+            (Chosen::Exec(path), _) => (
+                Runner::Brought,
+                Some(Program::of(&self.limits.brought(path)?)?),
+            ),
+        };
+        let phases = if self.soft_pour {
+            let softly = Softly::tested(&scene).ok_or_else(|| {
+                Error::Usage("--soft-pour needs /time_step as a fraction".to_owned())
+            })?;
+            softly.phases(&scene)
+        } else {
+            Vec::new()
+        };
+        let campaign = Campaign::new(&scene, runner, phases, self.members, self.seed);
+        let Place { out, reuse } = &self.place;
+        let last = self.seed.saturating_add(self.members.saturating_sub(1));
+        let words = format!(
+            "{} members of {:?} in {}, realizations {} to {last}",
+            self.members,
+            scene.name,
+            runner.name(),
+            self.seed
+        );
+        let reused = create(out, campaign, program, reuse.as_deref())?;
+        print(&self.place.words(&words, reused))?;
+        Ok(exit::AGREED)
+    }
+}

@@ -1,0 +1,142 @@
+//! What a job says, as values: sections of sentences, tables and plots. `report` has the views of them: terminal text, HTML, CSV, Markdown and SVG.
+
+pub mod plot;
+pub mod table;
+
+use std::borrow::Cow;
+
+use crate::checks::{Check, Outcome};
+pub use plot::{Axis, Colour, Mark, Plot, Point};
+pub use table::{Cell, Column, Table, rounded};
+
+/// A job's result for people.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Document {
+    /// What the job does, as a heading.
+    pub title: String,
+    /// What its checks come to.
+    pub verdict: Outcome,
+    /// The answer, in one sentence.
+    pub answer: String,
+    /// In the order of the argument.
+    pub sections: Vec<Section>,
+    /// Every check that was planned, the skipped ones included.
+    pub checks: Vec<Check>,
+}
+
+/// A part of a document.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Section {
+    /// A short heading.
+    pub title: String,
+    /// What is found, in a sentence or two; empty where the blocks say it.
+    pub answer: String,
+    /// In order.
+    pub blocks: Vec<Block>,
+    /// Details, which a page folds away and a terminal leaves out.
+    pub details: bool,
+}
+
+/// A piece of a section.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Block {
+    /// A paragraph.
+    Text(String),
+    /// Rows of cells.
+    Table(Table),
+    /// A chart of numbers against numbers.
+    Plot(Plot),
+    /// Any other picture.
+    Drawing(Drawing),
+}
+
+/// A picture that is no plot: a bed, a field, a map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drawing {
+    /// Of its files; unique in its document.
+    pub name: String,
+    /// What it shows.
+    pub caption: String,
+    /// The picture, which needs nothing else.
+    pub svg: String,
+    /// The numbers that are drawn.
+    pub table: Table,
+}
+
+impl Section {
+    /// Without blocks.
+    pub fn new(title: &str, answer: impl Into<String>) -> Self {
+        Section {
+            title: title.to_owned(),
+            answer: answer.into(),
+            blocks: Vec::new(),
+            details: false,
+        }
+    }
+
+    /// With one more block.
+    #[must_use]
+    pub fn with(mut self, block: impl Into<Block>) -> Self {
+        self.blocks.push(block.into());
+        self
+    }
+
+    /// As details.
+    #[must_use]
+    pub fn as_details(mut self) -> Self {
+        self.details = true;
+        self
+    }
+}
+
+impl From<Table> for Block {
+    fn from(table: Table) -> Self {
+        Block::Table(table)
+    }
+}
+
+impl From<Plot> for Block {
+    fn from(plot: Plot) -> Self {
+        Block::Plot(plot)
+    }
+}
+
+impl From<Drawing> for Block {
+    fn from(drawing: Drawing) -> Self {
+        Block::Drawing(drawing)
+    }
+}
+
+impl From<String> for Block {
+    fn from(text: String) -> Self {
+        Block::Text(text)
+    }
+}
+
+impl From<&str> for Block {
+    fn from(text: &str) -> Self {
+        Block::Text(text.to_owned())
+    }
+}
+
+/// The text with what a terminal or a browser would obey written out, as `\u{202e}`: control characters but line ends and
+/// tabs, what changes the direction of writing, and what no XML may hold. Names come from files that somebody made.
+pub fn harmless(text: &str) -> Cow<'_, str> {
+    let obeyed = |of: char| {
+        of.is_control() && of != '\n' && of != '\t'
+            || matches!(of, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+            || matches!(of, '\u{fffe}' | '\u{ffff}')
+    };
+    if !text.contains(obeyed) {
+        return Cow::Borrowed(text);
+    }
+    let mut safe = String::with_capacity(text.len());
+    for letter in text.chars() {
+        if obeyed(letter) {
+            safe.extend(letter.escape_unicode());
+        } else {
+            safe.push(letter);
+        }
+    }
+    Cow::Owned(safe)
+}

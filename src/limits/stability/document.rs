@@ -1,0 +1,265 @@
+//! The map for people.
+
+use super::{ALLOWED, Limits, Map, Row};
+use crate::document::{Axis, Cell, Colour, Document, Mark, Plot, Point, Section, Table};
+use crate::engine::yade::Proposal;
+
+use super::trials::Found;
+
+impl Map {
+    /// The map as a document.
+    pub fn document(&self) -> Document {
+        Document {
+            title: "The largest stable time steps".to_owned(),
+            verdict: self.verdict(),
+            answer: format!(
+                "Found limits are within {} % of the predicted ones where their checks pass. {}",
+                100.0 * ALLOWED,
+                self.external_in_words()
+            ),
+            sections: self.sections(),
+            checks: self.checks(),
+        }
+    }
+
+    fn sections(&self) -> Vec<Section> {
+        let mut sections = vec![
+            Section::new(
+                "Predicted and found",
+                format!(
+                    "Predicted: where the largest eigenvalue of dt²K + 2dtC is 4/(1+α) times the masses, K and C the springs and \
+                     dashpots of all contacts. Found: a bed at rest is disturbed by a millionth of its overlaps, and the step at which the \
+                     disturbance begins to grow is bracketed by trials. Found limits stand over predicted ones, and may be {} % apart. With \
+                     damping the fastest mode alone is disturbed; a disturbance at random, which is not predicted, often grows only at \
+                     larger steps.",
+                    100.0 * ALLOWED
+                ),
+            )
+            .with(self.limits_table())
+            .with(self.limits_plot()),
+            Section::new(
+                "What YADE would choose",
+                format!(
+                    "Over the limit without damping: PWaveTimeStep and the GlobalStiffnessTimeStepper with its safety factor of 0.8, {}. \
+                     The stepper looks at tangential springs and at rotations even where there are none. A step above 1 is unstable.",
+                    if self.rows.iter().any(|row| row.proposal_of_yade.is_some()) {
+                        "as YADE itself says"
+                    } else {
+                        "by its formulas"
+                    }
+                ),
+            )
+            .with(self.choices_table())
+            .with(self.choices_plot()),
+        ];
+        if !self.failures.is_empty() {
+            let answer = "Each was tried. None hangs, and none leaves a number that is not finite in a result.";
+            sections
+                .push(Section::new("Where the method fails", answer).with(self.failures_table()));
+        }
+        let made = format!(
+            "crossgrain {}: {}, {:.0} s. Beds of the scene with digest {}.",
+            self.crossgrain, self.command, self.seconds, self.scene_digest
+        );
+        sections.push(Section::new("How this was made", made).as_details());
+        sections
+    }
+
+    fn external_in_words(&self) -> String {
+        let Some(engine) = &self.external else {
+            return "The native engine ran alone.".to_owned();
+        };
+        let Some(version) = &engine.version else {
+            return format!("{} did not run: {}.", engine.name, engine.missing);
+        };
+        let mut words = format!("{} {version} ran.", engine.name);
+        let skipped = self.rows.iter().filter(|row| row.skipped.is_some()).count();
+        if skipped > 0 {
+            words += &format!(" It does not have the parts for {skipped} scenes.");
+        }
+        for approximation in &engine.approximations {
+            words += &format!(" It says of itself: {approximation}.");
+        }
+        words
+    }
+
+    /// The name of the external engine.
+    fn external_name(&self) -> &str {
+        self.external
+            .as_ref()
+            .map_or("external", |engine| &engine.name)
+    }
+
+    fn limits_table(&self) -> Table {
+        let name = self.external_name();
+        let [plain, damped] = ["", " with damping"].map(|with| format!("{name}{with}"));
+        let columns = [
+            "scene",
+            "what it is",
+            "grains",
+            "contacts",
+            "limit, s",
+            "closed form",
+            "native",
+            &plain,
+            "native with damping",
+            &damped,
+            "at random with damping",
+            "remark",
+        ];
+        let mut table = Table::new("stability-limits", "Limits over predicted limits", &columns);
+        for row in &self.rows {
+            let predicted = row.undamped.predicted;
+            let remark = row.skipped.as_ref().unwrap_or(&row.remark);
+            table.row([
+                Cell::Code(row.name.clone()),
+                row.title.as_str().into(),
+                row.grains.into(),
+                row.contacts.into(),
+                predicted.into(),
+                row.closed
+                    .as_ref()
+                    .map(|closed| closed.dt / predicted)
+                    .into(),
+                over(&row.undamped, row.undamped.native).into(),
+                over(&row.undamped, row.undamped.external).into(),
+                over(&row.damped, row.damped.native).into(),
+                over(&row.damped, row.damped.external).into(),
+                over(&row.damped, row.damped_at_random).into(),
+                remark.as_str().into(),
+            ]);
+        }
+        table.without_empty_columns()
+    }
+
+    fn choices_table(&self) -> Table {
+        let columns = [
+            "scene",
+            "PWave",
+            "GlobalStiffness",
+            "the same with viscEl",
+            "closed form",
+        ];
+        let title = "Steps that YADE would choose, over the limit without damping";
+        let mut table = Table::new("stability-choices", title, &columns);
+        for row in &self.rows {
+            let [p_wave, global, viscous] =
+                CHOICES.map(|(_, of)| of(row.choice()) / row.undamped.predicted);
+            let formula = row.closed.as_ref().map(|closed| closed.formula.as_str());
+            table.row([
+                Cell::Code(row.name.clone()),
+                p_wave.into(),
+                global.into(),
+                viscous.into(),
+                formula.into(),
+            ]);
+        }
+        table
+    }
+
+    fn failures_table(&self) -> Table {
+        let columns = [
+            "",
+            "what is done",
+            "what happens",
+            "who notices",
+            "what is said",
+            "in YADE",
+        ];
+        let mut table = Table::new("stability-failures", "Failure modes", &columns);
+        for of in &self.failures {
+            let words =
+                [&of.title, &of.happened, &of.noticed, &of.says].map(|of| of.as_str().into());
+            let [title, happened, noticed, says] = words;
+            table.row([
+                of.outcome.into(),
+                title,
+                happened,
+                noticed,
+                says,
+                of.yade.as_deref().into(),
+            ]);
+        }
+        table.without_empty_columns()
+    }
+
+    fn limits_plot(&self) -> Plot {
+        let points = |of: fn(&Limits) -> Option<Found>| -> Vec<Point> {
+            let percent =
+                |limits: &Limits| over(limits, of(limits)).map(|over| 100.0 * (over - 1.0));
+            let undamped = self.points(|row| percent(&row.undamped));
+            [undamped, self.points(|row| percent(&row.damped))].concat()
+        };
+        let level = |name: &str, sign: f64| Mark::Level {
+            name: name.to_owned(),
+            colour: Colour::Grey,
+            y: sign * 100.0 * ALLOWED,
+        };
+        self.plot(
+            "stability-limits",
+            "Found limits against predicted ones, with and without damping; between the lines is allowed.",
+            "found over predicted, % apart",
+        )
+        .with(level("allowed", 1.0))
+        .with(level("", -1.0))
+        .points("native", Colour::Vermilion, points(|of| of.native))
+        .points(self.external_name(), Colour::Green, points(|of| of.external))
+    }
+
+    fn choices_plot(&self) -> Plot {
+        let mut plot = self
+            .plot(
+                "stability-choices",
+                "What YADE would choose, over the largest stable step without damping. Above the line it would be unstable.",
+                "step over the limit",
+            )
+            .with(Mark::Level {
+                name: "the limit".to_owned(),
+                colour: Colour::Blue,
+                y: 1.0,
+            });
+        for ((name, of), colour) in CHOICES.into_iter().zip([Colour::Vermilion, Colour::Green]) {
+            let points = self.points(|row| Some(of(row.choice()) / row.undamped.predicted));
+            plot = plot.points(name, colour, points);
+        }
+        plot
+    }
+
+    /// Without marks, over the scenes.
+    fn plot(&self, name: &str, caption: &str, y: &str) -> Plot {
+        let scenes = self.rows.iter().map(|row| row.name.as_str());
+        Plot::new(
+            name,
+            caption,
+            Axis::of_names("scene", scenes),
+            Axis::linear(y),
+        )
+    }
+
+    /// A point a scene that has the value.
+    fn points(&self, of: impl Fn(&Row) -> Option<f64>) -> Vec<Point> {
+        let rows = self.rows.iter().enumerate();
+        rows.filter_map(|(at, row)| Some(Point::at(at as f64, of(row)?)))
+            .collect()
+    }
+}
+
+/// A name, and the step of a proposal.
+type Choice = (&'static str, fn(&Proposal) -> f64);
+
+/// The steps that YADE would choose.
+const CHOICES: [Choice; 3] = [
+    ("PWaveTimeStep", |of| of.p_wave),
+    ("GlobalStiffness", |of| of.global_stiffness),
+    ("GlobalStiffness with viscEl", |of| of.with_dashpots),
+];
+
+impl Row {
+    fn choice(&self) -> &Proposal {
+        self.proposal_of_yade.as_ref().unwrap_or(&self.proposal)
+    }
+}
+
+fn over(limits: &Limits, found: Option<Found>) -> Option<f64> {
+    found.map(|found| found.limit() / limits.predicted)
+}

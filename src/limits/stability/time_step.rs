@@ -1,0 +1,309 @@
+//! Time steps that are chosen: by YADE's formulas, and the automatic one, a safe share of the largest stable step that
+//! the scene itself shows.
+//!
+//! For the automatic one the scene is poured, settled and pressed once in the native engine with a step that is small for any scene;
+//! at every look the contact network gives the largest stable step, with the scene's α. The smallest of them is the limit.
+
+use super::scenes::rested;
+use super::spectrum::Network;
+use super::trials::Disturbed;
+use crate::engine::yade::Proposal;
+use crate::run::folder::record::{StepChoice, StepLook, StepTrial};
+use grains::case::Case;
+use grains::generate::initial_bodies;
+use grains::model::{Law, Model, damping_ratio};
+use grains::native::{self, NativeError, Options, Trouble, effective, run_case};
+use grains::scene::{ContactLaw, Scene, TimeStep, Viscosity};
+use grains::tables::{Bodies, BodyIds, Punch, Snapshot, Stage};
+use grains::task::{Observer, Task};
+
+/// The share of the limit that is taken if none is named; `docs/stability.md` has the evidence.
+pub const DEFAULT_SHARE: f64 = 0.8;
+/// The probing step over √(m/k) of the lightest grain, and over m/c of its dashpot. A dense bed
+/// without friction bears 0.8 and 0.3.
+const PROBE: f64 = 0.25;
+const PROBE_OF_DASHPOT: f64 = 0.05;
+/// The contacts are looked at every so many steps of the probe.
+const LOOK_EVERY: u64 = 500;
+/// The probing step is halved so often before it is given up.
+const MOST_HALVINGS: u32 = 4;
+
+/// Chooses the step of a scene, with the evidence.
+///
+/// # Errors
+///
+/// Those of the native engine, which probes the scene: a scene that goes wrong at any step.
+pub fn choose(scene: &Scene, share: f64) -> Result<StepChoice, NativeError> {
+    let mut probe = probing_step(scene);
+    let mut halvings = 0;
+    let (looks, last) = loop {
+        match looks_of(scene, probe) {
+            Ok((looks, last)) => {
+                let least = least(&looks).map_or(f64::INFINITY, |look| look.limit);
+                if probe < 0.75 * least {
+                    break (looks, last);
+                }
+                if halvings == MOST_HALVINGS {
+                    return Err(NativeError {
+                        stage: Stage::Settle,
+                        step: 0,
+                        trouble: Trouble::NoProbe { dt: probe },
+                    });
+                }
+            }
+            Err(error)
+                if halvings < MOST_HALVINGS && !matches!(error.trouble, Trouble::Interrupted) => {}
+            Err(error) => return Err(error),
+        }
+        probe *= 0.5;
+        halvings += 1;
+    };
+    let alpha = scene.damping.alpha();
+    let (limit, undamped, at) = match least(&looks) {
+        Some(look) => (look.limit, look.undamped, Some(look)),
+        // Nothing ever touched: the probing step is as good as any.
+        None => (probe / share, probe / share, None),
+    };
+    Ok(StepChoice {
+        share,
+        time_step: share * limit,
+        limit,
+        limit_without_damping: undamped,
+        alpha,
+        probed_at: probe,
+        looks: looks.len() as u64,
+        least: at,
+        settled: last_of(&looks, Stage::Settle),
+        loaded: last_of(&looks, Stage::Load),
+        trial: trial(scene, probe, &last)?,
+    })
+}
+
+/// The scene with the chosen step, and the reason for it among its choices.
+pub fn with_step(scene: &Scene, choice: &StepChoice) -> Scene {
+    let mut scene = scene.clone();
+    scene.time_step = TimeStep::Absolute {
+        seconds: choice.time_step,
+    };
+    scene.choices.insert(
+        "/time_step".to_owned(),
+        format!(
+            "chosen by the program: {} of the largest stable step {:.4e} s of {} looks",
+            choice.share, choice.limit, choice.looks
+        ),
+    );
+    scene
+}
+
+/// The scene's step over the largest stable step of a settled bed with its contacts, the scene's α counted in; none where
+/// nothing touches. A bed can settle at a step a little beyond the limit: what grows opens its contacts and stops
+/// there. So a run that ends well does not show that its step was stable, and this does.
+///
+/// # Errors
+///
+/// Those of the native engine, for bodies that it cannot start from.
+pub fn share_of_limit(scene: &Scene, bodies: &Bodies) -> Result<Option<f64>, NativeError> {
+    let network = Network::of(&still(Model::of(scene), bodies, None))?;
+    let limit = network.limit(scene.damping.alpha()).dt;
+    Ok(limit.is_finite().then(|| scene.time_step_seconds() / limit))
+}
+
+/// A step that is small for any scene of these grains, s.
+fn probing_step(scene: &Scene) -> f64 {
+    let radius = 0.5 * scene.particles.mean_diameter * (1.0 - scene.particles.dispersion);
+    let mass = scene.grain_mass(radius);
+    let stiffness = scene.material.youngs_modulus * radius;
+    let law = Model::of(scene).law;
+    // A sticking contact adds k_s(1/m + R²/I) to k_n/m, at most 3.5 k_s/m; half of that is felt at a time.
+    let sticking = if law.has_friction() {
+        1.0 + 1.75 * law.stiffness_ratio
+    } else {
+        1.0
+    };
+    let springs = PROBE * (mass / (stiffness * sticking)).sqrt();
+    let constant = match law.contact.viscosity {
+        Viscosity::None => return springs,
+        Viscosity::Dashpot { c_n, .. } => c_n,
+        Viscosity::Restitution { e_n, tension } => {
+            2.0 * damping_ratio(e_n, tension) * (mass * stiffness).sqrt()
+        }
+    };
+    springs.min(PROBE_OF_DASHPOT * mass / constant)
+}
+
+fn looks_of(scene: &Scene, probe: f64) -> Result<(Vec<StepLook>, Snapshot), NativeError> {
+    let mut scene = scene.clone();
+    // As long in time as the scene allows, and no less.
+    let slower = scene.time_step_seconds() / probe;
+    let more = |steps: u64| ((steps as f64 * slower).ceil() as u64).max(steps);
+    scene.settle.check_every = more(scene.settle.check_every);
+    scene.settle.max_steps = more(scene.settle.max_steps);
+    scene.time_step = TimeStep::Absolute { seconds: probe };
+    scene.measurement.history_every = LOOK_EVERY;
+    let mut looker = Looker {
+        model: Model::of(&scene),
+        looks: Vec::new(),
+        failed: None,
+    };
+    let task = Task::whole(initial_bodies(&scene));
+    let outcome = native::run(&scene, &task, &Options::default(), &mut looker)?;
+    match looker.failed {
+        Some(error) => Err(error),
+        None => Ok((looker.looks, outcome.settled.unwrap_or(outcome.last))),
+    }
+}
+
+struct Looker {
+    model: Model,
+    looks: Vec<StepLook>,
+    failed: Option<NativeError>,
+}
+
+impl Observer for Looker {
+    fn snapshot(&mut self, snapshot: &Snapshot) {
+        if snapshot.contacts.is_empty() || self.failed.is_some() {
+            return;
+        }
+        let alpha = self.model.alpha;
+        let case = still(self.model.clone(), &snapshot.bodies, snapshot.punch);
+        match Network::of(&case) {
+            Ok(network) => {
+                let undamped = network.limit(0.0).dt;
+                let look = StepLook {
+                    stage: snapshot.stage,
+                    step: snapshot.step,
+                    contacts: network.contacts() as u64,
+                    limit: if alpha == 0.0 {
+                        undamped
+                    } else {
+                        network.limit(alpha).dt
+                    },
+                    undamped,
+                };
+                self.looks.extend(look.limit.is_finite().then_some(look));
+            }
+            Err(error) => self.failed = Some(error),
+        }
+    }
+}
+
+/// Bodies as they stand, at rest.
+fn still(model: Model, bodies: &Bodies, punch: Option<Punch>) -> Case {
+    let mut bodies = bodies.clone();
+    bodies.vx.fill(0.0);
+    bodies.vz.fill(0.0);
+    bodies.spin.fill(0.0);
+    Case {
+        name: "a look".to_owned(),
+        model,
+        bodies,
+        punch,
+        moments: vec![0],
+    }
+}
+
+fn least(looks: &[StepLook]) -> Option<StepLook> {
+    looks
+        .iter()
+        .copied()
+        .min_by(|a, b| a.limit.total_cmp(&b.limit))
+}
+
+fn last_of(looks: &[StepLook], stage: Stage) -> Option<StepLook> {
+    looks.iter().rev().find(|look| look.stage == stage).copied()
+}
+
+/// The settled bed brought to rest, its limit predicted and found; none where it does not come to rest.
+fn trial(scene: &Scene, probe: f64, settled: &Snapshot) -> Result<Option<StepTrial>, NativeError> {
+    let mut model = Model::of(scene);
+    model.dt = probe;
+    model.law = Law {
+        contact: ContactLaw {
+            viscosity: Viscosity::None,
+            ..model.law.contact
+        },
+        ..model.law
+    };
+    let Some(case) = rested("the settled bed", &model, &settled.bodies, None)? else {
+        return Ok(None);
+    };
+    let predicted = Network::of(&case)?.limit(0.0).dt;
+    let found = Disturbed::at_random(&case, [true; 2])?.undamped()?;
+    Ok(found.map(|found| StepTrial {
+        predicted,
+        stable: found.stable,
+        unstable: found.unstable,
+    }))
+}
+
+/// √2 as YADE's stepper has it.
+const ROOT_TWO: f64 = 1.41044;
+/// YADE's `timestepSafetyCoefficient`.
+const SAFETY: f64 = 0.8;
+
+/// YADE's formulas on a case at its start: shown where YADE is not there to be asked.
+///
+/// PWave: min R√(ρ/E) with ρ the mass over the volume 4/3πR³ of a ball. GlobalStiffness: per grain and axis
+/// K = Σ[(k_n − k_s)n_a² + k_s], about each axis K = Σ k_s R²(1 − n_a²), both over contacts under load;
+/// dt = 1.41044·0.8·√(min(m/K, I/K)), with dashpots no more than 2·0.8·m/C. A material without friction
+/// still has a k_s here.
+pub fn by_formula(case: &Case) -> Result<Proposal, NativeError> {
+    let at_start = Case {
+        moments: vec![0],
+        ..case.clone()
+    };
+    let parameters = effective(&at_start, None)?;
+    let track = run_case(&at_start, None)?;
+    let contacts = track.iter().flat_map(|moment| &moment.contacts);
+    let bodies = &case.bodies;
+    let law = &case.model.law;
+    let ids = BodyIds {
+        grains: bodies.len() as u32,
+        walls: 0,
+    };
+    // Of each grain: K along the axes, K about the axes, C.
+    let mut sums = vec![[0.0; 7]; bodies.len()];
+    for (contact, of) in contacts.zip(&parameters.contacts) {
+        if contact.normal_force == 0.0 {
+            continue;
+        }
+        let k_s = of.k_s.unwrap_or(of.k_n * law.stiffness_ratio);
+        let squares = [contact.normal[0], 0.0, contact.normal[1]].map(|n| n * n);
+        for id in [contact.id1, contact.id2]
+            .into_iter()
+            .filter(|id| ids.is_grain(*id))
+        {
+            let radius = bodies.radius[id as usize];
+            let sums = &mut sums[id as usize];
+            for axis in 0..3 {
+                sums[axis] += (of.k_n - k_s) * squares[axis] + k_s;
+                sums[3 + axis] += k_s * radius * radius * (1.0 - squares[axis]);
+            }
+            sums[6] += of.c_n;
+        }
+    }
+    let [mut p_wave, mut square, mut viscous] = [f64::INFINITY; 3];
+    for (id, sums) in sums.iter().enumerate() {
+        let (mass, radius) = (bodies.mass[id], bodies.radius[id]);
+        let volume = 4.0 / 3.0 * std::f64::consts::PI * radius * radius * radius;
+        p_wave = p_wave.min(radius * (mass / volume / law.modulus).sqrt());
+        // Where grains do not turn the stepper looks at rotations all the same: a ball of this mass.
+        let ball = 0.4 * mass * radius * radius;
+        let inertia = bodies.inertia.get(id).copied().unwrap_or(ball);
+        for (inert, stiffness) in [(mass, &sums[..3]), (inertia, &sums[3..6])] {
+            let stiffness = stiffness.iter().copied().fold(0.0, f64::max);
+            if stiffness > 0.0 {
+                square = square.min(inert / stiffness);
+            }
+        }
+        if sums[6] > 0.0 {
+            viscous = viscous.min(2.0 * SAFETY * mass / sums[6]);
+        }
+    }
+    let global_stiffness = ROOT_TWO * SAFETY * square.sqrt();
+    Ok(Proposal {
+        p_wave,
+        global_stiffness,
+        with_dashpots: global_stiffness.min(viscous),
+    })
+}

@@ -1,0 +1,490 @@
+//! Views of a document: a page, and terminal text.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use super::svg::svg;
+use super::views::{in_markdown, words};
+use super::{SCRIPT, STYLE};
+use crate::checks::{Check, Outcome, Tally, slug};
+use crate::document::{Block, Cell, Document, Section, Table, harmless};
+use crate::error::Error;
+use crate::files::{failed, write_whole};
+
+/// The folder of a page's figures and tables, beside the page.
+pub const FOLDER: &str = "figures";
+/// The page.
+pub const PAGE: &str = "report.html";
+/// Checks in a list for people at most; the page and the files have all.
+const MOST_CHECKS: usize = 40;
+
+/// A page with the figures and tables on it as files.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Page {
+    /// Needs nothing else; its links lead to the files.
+    pub html: String,
+    /// Names and contents, in the order of the page: each figure as SVG and CSV, each table as CSV.
+    pub files: Vec<(String, String)>,
+}
+
+impl Page {
+    /// Writes the files into `folder`/figures and then the page, which links to them.
+    pub fn write(&self, folder: &Path) -> Result<(), Error> {
+        let figures = folder.join(FOLDER);
+        if !self.files.is_empty() {
+            std::fs::create_dir_all(&figures).map_err(failed("create", &figures))?;
+        }
+        for (name, contents) in &self.files {
+            write_whole(&figures.join(name), contents.as_bytes())?;
+        }
+        write_whole(&folder.join(PAGE), self.html.as_bytes())?;
+        Ok(())
+    }
+
+    /// A file; the value is the name, which may have got a number to be unique, without its end.
+    fn add(&mut self, name: &str, contents: &[(&str, String)]) -> String {
+        let name = slug(name);
+        let taken = |name: &str| {
+            let end = format!("{name}.csv");
+            self.files.iter().any(|(other, _)| *other == end)
+        };
+        let numbered = (2..).map(|number| format!("{name}-{number}"));
+        let mut names = std::iter::once(name.clone()).chain(numbered);
+        let free = names.find(|name| !taken(name)).unwrap_or(name);
+        for (end, contents) in contents {
+            self.files.push((format!("{free}.{end}"), contents.clone()));
+        }
+        free
+    }
+}
+
+/// A document as one page that opens offline: the verdict, the answer and what failed first, then the sections, with details
+/// folded, and every check at the end.
+pub fn page(document: &Document) -> Page {
+    let mut page = Page {
+        html: String::new(),
+        files: Vec::new(),
+    };
+    let Document {
+        title,
+        verdict,
+        answer,
+        sections,
+        checks,
+    } = document;
+    let class = match verdict {
+        Outcome::Pass => "good",
+        Outcome::Fail => "bad",
+        Outcome::Skipped | Outcome::ExpectedFailure => "open",
+    };
+    let title = words(title);
+    let mut body = format!(
+        "<h1>{title}</h1>\n<div class=\"verdict {class}\"><strong>{}</strong>\n<span class=\"named\">{}</span>\n{}</div>\n",
+        verdict.verdict(),
+        words(answer),
+        if checks.is_empty() {
+            String::new()
+        } else {
+            Tally::of(checks).to_string() + "."
+        }
+    );
+    let of = |wanted: Outcome| checks.iter().filter(move |check| check.outcome == wanted);
+    let failed: Vec<&Check> = of(Outcome::Fail).collect();
+    if !failed.is_empty() {
+        let _ = write!(
+            body,
+            "<h2 id=\"failed\">What failed</h2>\n<div class=\"tall\">{}</div>\n",
+            short_table(&failed).html()
+        );
+    }
+    let link = |id: &str, title: &str| format!("<a href=\"#{id}\">{}</a>", words(title));
+    let ids: Vec<String> = (1..=sections.len())
+        .map(|number| format!("section-{number}"))
+        .collect();
+    if sections.len() > 2 {
+        let mut links: Vec<String> = ids
+            .iter()
+            .zip(sections)
+            .map(|(id, of)| link(id, &of.title))
+            .collect();
+        if !checks.is_empty() {
+            links.push(link("checks", "Every check"));
+        }
+        let _ = writeln!(body, "<nav class=\"contents\">{}</nav>", links.concat());
+    }
+    for (id, section) in ids.iter().zip(sections) {
+        body += &section_html(&mut page, id, section);
+    }
+    if !checks.is_empty() {
+        let table = Table::of_checks("checks", checks);
+        let html = with_file(&mut page, &table);
+        let _ = write!(
+            body,
+            "<h2 id=\"checks\">Every check</h2>\n<details><summary>{} checks with their limits and where these come from</summary>\n{html}</details>\n",
+            checks.len()
+        );
+    }
+    page.html = format!(
+        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}: {}</title>\n\
+         <style>\n{STYLE}</style>\n</head>\n<body>\n{body}<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
+        verdict.verdict()
+    );
+    page
+}
+
+fn section_html(page: &mut Page, id: &str, section: &Section) -> String {
+    let mut html = format!("<h2 id=\"{id}\">{}</h2>\n", words(&section.title));
+    if !section.answer.is_empty() {
+        let _ = writeln!(html, "<p>{}</p>", words(&section.answer));
+    }
+    let mut inner = String::new();
+    let mut pictures = 0;
+    for block in &section.blocks {
+        let picture = match block {
+            Block::Text(text) => Err(format!("<p>{}</p>\n", words(text))),
+            Block::Table(table) => Err(with_file(page, table)),
+            Block::Plot(plot) => Ok(figure(
+                page,
+                &plot.name,
+                &plot.caption,
+                svg(plot),
+                &plot.table(),
+            )),
+            Block::Drawing(of) => Ok(figure(
+                page,
+                &of.name,
+                &of.caption,
+                of.svg.clone(),
+                &of.table,
+            )),
+        };
+        // Pictures one after another stand side by side where there is room.
+        match &picture {
+            Ok(_) if pictures == 0 => inner += "<div class=\"pair\">\n",
+            Err(_) if pictures > 0 => inner += "</div>\n",
+            _ => {}
+        }
+        pictures = if picture.is_ok() { pictures + 1 } else { 0 };
+        inner += &picture.unwrap_or_else(|other| other);
+    }
+    if pictures > 0 {
+        inner += "</div>\n";
+    }
+    if section.details && !inner.is_empty() {
+        let summary = section.blocks.iter().find_map(|block| match block {
+            Block::Table(table) if !table.title.is_empty() => Some(words(&table.title)),
+            _ => None,
+        });
+        inner = format!(
+            "<details><summary>{}</summary>\n{inner}</details>\n",
+            summary.unwrap_or_else(|| "Details".to_owned())
+        );
+    }
+    html + &inner
+}
+
+/// A table with a link to its file.
+fn with_file(page: &mut Page, table: &Table) -> String {
+    let html = table.html();
+    if table.name.is_empty() || table.rows.is_empty() {
+        return html;
+    }
+    let name = page.add(&table.name, &[("csv", table.csv())]);
+    format!("{html}<p class=\"files\"><a href=\"{FOLDER}/{name}.csv\">CSV</a></p>\n")
+}
+
+fn figure(page: &mut Page, name: &str, caption: &str, svg: String, table: &Table) -> String {
+    if table.rows.is_empty() {
+        return format!(
+            "<p class=\"open\">{}: there is nothing to draw.</p>\n",
+            words(caption)
+        );
+    }
+    let name = page.add(name, &[("svg", svg.clone()), ("csv", table.csv())]);
+    format!(
+        "<figure id=\"fig-{name}\"><div class=\"scroll\"><div class=\"drawn\">{svg}</div></div><figcaption>{} <span class=\"files\">\
+         <a href=\"{FOLDER}/{name}.svg\">SVG</a> <a href=\"{FOLDER}/{name}.csv\">CSV</a></span></figcaption></figure>\n",
+        words(caption)
+    )
+}
+
+/// A document for a terminal: what stands on the page but details and pictures, and the verdict where the eye is at the end.
+pub fn terminal(document: &Document) -> String {
+    let mut text = format!("{}\n", document.title);
+    for section in document.sections.iter().filter(|section| !section.details) {
+        let _ = write!(text, "\n{}\n", section.title);
+        if !section.answer.is_empty() {
+            let _ = writeln!(text, "{}", section.answer);
+        }
+        for block in &section.blocks {
+            match block {
+                Block::Text(words) => text = text + words + "\n",
+                Block::Table(table) => text = text + "\n" + &table.text(),
+                Block::Plot(plot) => {
+                    text += &format!("[picture {}: {}]\n", plot.name, plot.caption)
+                }
+                Block::Drawing(of) => text += &format!("[picture {}: {}]\n", of.name, of.caption),
+            }
+        }
+    }
+    text += "\n";
+    text += &check_lines(&document.checks, false);
+    let _ = writeln!(
+        text,
+        "{}: {}",
+        document.verdict.verdict().to_uppercase(),
+        document.answer
+    );
+    if !document.checks.is_empty() {
+        let _ = writeln!(text, "{}", Tally::of(&document.checks));
+    }
+    harmless(&text).into_owned()
+}
+
+/// A document as the summary of a job in Markdown: verdict and answer, the sections' tables, and the checks that did not pass.
+pub fn markdown(document: &Document) -> String {
+    let Document {
+        title,
+        verdict,
+        answer,
+        sections,
+        checks,
+    } = document;
+    let mut text = format!(
+        "## {}: {}\n\n{}\n",
+        in_markdown(title),
+        verdict.verdict(),
+        in_markdown(answer)
+    );
+    if !checks.is_empty() {
+        let _ = write!(text, "\n{}.\n", Tally::of(checks));
+    }
+    for section in sections.iter().filter(|section| !section.details) {
+        let _ = write!(text, "\n### {}\n", in_markdown(&section.title));
+        if !section.answer.is_empty() {
+            let _ = write!(text, "\n{}\n", in_markdown(&section.answer));
+        }
+        for block in &section.blocks {
+            let _ = match block {
+                Block::Text(words) => write!(text, "\n{}\n", in_markdown(words)),
+                Block::Table(table) => write!(text, "\n{}", table.markdown(MOST_CHECKS)),
+                Block::Plot(_) | Block::Drawing(_) => Ok(()),
+            };
+        }
+    }
+    for outcome in [Outcome::Fail, Outcome::Skipped, Outcome::ExpectedFailure] {
+        let of: Vec<&Check> = checks
+            .iter()
+            .filter(|check| check.outcome == outcome)
+            .collect();
+        if !of.is_empty() {
+            let rows = short_table(&of).markdown(MOST_CHECKS);
+            let _ = write!(text, "\n### {} ({})\n\n{rows}", outcome.word(), of.len());
+        }
+    }
+    text
+}
+
+/// A line a check, failures first; those that passed, and more than a screen of one kind, only where `all` are wanted.
+pub fn check_lines(checks: &[Check], all: bool) -> String {
+    let mut text = String::new();
+    for outcome in [
+        Outcome::Fail,
+        Outcome::Skipped,
+        Outcome::ExpectedFailure,
+        Outcome::Pass,
+    ] {
+        if outcome == Outcome::Pass && !all {
+            continue;
+        }
+        let of: Vec<&Check> = checks
+            .iter()
+            .filter(|check| check.outcome == outcome)
+            .collect();
+        let most = if all { usize::MAX } else { MOST_CHECKS };
+        for check in of.iter().take(most) {
+            let _ = writeln!(
+                text,
+                "{:>16} {}: {}",
+                outcome.word(),
+                check.id,
+                check.in_a_line()
+            );
+        }
+        if of.len() > most {
+            let _ = writeln!(
+                text,
+                "{:>16} … and {} more",
+                outcome.word(),
+                of.len() - most
+            );
+        }
+    }
+    harmless(&text).into_owned()
+}
+
+/// Checks by their names and sentences.
+fn short_table(checks: &[&Check]) -> Table {
+    let mut table = Table::new("", "", &["check", "found"]);
+    for check in checks {
+        table.row([Cell::Code(check.id.clone()), check.in_a_line().into()]);
+    }
+    table
+}
+
+impl Table {
+    /// All that is known of checks, a row each.
+    pub fn of_checks(name: &str, checks: &[Check]) -> Table {
+        let columns = [
+            "outcome",
+            "id",
+            "quantity",
+            "unit",
+            "value",
+            "expected",
+            "lower",
+            "upper",
+            "n",
+            "interval_low",
+            "interval_high",
+            "method",
+            "basis",
+            "found",
+        ];
+        let mut table = Table::new(name, "", &columns);
+        let number = |of: Option<f64>| Cell::from(of);
+        let text = |of: &str| Some(of.to_owned()).filter(|of| !of.is_empty()).into();
+        for check in checks {
+            let [low, high] = check.interval.map_or([None; 2], |ends| ends.map(Some));
+            table.row([
+                check.outcome.into(),
+                Cell::Code(check.id.clone()),
+                text(&check.quantity),
+                text(&check.unit),
+                number(check.value),
+                number(check.expected),
+                number(check.lower),
+                number(check.upper),
+                check.n.into(),
+                number(low),
+                number(high),
+                text(&check.method),
+                text(&check.basis),
+                text(&check.found),
+            ]);
+        }
+        table
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::{Axis, Colour, Plot};
+
+    fn document() -> Document {
+        let check = |id: &str, outcome| Check::of_words(id.to_owned(), "height", outcome, "<it>");
+        let mut table = Table::new("heights", "Heights", &["height, m"]);
+        table.row([1.0.into()]);
+        let plot = Plot::new(
+            "fall",
+            "It falls",
+            Axis::linear("time, s"),
+            Axis::linear("height, m"),
+        );
+        let drawn = plot
+            .clone()
+            .line("ball", Colour::Blue, [[0.0, 1.0], [1.0, 0.0]]);
+        Document {
+            title: "A job & its <title>".to_owned(),
+            verdict: Outcome::Fail,
+            answer: "It fell.".to_owned(),
+            sections: vec![
+                Section::new("First", "An answer.")
+                    .with(table.clone())
+                    .with(drawn.clone()),
+                Section::new("Second", "")
+                    .with(table)
+                    .with(drawn)
+                    .as_details(),
+                Section::new("Third", "").with(plot),
+            ],
+            checks: vec![
+                check("a/good", Outcome::Pass),
+                check("a/bad", Outcome::Fail),
+            ],
+        }
+    }
+
+    #[test]
+    fn a_page_says_the_verdict_first_and_links_to_files_of_its_own() {
+        let page = page(&document());
+        let order = [
+            "A job &amp; its &lt;title&gt;</h1>",
+            "<strong>Different",
+            "It fell.",
+            "What failed",
+            "a/bad",
+            "First",
+            "<svg ",
+            "<details>",
+            "a/good",
+        ];
+        let places = order.map(|words| page.html.find(words));
+        assert!(
+            places.iter().all(Option::is_some) && places.is_sorted(),
+            "{places:?}"
+        );
+        let names: Vec<&str> = page.files.iter().map(|(name, _)| name.as_str()).collect();
+        let own = [
+            "heights.csv",
+            "fall.svg",
+            "fall.csv",
+            "heights-2.csv",
+            "fall-2.svg",
+            "fall-2.csv",
+            "checks.csv",
+        ];
+        assert_eq!(names, own);
+        for name in names {
+            assert_eq!(
+                page.html
+                    .matches(&format!("href=\"figures/{name}\""))
+                    .count(),
+                1,
+                "{name}"
+            );
+        }
+        assert!(page.html.contains("It falls: there is nothing to draw"));
+    }
+
+    #[test]
+    fn a_summary_has_what_did_not_pass() {
+        let text = markdown(&document());
+        assert!(
+            text.starts_with("## A job \\& its \\<title\\>: Different\n\nIt fell.\n"),
+            "{text}"
+        );
+        let rows =
+            "### FAIL (1)\n\n| check | found |\n| --- | --- |\n| `a/bad` | height; \\<it\\> |\n";
+        assert!(text.contains("| 1 |") && text.ends_with(rows), "{text}");
+    }
+
+    #[test]
+    fn a_terminal_has_the_verdict_last_and_no_details() {
+        let text = terminal(&document());
+        assert!(
+            text.contains("FAIL a/bad: height; <it>") && !text.contains("a/good"),
+            "{text}"
+        );
+        assert!(
+            text.contains("[picture fall: It falls]") && !text.contains("Second"),
+            "{text}"
+        );
+        assert!(
+            text.contains("DIFFERENT: It fell.\n1 checks passed, 1 failed"),
+            "{text}"
+        );
+    }
+}

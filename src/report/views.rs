@@ -1,0 +1,358 @@
+//! Views of tables: terminal text, HTML, CSV and Markdown.
+
+use std::fmt::Write;
+
+use crate::checks::Outcome;
+use crate::document::{Cell, Column, Table, harmless};
+
+impl Table {
+    /// Padded for a terminal: title, headings, a line, rows.
+    pub fn text(&self) -> String {
+        let shown = |row: &Vec<Cell>| -> Vec<String> {
+            let cell = |cell: &Cell| harmless(&cell.shown()).replace(['\n', '\t'], " ");
+            row.iter().map(cell).collect()
+        };
+        let head: Vec<String> = self.columns.iter().map(Column::heading).collect();
+        let rows: Vec<Vec<String>> = self.rows.iter().map(shown).collect();
+        let width = |column: usize| {
+            let cells = rows.iter().chain([&head]).filter_map(|row| row.get(column));
+            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+        };
+        let widths: Vec<usize> = (0..head.len()).map(width).collect();
+        let line = |row: &[String]| {
+            let mut line = String::new();
+            for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
+                let room = " ".repeat(width - cell.chars().count());
+                let pair = [cell.as_str(), &room];
+                let [first, last] = if self.has_numbers(column) {
+                    [pair[1], pair[0]]
+                } else {
+                    pair
+                };
+                line = line + "  " + first + last;
+            }
+            line.trim_end().to_owned() + "\n"
+        };
+        let under: Vec<String> = widths.iter().map(|width| "─".repeat(*width)).collect();
+        let mut text = String::new();
+        if !self.title.is_empty() {
+            text = text + &harmless(&self.title) + "\n";
+        }
+        text += &line(&head);
+        text += &line(&under);
+        rows.iter().for_each(|row| text += &line(row));
+        text
+    }
+
+    /// As an element that scrolls sideways where it is too wide, with its title as a caption.
+    pub fn html(&self) -> String {
+        let mut html = String::from("<div class=\"scroll\"><table>\n");
+        if !self.title.is_empty() {
+            let _ = writeln!(html, "<caption>{}</caption>", words(&self.title));
+        }
+        let class = |column: usize| {
+            if self.has_numbers(column) {
+                " class=\"n\""
+            } else {
+                ""
+            }
+        };
+        html += "<tr>";
+        for (index, column) in self.columns.iter().enumerate() {
+            let _ = write!(
+                html,
+                "<th{}>{}</th>",
+                class(index),
+                escaped(&column.heading())
+            );
+        }
+        html += "</tr>\n";
+        for row in &self.rows {
+            html += "<tr>";
+            for (index, cell) in row.iter().enumerate() {
+                let shown = cell.shown();
+                let _ = match cell {
+                    Cell::Code(code) => write!(html, "<td><code>{}</code></td>", escaped(code)),
+                    Cell::Outcome(outcome) => {
+                        write!(html, "<td class=\"v\">{}</td>", mark(*outcome))
+                    }
+                    Cell::Text(text) => write!(html, "<td>{}</td>", words(text)),
+                    Cell::Number(value) => {
+                        write!(html, "<td class=\"n\" title=\"{value}\">{shown}</td>")
+                    }
+                    _ => write!(html, "<td{}>{}</td>", class(index), escaped(&shown)),
+                };
+            }
+            html += "</tr>\n";
+        }
+        html + "</table></div>\n"
+    }
+
+    /// With all digits; an interval has three columns. Words that a spreadsheet would take for a formula begin with `'`.
+    pub fn csv(&self) -> String {
+        let of_intervals = |column: usize| {
+            let mut cells = self.rows.iter().filter_map(|row| row.get(column));
+            cells.any(|cell| matches!(cell, Cell::Interval(_)))
+        };
+        let wide: Vec<bool> = (0..self.columns.len()).map(of_intervals).collect();
+        let mut csv = String::new();
+        let mut line = |cells: Vec<String>| {
+            let cells: Vec<String> = cells.iter().map(|cell| quoted(cell)).collect();
+            csv = std::mem::take(&mut csv) + &cells.join(",") + "\n";
+        };
+        let mut head = Vec::new();
+        for (column, wide) in self.columns.iter().zip(&wide) {
+            head.push(column.heading());
+            if *wide {
+                head.push(format!("{}: lower end", column.heading()));
+                head.push(format!("{}: upper end", column.heading()));
+            }
+        }
+        line(head);
+        for row in &self.rows {
+            let mut cells = Vec::new();
+            for (cell, wide) in row.iter().zip(&wide) {
+                match cell {
+                    Cell::Missing => cells.push(String::new()),
+                    Cell::Number(value) => cells.push(value.to_string()),
+                    Cell::Count(count) => cells.push(count.to_string()),
+                    Cell::Interval(of) => {
+                        cells.extend([of.estimate, of.low, of.high].map(|of| of.to_string()));
+                        continue;
+                    }
+                    words => cells.push(no_formula(&words.shown())),
+                }
+                if *wide {
+                    cells.extend([String::new(), String::new()]);
+                }
+            }
+            line(cells);
+        }
+        csv
+    }
+
+    /// As GitHub and others show it, at most `most` rows; the rest is counted.
+    pub fn markdown(&self, most: usize) -> String {
+        let row = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+        let mut text = row(self
+            .columns
+            .iter()
+            .map(|of| in_markdown(&of.heading()))
+            .collect());
+        let numbers = (0..self.columns.len()).map(|column| match self.has_numbers(column) {
+            true => "---:".to_owned(),
+            false => "---".to_owned(),
+        });
+        text += &row(numbers.collect());
+        for cells in self.rows.iter().take(most) {
+            let cell = |cell: &Cell| match cell {
+                Cell::Code(code) => code_in_markdown(code),
+                cell => in_markdown(&cell.shown()),
+            };
+            text += &row(cells.iter().map(cell).collect());
+        }
+        match self.rows.len().saturating_sub(most) {
+            0 => text,
+            rest => text + &format!("\n… and {rest} more\n"),
+        }
+    }
+}
+
+impl Column {
+    /// With its unit.
+    fn heading(&self) -> String {
+        match self.unit.as_str() {
+            "" => self.title.clone(),
+            unit => format!("{} ({unit})", self.title),
+        }
+    }
+}
+
+fn mark(outcome: Outcome) -> String {
+    let (class, sign) = match outcome {
+        Outcome::Pass => ("good", "✓ "),
+        Outcome::Fail => ("bad", "✗ "),
+        Outcome::Skipped | Outcome::ExpectedFailure => ("open", "– "),
+    };
+    format!("<span class=\"{class}\">{sign}{}</span>", outcome.word())
+}
+
+/// Text as text, in elements and attributes.
+pub fn escaped(text: &str) -> String {
+    harmless(text)
+        .replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+        .replace('\'', "&#39;")
+}
+
+/// The same; what stands between a pair of backticks is code.
+pub fn words(text: &str) -> String {
+    let text = escaped(text);
+    let parts: Vec<&str> = text.split('`').collect();
+    if parts.len().is_multiple_of(2) {
+        return text;
+    }
+    let parts = parts
+        .iter()
+        .enumerate()
+        .map(|(index, part)| match index % 2 {
+            0 => (*part).to_owned(),
+            _ => format!("<code>{part}</code>"),
+        });
+    parts.collect()
+}
+
+fn quoted(cell: &str) -> String {
+    if cell.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", cell.replace('"', "\"\""))
+    } else {
+        cell.to_owned()
+    }
+}
+
+fn no_formula(text: &str) -> String {
+    let text = harmless(text);
+    if text.starts_with(['=', '+', '-', '@', '\t', '\n']) {
+        format!("'{text}")
+    } else {
+        text.into_owned()
+    }
+}
+
+fn code_in_markdown(code: &str) -> String {
+    let code = harmless(code).replace(['`', '|'], "'");
+    format!("`{}`", code.replace(['\n', '\t'], " "))
+}
+
+/// Text in Markdown, in one line; what stands between a pair of backticks is code.
+pub fn in_markdown(text: &str) -> String {
+    let parts: Vec<&str> = text.split('`').collect();
+    if parts.len() > 2 && parts.len() % 2 == 1 {
+        let part = |(index, part): (usize, &&str)| match index % 2 {
+            0 => in_markdown(part),
+            _ => code_in_markdown(part),
+        };
+        return parts.iter().enumerate().map(part).collect();
+    }
+    let mut safe = String::with_capacity(text.len());
+    for letter in harmless(text).chars() {
+        match letter {
+            '|' | '*' | '_' | '`' | '[' | ']' | '<' | '>' | '\\' | '#' | '!' | '~' | '&' => {
+                safe.extend(['\\', letter])
+            }
+            '\n' | '\t' => safe.push(' '),
+            letter => safe.push(letter),
+        }
+    }
+    safe
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use evidence::Interval;
+
+    fn table() -> Table {
+        let mut table = Table::new(
+            "t",
+            "Heights | of <beds>",
+            &["engine", "height, m", "mean", "outcome"],
+        );
+        let mean = Interval {
+            estimate: 2.0,
+            low: 1.5,
+            high: 2.5,
+        };
+        table.row([
+            "=1+1, \"quoted\"".into(),
+            0.470_123_456.into(),
+            mean.into(),
+            Outcome::Pass.into(),
+        ]);
+        table.row([
+            Cell::Code("<b>|`\u{202e}`".to_owned()),
+            Cell::Missing,
+            Cell::Missing,
+            Outcome::Fail.into(),
+        ]);
+        table
+    }
+
+    #[test]
+    fn a_terminal_has_columns() {
+        let text = table().text();
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len(), 5, "{text}");
+        assert_eq!(
+            lines[1],
+            "  engine          height (m)          mean  outcome"
+        );
+        assert_eq!(
+            lines[3],
+            "  =1+1, \"quoted\"      0.4701  2 [1.5, 2.5]  pass"
+        );
+        assert_eq!(
+            lines[4],
+            "  <b>|`\\u{202e}`           –             –  FAIL"
+        );
+    }
+
+    #[test]
+    fn a_page_has_text_as_text() {
+        let html = table().html();
+        assert!(
+            !html.contains("<b>") && html.contains("&lt;b&gt;|`\\u{202e}`"),
+            "{html}"
+        );
+        assert!(html.contains("<th class=\"n\">height (m)</th>"), "{html}");
+        assert!(html.contains("title=\"0.470123456\">0.4701<"), "{html}");
+        assert_eq!(words("a `b` & `c"), "a `b` &amp; `c");
+        assert_eq!(words("a `b`"), "a <code>b</code>");
+    }
+
+    #[test]
+    fn a_file_has_all_digits_and_no_formulas() {
+        let text = table().csv();
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let head = reader.headers().expect("a head").clone();
+        let head: Vec<&str> = head.iter().collect();
+        assert_eq!(
+            head,
+            [
+                "engine",
+                "height (m)",
+                "mean",
+                "mean: lower end",
+                "mean: upper end",
+                "outcome"
+            ]
+        );
+        let rows: Vec<Vec<String>> = reader
+            .records()
+            .map(|row| row.expect("a row").iter().map(str::to_owned).collect())
+            .collect();
+        assert_eq!(
+            rows[0],
+            [
+                "'=1+1, \"quoted\"",
+                "0.470123456",
+                "2",
+                "1.5",
+                "2.5",
+                "pass"
+            ]
+        );
+        assert_eq!(rows[1][1..], ["", "", "", "", "FAIL"]);
+    }
+
+    #[test]
+    fn a_summary_breaks_no_table_and_counts_what_it_leaves_out() {
+        let text = table().markdown(1);
+        assert!(text.ends_with("\n\n… and 1 more\n"), "{text}");
+        for line in table().markdown(9).lines() {
+            assert_eq!(line.replace("\\|", "").matches('|').count(), 5, "{line}");
+        }
+    }
+}

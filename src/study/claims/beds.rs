@@ -1,0 +1,272 @@
+//! Height and porosity of the bed, and which members are counted at all.
+
+use super::claim::{Claim, Row, Rule, Verdict, verdict};
+use super::sample::{self, measured};
+use crate::paper::published::{HEIGHTS, POROSITIES, Published, published};
+use crate::study::campaign::member::Member;
+use crate::study::realization::Ending;
+use evidence::moments::mean;
+use evidence::proportion::wilson;
+use evidence::unpaired::welch;
+use grains::scene::Scene;
+
+/// Above this share of members that do not get the force, what becomes of them matters to every mean.
+const NEGLIGIBLE: f64 = 0.01;
+
+fn definitions(members: &[Member], of: &Published, keys: &[(&str, &str)]) -> Vec<Row> {
+    let row = |(key, words): &(&str, &str)| {
+        let values = measured(members, key);
+        let row = Row::judged(
+            *words,
+            of.unit,
+            values.len(),
+            of.limits(),
+            sample::mean(&values),
+        );
+        row.against(of.value)
+    };
+    keys.iter().map(row).collect()
+}
+
+fn which_hold(rows: &[Row]) -> String {
+    let names: Vec<&str> = rows
+        .iter()
+        .filter(|row| row.holds())
+        .map(|row| row.what.as_str())
+        .collect();
+    if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names.join("; ")
+    }
+}
+
+fn spread(members: &[Member], key: &str) -> f64 {
+    evidence::moments::deviation(&measured(members, key))
+}
+
+/// H = 0.46 ± 0.01 m.
+pub fn height(members: &[Member]) -> Option<Claim> {
+    let of = published("height")?;
+    let rows = definitions(members, of, &HEIGHTS);
+    Some(Claim {
+        id: "height".into(),
+        place: of.place.into(),
+        statement: "The height of the packing after pouring is H = 0.46 ± 0.01 m.".to_owned(),
+        verdict: verdict(&rows, Rule::AnyReading),
+        reading: format!(
+            "Mean height within the printed ± 0.01 m by: {}; from bed to bed it varies by {:.4} m.",
+            which_hold(&rows),
+            spread(members, HEIGHTS[0].0)
+        ),
+        decided_by: "Mean over settled members within the printed ± 0.01 m. The paper does not say how a height is \
+                     taken, so each definition is a reading."
+            .to_owned(),
+        rows,
+        figure: "plane".into(),
+    })
+}
+
+/// n = 0.17 ± 0.01.
+pub fn porosity(members: &[Member]) -> Option<Claim> {
+    let of = published("porosity")?;
+    let rows = definitions(members, of, &POROSITIES);
+    Some(Claim {
+        id: "porosity".into(),
+        place: of.place.into(),
+        statement: "That height corresponds to an average porosity of n = 0.17 ± 0.01.".to_owned(),
+        verdict: verdict(&rows, Rule::AnyReading),
+        reading: format!("Mean porosity within the printed ± 0.01 by: {}.", which_hold(&rows)),
+        decided_by: "Mean over settled members within the printed ± 0.01. The paper does not say where a porosity is \
+                     taken, so each definition is a reading."
+            .to_owned(),
+        rows,
+        figure: "plane".into(),
+    })
+}
+
+/// Both at once: they are tied by the area of the grains, n = 1 − S/(L·H).
+pub fn both(scene: &Scene, members: &[Member]) -> Option<Claim> {
+    let (height, porosity) = (published("height")?, published("porosity")?);
+    let inside = |of: &Published, value: f64| (value - of.value).abs() <= of.tolerance;
+    let mut rows = Vec::new();
+    let mut mixed = Vec::new();
+    for (index, (height_key, height_words)) in HEIGHTS.iter().enumerate() {
+        let pairs: Vec<f64> = members
+            .iter()
+            .filter_map(|member| {
+                let of = |key: &str| member.measured.get(key).copied();
+                let both =
+                    inside(height, of(height_key)?) && inside(porosity, of(POROSITIES[index].0)?);
+                Some(f64::from(u8::from(both)))
+            })
+            .collect();
+        rows.push(Row::judged(
+            format!("share of beds with both, {height_words} for both"),
+            "1",
+            pairs.len(),
+            [0.5, 1.0],
+            sample::share(&pairs, |both| both > 0.5),
+        ));
+        for (porosity_key, porosity_words) in POROSITIES {
+            let (of_height, of_porosity) = (
+                mean(&measured(members, height_key)),
+                mean(&measured(members, porosity_key)),
+            );
+            if inside(height, of_height) && inside(porosity, of_porosity) {
+                mixed.push(format!("{height_words} with porosity {porosity_words}"));
+            }
+        }
+    }
+    let solid = solid(scene);
+    let same = verdict(&rows, Rule::AnyReading).map(|verdict| match verdict {
+        Verdict::Holds => Verdict::Holds,
+        Verdict::DoesNotHold if mixed.is_empty() => Verdict::DoesNotHold,
+        _ => Verdict::HoldsUnderStatedChoices,
+    });
+    Some(Claim {
+        id: "height_and_porosity".into(),
+        place: height.place.into(),
+        statement: "H = 0.46 ± 0.01 m and n = 0.17 ± 0.01 belong to the same beds.".to_owned(),
+        verdict: same,
+        reading: format!(
+            "The grains' area ties them: n = 1 − {solid:.5} m/H is {:.3} at H = {} m, and n = {} would need H = {:.4} m; \
+             means that meet both: {}.",
+            1.0 - solid / height.value,
+            height.value,
+            porosity.value,
+            solid / (1.0 - porosity.value),
+            if mixed.is_empty() { "none".to_owned() } else { mixed.join("; ") }
+        ),
+        decided_by: "With one definition for both, half of the beds or more within both printed ± 0.01; a mean height and \
+                     a mean porosity of different definitions count as a reading."
+            .to_owned(),
+        rows,
+        figure: "plane".into(),
+    })
+}
+
+/// Area of all grains over the width, m: n = 1 − this/H.
+pub fn solid(scene: &Scene) -> f64 {
+    let diameter = scene.particles.mean_diameter;
+    let dispersion = scene.particles.dispersion;
+    let disc = 0.25 * std::f64::consts::PI * diameter.powi(2) * (1.0 + dispersion.powi(2) / 3.0);
+    f64::from(scene.particles.count) * disc / scene.container.width
+}
+
+/// Every experiment ends with the force 2ap: which members are left out of what follows.
+pub fn reached(members: &[Member]) -> Claim {
+    let is = |wanted: fn(&Ending) -> bool| {
+        members
+            .iter()
+            .filter(|member| wanted(&member.ending))
+            .count()
+    };
+    let reached = is(|ending| *ending == Ending::Reached);
+    let sank = is(|ending| *ending == Ending::Sank);
+    let others = members.len() - reached - sank;
+    let share = |hits: usize| move |level: f64| wilson(hits, members.len(), level);
+    let mut rows = vec![
+        Row::judged(
+            "force reached",
+            "1",
+            members.len(),
+            [1.0 - NEGLIGIBLE, 1.0],
+            share(reached),
+        )
+        .against(1.0),
+        Row::shown(
+            "sank to the give-up depth without it",
+            "1",
+            members.len(),
+            share(sank),
+        ),
+        Row::shown(
+            "did not settle, or failed",
+            "1",
+            members.len(),
+            share(others),
+        ),
+    ];
+    rows.extend(bias(members));
+    let verdict = verdict(&rows, Rule::All).map(|verdict| match verdict {
+        Verdict::DoesNotHold => Verdict::CannotBeDecided,
+        other => other,
+    });
+    let left_out = if sank == 0 {
+        "no mean under load is biased by them".to_owned()
+    } else {
+        let of = &rows[3..];
+        let shifts: Vec<String> = of
+            .iter()
+            .map(|row| format!("{} {:+.1} %", row.what, 100.0 * row.estimate()))
+            .collect();
+        if shifts.is_empty() {
+            "means under load leave them out; they are too few to say what that does to other means"
+                .to_owned()
+        } else {
+            format!(
+                "means under load leave them out, and the members kept differ before loading from all settled ones by: {}",
+                shifts.join(", ")
+            )
+        }
+    };
+    Claim {
+        id: "reached".into(),
+        place: "section 3.2.2".into(),
+        statement: "In each of about one thousand experiments the punch is moved until its force equals 2ap.".to_owned(),
+        verdict,
+        reading: format!(
+            "{reached} of {} got the force, {sank} sank and {others} did not settle or failed; {left_out}.",
+            members.len()
+        ),
+        decided_by: format!(
+            "Holds where at most {} % do not get it. Otherwise it cannot be decided: the paper prints neither the \
+             punch's speed nor whether experiments were dropped.",
+            100.0 * NEGLIGIBLE
+        ),
+        rows,
+        figure: "means".into(),
+    }
+}
+
+/// What leaving out the sunk members does to means that all settled members have: (kept − all)/all.
+fn bias(members: &[Member]) -> Vec<Row> {
+    let split = |key: &str| {
+        let of = |wanted: Ending| -> Vec<f64> {
+            let kept = members.iter().filter(|member| member.ending == wanted);
+            kept.filter_map(|member| member.measured.get(key))
+                .copied()
+                .collect()
+        };
+        (of(Ending::Reached), of(Ending::Sank))
+    };
+    let quantities = [
+        ("settled.height.mean_surface", "height"),
+        ("settled.coordination.mean", "coordination"),
+        ("settled.stress.O.local_zz", "local mean stress at O"),
+    ];
+    let row = |(key, words): (&str, &str)| {
+        let (kept, dropped) = split(key);
+        let all = [kept.clone(), dropped.clone()].concat();
+        let share = dropped.len() as f64 / all.len() as f64;
+        let scale = mean(&all);
+        let compared = welch(&dropped, &kept)?;
+        let times = share / scale;
+        let of = compared.difference;
+        let row = Row::shown(format!("bias of {words}"), "1", all.len(), |_| {
+            Some(evidence::Interval {
+                estimate: of.estimate * times,
+                low: of.low * times,
+                high: of.high * times,
+            })
+        });
+        let t = of.estimate / compared.error;
+        Some(row.with(
+            "kept and sunk members have the same mean (Welch)",
+            t,
+            compared.p,
+        ))
+    };
+    quantities.into_iter().filter_map(row).collect()
+}

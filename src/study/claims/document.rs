@@ -1,0 +1,557 @@
+//! The claims for people, and the data of their plots.
+
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
+
+use super::claim::{Claim, Judged, Row, Verdict};
+use super::means::POINTS;
+use super::sample::{Moment, positive, stress};
+use super::{Claims, Volume, Volumes};
+use crate::checks::{Check, Outcome, verdict};
+use crate::document::plot::Point;
+use crate::document::table::rounded;
+use crate::document::{Axis, Cell, Colour, Document, Mark, Plot, Section, Table};
+use crate::paper::published::{HEIGHTS, POROSITIES, published, table_4};
+use crate::study::campaign::member::Member;
+use crate::study::distribution::Distribution;
+use evidence::Interval;
+use evidence::law::Family;
+
+/// Data of all plots.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Figures {
+    /// Σ_zz under the load (Figure 5), σ_zz under gravity alone, σ_xx and σ_xz under the load, each at O, A, B.
+    pub distributions: Vec<Distribution>,
+    /// Section 5.
+    pub volumes: Vec<Volumes>,
+    /// Height and porosity of every settled bed, by one definition each.
+    pub plane: Vec<Cloud>,
+    /// Solid area over width, m: n = 1 − this/H.
+    pub solid: f64,
+}
+
+/// Beds in the plane of height and porosity.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Cloud {
+    /// How both are taken.
+    pub definition: Cow<'static, str>,
+    /// A bed each.
+    pub beds: Vec<[f64; 2]>,
+}
+
+/// Distributions at O, A and B that belong together.
+struct Group {
+    /// Of their files.
+    name: &'static str,
+    title: &'static str,
+    moment: Moment,
+    /// End of the measured quantity's key.
+    key: &'static str,
+    quantity: &'static str,
+    unit: &'static str,
+}
+
+const GROUPS: [Group; 4] = [
+    Group {
+        name: "figure5",
+        title: "Distributions of Σ_zz at O, A and B under the load (the paper's Figure 5)",
+        moment: Moment::Loaded,
+        key: "control_volume_zz",
+        quantity: "Σ_zz",
+        unit: "J",
+    },
+    Group {
+        name: "figure5-gravity",
+        title: "The same under gravity alone",
+        moment: Moment::Settled,
+        key: "grain_zz",
+        quantity: "σ_zz",
+        unit: "Pa",
+    },
+    Group {
+        name: "figure5-xx",
+        title: "Horizontal stress under the load",
+        moment: Moment::Loaded,
+        key: "grain_xx",
+        quantity: "σ_xx",
+        unit: "Pa",
+    },
+    Group {
+        name: "shear",
+        title: "Shear stress under the load",
+        moment: Moment::Loaded,
+        key: "grain_xz",
+        quantity: "σ_xz",
+        unit: "Pa",
+    },
+];
+
+/// The data of all plots.
+pub(super) fn data(members: &[Member], volumes: Vec<Volumes>, solid: f64) -> Figures {
+    let distribution = |of: &Group, point: &'static str| {
+        let mut values = stress(members, of.moment, point, of.key);
+        let parts = table_4(point);
+        let fitted = match of.name {
+            "shear" => Family::Laplace.fit(&values),
+            _ => Family::Gamma.fit(&positive(&values)),
+        };
+        values.sort_by(f64::total_cmp);
+        Distribution {
+            name: of.name.into(),
+            point: point.to_owned(),
+            quantity: of.quantity.into(),
+            unit: of.unit.into(),
+            theory: match of.name {
+                "figure5" => parts.map(|parts| parts.extensive),
+                "figure5-gravity" => parts.map(|parts| parts.weight),
+                _ => None,
+            },
+            fitted,
+            values,
+        }
+    };
+    let cloud = |definition: &'static str, height: &str, porosity: &str| {
+        let beds = members.iter().filter_map(|member| {
+            let of = |key: &str| member.measured.get(key).copied();
+            Some([of(height)?, of(porosity)?])
+        });
+        Cloud {
+            definition: definition.into(),
+            beds: beds.collect(),
+        }
+    };
+    let both = |definition, index: usize| cloud(definition, HEIGHTS[index].0, POROSITIES[index].0);
+    Figures {
+        distributions: GROUPS
+            .iter()
+            .flat_map(|group| POINTS.map(|point| distribution(group, point)))
+            .collect(),
+        volumes,
+        plane: vec![
+            both("mean surface for both", 0),
+            both("highest grain for both", 1),
+            both("twice the centre of mass for both", 2),
+            cloud(
+                "mean surface, porosity in a window",
+                HEIGHTS[0].0,
+                POROSITIES[3].0,
+            ),
+        ],
+        solid,
+    }
+}
+
+impl Claim {
+    /// The verdict in words, also where there is none.
+    fn word(&self) -> &'static str {
+        self.verdict.map_or("open: too few members", Verdict::words)
+    }
+
+    /// Whether there is a verdict: which one is a finding, not a failure.
+    fn check(&self) -> Check {
+        let outcome = match self.verdict {
+            Some(_) => Outcome::Pass,
+            None => Outcome::Skipped,
+        };
+        let found = format!("{}. {}", self.word(), self.reading);
+        let quantity = format!("a verdict on: {}", self.statement);
+        Check {
+            n: self
+                .rows
+                .iter()
+                .map(|row| row.packings as u64)
+                .max()
+                .unwrap_or(0),
+            ..Check::of_words(format!("claims/{}", self.id), &quantity, outcome, &found)
+        }
+        .judged_by(&self.decided_by, &self.place)
+        .required()
+    }
+}
+
+const HOW: &str = "A claim is decided by the size of an effect against a limit that was set beforehand, with one number a \
+    realization: within the limits where the 90 % interval lies within them (two one-sided tests at 5 %), beyond them where it lies \
+    wholly outside. Where the interval touches a limit the estimate decides from 300 realizations on, and it says so. p-values stand \
+    after the effects; with this many realizations nearly everything has a small one. A claim that does not hold here does not hold \
+    for this scene; the paper leaves choices open, and the sensitivity study says what hangs on them.";
+
+impl Claims {
+    /// Verdicts, plots and all numbers.
+    pub fn document(&self) -> Document {
+        let listed = |counts: &std::collections::BTreeMap<String, usize>| {
+            let parts = counts.iter().map(|(word, count)| format!("{count} {word}"));
+            parts.collect::<Vec<String>>().join(", ")
+        };
+        let mut how = Section::new("How a claim is decided", HOW);
+        for [key, default, here] in &self.other_choices {
+            how = how.with(format!("`{key}` is {here} instead of {default}."));
+        }
+        let mut sections = vec![
+            Section::new("The claims", "").with(self.table()),
+            Section::new("What was found", "").with(self.readings()),
+            how,
+            self.means(),
+            self.plane(),
+        ];
+        sections.extend(self.distributions());
+        sections.extend(self.volumes());
+        sections.extend([
+            Section::new("Every number", "").with(self.numbers()).as_details(),
+            Section::new("Every test", "").with(self.tests()).as_details(),
+            Section::new(
+                "How this was made",
+                format!(
+                    "crossgrain {}: `{}`. Scene with digest `{}`, plan `{}`, members `{}`. What each claim means: `docs/claims.md`.",
+                    self.crossgrain,
+                    self.origin.command,
+                    self.scene_digest,
+                    self.origin.plan,
+                    self.origin.members_digest
+                ),
+            ),
+        ]);
+        let checks: Vec<Check> = self.claims.iter().map(Claim::check).collect();
+        Document {
+            title: "The paper's claims about its simulations".to_owned(),
+            verdict: verdict(&checks),
+            answer: format!(
+                "{} claims: {}. {} members of {}: {}.",
+                self.claims.len(),
+                listed(&self.verdicts),
+                self.members,
+                self.origin.engine,
+                listed(&self.endings)
+            ),
+            sections,
+            checks,
+        }
+    }
+
+    /// For the main report: every verdict, the means, and the distributions of Figure 5.
+    pub fn summary(&self) -> Document {
+        let mut document = self.document();
+        let keep = [
+            "The claims",
+            "What was found",
+            MEANS,
+            GROUPS[0].title,
+            GROUPS[1].title,
+        ];
+        document
+            .sections
+            .retain(|section| keep.contains(&section.title.as_str()));
+        document
+    }
+
+    /// A row a claim with the first number that decides.
+    fn table(&self) -> Table {
+        let mut table = Table::new(
+            "claims",
+            "",
+            &[
+                "claim",
+                "verdict",
+                "first number that decides",
+                "published",
+                "ours (95 %)",
+                "unit",
+            ],
+        );
+        for claim in &self.claims {
+            let row = claim.rows.iter().find(|row| row.judged.is_some());
+            table.row([
+                Cell::Code(claim.id.to_string()),
+                claim.word().into(),
+                row.map(|row| row.what.as_str()).into(),
+                row.and_then(|row| row.published).into(),
+                row.and_then(|row| row.ours).into(),
+                row.map(|row| row.unit.as_ref()).into(),
+            ]);
+        }
+        table
+    }
+
+    fn readings(&self) -> Table {
+        let heads = ["claim", "the paper says", "where", "found"];
+        let mut table = Table::new("readings", "", &heads);
+        for claim in &self.claims {
+            table.row([
+                Cell::Code(claim.id.to_string()),
+                claim.statement.as_str().into(),
+                claim.place.as_ref().into(),
+                claim.reading.as_str().into(),
+            ]);
+        }
+        table
+    }
+
+    fn numbers(&self) -> Table {
+        let mut table = Table::new(
+            "numbers",
+            "Every number of every claim",
+            &[
+                "claim",
+                "number",
+                "published",
+                "ours (95 %)",
+                "unit",
+                "ours over published",
+                "realizations",
+                "limits",
+                "outcome",
+            ],
+        );
+        for (claim, row) in self.rows() {
+            table.row([
+                Cell::Code(claim.id.to_string()),
+                row.what.as_str().into(),
+                row.published.into(),
+                row.ours.into(),
+                row.unit.as_ref().into(),
+                row.ratio.into(),
+                row.packings.into(),
+                row.judged.map_or("shown only".to_owned(), limits).into(),
+                row.judged.map(|judged| judged.outcome).into(),
+            ]);
+        }
+        table
+    }
+
+    fn tests(&self) -> Table {
+        let heads = ["claim", "number", "test", "statistic", "p", "adjusted p"];
+        let mut table = Table::new("tests", "Every test, adjusted by Holm", &heads);
+        for (claim, row) in self.rows() {
+            for one in &row.probabilities {
+                table.row([
+                    Cell::Code(claim.id.to_string()),
+                    row.what.as_str().into(),
+                    one.test.as_str().into(),
+                    one.statistic.into(),
+                    one.p.into(),
+                    one.adjusted.into(),
+                ]);
+            }
+        }
+        table
+    }
+
+    fn rows(&self) -> impl Iterator<Item = (&Claim, &Row)> {
+        let all = self.claims.iter();
+        all.flat_map(|claim| claim.rows.iter().map(move |row| (claim, row)))
+    }
+
+    fn distributions(&self) -> Vec<Section> {
+        let section = |group: &Group| {
+            let all = self.figures.distributions.iter();
+            let plots = all
+                .filter(|of| of.name == group.name)
+                .flat_map(Distribution::plots);
+            plots.fold(Section::new(group.title, ""), Section::with)
+        };
+        let sections = GROUPS.iter().map(section);
+        sections
+            .filter(|section| !section.blocks.is_empty())
+            .collect()
+    }
+
+    /// Means over published means, row by row.
+    fn means(&self) -> Section {
+        let wanted = ["gravity", "mean.O", "mean.A", "mean.B", "extensive"];
+        let rows = self.rows().filter_map(|(claim, row)| {
+            let name = match claim.id.split_once('.') {
+                Some((_, point)) => format!("{point}: {}", row.what),
+                None if claim.id == "gravity" => format!("gravity, {}", row.what),
+                None => row.what.clone(),
+            };
+            let wanted = wanted.contains(&claim.id.as_ref());
+            wanted.then_some((name, row.ratio?, row.judged.map(|judged| judged.outcome)))
+        });
+        let rows: Vec<(String, Interval, Option<Outcome>)> = rows.collect();
+        let section = Section::new(MEANS, "Shown with 95 % intervals; the limits are a tenth.");
+        if rows.is_empty() {
+            return section;
+        }
+        let names = rows.iter().map(|(name, ..)| name.clone());
+        let mut plot = Plot::new(
+            "means-over-published",
+            "Means over published means",
+            Axis::linear("ours over published"),
+            Axis::of_names("", names),
+        );
+        for y in [0.9, 1.0, 1.1] {
+            plot = plot.with(Mark::Level {
+                name: String::new(),
+                colour: Colour::Grey,
+                y,
+            });
+        }
+        let kinds = [
+            ("within", Colour::Green, Some(Outcome::Pass)),
+            ("beyond", Colour::Vermilion, Some(Outcome::Fail)),
+            ("open", Colour::Ochre, Some(Outcome::Skipped)),
+            ("shown only", Colour::Grey, None),
+        ];
+        for (name, colour, kind) in kinds {
+            let places = rows.iter().enumerate();
+            let of_kind = places.filter(|(_, (_, _, outcome))| *outcome == kind);
+            let points = of_kind.map(|(index, (_, ratio, _))| Point {
+                interval: Some([ratio.low, ratio.high]),
+                ..Point::at(ratio.estimate, index as f64)
+            });
+            let points: Vec<Point> = points.collect();
+            if !points.is_empty() {
+                plot = plot.points(name, colour, points);
+            }
+        }
+        section.with(plot)
+    }
+
+    /// Beds in the plane of height and porosity.
+    fn plane(&self) -> Section {
+        let section = Section::new(
+            "Height and porosity of every settled bed",
+            "Band: what is printed, H = 0.46 ± 0.01 m and n = 0.17 ± 0.01. Line: n = 1 − S/(L·H), on which all beds lie that have \
+             one definition for both.",
+        );
+        let (Some(height), Some(porosity)) = (published("height"), published("porosity")) else {
+            return section;
+        };
+        let beds = self.figures.plane.iter().flat_map(|cloud| &cloud.beds);
+        let mut x = [0.44f64, 0.48f64];
+        for [height, _] in beds {
+            x = [x[0].min(height - 0.003), x[1].max(height + 0.003)];
+        }
+        let [low, high] = porosity.limits();
+        let at = |share: f64| x[0] + share * (x[1] - x[0]);
+        let mut plot = Plot::new(
+            "height-and-porosity",
+            "Height and porosity of settled beds",
+            Axis::linear("height H, m").within(x[0], x[1]),
+            Axis::linear("porosity n"),
+        )
+        .with(Mark::Band {
+            name: "printed".to_owned(),
+            colour: Colour::Ochre,
+            points: height.limits().map(|height| [height, low, high]).into(),
+        })
+        .line(
+            "area of the grains",
+            Colour::Grey,
+            (0..=20).map(|index| {
+                let height = at(f64::from(index) / 20.0);
+                [height, 1.0 - self.figures.solid / height]
+            }),
+        );
+        let colours = [
+            Colour::Blue,
+            Colour::Vermilion,
+            Colour::Green,
+            Colour::Purple,
+        ];
+        for (cloud, colour) in self.figures.plane.iter().zip(colours) {
+            let beds = cloud.beds.iter().map(|[height, n]| Point::at(*height, *n));
+            plot = plot.points(&cloud.definition, colour, beds);
+        }
+        section.with(plot)
+    }
+
+    /// Variation, shape and correlation of many cells against their number.
+    fn volumes(&self) -> Vec<Section> {
+        /// Name, title, vertical axis, of independent cells, of these.
+        type Kind = (
+            &'static str,
+            &'static str,
+            Axis,
+            fn(f64) -> f64,
+            fn(&Volume) -> Option<Interval>,
+        );
+        fn exact(of: f64) -> Interval {
+            Interval {
+                estimate: of,
+                low: of,
+                high: of,
+            }
+        }
+        let kinds: [Kind; 3] = [
+            (
+                "variation-and-cells",
+                "Variation of many cells together",
+                Axis::logarithmic("coefficient of variation of ΣΣ_zz"),
+                |n| 1.0 / n.sqrt(),
+                |one| one.variation,
+            ),
+            (
+                "shape-and-cells",
+                "Gamma shape of many cells together, over their number",
+                Axis::logarithmic("gamma shape over N"),
+                |_| 1.0,
+                |one| one.shape,
+            ),
+            (
+                "correlation-and-cells",
+                "Mean correlation of two of the cells, (N CV_N²/CV_1² − 1)/(N − 1)",
+                Axis::linear("mean correlation of two cells"),
+                |_| 0.0,
+                |one| one.correlation.map(exact),
+            ),
+        ];
+        let colours = [Colour::Blue, Colour::Vermilion, Colour::Green];
+        let mut sections = Vec::new();
+        for (name, title, y, independent, shown) in kinds {
+            let mut section = Section::new(title, "Line: independent exponential cells.");
+            for moment in Moment::BOTH {
+                let all = self.figures.volumes.iter();
+                let series: Vec<&Volumes> = all.filter(|of| of.moment == moment.key()).collect();
+                let most = series
+                    .iter()
+                    .flat_map(|of| &of.volumes)
+                    .map(|one| one.cells)
+                    .max();
+                let Some(most) = most else { continue };
+                let mut plot = Plot::new(
+                    &format!("{name}-{}", moment.key()),
+                    format!("{title}, {}", moment.words()),
+                    Axis::logarithmic("number of cells N"),
+                    y.clone(),
+                );
+                let counts = (0..=40).map(|index| (most as f64).powf(f64::from(index) / 40.0));
+                let line = counts.map(|n| [n, independent(n)]);
+                plot = plot.line("independent cells", Colour::Grey, line);
+                for (of, colour) in series.iter().zip(colours) {
+                    let points = of.volumes.iter().filter_map(|one| {
+                        let value = shown(one)?;
+                        Some(Point {
+                            interval: Some([value.low, value.high]),
+                            ..Point::at(one.cells as f64, value.estimate)
+                        })
+                    });
+                    plot = plot.points(&of.point, colour, points);
+                }
+                section = section.with(plot);
+            }
+            if !section.blocks.is_empty() {
+                sections.push(section);
+            }
+        }
+        sections
+    }
+}
+
+const MEANS: &str = "Means against Table 4";
+
+/// Limits in words, and whether the estimate decided.
+fn limits(of: Judged) -> String {
+    let short = |value: f64| rounded(value, 4);
+    let by = if of.by_estimate {
+        ", by the estimate"
+    } else {
+        ""
+    };
+    match (of.low, of.high) {
+        (Some(low), Some(high)) => format!("{} to {}{by}", short(low), short(high)),
+        (Some(low), None) => format!("at least {}{by}", short(low)),
+        (None, Some(high)) => format!("at most {}{by}", short(high)),
+        (None, None) => String::new(),
+    }
+}

@@ -1,0 +1,631 @@
+//! The folder of a study: running a shard, status, merging and reading what was merged, for every kind.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufRead, BufReader, BufWriter, Read, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::plan::{Plan, Program};
+use super::shard::Shard;
+use super::store::{Damaged, Index, LONGEST_LINE, Place, Reader, Writer};
+use super::workers::{self, lock};
+use super::{Outline, Study, StudyError};
+use crate::engine::{EngineError, ProgramError};
+use crate::files::{self, FileError, failed, read_text, work_folder, write_whole};
+use crate::interrupt::asked_to_end;
+use crate::progress::Display;
+use crate::study::realization::Engines;
+
+/// The rows of a merged study, a line of JSON each, in the order of their numbers; it may be packed (`rows.jsonl.gz`).
+pub const ROWS: &str = "rows.jsonl";
+/// The numbers of all rows as a table, where the study has cells.
+pub const TABLE: &str = "rows.csv";
+/// See [`Summary`]; written last.
+pub const SUMMARY: &str = "merged.json";
+
+/// What one process is to do.
+#[derive(Debug)]
+pub struct Job<'a> {
+    /// Its rows.
+    pub shard: Shard,
+    /// Rows at a time.
+    pub threads: usize,
+    /// How engines that are other programs are started.
+    pub engines: &'a Engines,
+}
+
+/// What it did.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Done {
+    /// Rows of the shard.
+    pub wanted: u64,
+    /// How many of them had been written before.
+    pub before: u64,
+    /// Whether no row of the whole study is missing now.
+    pub complete: bool,
+    /// Lines in record files that are not believed.
+    pub damaged: Vec<Damaged>,
+}
+
+/// How far a study is.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Status {
+    /// See [`Study::KIND`].
+    pub kind: String,
+    /// As planned.
+    pub rows: u64,
+    /// Those that are written.
+    pub finished: u64,
+    /// Rows that are written more than once, as two processes with different shards leave them.
+    pub repeated: u64,
+    /// File and number of its rows.
+    pub files: Vec<(String, u64)>,
+    /// File and line of what is not believed.
+    pub damaged: Vec<(String, u64)>,
+    /// The first missing rows, for people; empty if there are none.
+    pub missing: String,
+    /// Whether the rows are merged.
+    pub merged: bool,
+}
+
+/// `merged.json`: what was merged.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Summary {
+    /// Digest of the plan.
+    pub plan: String,
+    /// How many.
+    pub rows: u64,
+    /// Engine and version, where one engine made all rows.
+    pub engine: String,
+    /// How many rows ended in which way.
+    pub endings: BTreeMap<String, u64>,
+    /// SHA-256 of `rows.jsonl`.
+    pub sha256: String,
+}
+
+/// A merged study with all of its rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Merged<S: Study> {
+    /// What was run.
+    pub plan: Plan<S>,
+    /// What came of it in short.
+    pub summary: Summary,
+    /// In the order of their numbers, from 1, none missing.
+    pub rows: Vec<S::Row>,
+}
+
+/// A study's folder: `plan.json`, which never changes, `records/`, which only grows, and, once it is merged, `rows.jsonl`,
+/// `rows.csv` and `merged.json`.
+#[derive(Debug)]
+pub struct Folder<S> {
+    path: PathBuf,
+    /// What is run.
+    pub plan: Plan<S>,
+    digest: String,
+}
+
+/// What every study's folder can do, whatever its kind.
+pub trait Machine {
+    /// How many rows are planned.
+    fn count(&self) -> u64;
+    /// The external engine that the plan names.
+    fn program(&self) -> Option<&Program>;
+    /// That the plan was made by this very program, else [`StudyError::OtherProgram`].
+    fn check_program(&self) -> Result<(), StudyError>;
+    /// Makes the rows of the shard that are missing, each written down when it is finished.
+    fn run(&self, job: &Job<'_>, display: &Display) -> Result<Done, StudyError>;
+    /// Reads every row that is written.
+    fn status(&self) -> Result<Status, StudyError>;
+    /// Merges a complete study into `rows.jsonl`, `rows.csv` and, last of all, `merged.json`, whose bytes depend on the
+    /// plan alone.
+    fn merge(&self) -> Result<Summary, StudyError>;
+    /// Copies what another study of the same kind and made with the same program has of this one's rows; how many.
+    fn reuse(&self, from: &Path) -> Result<u64, StudyError>;
+    /// Judges what is there.
+    fn judge(&self) -> Result<super::report::Report, crate::error::Error>;
+}
+
+impl<S: Study> Folder<S> {
+    /// Opens a study.
+    pub fn open(path: &Path) -> Result<Self, StudyError> {
+        let plan = Plan::<S>::read(path)?;
+        Ok(Folder {
+            digest: plan.digest(),
+            path: path.to_owned(),
+            plan,
+        })
+    }
+
+    fn index(&self) -> Result<Index, FileError> {
+        Index::read(&self.path, &self.digest, self.plan.study.count())
+    }
+
+    fn missing(&self, index: &Index) -> Vec<u64> {
+        (1..=self.plan.study.count())
+            .filter(|number| !index.places.contains_key(number))
+            .collect()
+    }
+
+    /// The row made anew, outside of the folder: what the one that is written must be equal to.
+    pub fn again(&self, number: u64, engines: &Engines) -> Result<S::Row, StudyError> {
+        let work = work_folder()?;
+        Ok(self.plan.study.run(number, engines, work.path())?)
+    }
+
+    /// Hands over every row that is there with its number, one at a time, since a million do not fit into memory: the
+    /// merged ones, or else those that are written so far. What was handed over counts only if this ends well.
+    pub fn each(&self, mut take: impl FnMut(u64, S::Row)) -> Result<(), StudyError> {
+        if self.path.join(SUMMARY).is_file() {
+            return self.each_merged(take).map(drop);
+        }
+        let index = self.index()?;
+        let mut reader = Reader::new(&index);
+        for (number, place) in &index.places {
+            take(*number, self.parse(*number, &reader.json(place)?)?);
+        }
+        Ok(())
+    }
+
+    /// All rows of a merged study.
+    pub fn merged(self) -> Result<Merged<S>, StudyError> {
+        let mut rows = Vec::new();
+        let summary = self.each_merged(|_, row| rows.push(row))?;
+        Ok(Merged {
+            plan: self.plan,
+            summary,
+            rows,
+        })
+    }
+
+    /// Every row of a merged study, checked against summary and plan.
+    fn each_merged(&self, mut take: impl FnMut(u64, S::Row)) -> Result<Summary, StudyError> {
+        let damaged = |reason: String| StudyError::Damaged {
+            path: self.path.clone(),
+            reason,
+        };
+        if !self.path.join(SUMMARY).is_file() {
+            let path = self.path.clone();
+            return Err(StudyError::NotMerged { path });
+        }
+        let text = read_text(&self.path.join(SUMMARY), 1_000_000)?;
+        let summary: Summary =
+            serde_json::from_str(&text).map_err(|error| damaged(format!("{SUMMARY}: {error}")))?;
+        if summary.plan != self.digest {
+            return Err(damaged(format!("{SUMMARY} is of another plan")));
+        }
+        let names = [ROWS.to_owned(), format!("{ROWS}.gz")].map(|name| self.path.join(name));
+        let path = names.into_iter().find(|path| path.is_file());
+        let path = path.ok_or_else(|| damaged(format!("{ROWS} is not there")))?;
+        let file = File::open(&path).map_err(failed("open", &path))?;
+        let file: Box<dyn Read> = if path.extension().is_some_and(|end| end == "gz") {
+            Box::new(flate2::read::GzDecoder::new(file))
+        } else {
+            Box::new(file)
+        };
+        let mut lines = BufReader::new(file);
+        let (mut read, mut hash, mut line) = (0, Sha256::new(), String::new());
+        loop {
+            line.clear();
+            let mut bounded = (&mut lines).take(LONGEST_LINE);
+            let bytes = bounded.read_line(&mut line);
+            if bytes.map_err(failed("read", &path))? == 0 {
+                break;
+            }
+            hash.update(line.as_bytes());
+            read += 1;
+            let row = self.row(read, &line);
+            take(
+                read,
+                row.map_err(|why| damaged(format!("line {read} of {ROWS}: {why}")))?,
+            );
+        }
+        if hex(hash) != summary.sha256 || read != self.plan.study.count() {
+            return Err(damaged(format!("{ROWS} is not what was merged")));
+        }
+        Ok(summary)
+    }
+
+    /// The row of this number.
+    fn row(&self, number: u64, json: &str) -> Result<S::Row, String> {
+        let row = serde_json::from_str(json).map_err(|error| error.to_string())?;
+        if self.plan.study.belongs(number, &row) {
+            Ok(row)
+        } else {
+            Err("it is of another row".to_owned())
+        }
+    }
+
+    fn parse(&self, number: u64, json: &str) -> Result<S::Row, StudyError> {
+        self.row(number, json).map_err(|why| StudyError::NotAStudy {
+            path: self.path.clone(),
+            reason: format!("what is written of row {number} is none: {why}"),
+        })
+    }
+
+    /// Rows that are written twice must say the same.
+    fn check_repeated(&self, index: &Index, reader: &mut Reader<'_>) -> Result<(), StudyError> {
+        for (number, place) in &index.repeated {
+            let first = &index.places[number];
+            let rows = [reader.json(first)?, reader.json(place)?];
+            let same = rows[0] == rows[1]
+                || S::same(
+                    &self.parse(*number, &rows[0])?,
+                    &self.parse(*number, &rows[1])?,
+                );
+            if !same {
+                return Err(StudyError::Contradiction {
+                    number: *number,
+                    first: index.path(first).to_owned(),
+                    second: index.path(place).to_owned(),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<S: Study> Machine for Folder<S> {
+    fn count(&self) -> u64 {
+        self.plan.study.count()
+    }
+
+    fn program(&self) -> Option<&Program> {
+        self.plan.program.as_ref()
+    }
+
+    fn check_program(&self) -> Result<(), StudyError> {
+        self.plan.check_program(&self.path)
+    }
+
+    fn run(&self, job: &Job<'_>, display: &Display) -> Result<Done, StudyError> {
+        self.check_program()?;
+        if let Some(planned) = &self.plan.program
+            && job.engines.external.as_ref().map(|of| &of.digest) != Some(&planned.digest)
+        {
+            let path = planned.path.clone();
+            return Err(StudyError::OtherEngine { path });
+        }
+        // Before the rows are read: nothing can be added to this file afterwards by anyone else.
+        let writer = Writer::open(&self.path, job.shard)?;
+        let index = self.index()?;
+        for damaged in &index.damaged {
+            display.line(&format!(
+                "{} line {} is no whole row and is not believed; the row is made again",
+                damaged.path.display(),
+                damaged.line
+            ));
+        }
+        let own = || job.shard.rows(self.count());
+        let missing = || own().filter(|number| !index.places.contains_key(number));
+        let (wanted, left) = (own().count() as u64, missing().count() as u64);
+        let before = wanted - left;
+        let mut made = 0;
+        if left > 0 {
+            let work = Work {
+                folder: self,
+                engines: job.engines,
+                place: work_folder()?,
+                began: Instant::now(),
+                finished: AtomicU64::new(0),
+                writer: Mutex::new(writer),
+                broken: Mutex::default(),
+            };
+            let task = display.task(&format!("rows, shard {}", job.shard));
+            let ended = workers::each(missing(), job.threads, |number| {
+                if work.one(number)? {
+                    let (finished, an_hour) = work.progress();
+                    let text = format!("{finished} of {left}, {an_hour:.0} an hour");
+                    task.share(finished as f64 / left as f64, &text);
+                }
+                Ok::<(), StudyError>(())
+            });
+            let an_hour;
+            (made, an_hour) = work.progress();
+            task.done(&format!(
+                "{made} of {left} written down, {an_hour:.0} an hour,"
+            ));
+            let finished = before + made;
+            ended?;
+            if asked_to_end() && finished < wanted {
+                return Err(StudyError::Interrupted { finished, wanted });
+            }
+            let broken = std::mem::take(&mut *lock(&work.broken));
+            if let Some(first) = broken.first {
+                return Err(StudyError::EnginesFailed {
+                    finished,
+                    rows: in_words(broken.rows),
+                    first,
+                });
+            }
+        }
+        Ok(Done {
+            wanted,
+            before,
+            complete: index.places.len() as u64 + made == self.count(),
+            damaged: index.damaged,
+        })
+    }
+
+    fn status(&self) -> Result<Status, StudyError> {
+        let index = self.index()?;
+        let name = |path: &Path| {
+            path.file_name()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned()
+        };
+        let files = index.files.iter().zip(&index.rows);
+        let damaged = index.damaged.iter();
+        Ok(Status {
+            kind: S::KIND.to_owned(),
+            rows: self.count(),
+            finished: index.places.len() as u64,
+            repeated: index.repeated.len() as u64,
+            files: files.map(|(path, rows)| (name(path), *rows)).collect(),
+            damaged: damaged.map(|of| (name(&of.path), of.line)).collect(),
+            missing: in_words(self.missing(&index)),
+            merged: self.path.join(SUMMARY).is_file(),
+        })
+    }
+
+    fn merge(&self) -> Result<Summary, StudyError> {
+        let index = self.index()?;
+        let missing = self.missing(&index);
+        if !missing.is_empty() {
+            return Err(StudyError::Incomplete {
+                missing: missing.len() as u64,
+                wanted: self.count(),
+                rows: in_words(missing),
+            });
+        }
+        let mut reader = Reader::new(&index);
+        self.check_repeated(&index, &mut reader)?;
+        let outline = |reader: &mut Reader<'_>, number: u64, place: &Place| {
+            let json = reader.json(place)?;
+            let outline = self.plan.study.outline(&self.parse(number, &json)?);
+            Ok::<(String, Outline), StudyError>((json, outline))
+        };
+        // Columns must be known before the first row; rows that failed have fewer.
+        let mut columns: Vec<String> = Vec::new();
+        let mut places: BTreeMap<String, usize> = BTreeMap::new();
+        for (number, place) in &index.places {
+            for (column, _) in outline(&mut reader, *number, place)?.1.cells {
+                if !places.contains_key(&column) {
+                    places.insert(column.clone(), columns.len());
+                    columns.push(column);
+                }
+            }
+        }
+        let mut engines: BTreeMap<String, u64> = BTreeMap::new();
+        let mut endings: BTreeMap<String, u64> = BTreeMap::new();
+        let mut hash = Sha256::new();
+        let mut rows = Aside::new(&self.path)?;
+        let mut table = Aside::new(&self.path)?;
+        table.row(columns.iter().map(String::as_str))?;
+        for (number, place) in &index.places {
+            let (json, outline) = outline(&mut reader, *number, place)?;
+            if let Some(engine) = outline.engine {
+                *engines.entry(engine).or_default() += 1;
+            }
+            *endings.entry(outline.ending.to_owned()).or_default() += 1;
+            hash.update(json.as_bytes());
+            hash.update(b"\n");
+            rows.line(&json)?;
+            let mut cells = vec![String::new(); columns.len()];
+            for (column, value) in outline.cells {
+                cells[places[&column]] = value;
+            }
+            table.row(cells.iter().map(String::as_str))?;
+        }
+        if engines.len() > 1 {
+            let of = engines
+                .iter()
+                .map(|(name, count)| format!("{name}: {count}"));
+            return Err(StudyError::MixedEngines {
+                engines: of.collect::<Vec<String>>().join(", "),
+            });
+        }
+        let summary = Summary {
+            plan: self.digest.clone(),
+            rows: self.count(),
+            engine: engines.into_keys().next().unwrap_or_default(),
+            endings,
+            sha256: hex(hash),
+        };
+        rows.into_place(&self.path.join(ROWS))?;
+        if !columns.is_empty() {
+            table.into_place(&self.path.join(TABLE))?;
+        }
+        let text = serde_json::to_string_pretty(&summary).unwrap_or_default() + "\n";
+        write_whole(&self.path.join(SUMMARY), text.as_bytes())?;
+        Ok(summary)
+    }
+
+    fn reuse(&self, from: &Path) -> Result<u64, StudyError> {
+        let other = Folder::<S>::open(from)?;
+        other.check_program()?;
+        if other.plan.program != self.plan.program {
+            let path = from.to_owned();
+            return Err(StudyError::OtherEngine { path });
+        }
+        let index = other.index()?;
+        let study = &other.plan.study;
+        let known = index
+            .places
+            .iter()
+            .map(|(number, place)| (study.identity(*number), place));
+        let known: BTreeMap<String, &Place> = known.collect();
+        let mut reader = Reader::new(&index);
+        let mut writer = Writer::open(&self.path, Shard::WHOLE)?;
+        let mut reused = 0;
+        for number in 1..=self.count() {
+            if let Some(place) = known.get(&self.plan.study.identity(number)) {
+                let json = reader.json(place)?;
+                self.parse(number, &json)?;
+                writer.add(&self.digest, number, &json)?;
+                reused += 1;
+            }
+        }
+        Ok(reused)
+    }
+
+    fn judge(&self) -> Result<super::report::Report, crate::error::Error> {
+        super::report::of(self)
+    }
+}
+
+/// What the threads of a run share.
+struct Work<'a, S> {
+    folder: &'a Folder<S>,
+    engines: &'a Engines,
+    place: tempfile::TempDir,
+    began: Instant,
+    finished: AtomicU64,
+    writer: Mutex<Writer>,
+    broken: Mutex<Broken>,
+}
+
+/// Rows whose engine failed.
+#[derive(Default)]
+struct Broken {
+    rows: Vec<u64>,
+    first: Option<String>,
+    /// Engines that are not there, by name.
+    unavailable: Vec<String>,
+}
+
+impl<S: Study> Work<'_, S> {
+    /// Rows that are written down, and how many that is an hour.
+    fn progress(&self) -> (u64, f64) {
+        let finished = self.finished.load(Ordering::Relaxed);
+        (
+            finished,
+            finished as f64 / self.began.elapsed().as_secs_f64() * 3600.0,
+        )
+    }
+
+    /// Whether the row is written down now.
+    fn one(&self, number: u64) -> Result<bool, StudyError> {
+        let study = &self.folder.plan.study;
+        let runner = study.runner(number);
+        if lock(&self.broken).unavailable.contains(&runner.name()) {
+            lock(&self.broken).rows.push(number);
+            return Ok(false);
+        }
+        let work = self.place.path().join(number.to_string());
+        let elsewhere = !runner.is_native();
+        if elsewhere {
+            std::fs::create_dir(&work).map_err(failed("create", &work))?;
+        }
+        let made = study.run(number, self.engines, &work);
+        if elsewhere {
+            // The tables of a run are large, and nobody looks at them again; what stays goes with the folder.
+            let _ = std::fs::remove_dir_all(&work);
+        }
+        let row = match made {
+            Ok(row) => row,
+            Err(_) if asked_to_end() => return Ok(false),
+            Err(error) => {
+                let unavailable = is_unavailable(&error);
+                if !unavailable && !is_of_one_row(&error) {
+                    return Err(error.into());
+                }
+                let mut broken = lock(&self.broken);
+                if unavailable {
+                    broken.unavailable.push(runner.name());
+                }
+                broken.rows.push(number);
+                broken.first.get_or_insert(error.to_string());
+                return Ok(false);
+            }
+        };
+        let json = serde_json::to_string(&row).map_err(|error| StudyError::NotAStudy {
+            path: self.folder.path.clone(),
+            reason: format!("row {number} cannot be written as JSON: {error}"),
+        })?;
+        lock(&self.writer).add(&self.folder.digest, number, &json)?;
+        self.finished.fetch_add(1, Ordering::Relaxed);
+        Ok(true)
+    }
+}
+
+/// Whether no other row can be made in this engine either.
+fn is_unavailable(error: &EngineError) -> bool {
+    matches!(error, EngineError::Program(error)
+        if error.is_missing() || matches!(error, ProgramError::NotStarted { .. }))
+}
+
+/// Whether another row may fare better, and this one another time.
+fn is_of_one_row(error: &EngineError) -> bool {
+    matches!(error, EngineError::Program(error)
+        if error.is_failure() || matches!(error, ProgramError::Refused(_) | ProgramError::Unsupported { .. }))
+}
+
+/// Numbers for people: the first few in order, and how many more.
+fn in_words(mut numbers: Vec<u64>) -> String {
+    const SHOWN: usize = 8;
+    numbers.sort_unstable();
+    let shown: Vec<String> = numbers.iter().take(SHOWN).map(u64::to_string).collect();
+    let mut text = shown.join(", ");
+    if numbers.len() > SHOWN {
+        text += &format!(" and {} more", numbers.len() - SHOWN);
+    }
+    text
+}
+
+fn hex(hash: Sha256) -> String {
+    grains::digest::hex(&hash.finalize())
+}
+
+/// A file that is written aside, of any size.
+struct Aside {
+    file: BufWriter<tempfile::NamedTempFile>,
+}
+
+impl Aside {
+    fn new(folder: &Path) -> Result<Self, FileError> {
+        let file = tempfile::Builder::new()
+            .prefix(".crossgrain.partial-")
+            .tempfile_in(folder)
+            .map_err(failed("write into", folder))?;
+        Ok(Aside {
+            file: BufWriter::new(file),
+        })
+    }
+
+    fn line(&mut self, text: &str) -> Result<(), FileError> {
+        let written = self
+            .file
+            .write_all(text.as_bytes())
+            .and_then(|()| self.file.write_all(b"\n"));
+        written.map_err(failed("write", self.file.get_ref().path()))
+    }
+
+    /// As a line of CSV: control points may have any names.
+    fn row<'a>(&mut self, cells: impl Iterator<Item = &'a str>) -> Result<(), FileError> {
+        let quoted = cells.map(|cell| {
+            if cell.contains([',', '"', '\n', '\r']) {
+                format!("\"{}\"", cell.replace('"', "\"\""))
+            } else {
+                cell.to_owned()
+            }
+        });
+        let line = quoted.collect::<Vec<String>>().join(",");
+        self.line(&line)
+    }
+
+    fn into_place(self, path: &Path) -> Result<(), FileError> {
+        let file = self
+            .file
+            .into_inner()
+            .map_err(|error| failed("write", path)(error.into_error()))?;
+        files::into_place(file, path)
+    }
+}

@@ -1,0 +1,312 @@
+//! What a specification gives on one cloud: the row of the studies that compare specifications.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::Outline;
+use super::realization::{self, Ending, Engines, Realization, went_wrong};
+use super::specification::{Setting, Specification};
+use crate::engine::EngineError;
+use grains::generate::initial_bodies;
+use grains::native::{self, Mode};
+use grains::scene::Scene;
+use grains::tables::{Snapshot, StopReason};
+use grains::task::Task;
+use grains::timing::ThreadTime;
+
+/// One realization of a specification.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Member {
+    /// Digest of the specification.
+    pub specification: String,
+    /// Which cloud.
+    pub realization: u64,
+    /// How it ended.
+    pub ending: Ending,
+    /// Steps of pouring.
+    pub pour_steps: u64,
+    /// Steps of loading.
+    pub load_steps: u64,
+    /// What it cost; none where its bed was poured for other loads too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cost: Option<Cost>,
+    /// Digest of all bits of the last moment.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub last_state: Option<String>,
+    /// The quantities that the study asks for, SI units; those of the loaded bed only where the force was reached.
+    pub measured: BTreeMap<String, f64>,
+}
+
+/// What a realization cost.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cost {
+    /// Processor time from the scene to the measured numbers, s; of an engine in another process, also its own.
+    pub cpu_seconds: f64,
+    /// The part of it that went into measuring, s.
+    pub measuring_seconds: f64,
+}
+
+/// Members by specification and realization.
+#[derive(Debug, Default)]
+pub struct Members(BTreeMap<(String, u64), Member>);
+
+impl Members {
+    /// The member of this specification and realization.
+    pub fn get(&self, of: &Specification, realization: u64) -> Option<&Member> {
+        self.0.get(&(of.digest(), realization))
+    }
+
+    /// Those of a setting that were made, by cloud.
+    pub fn of(&self, setting: &Setting) -> Vec<&Member> {
+        let digest = setting.specification.digest();
+        let all = setting.realizations();
+        all.filter_map(|realization| self.0.get(&(digest.clone(), realization)))
+            .collect()
+    }
+}
+
+impl FromIterator<Member> for Members {
+    fn from_iter<T: IntoIterator<Item = Member>>(all: T) -> Self {
+        let key = |of: &Member| (of.specification.clone(), of.realization);
+        Members(all.into_iter().map(|of| (key(&of), of)).collect())
+    }
+}
+
+impl Member {
+    /// Runs a realization from cloud to end and keeps these quantities. An engine that fails is a result; an interrupt, an
+    /// engine that is missing and one that does not have what it takes are errors.
+    pub fn run(
+        of: &Specification,
+        realization: u64,
+        engines: &Engines,
+        work: &Path,
+        keep: impl Fn(&str) -> bool,
+    ) -> Result<Member, EngineError> {
+        let clock = ThreadTime::now();
+        let scene = of.scene_of(realization);
+        let how = realization::Specification {
+            runner: of.runner,
+            phases: &of.phases,
+            engines,
+            work,
+        };
+        let run = match realization::run(&scene, &how) {
+            Ok(run) => run,
+            Err(error) => {
+                let ending = Ending::Failed(failure(error)?);
+                let mut member = Member::without(of, realization, ending);
+                let native = of.runner.is_native();
+                member.cost = Some(Cost {
+                    cpu_seconds: if native {
+                        clock.elapsed().as_secs_f64()
+                    } else {
+                        0.0
+                    },
+                    measuring_seconds: 0.0,
+                });
+                return Ok(member);
+            }
+        };
+        let measuring = ThreadTime::now();
+        let mut member = Member::measured(of, &scene, &run, keep);
+        member.cost = Some(Cost {
+            cpu_seconds: clock.elapsed().as_secs_f64() + run.elsewhere,
+            measuring_seconds: measuring.elapsed().as_secs_f64(),
+        });
+        Ok(member)
+    }
+
+    /// For a table, under the id of its setting.
+    pub fn outline(&self, id: &str) -> Outline {
+        let steps = |of: u64| of.to_string();
+        let seconds = self
+            .cost
+            .map_or(String::new(), |cost| cost.cpu_seconds.to_string());
+        let cells = [
+            ("setting", id.to_owned()),
+            ("realization", steps(self.realization)),
+            ("ending", self.ending.name().to_owned()),
+            ("pour_steps", steps(self.pour_steps)),
+            ("load_steps", steps(self.load_steps)),
+            ("cpu_seconds", seconds),
+        ];
+        let cells = cells.map(|(name, value)| (name.to_owned(), value));
+        let measured = self.measured.iter();
+        let measured = measured.map(|(key, value)| (key.clone(), format!("{value:?}")));
+        Outline {
+            engine: None,
+            ending: self.ending.name(),
+            cells: cells.into_iter().chain(measured).collect(),
+        }
+    }
+
+    fn measured(
+        of: &Specification,
+        scene: &Scene,
+        run: &Realization,
+        keep: impl Fn(&str) -> bool,
+    ) -> Self {
+        let mut measured = realization::measured(scene, run);
+        measured.retain(|key, _| keep(key));
+        Member {
+            pour_steps: run.pour_steps,
+            load_steps: run.load_steps,
+            last_state: Some(run.outcome.last.digest()),
+            measured,
+            ..Member::without(of, scene.realization, run.ending.clone())
+        }
+    }
+
+    /// One that gave nothing.
+    fn without(of: &Specification, realization: u64, ending: Ending) -> Self {
+        Member {
+            specification: of.digest(),
+            realization,
+            ending,
+            pour_steps: 0,
+            load_steps: 0,
+            cost: None,
+            last_state: None,
+            measured: BTreeMap::new(),
+        }
+    }
+}
+
+/// What a specification that cannot be run costs its user is a result, a YADE or an external engine that breaks included.
+fn failure(error: EngineError) -> Result<String, EngineError> {
+    match error {
+        EngineError::Program(error) if error.is_failure() => Ok(error.to_string()),
+        error => went_wrong(error),
+    }
+}
+
+/// A bed that was poured in exact mode, or why there is none.
+#[derive(Debug)]
+pub enum Poured {
+    /// The last moment of pouring, and whether the settle rule ended it.
+    Bed(Box<Snapshot>, bool),
+    /// The engine gave up, with its words.
+    Failed(String),
+}
+
+impl Poured {
+    /// Pours this scene's bed.
+    pub fn of(scene: &Scene) -> Result<Poured, EngineError> {
+        let scene = unobserved(scene);
+        let task = Task::settle(initial_bodies(&scene));
+        Ok(match native::run(&scene, &task, &exact(), &mut ()) {
+            Ok(outcome) => {
+                let stop = outcome.stages.last().map(|stage| stage.stop);
+                Poured::Bed(Box::new(outcome.last), stop == Some(StopReason::Settled))
+            }
+            Err(error) => Poured::Failed(went_wrong(EngineError::Native(error))?),
+        })
+    }
+
+    /// Loads the bed by the specification, which pours it so: without friction the bits are those of the whole run.
+    pub fn load(
+        &self,
+        of: &Specification,
+        realization: u64,
+        keep: impl Fn(&str) -> bool,
+    ) -> Result<Member, EngineError> {
+        let scene = of.scene_of(realization);
+        let ending = match self {
+            Poured::Failed(reason) => Ending::Failed(reason.clone()),
+            Poured::Bed(_, false) => Ending::NotSettled,
+            Poured::Bed(bed, true) => {
+                match realization::loaded(&unobserved(&scene), bed, true, &exact()) {
+                    Ok(run) => return Ok(Member::measured(of, &scene, &run, keep)),
+                    Err(error) => Ending::Failed(went_wrong(EngineError::Native(error))?),
+                }
+            }
+        };
+        Ok(Member::without(of, realization, ending))
+    }
+}
+
+/// The bits are the same on any machine, and YADE's.
+pub fn exact() -> native::Options {
+    native::Options {
+        mode: Mode::Exact,
+        ..native::Options::default()
+    }
+}
+
+/// Nobody looks at the history.
+fn unobserved(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.measurement.history_every = 1_000_000_000;
+    scene
+}
+
+/// How members ended.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Endings {
+    /// The punch got its force.
+    pub reached: usize,
+    /// It did not.
+    pub sank: usize,
+    /// The bed did not settle.
+    pub not_settled: usize,
+    /// Settled in an engine without a punch: these count for the bed, not for the force.
+    #[serde(default)]
+    pub poured: usize,
+    /// The engine gave up: in which words, how often.
+    pub failed: BTreeMap<String, usize>,
+}
+
+impl Endings {
+    /// Counts them.
+    pub fn of<'a>(all: impl IntoIterator<Item = &'a Member>) -> Self {
+        let mut endings = Endings::default();
+        for member in all {
+            match &member.ending {
+                Ending::Reached => endings.reached += 1,
+                Ending::Sank => endings.sank += 1,
+                Ending::NotSettled => endings.not_settled += 1,
+                Ending::Poured => endings.poured += 1,
+                Ending::Failed(reason) => {
+                    *endings.failed.entry(without_numbers(reason)).or_default() += 1;
+                }
+            }
+        }
+        endings
+    }
+
+    /// All members with a punch.
+    pub fn all(&self) -> usize {
+        self.reached + self.missed()
+    }
+
+    /// Members without the force.
+    pub fn missed(&self) -> usize {
+        self.sank + self.not_settled + self.failed.values().sum::<usize>()
+    }
+
+    /// What went wrong, in words.
+    pub fn remarks(&self) -> impl Iterator<Item = String> {
+        let failed = self.failed.iter();
+        let failed = failed.map(|(reason, count)| format!("{count} failed: {reason}"));
+        let loose = self.not_settled;
+        failed.chain((loose > 0).then(|| format!("{loose} did not settle")))
+    }
+}
+
+/// The step and the grain are another in every cloud: one mark for each number.
+fn without_numbers(words: &str) -> String {
+    let mut text = String::new();
+    for letter in words.chars() {
+        match letter {
+            '0'..='9' if text.ends_with('#') => {}
+            '0'..='9' => text.push('#'),
+            letter => text.push(letter),
+        }
+    }
+    text.replace("#.#", "#").replace("-#", "#")
+}

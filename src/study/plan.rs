@@ -1,0 +1,220 @@
+//! The plan of a study on the disk: everything that its rows depend on, fixed before the first one is made.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::{Study, StudyError, store};
+use crate::engine::exec::{Brought, Description};
+use crate::engine::yade;
+use crate::files::{failed, read_text, sha256_hex, write_folder, write_whole};
+
+/// The plan format that this program reads and writes.
+const VERSION: u32 = 1;
+/// The most rows that files, memory and merging were planned for.
+pub const MOST_ROWS: u64 = 1_000_000;
+/// The largest `plan.json`, bytes.
+const LARGEST: u64 = 100_000_000;
+const NAME: &str = "plan.json";
+/// The key of the digest in the file.
+const DIGEST: &str = "digest";
+
+/// What is run, and by which program.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Plan<S> {
+    /// [`Study::KIND`].
+    pub kind: String,
+    /// Format of this file.
+    pub version: u32,
+    /// Which program may run it.
+    pub made_with: MadeWith,
+    /// The external engine, where rows are made in one.
+    pub program: Option<Program>,
+    /// The study's own plan.
+    pub study: S,
+}
+
+/// What decides the bits of rows besides the plan. Rows are made by the program that planned them only.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MadeWith {
+    /// Version of crossgrain.
+    pub crossgrain: String,
+    /// [`grains::SOURCE_DIGEST`].
+    pub source: String,
+    /// SHA-256 of the scripts that run inside YADE, where rows are made in YADE.
+    pub yade_scripts: Option<String>,
+    /// How it is known, where `source` was not written down when the rows were made.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
+}
+
+/// An external engine.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Program {
+    /// Where it is on the machine of the plan.
+    pub path: PathBuf,
+    /// What it says of itself.
+    pub described: Description,
+    /// SHA-256 of its file.
+    pub digest: String,
+}
+
+impl Program {
+    /// Of an engine that was asked.
+    pub fn of(engine: &Brought) -> Result<Self, StudyError> {
+        let named = &engine.options.program;
+        Ok(Program {
+            path: named.canonicalize().map_err(failed("find", named))?,
+            described: engine.description.clone(),
+            digest: engine.digest.clone(),
+        })
+    }
+}
+
+impl MadeWith {
+    /// This program, with YADE's scripts where they take part.
+    pub fn this(with_yade: bool) -> Self {
+        MadeWith {
+            crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
+            source: grains::SOURCE_DIGEST.to_owned(),
+            yade_scripts: with_yade.then(yade::script_digest),
+            note: None,
+        }
+    }
+
+    /// For people.
+    fn in_words(&self) -> String {
+        let short = |digest: &str| digest.chars().take(12).collect::<String>();
+        let mut words = format!("{} with source {}", self.crossgrain, short(&self.source));
+        if let Some(scripts) = &self.yade_scripts {
+            words += &format!(" and YADE scripts {}", short(scripts));
+        }
+        words
+    }
+}
+
+impl<S: Study> Plan<S> {
+    /// Of this study, to be run by this program.
+    pub fn new(study: S, program: Option<Program>) -> Result<Self, StudyError> {
+        study.check().map_err(StudyError::Usage)?;
+        let count = study.count();
+        if count == 0 || count > MOST_ROWS {
+            return Err(StudyError::Usage(format!(
+                "{count} rows; a study has 1 to {MOST_ROWS}"
+            )));
+        }
+        Ok(Plan {
+            kind: S::KIND.to_owned(),
+            version: VERSION,
+            made_with: MadeWith::this(uses_yade(&study)),
+            program,
+            study,
+        })
+    }
+
+    /// SHA-256 of the whole plan, in hexadecimal; the check of every row covers it.
+    pub fn digest(&self) -> String {
+        sha256_hex(serde_json::to_string(self).unwrap_or_default().as_bytes())
+    }
+
+    /// As it is on the disk: the plan with its digest at the end, so that a plan that was edited is noticed before
+    /// anything is run.
+    pub fn text(&self) -> String {
+        let mut stored = serde_json::to_value(self).unwrap_or_default();
+        stored[DIGEST] = self.digest().into();
+        serde_json::to_string_pretty(&stored).unwrap_or_default() + "\n"
+    }
+
+    /// Makes the study's folder, which must not exist.
+    pub fn write(&self, folder: &Path) -> Result<(), StudyError> {
+        write_folder(folder, |aside| {
+            let records = store::records_folder(aside);
+            std::fs::create_dir(&records).map_err(failed("create", &records))?;
+            Ok(write_whole(&aside.join(NAME), self.text().as_bytes())?)
+        })
+    }
+
+    /// Reads the plan of a study's folder and checks that it is whole.
+    pub fn read(folder: &Path) -> Result<Self, StudyError> {
+        let not_one = |reason: String| not_a_study(folder, reason);
+        let wrong = |error: serde_json::Error| not_one(format!("{NAME}: {error}"));
+        let mut stored = stored(folder)?;
+        let digest = stored.as_object_mut().and_then(|of| of.remove(DIGEST));
+        let plan: Plan<S> = serde_json::from_value(stored).map_err(wrong)?;
+        if plan.kind != S::KIND {
+            return Err(not_one(format!("it is a {}, not a {}", plan.kind, S::KIND)));
+        }
+        if digest != Some(plan.digest().into()) {
+            return Err(not_one(format!(
+                "{NAME} was changed after it was made, and plans never change; put back what was there, or plan anew"
+            )));
+        }
+        plan.study
+            .check()
+            .map_err(|reason| not_one(format!("{NAME}: {reason}")))?;
+        let count = plan.study.count();
+        if count == 0 || count > MOST_ROWS {
+            return Err(not_one(format!("{NAME} has {count} rows")));
+        }
+        Ok(plan)
+    }
+
+    /// That this program gives the bits that were planned.
+    pub fn check_program(&self, folder: &Path) -> Result<(), StudyError> {
+        let this = MadeWith::this(uses_yade(&self.study));
+        let planned = MadeWith {
+            note: None,
+            ..self.made_with.clone()
+        };
+        if planned == this {
+            return Ok(());
+        }
+        Err(StudyError::OtherProgram {
+            path: folder.to_owned(),
+            planned: planned.in_words(),
+            present: this.in_words(),
+        })
+    }
+}
+
+fn uses_yade<S: Study>(study: &S) -> bool {
+    (1..=study.count()).any(|task| study.runner(task).is_yade())
+}
+
+/// The kind of the study in a folder.
+pub fn kind(folder: &Path) -> Result<String, StudyError> {
+    let kind = stored(folder)?["kind"].as_str().map(str::to_owned);
+    kind.ok_or_else(|| not_a_study(folder, format!("{NAME} names no kind")))
+}
+
+/// The plan's file as JSON of a version that is known.
+fn stored(folder: &Path) -> Result<serde_json::Value, StudyError> {
+    let names = [path(folder), folder.join(format!("{NAME}.gz"))];
+    let Some(path) = names.into_iter().find(|path| path.is_file()) else {
+        return Err(not_a_study(folder, format!("it has no {NAME}")));
+    };
+    let stored: serde_json::Value = serde_json::from_str(&read_text(&path, LARGEST)?)
+        .map_err(|error| not_a_study(folder, format!("{NAME}: {error}")))?;
+    match stored["version"].as_u64() {
+        Some(version) if version != u64::from(VERSION) => Err(not_a_study(
+            folder,
+            format!("{NAME} has version {version}, and this program reads {VERSION}"),
+        )),
+        _ => Ok(stored),
+    }
+}
+
+fn not_a_study(folder: &Path, reason: String) -> StudyError {
+    StudyError::NotAStudy {
+        path: folder.to_owned(),
+        reason,
+    }
+}
+
+/// Where the plan is; that of a recorded study may be packed (`plan.json.gz`).
+pub fn path(folder: &Path) -> PathBuf {
+    folder.join(NAME)
+}

@@ -1,0 +1,586 @@
+//! What the map says.
+
+use super::bearing::{Bearing, Curve};
+use super::judge::{Judged, Verdict};
+use super::plan::{AXES, COMBINED, FRICTION, SPEED_AND_DAMPING};
+use super::record::{Figure, Joint, Point, Sensitivity};
+use crate::checks::Outcome;
+use crate::document::{Axis, Cell, Colour, Document, Mark, Plot, Section, Table, plot};
+use evidence::Interval;
+
+/// Pressures below this are as good as none, kPa.
+const FAINT: f64 = 0.2;
+
+/// What is drawn and said of a judged figure: a sign, words and a colour.
+const VERDICTS: [(&str, &str, Colour); 5] = [
+    ("=", "comes out", Colour::Blue),
+    ("≈", "undecided, estimate within", Colour::Sky),
+    ("?", "undecided", Colour::Grey),
+    ("×", "does not come out", Colour::Vermilion),
+    ("–", "too few members", Colour::Ochre),
+];
+
+const COLOURS: [Colour; 7] = [
+    Colour::Blue,
+    Colour::Vermilion,
+    Colour::Green,
+    Colour::Purple,
+    Colour::Sky,
+    Colour::Ochre,
+    Colour::Grey,
+];
+
+/// Of [`VERDICTS`].
+fn class(judged: &Judged) -> usize {
+    match judged.verdict {
+        Verdict::ComesOut => 0,
+        Verdict::Undecided if judged.near => 1,
+        Verdict::Undecided => 2,
+        Verdict::DoesNot => 3,
+        Verdict::Skipped => 4,
+    }
+}
+
+impl Sensitivity {
+    /// For people.
+    pub fn document(&self) -> Document {
+        Document {
+            title: "What the published figures depend on".to_owned(),
+            verdict: Outcome::Pass,
+            answer: self.answer(),
+            sections: vec![
+                self.speed_and_damping(),
+                self.where_figures_come_out(),
+                self.one_at_a_time(),
+                self.at_rest(),
+                self.every_setting(),
+            ],
+            checks: Vec::new(),
+        }
+    }
+
+    fn answer(&self) -> String {
+        let joint = self.joint.iter();
+        let counts = joint.map(|of| format!("{} in {}", of.title, of.comes_out.len()));
+        format!(
+            "Of {} settings the published figures come out together as follows: {}.",
+            self.points.len(),
+            counts.collect::<Vec<String>>().join(", ")
+        )
+    }
+
+    fn of_axis<'a>(&'a self, axis: &'a str) -> impl Iterator<Item = &'a Point> {
+        self.points
+            .iter()
+            .filter(move |point| point.setting.axis == axis)
+    }
+
+    fn speed_and_damping(&self) -> Section {
+        let words = format!(
+            "The paper leaves open how fast the punch goes, how grains are damped, when the bed counts as settled and more. Each \
+             setting fills these in one way; beds of {} grains, {} clouds a setting (expensive settings fewer), the same clouds \
+             in all. A published figure comes out if the 95 % interval of ours over packings lies within value ± tolerance, does \
+             not come out if it lies outside, and is undecided if it holds an end. A star marks settings in which fewer than \
+             90 % of the punches got the force: their stresses are those of the firmer beds.",
+            self.grains, self.clouds
+        );
+        let place = |of: fn(&Point) -> Option<f64>| {
+            let mut all: Vec<f64> = self.of_axis(SPEED_AND_DAMPING).filter_map(of).collect();
+            all.sort_by(f64::total_cmp);
+            all.dedup();
+            all
+        };
+        let speeds = place(|point| point.setting.at.first().copied());
+        let mut alphas = place(|point| point.setting.at.get(1).copied());
+        // The first stands on top.
+        alphas.reverse();
+        let section = Section::new("Punch speed and damping", words);
+        if speeds.is_empty() {
+            return section;
+        }
+        let map = |name: &str, caption: String, show: &dyn Fn(&Point) -> (usize, String)| {
+            let names = |all: &[f64]| all.iter().map(f64::to_string).collect::<Vec<String>>();
+            let x = Axis::of_names("punch speed, m/s", names(&speeds));
+            let y = Axis::of_names("damping α", names(&alphas));
+            let mut points: [Vec<plot::Point>; 5] = Default::default();
+            for point in self.of_axis(SPEED_AND_DAMPING) {
+                let at = |all: &[f64], index: usize| {
+                    let at = point.setting.at.get(index)?;
+                    all.iter().position(|of| of == at)
+                };
+                let (Some(x), Some(y)) = (at(&speeds, 0), at(&alphas, 1)) else {
+                    continue;
+                };
+                let (class, label) = show(point);
+                points[class].push(plot::Point {
+                    label,
+                    ..plot::Point::at(x as f64, y as f64)
+                });
+            }
+            with_classes(
+                Plot::new(name, caption, x, y),
+                points.map(|of| (of, Vec::new())),
+            )
+        };
+        let reached = map(
+            "share-that-got-the-force",
+            "Share of the punches that got the force, %: all of nine in ten and more, grey below, vermilion below half.".to_owned(),
+            &|point| {
+                let class = match point.reached {
+                    share if share >= 0.9 => 0,
+                    share if share >= 0.5 => 2,
+                    _ => 3,
+                };
+                (class, format!("{:.0}", 100.0 * point.reached))
+            },
+        );
+        let figures = self.figures.iter().enumerate();
+        figures
+            .fold(section, |section, (index, figure)| {
+                let caption = format!("{}, {}.", figure.title, published(figure));
+                let name = format!("speed-and-damping-{}", figure.id.replace('.', "-"));
+                section.with(map(&name, caption, &|point| {
+                    let judged = &point.figures[index];
+                    let star = if judged.conditional { "*" } else { "" };
+                    let value = judged.value.map(|of| in_unit(of.estimate, &figure.unit));
+                    (class(judged), value.map_or(String::new(), |of| of + star))
+                }))
+            })
+            .with(reached)
+    }
+
+    /// What settings are called away from their axes.
+    fn names(&self, ids: &[String]) -> Cell {
+        let own = self.points.iter().filter(|of| ids.contains(&of.setting.id));
+        let names = own.map(|point| {
+            let setting = &point.setting;
+            match setting.axis.as_str() {
+                SPEED_AND_DAMPING | FRICTION | COMBINED => setting.name.clone(),
+                axis => format!("{axis}: {}", setting.name),
+            }
+        });
+        let names: Vec<String> = names.collect();
+        if names.is_empty() {
+            "none".into()
+        } else {
+            names.join("; ").into()
+        }
+    }
+
+    fn where_figures_come_out(&self) -> Section {
+        let mut table = Table::new(
+            "figures",
+            "Each published figure",
+            &[
+                "figure",
+                "published",
+                "comes out",
+                "undecided",
+                "does not",
+                "too few members",
+                "comes out in",
+                "tolerance",
+            ],
+        );
+        for figure in &self.figures {
+            table.row([
+                figure.title.as_str().into(),
+                published(figure).into(),
+                figure.comes_out.len().into(),
+                figure.undecided.len().into(),
+                figure.does_not.len().into(),
+                figure.skipped.len().into(),
+                self.names(&figure.comes_out),
+                figure.reason.as_str().into(),
+            ]);
+        }
+        let mut together = Table::new(
+            "together",
+            "Figures together",
+            &[
+                "figures",
+                "all come out in",
+                "none is excluded in",
+                "all estimates are within in",
+            ],
+        );
+        for Joint {
+            title,
+            comes_out,
+            possible,
+            near,
+            ..
+        } in &self.joint
+        {
+            together.row([
+                title.as_str().into(),
+                self.names(comes_out),
+                self.names(possible),
+                self.names(near),
+            ]);
+        }
+        Section::new("Where each figure comes out", "")
+            .with(table)
+            .with(together)
+    }
+
+    fn one_at_a_time(&self) -> Section {
+        let words = "Ours over published with 95 % intervals; shaded: what counts as the same. Hollow: fewer than 90 % of the \
+                     punches got the force; how many did stands beside the name. What lies beyond the panel stands at its edge.";
+        let points: Vec<&Point> = AXES
+            .iter()
+            .filter(|(axis, _)| *axis != SPEED_AND_DAMPING)
+            .flat_map(|(axis, _)| self.of_axis(axis))
+            .collect();
+        let section = Section::new("One choice at a time", words);
+        if points.is_empty() {
+            return section;
+        }
+        let figures = self.figures.iter().enumerate();
+        figures.fold(section, |section, (index, figure)| {
+            section.with(column(&points, index, figure))
+        })
+    }
+
+    fn at_rest(&self) -> Section {
+        let Bearing {
+            soil,
+            height,
+            wanted,
+            angle,
+            factors: [surcharge, weight],
+            depth_needed,
+            angle_needed,
+            impedance,
+            speed_of_impact,
+            ..
+        } = &self.bearing;
+        let kilo = 1.0e-3 * wanted;
+        let words = format!(
+            "At rest, a soil with the internal friction of frictionless grains bears {kilo:.1} kPa at a depth of {depth_needed:.2} \
+             m; the bed is {height:.2} m deep. Its friction angle is {:.2}° (frictionless spheres in the literature), its \
+             bearing-capacity factors are N_q = {surcharge:.2} and N_γ = {weight:.2}, its unit weight is γ = {:.0} N/m³. To bear \
+             the load at the depth of the control points, {angle_needed:.1}° are needed. A wall that moves into the bed meets \
+             ρ(1−n)c = {:.0} kPa for each m/s by inertia alone, and so the published load at {speed_of_impact:.2} m/s.",
+            angle.to_degrees(),
+            soil.unit_weight,
+            1.0e-3 * impedance,
+        );
+        let section = Section::new("Can the bed bear the load at rest?", words);
+        let section = if self.bearing.through.is_empty() {
+            section
+        } else {
+            section
+                .with(self.bearing.through_plot())
+                .with(self.bearing.rest_table())
+        };
+        if self.bearing.standing.is_empty() {
+            return section;
+        }
+        section
+            .with(self.bearing.standing_plot())
+            .with(self.bearing.standing_table())
+    }
+
+    fn every_setting(&self) -> Section {
+        let mut section = Section::new("Every setting", "").as_details();
+        let ids = self.figures.iter().map(|of| of.id.as_str());
+        let ids: Vec<&str> = ids.collect();
+        let mut head = vec![
+            "setting",
+            "clouds",
+            "got the force",
+            "of",
+            "depth at the force, m",
+        ];
+        head.extend(&ids);
+        head.push("remarks");
+        for (index, (axis, why)) in AXES.iter().enumerate() {
+            if self.of_axis(axis).next().is_none() {
+                continue;
+            }
+            let mut verdicts = Table::new(&format!("verdicts-{index}"), axis, &head);
+            let mut values = Table::new(&format!("values-{index}"), axis, &[]);
+            let mut changes = values.clone();
+            for (table, title) in [
+                (&mut values, "ours, SI units"),
+                (&mut changes, "more than in the base, same clouds, SI units"),
+            ] {
+                let mut head = vec!["setting"];
+                head.extend(&ids);
+                *table = Table::new(&table.name, &format!("{axis}: {title}"), &head);
+            }
+            changes.name = format!("changes-{index}");
+            for point in self.of_axis(axis) {
+                let name = || Cell::from(point.setting.name.as_str());
+                let judged = point.figures.iter();
+                let remarks: Vec<String> = point.endings.remarks().collect();
+                let mut row = vec![
+                    name(),
+                    point.made.into(),
+                    point.endings.reached.into(),
+                    point.endings.all().into(),
+                    point.depth.into(),
+                ];
+                row.extend(judged.clone().map(|of| {
+                    let star = if of.conditional { "*" } else { "" };
+                    Cell::from(format!("{}{star}", VERDICTS[class(of)].0))
+                }));
+                row.push((!remarks.is_empty()).then(|| remarks.join("; ")).into());
+                verdicts.row(row);
+                values.row(
+                    [name()]
+                        .into_iter()
+                        .chain(judged.clone().map(|of| of.value.into())),
+                );
+                changes.row(
+                    [name()]
+                        .into_iter()
+                        .chain(judged.map(|of| of.change.into())),
+                );
+            }
+            section = section.with(format!("{axis}: {why}.")).with(verdicts);
+            section = section.with(values).with(changes);
+        }
+        let signs = VERDICTS.map(|(sign, words, _)| format!("{sign} {words}"));
+        section.answer = format!(
+            "{}; * fewer than 90 % of the punches got the force. Means have t intervals, variations the bootstrap (BCa), \
+             shares Wilson's; the packing counts, never the grain.",
+            signs.join("; ")
+        );
+        section
+    }
+}
+
+/// Points, filled and hollow, of each of [`VERDICTS`].
+fn with_classes(mut plot: Plot, points: [(Vec<plot::Point>, Vec<plot::Point>); 5]) -> Plot {
+    for ((filled, hollow), (_, name, colour)) in points.into_iter().zip(VERDICTS) {
+        let named = filled.is_empty();
+        for (points, hollow) in [(filled, false), (hollow, true)] {
+            if !points.is_empty() {
+                let name = if hollow && !named { "" } else { name };
+                plot.marks.push(Mark::Points {
+                    name: name.to_owned(),
+                    colour,
+                    hollow,
+                    points,
+                });
+            }
+        }
+    }
+    plot
+}
+
+/// A figure in all settings, a row a setting.
+fn column(points: &[&Point], index: usize, figure: &Figure) -> Plot {
+    // Heights and porosities differ by little.
+    let [low, high] = match figure.id.as_str() {
+        "height" | "porosity" => [0.8, 1.2],
+        _ => [0.0, 2.0],
+    };
+    let names = points.iter().map(|point| {
+        let Point {
+            setting, endings, ..
+        } = point;
+        let missed = match endings.missed() {
+            0 => String::new(),
+            _ => format!(" ({} of {})", endings.reached, endings.all()),
+        };
+        match setting.axis.as_str() {
+            COMBINED => format!("{}{missed}", setting.name),
+            axis => format!("{axis}: {}{missed}", setting.name),
+        }
+    });
+    let x = Axis::linear("ours over published").within(low, high);
+    let name = format!("choices-{}", figure.id.replace('.', "-"));
+    let caption = format!("{}, {}.", figure.title, published(figure));
+    let mut plot = Plot::new(&name, caption, x, Axis::of_names("", names));
+    let tolerance = figure.tolerance / figure.value;
+    let last = points.len() as f64 - 0.5;
+    plot.marks.push(Mark::Band {
+        name: "counts as the same".to_owned(),
+        colour: Colour::Green,
+        points: [1.0 - tolerance, 1.0 + tolerance]
+            .map(|x| [x, -0.5, last])
+            .into(),
+    });
+    let mut classes: [(Vec<plot::Point>, Vec<plot::Point>); 5] = Default::default();
+    for (row, point) in points.iter().enumerate() {
+        let judged = &point.figures[index];
+        let Some(value) = judged.value else { continue };
+        let ours = value.over(figure.value);
+        let within = |of: f64| of.clamp(low, high);
+        let shown = plot::Point {
+            x: within(ours.estimate),
+            y: row as f64,
+            interval: Some([within(ours.low), within(ours.high)]),
+            label: if (low..=high).contains(&ours.estimate) {
+                String::new()
+            } else {
+                format!("{:.2}", ours.estimate)
+            },
+        };
+        let (filled, hollow) = &mut classes[class(judged)];
+        if judged.conditional { hollow } else { filled }.push(shown);
+    }
+    with_classes(plot, classes)
+}
+
+impl Bearing {
+    /// The damping of most curves: that of the base scene.
+    fn base_alpha(&self) -> f64 {
+        self.through.first().map_or(f64::NAN, |curve| curve.alpha)
+    }
+
+    fn like_base(&self) -> impl Iterator<Item = &Curve> {
+        let alpha = self.base_alpha();
+        let through = self.through.iter();
+        through.filter(move |curve| curve.friction == 0.0 && curve.alpha == alpha)
+    }
+
+    fn through_plot(&self) -> Plot {
+        let caption = "Punches that go on whatever the force is: mean pressure in windows of depth, with 95 % intervals over clouds.";
+        let x = Axis::linear("depth of the punch, m");
+        let y = Axis::logarithmic("mean pressure on the punch, kPa");
+        let mut plot = Plot::new("pushed-through", caption, x, y);
+        let mut deepest = 0.0f64;
+        for (curve, colour) in self.like_base().zip(COLOURS) {
+            plot = with_curve(plot, curve, &format!("{} m/s", curve.speed), colour);
+            let levels = curve.levels.iter();
+            deepest = levels.map(|level| level.at).fold(deepest, f64::max);
+        }
+        plot.marks.push(Mark::Level {
+            name: "published load".to_owned(),
+            colour: Colour::Ochre,
+            y: 1.0e-3 * self.wanted,
+        });
+        let depths = (1..=40).map(|index| deepest * f64::from(index) / 40.0);
+        let borne = depths.map(|depth| [depth, 1.0e-3 * self.soil.bears(depth, self.angle)]);
+        plot.with(Mark::Line {
+            name: format!("bearing capacity at rest, {:.1}°", self.angle.to_degrees()),
+            colour: Colour::Grey,
+            dashed: true,
+            points: borne.collect(),
+        })
+    }
+
+    fn standing_plot(&self) -> Plot {
+        let caption = format!(
+            "Mean pressure on the punch after it stopped; the published load is {:.1} kPa at the start.",
+            1.0e-3 * self.wanted
+        );
+        let x = Axis::logarithmic("time after the punch stopped, s");
+        let y = Axis::logarithmic("mean pressure on the punch, kPa");
+        let plot = Plot::new("left-standing", caption, x, y);
+        let curves = self.standing.iter().zip(COLOURS);
+        curves.fold(plot, |plot, (curve, colour)| {
+            with_curve(plot, curve, &curve.name, colour)
+        })
+    }
+
+    fn rest_table(&self) -> Table {
+        let curves: Vec<&Curve> = self.like_base().collect();
+        let speeds = curves.iter();
+        let speeds: Vec<String> = speeds
+            .map(|of| format!("at {} m/s, kPa", of.speed))
+            .collect();
+        let mut head = vec![
+            "depth, m",
+            "theory, kPa",
+            "extrapolated to rest, kPa",
+            "angle that bears it, degrees",
+        ];
+        head.extend(speeds.iter().map(String::as_str));
+        let title = "Pressure at rest, extrapolated from the slowest punches";
+        let mut table = Table::new("at-rest", title, &head);
+        for row in &self.at_rest {
+            let mut cells: Vec<Cell> = vec![
+                row.depth.into(),
+                (1.0e-3 * row.theory).into(),
+                kilopascal(row.pressure).into(),
+                row.angle.into(),
+            ];
+            cells.extend(curves.iter().map(|curve| {
+                let mut levels = curve.levels.iter();
+                let level = levels.find(|level| (level.at - row.depth).abs() < 1.0e-9);
+                Cell::from(kilopascal(level.and_then(|level| level.pressure)))
+            }));
+            table.row(cells);
+        }
+        table
+    }
+
+    fn standing_table(&self) -> Table {
+        let mut table = Table::new(
+            "relaxation",
+            "Punches that stop when the force is reached",
+            &[
+                "punch",
+                "got the force",
+                "of",
+                "depth at the force, m",
+                "time after the stop, s",
+                "on the punch, kPa",
+                "more on the floor over the punch's width, kPa",
+            ],
+        );
+        for curve in &self.standing {
+            for level in &curve.levels {
+                table.row([
+                    curve.name.as_str().into(),
+                    curve.reached.into(),
+                    curve.clouds.into(),
+                    curve.depth.into(),
+                    level.at.into(),
+                    kilopascal(level.pressure).into(),
+                    kilopascal(level.on_floor).into(),
+                ]);
+            }
+        }
+        table
+    }
+}
+
+fn with_curve(plot: Plot, curve: &Curve, name: &str, colour: Colour) -> Plot {
+    let points: Vec<plot::Point> = curve
+        .levels
+        .iter()
+        .filter_map(|level| {
+            let pressure = kilopascal(level.pressure)?;
+            let ends = [pressure.low, pressure.high];
+            Some(plot::Point {
+                x: level.at,
+                y: pressure.estimate.max(FAINT),
+                interval: Some(ends.map(|end| end.max(FAINT))),
+                label: String::new(),
+            })
+        })
+        .collect();
+    plot.line(name, colour, points.iter().map(|of| [of.x, of.y]))
+        .points("", colour, points)
+}
+
+fn kilopascal(of: Option<Interval>) -> Option<Interval> {
+    of.map(|of| of.over(1.0e3))
+}
+
+/// Value and tolerance.
+fn published(figure: &Figure) -> String {
+    let [value, tolerance] = [figure.value, figure.tolerance].map(|of| in_unit(of, &figure.unit));
+    let unit = match figure.unit.as_str() {
+        "Pa" => " kPa",
+        "m" => " mm",
+        _ => "",
+    };
+    format!("published {value} ± {tolerance}{unit}")
+}
+
+/// As people write it: kPa, mm and plain ratios.
+fn in_unit(value: f64, unit: &str) -> String {
+    match unit {
+        "Pa" => format!("{:.1}", 1.0e-3 * value),
+        "m" => format!("{:.0}", 1.0e3 * value),
+        _ if value.abs() >= 0.5 => format!("{value:.2}"),
+        _ => format!("{value:.3}"),
+    }
+}

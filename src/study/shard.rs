@@ -1,0 +1,159 @@
+//! A shard: the rows that one process makes.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// Shard `index` of `of`, both from 1: the rows whose number leaves `index − 1` when counted from 0 and divided by
+/// `of`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    /// From 1.
+    pub index: u64,
+    /// At least 1.
+    pub of: u64,
+}
+
+/// The number of tasks of the whole array, set by our own job scripts: a single task that is submitted again is, to
+/// Slurm, an array of one.
+pub const TASKS_VARIABLE: &str = "CROSSGRAIN_TASKS";
+
+/// More shards than this are more files than a folder should have.
+const MOST: u64 = 100_000;
+
+impl Shard {
+    /// Everything in one process.
+    pub const WHOLE: Shard = Shard { index: 1, of: 1 };
+
+    /// Shard `index` of `of`.
+    pub fn new(index: u64, of: u64) -> Result<Self, String> {
+        if of == 0 || of > MOST {
+            return Err(format!("{of} shards; there are 1 to {MOST}"));
+        }
+        if index == 0 || index > of {
+            return Err(format!("shard {index} of {of}; shards are counted from 1"));
+        }
+        Ok(Shard { index, of })
+    }
+
+    /// From the variables of a Slurm job array, read by `variable`. The number of shards is CROSSGRAIN_TASKS, or else
+    /// that of the array; tasks are counted from the array's first.
+    pub fn from_slurm(variable: impl Fn(&str) -> Option<String>) -> Result<Self, String> {
+        let number = |name: &str| -> Result<Option<u64>, String> {
+            let Some(text) = variable(name) else {
+                return Ok(None);
+            };
+            let parsed = text.trim().parse();
+            parsed
+                .map(Some)
+                .map_err(|_| format!("{name} is {text:?}, and must be a whole number"))
+        };
+        let task = number("SLURM_ARRAY_TASK_ID")?.ok_or_else(|| {
+            "--shard auto is for a task of a Slurm job array, and SLURM_ARRAY_TASK_ID is not set; name the shard as \
+             I/N, or leave --shard away"
+                .to_owned()
+        })?;
+        if let Some(tasks) = number(TASKS_VARIABLE)? {
+            return Shard::new(task, tasks);
+        }
+        let first = number("SLURM_ARRAY_TASK_MIN")?.unwrap_or(1);
+        let step = number("SLURM_ARRAY_TASK_STEP")?.unwrap_or(1).max(1);
+        let count = number("SLURM_ARRAY_TASK_COUNT")?.ok_or_else(|| {
+            format!("SLURM_ARRAY_TASK_COUNT is not set, and neither is {TASKS_VARIABLE}")
+        })?;
+        let place = task
+            .checked_sub(first)
+            .ok_or_else(|| format!("task {task} stands before the array's first, {first}"))?;
+        if place % step != 0 || place / step >= count {
+            return Err(format!(
+                "task {task} is not one of {count} from {first} in steps of {step}: number the array without gaps, as \
+                 1-{count}, or set {TASKS_VARIABLE}"
+            ));
+        }
+        Shard::new(place / step + 1, count)
+    }
+
+    /// Its rows of so many, in order.
+    pub fn rows(&self, of: u64) -> impl Iterator<Item = u64> + use<> {
+        (self.index..=of).step_by(self.of as usize)
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "{}/{}", self.index, self.of)
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong =
+            || format!("{text:?} is not a shard; shards are named I/N, such as 3/8, or auto");
+        let (index, of) = text.split_once('/').ok_or_else(wrong)?;
+        Shard::new(
+            index.parse().map_err(|_| wrong())?,
+            of.parse().map_err(|_| wrong())?,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_belongs_to_one_shard() {
+        for of in [1, 2, 3, 7, 50] {
+            let mut seen = vec![0; 41];
+            for index in 1..=of {
+                let shard = Shard::new(index, of).expect("a shard");
+                for row in shard.rows(40) {
+                    assert_eq!((row - 1) % of, index - 1);
+                    seen[row as usize] += 1;
+                }
+            }
+            assert!(seen[1..].iter().all(|times| *times == 1), "{of}: {seen:?}");
+        }
+    }
+
+    fn slurm(variables: &[(&str, &str)]) -> Result<Shard, String> {
+        Shard::from_slurm(|name| {
+            let found = variables.iter().find(|(of, _)| *of == name);
+            found.map(|(_, value)| (*value).to_owned())
+        })
+    }
+
+    #[test]
+    fn tasks_of_an_array_are_shards() {
+        let from_zero = [
+            ("SLURM_ARRAY_TASK_ID", "9"),
+            ("SLURM_ARRAY_TASK_MIN", "0"),
+            ("SLURM_ARRAY_TASK_COUNT", "10"),
+        ];
+        assert_eq!(slurm(&from_zero), Ok(Shard { index: 10, of: 10 }));
+        // One task again: to Slurm an array of one.
+        let again = [
+            ("SLURM_ARRAY_TASK_ID", "3"),
+            ("SLURM_ARRAY_TASK_MIN", "3"),
+            ("SLURM_ARRAY_TASK_COUNT", "1"),
+            (TASKS_VARIABLE, "8"),
+        ];
+        assert_eq!(slurm(&again), Ok(Shard { index: 3, of: 8 }));
+        assert!(slurm(&[]).is_err());
+        let with_gaps = [
+            ("SLURM_ARRAY_TASK_ID", "7"),
+            ("SLURM_ARRAY_TASK_MIN", "1"),
+            ("SLURM_ARRAY_TASK_COUNT", "3"),
+        ];
+        assert!(slurm(&with_gaps).is_err());
+    }
+
+    #[test]
+    fn names_of_shards() {
+        assert_eq!("3/8".parse(), Ok(Shard { index: 3, of: 8 }));
+        for wrong in ["0/8", "9/8", "3", "a/b", "1/0", "-1/3", ""] {
+            assert!(wrong.parse::<Shard>().is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! The rows of a study on the disk: a file a shard, a line a row, each line with a check of itself. Files only grow.
+//!
+//! A line is `CHECK NUMBER {json}` with CHECK the first 64 bits of SHA-256 over the plan's digest, the row's number and
+//! the JSON. What is not such a line – the last one of a process that was killed, or of a full disk – is not believed,
+//! stands for nothing and is left as it is; the next writer begins a new line after it.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use super::shard::Shard;
+use crate::files::{FileError, failed, locked, regular, short_hex};
+
+/// A campaign's row is about 20 kB; a longer line is none.
+pub const LONGEST_LINE: u64 = 4_000_000;
+
+/// As many damaged lines are named; those after them are left out.
+const MOST_DAMAGED: usize = 10_000;
+
+/// The check of a line.
+fn check(plan: &str, number: u64, json: &str) -> String {
+    let mut hash = Sha256::new();
+    for part in [plan, " ", &number.to_string(), " ", json] {
+        hash.update(part.as_bytes());
+    }
+    short_hex(hash)
+}
+
+/// The line of a row, without its end.
+pub fn line(plan: &str, number: u64, json: &str) -> String {
+    format!("{} {number} {json}", check(plan, number, json))
+}
+
+/// Number and JSON of a line, if it is a whole row of this plan.
+fn believed<'a>(plan: &str, line: &'a str) -> Option<(u64, &'a str)> {
+    let (sum, rest) = line.split_once(' ')?;
+    let (number, json) = rest.split_once(' ')?;
+    let number = number.parse().ok()?;
+    (check(plan, number, json) == sum).then_some((number, json))
+}
+
+/// The file of a shard, open for adding to it. No other process can open it as long as this value lives.
+#[derive(Debug)]
+pub struct Writer {
+    path: PathBuf,
+    file: File,
+    /// The last line has no end: what follows must not be added to it.
+    torn: bool,
+}
+
+impl Writer {
+    /// Opens or begins the file of a shard.
+    pub fn open(folder: &Path, shard: Shard) -> Result<Self, FileError> {
+        let name = format!("shard-{}-of-{}.jsonl", shard.index, shard.of);
+        let path = records_folder(folder).join(name);
+        let mut file = locked(&path)?;
+        let length = file.metadata().map_err(failed("find", &path))?.len();
+        let torn = length > 0 && {
+            let mut last = [0];
+            file.seek(SeekFrom::Start(length - 1))
+                .and_then(|_| file.read_exact(&mut last))
+                .map_err(failed("read", &path))?;
+            last != *b"\n"
+        };
+        Ok(Writer { path, file, torn })
+    }
+
+    /// Adds a row; when this returns, it is on the disk.
+    pub fn add(&mut self, plan: &str, number: u64, json: &str) -> Result<(), FileError> {
+        let mut text = line(plan, number, json);
+        text.push('\n');
+        if self.torn {
+            text.insert(0, '\n');
+        }
+        // Until all of it is written.
+        self.torn = true;
+        self.file
+            .write_all(text.as_bytes())
+            .and_then(|()| self.file.sync_data())
+            .map_err(failed("write", &self.path))?;
+        self.torn = false;
+        Ok(())
+    }
+}
+
+/// Where a believed row is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// Which of [`Index::files`].
+    pub file: u32,
+    /// Where its JSON begins, bytes.
+    pub offset: u64,
+    /// Bytes of its JSON.
+    pub length: u32,
+}
+
+/// A line that is no row.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Damaged {
+    /// The file.
+    pub path: PathBuf,
+    /// From 1.
+    pub line: u64,
+}
+
+/// Every believed row of a study.
+#[derive(Debug, Default)]
+pub struct Index {
+    /// By name.
+    pub files: Vec<PathBuf>,
+    /// Rows of each file.
+    pub rows: Vec<u64>,
+    /// By number; of several lines of a row, the first that was found.
+    pub places: BTreeMap<u64, Place>,
+    /// Further lines of rows, which must say the same.
+    pub repeated: Vec<(u64, Place)>,
+    /// What is not believed.
+    pub damaged: Vec<Damaged>,
+}
+
+impl Index {
+    /// Reads all record files of a study with so many rows.
+    pub fn read(folder: &Path, plan: &str, count: u64) -> Result<Self, FileError> {
+        let records = records_folder(folder);
+        let mut index = Index::default();
+        let entries = match std::fs::read_dir(&records) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(index),
+            Err(error) => return Err(failed("read", &records)(error)),
+        };
+        for entry in entries {
+            let path = entry.map_err(failed("read", &records))?.path();
+            if path.extension().is_some_and(|end| end == "jsonl") {
+                index.files.push(path);
+            }
+        }
+        index.files.sort();
+        for file in 0..index.files.len() {
+            index.add_file(file, plan, count)?;
+        }
+        Ok(index)
+    }
+
+    fn add_file(&mut self, file: usize, plan: &str, count: u64) -> Result<(), FileError> {
+        let path = self.files[file].clone();
+        let mut reader = BufReader::with_capacity(1 << 16, regular(&path)?);
+        let (mut offset, mut at, mut found) = (0, 0, 0);
+        let mut line = Vec::new();
+        loop {
+            line.clear();
+            let mut bounded = (&mut reader).take(LONGEST_LINE);
+            let read = bounded
+                .read_until(b'\n', &mut line)
+                .map_err(failed("read", &path))?;
+            if read == 0 {
+                break;
+            }
+            at += 1;
+            let whole = line.pop_if(|last| *last == b'\n').is_some();
+            let row = std::str::from_utf8(&line)
+                .ok()
+                .filter(|_| whole)
+                .and_then(|text| believed(plan, text).map(|(number, json)| (number, json.len())))
+                .filter(|(number, _)| (1..=count).contains(number));
+            match row {
+                Some((number, length)) => {
+                    found += 1;
+                    let place = Place {
+                        file: file as u32,
+                        offset: offset + (line.len() - length) as u64,
+                        length: length as u32,
+                    };
+                    match self.places.entry(number) {
+                        Entry::Occupied(_) => self.repeated.push((number, place)),
+                        Entry::Vacant(free) => drop(free.insert(place)),
+                    }
+                }
+                // A new line after a torn one.
+                None if line.is_empty() => {}
+                None if self.damaged.len() >= MOST_DAMAGED => {}
+                None => self.damaged.push(Damaged {
+                    path: path.clone(),
+                    line: at,
+                }),
+            }
+            offset += read as u64;
+        }
+        self.rows.push(found);
+        Ok(())
+    }
+
+    /// The path of a row's file.
+    pub fn path(&self, place: &Place) -> &Path {
+        &self.files[place.file as usize]
+    }
+}
+
+/// Reads rows that an index has found.
+#[derive(Debug)]
+pub struct Reader<'a> {
+    index: &'a Index,
+    open: BTreeMap<u32, File>,
+}
+
+/// As many files as are held open.
+const MOST_OPEN: usize = 256;
+
+impl<'a> Reader<'a> {
+    /// Of this index.
+    pub fn new(index: &'a Index) -> Self {
+        Reader {
+            index,
+            open: BTreeMap::new(),
+        }
+    }
+
+    /// The JSON of a row.
+    pub fn json(&mut self, place: &Place) -> Result<String, FileError> {
+        let path = self.index.path(place);
+        if self.open.len() >= MOST_OPEN {
+            self.open.clear();
+        }
+        let file = match self.open.entry(place.file) {
+            Entry::Occupied(open) => open.into_mut(),
+            Entry::Vacant(free) => free.insert(File::open(path).map_err(failed("open", path))?),
+        };
+        let mut bytes = vec![0; place.length as usize];
+        file.seek(SeekFrom::Start(place.offset))
+            .and_then(|_| file.read_exact(&mut bytes))
+            .map_err(failed("read", path))?;
+        String::from_utf8(bytes).map_err(|_| FileError::NotText {
+            path: path.to_owned(),
+        })
+    }
+}
+
+/// Where the record files are.
+pub fn records_folder(folder: &Path) -> PathBuf {
+    folder.join("records")
+}

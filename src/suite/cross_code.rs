@@ -1,0 +1,385 @@
+//! The same case in two engines: every number of every moment must have the same bits. Cases are random static states, for every
+//! kind of pair and every option of the contact law that YADE has, trajectories, and the first steps of a recorded run.
+
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
+
+use super::build::{self, Grain, friction, springs, wall, with_viscosity};
+use super::{CaseGroup, Evidence, Figures, Track};
+use crate::checks::Check;
+use crate::run::folder::recording;
+use grains::case::{Case, Load};
+use grains::generate::initial_bodies;
+use grains::measure::history::HistoryRow;
+use grains::model::{Axis, Law, Model};
+use grains::scene::{
+    ContactLaw, Rotation, SlipVelocity, Tension, TorqueArms, Viscosity, paper_scene,
+};
+use grains::tables::{Bodies, BodyIds, Contact, Punch, Snapshot, Stage};
+
+/// A case that two engines must agree on.
+pub struct CrossCase {
+    /// Lasting and unique, in kebab-case.
+    pub id: String,
+    /// What it shows, in one line.
+    pub title: String,
+    /// What is run in both engines.
+    pub case: Case,
+    /// Places that must be among its contacts; empty if it is about motion.
+    pub places: Vec<Place>,
+}
+
+/// What YADE made of a case.
+#[derive(Debug, Clone)]
+pub struct InYade {
+    /// The state at each moment.
+    pub track: Track,
+    /// Forces and torques summed on each grain at each moment; empty for large cases.
+    pub loads: Vec<Vec<Load>>,
+}
+
+/// The places at which contacts are compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// Two grains.
+    Grains,
+    /// A wall and a grain.
+    Wall,
+    /// A face of the punch and a grain.
+    Face,
+    /// A corner of the punch, which is an edge across the plane, and a grain.
+    Corner,
+    /// The punch and a grain whose centre is inside it.
+    Inside,
+}
+
+impl Place {
+    /// The id and words of the check at this place.
+    fn name(self) -> [&'static str; 2] {
+        match self {
+            Place::Grains => ["grain-and-grain", "grain and grain"],
+            Place::Wall => ["wall-and-grain", "wall and grain"],
+            Place::Face => ["punch-face", "punch face and grain"],
+            Place::Corner => ["punch-corner", "punch corner (edge) and grain"],
+            Place::Inside => ["inside-punch", "punch and grain inside it"],
+        }
+    }
+
+    fn of(contact: &Contact, moment: &Snapshot, ids: BodyIds) -> Option<Place> {
+        if ids.is_grain(contact.id1) {
+            return Some(Place::Grains);
+        }
+        if contact.id1 < ids.punch() {
+            return Some(Place::Wall);
+        }
+        let at = contact.id2 as usize;
+        let position = [moment.bodies.x[at], moment.bodies.z[at]];
+        let Punch {
+            centre,
+            half_extents,
+            ..
+        } = moment.punch?;
+        let beyond = [0, 1].map(|axis: usize| {
+            usize::from((position[axis] - centre[axis]).abs() > half_extents[axis])
+        });
+        Some(match beyond[0] + beyond[1] {
+            0 => Place::Inside,
+            1 => Place::Face,
+            _ => Place::Corner,
+        })
+    }
+}
+
+/// Compares the native engine's track and loads of a case with YADE's, number by number.
+pub fn judge(of: &CrossCase, native: &Track, loads: &[Vec<Load>], yade: &InYade) -> Vec<Check> {
+    let moments = || native.iter().zip(&yade.track);
+    let mut counts = Vec::new();
+    let motion = moments().map(|(a, b)| differing_motion(&a.bodies, &b.bodies));
+    let columns = native.iter().flat_map(|moment| moment.bodies.motion());
+    let numbers: usize = columns.map(|(_, column)| column.len()).sum();
+    let missing = native.len().abs_diff(yade.track.len());
+    let motion = motion.sum::<usize>() + missing;
+    counts.push(("motion", "positions, velocities and spins", motion, numbers));
+    let contacts = moments().map(|(a, b)| differing_contacts(&a.contacts, &b.contacts));
+    let numbers: usize = native.iter().map(|moment| moment.contacts.len()).sum();
+    let (contacts, numbers) = (contacts.sum(), numbers * COLUMNS);
+    counts.push(("contacts", "numbers of contacts", contacts, numbers));
+    if !yade.loads.is_empty() {
+        counts.push(differing_loads(of, loads, &yade.loads));
+    }
+    for &place in &of.places {
+        counts.push(contacts_at(place, of, native, &yade.track));
+    }
+    let mut figures = Figures::of("");
+    figures.because("same operations in the same order: every bit");
+    for (id, what, differing, of) in counts {
+        // Nothing compared is nothing shown.
+        let value = if of == 0 { f64::NAN } else { differing as f64 };
+        let what = format!("{id}: {what} that differ; of {of}, 1");
+        figures.is(&what, value, 0.0, 0.0);
+    }
+    figures.done()
+}
+
+/// Id, words, how many numbers differ, of how many.
+type Count = (&'static str, &'static str, usize, usize);
+
+/// Forces and torques summed on grains; torques where they turn them.
+fn differing_loads(of: &CrossCase, native: &[Vec<Load>], yade: &[Vec<Load>]) -> Count {
+    let (parts, what) = if of.case.model.law.rotates() {
+        (3, "forces and torques summed on grains")
+    } else {
+        (2, "forces summed on grains")
+    };
+    let rows = native.iter().flatten().zip(yade.iter().flatten());
+    let unequal =
+        |(a, b): (&Load, &Load)| (0..parts).filter(|part| !same(a[*part], b[*part])).count();
+    let count = |all: &[Vec<Load>]| all.iter().map(Vec::len).sum::<usize>();
+    let missing = count(native).abs_diff(count(yade));
+    let differing = rows.map(unequal).sum::<usize>() + missing;
+    ("loads", what, differing, count(native) * parts)
+}
+
+/// Contacts at one kind of place over all moments.
+fn contacts_at(place: Place, of: &CrossCase, one: &Track, other: &Track) -> Count {
+    let ids = BodyIds {
+        grains: of.case.bodies.len() as u32,
+        walls: of.case.model.walls.len() as u32,
+    };
+    let pick = |moment: &Snapshot| -> Vec<Contact> {
+        let there = |contact: &&Contact| Place::of(contact, moment, ids) == Some(place);
+        moment.contacts.iter().filter(there).copied().collect()
+    };
+    let (mut differing, mut numbers) = (0, 0);
+    for (a, b) in one.iter().zip(other) {
+        let (a, b) = (pick(a), pick(b));
+        differing += differing_contacts(&a, &b);
+        numbers += a.len().max(b.len()) * COLUMNS;
+    }
+    let [id, words] = place.name();
+    (id, words, differing, numbers)
+}
+
+/// Whether any number of two moments differs.
+pub fn differ(a: &Snapshot, b: &Snapshot) -> bool {
+    differing_motion(&a.bodies, &b.bodies) + differing_contacts(&a.contacts, &b.contacts) > 0
+}
+
+/// Numbers of motion that have not the same bits.
+fn differing_motion(a: &Bodies, b: &Bodies) -> usize {
+    let columns = a.motion().into_iter().zip(b.motion());
+    columns
+        .map(|((_, a), (_, b))| {
+            let unequal = a.iter().zip(b).filter(|(a, b)| !same(**a, **b)).count();
+            unequal + a.len().abs_diff(b.len())
+        })
+        .sum()
+}
+
+/// Columns of a contact that are compared.
+const COLUMNS: usize = 7;
+
+fn differing_contacts(a: &[Contact], b: &[Contact]) -> usize {
+    let key = |contact: &Contact| (contact.id1, contact.id2);
+    let columns = |of: &Contact| -> [f64; COLUMNS] {
+        let ([nx, nz], [x, z]) = (of.normal, of.point);
+        [
+            of.overlap,
+            of.normal_force,
+            of.tangential_force,
+            nx,
+            nz,
+            x,
+            z,
+        ]
+    };
+    let found = |of: &Contact| b.binary_search_by_key(&key(of), key).ok().map(|at| &b[at]);
+    let mut differing = 0;
+    let mut partners = 0;
+    for contact in a {
+        match found(contact) {
+            None => differing += COLUMNS,
+            Some(partner) => {
+                partners += 1;
+                let pairs = columns(contact).into_iter().zip(columns(partner));
+                differing += pairs.filter(|(a, b)| !same(*a, *b)).count();
+            }
+        }
+    }
+    differing + (b.len() - partners) * COLUMNS
+}
+
+/// The same bits; the two zeros are one number.
+fn same(a: f64, b: f64) -> bool {
+    a.to_bits() == b.to_bits() || (a == 0.0 && b == 0.0)
+}
+
+/// The native engine against YADE where there is no YADE: the first steps of the recorded run, by the
+/// digests of its states.
+pub fn recorded() -> Vec<CaseGroup> {
+    /// Steps of pouring; enough for three forces on a grain, so that the order of sums shows.
+    const STEPS: u64 = 3_000;
+    // The program carries the record; a broken one leaves no moments, and the group fails.
+    let recorded: Vec<HistoryRow> = recording::history()
+        .unwrap_or_default()
+        .into_iter()
+        .filter(|row| row.stage == Stage::Settle && row.step <= STEPS)
+        .collect();
+    let scene = paper_scene(1, 5000);
+    let case = Case {
+        name: "the paper's cloud".to_owned(),
+        model: Model::of(&scene),
+        bodies: initial_bodies(&scene),
+        punch: None,
+        moments: recorded.iter().map(|row| row.step).collect(),
+    };
+    let group = CaseGroup::new(
+        RECORDED,
+        "Pouring the paper's 5,000 grains gives the states that YADE gave when it was recorded",
+    );
+    let group = group.with([case], move |tracks| {
+        let moments = tracks[0].iter().zip(&recorded);
+        let differing = moments.filter(|(moment, row)| moment.bodies.digest() != row.state);
+        let differing = differing.count() + tracks[0].len().abs_diff(recorded.len());
+        let none = recorded.is_empty();
+        let value = if none { f64::NAN } else { differing as f64 };
+        let what = format!("states: states whose bits differ; of {}, 1", recorded.len());
+        let mut figures = Figures::of("");
+        figures.because("same operations in the same order: every bit");
+        figures.is(&what, value, 0.0, 0.0);
+        figures.done()
+    });
+    vec![CaseGroup {
+        evidence: Evidence::CrossCode,
+        ..group
+    }]
+}
+
+/// The group that only an engine with YADE's bits can pass.
+pub const RECORDED: &str = "recorded-pouring";
+
+/// Inner width of the box, m.
+const WIDTH: f64 = 0.4;
+/// Centre and half-extents of the punch, m.
+const PUNCH: [[f64; 2]; 2] = [[0.2, 0.25], [0.05, 0.03]];
+
+/// A random static state for each option: overlapping grains between walls and around a punch.
+pub fn static_states() -> Vec<CrossCase> {
+    use Place::{Corner, Face, Grains, Inside, Wall};
+    let state = |(stream, (id, what, law)): (u64, (&str, &str, Law))| {
+        let model = Model {
+            gravity: [0.3, -9.81],
+            alpha: 0.3,
+            walls: vec![wall(Axis::X, 0.0), wall(Axis::X, WIDTH), wall(Axis::Z, 0.0)],
+            ..build::model(law, 1.0e-6)
+        };
+        let moments = vec![0, 1, 2, 3, 30];
+        let mut case = build::case(&format!("static {id}"), model, &scattered(stream), moments);
+        let [centre, half_extents] = PUNCH;
+        let bottom = centre[1] - half_extents[1];
+        case.punch = Some(build::punch(centre[0], bottom, half_extents, -0.7));
+        CrossCase {
+            id: format!("static-state-{id}"),
+            title: format!("Forces, torques and motion from a random static state: {what}"),
+            case,
+            places: vec![Grains, Wall, Face, Corner, Inside],
+        }
+    };
+    (0..).zip(laws()).map(state).collect()
+}
+
+/// Every contact law that YADE has, with its id and what it is.
+fn laws() -> [(&'static str, &'static str, Law); 8] {
+    use SlipVelocity::{ContactPoint, RatchetingCorrected};
+    // Pa; soft, so that deep overlaps do not throw the grains apart at once.
+    const MODULUS: f64 = 1.0e7;
+    let rough = |rotation, slip_velocity, torque_arms| {
+        let law = friction(MODULUS, 0.7, 0.4);
+        let contact = ContactLaw {
+            rotation,
+            slip_velocity,
+            torque_arms,
+            ..law.contact
+        };
+        Law { contact, ..law }
+    };
+    let free = |slip_velocity, arms| rough(Rotation::Free, slip_velocity, arms);
+    let blocked = ContactLaw {
+        rotation: Rotation::Blocked,
+        ..ContactLaw::default()
+    };
+    let blocked = rough(blocked.rotation, blocked.slip_velocity, blocked.torque_arms);
+    let dashpot = |law| {
+        let tension = Tension::Clipped;
+        with_viscosity(law, Viscosity::Dashpot { c_n: 37.3, tension })
+    };
+    [
+        ("frictionless", "normal springs only", springs(MODULUS)),
+        (
+            "friction",
+            "friction, corrected slip, half-overlap arms",
+            free(RatchetingCorrected, TorqueArms::HalfOverlap),
+        ),
+        (
+            "friction-ratcheting",
+            "friction, contact point slip, half-overlap arms",
+            free(ContactPoint, TorqueArms::HalfOverlap),
+        ),
+        (
+            "friction-point-arms",
+            "friction, corrected slip, contact point arms",
+            free(RatchetingCorrected, TorqueArms::ContactPoint),
+        ),
+        (
+            "friction-point",
+            "friction, contact point slip and arms",
+            free(ContactPoint, TorqueArms::ContactPoint),
+        ),
+        ("friction-blocked", "friction, rotations blocked", blocked),
+        (
+            "dashpot",
+            "dashpots without friction",
+            dashpot(springs(MODULUS)),
+        ),
+        (
+            "dashpot-friction",
+            "dashpots and friction",
+            dashpot(friction(MODULUS, 0.7, 0.4)),
+        ),
+    ]
+}
+
+/// Grains thrown at random into the box, every other one at the punch, some at each wall.
+fn scattered(stream: u64) -> Vec<Grain> {
+    const GRAINS: usize = 160;
+    /// m.
+    const RADII: [f64; 2] = [0.005, 0.015];
+    let mut random = ChaCha8Rng::from_seed(*b"crossgrain: random frozen states");
+    random.set_stream(stream);
+    let mut uniform = |low: f64, high: f64| {
+        let share = (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+        low + (high - low) * share
+    };
+    let [centre, half] = PUNCH;
+    let mut grain = |index: usize| {
+        let radius = uniform(RADII[0], RADII[1]);
+        let position = if index.is_multiple_of(2) {
+            [0, 1].map(|axis| {
+                let reach = half[axis] + 0.9 * RADII[1];
+                uniform(centre[axis] - reach, centre[axis] + reach)
+            })
+        } else {
+            match index % 20 {
+                1 => [0.8 * radius, uniform(0.002, 0.2)],
+                3 => [WIDTH - 0.8 * radius, uniform(0.002, 0.2)],
+                5 => [uniform(0.002, WIDTH - 0.002), 0.8 * radius],
+                _ => [uniform(0.002, WIDTH - 0.002), uniform(0.002, 0.2)],
+            }
+        };
+        let velocity = [uniform(-2.0, 2.0), uniform(-2.0, 2.0)];
+        Grain::disc(position, radius, 2600.0)
+            .moving(velocity)
+            .spinning(uniform(-300.0, 300.0))
+    };
+    (0..GRAINS).map(&mut grain).collect()
+}

@@ -1,0 +1,261 @@
+//! Parameters of a scene that an engine says it uses, for each kind of contact, asked of a few grains that touch each other, a
+//! wall and the punch.
+
+use serde::Serialize;
+
+use super::build::{Grain, case, punch};
+use super::{Figures, trajectories};
+use crate::checks::{Check, Outcome};
+use crate::engine::{ProgramError, yade};
+use grains::case::{Case, Effective};
+use grains::model::Model;
+use grains::native::{self, CaseOptions, NativeError};
+use grains::scene::{Scene, paper_scene};
+
+/// The most that the parameters of two engines may differ, relative.
+pub const TOLERANCE: f64 = 1.0e-14;
+
+/// One parameter as an engine uses it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Parameter {
+    /// Lasting and unique in its scene.
+    pub id: String,
+    /// Between what, or of what.
+    pub of: String,
+    /// Its symbol.
+    pub symbol: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// Its value.
+    pub value: f64,
+}
+
+/// A parameter in both engines.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterPair {
+    /// As the native engine uses it.
+    pub native: Parameter,
+    /// In YADE; none if YADE does not tell it.
+    pub yade: Option<f64>,
+    /// |native − YADE| over the larger of the two; none if there is none in YADE.
+    pub difference: Option<f64>,
+}
+
+impl ParameterPair {
+    /// Whether the two are equal to [`TOLERANCE`].
+    pub fn agrees(&self) -> bool {
+        self.difference
+            .is_some_and(|difference| difference <= TOLERANCE)
+    }
+}
+
+/// Grains of the smallest, the mean and the largest size that touch each other, the left wall and the
+/// punch, in the scene's model.
+pub fn probe(scene: &Scene) -> Case {
+    let mean = 0.5 * scene.particles.mean_diameter;
+    let [small, large] = [-1.0, 1.0].map(|sign| mean * (1.0 + sign * scene.particles.dispersion));
+    let grain = |position: [f64; 2], radius: f64| {
+        let mass = scene.grain_mass(radius);
+        Grain {
+            mass,
+            inertia: scene.grain_inertia(radius, mass),
+            ..Grain::disc(position, radius, 0.0)
+        }
+    };
+    // Touching by a hundredth of a radius, floors of four radii apart.
+    let floor = |index: usize| (4.0 * index as f64 + 3.0) * large;
+    let touch = 0.99;
+    let mut grains = Vec::new();
+    for (index, radius) in [small, mean, large].into_iter().enumerate() {
+        grains.push(grain([touch * radius, floor(index)], radius));
+    }
+    for (index, (low, high)) in [(small, large), (mean, mean), (large, large)]
+        .into_iter()
+        .enumerate()
+    {
+        let (x, z) = (scene.punch_axis(), floor(3 + 2 * index));
+        grains.push(grain([x, z], low));
+        grains.push(grain([x, z + touch * (low + high)], high));
+    }
+    let bottom = floor(10);
+    let below = [scene.punch_axis(), bottom - touch * mean];
+    grains.push(grain(below, mean));
+    let half_extents = [scene.loading.half_width, 0.5 * scene.loading.punch_height];
+    let mut case = case("parameters", Model::of(scene), &grains, vec![0]);
+    case.punch = Some(punch(
+        scene.punch_axis(),
+        bottom,
+        half_extents,
+        -scene.loading.speed,
+    ));
+    case
+}
+
+/// What the native engine uses.
+pub fn of_native(scene: &Scene) -> Result<Vec<Parameter>, NativeError> {
+    let case = probe(scene);
+    Ok(list(&case, &native::effective(&case, None)?))
+}
+
+/// What YADE says it uses; `work` is an empty folder.
+pub fn of_yade(
+    scene: &Scene,
+    options: &yade::Options,
+    work: &std::path::Path,
+) -> Result<Vec<Parameter>, ProgramError> {
+    let case = probe(scene);
+    let run = yade::run_cases(&[&case], options, work, &mut ())?;
+    let first = run.cases.first();
+    Ok(first.map_or(Vec::new(), |of| list(&case, &of.effective)))
+}
+
+/// The scenes whose parameters the suite compares: the paper's, and the same with friction and dashpots.
+pub fn scenes() -> [(&'static str, Scene); 3] {
+    [
+        ("paper", paper_scene(1, 5000)),
+        ("friction", trajectories::rough(5000)),
+        ("dashpot", trajectories::viscous(5000)),
+    ]
+}
+
+/// A scene's probe, and what YADE says of it.
+#[derive(Debug, Clone)]
+pub struct Answer {
+    /// The scene's name.
+    pub name: &'static str,
+    /// The grains that were asked of.
+    pub probe: Case,
+    /// What YADE says.
+    pub yade: Effective,
+}
+
+/// A check for each scene, the largest relative difference of its parameters, from the native engine with these options against
+/// YADE's answers.
+pub fn checks(
+    answers: &[Answer],
+    options: impl Into<CaseOptions>,
+) -> Result<Vec<Check>, NativeError> {
+    let options = options.into();
+    let mut figures = Figures::of("");
+    figures.because("the same formulas of the same numbers");
+    for Answer { name, probe, yade } in answers {
+        let native = native::effective(probe, options)?;
+        let pairs = side_by_side(list(probe, &native), &list(probe, yade));
+        let differences = pairs
+            .iter()
+            .map(|pair| pair.difference.unwrap_or(f64::INFINITY));
+        let largest = differences.fold(0.0, f64::max);
+        let count = pairs.len();
+        let what =
+            format!("{name}: {name} scene: largest relative difference of {count} parameters, 1");
+        figures.is(&what, largest, 0.0, TOLERANCE);
+    }
+    Ok(figures.done())
+}
+
+/// The parameters of both, side by side.
+pub fn side_by_side(native: Vec<Parameter>, yade: &[Parameter]) -> Vec<ParameterPair> {
+    let pair = |native: Parameter| {
+        let same = |other: &&Parameter| other.id == native.id;
+        let yade = yade.iter().find(same).map(|other| other.value);
+        ParameterPair {
+            difference: yade.map(|yade| relative(native.value, yade)),
+            native,
+            yade,
+        }
+    };
+    native.into_iter().map(pair).collect()
+}
+
+/// Passed if all parameters agree; none if there are none.
+pub fn outcome(pairs: &[ParameterPair]) -> Option<Outcome> {
+    let agree = pairs.iter().all(ParameterPair::agrees);
+    (!pairs.is_empty()).then_some(Outcome::pass_if(agree))
+}
+
+/// A check for each parameter.
+pub fn pair_checks(pairs: &[ParameterPair]) -> Vec<Check> {
+    let check = |pair: &ParameterPair| {
+        let (native, yade) = (&pair.native, pair.yade.unwrap_or(f64::NAN));
+        let silent = pair.yade.is_none();
+        let check = Check::of_words(
+            format!("parameters/{}", native.id),
+            &format!("{} of {}", native.symbol, native.of),
+            Outcome::pass_if(pair.agrees()),
+            if silent { "YADE does not tell it" } else { "" },
+        );
+        let check = check
+            .with_limits(native.value, yade, Some(TOLERANCE * yade.abs()))
+            .judged_by(
+                "the native engine's parameter against the one that YADE says it uses",
+                "the same formulas of the same numbers, which may round once",
+            );
+        Check {
+            unit: native.unit.to_owned(),
+            ..check
+        }
+    };
+    pairs.iter().map(check).collect()
+}
+
+fn relative(a: f64, b: f64) -> f64 {
+    if a == b {
+        0.0
+    } else {
+        (a - b).abs() / a.abs().max(b.abs())
+    }
+}
+
+fn list(case: &Case, effective: &Effective) -> Vec<Parameter> {
+    let mut parameters = Vec::new();
+    let mut add = |id: &str, of: &str, symbol: &'static str, unit, value| {
+        parameters.push(Parameter {
+            id: format!("{id}/{symbol}"),
+            of: of.to_owned(),
+            symbol,
+            unit,
+            value,
+        });
+    };
+    for (symbol, unit, value) in [
+        ("dt", "s", effective.dt),
+        ("alpha", "1", effective.alpha),
+        ("g_x", "m/s²", effective.gravity[0]),
+        ("g_z", "m/s²", effective.gravity[1]),
+    ] {
+        add("everything", "everything", symbol, unit, value);
+    }
+    let grain = |id: usize| {
+        let radius = case.bodies.radius.get(id).copied().unwrap_or(f64::NAN);
+        format!("grain {id}, R {:.4} mm", 1e3 * radius)
+    };
+    for (id, mass) in effective.mass.iter().enumerate() {
+        let (of, id_of) = (grain(id), format!("grain-{id}"));
+        add(&id_of, &of, "m", "kg", *mass);
+        if let Some(inertia) = effective.inertia.get(id) {
+            add(&id_of, &of, "I", "kg·m²", *inertia);
+        }
+    }
+    let walls = case.bodies.len()..case.bodies.len() + case.model.walls.len();
+    let mut contacts = effective.contacts.clone();
+    contacts.sort_by_key(|contact| (contact.id1, contact.id2));
+    for contact in contacts {
+        let (one, other) = match contact.id1 as usize {
+            id if id < walls.start => (format!("grain-{id}"), grain(id)),
+            id if walls.contains(&id) => {
+                let wall = id - walls.start;
+                (format!("wall-{wall}"), format!("wall {wall}"))
+            }
+            _ => ("punch".to_owned(), "punch".to_owned()),
+        };
+        let of = format!("{other}, and {}", grain(contact.id2 as usize));
+        let id = format!("{one}-and-grain-{}", contact.id2);
+        add(&id, &of, "k_n", "N/m", contact.k_n);
+        if let Some(k_s) = contact.k_s {
+            add(&id, &of, "k_s", "N/m", k_s);
+            add(&id, &of, "tan_phi", "1", contact.tan_phi);
+        }
+        add(&id, &of, "c_n", "N·s/m", contact.c_n);
+    }
+    parameters
+}

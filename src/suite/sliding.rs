@@ -1,0 +1,619 @@
+//! A grain that touches a wall obliquely or spinning: it slides all through, or its tangential spring holds.
+
+use std::f64::consts::PI;
+
+use super::analytic::{
+    ROUNDING, SpringDashpot, State, dashpot, nominal_ratio, random_rounding, rounding_of_phase,
+};
+use super::build::{self, Grain};
+use super::{CaseGroup, Figures, Track, at, furthest};
+use grains::case::Case;
+use grains::model::{Axis, Law, Model};
+use grains::scene::{ContactLaw, NewContactSlip, Tension, Viscosity};
+
+/// The groups.
+pub fn groups() -> Vec<CaseGroup> {
+    vec![
+        mfix(),
+        chung_ooi_4(),
+        spinning(
+            CaseGroup::new(
+                "gross-sliding",
+                "Chung and Ooi 5 and 6 for a linear spring: sliding with spin along and against the way",
+            ),
+            &[
+                ("no-spin", 2.0, 0.0),
+                ("spin-against", 2.0, -150.0),
+                ("spin-along", 2.0, 80.0),
+                ("overtaken-by-its-spin", 0.5, 250.0),
+            ],
+        ),
+        spinning(
+            CaseGroup::new(
+                "spin-impact",
+                "A spinning ball or disc that falls on a wall is thrown aside",
+            ),
+            &[
+                ("spin-to-the-right", 0.0, 200.0),
+                ("spin-to-the-left", 0.0, -200.0),
+            ],
+        ),
+        recurrence(),
+        sticking(),
+        first_slip(
+            CaseGroup::new(
+                "first-slip",
+                "A new contact is given the slip of the whole step in which it was made",
+            ),
+            NewContactSlip::WholeStep,
+        ),
+        first_slip(
+            CaseGroup::new(
+                "first-slip-since-touch",
+                "A new contact is given the slip since the surfaces met",
+            ),
+            NewContactSlip::SinceTouch,
+        ),
+    ]
+}
+
+/// What makes a grain of a centre, a radius and a density.
+type Shape = fn([f64; 2], f64, f64) -> Grain;
+
+const SHAPES: [(&str, Shape); 2] = [("ball", Grain::sphere), ("disc", Grain::disc)];
+
+/// The laws that differ in where a contact's force acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Arms {
+    /// R − u_n/2, and slip without ratcheting.
+    HalfOverlap,
+    /// R − u_n, and slip at the contact point.
+    ContactPoint,
+}
+
+impl Arms {
+    const ALL: [(&str, Arms); 2] = [
+        ("half-overlap", Arms::HalfOverlap),
+        ("contact-point", Arms::ContactPoint),
+    ];
+
+    /// The law with these arms.
+    fn of(self, law: Law) -> Law {
+        match self {
+            Arms::HalfOverlap => law,
+            Arms::ContactPoint => build::at_contact_point(law),
+        }
+    }
+}
+
+/// A grain that hits a wall and slides on it all through.
+#[derive(Debug, Clone)]
+struct Slide {
+    id: String,
+    /// Its position is put in here; it moves to the right and down.
+    grain: Grain,
+    /// k_n, N/m.
+    stiffness: f64,
+    /// k_s/k_n.
+    ratio: f64,
+    tan_phi: f64,
+    /// ζ of a clipped dashpot; with one, the arms end at the contact point.
+    damping_ratio: f64,
+    /// Where the force acts.
+    arms: Arms,
+    /// Steps in the contact time of the spring alone.
+    steps: f64,
+}
+
+/// Steps before touch.
+const LEAD: f64 = 5.5;
+
+impl Slide {
+    /// s.
+    fn dt(&self) -> f64 {
+        PI / ((self.stiffness / self.grain.mass).sqrt() * self.steps)
+    }
+
+    /// The contact across the wall.
+    fn contact(&self) -> SpringDashpot {
+        let mass = self.grain.mass;
+        SpringDashpot {
+            dashpot: dashpot(self.damping_ratio, mass, self.stiffness),
+            approach: -self.grain.velocity[1],
+            ..SpringDashpot::spring(mass, self.stiffness, self.dt())
+        }
+    }
+
+    fn start(&self) -> State {
+        let approach = self.contact().approach;
+        State::start(-LEAD * self.dt() * approach, approach)
+    }
+
+    /// A step by which the contact is over.
+    fn end(&self) -> u64 {
+        (LEAD + 1.02 * self.contact().release().parted() / self.dt() + 3.0).ceil() as u64
+    }
+
+    /// The share of the overlap that the arm is shorter than the radius.
+    fn shortening(&self) -> f64 {
+        match self.arms {
+            Arms::HalfOverlap => 0.5,
+            Arms::ContactPoint => 1.0,
+        }
+    }
+
+    /// Velocity along the wall and spin that follow from the impulse J = ∫N dt and from ∫u N dt: the
+    /// tangential impulse is μJ and acts at the arm R − s·u, against the slip of the surface.
+    fn sliding(&self, impulse: f64, overlap_impulse: f64) -> [f64; 2] {
+        let Grain {
+            velocity,
+            spin,
+            mass,
+            inertia,
+            radius,
+            ..
+        } = self.grain;
+        let friction = (velocity[0] - radius * spin).signum() * self.tan_phi;
+        let turning = radius * impulse - self.shortening() * overlap_impulse;
+        [
+            velocity[0] - friction * impulse / mass,
+            spin + friction * turning / inertia,
+        ]
+    }
+
+    /// The same in continuous time: J = m(1+e)v.
+    fn expected(&self) -> [f64; 2] {
+        let contact = self.contact();
+        let impulse = contact.mass * (contact.approach + contact.release().speed);
+        self.sliding(impulse, contact.overlap_impulse())
+    }
+
+    /// How far velocity and spin may be off that: the impulse, as touch and parting fall into the middle
+    /// between two steps, by (ω dt)⁴, and with a dashpot, which lags by half a step and so acts on a mass
+    /// smaller by ½c dt, by twice ¼|ln e|·c dt/m; the overlap by (ω dt)² and c dt/m. And rounding.
+    fn tolerances(&self) -> [f64; 2] {
+        let contact = self.contact();
+        let (angle, share) = (PI / self.steps, contact.share());
+        let rebound = contact.release().speed / contact.approach;
+        let reach = self.wall() + self.grain.radius;
+        let rounding = random_rounding(self.end(), reach, contact.approach / contact.frequency());
+        let of_impulse = angle.powi(4) + 0.5 * rebound.ln().abs() * share + rounding;
+        let impulse = contact.mass * (1.0 + rebound) * contact.approach * of_impulse;
+        let shortening = self.shortening() * contact.overlap_impulse() * (angle * angle + share);
+        let turning = self.grain.radius * impulse + shortening;
+        let Grain { mass, inertia, .. } = self.grain;
+        [
+            self.tan_phi * impulse / mass,
+            self.tan_phi * turning / inertia,
+        ]
+    }
+
+    /// Height of the wall, m; not zero, so that a fault in it shows.
+    fn wall(&self) -> f64 {
+        0.5 * self.grain.radius
+    }
+
+    fn case(&self, moments: Vec<u64>) -> Case {
+        let angle = self.tan_phi.atan();
+        let plain = build::friction(self.stiffness / self.grain.radius, self.ratio, angle);
+        let law = if self.damping_ratio == 0.0 {
+            self.arms.of(plain)
+        } else {
+            let viscosity = Viscosity::Dashpot {
+                c_n: self.contact().dashpot,
+                tension: Tension::Clipped,
+            };
+            build::with_viscosity(plain, viscosity)
+        };
+        let model = Model {
+            walls: vec![build::wall(Axis::Z, self.wall())],
+            ..build::model(law, self.dt())
+        };
+        let height = self.wall() + self.grain.radius - self.start().overlap;
+        let grain = self.grain.at([0.0, height]);
+        build::case(&self.id, model, &[grain], moments)
+    }
+
+    /// Velocity along the wall and spin at the end.
+    fn seen(&self, track: &Track) -> [f64; 2] {
+        let end = at(track, self.end());
+        [end.velocity(0)[0], end.spin(0)]
+    }
+
+    /// Adds the experiment, judged by velocity along the wall and spin after it, and by what `more` says.
+    fn add_to(
+        self,
+        group: CaseGroup,
+        more: impl Fn(&Slide, &Track, &mut Figures) + Send + Sync + 'static,
+    ) -> CaseGroup {
+        group.with([self.case(vec![self.end()])], move |tracks| {
+            let ([velocity, spin], [of_velocity, of_spin]) =
+                (self.seen(&tracks[0]), self.expected());
+            let [off, off_turning] = self.tolerances();
+            let mut figures = Figures::of(&self.id);
+            figures.because(
+                "of the change: (ω dt)⁴, as touch and parting fall between two steps, ½|ln e| c dt/m with a \
+                 dashpot, and rounding",
+            );
+            let what = "velocity: velocity along the wall, m/s";
+            figures.is(what, velocity, of_velocity, off);
+            figures.because("as the velocity; and (ω dt)² + c dt/m of what the overlap takes from the arm");
+            figures.is("spin, rad/s", spin, of_spin, off_turning);
+            more(&self, &tracks[0], &mut figures);
+            figures.done()
+        })
+    }
+}
+
+/// So fast towards the wall at this angle from its normal, in degrees.
+fn at_angle(speed: f64, degrees: f64) -> [f64; 2] {
+    let angle = degrees.to_radians();
+    [speed * angle.sin(), -speed * angle.cos()]
+}
+
+/// DEM05 of MFiX's verification manual, with the values printed there: balls of 5 mm at 3.9 m/s, μ = 0.092,
+/// e = 1. Angles are from the normal.
+fn mfix() -> CaseGroup {
+    /// Steps in a contact time of the published runs: what MFiX takes where it is not told.
+    const PUBLISHED_STEPS: f64 = 50.0;
+    let mut group = CaseGroup::new(
+        "oblique-impact",
+        "MFiX DEM05: oblique impacts that slide all through, ball and disc",
+    );
+    for (angle, restitution, spin) in [
+        (30.0, 0.6813, None),
+        (45.0, 0.8160, Some(505.75)),
+        (60.0, 0.8938, Some(357.95)),
+    ] {
+        for (what, shape) in SHAPES {
+            let grain = shape([0.0; 2], 2.5e-3, 4000.0);
+            let ball = Grain::sphere([0.0; 2], 2.5e-3, 4000.0);
+            let slide = Slide {
+                id: format!("{what}/{angle}-degrees"),
+                grain: grain.moving(at_angle(3.9, angle)),
+                // A disc one metre long weighs more: as stiff for its mass.
+                stiffness: 1.72e7 * grain.mass / ball.mass,
+                ratio: 1.48 / 1.72,
+                tan_phi: 0.092,
+                damping_ratio: 0.0,
+                arms: Arms::ContactPoint,
+                steps: 1000.0,
+            };
+            group = slide.add_to(group, move |of, track, figures| {
+                if what != "ball" {
+                    return;
+                }
+                let [velocity, found] = of.seen(track);
+                let found_restitution = velocity / of.grain.velocity[0];
+                figures.because(
+                    "rounding of the printed value; gross sliding does not feel the published run's steps",
+                );
+                let what = "published-restitution: tangential restitution as published, 1";
+                figures.is(what, found_restitution, restitution, 0.5e-4);
+                figures.because(
+                    "rounding of the printed value; steps of 1/50 of the contact time in the published run, one at \
+                     touch and one at parting, in what the overlap takes from the arm",
+                );
+                if let Some(published) = spin {
+                    // What the overlap takes from the arm is all in the spin that feels the steps.
+                    let shortened =
+                        of.tan_phi * of.contact().overlap_impulse() / of.grain.inertia;
+                    let off = 0.5e-2 + 2.0 * shortened / PUBLISHED_STEPS;
+                    let what = "published-spin: spin as published, rad/s";
+                    figures.is(what, found, published, off);
+                }
+            });
+        }
+    }
+    group
+}
+
+/// Chung and Ooi, Granular Matter 13 (2011) 643: aluminium oxide, radius 2.5 mm, 3.9 m/s, e = 0.98 (nominal),
+/// μ = 0.092. Below 33° from the normal the contact sticks for a while and has no such closed form.
+fn chung_ooi_4() -> CaseGroup {
+    let mut group = CaseGroup::new(
+        "chung-ooi-4-oblique",
+        "Chung and Ooi 4: oblique impacts with a dashpot, for the angles that slide all through",
+    );
+    for (what, shape) in SHAPES {
+        for angle in [35.0, 45.0, 60.0, 75.0, 85.0] {
+            let slide = Slide {
+                id: format!("{what}/{angle}-degrees"),
+                grain: shape([0.0; 2], 2.5e-3, 4000.0).moving(at_angle(3.9, angle)),
+                stiffness: 3.8e11 * 2.5e-3,
+                // Mindlin's 2(1−ν)/(2−ν) for ν = 0.23.
+                ratio: 1.54 / 1.77,
+                tan_phi: 0.092,
+                damping_ratio: nominal_ratio(0.98),
+                arms: Arms::ContactPoint,
+                steps: 1000.0,
+            };
+            group = slide.add_to(group, |_, _, _| ());
+        }
+    }
+    group
+}
+
+/// Aluminium alloy of Chung and Ooi's materials with a velocity and a spin, as long as it lasts sliding faster than friction can
+/// stop, with arms of both laws; speeds are our own.
+fn spinning(mut group: CaseGroup, motions: &[(&str, f64, f64)]) -> CaseGroup {
+    for (what, shape) in SHAPES {
+        for (law, arms) in Arms::ALL {
+            for (how, velocity, spin) in motions {
+                let grain = shape([0.0; 2], 0.01, 2699.0);
+                let slide = Slide {
+                    id: format!("{what}/{how}/{law}"),
+                    stiffness: 7.0e10 * grain.radius,
+                    grain: grain.moving([*velocity, -0.5]).spinning(*spin),
+                    ratio: 0.8,
+                    tan_phi: 0.3,
+                    damping_ratio: 0.0,
+                    arms,
+                    steps: 1000.0,
+                };
+                group = slide.add_to(group, |_, _, _| ());
+            }
+        }
+    }
+    group
+}
+
+/// Sliding as the scheme has it: in every step the tangential force is tan φ of the normal one, so the changes of velocity are,
+/// whatever the step. ∫N dt and ∫u N dt are sums over its steps.
+fn recurrence() -> CaseGroup {
+    let mut group = CaseGroup::new(
+        "leapfrog-sliding",
+        "Sliding contacts push along by tan φ of what they push apart, to rounding",
+    );
+    let ball = Grain::sphere([0.0; 2], 0.01, 5.0e4);
+    let disc = Grain::disc([0.0; 2], 0.01, 2000.0);
+    for (id, grain, arms, damping_ratio) in [
+        ("ball/half-overlap", ball, Arms::HalfOverlap, 0.0),
+        ("disc/contact-point", disc, Arms::ContactPoint, 0.0),
+        ("disc/dashpot", disc, Arms::ContactPoint, 0.2),
+    ] {
+        let stiffness = 3.0e5;
+        let speed = 0.2 * grain.radius * (stiffness / grain.mass).sqrt();
+        let of = Slide {
+            id: id.to_owned(),
+            grain: grain
+                .moving([0.0, -speed])
+                .spinning(-8.0 * speed / grain.radius),
+            stiffness,
+            ratio: 0.7,
+            tan_phi: 0.4,
+            damping_ratio,
+            arms,
+            steps: 100.0,
+        };
+        group = group.with([of.case(vec![0, of.end()])], move |tracks| {
+            let contact = of.contact();
+            let last = of.end();
+            let states = contact.track(of.start(), &(0..last).collect::<Vec<u64>>());
+            let normal = |state: &State| of.dt() * contact.force(state);
+            let impulse: f64 = states.iter().map(normal).sum();
+            let overlap_impulse: f64 = states
+                .iter()
+                .map(|state| state.overlap * normal(state))
+                .sum();
+            let [_, of_spin] = of.sliding(impulse, overlap_impulse);
+            let start = at(&tracks[0], 0).velocity(0);
+            let end = at(&tracks[0], last).velocity(0);
+            let [_, spin] = of.seen(&tracks[0]);
+            let amplitude = contact.approach / contact.frequency();
+            let off = random_rounding(last, 1.5 * of.grain.radius, amplitude);
+            let mut figures = Figures::of(&of.id);
+            figures.because(
+                "true of every step that slides; rounding of two velocities in every step",
+            );
+            let found = (end[0] - start[0]).abs() / (end[1] - start[1]);
+            let of_ratio = of.tan_phi * 2.0 * f64::EPSILON * last as f64;
+            let what = "push: change of velocity along the wall over that across, 1";
+            figures.is(what, found, of.tan_phi, of_ratio);
+            figures.because(ROUNDING);
+            let expected = impulse / of.grain.mass - contact.approach;
+            let what = "rebound: velocity across after the impact, m/s";
+            figures.is(what, end[1], expected, contact.approach * off);
+            figures.is("spin, rad/s", spin, of_spin, of.grain.spin.abs() * off);
+            figures.done()
+        });
+    }
+    group
+}
+
+/// A grain that rests on a floor and rocks on its tangential spring, below Coulomb's limit.
+///
+/// The force S along the floor obeys S_n = S_{n−1} − k_s σ_{n−1/2} dt with the slip rate σ, and changes the slip
+/// rate by Γ S dt, Γ = a/m + bR′/I. So S is the recurrence of a spring of stiffness k_s on the mass 1/Γ.
+/// Corrected slip has a = 2R/(2R − u), R′ = R and the arm b = R − u/2; the contact point a = 1,
+/// R′ = b = R − u.
+struct Rocking {
+    grain: Grain,
+    /// Slip rate per velocity along the floor, a.
+    of_velocity: f64,
+    /// Arm of the force, b, m.
+    arm: f64,
+    /// Γ, 1/kg.
+    mobility: f64,
+    /// k_n, N/m; the weight rests on it: k_n u = mg.
+    stiffness: f64,
+}
+
+impl Rocking {
+    const GRAVITY: f64 = 9.81;
+    /// k_s/k_n.
+    const RATIO: f64 = 0.6;
+    /// Velocity along the floor at the start, m/s; small enough that nothing slides.
+    const SPEED: f64 = 0.02;
+    /// k_s Γ dt² = 4 sin²(θ/2) with about 30 steps in a swing.
+    const ANGLE: f64 = 0.2;
+
+    fn new(grain: Grain, arms: Arms) -> Self {
+        let (radius, overlap) = (grain.radius, 0.1 * grain.radius);
+        let (of_velocity, of_spin, arm) = match arms {
+            Arms::HalfOverlap => (
+                2.0 * radius / (2.0 * radius - overlap),
+                radius,
+                radius - 0.5 * overlap,
+            ),
+            Arms::ContactPoint => (1.0, radius - overlap, radius - overlap),
+        };
+        Rocking {
+            grain,
+            of_velocity,
+            arm,
+            mobility: of_velocity / grain.mass + arm * of_spin / grain.inertia,
+            stiffness: grain.mass * Self::GRAVITY / overlap,
+        }
+    }
+
+    fn tangential(&self) -> f64 {
+        Self::RATIO * self.stiffness
+    }
+
+    fn dt(&self) -> f64 {
+        2.0 * (0.5 * Self::ANGLE).sin() / (self.tangential() * self.mobility).sqrt()
+    }
+
+    /// The slip −S/k_s as a swing. At the start the contact is new and given the slip of one step.
+    fn swing(&self, step: u64) -> State {
+        let rate = self.of_velocity * Self::SPEED;
+        let spring = SpringDashpot::spring(1.0 / self.mobility, self.tangential(), self.dt());
+        spring.in_touch(&State::start(rate * self.dt(), rate), step)
+    }
+
+    /// Way, velocity, spin and force along the floor after so many steps: σ tells ∫S dt = (σ − σ₀)/Γ, and S
+    /// tells ∫σ dt.
+    fn expected(&self, step: u64) -> [f64; 4] {
+        let (now, start) = (self.swing(step), self.swing(0));
+        let (mobility, mass) = (self.mobility, self.grain.mass);
+        let impulse = (now.approach - start.approach) / mobility;
+        // What S does not stop: the velocity at which the grain rolls.
+        let rolling = Self::SPEED - start.approach / (mobility * mass);
+        let time = step as f64 * self.dt();
+        [
+            time * rolling + (now.overlap - start.overlap) / (mobility * mass),
+            Self::SPEED + impulse / mass,
+            -self.arm * impulse / self.grain.inertia,
+            -self.tangential() * now.overlap,
+        ]
+    }
+}
+
+fn sticking() -> CaseGroup {
+    const FLOOR: f64 = 0.005;
+    const STEPS: u64 = 2000;
+    const MOMENTS: [u64; 7] = [0, 1, 5, 40, 333, STEPS - 9, STEPS];
+    let mut group = CaseGroup::new(
+        "leapfrog-sticking",
+        "A tangential spring below Coulomb's limit swings as the leapfrog recurrence, to rounding",
+    );
+    let ball = Grain::sphere([0.0; 2], 0.01, 5.0e4);
+    let disc = Grain::disc([0.0; 2], 0.01, 2000.0);
+    for (what, grain) in [("ball", ball), ("disc", disc)] {
+        for (how, arms) in Arms::ALL {
+            let of = Rocking::new(grain, arms);
+            let modulus = of.stiffness / grain.radius;
+            let law = arms.of(build::friction(modulus, Rocking::RATIO, 1.2));
+            let model = Model {
+                gravity: [0.0, -Rocking::GRAVITY],
+                walls: vec![build::wall(Axis::Z, FLOOR)],
+                ..build::model(law, of.dt())
+            };
+            let height = FLOOR + grain.radius - 0.1 * grain.radius;
+            let grains = [grain.at([0.0, height]).moving([Rocking::SPEED, 0.0])];
+            let id = format!("{what}/{how}");
+            let case = build::case(&id, model, &grains, MOMENTS.to_vec());
+            group = group.with([case], move |tracks| {
+                let seen = |step: u64| {
+                    let view = at(&tracks[0], step);
+                    // Along (−n_z, n_x), so to the left.
+                    let force = view.contact(|contact| -contact.tangential_force);
+                    [
+                        view.position(0)[0],
+                        view.velocity(0)[0],
+                        view.spin(0),
+                        force,
+                    ]
+                };
+                let rate = (of.tangential() * of.mobility).sqrt();
+                let amplitude = of.swing(0).approach / rate;
+                let tolerance = random_rounding(STEPS, amplitude, amplitude)
+                    + rounding_of_phase(STEPS as f64 * Rocking::ANGLE);
+                let mut figures = Figures::of(&id);
+                figures.because(ROUNDING);
+                for (index, (what, scale)) in [
+                    ("way", of.dt() * Rocking::SPEED * STEPS as f64),
+                    ("velocity", Rocking::SPEED),
+                    ("spin", Rocking::SPEED / of.grain.radius),
+                    ("force", of.tangential() * amplitude),
+                ]
+                .into_iter()
+                .enumerate()
+                {
+                    let off =
+                        |step: u64| ((seen(step)[index] - of.expected(step)[index]) / scale).abs();
+                    let what = format!("{what}: largest deviation of the {what} over its size, 1");
+                    figures.is(&what, furthest(0.0, MOMENTS.map(off)), 0.0, tolerance);
+                }
+                figures.done()
+            });
+        }
+    }
+    group
+}
+
+/// How much slip a new contact is given, of a ball that touches a wall between two steps; the friction is too high for it to
+/// slide at once.
+fn first_slip(group: CaseGroup, new_contact_slip: NewContactSlip) -> CaseGroup {
+    /// k_n, N/m, and k_s over it.
+    const STIFFNESS: f64 = 1.0e5;
+    const RATIO: f64 = 0.4;
+    /// s.
+    const DT: f64 = 1.0e-5;
+    /// Along the wall and towards it, m/s.
+    const SPEEDS: [f64; 2] = [0.3, 0.5];
+    /// Steps from the start to touch.
+    const LEAD: f64 = 3.4;
+    /// Place of the wall, m.
+    const WALL: f64 = 0.005;
+    const RADIUS: f64 = 0.01;
+    // The first step with a contact, and u there.
+    let first = LEAD.ceil() as u64;
+    let place = WALL + RADIUS + LEAD * DT * SPEEDS[1];
+    let overlap = WALL + RADIUS - (place - first as f64 * DT * SPEEDS[1]);
+    let plain = build::friction(STIFFNESS / RADIUS, RATIO, 1.5);
+    let contact = ContactLaw {
+        new_contact_slip,
+        ..plain.contact
+    };
+    let model = Model {
+        walls: vec![build::wall(Axis::Z, WALL)],
+        ..build::model(Law { contact, ..plain }, DT)
+    };
+    let ball = Grain::sphere([0.0, place], RADIUS, 2500.0).moving([SPEEDS[0], -SPEEDS[1]]);
+    let case = build::case("first slip", model, &[ball], vec![first]);
+    group.with([case], move |tracks| {
+        // Slip of the undeformed surface, as the default law has it: stretched, and so is the approach that
+        // the time since touch is told from.
+        let stretch = 2.0 * RADIUS / (2.0 * RADIUS - overlap);
+        let slip = match new_contact_slip {
+            NewContactSlip::WholeStep => stretch * SPEEDS[0] * DT,
+            NewContactSlip::SinceTouch => SPEEDS[0] / SPEEDS[1] * overlap,
+        };
+        let force = RATIO * STIFFNESS * slip;
+        // Positions of the size of wall and radius make an overlap of a fraction of a step.
+        let rounding = 4.0 * f64::EPSILON * (WALL + RADIUS) / overlap;
+        let found = at(&tracks[0], first).contact(|contact| contact.tangential_force);
+        let mut figures = Figures::of("");
+        figures.because("k_s times the slip; rounding of the overlap");
+        let off = force * (rounding + 8.0 * f64::EPSILON);
+        figures.is(
+            "force: tangential force at first touch, N",
+            found,
+            force,
+            off,
+        );
+        figures.done()
+    })
+}

@@ -1,0 +1,299 @@
+//! The tables as CSV text: the shortest decimal that reads back to the same bits.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+use crate::exit;
+use crate::files::{FileError, read_text, write_whole};
+use grains::tables::{Bodies, BodyIds, Contact};
+
+/// The most text of a row, bytes: nine numbers and their separators, with room to spare.
+const LONGEST_ROW: u64 = 300;
+
+/// Bytes that so many rows may take, with their header.
+pub fn room_for(rows: u64) -> u64 {
+    (rows + 1) * LONGEST_ROW
+}
+
+/// A table that cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum TableError {
+    #[error(transparent)]
+    File(#[from] FileError),
+    #[error("{path} is not a table of the expected columns: {reason}")]
+    Format { path: PathBuf, reason: String },
+    #[error("{path}: row {row} has {key} = {value}, which must be {wanted}")]
+    Value {
+        path: PathBuf,
+        row: usize,
+        key: &'static str,
+        value: String,
+        wanted: &'static str,
+    },
+}
+
+impl TableError {
+    /// What to tell a script.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            TableError::File(error) => error.exit_code(),
+            TableError::Format { .. } | TableError::Value { .. } => exit::USAGE,
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BodyRow {
+    id: u32,
+    x: f64,
+    z: f64,
+    vx: f64,
+    vz: f64,
+    radius: f64,
+    mass: f64,
+    #[serde(default)]
+    spin: Option<f64>,
+    #[serde(default)]
+    inertia: Option<f64>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ContactRow {
+    id1: u32,
+    id2: u32,
+    overlap: f64,
+    r#fn: f64,
+    ft: f64,
+    nx: f64,
+    nz: f64,
+    x: f64,
+    z: f64,
+}
+
+/// Writes grains with the columns `id,x,z,vx,vz,radius,mass`, and `spin,inertia` where grains rotate.
+pub fn write_bodies(path: &Path, bodies: &Bodies) -> Result<(), TableError> {
+    let mut header = vec!["id", "x", "z", "vx", "vz", "radius", "mass"];
+    let mut columns = vec![
+        &bodies.x,
+        &bodies.z,
+        &bodies.vx,
+        &bodies.vz,
+        &bodies.radius,
+        &bodies.mass,
+    ];
+    if bodies.rotate() {
+        header.extend(["spin", "inertia"]);
+        columns.extend([&bodies.spin, &bodies.inertia]);
+    }
+    let rows = (0..bodies.len()).map(|row| {
+        let numbers: Vec<f64> = columns.iter().map(|column| column[row]).collect();
+        (row as u32, numbers)
+    });
+    write_rows(path, &header, rows)
+}
+
+/// Reads `count` grains; ids must be 0, 1, 2, … and every value finite, radii, masses and moments of
+/// inertia above 0; all grains rotate or none does.
+pub fn read_bodies(path: &Path, count: u32) -> Result<Bodies, TableError> {
+    let rows: Vec<BodyRow> = read_rows(path, room_for(u64::from(count)))?;
+    let mut bodies = Bodies::with_capacity(rows.len());
+    for (row, of) in rows.iter().enumerate() {
+        let bad = |key, value: String, wanted| Err(bad_value(path, row, key, value, wanted));
+        if of.id as usize != row {
+            return bad("id", of.id.to_string(), "the row's number, from 0 on");
+        }
+        let spin = of.spin.unwrap_or(0.0);
+        for (key, value) in [
+            ("x", of.x),
+            ("z", of.z),
+            ("vx", of.vx),
+            ("vz", of.vz),
+            ("spin", spin),
+        ] {
+            if !value.is_finite() {
+                return bad(key, value.to_string(), "finite");
+            }
+        }
+        let inertia = of.inertia.unwrap_or(1.0);
+        for (key, value) in [
+            ("radius", of.radius),
+            ("mass", of.mass),
+            ("inertia", inertia),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                return bad(key, value.to_string(), "finite and above 0");
+            }
+        }
+        bodies.push([of.x, of.z], [of.vx, of.vz], of.radius, of.mass);
+        match (of.spin, of.inertia) {
+            (None, None) => {}
+            (Some(spin), Some(inertia)) => {
+                bodies.spin.push(spin);
+                bodies.inertia.push(inertia);
+            }
+            _ => return bad("spin", "alone".to_owned(), "given with an inertia"),
+        }
+        if bodies.rotate() && bodies.spin.len() != bodies.len() {
+            return bad(
+                "spin",
+                "nothing".to_owned(),
+                "given in every row or in none",
+            );
+        }
+    }
+    Ok(bodies)
+}
+
+/// A value that its column cannot have, in the row with this index.
+fn bad_value(
+    path: &Path,
+    row: usize,
+    key: &'static str,
+    value: String,
+    wanted: &'static str,
+) -> TableError {
+    TableError::Value {
+        path: path.to_owned(),
+        row: row + 1,
+        key,
+        value,
+        wanted,
+    }
+}
+
+/// Writes contacts with the columns `id1,id2,overlap,fn,ft,nx,nz,x,z`.
+pub fn write_contacts(path: &Path, contacts: &[Contact]) -> Result<(), TableError> {
+    let rows = contacts.iter().map(|contact| ContactRow {
+        id1: contact.id1,
+        id2: contact.id2,
+        overlap: contact.overlap,
+        r#fn: contact.normal_force,
+        ft: contact.tangential_force,
+        nx: contact.normal[0],
+        nz: contact.normal[1],
+        x: contact.point[0],
+        z: contact.point[1],
+    });
+    write_rows(
+        path,
+        &["id1", "id2", "overlap", "fn", "ft", "nx", "nz", "x", "z"],
+        rows,
+    )
+}
+
+/// More contacts than a plane bed of so many grains can have: six a grain, twice over, and walls.
+pub fn most_contacts(grains: u32) -> u64 {
+    12 * u64::from(grains) + 64
+}
+
+/// A normal's length may differ from 1 by so much.
+pub const NORMAL_TOLERANCE: f64 = 1.0e-9;
+
+/// Reads the contacts between these bodies, sorted by ids, normals of length 1.
+pub fn read_contacts(path: &Path, ids: BodyIds) -> Result<Vec<Contact>, TableError> {
+    let bodies = ids.punch() + 1;
+    let rows: Vec<ContactRow> = read_rows(path, room_for(most_contacts(ids.grains)))?;
+    let mut before = None;
+    let mut contacts = Vec::with_capacity(rows.len());
+    for (row, of) in rows.iter().enumerate() {
+        let bad = |key, value: String, wanted| Err(bad_value(path, row, key, value, wanted));
+        for (key, id) in [("id1", of.id1), ("id2", of.id2)] {
+            if id >= bodies {
+                return bad(
+                    key,
+                    id.to_string(),
+                    "the id of a grain, a wall or the punch",
+                );
+            }
+        }
+        let numbers = [
+            ("overlap", of.overlap),
+            ("fn", of.r#fn),
+            ("ft", of.ft),
+            ("nx", of.nx),
+            ("nz", of.nz),
+            ("x", of.x),
+            ("z", of.z),
+        ];
+        for (key, value) in numbers {
+            if !value.is_finite() {
+                return bad(key, value.to_string(), "finite");
+            }
+        }
+        if before >= Some((of.id1, of.id2)) {
+            let pair = format!("{}-{}", of.id1, of.id2);
+            return bad("pair", pair, "after the pair of the row before");
+        }
+        before = Some((of.id1, of.id2));
+        if (of.nx.hypot(of.nz) - 1.0).abs() > NORMAL_TOLERANCE {
+            let normal = format!("({}, {})", of.nx, of.nz);
+            return bad("normal", normal, "of length 1");
+        }
+        contacts.push(Contact {
+            id1: of.id1,
+            id2: of.id2,
+            overlap: of.overlap,
+            normal_force: of.r#fn,
+            tangential_force: of.ft,
+            normal: [of.nx, of.nz],
+            point: [of.x, of.z],
+        });
+    }
+    Ok(contacts)
+}
+
+/// Writes rows under this header, which has their field names in order.
+pub fn write_rows<T: Serialize>(
+    path: &Path,
+    header: &[&str],
+    rows: impl Iterator<Item = T>,
+) -> Result<(), TableError> {
+    let format = |error: String| TableError::Format {
+        path: path.to_owned(),
+        reason: error,
+    };
+    // The header by hand: left to the writer, a table without rows would have none.
+    let mut writer = csv::WriterBuilder::new()
+        .has_headers(false)
+        .from_writer(Vec::new());
+    writer
+        .write_record(header)
+        .map_err(|error| format(error.to_string()))?;
+    for row in rows {
+        writer
+            .serialize(row)
+            .map_err(|error| format(error.to_string()))?;
+    }
+    let bytes = writer
+        .into_inner()
+        .map_err(|error| format(error.to_string()))?;
+    Ok(write_whole(path, &bytes)?)
+}
+
+/// Reads rows by the names in their header, from at most `limit` bytes of text.
+pub fn read_rows<T: DeserializeOwned>(path: &Path, limit: u64) -> Result<Vec<T>, TableError> {
+    parse_rows(path, &read_text(path, limit)?)
+}
+
+/// The rows of this text; `path` says where it comes from.
+pub fn parse_rows<T: DeserializeOwned>(path: &Path, text: &str) -> Result<Vec<T>, TableError> {
+    let format = |reason: String| TableError::Format {
+        path: path.to_owned(),
+        reason,
+    };
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let mut rows = Vec::new();
+    for row in reader.deserialize() {
+        rows.push(row.map_err(|error: csv::Error| format(error.to_string()))?);
+    }
+    // A file cut inside its last number would still parse.
+    if !text.ends_with('\n') {
+        return Err(format(
+            "its last line has no end; it was cut off".to_owned(),
+        ));
+    }
+    Ok(rows)
+}

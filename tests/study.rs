@@ -1,0 +1,388 @@
+//! The machine under any study: a second kind beside campaigns, whose rows are made by hand, and what would be lost or
+//! mixed up elsewhere.
+
+use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use serde::{Deserialize, Serialize};
+
+use crossgrain::document::Document;
+use crossgrain::engine::{EngineError, ProgramError};
+use crossgrain::error::Error;
+use crossgrain::files::{FolderLock, file_digest};
+use crossgrain::progress::Display;
+use crossgrain::study::machine::{Done, Folder, Job, Machine};
+use crossgrain::study::plan::Plan;
+use crossgrain::study::realization::{Engines, Runner};
+use crossgrain::study::report::Judged;
+use crossgrain::study::shard::Shard;
+use crossgrain::study::store::{Writer, records_folder};
+use crossgrain::study::{Outline, Study, StudyError, create};
+use grains::native::Mode;
+
+use crate::support::engines::{adapter_path, program, ran_in, run_in};
+use crate::support::{crossgrain, folder_with, tiny_scene, told};
+
+/// Squares; a task that is a multiple of `breaks` fails.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Squares {
+    count: u64,
+    breaks: Option<u64>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Square {
+    of: u64,
+    square: u64,
+    /// Another one each time.
+    took: u64,
+}
+
+/// Rows made in this process.
+static MADE: AtomicU64 = AtomicU64::new(0);
+
+impl Study for Squares {
+    const KIND: &'static str = "squares";
+    type Row = Square;
+
+    fn count(&self) -> u64 {
+        self.count
+    }
+
+    fn check(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn runner(&self, _: u64) -> Runner {
+        Runner::Native(Mode::Exact)
+    }
+
+    fn identity(&self, task: u64) -> String {
+        task.to_string()
+    }
+
+    fn run(&self, of: u64, _: &Engines, _: &Path) -> Result<Square, EngineError> {
+        if self.breaks.is_some_and(|breaks| of.is_multiple_of(breaks)) {
+            let log = String::new();
+            return Err(ProgramError::Crashed {
+                status: format!("task {of}"),
+                log,
+            }
+            .into());
+        }
+        let took = MADE.fetch_add(1, Ordering::Relaxed);
+        Ok(Square {
+            of,
+            square: of * of,
+            took,
+        })
+    }
+
+    fn belongs(&self, task: u64, row: &Square) -> bool {
+        row.of == task
+    }
+
+    fn same(first: &Square, second: &Square) -> bool {
+        first.square == second.square
+    }
+
+    fn outline(&self, row: &Square) -> Outline {
+        Outline {
+            engine: None,
+            ending: "squared",
+            cells: vec![("square".to_owned(), row.square.to_string())],
+        }
+    }
+
+    fn judge(folder: &Folder<Self>) -> Result<Judged, Error> {
+        let sum = Cell::new(0);
+        folder.each(|_, row| sum.set(sum.get() + row.square))?;
+        Ok(Judged {
+            own: serde_json::json!({"sum": sum.get()}),
+            measured: Vec::new(),
+            document: Document {
+                title: "Squares".to_owned(),
+                verdict: crossgrain::checks::Outcome::Skipped,
+                answer: format!("The sum is {}.", sum.get()),
+                sections: Vec::new(),
+                checks: Vec::new(),
+            },
+        })
+    }
+}
+
+fn run(folder: &Path, shard: Shard) -> Result<Done, StudyError> {
+    let job = Job {
+        shard,
+        threads: 3,
+        engines: &Engines::default(),
+    };
+    Folder::<Squares>::open(folder)?.run(&job, &Display::new(true))
+}
+
+fn new(count: u64, breaks: Option<u64>) -> tempfile::TempDir {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let path = place.path().join("s");
+    create(&path, Squares { count, breaks }, None, None).expect("a new study");
+    place
+}
+
+/// The sums of a study that is shared out, repeated, merged and judged are right although no two rows have the same time.
+#[test]
+fn a_study_of_another_kind_has_all_that_campaigns_have() {
+    let place = new(10, None);
+    let path = place.path().join("s");
+    run(&path, Shard::new(2, 3).expect("a shard")).expect("three rows");
+    let open = || Folder::<Squares>::open(&path).expect("a study");
+    let half = open().judge().expect("what is there");
+    assert_eq!(half.document.answer, "The sum is 93.");
+    assert_eq!(half.record.checks[0].id, "squares/rows");
+    assert_eq!(half.record.verdict, crossgrain::checks::Outcome::Skipped);
+    assert!(matches!(
+        open().merge(),
+        Err(StudyError::Incomplete { missing: 7, .. })
+    ));
+    let done = run(&path, Shard::WHOLE).expect("the rest");
+    assert_eq!((done.wanted, done.before, done.complete), (10, 3, true));
+    // The same rows by another process, with other times.
+    let rows = records_folder(&path).join("shard-1-of-1.jsonl");
+    let kept = fs::read(&rows).expect("records");
+    fs::remove_file(&rows).expect("ours");
+    run(&path, Shard::new(1, 2).expect("a shard")).expect("again");
+    fs::write(&rows, kept).expect("writable");
+    assert!(open().status().expect("a status").repeated > 0);
+    let summary = open().merge().expect("all are the same");
+    assert_eq!(
+        (summary.rows, summary.endings),
+        (10, BTreeMap::from([("squared".to_owned(), 10)]))
+    );
+    let table = fs::read_to_string(path.join("rows.csv")).expect("a table");
+    assert!(table.starts_with("square\n1\n4\n9\n"), "{table}");
+    let whole = open().judge().expect("all");
+    assert_eq!(whole.document.answer, "The sum is 385.");
+    assert_eq!(whole.record.verdict, crossgrain::checks::Outcome::Pass);
+    assert!(whole.text.contains(grains::SOURCE_DIGEST));
+}
+
+/// A torn line, a line of an older format and rubbish stay where they are, byte for byte, and their rows are made anew.
+#[test]
+fn lines_that_cannot_be_read_are_kept() {
+    let place = new(6, None);
+    let path = place.path().join("s");
+    run(&path, Shard::WHOLE).expect("six rows");
+    let file = records_folder(&path).join("shard-1-of-1.jsonl");
+    let text = fs::read_to_string(&file).expect("records");
+    let lines: Vec<&str> = text.lines().collect();
+    let older = lines[1].replacen("\"took\"", "\"time\"", 1);
+    let torn = &lines[5][..lines[5].len() - 9];
+    let damaged = format!("{}\n{older}\nrubbish\n{}\n{torn}", lines[0], lines[2]);
+    fs::write(&file, &damaged).expect("writable");
+    let done = run(&path, Shard::WHOLE).expect("the others again");
+    assert_eq!(
+        (done.before, done.damaged.len(), done.complete),
+        (2, 3, true)
+    );
+    let after = fs::read_to_string(&file).expect("records");
+    assert!(after.starts_with(&format!("{damaged}\n")), "{after}");
+    assert_eq!(
+        Folder::<Squares>::open(&path)
+            .expect("a study")
+            .merge()
+            .expect("merged")
+            .rows,
+        6
+    );
+}
+
+/// Rows of another kernel are not this plan's: a plan of another source is not run, and its lines are not believed.
+#[test]
+fn rows_of_another_source_are_never_mixed_in() {
+    let place = new(4, None);
+    let path = place.path().join("s");
+    run(&path, Shard::WHOLE).expect("four rows");
+    let mut older = Plan::<Squares>::read(&path).expect("a plan");
+    older.made_with.source = "0".repeat(64);
+    let other = place.path().join("older");
+    older.write(&other).expect("a new folder");
+    let name = "shard-1-of-1.jsonl";
+    fs::copy(
+        records_folder(&path).join(name),
+        records_folder(&other).join(name),
+    )
+    .expect("room");
+    assert!(matches!(
+        run(&other, Shard::WHOLE),
+        Err(StudyError::OtherProgram { .. })
+    ));
+    let status = Folder::<Squares>::open(&other)
+        .expect("a study")
+        .status()
+        .expect("a status");
+    assert_eq!((status.finished, status.damaged.len()), (0, 4));
+    let larger = place.path().join("larger");
+    let reused = create(
+        &larger,
+        Squares {
+            count: 9,
+            breaks: None,
+        },
+        None,
+        Some(&other),
+    );
+    assert!(matches!(reused, Err(StudyError::OtherProgram { .. })));
+}
+
+/// A larger plan takes over what a smaller one has.
+#[test]
+fn a_larger_plan_goes_on_where_a_smaller_one_ended() {
+    let place = new(4, None);
+    let path = place.path().join("s");
+    run(&path, Shard::new(1, 2).expect("a shard")).expect("two rows");
+    let larger = place.path().join("larger");
+    let reused = create(
+        &larger,
+        Squares {
+            count: 9,
+            breaks: None,
+        },
+        None,
+        Some(&path),
+    );
+    assert_eq!(reused.expect("a new study"), 2);
+    let done = run(&larger, Shard::WHOLE).expect("the rest");
+    assert_eq!((done.wanted, done.before), (9, 2));
+}
+
+/// Rows whose engine fails are named; the others are written, and the next start tries again.
+#[test]
+fn other_rows_go_on_where_an_engine_fails() {
+    let place = new(9, Some(4));
+    let path = place.path().join("s");
+    for _ in 0..2 {
+        let Err(StudyError::EnginesFailed {
+            finished,
+            rows,
+            first,
+        }) = run(&path, Shard::WHOLE)
+        else {
+            panic!("two rows fail");
+        };
+        assert_eq!((finished, rows.as_str()), (7, "4, 8"));
+        assert!(first.contains("ended with task"), "{first}");
+    }
+}
+
+/// Two processes with the same shard: the second is told so, and adds nothing.
+#[test]
+fn one_process_writes_a_shard() {
+    let place = new(3, None);
+    let path = place.path().join("s");
+    let held = Writer::open(&path, Shard::WHOLE).expect("it is free");
+    let error = run(&path, Shard::WHOLE).expect_err("it is held");
+    assert!(
+        error.to_string().contains("in use by another process"),
+        "{error}"
+    );
+    assert_eq!(Error::from(error).exit_code(), 75);
+    drop(held);
+    run(&path, Shard::WHOLE).expect("three rows");
+}
+
+/// Two jobs in one folder: the second is told so before it does anything.
+#[test]
+fn one_process_writes_the_folder_of_a_job() {
+    let (place, _) = folder_with(&tiny_scene());
+    let out = place.path().join("o");
+    fs::create_dir(&out).expect("writable");
+    let held = FolderLock::of(&out).expect("it is free");
+    let arguments = [
+        "reproduce",
+        "--scene",
+        "scene.json",
+        "--out",
+        "o",
+        "--quiet",
+    ];
+    let (code, _, errors) = told(&crossgrain(&arguments, place.path()));
+    assert_eq!(code, 75, "{errors}");
+    assert!(errors.contains("in use by another process"), "{errors}");
+    let files = fs::read_dir(&out).expect("a folder").count();
+    assert_eq!(files, 1, "the lock");
+    drop(held);
+}
+
+/// An external engine makes a campaign's rows; its digest is that of the file before it ran, and another file is refused.
+#[test]
+fn an_external_engine_is_the_one_that_was_planned() {
+    let mut scene = tiny_scene();
+    scene.settle.max_steps = 20;
+    scene.settle.check_every = 20;
+    let (place, _) = folder_with(&scene);
+    let at = place.path();
+    let toy = fs::read_to_string(adapter_path("toy.py")).expect("the toy");
+    let engine = program(at, "engine", &toy);
+    let say = |arguments: &[&str]| told(&crossgrain(arguments, at));
+    let plan = [
+        "study",
+        "plan",
+        "campaign",
+        "scene.json",
+        "--members",
+        "2",
+        "--engine",
+        "exec:engine",
+        "--out",
+        "c",
+    ];
+    let (code, _, errors) = say(&plan);
+    assert_eq!(code, 0, "{errors}");
+    let (code, said, errors) = say(&["study", "run", "c", "--shard", "1/2"]);
+    assert_eq!(code, 0, "{said}{errors}");
+    fs::write(&engine, toy.clone() + "\n# another one\n").expect("writable");
+    let (code, _, errors) = say(&["study", "run", "c"]);
+    assert_eq!(code, 2, "{errors}");
+    assert!(
+        errors.contains("is not the program that was planned"),
+        "{errors}"
+    );
+    // The right one somewhere else.
+    program(at, "moved", &toy);
+    let (code, said, errors) = say(&["study", "run", "c", "--engine", "exec:moved"]);
+    assert_eq!(code, 0, "{said}{errors}");
+    assert!(said.contains("merged 2 rows"), "{said}");
+    // Replaced while it runs: nobody knows which one made the run. Removed meanwhile: it is the one that was there.
+    let job = "    steps = run(sys.argv[2])\n";
+    assert_eq!(toy.matches(job).count(), 1);
+    let replaces = format!("{job}    open(__file__, \"a\").write(\"#\")\n");
+    program(at, "replaced", &toy.replace(job, &replaces));
+    let (code, _, errors) = run_in(at, "exec:replaced", &["--steps", "2"], "one");
+    assert_eq!(code, 4, "{errors}");
+    assert!(errors.contains("was replaced while it ran"), "{errors}");
+    let removes = replaces.replace("open(__file__, \"a\").write(\"#\")", "os.remove(__file__)");
+    let removed = program(at, "removed", &toy.replace(job, &removes));
+    let digest = file_digest(&removed).expect("a file");
+    ran_in(at, "exec:removed", &["--steps", "2"], "two");
+    assert!(!removed.exists());
+    let record = fs::read_to_string(at.join("two/run.json")).expect("a record");
+    assert!(record.contains(&digest), "{record}");
+}
+
+/// A pipe among the records would make a reader wait for ever.
+#[test]
+fn a_pipe_among_the_records_is_refused() {
+    let place = new(3, None);
+    let path = place.path().join("s");
+    let pipe = records_folder(&path).join("shard-1-of-2.jsonl");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.expect("mkfifo is there").success());
+    let error = run(&path, Shard::WHOLE).expect_err("a pipe");
+    assert!(
+        error.to_string().contains("is not a regular file"),
+        "{error}"
+    );
+}

@@ -1,0 +1,336 @@
+//! Cost against error, on beds small enough for a test.
+
+mod external;
+
+use std::path::Path;
+
+use crossgrain::report;
+use crossgrain::study::Study;
+use crossgrain::study::create;
+use crossgrain::study::machine::{Folder, Job, Machine};
+use crossgrain::study::member::{Member, Members};
+use crossgrain::study::realization::{Engines, Runner};
+use crossgrain::study::shard::Shard;
+use crossgrain::study::specification::Change::{Modulus, Settled, Size, Step};
+use crossgrain::study::specification::{Change, Specification, changed};
+use crossgrain::study::tradeoff::plan::{FIRST_CONFIRMATORY, Plan};
+use crossgrain::study::tradeoff::record::Tradeoff;
+use grains::generate::initial_bodies;
+use grains::native::pouring::{End, Phase, pour};
+use grains::native::{self, Mode};
+use grains::task::Task;
+
+use crossgrain::progress::Display;
+
+use crate::support::{small_scene, told};
+
+/// Methods with one change each, on two clouds, as candidates on three more.
+fn plan(methods: &[(&str, Change)], confirmatory: u64) -> Plan {
+    let mut plan = Plan::new(small_scene(), 2, confirmatory);
+    for (id, change) in methods {
+        let scene = changed(small_scene(), &[*change]);
+        plan.add(id, id, "test", Specification::native(Mode::Exact, scene), 1);
+        plan.test_last();
+    }
+    plan
+}
+
+/// Runs what is missing of a study.
+pub fn run<S: Study>(
+    folder: &Path,
+    engines: &Engines,
+) -> Result<(), crossgrain::study::StudyError> {
+    let job = Job {
+        shard: Shard::WHOLE,
+        threads: 2,
+        engines,
+    };
+    Folder::<S>::open(folder)?.run(&job, &Display::new(true))?;
+    Ok(())
+}
+
+/// What the rows of a folder say.
+fn record(folder: &Path) -> Tradeoff {
+    let folder = Folder::<Plan>::open(folder).expect("a study");
+    let mut rows: Vec<Member> = Vec::new();
+    folder.each(|_, row| rows.push(row)).expect("rows");
+    let members: Members = rows.into_iter().collect();
+    let external = folder.plan.program.as_ref().map(|of| &of.described);
+    Tradeoff::of(&folder.plan.study, &members, Vec::new(), external)
+}
+
+#[test]
+fn one_phase_of_the_scenes_own_settings_is_the_scenes_own_pouring() {
+    let scene = small_scene();
+    let initial = initial_bodies(&scene);
+    let options = native::Options::default();
+    let known = native::run(&scene, &Task::settle(initial.clone()), &options, &mut ());
+    let known = known.expect("it settles");
+    let phase = Phase {
+        modulus: 1.0,
+        alpha: scene.damping.alpha(),
+        step: 0.45,
+        end: End::Settled(scene.settle.kinetic_energy_fraction),
+    };
+    let poured = pour(&scene, &[phase], &options, initial).expect("it settles");
+    let poured = poured.expect("there is a phase");
+    assert!(poured.settled);
+    assert_eq!(poured.steps, known.stages[0].steps);
+    assert_eq!(poured.bed.bodies.digest(), known.last.bodies.digest());
+}
+
+#[test]
+fn a_bed_that_is_stiffened_ends_at_the_full_stiffness_at_rest() {
+    let scene = small_scene();
+    let phase = |modulus, end| Phase {
+        modulus,
+        alpha: 0.2,
+        step: 0.45,
+        end,
+    };
+    let method = Specification {
+        phases: vec![
+            phase(0.1, End::Settled(1.0e-3)),
+            phase(0.3, End::Seconds(0.004)),
+            phase(1.0, End::Settled(1.0e-4)),
+        ],
+        ..Specification::native(Mode::Exact, scene.clone())
+    };
+    let options = native::Options::default();
+    let initial = initial_bodies(&scene);
+    let poured = pour(&scene, &method.phases, &options, initial).expect("it settles");
+    let poured = poured.expect("there are phases");
+    // The overlaps bear the weight at the full stiffness: the floor's contacts together.
+    let ids = grains::tables::BodyIds::of_box(scene.particles.count);
+    let borne: f64 = poured
+        .bed
+        .contacts
+        .iter()
+        .filter(|contact| !ids.is_grain(contact.id1) && contact.normal[1] > 0.9)
+        .map(|contact| contact.normal_force)
+        .sum();
+    let weight: f64 = scene.gravity * poured.bed.bodies.mass.iter().sum::<f64>();
+    assert!((borne / weight - 1.0).abs() < 0.05, "{borne} {weight}");
+    let engines = Engines::default();
+    let member = Member::run(&method, 1, &engines, Path::new(""), |_| true).expect("it runs");
+    assert!(member.measured.contains_key("settled.height.mean_surface"));
+    assert!(member.pour_steps > 0 && member.load_steps > 0);
+    assert!(member.cost.is_some_and(|cost| cost.cpu_seconds > 0.0));
+}
+
+#[test]
+fn a_study_is_taken_up_where_it_was_and_finds_the_large_bias() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let folder = place.path().join("study");
+    let plan = plan(
+        &[
+            ("same-physics", Step(0.4)),
+            ("hardly-settled", Settled(0.05)),
+        ],
+        3,
+    );
+    let count = plan.count();
+    assert_eq!(count, 15);
+    create(&folder, plan, None, None).expect("a new study");
+    run::<Plan>(&folder, &Engines::default()).expect("it runs");
+    let rows = folder.join("records/shard-1-of-1.jsonl");
+    let text = std::fs::read_to_string(&rows).expect("readable");
+    assert_eq!(text.lines().count() as u64, count);
+    // Killed in the middle of the last line: that row alone is made again, and nothing that stands is changed.
+    std::fs::write(&rows, &text[..text.len() - 20]).expect("cut");
+    let missing: u64 = record(&folder).points.iter().map(|of| of.missing).sum();
+    assert!(missing <= 1, "{missing}");
+    run::<Plan>(&folder, &Engines::default()).expect("it runs");
+    let again = std::fs::read_to_string(&rows).expect("readable");
+    assert!(again.starts_with(&text[..text.len() - 20]));
+    let (first, second) = (text.lines().last(), again.lines().last());
+    let parse = |line: Option<&str>| -> Member {
+        let json = line.and_then(|line| line.splitn(3, ' ').nth(2));
+        serde_json::from_str(json.expect("a row")).expect("a member")
+    };
+    assert!(Plan::same(&parse(first), &parse(second)));
+
+    let record = record(&folder);
+    assert!(record.points.iter().all(|point| point.missing == 0));
+    let height = |id: &str| {
+        let judged = record.point(id).and_then(|point| point.confirmed.as_ref());
+        let judged = judged.expect("a candidate");
+        assert_eq!(judged.clouds, 3);
+        let found = judged.of("settled.height.mean_surface").expect("measured");
+        found.paired.difference.estimate
+    };
+    // A bed stopped at a twentieth of its energy is looser by far more than one at another step.
+    let (loose, same) = (height("hardly-settled"), height("same-physics"));
+    assert!(loose > 0.004, "{loose}");
+    assert!(same.abs() < loose, "{same} {loose}");
+
+    let document = record.document();
+    let page = report::page(&document);
+    assert!(page.html.contains("hardly-settled"));
+    let drawn = |name: &str| page.files.iter().any(|(file, _)| file == name);
+    for name in [
+        "cost-and-error-of-the-settled-bed.svg",
+        "equivalence-of-hardly-settled.svg",
+        "bias-of-settled-height-mean-surface.csv",
+        "methods.csv",
+        "quantities.csv",
+    ] {
+        assert!(drawn(name), "{name}");
+    }
+    assert!(report::terminal(&document).contains(&document.answer));
+}
+
+#[test]
+fn runs_without_yade_say_so_and_are_not_complete() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let folder = place.path().join("study");
+    let mut plan = Plan::new(small_scene(), 2, 0);
+    let yade = Specification {
+        runner: Runner::YadeOrdinary,
+        ..plan.reference.specification.clone()
+    };
+    plan.add("yade", "YADE", "YADE", yade, 1);
+    create(&folder, plan, None, None).expect("a new study");
+    let mut engines = Engines::default();
+    engines.yade.program = Some(place.path().join("no-such-yade"));
+    let error = run::<Plan>(&folder, &engines).expect_err("YADE is missing");
+    assert!(error.to_string().contains("YADE"), "{error}");
+    let record = record(&folder);
+    assert_eq!((record.reference.missing, record.points[0].missing), (0, 2));
+    assert_eq!(record.recommended, None);
+    let report = Folder::<Plan>::open(&folder).expect("a study").judge();
+    let report = report.expect("what is there");
+    assert_eq!(
+        report.document.verdict,
+        crossgrain::checks::Outcome::Skipped
+    );
+}
+
+#[test]
+fn heights_of_beds_of_other_depths_are_not_compared() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let folder = place.path().join("study");
+    let plan = plan(
+        &[("half-as-deep", Size(1.0, 0.5)), ("softer", Modulus(0.1))],
+        0,
+    );
+    create(&folder, plan, None, None).expect("a new study");
+    run::<Plan>(&folder, &Engines::default()).expect("it runs");
+    let record = record(&folder);
+    let has_height = |id: &str| {
+        let screened = record.point(id).map(|point| &point.screened);
+        let mut differences = screened.expect("a method").differences.iter();
+        differences.any(|of| of.key.starts_with("settled.height."))
+    };
+    assert!(!has_height("half-as-deep"));
+    assert!(has_height("softer"));
+}
+
+/// `run --soft-pour` is the method that was tested: the same bed and the same end, in every bit.
+#[test]
+fn a_run_that_is_poured_softly_is_the_tested_method() {
+    use crossgrain::run::folder::RunFolder;
+    use grains::native::pouring::Softly;
+    use grains::tables::StopReason;
+    let mut scene = small_scene();
+    scene.name = "poured softly".to_owned();
+    let softly = Softly::tested(&scene).expect("a step in proportion");
+    let options = native::Options {
+        mode: Mode::Free,
+        ..native::Options::default()
+    };
+    let phases = softly.phases(&scene);
+    let poured = pour(&scene, &phases, &options, initial_bodies(&scene)).expect("it settles");
+    let poured = poured.expect("there are phases");
+
+    let (folder, _) = crate::support::folder_with(&scene);
+    let run = |more: &[&str]| {
+        let mut words = vec![
+            "run",
+            "scene.json",
+            "--mode",
+            "free",
+            "--soft-pour",
+            "--quiet",
+        ];
+        words.extend(more);
+        crate::support::told(&crate::support::crossgrain(&words, folder.path()))
+    };
+    let (code, _, message) = run(&["--engine", "native", "--out", "soft"]);
+    assert_eq!(code, 0, "{message}");
+    let read = RunFolder::read(&folder.path().join("soft")).expect("a run folder");
+    let settled = read.settled.as_ref().expect("a settled bed");
+    assert_eq!(settled.bodies.digest(), poured.bed.bodies.digest());
+    let softened = read.record.softened.as_ref().expect("how it was poured");
+    assert_eq!(softened.cloud_digest, initial_bodies(&scene).digest());
+    assert_eq!(softened.phases, phases[..phases.len() - 1]);
+    assert_eq!(softened.steps + read.record.stages[0].steps, poured.steps);
+    assert_eq!(read.record.stages[0].stop, StopReason::Settled);
+    assert!(
+        read.record
+            .command
+            .contains("--mode free --soft-pour --out")
+    );
+
+    // Where it means nothing it is refused.
+    for wrong in [
+        &["--engine", "yade", "--out", "no"][..],
+        &["--engine", "native", "--steps", "5", "--out", "no"],
+        &[
+            "--engine",
+            "native",
+            "--perturb",
+            "stiffness=1e-9",
+            "--out",
+            "no",
+        ],
+    ] {
+        assert_eq!(run(wrong).0, 2, "{wrong:?}");
+    }
+    assert!(!folder.path().join("no").exists());
+}
+
+/// Exact mode has the same bits on any machine, so a recorded realization comes out again; and the recorded judgement is that
+/// of the recorded rows.
+#[test]
+fn recorded_realizations_of_the_reference_come_out_again() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/tradeoff-1");
+    let folder = Folder::<Plan>::open(&path).expect("recorded evidence");
+    let report = folder.judge().expect("a judgement");
+    let text = crossgrain::files::read_text(&path.join("report.json.gz"), 1 << 26);
+    let recorded: Tradeoff = serde_json::from_str(&text.expect("is there")).expect("a record");
+    let again: Tradeoff = serde_json::from_str(&report.text).expect("a record");
+    assert!(again == recorded);
+    let recommended = recorded.recommended.as_deref();
+    assert_eq!(recommended, Some("free-0.65-soft-10-1e-3"));
+    let merged = folder.merged().expect("merged");
+    let plan = &merged.plan.study;
+    let digest = plan.reference.specification.digest();
+    let own = merged.rows.iter().filter(|row| row.specification == digest);
+    assert_eq!(own.clone().count(), 308);
+    let reference = Plan::full(8, 300, 1).reference.specification;
+    for realization in [2, FIRST_CONFIRMATORY] {
+        let keep = |key: &str| {
+            use crossgrain::study::tradeoff::quantities::QUANTITIES;
+            QUANTITIES.iter().any(|of| of.key == key)
+        };
+        let engines = Engines::default();
+        let again = Member::run(&reference, realization, &engines, Path::new(""), keep);
+        let again = again.expect("it runs");
+        let of = own.clone().find(|row| row.realization == realization);
+        let of = of.expect("a recorded member");
+        assert_eq!(again.measured, of.measured);
+        assert_eq!(again.pour_steps, of.pour_steps);
+    }
+}
+
+#[test]
+fn yade_has_no_clouds_that_the_reference_has_not() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let words = "study plan tradeoff --quick --clouds 2 --yade-clouds 3 --out no";
+    let words: Vec<&str> = words.split(' ').collect();
+    let (code, _, message) = told(&crate::support::crossgrain(&words, folder.path()));
+    assert_eq!(code, 2);
+    assert!(message.contains("at most --clouds, 2"), "{message}");
+    assert!(!folder.path().join("no").exists());
+}
