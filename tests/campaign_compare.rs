@@ -149,9 +149,9 @@ fn what_is_missing_on_one_side_is_never_equivalent() {
 /// The p values that are shown are those that are judged.
 #[test]
 fn findings_follow_from_the_p_that_is_shown() {
-    let first = campaign("native", 1, 40, 0.0);
+    let first = campaign("native", 1, 60, 0.0);
     for shift in [0.0, 0.001, 0.0019, 0.0024, 0.004] {
-        let comparison = of(&first, &campaign("YADE", 1001, 40, shift));
+        let comparison = of(&first, &campaign("YADE", 1001, 60, shift));
         for of in &comparison.quantities {
             let below = |p: Option<f64>| p.is_some_and(|p| p < 0.05);
             let wanted = match (below(of.difference_p), below(of.equivalence_p)) {

@@ -113,13 +113,12 @@ def put(name, text):
 rows = [line.split(",") for line in open(os.path.join(job, "initial.csv")).read().split()[1:]]
 fine = [float(row[column]) for column in (1, 2, 3, 4) for row in rows]
 put("hello.json", json.dumps({{"version": "2023.02a"}}))
-with open(os.path.join(job, "frames.bin"), "wb") as file:
+with open(os.path.join(job, "tables.bin"), "wb") as file:
     file.write(struct.pack("%dd" % (2 * len(fine)), *(fine + fine)))
-frames = [{{"frame": "settle", "step": step, "bodies": 2, "contacts": 0, "out_of_plane": 0.0, "punch": None}}
-          for step in (0, 10)]
+moments = [{{"stage": "settle", "step": step, "contacts": 0, "out_of_plane": 0.0, "punch": None}} for step in (0, 10)]
 end = {{"end": "settle", "steps": 10, "stop": "max_steps", "wall_seconds": 1.0, "cpu_seconds": 1.0}}
-put("frames.jsonl", "".join(json.dumps(line) + "\n" for line in frames + [end]))
-put("done.json", json.dumps({{"steps_by_yade": 10}}))
+put("moments.jsonl", "".join(json.dumps(line) + "\n" for line in moments + [end]))
+put("done.json", json.dumps({{"steps": 10}}))
 os._exit(0)
 "#
     );

@@ -37,7 +37,7 @@ fn a_plan_is_written_into_a_folder_of_its_own() {
     );
     for members in ["0", "1000001"] {
         let mut other = arguments;
-        (other[4], other[8]) = (members, "d");
+        (other[5], other[9]) = (members, "d");
         let (code, _, errors) = told(&crossgrain(&other, folder.path()));
         assert_eq!(code, 2);
         assert!(errors.contains("1 to 1000000"), "{errors}");
