@@ -212,7 +212,7 @@ fn the_papers_scene_agrees_with_the_recorded_yade_run() {
         .expect("checks");
     assert_eq!(checks.len(), 11);
     assert!(
-        checks.iter().all(|check| check["verdict"] == "pass"),
+        checks.iter().all(|check| check["outcome"] == "pass"),
         "{checks:?}"
     );
     let faults = record["faults"].as_array().expect("faults");

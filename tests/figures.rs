@@ -114,7 +114,8 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
     // Parts of each picture that must not be empty.
     let halves = [[0.0, 0.0, 0.5, 1.0], [0.5, 0.0, 1.0, 1.0]];
     let levels = [[0.0, 0.0, 1.0, 0.5], [0.0, 0.5, 1.0, 1.0]];
-    for (figure, parts) in [(1, halves), (2, levels), (3, halves), (4, levels)] {
+    // Figure 2 draws one bed twice, see below.
+    for (figure, parts) in [(1, halves), (3, halves), (4, levels)] {
         let svg = fs::read_to_string(drawn.join(format!("figure-{figure}.svg"))).expect("text");
         for part in parts {
             let count = places(&svg, part);

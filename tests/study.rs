@@ -325,7 +325,15 @@ fn an_external_engine_is_the_one_that_was_planned() {
     let (place, _) = folder_with(&scene);
     let at = place.path();
     let toy = fs::read_to_string(adapter_path("toy.py")).expect("the toy");
-    let engine = program(at, "engine", &toy);
+    // It pours to the most steps, and this bed never comes to the punch.
+    let pours = toy
+        .replace(
+            "\"walls\", \"cases\"",
+            "\"walls\", \"cases\", \"punch\", \"stop_rules\"",
+        )
+        .replace("job[\"until_step\"])", "job[\"settle\"][\"max_steps\"])")
+        .replace("steps_done", "max_steps");
+    let engine = program(at, "engine", &pours);
     let say = |arguments: &[&str]| told(&crossgrain(arguments, at));
     let plan = [
         "study",
@@ -343,7 +351,7 @@ fn an_external_engine_is_the_one_that_was_planned() {
     assert_eq!(code, 0, "{errors}");
     let (code, said, errors) = say(&["study", "run", "c", "--shard", "1/2"]);
     assert_eq!(code, 0, "{said}{errors}");
-    fs::write(&engine, toy.clone() + "\n# another one\n").expect("writable");
+    fs::write(&engine, pours.clone() + "\n# another one\n").expect("writable");
     let (code, _, errors) = say(&["study", "run", "c"]);
     assert_eq!(code, 2, "{errors}");
     assert!(
@@ -351,7 +359,7 @@ fn an_external_engine_is_the_one_that_was_planned() {
         "{errors}"
     );
     // The right one somewhere else.
-    program(at, "moved", &toy);
+    program(at, "moved", &pours);
     let (code, said, errors) = say(&["study", "run", "c", "--engine", "exec:moved"]);
     assert_eq!(code, 0, "{said}{errors}");
     assert!(said.contains("merged 2 rows"), "{said}");

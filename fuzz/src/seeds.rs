@@ -4,6 +4,8 @@ use std::path::Path;
 
 use serde_json::json;
 
+use crossgrain::checks::record::{self, Found};
+use crossgrain::checks::{Check, Outcome};
 use crossgrain::run::folder::record::Protocol;
 use crossgrain::run::{Engine, recorded};
 use crossgrain::study::Study;
@@ -15,7 +17,7 @@ use grains::generate::initial_bodies;
 use grains::native;
 use grains::scene::Scene;
 use grains::tables::{Contact, Snapshot};
-use grains::task::{Observer, Outcome, Task};
+use grains::task::{self, Observer, Task};
 
 use super::parts::{join, packed};
 use super::{campaign, parts, run_folder, small};
@@ -56,6 +58,7 @@ pub fn all() -> Vec<(&'static str, String, Vec<u8>)> {
     for (name, input) in rows() {
         seed("rows", name, input.into_bytes());
     }
+    seed("record", "verify", record().into_bytes());
     let track = track(&scene);
     let description = json!({"protocol": 1, "name": "toy", "version": "1", "parts": ["normal_spring", "gravity", "walls"],
         "approximations": ["none to speak of"]});
@@ -161,6 +164,21 @@ fn merged_seed(members: &[Member]) -> Vec<u8> {
     join(&[("repair", b""), ("members.jsonl", lines.as_bytes())])
 }
 
+/// A record with a check of each kind.
+fn record() -> String {
+    let number = Check::of_words("suite/drop", "height", Outcome::Pass, "");
+    let found = Found {
+        checks: vec![
+            number.with_limits(1.0, 1.0, Some(0.1)).required(),
+            Check::of_words("suite/words", "a refusal", Outcome::Skipped, "no engine"),
+        ],
+        ..Found::default()
+    };
+    let own = json!({"crossgrain": "0.1.0", "command": "crossgrain verify"});
+    let written = record::write("verify", &own, "any".to_owned(), found);
+    written.expect("a sound record").0
+}
+
 fn rows() -> [(&'static str, String); 3] {
     let member = json!({"specification": "abc", "realization": 1, "ending": {"failed": "a reason"}, "pour_steps": 10,
         "load_steps": 2, "cost": {"cpu_seconds": 1.5, "measuring_seconds": 0.1}, "measured": {"a": 0.1}});
@@ -190,7 +208,7 @@ impl Observer for Keep {
 fn track(scene: &Scene) -> Vec<Snapshot> {
     let mut keep = Keep::default();
     let task = Task::pour(initial_bodies(scene), 10);
-    let _: Outcome =
+    let _: task::Outcome =
         native::run(scene, &task, &native::Options::default(), &mut keep).expect("ten steps");
     for moment in &mut keep.0 {
         moment.contacts = vec![Contact {

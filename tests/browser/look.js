@@ -86,7 +86,7 @@
   // On paper nothing can be opened, scrolled or typed.
   print() {
     const found = [];
-    for (const element of document.querySelectorAll("details td, details th, details p, details figure")) {
+    for (const element of document.querySelectorAll("details td, details th, details p:not(.files), details figure")) {
       if (!element.checkVisibility()) { found.push(`not printed: ${this.name(element)}`); }
     }
     for (const element of document.querySelectorAll("input, button")) {

@@ -64,8 +64,8 @@ fn edited(from: &str, to: &str) -> Vec<(i32, String)> {
 fn an_edited_plan_is_refused() {
     for (from, to, why) in [
         (
-            "\"version\": 1,\n  \"crossgrain\"",
-            "\"version\": 2,\n  \"crossgrain\"",
+            "\"version\": 1,\n  \"made_with\"",
+            "\"version\": 2,\n  \"made_with\"",
             "has version 2",
         ),
         (

@@ -96,6 +96,14 @@ fn distance(rows: &[Row]) -> f64 {
     found.map_or(f64::NAN, |found| found.statistic)
 }
 
+fn shown(value: f64, digits: usize) -> String {
+    if value.is_finite() {
+        format!("{value:.digits$}")
+    } else {
+        "unknown".to_owned()
+    }
+}
+
 /// Exponential at one point with its fitted mean.
 pub fn at_point(members: &[Member], point: &'static str) -> Claim {
     let values = stress(members, Moment::Loaded, point, "grain_zz");
@@ -111,12 +119,12 @@ pub fn at_point(members: &[Member], point: &'static str) -> Claim {
         statement: format!("At {point} the measured distribution of Σ_zz matches an exponential."),
         verdict: verdict(&rows, Rule::All),
         reading: format!(
-            "Variation {:.2} instead of 1, gamma shape {:.2} instead of 1, {:.1} % above two means instead of 13.5 %; D from the \
-             fitted exponential {:.3}.",
-            rows[0].estimate(),
-            rows[1].estimate(),
-            100.0 * rows[2].estimate(),
-            distance(&rows)
+            "Variation {} instead of 1, gamma shape {} instead of 1, {} % above two means instead of 13.5 %; D from the \
+             fitted exponential {}.",
+            shown(rows[0].estimate(), 2),
+            shown(rows[1].estimate(), 2),
+            shown(100.0 * rows[2].estimate(), 1),
+            shown(distance(&rows), 3)
         ),
         decided_by: DECIDED_BY.to_owned(),
         rows,
@@ -160,7 +168,7 @@ fn several(
     let mut found = Vec::new();
     for point in POINTS {
         let of_point = rows_of(point, &stress(members, moment, point, what));
-        found.push(format!("{point} {:.2}", of_point[1].estimate()));
+        found.push(format!("{point} {}", shown(of_point[1].estimate(), 2)));
         rows.extend(of_point);
     }
     Claim {
