@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 
 use crossgrain::document::Document;
 use crossgrain::engine::{EngineError, ProgramError};
-use crossgrain::error::Error;
 use crossgrain::files::{FolderLock, file_digest};
 use crossgrain::progress::Display;
 use crossgrain::study::machine::{Done, Folder, Job, Machine};
@@ -99,7 +98,7 @@ impl Study for Squares {
         }
     }
 
-    fn judge(folder: &Folder<Self>) -> Result<Judged, Error> {
+    fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {
         let sum = Cell::new(0);
         folder.each(|_, row| sum.set(sum.get() + row.square))?;
         Ok(Judged {
