@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crossgrain::document::Document;
 use crossgrain::engine::{EngineError, ProgramError};
+use crossgrain::error::Error;
 use crossgrain::files::{FolderLock, file_digest};
 use crossgrain::progress::Display;
 use crossgrain::study::machine::{Done, Folder, Job, Machine};
