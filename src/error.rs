@@ -8,6 +8,7 @@ use crate::run::folder::FolderError;
 use crate::run::kept::KeptError;
 use crate::run::scene_file::SceneFileError;
 use crate::study::StudyError;
+use crate::suite::run::VerifyError;
 
 pub use crate::exit;
 
@@ -45,6 +46,15 @@ impl From<KeptError> for Error {
             KeptError::Engine(error) => Error::Engine(error),
             KeptError::Folder(error) => Error::Folder(error),
             KeptError::File(error) => Error::File(error),
+        }
+    }
+}
+
+impl From<VerifyError> for Error {
+    fn from(error: VerifyError) -> Self {
+        match error {
+            VerifyError::Engine(error) => Error::Engine(error),
+            VerifyError::Disc(error) => Error::Report(error.to_string()),
         }
     }
 }

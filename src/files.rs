@@ -5,8 +5,8 @@ use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 use crate::exit;
-use grains::digest::hex;
-pub use grains::digest::{sha256_hex, short_hex};
+use grains::tables::hex;
+pub use grains::tables::{sha256_hex, short_hex};
 use sha2::{Digest, Sha256};
 
 /// A file or folder could not be read or written.
@@ -145,16 +145,36 @@ pub fn into_place(aside: tempfile::NamedTempFile, path: &Path) -> Result<(), Fil
 
 /// Writes a file under this name, or under the next free one with a number after it, and says which.
 pub fn write_beside(wanted: &Path, bytes: &[u8]) -> Result<PathBuf, FileError> {
-    let mut path = wanted.to_owned();
-    let mut number = 1;
-    while path.symlink_metadata().is_ok() {
-        number += 1;
-        let mut name = wanted.as_os_str().to_owned();
-        name.push(format!("-{number}"));
-        path = PathBuf::from(name);
-    }
+    let path = free_name(wanted, |path| path.symlink_metadata().is_ok());
     write_whole(&path, bytes)?;
     Ok(path)
+}
+
+/// Gives a temporary folder this name, or the next free one with a number after it, and says which.
+pub fn keep_folder(folder: tempfile::TempDir, wanted: &Path) -> Result<PathBuf, FileError> {
+    let path = free_name(wanted, |path| path.symlink_metadata().is_ok());
+    readable_by_all(folder.path());
+    fs::rename(folder.path(), &path).map_err(failed("rename into place", &path))?;
+    // It is in its place; under its old name there is nothing left to remove.
+    let _ = folder.keep();
+    Ok(path)
+}
+
+/// `wanted`, `wanted-2`, `wanted-3`, …: the first that is not taken.
+fn free_name(wanted: &Path, taken: impl Fn(&Path) -> bool) -> PathBuf {
+    let numbered = |number: u64| {
+        let mut name = wanted.as_os_str().to_owned();
+        name.push(format!("-{number}"));
+        PathBuf::from(name)
+    };
+    let mut path = wanted.to_owned();
+    for number in 2.. {
+        if !taken(&path) {
+            break;
+        }
+        path = numbered(number);
+    }
+    path
 }
 
 /// Opens a file for adding to it, made if it is not there. No other process can open it so as long as the file is open.
@@ -185,18 +205,23 @@ impl FolderLock {
     }
 }
 
+/// A temporary folder on the file system of `path`, whose parents are made; gone with the value.
+pub fn folder_aside(path: &Path) -> Result<tempfile::TempDir, FileError> {
+    let parent = parent_of(path);
+    fs::create_dir_all(&parent).map_err(failed("create", &parent))?;
+    tempfile::Builder::new()
+        .prefix(".crossgrain.partial-")
+        .tempdir_in(&parent)
+        .map_err(failed("write into", &parent))
+}
+
 /// Builds a folder aside with `fill` and renames it into place; an existing folder is never touched.
 pub fn write_folder<E: From<FileError>>(
     path: &Path,
     fill: impl FnOnce(&Path) -> Result<(), E>,
 ) -> Result<(), E> {
     refuse_existing(path)?;
-    let parent = parent_of(path);
-    fs::create_dir_all(&parent).map_err(failed("create", &parent))?;
-    let aside = tempfile::Builder::new()
-        .prefix(".crossgrain.partial-")
-        .tempdir_in(&parent)
-        .map_err(failed("write into", &parent))?;
+    let aside = folder_aside(path)?;
     fill(aside.path())?;
     readable_by_all(aside.path());
     refuse_existing(path)?;
@@ -220,18 +245,7 @@ pub fn refuse_existing(path: &Path) -> Result<(), FileError> {
 /// A folder beside `wanted` that is free: `wanted`, `wanted-2`, `wanted-3`, … A folder without a
 /// finished job in it, which the file `finished` tells, counts as free: the job is taken up again.
 pub fn free_folder(wanted: &Path, finished: &str) -> PathBuf {
-    let taken = |folder: &Path| folder.join(finished).exists();
-    if !taken(wanted) {
-        return wanted.to_owned();
-    }
-    (2..)
-        .map(|number| {
-            let mut name = wanted.as_os_str().to_owned();
-            name.push(format!("-{number}"));
-            PathBuf::from(name)
-        })
-        .find(|folder| !taken(folder))
-        .unwrap_or_else(|| wanted.to_owned())
+    free_name(wanted, |folder| folder.join(finished).exists())
 }
 
 /// SHA-256 of a file's bytes, in hexadecimal.

@@ -4,11 +4,11 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-pub use grains::stop::asked_to_end;
+pub use grains::task::asked_to_end;
 
 /// From now on the signals are noticed instead of ending the program at once. A second Ctrl-C does.
 pub fn notice() -> std::io::Result<()> {
-    let asked = grains::stop::flag();
+    let asked = grains::task::flag();
     for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
         // Registered first, this ends the program if the flag is set already.
         signal_hook::flag::register_conditional_shutdown(signal, 75, Arc::clone(asked))?;

@@ -1,9 +1,6 @@
 //! crossgrain: a validation harness for discrete-element engines.
 //!
-//! Data flows one way, and imports point back along it only:
-//! scene → model → generate → engine (native | yade | exec) → measure → statistics → folder → progress → run → continuum → paper → compare →
-//! error → workers → verify → stability → bench → realization → tradeoff → campaign → claims → sensitivity → figures → reproduce → baseline →
-//! explain → export → report → cli.
+//! Data flows one way, and a module imports only modules that stand before it here; `tests/architecture.rs` fails otherwise.
 //! `docs/architecture.md` says what stands where.
 
 pub mod exit;
@@ -30,11 +27,11 @@ pub mod paper;
 
 pub mod compare;
 
-pub mod error;
-
 pub mod suite;
 
 pub mod study;
+
+pub mod error;
 
 pub mod limits;
 

@@ -243,7 +243,7 @@ impl Job<'_> {
             "crossgrain verify makes them; here up to 500 grains",
         );
         let options = record::verification(&self.options.yade);
-        verify(&options, self.display).map(Some)
+        Ok(Some(verify(&options, self.display)?))
     }
 }
 

@@ -13,8 +13,8 @@ use crate::engine::{exec, yade};
 use crate::run::folder::record::{EngineRecord, Protocol, RECORD_VERSION, RunRecord, TraceRow};
 use crate::run::folder::{Moment, RunFolder};
 use grains::measure;
-use grains::measure::history::{self, HistoryRow};
-use grains::model::terms::ModelRecord;
+use grains::measure::HistoryRow;
+use grains::model::ModelRecord;
 use grains::native;
 use grains::scene::Scene;
 use grains::tables::{Bodies, Snapshot, Stage};
@@ -140,7 +140,8 @@ struct Recorder<'a> {
 
 impl Observer for Recorder<'_> {
     fn snapshot(&mut self, snapshot: &Snapshot) {
-        self.history.push(history::row(self.scene, snapshot));
+        self.history
+            .push(measure::history_row(self.scene, snapshot));
         let bodies = &snapshot.bodies;
         for id in (0..bodies.len()).step_by((bodies.len() / MARKED).max(1)) {
             self.trace.push(TraceRow {

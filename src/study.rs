@@ -43,6 +43,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::checks::record::RecordError;
 use crate::engine::EngineError;
 use crate::exit;
 use crate::files::FileError;
@@ -88,7 +89,7 @@ pub trait Study: Serialize + DeserializeOwned + Sync + Sized {
     fn outline(&self, row: &Self::Row) -> Outline;
 
     /// What the rows that are there say; [`Folder::each`] has them.
-    fn judge(folder: &Folder<Self>) -> Result<report::Judged, crate::error::Error>;
+    fn judge(folder: &Folder<Self>) -> Result<report::Judged, StudyError>;
 }
 
 /// A row in short.
@@ -168,6 +169,8 @@ pub enum StudyError {
     Engine(#[from] EngineError),
     #[error(transparent)]
     File(#[from] FileError),
+    #[error(transparent)]
+    Record(#[from] RecordError),
 }
 
 impl StudyError {
@@ -187,6 +190,7 @@ impl StudyError {
             StudyError::EnginesFailed { .. } => exit::ENGINE_FAILED,
             StudyError::Engine(error) => error.exit_code(),
             StudyError::File(error) => error.exit_code(),
+            StudyError::Record(error) => error.exit_code(),
         }
     }
 }

@@ -26,8 +26,8 @@ pub mod trajectories;
 use serde::Serialize;
 
 use crate::checks::{Check, Outcome};
-use grains::case::Case;
 use grains::tables::{Bodies, Contact, Snapshot};
+use grains::task::Case;
 
 /// The states of a case at its moments.
 pub type Track = Vec<Snapshot>;

@@ -10,8 +10,8 @@ use crossgrain::study::campaign::member::Member;
 use crossgrain::study::machine::Summary;
 use crossgrain::study::realization::{Ending, Runner};
 use crossgrain::study::tradeoff::quantities::QUANTITIES;
-use evidence::equivalence::Finding;
 use evidence::random::Source;
+use evidence::t_test::Finding;
 use grains::native::Mode;
 use grains::scene::paper_scene;
 

@@ -302,7 +302,7 @@ fn three_forces_on_a_rough_grain_are_counted_in_the_run_itself() {
     let common = CommonStart::of(&run, &run, None).expect("a run that goes on");
     let first = common.three_forces.expect("three forces within the run");
     assert!(first > 500, "{first}: beyond the first piece");
-    let case = grains::case::Case {
+    let case = grains::task::Case {
         name: "the run itself".to_owned(),
         model: grains::model::Model::of(&scene),
         bodies: run.initial.clone(),

@@ -70,8 +70,7 @@ fn vtk_files_hold_every_digit_of_the_run() {
         // The cells tile the box up to the highest grain.
         let cells = read(&format!("{prefix}cells.vtp"));
         let area: f64 = array::<f64>(&cells, "area").iter().sum();
-        let box_area =
-            run.scene.container.width * grains::measure::height::highest_grain(&moment.bodies);
+        let box_area = run.scene.container.width * grains::measure::highest_grain(&moment.bodies);
         assert!((area / box_area - 1.0).abs() < 1e-9, "{area} {box_area}");
         let corners = array::<usize>(&cells, "connectivity");
         assert_eq!(corners, (0..corners.len()).collect::<Vec<_>>());

@@ -6,10 +6,7 @@ use std::f64::consts::PI;
 
 use assert_approx_eq::assert_approx_eq;
 use grains::measure::porosity::{self, Window};
-use grains::measure::{
-    Bed, cells, control_stress, coordination, energy, extensive_stress, height, support,
-    unbalanced_force,
-};
+use grains::measure::{self, Bed, cells, equilibrium, neighbourhood, stress};
 use grains::scene::{Scene, Tension, Viscosity, paper_scene};
 use grains::tables::{Bodies, Contact};
 
@@ -44,7 +41,7 @@ fn the_disc_of_figure_4_has_the_extensive_stress_of_table_3() {
         bodies: &bodies,
         contacts: &contacts,
     };
-    let stress = extensive_stress::of_grains(bed)[0];
+    let stress = stress::of_grains(bed)[0];
     assert_approx_eq!(stress[(0, 0)], 1.0);
     assert_approx_eq!(stress[(1, 1)], 2.0);
     assert_approx_eq!(stress[(0, 1)], 0.0);
@@ -65,7 +62,7 @@ fn the_disc_of_figure_4_has_the_extensive_stress_of_table_3() {
         bodies: &bodies,
         contacts: &swapped,
     };
-    assert_approx_eq!(extensive_stress::of_grains(bed)[0][(1, 1)], 2.0);
+    assert_approx_eq!(stress::of_grains(bed)[0][(1, 1)], 2.0);
 }
 
 /// n columns of m discs, touching, in a box that fits them.
@@ -107,11 +104,11 @@ fn square_packing(columns: u32, rows: u32) -> (Scene, Bodies, Vec<Contact>) {
 fn a_square_packing_has_its_heights_porosities_and_cells() {
     let (scene, bodies, _) = square_packing(30, 20);
     let porosity = 1.0 - PI / 4.0;
-    assert_approx_eq!(height::highest_grain(&bodies), 0.2, 1e-12);
-    assert_approx_eq!(height::mean_surface(&scene, &bodies), 0.2, 1e-12);
-    assert_approx_eq!(height::twice_centre_of_mass(&bodies), 0.2, 1e-12);
+    assert_approx_eq!(measure::highest_grain(&bodies), 0.2, 1e-12);
+    assert_approx_eq!(measure::mean_surface(&scene, &bodies), 0.2, 1e-12);
+    assert_approx_eq!(measure::twice_centre_of_mass(&bodies), 0.2, 1e-12);
     assert_approx_eq!(
-        porosity::from_height(&bodies, 0.3, height::highest_grain(&bodies)),
+        porosity::from_height(&bodies, 0.3, measure::highest_grain(&bodies)),
         porosity,
         1e-12
     );
@@ -138,8 +135,8 @@ fn a_hollow_surface_lowers_the_mean_height_only() {
     // with the height of its centre.
     let last = bodies.len() - 1;
     bodies.z[last] = 0.1;
-    assert_approx_eq!(height::highest_grain(&bodies), 0.2, 1e-12);
-    let mean = height::mean_surface(&scene, &bodies);
+    assert_approx_eq!(measure::highest_grain(&bodies), 0.2, 1e-12);
+    let mean = measure::mean_surface(&scene, &bodies);
     assert_approx_eq!(mean, 0.2 - 0.005 / 30.0, 1e-9);
 }
 
@@ -154,7 +151,7 @@ fn a_standing_square_packing_bears_its_weight_in_its_stress() {
         contacts: &contacts,
     };
     let weight = scene.grain_mass(0.005) * scene.gravity;
-    let all = control_stress::all(&scene, bed, &cells::radical(&scene, &bodies), 0.2);
+    let all = stress::at_control_points(&scene, bed, &cells::radical(&scene, &bodies), 0.2);
     let at_o = &all[0];
     assert_eq!((at_o.name.as_str(), at_o.grain), ("O", 8 * 30 + 15));
     // It bears 11 grains and hands on 12.
@@ -168,16 +165,16 @@ fn a_standing_square_packing_bears_its_weight_in_its_stress() {
     // Depth by weight: rows above times weight over the width of a column.
     assert!((local.zz - 11.2 * weight / 0.01).abs() < 0.5 * weight / 0.01);
 
-    let coordination = coordination::of(bed);
+    let coordination = neighbourhood::coordination(bed);
     // Four contacts each, but the top row has three.
     assert_approx_eq!(coordination.mean, (4.0 * 570.0 + 3.0 * 30.0) / 600.0, 1e-12);
     assert_approx_eq!(coordination.rattler_share, 0.0);
-    assert!(unbalanced_force::of(&scene, bed).expect("contacts") < 1e-12);
+    assert!(equilibrium::unbalanced_force(&scene, bed).expect("contacts") < 1e-12);
     let one = Bed {
         bodies: &bodies,
         contacts: &contacts[..1],
     };
-    let stored = energy::elastic(&scene, one);
+    let stored = equilibrium::elastic_energy(&scene, one);
     assert_approx_eq!(stored, 0.5 * 20.0 * weight * 1e-6, 1e-12);
     // With friction the tangential spring of 2 N stores ½·F²/k_s more.
     let mut rough = scene.clone();
@@ -190,7 +187,7 @@ fn a_standing_square_packing_bears_its_weight_in_its_stress() {
         contacts: &[sheared],
     };
     let k_s = 0.25 * scene.material.youngs_modulus * 0.005;
-    let more = energy::elastic(&rough, one) - stored;
+    let more = equilibrium::elastic_energy(&rough, one) - stored;
     assert!((more / (2.0 / k_s) - 1.0).abs() < 1e-9, "{more}");
     // With dashpots the force is not the spring's alone: ½k_n u².
     let mut damped = scene.clone();
@@ -199,7 +196,7 @@ fn a_standing_square_packing_bears_its_weight_in_its_stress() {
         tension: Tension::Clipped,
     };
     let of_spring = 0.5 * scene.material.youngs_modulus * 0.005 * 1e-12;
-    let found = energy::elastic(&damped, one);
+    let found = equilibrium::elastic_energy(&damped, one);
     assert!(
         (found / of_spring - 1.0).abs() < 1e-9,
         "{found} {of_spring}"
@@ -222,7 +219,7 @@ fn rattlers_and_what_is_unbalanced_show() {
         bodies: &bodies,
         contacts: &contacts,
     };
-    let coordination = coordination::of(bed);
+    let coordination = neighbourhood::coordination(bed);
     assert_approx_eq!(coordination.rattler_share, 1.0 / 21.0);
     assert_approx_eq!(
         coordination.mean_without_rattlers.expect("grains"),
@@ -232,7 +229,7 @@ fn rattlers_and_what_is_unbalanced_show() {
     let weight = scene.grain_mass(0.005) * scene.gravity;
     let forces: f64 = contacts.iter().map(|c| c.normal_force).sum();
     assert_approx_eq!(
-        unbalanced_force::of(&scene, bed).expect("contacts"),
+        equilibrium::unbalanced_force(&scene, bed).expect("contacts"),
         weight / 21.0 / (forces / contacts.len() as f64),
         1e-9
     );
@@ -245,7 +242,7 @@ fn control_points_outside_the_bed_have_no_stress() {
         bodies: &bodies,
         contacts: &contacts,
     };
-    let all = control_stress::all(&scene, bed, &cells::radical(&scene, &bodies), 0.05);
+    let all = stress::at_control_points(&scene, bed, &cells::radical(&scene, &bodies), 0.05);
     assert!(all.is_empty());
 }
 
@@ -266,7 +263,7 @@ fn a_grain_with_a_single_contact_is_a_rattler() {
             bodies: &bodies,
             contacts,
         };
-        assert_approx_eq!(coordination::of(bed).rattler_share, rattlers);
+        assert_approx_eq!(neighbourhood::coordination(bed).rattler_share, rattlers);
     }
 }
 
@@ -291,7 +288,7 @@ fn the_floor_bears_what_presses_down_if_the_bed_is_at_rest() {
             bodies: &bodies,
             contacts: &contacts,
         };
-        support::by_floor(&scene, bed, pressed)
+        equilibrium::borne_by_floor(&scene, bed, pressed)
     };
     assert_approx_eq!(share(weight, 0.0), 1.0, 1e-15);
     assert_approx_eq!(share(0.9 * weight, 0.0), 0.9, 1e-15);

@@ -6,7 +6,7 @@ mod ends;
 mod punch;
 
 use grains::generate::initial_bodies;
-use grains::measure::energy;
+use grains::measure::equilibrium;
 use grains::scene::{Damping, TimeStep};
 use grains::tables::Bodies;
 use grains::task::Task;
@@ -59,7 +59,7 @@ fn collisions_keep_momentum_and_a_settled_bed_weighs_what_it_weighs() {
     let initial = initial_bodies(&scene);
     let (outcome, _) = native_outcome(&scene, &Task::pour(initial, 120_000), None);
     let bodies = &outcome.last.bodies;
-    assert!(energy::kinetic(bodies) < 1e-3);
+    assert!(equilibrium::kinetic_energy(bodies) < 1e-3);
     let weight: f64 = bodies.mass.iter().sum::<f64>() * scene.gravity;
     let floor = scene.particles.count + 2;
     let borne: f64 = outcome

@@ -8,13 +8,13 @@ mod lists;
 mod symmetry;
 
 use crossgrain::suite::build::{Grain, case, friction, model, punch, wall};
-use grains::case::Case;
 use grains::model::{Axis, Law};
 use grains::native::{self, CaseOptions};
 use grains::scene::{
     ContactLaw, NewContactSlip, Rotation, SlipVelocity, Tension, TorqueArms, Viscosity,
 };
 use grains::tables::Snapshot;
+use grains::task::Case;
 use proptest::prelude::*;
 
 use crate::support::all_pairs::AllPairs;

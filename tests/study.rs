@@ -99,7 +99,7 @@ impl Study for Squares {
         }
     }
 
-    fn judge(folder: &Folder<Self>) -> Result<Judged, Error> {
+    fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {
         let sum = Cell::new(0);
         folder.each(|_, row| sum.set(sum.get() + row.square))?;
         Ok(Judged {

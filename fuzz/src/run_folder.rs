@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crossgrain::run::folder::RunFolder;
 use crossgrain::tables::{parse_rows, read_bodies, write_rows};
-use grains::measure::history::HistoryRow;
+use grains::measure::HistoryRow;
 use grains::scene::parse_scene;
 use grains::tables::Stage;
 

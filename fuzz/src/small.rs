@@ -3,11 +3,11 @@
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::plan::Plan;
 use crossgrain::study::realization::Runner;
-use grains::case::Case;
 use grains::generate::initial_bodies;
 use grains::model::Model;
 use grains::native::Mode;
 use grains::scene::{Cloud, Scene, paper_scene};
+use grains::task::Case;
 
 /// Four grains of the paper in a box of their own.
 pub fn scene() -> Scene {

@@ -11,7 +11,7 @@ use crossgrain::tables::{
     TableError, read_bodies, read_contacts, read_rows, room_for, write_bodies, write_contacts,
     write_rows,
 };
-use grains::measure::history::HistoryRow;
+use grains::measure::HistoryRow;
 use grains::tables::BodyIds;
 
 use super::parts;

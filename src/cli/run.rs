@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use grains::timing::ThreadTime;
+use grains::native::timing::ThreadTime;
 
 use super::chosen::Chosen;
 use super::print;
@@ -21,8 +21,8 @@ use crate::run::kept::{Preparation, prepared};
 use crate::run::scene_file::read_scene;
 use crate::run::{Engine, EngineError};
 use grains::generate::initial_bodies;
+use grains::model::Kernel;
 use grains::model::Model;
-use grains::model::terms::Kernel;
 use grains::native::pouring::{Softly, pour};
 use grains::native::{self, Perturbation, Trouble};
 use grains::scene::Scene;

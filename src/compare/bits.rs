@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::Verdict;
 use crate::run::folder::{Moment, RunFolder};
-use grains::measure::history::HistoryRow;
+use grains::measure::HistoryRow;
 use grains::scene::Scene;
 use grains::tables::{Bodies, Contact, Stage};
 

@@ -11,11 +11,11 @@ use super::Verdict;
 use super::bits::{self, TableBits};
 use super::first_difference::Locator;
 use crate::run::folder::RunFolder;
-use grains::case::Case;
 use grains::model::Model;
 use grains::native::{self, CaseOptions};
 use grains::scene::Scene;
 use grains::tables::{Bodies, BodyIds, Snapshot, Stage};
+use grains::task::Case;
 
 /// Up to where two runs agree, and up to where they must.
 #[derive(Debug, Clone, PartialEq, Serialize)]

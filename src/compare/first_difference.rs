@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::bits::{self, NumberPair, TableBits};
 use crate::engine::{exec, yade};
-use crate::files::file_digest;
+use crate::files::{file_digest, work_folder};
 use crate::run::folder::RunFolder;
 use crate::run::folder::record::EngineRecord;
 use crate::run::{Engine, bare};
@@ -193,7 +193,7 @@ impl<'a> Side<'a> {
 
     /// The state after `step`, from an earlier one.
     fn advance(&self, start: &Start, step: u64) -> Result<Start, String> {
-        let work = tempfile::tempdir().map_err(|error| error.to_string())?;
+        let work = work_folder().map_err(|error| error.to_string())?;
         let task = Task {
             start: start.clone(),
             until: Until::Step(step),

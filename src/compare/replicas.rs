@@ -59,7 +59,7 @@ impl Scatter {
             Some(QuantityScatter {
                 key: quantity.key.clone(),
                 mean: moments::mean(&values),
-                standard_deviation: moments::deviation(&values),
+                standard_deviation: moments::standard_deviation(&values),
                 replicas: values.len(),
             })
         });

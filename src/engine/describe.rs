@@ -9,10 +9,10 @@ use super::exec::{self, Options, PROTOCOL};
 use crate::engine::ProgramError;
 use crate::engine::watch::Limits;
 use crate::files::{read_text, work_folder};
-use grains::case::Case;
 use grains::model::Model;
 use grains::scene::Scene;
 use grains::tables::Stage;
+use grains::task::Case;
 use grains::task::{Task, Until};
 
 /// What `describe` printed.

@@ -15,10 +15,10 @@ use super::watch::{self, Beats, Done, Ended, Limits, end_of, length, watch};
 use super::{ProgramError, job, nonsense, read};
 use crate::child::{Group, on_path};
 use crate::files::{failed, file_digest, write_whole};
-use grains::case::Case;
 use grains::model::Model;
 use grains::scene::Scene;
 use grains::tables::{Bodies, Snapshot};
+use grains::task::Case;
 use grains::task::{Observer, Outcome, Task};
 
 pub use super::describe::{Description, Part, describe, missing_for_case, missing_for_scene};

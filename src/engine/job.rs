@@ -11,10 +11,10 @@ use super::read::TimedSteps;
 use super::{ProgramError, nonsense};
 use crate::files::{failed, write_whole};
 use crate::tables as text;
-use grains::case::Case;
 use grains::model::Model;
 use grains::scene::Scene;
 use grains::tables::{Bodies, Punch, Stage};
+use grains::task::Case;
 use grains::task::{Task, Until};
 
 #[derive(Serialize)]

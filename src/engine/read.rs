@@ -11,13 +11,13 @@ use serde::de::DeserializeOwned;
 use super::{ProgramError, job, nonsense};
 use crate::files::read_text;
 use crate::tables as text;
-use grains::case::{Case, Effective, Load};
 use grains::model::Model;
 use grains::native::check_moment;
+use grains::native::timing::{Share, Window};
 use grains::scene::Scene;
 use grains::tables::{Bodies, BodyIds, Contact, Punch, Snapshot, Stage, StopReason};
+use grains::task::{Case, Effective, Load};
 use grains::task::{Observer, Outcome, StageReport, Task, Until, moments};
-use grains::timing::{Share, Window};
 
 /// The most that the list of moments may have, bytes.
 const LONGEST_LIST: u64 = 1 << 26;

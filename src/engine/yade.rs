@@ -17,10 +17,10 @@ use super::watch::Limits;
 use super::{ProgramError, job, nonsense, read};
 use crate::child::on_path;
 use crate::files::{failed, read_text, sha256_hex, write_whole};
-use grains::case::{Case, Effective, Load};
 use grains::model::Model;
 use grains::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
 use grains::tables::{Bodies, Snapshot};
+use grains::task::{Case, Effective, Load};
 use grains::task::{Observer, Outcome, Task};
 
 /// The oldest YADE whose options this driver relies on.

@@ -30,8 +30,8 @@ use crate::error::Error;
 use crate::files::{FileError, work_folder};
 use crate::progress::{Display, StageObserver};
 use crate::tables::TableError;
+use grains::native::timing::Share;
 use grains::native::{NativeError, Trouble};
-use grains::timing::Share;
 
 use bed::PAPER;
 use contender::{Plan, Programs};

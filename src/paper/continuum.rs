@@ -13,7 +13,7 @@ use nalgebra::{Complex, DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::paper::quadrature::integrate;
-use grains::measure::extensive_stress::Components;
+use grains::measure::stress::Components;
 
 /// What the load stands on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -10,7 +10,7 @@ use crate::document::{Cell, Drawing, Table};
 use crate::error::Error;
 use crate::study::figures::LoadedBed;
 use crate::study::realization::bed_of;
-use grains::measure::{Bed, height};
+use grains::measure::{self, Bed};
 use grains::scene::Scene;
 use grains::tables::{Bodies, Contact, Punch};
 
@@ -146,7 +146,7 @@ pub fn force_chains(bed: &LoadedBed) -> Result<Drawing, Error> {
         ));
     }
     let bottom = bed.last.punch.as_ref().map(Punch::bottom);
-    let highest = height::highest_grain(of.bodies);
+    let highest = measure::highest_grain(of.bodies);
     let top = highest.max(bottom.unwrap_or(0.0)) + 0.03;
     let strong = strong_force([of].into_iter());
     let contents = contents(&bed.scene, of, bottom, strong, top);

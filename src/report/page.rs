@@ -191,7 +191,7 @@ fn packings(runs: &Runs) -> Result<Vec<Figure>, Error> {
     let strong = packing::strong_force(all.iter().map(|(moment, _, _)| moment.bed()));
     let top = all
         .iter()
-        .map(|(moment, _, _)| grains::measure::height::highest_grain(&moment.bodies))
+        .map(|(moment, _, _)| grains::measure::highest_grain(&moment.bodies))
         .fold(0.0, f64::max)
         + 0.02;
     let figures = all.iter().enumerate();

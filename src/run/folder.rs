@@ -18,7 +18,7 @@ use crate::run::scene_file::SceneFileError;
 use crate::run::scene_file::read_scene;
 use crate::tables::{self as text, TableError};
 use grains::measure::Bed;
-use grains::measure::history::HistoryRow;
+use grains::measure::HistoryRow;
 use grains::model::Model;
 use grains::scene::Scene;
 use grains::tables::{Bodies, BodyIds, Contact, Snapshot, Stage};

@@ -1,12 +1,14 @@
-//! A run that is watched and kept: progress shown, the folder written, a failed YADE's log saved.
+//! A run that is watched and kept: progress shown, the folder written, what a failed engine left saved.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use tempfile::TempDir;
 
 use super::{Engine, EngineError, recorded};
 use crate::engine::ProgramError;
 use crate::engine::exec::log;
-use crate::files::{FileError, failed, write_beside};
-use crate::progress::Display;
+use crate::files::{FileError, folder_aside, keep_folder, write_beside};
+use crate::progress::{Display, say};
 use crate::run::folder::record::{Protocol, Softened, StepChoice};
 use crate::run::folder::{FolderError, RunFolder};
 use grains::generate::initial_bodies;
@@ -70,15 +72,7 @@ pub fn prepared(
         }
     };
     let task = display.task(&name);
-    let parent = match out.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    std::fs::create_dir_all(parent).map_err(failed("create", parent))?;
-    let work = tempfile::Builder::new()
-        .prefix(".crossgrain.partial-")
-        .tempdir_in(parent)
-        .map_err(failed("write into", parent))?;
+    let work = folder_aside(out)?;
     let (softened, initial) = match preparation.softened {
         Some((softened, bodies)) => (Some(softened), bodies),
         None => (None, initial_bodies(scene)),
@@ -95,7 +89,7 @@ pub fn prepared(
         Ok(run) => run,
         Err(error) => {
             task.done("failed");
-            keep_log(engine, &error, work.path(), out, display);
+            keep_evidence(engine, &error, work, out);
             return Err(error.into());
         }
     };
@@ -109,25 +103,38 @@ pub fn prepared(
     Ok(run)
 }
 
-/// An engine that failed leaves its whole log beside where its run folder would have been.
-fn keep_log(engine: &Engine, error: &EngineError, work: &Path, out: &Path, display: &Display) {
+/// An engine that failed leaves its whole log beside where its run folder would have been; one whose files cannot be used
+/// leaves them all, since the message names one of them. Said even where no progress is shown.
+fn keep_evidence(engine: &Engine, error: &EngineError, work: TempDir, out: &Path) {
     let (end, whose) = match engine {
         Engine::Native(_) => return,
         Engine::Yade(_) => (".yade.log", "YADE's"),
         Engine::Exec(_) => (".engine.log", "the engine's"),
     };
-    let log = log(work);
     // An engine that was never started has said nothing.
-    let ended = matches!(
+    let EngineError::Program(error) = error else {
+        return;
+    };
+    if matches!(
         error,
-        EngineError::Program(ProgramError::Missing { .. } | ProgramError::Interrupted)
-    );
-    if log.is_empty() || ended {
+        ProgramError::Missing { .. } | ProgramError::Interrupted
+    ) {
         return;
     }
-    let mut wanted = out.as_os_str().to_owned();
-    wanted.push(end);
-    if let Ok(kept) = write_beside(Path::new(&wanted), log.as_bytes()) {
-        display.line(&format!("{whose} log is kept in {}", kept.display()));
+    let beside = |end: &str| {
+        let mut name = out.as_os_str().to_owned();
+        name.push(end);
+        PathBuf::from(name)
+    };
+    let log = log(work.path());
+    if !log.is_empty()
+        && let Ok(kept) = write_beside(&beside(end), log.as_bytes())
+    {
+        say(&format!("{whose} log is kept in {}", kept.display()));
+    }
+    if matches!(error, ProgramError::Nonsense(_))
+        && let Ok(kept) = keep_folder(work, &beside(".job"))
+    {
+        say(&format!("what it wrote is kept in {}", kept.display()));
     }
 }

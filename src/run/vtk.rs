@@ -6,7 +6,7 @@ use std::fmt::Write;
 
 use crate::run::folder::Moment;
 use grains::measure::cells::radical;
-use grains::measure::extensive_stress::{Components, of_grains};
+use grains::measure::stress::{Components, of_grains};
 use grains::scene::Scene;
 use grains::tables::BodyIds;
 

@@ -17,7 +17,6 @@ use super::{Outline, Study, StudyError};
 use crate::checks::Outcome;
 use crate::document::{Cell, Document, Section, Table};
 use crate::engine::EngineError;
-use crate::error::Error;
 use grains::native::pouring::Phase;
 use grains::scene::{Scene, parse_scene};
 use member::Member;
@@ -148,7 +147,7 @@ impl Study for Campaign {
         }
     }
 
-    fn judge(folder: &Folder<Self>) -> Result<Judged, Error> {
+    fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {
         let mut endings: BTreeMap<&'static str, u64> = BTreeMap::new();
         let mut measured: BTreeMap<String, Sums> = BTreeMap::new();
         folder.each(|_, row| {

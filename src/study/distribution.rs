@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::plot::Point;
 use crate::document::{Axis, Colour, Mark, Plot};
-use evidence::histogram::Bins;
-use evidence::law::{Family, Law};
-use evidence::moments::{deviation, mean};
+use evidence::distribution::{Distribution as Law, Family};
+use evidence::moments::{mean, standard_deviation};
+use evidence::proportion::Bins;
 use evidence::proportion::wilson;
 
 /// A bin is so wide, in means of the sample; for a law of both signs twice that, in its scales.
@@ -181,7 +181,7 @@ impl Distribution {
     }
 
     fn caption(&self) -> String {
-        let (mean, deviation) = (mean(&self.values), deviation(&self.values));
+        let (mean, deviation) = (mean(&self.values), standard_deviation(&self.values));
         let Distribution {
             quantity,
             point,

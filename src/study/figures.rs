@@ -2,16 +2,16 @@
 
 use crate::document::plot::Point as DataPoint;
 use crate::document::{Axis, Cell, Colour, Mark, Plot, Table};
-use crate::error::Error;
 use crate::files::work_folder;
 use crate::paper::continuum::table::{Point, Setup};
 use crate::paper::continuum::{Field, Load, Model, Spread, weight};
 use crate::paper::recomputed::piles::{Counted, chance_of_at_least_of_five, table_1};
+use crate::study::StudyError;
 use crate::study::campaign::Merged;
 use crate::study::distribution::Distribution;
 use crate::study::realization::{Engines, Realization, Runner, Specification, run};
-use evidence::law::Family;
-use grains::measure::height;
+use evidence::distribution::Family;
+use grains::measure;
 use grains::scene::Scene;
 use grains::tables::Snapshot;
 
@@ -62,7 +62,7 @@ impl LoadedBed {
 }
 
 /// Runs the scene in the native engine to the end of loading.
-pub fn loaded_bed(scene: &Scene, runner: Runner) -> Result<LoadedBed, Error> {
+pub fn loaded_bed(scene: &Scene, runner: Runner) -> Result<LoadedBed, StudyError> {
     let work = work_folder()?;
     let how = Specification {
         runner,
@@ -72,21 +72,21 @@ pub fn loaded_bed(scene: &Scene, runner: Runner) -> Result<LoadedBed, Error> {
     };
     let Realization { outcome, .. } = run(scene, &how)?;
     let settled = outcome.settled.ok_or_else(|| {
-        Error::Usage(format!(
+        StudyError::Usage(format!(
             "realization {} did not settle, so there is no loaded bed to draw; take another one",
             scene.realization
         ))
     })?;
     Ok(LoadedBed {
         scene: scene.clone(),
-        surface: height::surface(scene, &settled.bodies),
+        surface: measure::surface(scene, &settled.bodies),
         last: outcome.last,
     })
 }
 
 /// Σ^c_zz of each member that reached the force (section 3.2.3) beside the half-space's μ = σ_zz V_c (Eq. 7), a control point
 /// each: Figure 5. An error where a point has no values.
-pub fn distributions(campaign: &Merged) -> Result<Vec<Distribution>, Error> {
+pub fn distributions(campaign: &Merged) -> Result<Vec<Distribution>, StudyError> {
     let scene = &campaign.plan.study.scene;
     let setup = setup_of(scene);
     let field = Field::new(Model::HalfSpace, setup.load);
@@ -98,7 +98,7 @@ pub fn distributions(campaign: &Merged) -> Result<Vec<Distribution>, Error> {
             .filter_map(|member| member.measured.get(&key).copied())
             .collect();
         if values.is_empty() {
-            return Err(Error::Usage(format!(
+            return Err(StudyError::Usage(format!(
                 "no member of the campaign has a stress at {}, so Figure 5 cannot be drawn",
                 point.name
             )));

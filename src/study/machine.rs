@@ -129,7 +129,7 @@ pub trait Machine {
     /// Copies what another study of the same kind and made with the same program has of this one's rows; how many.
     fn reuse(&self, from: &Path) -> Result<u64, StudyError>;
     /// Judges what is there.
-    fn judge(&self) -> Result<super::report::Report, crate::error::Error>;
+    fn judge(&self) -> Result<super::report::Report, StudyError>;
 }
 
 impl<S: Study> Folder<S> {
@@ -476,7 +476,7 @@ impl<S: Study> Machine for Folder<S> {
         Ok(reused)
     }
 
-    fn judge(&self) -> Result<super::report::Report, crate::error::Error> {
+    fn judge(&self) -> Result<super::report::Report, StudyError> {
         super::report::of(self)
     }
 }
@@ -581,7 +581,7 @@ fn in_words(mut numbers: Vec<u64>) -> String {
 }
 
 fn hex(hash: Sha256) -> String {
-    grains::digest::hex(&hash.finalize())
+    grains::tables::hex(&hash.finalize())
 }
 
 /// A file that is written aside, of any size.

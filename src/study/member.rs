@@ -10,11 +10,11 @@ use super::realization::{self, Ending, Engines, Realization, went_wrong};
 use super::specification::{Setting, Specification};
 use crate::engine::EngineError;
 use grains::generate::initial_bodies;
+use grains::native::timing::ThreadTime;
 use grains::native::{self, Mode};
 use grains::scene::Scene;
 use grains::tables::{Snapshot, StopReason};
 use grains::task::Task;
-use grains::timing::ThreadTime;
 
 /// One realization of a specification.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 use crate::engine::exec::{Brought, Part, missing_for_scene, run_brought};
 use crate::engine::{ProgramError, yade};
 use crate::run::EngineError;
-use evidence::shape;
+use evidence::{distribution, moments};
 use grains::generate::initial_bodies;
-use grains::measure::{self, Bed, height, stress_at_depth, support};
+use grains::measure::{self, Bed, equilibrium, stress};
 use grains::native::pouring::Phase;
 use grains::native::{self, Mode, NativeError, Trouble};
 use grains::scene::Scene;
@@ -296,13 +296,13 @@ pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f6
         .into_iter()
         .map(|quantity| (quantity.key, quantity.value))
         .collect();
-    let surface = height::surface(scene, &settled.bodies);
-    let layer = stress_at_depth::scaled(scene, settled_bed, surface);
+    let surface = measure::surface(scene, &settled.bodies);
+    let layer = stress::over_depth(scene, settled_bed, surface);
     let shapes = [
-        ("variation", Some(shape::variation(&layer))),
-        ("above_two_means", Some(shape::share_above(&layer, 2.0))),
-        ("gamma_shape", shape::gamma(&layer)),
-        ("weibull_shape", shape::weibull(&layer)),
+        ("variation", Some(moments::coefficient_of_variation(&layer))),
+        ("above_two_means", Some(moments::share_above(&layer, 2.0))),
+        ("gamma_shape", distribution::gamma_shape(&layer)),
+        ("weibull_shape", distribution::weibull_shape(&layer)),
     ];
     for (name, value) in shapes {
         if let Some(value) = value {
@@ -312,12 +312,12 @@ pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f6
     let mut insert = |key: &str, value: f64| measured.insert(key.to_owned(), value);
     insert(
         "settled.support.by_floor",
-        support::by_floor(scene, settled_bed, 0.0),
+        equilibrium::borne_by_floor(scene, settled_bed, 0.0),
     );
     if let Some(punch) = &outcome.last.punch {
         insert("last.punch.depth", punch.depth());
         insert("last.punch.force", punch.force);
-        let share = support::by_floor(scene, last_bed, punch.force);
+        let share = equilibrium::borne_by_floor(scene, last_bed, punch.force);
         insert("last.support.by_floor", share);
     }
     let reached = realization.ending == Ending::Reached;

@@ -1,13 +1,13 @@
 //! What a study says: its own record with the checks in the shape of all jobs, and a document for people.
 
+use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::Study;
 use super::machine::{Folder, Machine as _};
-use crate::checks::record::{Found, Record, write};
+use super::{Study, StudyError};
+use crate::checks::record::{Found, Record, RecordError, write};
 use crate::checks::{Check, Measured, Outcome, verdict};
 use crate::document::Document;
-use crate::error::Error;
 
 /// The record's file in the study's folder.
 pub const RECORD: &str = "report.json";
@@ -23,6 +23,25 @@ pub struct Judged {
     pub document: Document,
 }
 
+impl Judged {
+    /// Of a study's own record, with nothing for a baseline alone.
+    pub fn of(
+        kind: &str,
+        record: &impl Serialize,
+        document: Document,
+    ) -> Result<Judged, StudyError> {
+        let own = serde_json::to_value(record).map_err(|error| RecordError::Malformed {
+            path: format!("the record of {kind}"),
+            reason: error.to_string(),
+        })?;
+        Ok(Judged {
+            own,
+            measured: Vec::new(),
+            document,
+        })
+    }
+}
+
 /// What is written and shown.
 #[derive(Debug)]
 pub struct Report {
@@ -35,7 +54,7 @@ pub struct Report {
 }
 
 /// Judges the rows that are there.
-pub fn of<S: Study>(folder: &Folder<S>) -> Result<Report, Error> {
+pub fn of<S: Study>(folder: &Folder<S>) -> Result<Report, StudyError> {
     let status = folder.status()?;
     // Merged rows count without the records that they came from.
     let there = if status.merged {

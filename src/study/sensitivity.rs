@@ -16,9 +16,8 @@ use super::member::{Member, Poured};
 use super::realization::{Engines, Runner};
 use super::report::Judged;
 use super::specification::{Setting, sound};
-use super::{Outline, Study};
+use super::{Outline, Study, StudyError};
 use crate::engine::EngineError;
-use crate::error::Error;
 use crate::paper::published::PUBLISHED;
 use grains::native::Mode;
 use penetration::Watched;
@@ -148,19 +147,14 @@ impl Study for Plan {
         }
     }
 
-    fn judge(folder: &Folder<Self>) -> Result<Judged, Error> {
+    fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {
         let (mut members, mut watched) = (Vec::new(), Vec::new());
         folder.each(|_, row| match row {
             Row::Loads(of) => members.extend(of),
             Row::Penetration(of) => watched.push(of),
         })?;
         let record = Sensitivity::of(&folder.plan.study, members.into_iter().collect(), &watched);
-        let own =
-            serde_json::to_value(&record).map_err(|error| Error::Report(error.to_string()))?;
-        Ok(Judged {
-            own,
-            measured: Vec::new(),
-            document: record.document(),
-        })
+        let document = record.document();
+        Judged::of(Self::KIND, &record, document)
     }
 }

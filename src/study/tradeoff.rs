@@ -14,9 +14,8 @@ use super::member::{Member, Members};
 use super::realization::{Engines, Runner};
 use super::report::Judged;
 use super::specification::sound;
-use super::{Outline, Study};
+use super::{Outline, Study, StudyError};
 use crate::engine::EngineError;
-use crate::error::Error;
 use plan::Plan;
 use quantities::QUANTITIES;
 use record::Tradeoff;
@@ -69,19 +68,14 @@ impl Study for Plan {
         row.outline(of.map_or("", |of| &of.id))
     }
 
-    fn judge(folder: &Folder<Self>) -> Result<Judged, Error> {
+    fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {
         let mut rows = Vec::new();
         folder.each(|_, row| rows.push(row))?;
         let members: Members = rows.into_iter().collect();
         let external = folder.plan.program.as_ref().map(|of| &of.described);
         let convergence = convergence::all().map_err(EngineError::Native)?;
         let record = Tradeoff::of(&folder.plan.study, &members, convergence, external);
-        let own =
-            serde_json::to_value(&record).map_err(|error| Error::Report(error.to_string()))?;
-        Ok(Judged {
-            own,
-            measured: Vec::new(),
-            document: record.document(),
-        })
+        let document = record.document();
+        Judged::of(Self::KIND, &record, document)
     }
 }

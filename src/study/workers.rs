@@ -1,11 +1,9 @@
 //! Independent pieces of work on several threads.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
-use crate::error::Error;
 use crate::interrupt::asked_to_end;
-use crate::progress::Display;
 
 /// Does `one` for each item, begun in this order, on so many threads. The first failure, which is returned, and a signal
 /// to end stop it; what has begun is finished first.
@@ -40,30 +38,6 @@ pub fn each<T: Send, E: Send>(
 /// The machine's cores.
 pub fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-/// [`each`] from 0 to `count` − 1 on every core, with how far they are.
-pub fn all(
-    count: usize,
-    name: &str,
-    display: &Display,
-    one: impl Fn(usize) -> Result<(), Error> + Sync,
-) -> Result<(), Error> {
-    let task = display.task(name);
-    let done = AtomicUsize::new(0);
-    let ended = each(0..count, cores(), |index| {
-        one(index)?;
-        let finished = done.fetch_add(1, Ordering::Relaxed) + 1;
-        let share = finished as f64 / count as f64;
-        task.share(share, &format!("{finished} of {count}"));
-        Ok::<(), Error>(())
-    });
-    if asked_to_end() {
-        return Err(Error::Interrupted);
-    }
-    ended?;
-    task.done(&format!("{count} made"));
-    Ok(())
 }
 
 /// A worker that panicked left nothing half done behind.

@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use grains::case::Case;
 use grains::model::{Axis, Law, Model, Wall};
 use grains::scene::{ContactLaw, NewContactSlip, Rotation, SlipVelocity, TorqueArms, Viscosity};
 use grains::tables::{Bodies, Punch};
+use grains::task::Case;
 
 /// One grain at the start.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use super::build::{self, Grain};
 use super::{CaseGroup, Figures, Track, furthest, rounding};
-use grains::case::Case;
 use grains::model::{Axis, Law, Model};
 use grains::tables::{Bodies, Contact, Snapshot};
+use grains::task::Case;
 
 /// The groups.
 pub fn groups() -> Vec<CaseGroup> {

@@ -8,14 +8,14 @@ use super::build::{self, Grain, friction, springs, wall, with_viscosity};
 use super::{CaseGroup, Evidence, Figures, Track};
 use crate::checks::Check;
 use crate::run::folder::recording;
-use grains::case::{Case, Load};
 use grains::generate::initial_bodies;
-use grains::measure::history::HistoryRow;
+use grains::measure::HistoryRow;
 use grains::model::{Axis, Law, Model};
 use grains::scene::{
     ContactLaw, Rotation, SlipVelocity, Tension, TorqueArms, Viscosity, paper_scene,
 };
 use grains::tables::{Bodies, BodyIds, Contact, Punch, Snapshot, Stage};
+use grains::task::{Case, Load};
 
 /// A case that two engines must agree on.
 pub struct CrossCase {

@@ -16,9 +16,9 @@ use super::run::{Suite, native_tracks};
 use super::{CaseGroup, Evidence, Figures, Track, outcome};
 use crate::checks::{Check, Outcome};
 use crate::interrupt::asked_to_end;
-use grains::case::Case;
 use grains::native::perturb::{Quantity, Switch};
 use grains::native::{CaseOptions, Perturbation, watch_case};
+use grains::task::Case;
 
 /// Sizes are looked for between 10 to the power of these.
 const DECADES: [f64; 2] = [-16.0, -0.3];

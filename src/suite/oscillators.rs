@@ -6,10 +6,10 @@ use std::f64::consts::PI;
 use super::analytic::{SpringDashpot, State};
 use super::build::{self, Grain};
 use super::{CaseGroup, Figures, Track, at, rounding};
-use grains::case::Case;
 use grains::model::{Axis, Law, Model};
 use grains::scene::{ContactLaw, Rotation};
 use grains::tables::Snapshot;
+use grains::task::Case;
 
 /// The groups.
 pub fn groups() -> Vec<CaseGroup> {

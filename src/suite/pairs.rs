@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use super::analytic::SpringDashpot;
 use super::build::{self, Grain};
 use super::{CaseGroup, Figures, Track, View, at};
-use grains::case::Case;
+use grains::task::Case;
 
 /// The groups.
 pub fn groups() -> Vec<CaseGroup> {

@@ -7,10 +7,10 @@ use super::build::{Grain, case, punch};
 use super::{Figures, trajectories};
 use crate::checks::{Check, Outcome};
 use crate::engine::{ProgramError, yade};
-use grains::case::{Case, Effective};
 use grains::model::Model;
 use grains::native::{self, CaseOptions, NativeError};
 use grains::scene::{Scene, paper_scene};
+use grains::task::{Case, Effective};
 
 /// The most that the parameters of two engines may differ, relative.
 pub const TOLERANCE: f64 = 1.0e-14;

@@ -12,11 +12,11 @@ use crate::checks::Check;
 use crate::engine::ProgramError;
 use crate::engine::yade::{self, run_cases, sibling};
 use crate::files::work_folder;
-use grains::case::Case;
 use grains::generate::initial_bodies;
 use grains::model::Model;
 use grains::native::{CaseOptions, NativeError, run_case};
 use grains::tables::Snapshot;
+use grains::task::Case;
 
 /// Steps at which the error is taken.
 const MOMENTS: [u64; 7] = [0, 300, 600, 1_000, 1_500, 2_000, 3_000];

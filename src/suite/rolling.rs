@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 use super::analytic::{SpringDashpot, State};
 use super::build::{self, Grain};
 use super::{CaseGroup, Figures, at};
-use grains::case::Case;
 use grains::model::{Axis, Law, Model};
+use grains::task::Case;
 
 /// The groups.
 pub fn groups() -> Vec<CaseGroup> {

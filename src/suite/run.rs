@@ -11,14 +11,28 @@ use crate::checks::{Check, Outcome, verdict};
 use crate::engine::ProgramError;
 use crate::engine::exec::{self, Description};
 use crate::engine::yade::{self, run_cases, unsupported};
-use crate::error::Error;
 use crate::files::work_folder;
 use crate::paper::disc_field::{DiscField, DiscFieldError, figure_4};
 use crate::progress::{Display, StageObserver};
 use crate::run::EngineError;
-use grains::case::Case;
 use grains::native::{CaseOptions, loads, run_case};
+use grains::task::Case;
 use grains::task::Observer;
+
+/// The suite could not be run.
+#[derive(Debug, thiserror::Error)]
+pub enum VerifyError {
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+    #[error("the stresses in Figure 4's disc cannot be computed: {0}")]
+    Disc(#[from] DiscFieldError),
+}
+
+impl From<ProgramError> for VerifyError {
+    fn from(error: ProgramError) -> Self {
+        VerifyError::Engine(error.into())
+    }
+}
 
 /// Which engines run the suite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
@@ -251,7 +265,7 @@ pub struct Verification {
 }
 
 impl Verification {
-    fn new(command: &str, cases: Vec<CaseResult>) -> Result<Self, Error> {
+    fn new(command: &str, cases: Vec<CaseResult>) -> Result<Self, VerifyError> {
         let disc = figure_4().and_then(|field| DiscFigures::of(&field));
         let tally = Tally::of(&cases);
         Ok(Verification {
@@ -261,7 +275,7 @@ impl Verification {
             exec: None,
             cases,
             errors: Vec::new(),
-            disc: disc.map_err(|error| Error::Report(error.to_string()))?,
+            disc: disc?,
             limits: None,
             tally,
         })
@@ -479,7 +493,7 @@ pub fn native_tracks(cases: &[Case], options: &CaseOptions) -> Result<Vec<Track>
 }
 
 /// Runs the suite as asked.
-pub fn verify(options: &Options, display: &Display) -> Result<Verification, Error> {
+pub fn verify(options: &Options, display: &Display) -> Result<Verification, VerifyError> {
     let both = options.engine == Engines::Both;
     // Trajectories are for comparing, and their beds have to be poured first.
     let suite = Suite::new(if both { options.grains } else { 0 });
@@ -507,8 +521,7 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Erro
         cases.extend(suite.compare(&cross));
         cases.push(match precisions_in_yade(options, display)? {
             Ok(measured) => {
-                let failed = |error: grains::native::NativeError| Error::Engine(error.into());
-                errors = measured.errors(None).map_err(failed)?;
+                errors = measured.errors(None).map_err(EngineError::from)?;
                 precisions = Some(measured);
                 of_precision().judged(Ok(precision::checks(&errors)))
             }
@@ -547,15 +560,12 @@ pub fn verify_exec(
     options: &exec::Options,
     command: &str,
     display: &Display,
-) -> Result<Verification, Error> {
-    let failed = |error: ProgramError| Error::Engine(error.into());
-    let engine = exec::describe(options).map_err(failed)?;
+) -> Result<Verification, VerifyError> {
+    let engine = exec::describe(options)?;
     let task = display.task(&format!("cases in {}", engine.name));
-    let cases = Suite::new(0)
-        .run_exec(&engine, options, &|done, all| {
-            task.share(done as f64 / all as f64, &format!("{done} of {all} cases"));
-        })
-        .map_err(failed)?;
+    let cases = Suite::new(0).run_exec(&engine, options, &|done, all| {
+        task.share(done as f64 / all as f64, &format!("{done} of {all} cases"));
+    })?;
     task.done("done");
     let mut found = Verification::new(command, cases)?;
     found.exec = Some(engine);
@@ -567,7 +577,7 @@ fn in_yade(
     suite: &Suite,
     options: &Options,
     display: &Display,
-) -> Result<Result<RunInYade, String>, Error> {
+) -> Result<Result<RunInYade, String>, VerifyError> {
     let task = display.task("all cases in YADE");
     match suite.run_yade(&options.yade, &mut StageObserver::new(&task)) {
         Ok(run) => {
@@ -578,7 +588,7 @@ fn in_yade(
             task.done("YADE is missing");
             Ok(Err(error.to_string()))
         }
-        Err(error) => Err(Error::Engine(error)),
+        Err(error) => Err(error.into()),
     }
 }
 
@@ -586,7 +596,7 @@ fn in_yade(
 fn precisions_in_yade(
     options: &Options,
     display: &Display,
-) -> Result<Result<Precisions, CaseResult>, Error> {
+) -> Result<Result<Precisions, CaseResult>, VerifyError> {
     let task = display.task("rounding errors");
     match precision::run(precision::case(options.grains), &options.yade) {
         Ok(precisions) => {
@@ -597,9 +607,7 @@ fn precisions_in_yade(
             task.done("this YADE has no build of that precision");
             Ok(Err(of_precision().skipped(&error.to_string(), false)))
         }
-        Err(error @ (ProgramError::Interrupted | ProgramError::File(_))) => {
-            Err(Error::Engine(error.into()))
-        }
+        Err(error @ (ProgramError::Interrupted | ProgramError::File(_))) => Err(error.into()),
         // What the other cases have shown is not lost with it.
         Err(error) => {
             task.done("a build of YADE failed");

@@ -7,9 +7,9 @@ use super::analytic::{
 };
 use super::build::{self, Grain};
 use super::{CaseGroup, Figures, Track, at, furthest};
-use grains::case::Case;
 use grains::model::{Axis, Law, Model};
 use grains::scene::{ContactLaw, NewContactSlip, Tension, Viscosity};
+use grains::task::Case;
 
 /// The groups.
 pub fn groups() -> Vec<CaseGroup> {

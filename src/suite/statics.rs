@@ -4,10 +4,10 @@ use super::build::{self, Grain, wall};
 use super::{CaseGroup, Figures, Track, furthest};
 use crate::checks::Check;
 use crate::paper::disc_field::{DiscField, RimForce};
-use grains::case::Case;
-use grains::measure::{Bed, extensive_stress};
+use grains::measure::{Bed, stress};
 use grains::model::{Axis, Model};
 use grains::tables::{BodyIds, Contact, Snapshot};
+use grains::task::Case;
 
 /// The groups.
 pub fn groups() -> Vec<CaseGroup> {
@@ -291,7 +291,7 @@ fn extensive(at: &Snapshot) -> Option<[[f64; 2]; 2]> {
         bodies: &at.bodies,
         contacts: &at.contacts,
     };
-    let stress = extensive_stress::of_grains(bed).first().copied()?;
+    let stress = stress::of_grains(bed).first().copied()?;
     Some([0, 1].map(|row| [0, 1].map(|column| stress[(row, column)])))
 }
 

@@ -9,9 +9,9 @@ use std::collections::BTreeMap;
 use super::build;
 use super::conservation::crowd;
 use super::{CaseGroup, Evidence, Figures, Track, furthest};
-use grains::case::Case;
 use grains::model::{Axis, Law, Model, Wall};
 use grains::tables::{Bodies, Contact, Punch, Snapshot};
+use grains::task::Case;
 
 /// Steps, and the moments that are looked at.
 const STEPS: u64 = 800;

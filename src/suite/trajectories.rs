@@ -2,11 +2,11 @@
 //! dashpots.
 
 use super::cross_code::CrossCase;
-use grains::case::Case;
 use grains::generate::initial_bodies;
 use grains::model::Model;
 use grains::native::{first_contact_punch, run_case};
 use grains::scene::{Cloud, Scene, Tension, Viscosity, paper_scene};
+use grains::task::Case;
 
 /// Largest spin of the cloud, rad/s.
 const SPIN: f64 = 50.0;

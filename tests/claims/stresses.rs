@@ -1,7 +1,7 @@
 //! What is said of means and forms of stresses.
 
 use crossgrain::study::claims::claim::Verdict;
-use evidence::law::Law;
+use evidence::distribution::Distribution;
 
 use super::truth::Truth;
 use super::{NO, claims_of, only, verdict};
@@ -10,7 +10,7 @@ use super::{NO, claims_of, only, verdict};
 #[test]
 fn another_form_is_noticed() {
     let truth = Truth {
-        normal: Law::Gamma {
+        normal: Distribution::Gamma {
             shape: 2.0,
             scale: 0.5,
         },
@@ -82,7 +82,7 @@ fn cells_that_hang_together_are_noticed() {
 fn normal_shear_and_tension_are_noticed() {
     let truth = Truth {
         // Sums of many: a normal law as near as needed.
-        shear: Law::Gamma {
+        shear: Distribution::Gamma {
             shape: 400.0,
             scale: 100.0,
         },

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crossgrain::study::campaign::member::{Fields, Member};
 use crossgrain::study::claims::{self, Moment};
 use crossgrain::study::realization::Ending;
-use evidence::law::Law;
+use evidence::distribution::Distribution;
 use evidence::random::{Key, Source};
 use grains::measure::neighbourhood::{GROWING, Neighbour, Neighbourhood, SINGLY, Together};
 use grains::scene::Scene;
@@ -18,9 +18,9 @@ const CELL: f64 = 9.4e-5;
 pub struct Truth {
     pub members: u64,
     /// Of σ_zz and σ_xx over their means.
-    pub normal: Law,
+    pub normal: Distribution,
     /// Of σ_xz, Pa.
-    pub shear: Law,
+    pub shear: Distribution,
     /// Factor of the mean at each point, under the load.
     pub factor: [f64; 3],
     /// Share of a cell's stress that is common to all cells of a point.
@@ -38,8 +38,8 @@ impl Truth {
     pub fn paper() -> Self {
         Truth {
             members: 600,
-            normal: Law::Exponential { mean: 1.0 },
-            shear: Law::Laplace {
+            normal: Distribution::Exponential { mean: 1.0 },
+            shear: Distribution::Laplace {
                 location: 0.0,
                 scale: 3000.0,
             },

@@ -60,6 +60,26 @@ fn a_program_that_writes_what_it_should_is_believed() {
     assert!(left);
 }
 
+/// Before, the folder with the file that the message names was deleted.
+#[test]
+fn the_file_that_a_message_names_is_kept() {
+    let mut scene = small_scene();
+    scene.particles.count = 2;
+    let (folder, _) = folder_with(&scene);
+    let text = format!("{SOUND}{AND_THEN}finish([moment(0), {{'a wrong': 'line'}}, end(10)])\n");
+    let engine = program(folder.path(), "engine.py", &text);
+    let engine = format!("exec:{}", engine.display());
+    for kept in ["out.job", "out.job-2"] {
+        let (code, _, errors) = run_in(folder.path(), &engine, &["--steps", "10"], "out");
+        assert_eq!(code, 4, "{errors}");
+        assert!(errors.contains("moments.jsonl: "), "{errors}");
+        assert!(errors.contains(&format!("is kept in {kept}\n")), "{errors}");
+        let named = folder.path().join(kept).join("moments.jsonl");
+        let named = fs::read_to_string(named).expect("the file that the message names");
+        assert!(named.contains("a wrong"));
+    }
+}
+
 #[test]
 fn a_program_that_cannot_be_started_is_named() {
     let (folder, _) = folder_with(&small_scene());

@@ -2,7 +2,7 @@
 
 use assert_approx_eq::assert_approx_eq;
 use grains::measure::neighbourhood::{GROWING, SINGLY};
-use grains::measure::{Bed, cells, neighbourhood, profile};
+use grains::measure::{Bed, cells, neighbourhood, stress};
 use grains::scene::Scene;
 use grains::tables::Bodies;
 
@@ -98,8 +98,8 @@ fn a_profile_has_the_mean_stress_of_every_piece() {
             )
         })
         .collect();
-    let across = profile::across(&scene, bed, &cells, &linear, 0.06);
-    let length = profile::piece(&scene, scene.container.width);
+    let across = stress::across(&scene, bed, &cells, &linear, 0.06);
+    let length = stress::piece(&scene, scene.container.width);
     assert_eq!(across.len(), 15);
     assert_approx_eq!(length, 0.02, 1e-12);
     for (piece, stress) in across.iter().enumerate() {
@@ -111,9 +111,9 @@ fn a_profile_has_the_mean_stress_of_every_piece() {
     let deeper: Vec<_> = (0..bodies.len())
         .map(|id| nalgebra::Matrix2::new(0.0, 0.0, 0.0, cells.area[id] * (surface - bodies.z[id])))
         .collect();
-    let down = profile::down(&scene, bed, &cells, &deeper, surface);
+    let down = stress::down(&scene, bed, &cells, &deeper, surface);
     assert_eq!(down.len(), 6);
-    let length = profile::piece(&scene, surface);
+    let length = stress::piece(&scene, surface);
     for (piece, stress) in down.iter().enumerate() {
         let [low, high] = [piece, piece + 1].map(|edge| length * edge as f64);
         assert!(

@@ -1,12 +1,12 @@
 //! The kernels and their neighbour list against the method written out plainly, which looks at every pair.
 
-use grains::case::Case;
 use grains::generate::initial_bodies;
-use grains::measure::{Bed, coordination};
+use grains::measure::{Bed, neighbourhood};
 use grains::model::Model;
 use grains::native::{self, CaseOptions, contact};
 use grains::scene::{NewContactSlip, Rotation, Scene, Shape, SlipVelocity, TimeStep, TorqueArms};
 use grains::tables::{Bodies, Snapshot, Stage};
+use grains::task::Case;
 use grains::task::{Start, Task, Until};
 use proptest::prelude::*;
 
@@ -199,7 +199,7 @@ proptest! {
         prop_assert!(last.contacts.iter().all(|contact| contact.normal_force >= 0.0));
         let bed = Bed { bodies: &last.bodies, contacts: &last.contacts };
         let ends = 2 * found.len() + (last.contacts.len() - found.len());
-        let mean = coordination::of(bed).mean;
+        let mean = neighbourhood::coordination(bed).mean;
         prop_assert!((mean - ends as f64 / places.len() as f64).abs() < 1e-12);
     }
 }

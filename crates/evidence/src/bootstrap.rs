@@ -3,7 +3,7 @@
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::Interval;
-use super::moments::{deviation, mean};
+use super::moments::{self, mean};
 use super::random::{self, Key};
 
 /// How often packings are drawn again: the ends of a 95 % interval are then known to about 3 % of its width.
@@ -87,8 +87,8 @@ pub fn mean_interval(values: &[f64], level: f64) -> Option<Interval> {
 }
 
 /// Coefficient of variation, standard deviation over mean, with its interval; one number a packing.
-pub fn variation(values: &[f64], level: f64) -> Option<Interval> {
-    of_values(values, level, |values| deviation(values) / mean(values))
+pub fn coefficient_of_variation(values: &[f64], level: f64) -> Option<Interval> {
+    of_values(values, level, moments::coefficient_of_variation)
 }
 
 /// Any statistic of one number a packing with its interval.
@@ -106,7 +106,7 @@ pub fn of_values(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::law::tests::AIR_CONDITIONING;
+    use crate::distribution::tests::AIR_CONDITIONING;
     use crate::proportion::wilson;
     use crate::random::replicates;
 
@@ -116,7 +116,7 @@ mod tests {
     /// (percentile: 0.8931 to 1.4799, which the bounds here keep out).
     #[test]
     fn variation_of_a_known_sample() {
-        let found = variation(&AIR_CONDITIONING, 0.95).expect("thirty values");
+        let found = coefficient_of_variation(&AIR_CONDITIONING, 0.95).expect("thirty values");
         assert!((found.estimate - 1.206_120_4).abs() < 1.0e-6);
         assert!((found.low - 0.9591).abs() < 0.02, "{found:?}");
         assert!((found.high - 1.5510).abs() < 0.04, "{found:?}");
@@ -153,7 +153,7 @@ mod tests {
                 };
                 (
                     holds(mean_interval(&values, 0.95)),
-                    holds(variation(&values, 0.95)),
+                    holds(coefficient_of_variation(&values, 0.95)),
                 )
             });
             for (hits, least) in [
@@ -175,7 +175,7 @@ mod tests {
     #[test]
     fn too_few() {
         assert!(mean_interval(&[1.0, 2.0], 0.95).is_none());
-        assert!(variation(&[0.0, 0.0, 0.0], 0.95).is_none());
+        assert!(coefficient_of_variation(&[0.0, 0.0, 0.0], 0.95).is_none());
         let same = mean_interval(&[1.0, 1.0, 1.0], 0.95).expect("three values");
         assert_eq!((same.low, same.high), (1.0, 1.0));
     }

@@ -1,13 +1,13 @@
-//! Laws compared by their likelihoods: nested ones by the ratio, others by Akaike's criterion and Vuong's test.
+//! Distributions compared by their likelihoods: nested ones by the ratio, others by Akaike's criterion and Vuong's test.
 
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use super::Interval;
-use super::law::{Family, Law};
-use super::moments::{deviation, mean};
+use super::distribution::{Distribution, Family};
+use super::moments::{mean, standard_deviation};
 
-/// A law with a shape against the exponential, which it is at shape 1.
+/// A distribution with a shape against the exponential, which it is at shape 1.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AgainstExponential {
@@ -22,7 +22,8 @@ pub struct AgainstExponential {
 
 /// Gamma or Weibull against the exponential; none for other families and where there is no fit.
 pub fn against_exponential(family: Family, values: &[f64]) -> Option<AgainstExponential> {
-    let (Law::Gamma { shape: best, .. } | Law::Weibull { shape: best, .. }) = family.fit(values)?
+    let (Distribution::Gamma { shape: best, .. } | Distribution::Weibull { shape: best, .. }) =
+        family.fit(values)?
     else {
         return None;
     };
@@ -121,7 +122,7 @@ pub fn not_nested(first: Family, second: Family, values: &[f64]) -> Option<NotNe
     let count = values.len() as f64;
     let parameters = first.parameters() as f64 - second.parameters() as f64;
     // Vuong divides by n, not n − 1.
-    let spread = deviation(&differences) * ((count - 1.0) / count).sqrt();
+    let spread = standard_deviation(&differences) * ((count - 1.0) / count).sqrt();
     let z = (spread > 0.0).then(|| count.sqrt() * mean(&differences) / spread)?;
     Some(NotNested {
         akaike_difference: 2.0 * parameters - 2.0 * differences.iter().sum::<f64>(),
@@ -133,7 +134,7 @@ pub fn not_nested(first: Family, second: Family, values: &[f64]) -> Option<NotNe
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::law::tests::{AIR_CONDITIONING, BEARINGS};
+    use crate::distribution::tests::{AIR_CONDITIONING, BEARINGS};
     use crate::proportion::wilson;
     use crate::random::{Key, replicates};
 

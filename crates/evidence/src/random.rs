@@ -121,7 +121,7 @@ pub fn p_value(at_least_as_extreme: usize, replicates: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::moments::{deviation, mean};
+    use crate::moments::{mean, standard_deviation};
 
     const KEY: Key = *b"crossgrain: tests of the sources";
 
@@ -153,7 +153,7 @@ mod tests {
             let values: Vec<f64> = (0..200_000).map(|_| law(&mut source)).collect();
             let error = spread / (values.len() as f64).sqrt();
             assert!((mean(&values) - centre).abs() < 5.0 * error);
-            assert!((deviation(&values) / spread - 1.0).abs() < 0.02);
+            assert!((standard_deviation(&values) / spread - 1.0).abs() < 0.02);
         }
     }
 

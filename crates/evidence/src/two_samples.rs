@@ -1,4 +1,4 @@
-//! Whether two samples come from one law, by exchanging packings.
+//! Whether two samples come from one distribution, by exchanging packings.
 //!
 //! The numbers of a packing hang together (a grain's neighbours carry what it does not), so packings are exchanged
 //! between the two sides, never single numbers: grains pooled and exchanged singly reject far too often.
@@ -90,7 +90,7 @@ fn distances(pooled: &[(f64, usize)], sides: &[bool]) -> Option<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::law::tests::{AIR_CONDITIONING, BEARINGS};
+    use crate::distribution::tests::{AIR_CONDITIONING, BEARINGS};
     use crate::proportion::wilson;
     use crate::random::replicates;
 

@@ -1,23 +1,16 @@
-//! Measures of a bed, one definition a file. Blind to the engine: they read the tables alone.
+//! Measures of a bed: here its height, the history of a run and all measures together; one definition a file below. Blind
+//! to the engine: they read the tables alone.
 
 pub mod cells;
-pub mod control_stress;
-pub mod coordination;
-pub mod energy;
-pub mod extensive_stress;
-pub mod height;
-pub mod history;
+pub mod equilibrium;
 pub mod neighbourhood;
 pub mod porosity;
-pub mod profile;
-pub mod stress_at_depth;
-pub mod support;
-pub mod unbalanced_force;
+pub mod stress;
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::Scene;
-use crate::tables::{Bodies, BodyIds, Contact};
+use crate::scene::{Scene, SurfaceHeight};
+use crate::tables::{Bodies, BodyIds, Contact, Snapshot, Stage};
 
 /// A measured number.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -50,7 +43,7 @@ impl Bed<'_> {
 /// Every measure of the beds of one run: of the settled one, if loading followed, and of the last.
 /// Depths are counted from the settled surface in both.
 pub fn all(scene: &Scene, settled: Option<Bed<'_>>, last: Bed<'_>) -> Vec<Quantity> {
-    let surface = height::surface(scene, settled.unwrap_or(last).bodies);
+    let surface = surface(scene, settled.unwrap_or(last).bodies);
     let mut quantities = Vec::new();
     if let Some(settled) = settled {
         quantities.extend(bed(scene, "settled", settled, surface));
@@ -69,12 +62,9 @@ fn bed(scene: &Scene, moment: &str, bed: Bed<'_>, surface: f64) -> Vec<Quantity>
         });
     };
     let heights = [
-        ("highest_grain", height::highest_grain(bed.bodies)),
-        ("mean_surface", height::mean_surface(scene, bed.bodies)),
-        (
-            "twice_centre_of_mass",
-            height::twice_centre_of_mass(bed.bodies),
-        ),
+        ("highest_grain", highest_grain(bed.bodies)),
+        ("mean_surface", mean_surface(scene, bed.bodies)),
+        ("twice_centre_of_mass", twice_centre_of_mass(bed.bodies)),
     ];
     for (name, height) in heights {
         add(&format!("height.{name}"), height, "m");
@@ -91,23 +81,31 @@ fn bed(scene: &Scene, moment: &str, bed: Bed<'_>, surface: f64) -> Vec<Quantity>
     if let Some(value) = porosity::of_cells(bed.bodies, &cells, &window) {
         add("porosity.of_cells", value, "1");
     }
-    let coordination = coordination::of(bed);
+    let coordination = neighbourhood::coordination(bed);
     add("coordination.mean", coordination.mean, "1");
     if let Some(value) = coordination.mean_without_rattlers {
         add("coordination.mean_without_rattlers", value, "1");
     }
     add("coordination.rattlers", coordination.rattler_share, "1");
-    if let Some(value) = unbalanced_force::of(scene, bed) {
+    if let Some(value) = equilibrium::unbalanced_force(scene, bed) {
         add("unbalanced_force", value, "1");
     }
-    add("energy.kinetic", energy::kinetic(bed.bodies), "J");
-    add("energy.elastic", energy::elastic(scene, bed), "J");
     add(
-        "energy.potential",
-        energy::potential(scene, bed.bodies),
+        "energy.kinetic",
+        equilibrium::kinetic_energy(bed.bodies),
         "J",
     );
-    for at in control_stress::all(scene, bed, &cells, surface) {
+    add(
+        "energy.elastic",
+        equilibrium::elastic_energy(scene, bed),
+        "J",
+    );
+    add(
+        "energy.potential",
+        equilibrium::potential_energy(scene, bed.bodies),
+        "J",
+    );
+    for at in stress::at_control_points(scene, bed, &cells, surface) {
         let name = &at.name;
         add(&format!("stress.{name}.grain_zz"), at.grain_stress.zz, "Pa");
         add(&format!("stress.{name}.grain_xx"), at.grain_stress.xx, "Pa");
@@ -124,4 +122,132 @@ fn bed(scene: &Scene, moment: &str, bed: Bed<'_>, surface: f64) -> Vec<Quantity>
         }
     }
     quantities
+}
+
+/// The height that the scene counts depths from, m.
+pub fn surface(scene: &Scene, bodies: &Bodies) -> f64 {
+    match scene.measurement.surface_height {
+        SurfaceHeight::HighestGrain => highest_grain(bodies),
+        SurfaceHeight::MeanSurface => mean_surface(scene, bodies),
+        SurfaceHeight::TwiceCentreOfMass => twice_centre_of_mass(bodies),
+    }
+}
+
+/// H = max(z + R), m.
+pub fn highest_grain(bodies: &Bodies) -> f64 {
+    bodies
+        .z
+        .iter()
+        .zip(&bodies.radius)
+        .map(|(z, radius)| z + radius)
+        .fold(0.0, f64::max)
+}
+
+/// H = mean over ⌊L/D⌋ equal columns of the highest point of any grain in the column, m; 0 where a column
+/// is empty. A grain reaches z + √(R² − s²) where s is how far the column passes its centre by.
+pub fn mean_surface(scene: &Scene, bodies: &Bodies) -> f64 {
+    let width = scene.container.width;
+    let columns = ((width / scene.particles.mean_diameter) as usize).max(1);
+    let pitch = width / columns as f64;
+    let mut tops = vec![0.0f64; columns];
+    for ((x, z), radius) in bodies.x.iter().zip(&bodies.z).zip(&bodies.radius) {
+        let first = ((x - radius) / pitch).max(0.0) as usize;
+        let last = (((x + radius) / pitch) as usize).min(columns - 1);
+        for (column, top) in tops.iter_mut().enumerate().take(last + 1).skip(first) {
+            let low = column as f64 * pitch;
+            let past = (low - x).max(x - (low + pitch)).max(0.0);
+            if past <= *radius {
+                *top = top.max(z + (radius * radius - past * past).sqrt());
+            }
+        }
+    }
+    tops.iter().sum::<f64>() / columns as f64
+}
+
+/// H = 2 Σmz/Σm, m: the height of a column of even density with this centre of mass.
+pub fn twice_centre_of_mass(bodies: &Bodies) -> f64 {
+    let moment: f64 = bodies.z.iter().zip(&bodies.mass).map(|(z, m)| z * m).sum();
+    let mass: f64 = bodies.mass.iter().sum();
+    2.0 * moment / mass
+}
+
+/// One moment of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HistoryRow {
+    /// The stage that is under way.
+    pub stage: Stage,
+    /// Steps since the start of the stage.
+    pub step: u64,
+    /// s since the start of the stage.
+    pub time: f64,
+    /// J.
+    pub kinetic_energy: f64,
+    /// J, above the floor.
+    pub potential_energy: f64,
+    /// J.
+    pub elastic_energy: f64,
+    /// Empty without contacts.
+    pub unbalanced_force: Option<f64>,
+    /// How many pairs touch, walls and punch included.
+    pub contacts: u64,
+    /// m, empty without a punch.
+    pub punch_depth: Option<f64>,
+    /// N, positive upwards, empty without a punch.
+    pub punch_force: Option<f64>,
+    /// Digest of the bits of every position and velocity.
+    pub state: String,
+}
+
+impl HistoryRow {
+    /// The columns of `history.csv`.
+    pub const HEADER: &[&str] = &[
+        "stage",
+        "step",
+        "time",
+        "kinetic_energy",
+        "potential_energy",
+        "elastic_energy",
+        "unbalanced_force",
+        "contacts",
+        "punch_depth",
+        "punch_force",
+        "state",
+    ];
+
+    /// Whether every number is finite.
+    pub fn is_finite(&self) -> bool {
+        let always = [
+            self.time,
+            self.kinetic_energy,
+            self.potential_energy,
+            self.elastic_energy,
+        ];
+        let sometimes = [self.unbalanced_force, self.punch_depth, self.punch_force];
+        always
+            .into_iter()
+            .chain(sometimes.into_iter().flatten())
+            .all(f64::is_finite)
+    }
+}
+
+/// The row of a moment.
+pub fn history_row(scene: &Scene, snapshot: &Snapshot) -> HistoryRow {
+    let bed = Bed {
+        bodies: &snapshot.bodies,
+        contacts: &snapshot.contacts,
+    };
+    HistoryRow {
+        stage: snapshot.stage,
+        step: snapshot.step,
+        time: snapshot.time,
+        kinetic_energy: equilibrium::kinetic_energy(bed.bodies),
+        potential_energy: equilibrium::potential_energy(scene, bed.bodies),
+        elastic_energy: equilibrium::elastic_energy(scene, bed),
+        unbalanced_force: equilibrium::unbalanced_force(scene, bed),
+        contacts: bed.contacts.len() as u64,
+        punch_depth: snapshot.punch.map(|punch| punch.depth()),
+        punch_force: snapshot.punch.map(|punch| punch.force),
+        state: snapshot.bodies.digest(),
+    }
 }

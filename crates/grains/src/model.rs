@@ -4,14 +4,11 @@
 //! Engines read this and never the scene's way of saying it, so a verification case, which is no
 //! poured bed, is the same kind of thing to them.
 
-mod restitution;
-pub mod terms;
+use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{ContactLaw, Rotation, Scene, Viscosity};
-
-pub use restitution::damping_ratio;
+use crate::scene::{ContactLaw, Rotation, Scene, Tension, Viscosity};
 
 /// Everything that a step depends on besides the grains and the punch. SI units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -111,5 +108,170 @@ impl Law {
     /// tell how a run goes on.
     pub fn has_history(&self) -> bool {
         self.has_friction()
+    }
+}
+
+/// One term of the method.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Term {
+    /// What it is.
+    pub term: String,
+    /// Whether it is computed.
+    pub computed: bool,
+    /// Why, from the scene.
+    pub reason: String,
+}
+
+/// The contact kernels of the native engine; the scene selects one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kernel {
+    /// Normal springs only: no rotations, no history, no dashpots.
+    Frictionless,
+    /// Friction with history, dashpots, or both.
+    General,
+}
+
+/// What is computed of a scene.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelRecord {
+    /// The kernel of the native engine that computes the contacts; none for another engine.
+    pub kernel: Option<Kernel>,
+    /// The terms that may be in or out.
+    pub terms: Vec<Term>,
+}
+
+impl Kernel {
+    /// The cheapest kernel that has every term of the law.
+    pub fn of(law: &Law) -> Self {
+        if law.has_friction() || law.has_dashpots() {
+            Kernel::General
+        } else {
+            Kernel::Frictionless
+        }
+    }
+}
+
+impl ModelRecord {
+    /// What this scene pays for, in the native engine or in another.
+    pub fn of(scene: &Scene, native: bool) -> Self {
+        let law = Model::of(scene).law;
+        let angle = law.friction_angle;
+        let alpha = scene.damping.alpha();
+        let term = |term: &str, computed: bool, reason: String| Term {
+            term: term.to_owned(),
+            computed,
+            reason,
+        };
+        let friction = if law.has_friction() {
+            format!("friction_angle = {angle} rad")
+        } else {
+            "friction_angle = 0: the Coulomb limit is zero".to_owned()
+        };
+        let rotation = match (law.has_friction(), law.contact.rotation) {
+            (false, _) => "without friction nothing turns a grain".to_owned(),
+            (true, Rotation::Blocked) => "contact.rotation = blocked".to_owned(),
+            (true, Rotation::Free) => "friction turns grains, contact.rotation = free".to_owned(),
+        };
+        let dashpots = if law.has_dashpots() {
+            "contact.viscosity has a dashpot"
+        } else {
+            "contact.viscosity.kind = none"
+        };
+        ModelRecord {
+            kernel: native.then(|| Kernel::of(&law)),
+            terms: vec![
+                term("normal spring", true, "every contact has one".to_owned()),
+                term(
+                    "tangential spring, Coulomb limit and their history",
+                    law.has_friction(),
+                    friction,
+                ),
+                term("rotation of the grains", law.rotates(), rotation),
+                term("dashpots", law.has_dashpots(), dashpots.to_owned()),
+                term(
+                    "local damping",
+                    alpha != 0.0,
+                    format!("damping.alpha = {alpha}"),
+                ),
+                term(
+                    "gravity",
+                    scene.gravity != 0.0,
+                    format!("gravity = {} m/s²", scene.gravity),
+                ),
+            ],
+        }
+    }
+}
+
+/// The damping ratio ζ = c_n/(2√(m_eff k_n)) whose collisions have the restitution e in (0, 1].
+///
+/// Unclipped, e = exp(−πζ/√(1−ζ²)) and ζ follows in closed form. Clipped, the bodies part as soon
+/// as the force is zero (Schwager and Pöschel 2007); ζ is then found by halving.
+pub fn damping_ratio(restitution: f64, tension: Tension) -> f64 {
+    let logarithm = -restitution.ln();
+    let unclipped = logarithm / (PI * PI + logarithm * logarithm).sqrt();
+    if tension == Tension::Unclipped || restitution == 1.0 {
+        return unclipped;
+    }
+    // Clipping raises e, so more damping is needed than without.
+    let (mut low, mut high) = (unclipped, 1.0);
+    while clipped_restitution(high) > restitution {
+        low = high;
+        high *= 2.0;
+    }
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if clipped_restitution(middle) > restitution {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
+}
+
+/// e of a spring and dashpot without tension, for any damping ratio ζ ≥ 0:
+/// exp(−(ζ/s)(π − atan2(2ζs, 1 − 2ζ²))) with s = √(1−ζ²) below critical damping, and
+/// exp(−(ζ/s)·2 ln(ζ+s)) with s = √(ζ²−1) above it.
+pub fn clipped_restitution(ratio: f64) -> f64 {
+    let off = 1.0 - ratio * ratio;
+    if off.abs() < 1.0e-12 {
+        return (-2.0f64).exp();
+    }
+    let s = off.abs().sqrt();
+    let angle = if off > 0.0 {
+        PI - (2.0 * ratio * s).atan2(1.0 - 2.0 * ratio * ratio)
+    } else {
+        2.0 * (ratio + s).ln()
+    };
+    (-(ratio / s) * angle).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_damping_ratio_gives_back_its_restitution() {
+        for restitution in [1.0e-15, 1.0e-3, 0.05, 0.13, 0.14, 0.3, 0.5, 0.8, 0.95, 1.0] {
+            let ratio = damping_ratio(restitution, Tension::Clipped);
+            let back = clipped_restitution(ratio);
+            assert!((back / restitution - 1.0).abs() < 1.0e-9, "{restitution}");
+            let ratio: f64 = damping_ratio(restitution, Tension::Unclipped);
+            let back = (-PI * ratio / (1.0 - ratio * ratio).sqrt()).exp();
+            assert!((back / restitution - 1.0).abs() < 1.0e-12, "{restitution}");
+        }
+    }
+
+    #[test]
+    fn clipping_raises_the_restitution_as_published() {
+        // The nominal ones are those of the same dashpot unclipped.
+        for (nominal, clipped) in [(0.1, 0.252729), (0.5, 0.550283), (0.9, 0.902026)] {
+            let ratio = damping_ratio(nominal, Tension::Unclipped);
+            assert!((clipped_restitution(ratio) - clipped).abs() < 1.0e-6);
+        }
     }
 }

@@ -5,28 +5,219 @@
 //! list if anything moved too far, evaluate the forces at the new positions. The model selects the
 //! kernel that evaluates them: the frictionless one computes normal springs and nothing else.
 
-mod case;
-mod constants;
 pub mod contact;
 mod dynamics;
-pub mod friction;
 mod general;
 mod health;
-mod history;
-mod integrate;
-mod mode;
 mod neighbours;
 pub mod perturb;
 pub mod pouring;
-mod rows;
-mod slow;
 mod springs;
 mod stages;
 mod state;
 pub mod timing;
 
-pub use case::{CaseOptions, effective, loads, run_case, watch_case};
 pub use health::{Trouble, check_moment};
-pub use mode::Mode;
 pub use perturb::{Perturbation, PerturbationError};
 pub use stages::{NativeError, Options, first_contact_punch, run};
+
+use serde::{Deserialize, Serialize};
+
+use crate::tables::{Bodies, Snapshot, Stage};
+use crate::task::{Case, Effective, EffectiveContact, Load};
+use dynamics::Dynamics;
+use neighbours::Skin;
+use state::Constants;
+
+/// How sums and precision are chosen. Every result of another mode than the exact one is labelled with it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// YADE's operations in YADE's order: the same bits as its sorted loop
+    #[default]
+    Exact,
+    /// Double precision, operations and sums in any order; frictionless scenes only
+    Free,
+    /// As free, with contact forces in single precision from cell-relative coordinates
+    Single,
+}
+
+impl std::str::FromStr for Mode {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        [Mode::Exact, Mode::Free, Mode::Single]
+            .into_iter()
+            .find(|mode| mode.name() == text)
+            .ok_or_else(|| "a mode is exact, free or single".to_owned())
+    }
+}
+
+impl Mode {
+    /// The word for it, as on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Mode::Exact => "exact",
+            Mode::Free => "free",
+            Mode::Single => "single",
+        }
+    }
+
+    /// Whether this is the mode that records and commands need not mention.
+    pub fn is_exact(&self) -> bool {
+        *self == Mode::Exact
+    }
+}
+
+/// Skin over the largest radius; the bits do not depend on it.
+const SKIN_OVER_RADIUS: f64 = 0.1;
+
+/// How a case is run; none of it is physics.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CaseOptions {
+    /// A deliberate fault.
+    pub fault: Option<Perturbation>,
+    /// Skin of the neighbour list over the largest radius.
+    pub skin_over_radius: f64,
+    /// Whether YADE's bits are kept.
+    pub mode: Mode,
+}
+
+impl Default for CaseOptions {
+    fn default() -> Self {
+        CaseOptions {
+            fault: None,
+            skin_over_radius: SKIN_OVER_RADIUS,
+            mode: Mode::Exact,
+        }
+    }
+}
+
+impl From<Option<Perturbation>> for CaseOptions {
+    fn from(fault: Option<Perturbation>) -> Self {
+        CaseOptions {
+            fault,
+            ..CaseOptions::default()
+        }
+    }
+}
+
+/// Runs a case and returns the state at each of its moments.
+pub fn run_case(
+    case: &Case,
+    options: impl Into<CaseOptions>,
+) -> Result<Vec<Snapshot>, NativeError> {
+    let mut snapshots = Vec::with_capacity(case.moments.len());
+    watch_case(case, &options.into(), &mut |snapshot| {
+        snapshots.push(snapshot);
+        true
+    })?;
+    Ok(snapshots)
+}
+
+/// Runs a case and shows the state at each of its moments, as long as the watcher wants to go on.
+pub fn watch_case(
+    case: &Case,
+    options: &CaseOptions,
+    watcher: &mut dyn FnMut(Snapshot) -> bool,
+) -> Result<(), NativeError> {
+    let failed = |step| move |trouble| error(step, trouble);
+    let mut dynamics = start(case, options).map_err(failed(0))?;
+    let mut step = 0;
+    for &moment in &case.moments {
+        while step < moment {
+            step += 1;
+            dynamics.step().map_err(failed(step))?;
+        }
+        health::check(&dynamics.state, &dynamics.constants).map_err(failed(step))?;
+        if !watcher(dynamics.snapshot(Stage::Settle, step)) {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Force and torque summed on each grain at each moment of a case; no torques where nothing turns a grain.
+pub fn loads(case: &Case, options: impl Into<CaseOptions>) -> Result<Vec<Vec<Load>>, NativeError> {
+    let failed = |step| move |trouble| error(step, trouble);
+    let mut dynamics = start(case, &options.into()).map_err(failed(0))?;
+    let mut step = 0;
+    let mut all = Vec::with_capacity(case.moments.len());
+    for &moment in &case.moments {
+        while step < moment {
+            step += 1;
+            dynamics.step().map_err(failed(step))?;
+        }
+        health::check(&dynamics.state, &dynamics.constants).map_err(failed(step))?;
+        let state = &dynamics.state;
+        let torque = |id: usize| state.torque.get(id).copied().unwrap_or(0.0);
+        let of = state.force.iter().enumerate();
+        all.push(of.map(|(id, [x, z])| [*x, *z, torque(id)]).collect());
+    }
+    Ok(all)
+}
+
+/// The parameters that the native engine uses for a case.
+pub fn effective(case: &Case, options: impl Into<CaseOptions>) -> Result<Effective, NativeError> {
+    let dynamics = start(case, &options.into()).map_err(|trouble| error(0, trouble))?;
+    let Dynamics {
+        state, constants, ..
+    } = &dynamics;
+    let contacts = dynamics.snapshot(Stage::Settle, 0).contacts;
+    let parameters = |id1: u32, id2: u32| {
+        let (r2, m2) = (state.radius[id2 as usize], state.mass[id2 as usize]);
+        if constants.ids.is_grain(id1) {
+            let (r1, m1) = (state.radius[id1 as usize], state.mass[id1 as usize]);
+            constants.parameters(r1, r2, m1 * m2 / (m1 + m2))
+        } else {
+            constants.parameters(r2, r2, m2)
+        }
+    };
+    let has_friction = constants.law.has_friction();
+    Ok(Effective {
+        contacts: contacts
+            .iter()
+            .map(|contact| {
+                let of = parameters(contact.id1, contact.id2);
+                EffectiveContact {
+                    id1: contact.id1,
+                    id2: contact.id2,
+                    k_n: of.k_n,
+                    k_s: has_friction.then_some(of.k_s),
+                    tan_phi: constants.law.friction_angle.tan(),
+                    c_n: of.c_n,
+                }
+            })
+            .collect(),
+        mass: state.mass.clone(),
+        inertia: state.inertia.clone(),
+        gravity: constants.gravity,
+        alpha: constants.alpha,
+        dt: constants.dt,
+    })
+}
+
+fn start(case: &Case, options: &CaseOptions) -> Result<Dynamics, Trouble> {
+    let mut bodies: Bodies = case.bodies.clone();
+    let mut constants = Constants::new(&case.model, bodies.len() as u32);
+    if let Some(fault) = options.fault {
+        fault.apply(&mut constants, &mut bodies);
+    }
+    let largest = bodies.radius.iter().copied().fold(0.0, f64::max);
+    let skin = options.skin_over_radius * largest;
+    Dynamics::new(
+        &bodies,
+        case.punch,
+        constants,
+        Skin::Fixed(skin),
+        options.mode,
+    )
+}
+
+fn error(step: u64, trouble: Trouble) -> NativeError {
+    NativeError {
+        stage: Stage::Settle,
+        step,
+        trouble,
+    }
+}

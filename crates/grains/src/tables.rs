@@ -99,7 +99,7 @@ impl Bodies {
                 hash.update(value.to_le_bytes());
             }
         }
-        crate::digest::short_hex(hash)
+        crate::tables::short_hex(hash)
     }
 }
 
@@ -267,7 +267,7 @@ impl Snapshot {
             number(punch.centre[1]);
             number(punch.force);
         }
-        crate::digest::short_hex(hash)
+        crate::tables::short_hex(hash)
     }
 }
 
@@ -285,4 +285,19 @@ pub enum StopReason {
     StepsDone,
     /// The most steps that the scene allows are done and the rule does not hold.
     MaxSteps,
+}
+
+/// SHA-256 of these bytes.
+pub fn sha256_hex(bytes: &[u8]) -> String {
+    hex(&Sha256::digest(bytes))
+}
+
+/// The first 64 bits of a running SHA-256.
+pub fn short_hex(hash: Sha256) -> String {
+    hex(&hash.finalize()[..8])
+}
+
+/// Two digits a byte.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

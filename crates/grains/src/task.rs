@@ -1,7 +1,12 @@
-//! What an engine is asked and what it promises to return; native and YADE behind the same words.
+//! What an engine is asked and what it promises to return, native and others behind the same words: a task of a scene, or a
+//! case. A run that is asked to end notices it within a thousand steps.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 
+use crate::model::Model;
 use crate::tables::{Bodies, Punch, Snapshot, Stage, StopReason};
 
 /// From where to where an engine runs.
@@ -119,4 +124,72 @@ pub fn moments(start: u64, end: u64, every: u64) -> Vec<u64> {
         steps.push(end);
     }
     steps
+}
+
+/// A small experiment that any engine can run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// A name for messages.
+    pub name: String,
+    /// What is computed.
+    pub model: Model,
+    /// The grains at the start, velocities half a step before the positions.
+    pub bodies: Bodies,
+    /// A punch that moves up or down at a constant velocity.
+    pub punch: Option<Punch>,
+    /// The steps after which the state is taken, rising; 0 is the start with its contacts.
+    pub moments: Vec<u64>,
+}
+
+/// Force and torque summed on a grain: x and z, N; about y, N·m.
+pub type Load = [f64; 3];
+
+/// What an engine makes of one grain or contact of a case: its parameters, as used.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EffectiveContact {
+    /// Body 1; a wall or the punch, if there is one in the pair.
+    pub id1: u32,
+    /// Body 2; always a grain.
+    pub id2: u32,
+    /// Normal stiffness, N/m.
+    pub k_n: f64,
+    /// Tangential stiffness, N/m; none where the engine does not compute it.
+    pub k_s: Option<f64>,
+    /// tan φ.
+    pub tan_phi: f64,
+    /// Damping constant of the dashpot, N·s/m.
+    pub c_n: f64,
+}
+
+/// The parameters that an engine uses for a case.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Effective {
+    /// Of every contact at the start, by ids.
+    pub contacts: Vec<EffectiveContact>,
+    /// Mass of each grain, kg.
+    pub mass: Vec<f64>,
+    /// Moment of inertia of each grain, kg·m²; empty where grains do not rotate.
+    pub inertia: Vec<f64>,
+    /// m/s², x and z.
+    pub gravity: [f64; 2],
+    /// Cundall's α.
+    pub alpha: f64,
+    /// s.
+    pub dt: f64,
+}
+
+static ASKED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+
+/// The flag: whoever sets it asks every run of this process to end.
+pub fn flag() -> &'static Arc<AtomicBool> {
+    ASKED.get_or_init(Arc::default)
+}
+
+/// Whether the process was asked to end.
+pub fn asked_to_end() -> bool {
+    ASKED
+        .get()
+        .is_some_and(|asked| asked.load(Ordering::Relaxed))
 }

@@ -13,8 +13,8 @@ use crate::study::campaign::Campaign;
 use crate::study::plan::Program;
 use crate::study::realization::Runner;
 use crate::study::{Study, create, sensitivity, tradeoff};
+use grains::model::Kernel;
 use grains::model::Model;
-use grains::model::terms::Kernel;
 use grains::native::Mode;
 use grains::native::pouring::Softly;
 

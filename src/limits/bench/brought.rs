@@ -8,8 +8,8 @@ use super::contender::{Plan, Turn};
 use super::program;
 use super::sanity::between_grains;
 use crate::engine::exec::{Brought, ExecRun, run_brought};
+use grains::native::timing::Window;
 use grains::task::{Task, Until};
-use grains::timing::Window;
 
 /// The two runs differ by at least so much, s: processor time is told in hundredths of a second.
 const LONG_ENOUGH: f64 = 1.0;

@@ -12,8 +12,8 @@ use crate::engine::read::{Timed, TimedSteps};
 use crate::engine::yade;
 use grains::model::Model;
 use grains::native::Mode;
+use grains::native::timing::{Share, Window};
 use grains::tables::{Bodies, Snapshot};
-use grains::timing::{Share, Window};
 
 /// An engine in one of its ways of working.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -2,14 +2,14 @@
 
 use std::time::Instant;
 
-use grains::timing::ThreadTime;
+use grains::native::timing::ThreadTime;
 
 use super::BenchError;
 use super::bed::{Bed, start};
+use grains::native::timing::Window;
 use grains::native::{self, Mode, NativeError};
 use grains::tables::{Bodies, Snapshot, Stage};
 use grains::task::{Observer, Task, Until};
-use grains::timing::Window;
 
 /// Parts of a timed run: the first warms up, the others are the window.
 const PARTS: u64 = 5;

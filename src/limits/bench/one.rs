@@ -11,8 +11,8 @@ use super::{BenchError, native, program};
 use crate::files::{read_text, write_whole};
 use crate::tables::{read_bodies, write_bodies};
 use grains::native::Mode;
+use grains::native::timing::Window;
 use grains::scene::Scene;
-use grains::timing::Window;
 
 /// What the process says when it is done.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -13,8 +13,8 @@ use super::{BenchError, Missed, native};
 use crate::compare::bits::{self, TableBits};
 use crate::progress::Task;
 use grains::native::Mode;
+use grains::native::timing::Share;
 use grains::tables::Bodies;
-use grains::timing::Share;
 
 /// An engine over all rounds.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use grains::measure::energy::kinetic;
+use grains::measure::equilibrium::kinetic_energy;
 use grains::tables::{Bodies, Snapshot};
 
 /// How far from the native exact bed another engine's may be after the same steps.
@@ -82,7 +82,7 @@ impl Sanity {
         } else {
             f64::INFINITY
         };
-        let (energy, energy_in_exact) = (kinetic(bodies), kinetic(there));
+        let (energy, energy_in_exact) = (kinetic_energy(bodies), kinetic_energy(there));
         let lost = (contacts as f64 / contacts_in_exact as f64 - 1.0).abs();
         let ratio = (energy / energy_in_exact).max(energy_in_exact / energy);
         Sanity {

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::files::work_folder;
 use crate::interrupt::asked_to_end;
 use grains::generate::initial_bodies;
-use grains::measure::{Bed, unbalanced_force};
+use grains::measure::{Bed, equilibrium};
 use grains::native::{self, NativeError, Options, Trouble};
 use grains::scene::{Cloud, Damping, Scene, TimeStep, paper_scene, parse_scene};
 use grains::tables::StopReason;
@@ -288,7 +288,7 @@ impl Run {
             bodies: &outcome.last.bodies,
             contacts: &outcome.last.contacts,
         });
-        bed.and_then(|bed| unbalanced_force::of(scene, bed))
+        bed.and_then(|bed| equilibrium::unbalanced_force(scene, bed))
             .unwrap_or(f64::NAN)
     }
 

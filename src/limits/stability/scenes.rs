@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::interrupt::asked_to_end;
 use crate::suite::build::{self, Grain};
-use grains::case::Case;
 use grains::generate::initial_bodies;
 use grains::model::{Axis, Law, Model};
 use grains::native::{self, CaseOptions, NativeError, Options, Trouble, watch_case};
 use grains::scene::{Cloud, Scene, Tension, Viscosity, paper_scene};
 use grains::tables::{Bodies, Punch, Snapshot, Stage};
+use grains::task::Case;
 use grains::task::Task;
 
 /// Radius of the ordinary grain, m.

@@ -30,11 +30,11 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-use grains::case::{Case, EffectiveContact};
 use grains::model::Law;
 use grains::native::{NativeError, effective, run_case};
 use grains::scene::{SlipVelocity, TorqueArms};
 use grains::tables::{BodyIds, Contact, Snapshot};
+use grains::task::{Case, EffectiveContact};
 
 /// Relative error of the largest eigenvalue at which iteration ends.
 const TOLERANCE: f64 = 1.0e-6;

@@ -9,12 +9,12 @@ use super::spectrum::Network;
 use super::trials::Disturbed;
 use crate::engine::yade::Proposal;
 use crate::run::folder::record::{StepChoice, StepLook, StepTrial};
-use grains::case::Case;
 use grains::generate::initial_bodies;
 use grains::model::{Law, Model, damping_ratio};
 use grains::native::{self, NativeError, Options, Trouble, effective, run_case};
 use grains::scene::{ContactLaw, Scene, TimeStep, Viscosity};
 use grains::tables::{Bodies, BodyIds, Punch, Snapshot, Stage};
+use grains::task::Case;
 use grains::task::{Observer, Task};
 
 /// The share of the limit that is taken if none is named; `docs/stability.md` has the evidence.

@@ -10,9 +10,9 @@ use rand_core::SeedableRng;
 use serde::{Deserialize, Serialize};
 
 use super::spectrum::symmetric;
-use grains::case::Case;
 use grains::native::{CaseOptions, NativeError, Trouble, run_case, watch_case};
 use grains::tables::{Bodies, Snapshot};
+use grains::task::Case;
 
 /// Largest displacement of the disturbance over a small overlap of the scene.
 const DISTURBANCE: f64 = 1.0e-6;

@@ -7,7 +7,7 @@ use crate::report::figure::{Figure, circles, line};
 use crate::reproduce::Runs;
 use crate::reproduce::record::Reproduction;
 use crate::run::folder::RunFolder;
-use grains::measure::history::HistoryRow;
+use grains::measure::HistoryRow;
 use grains::tables::Stage;
 
 /// Histories of native and YADE on top of each other.

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::exec::Description;
 use grains::measure;
-use grains::model::terms::ModelRecord;
+use grains::model::ModelRecord;
 use grains::native::pouring::Phase;
 use grains::native::{Mode, Perturbation};
 use grains::tables::{Stage, StopReason};

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::FolderError;
 use crate::files::{FileError, unpacked, write_folder, write_whole};
 use crate::tables::parse_rows;
-use grains::measure::history::HistoryRow;
+use grains::measure::HistoryRow;
 
 /// The folder that it is unpacked into.
 pub const FOLDER: &str = "yade-recorded";

@@ -17,10 +17,9 @@ use crate::document::{Cell, Document, Section, Table};
 use crate::study::StudyError;
 use crate::study::realization::Ending;
 use crate::study::tradeoff::quantities::{QUANTITIES, Quantity};
-use evidence::equivalence::{self, Finding, LEVEL};
-use evidence::moments::{deviation, mean};
+use evidence::moments::{mean, standard_deviation};
+use evidence::t_test::{self, Finding, LEVEL, Welch};
 use evidence::two_samples::{self, TwoSamples};
-use evidence::unpaired::{self, Unpaired};
 use evidence::{Interval, holm, proportion};
 
 /// Exchanges of packings for the p of two samples.
@@ -57,7 +56,7 @@ pub struct Compared {
     /// Share of packings that have it, second minus first, with Newcombe's 90 % interval.
     pub share: Option<Interval>,
     /// Second minus first; none for fewer than two packings on a side, or where nothing varies.
-    pub unpaired: Option<Unpaired>,
+    pub unpaired: Option<Welch>,
     /// The largest difference that is no matter; none where the quantity judges nothing.
     pub margin: Option<f64>,
     /// What is judged: Different where `difference_p` < 0.05 or the shares are beyond their margin; Equivalent where
@@ -174,11 +173,11 @@ fn quantity(charted: &Quantity, first: &[Member], second: &[Member]) -> Compared
     };
     let (a, b) = (values(first), values(second));
     let moments = |values: &[f64]| {
-        [mean(values), deviation(values)].map(|of| Some(of).filter(|of| of.is_finite()))
+        [mean(values), standard_deviation(values)].map(|of| Some(of).filter(|of| of.is_finite()))
     };
     let packings =
         |values: &[f64]| -> Vec<Vec<f64>> { values.iter().map(|of| vec![*of]).collect() };
-    let unpaired = unpaired::welch(&a, &b);
+    let unpaired = t_test::welch(&a, &b);
     let distribution = match unpaired {
         Some(_) => two_samples::compare(&packings(&a), &packings(&b), PERMUTATIONS),
         None => None,
@@ -197,8 +196,8 @@ fn quantity(charted: &Quantity, first: &[Member], second: &[Member]) -> Compared
         share: proportion::difference((a.len(), first.len()), (b.len(), second.len()), 0.90),
         margin,
         finding: None,
-        equivalence_p: judged.and_then(|(of, margin)| Some(unpaired::equivalence(&of, margin)?.1)),
-        difference_p: judged.and_then(|(of, margin)| unpaired::beyond(&of, margin)),
+        equivalence_p: judged.and_then(|(of, margin)| Some(of.equivalence(margin)?.1)),
+        difference_p: judged.and_then(|(of, margin)| of.p_beyond(margin)),
         distribution_p: distribution.as_ref().map(|of| of.kolmogorov_p),
         unpaired,
         distribution,
@@ -215,9 +214,7 @@ fn correct(compared: &mut [Compared], p: impl Fn(&mut Compared) -> &mut Option<f
 }
 
 fn finding(of: &Compared) -> Finding {
-    let share = of
-        .share
-        .map(|share| equivalence::finding(&share, SHARE_MARGIN));
+    let share = of.share.map(|share| t_test::finding(&share, SHARE_MARGIN));
     let below = |p: Option<f64>| p.is_some_and(|p| p < LEVEL);
     if below(of.difference_p) || share == Some(Finding::Different) {
         Finding::Different

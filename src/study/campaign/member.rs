@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::engine::EngineError;
 use crate::study::realization::{self, Ending, Realization, Specification, bed_of};
 use grains::measure::neighbourhood::{self, Neighbourhood};
-use grains::measure::{cells, extensive_stress, height, profile};
+use grains::measure::{self, cells, stress};
 use grains::scene::Scene;
 use grains::tables::Snapshot;
 
@@ -72,7 +72,7 @@ impl Member {
     /// The member of this realization of the scene.
     pub fn of(member: u64, scene: &Scene, run: &Realization) -> Self {
         let settled = run.outcome.settled.as_ref();
-        let surface = settled.map(|settled| height::surface(scene, &settled.bodies));
+        let surface = settled.map(|settled| measure::surface(scene, &settled.bodies));
         let fields = |of: &Snapshot| surface.map(|surface| fields(scene, of, surface));
         let last = &run.outcome.last;
         let reached = run.ending == Ending::Reached;
@@ -115,7 +115,7 @@ pub fn run(
 fn fields(scene: &Scene, of: &Snapshot, surface: f64) -> Fields {
     let bed = bed_of(of);
     let cells = cells::radical(scene, bed.bodies);
-    let extensive = extensive_stress::of_grains(bed);
+    let extensive = stress::of_grains(bed);
     let places = scene.control_points.iter().map(|point| {
         let place = [scene.punch_axis() + point.offset, surface - point.depth];
         (point, place)
@@ -126,8 +126,8 @@ fn fields(scene: &Scene, of: &Snapshot, surface: f64) -> Fields {
         .first()
         .map_or(0.0, |point| point.depth);
     Fields {
-        across: profile::across(scene, bed, &cells, &extensive, surface - depth),
-        down: profile::down(scene, bed, &cells, &extensive, surface),
+        across: stress::across(scene, bed, &cells, &extensive, surface - depth),
+        down: stress::down(scene, bed, &cells, &extensive, surface),
         points: inside
             .map(|(point, place)| neighbourhood::of(&point.name, place, bed, &cells, &extensive))
             .collect(),

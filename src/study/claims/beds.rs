@@ -7,7 +7,7 @@ use crate::study::campaign::member::Member;
 use crate::study::realization::Ending;
 use evidence::moments::mean;
 use evidence::proportion::wilson;
-use evidence::unpaired::welch;
+use evidence::t_test::welch;
 use grains::scene::Scene;
 
 /// Above this share of members that do not get the force, what becomes of them matters to every mean.
@@ -42,7 +42,7 @@ fn which_hold(rows: &[Row]) -> String {
 }
 
 fn spread(members: &[Member], key: &str) -> f64 {
-    evidence::moments::deviation(&measured(members, key))
+    evidence::moments::standard_deviation(&measured(members, key))
 }
 
 /// H = 0.46 ± 0.01 m.

@@ -11,9 +11,9 @@ use super::sample::{self, Moment, nearest, positive, together};
 use crate::paper::continuum::{Field, Load, Model, Spread};
 use crate::paper::published::POROSITY;
 use crate::study::campaign::member::Member;
-use evidence::correlation::spearman;
-use evidence::moments::{deviation, mean};
-use evidence::{Interval, bootstrap, line, paired};
+use evidence::moments::{mean, standard_deviation};
+use evidence::regression::{correlation, slope, spearman};
+use evidence::{Interval, bootstrap};
 use grains::measure::neighbourhood::{GROWING, Together};
 use grains::scene::Scene;
 
@@ -111,9 +111,9 @@ fn volume(
     let area = mean(&all.iter().map(|one| one.cell).collect::<Vec<f64>>());
     let rise = mean(&all.iter().map(|one| one.rise).collect::<Vec<f64>>());
     let n = cells as f64;
-    let variation = bootstrap::variation(&sums, LEVEL);
+    let variation = bootstrap::coefficient_of_variation(&sums, LEVEL);
     let shape = sample::gamma_shape(&positive(&sums))(LEVEL);
-    let ratio = deviation(&sums) / mean(&sums) / single;
+    let ratio = standard_deviation(&sums) / mean(&sums) / single;
     Some(Volume {
         cells,
         packings: all.len(),
@@ -156,10 +156,13 @@ fn exponent(table: &[Vec<f64>], level: f64) -> Option<Interval> {
             .enumerate()
             .map(|(index, cells)| {
                 let sums: Vec<f64> = packings.iter().map(|one| table[*one][index]).collect();
-                ((*cells as f64).ln(), (deviation(&sums) / mean(&sums)).ln())
+                (
+                    (*cells as f64).ln(),
+                    (standard_deviation(&sums) / mean(&sums)).ln(),
+                )
             })
             .collect();
-        line::slope(&points).map_or(f64::NAN, |slope| slope.estimate)
+        slope(&points).map_or(f64::NAN, |slope| slope.estimate)
     })
 }
 
@@ -189,7 +192,7 @@ pub fn all(scene: &Scene, members: &[Member]) -> Vec<Volumes> {
                 .iter()
                 .map(|one| one.zz)
                 .collect();
-            let single = deviation(&first) / mean(&first);
+            let single = standard_deviation(&first) / mean(&first);
             let volumes: Vec<Volume> = GROWING
                 .iter()
                 .filter_map(|cells| volume(scene, members, moment, point, *cells, single))
@@ -280,7 +283,7 @@ pub fn independence(members: &[Member]) -> Claim {
 fn pair(first: &[f64], second: &[f64], level: f64) -> Option<Interval> {
     bootstrap::interval(first.len(), level, |packings| {
         let of = |values: &[f64]| -> Vec<f64> { packings.iter().map(|one| values[*one]).collect() };
-        paired::correlation(&of(first), &of(second)).unwrap_or(f64::NAN)
+        correlation(&of(first), &of(second)).unwrap_or(f64::NAN)
     })
 }
 
@@ -291,12 +294,12 @@ fn mean_of_pairs(columns: &[Vec<f64>], packings: &[usize]) -> f64 {
     for column in columns {
         let values: Vec<f64> = packings.iter().map(|one| column[*one]).collect();
         let centre = mean(&values);
-        let spread = deviation(&values);
+        let spread = standard_deviation(&values);
         for (sum, value) in sums.iter_mut().zip(values) {
             *sum += (value - centre) / spread;
         }
     }
-    let variance = deviation(&sums).powi(2);
+    let variance = standard_deviation(&sums).powi(2);
     (variance - count) / (count * (count - 1.0))
 }
 
@@ -343,7 +346,7 @@ pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Cl
                     "1",
                     one.packings,
                     [1.0 / FACTOR, FACTOR],
-                    |level| Some(bootstrap::variation(&sums, level)?.over(scale)),
+                    |level| Some(bootstrap::coefficient_of_variation(&sums, level)?.over(scale)),
                 )
                 .against(1.0),
             );

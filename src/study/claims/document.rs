@@ -16,7 +16,7 @@ use crate::paper::published::{HEIGHTS, POROSITIES, published, table_4};
 use crate::study::campaign::member::Member;
 use crate::study::distribution::Distribution;
 use evidence::Interval;
-use evidence::law::Family;
+use evidence::distribution::Family;
 
 /// Data of all plots.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -5,8 +5,8 @@ use super::sample::{self, Moment, stress};
 use crate::paper::published::published;
 use crate::paper::published::table_4;
 use crate::study::campaign::member::Member;
+use evidence::distribution::Distribution;
 use evidence::goodness;
-use evidence::law::Law;
 
 /// The control points of the paper, as the scene names them.
 pub const POINTS: [&str; 3] = ["O", "A", "B"];
@@ -157,7 +157,7 @@ pub fn with_theorys_rate(members: &[Member]) -> Option<Claim> {
     for point in POINTS {
         let published = table_4(point)?.extensive;
         let values = stress(members, Moment::Loaded, point, "control_volume_zz");
-        let law = Law::Exponential { mean: published };
+        let law = Distribution::Exponential { mean: published };
         let limit = published * 20f64.ln();
         let above = values.iter().filter(|value| **value > limit).count();
         let share = |level: f64| evidence::proportion::wilson(above, values.len(), level);

@@ -3,9 +3,9 @@
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::study::campaign::member::{Fields, Member};
-use evidence::law::Family;
+use evidence::distribution::Family;
 use evidence::likelihood::against_exponential;
-use evidence::{Interval, bootstrap, moments, proportion, shape};
+use evidence::{Interval, bootstrap, moments, proportion};
 use grains::measure::neighbourhood::{Neighbour, Neighbourhood, Together};
 
 /// When the bed is looked at.
@@ -96,12 +96,12 @@ pub fn mean(values: &[f64]) -> impl Fn(f64) -> Option<Interval> {
 
 /// Standard deviation over mean with its BCa interval over packings.
 pub fn variation(values: &[f64]) -> impl Fn(f64) -> Option<Interval> {
-    |level| bootstrap::variation(values, level)
+    |level| bootstrap::coefficient_of_variation(values, level)
 }
 
 /// Share above so many means, with Wilson's interval.
 pub fn share_above(values: &[f64], multiple: f64) -> impl Fn(f64) -> Option<Interval> {
-    let share = shape::share_above(values, multiple);
+    let share = moments::share_above(values, multiple);
     let hits = (share * values.len() as f64).round() as usize;
     move |level| proportion::wilson(hits, values.len(), level)
 }

@@ -6,10 +6,10 @@ use super::means::POINTS;
 use super::sample::{self, Moment, positive, stress};
 use crate::paper::published::E_TO_MINUS_2;
 use crate::study::campaign::member::Member;
+use evidence::distribution::{Distribution, Family};
 use evidence::goodness;
-use evidence::law::{Family, Law};
 use evidence::likelihood::{against_exponential, not_nested};
-use evidence::moments::{deviation, median};
+use evidence::moments::{median, standard_deviation};
 
 /// Samples drawn for a p-value: the smallest that can be found is 1/1000.
 pub const SAMPLES: usize = 999;
@@ -295,7 +295,7 @@ pub fn positive_only(members: &[Member]) -> Claim {
 fn peakedness(values: &[f64]) -> f64 {
     let centre = median(values).unwrap_or(f64::NAN);
     let off: f64 = values.iter().map(|value| (value - centre).abs()).sum();
-    off / values.len() as f64 / deviation(values)
+    off / values.len() as f64 / standard_deviation(values)
 }
 
 /// Laplace for the shear component, from the same theory.
@@ -320,7 +320,7 @@ pub fn laplace(members: &[Member]) -> Claim {
                 "Laplace with fitted location and scale (D, drawn samples)",
                 &fit,
             );
-            if let Law::Laplace { scale, .. } = fit.law {
+            if let Distribution::Laplace { scale, .. } = fit.law {
                 found.push(format!(
                     "{point} {:.3} (scale {scale:.0} Pa)",
                     row.estimate()

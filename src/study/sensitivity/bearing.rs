@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::penetration::{Kind, Penetration, Watched, Window};
 use evidence::moments::{mean, mean_interval};
-use evidence::{Interval, line};
+use evidence::{Interval, regression};
 use grains::scene::Scene;
 
 /// Internal friction of frictionless grains: 5.76° ± 0.22° for spheres (Peyneau and Roux, Phys. Rev. E 78, 011307,
@@ -291,7 +291,7 @@ fn at_rest(
         let mut speeds: Vec<f64> = own.iter().map(|point| point.0).collect();
         speeds.sort_by(f64::total_cmp);
         speeds.dedup();
-        let pressure = line::intercept(&own);
+        let pressure = regression::intercept(&own);
         let degrees = |pressure: f64| soil.angle_for(pressure, depth).to_degrees();
         AtRest {
             depth,

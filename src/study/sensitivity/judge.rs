@@ -6,7 +6,7 @@ use crate::paper::published::{Of, Published};
 use crate::study::member::Member;
 use crate::study::realization::Ending;
 use evidence::moments::{mean, mean_interval};
-use evidence::paired::paired;
+use evidence::t_test::paired;
 use evidence::{Interval, bootstrap, proportion};
 
 /// Confidence of all intervals.
@@ -111,7 +111,7 @@ fn value(figure: &Published, row: &Member) -> Option<f64> {
 pub fn interval(of: Of, values: &[f64]) -> Option<Interval> {
     match of {
         Of::Mean => mean_interval(values, LEVEL),
-        Of::Variation => bootstrap::variation(values, LEVEL),
+        Of::Variation => bootstrap::coefficient_of_variation(values, LEVEL),
         Of::ShareAbove(multiple) => {
             let limit = f64::from(multiple) * mean(values);
             let hits = values.iter().filter(|value| **value > limit).count();

@@ -5,10 +5,10 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use crate::suite::build::{self, Grain};
-use evidence::{Interval, line};
-use grains::case::Case;
+use evidence::{Interval, regression};
 use grains::model::{Axis, Model};
 use grains::native::{self, NativeError};
+use grains::task::Case;
 
 /// dt over √(m/k) of the grain: from a twentieth to beyond what beds are run with.
 const STEPS: [f64; 7] = [0.0125, 0.025, 0.05, 0.1, 0.2, 0.45, 0.9];
@@ -62,7 +62,7 @@ fn converged(
     Ok(Convergence {
         title: title.to_owned(),
         error_of: error_of.to_owned(),
-        order: line::slope(&fitted),
+        order: regression::slope(&fitted),
         points,
         expected,
     })

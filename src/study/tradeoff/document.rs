@@ -7,7 +7,7 @@ use crate::checks::Outcome;
 use crate::document::{Axis, Block, Cell, Colour, Document, Mark, Plot, Section, Table, plot};
 use crate::study::realization::Runner;
 use evidence::Interval;
-use evidence::equivalence::Finding;
+use evidence::t_test::Finding;
 use grains::native::Mode;
 
 /// Errors below this share of a margin are drawn there: no margin is known that well.

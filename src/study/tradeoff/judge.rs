@@ -4,8 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::quantities::{MISSED, QUANTITIES, Quantity, judged};
 use crate::study::member::{Endings, Member};
-use evidence::equivalence::{self, Finding};
-use evidence::paired::{Paired, paired};
+use evidence::t_test::{self, Finding, Paired, paired};
 use evidence::{Interval, proportion};
 
 /// A quantity of a method against the reference's.
@@ -129,7 +128,7 @@ pub fn judge(pairs: &[(&Member, &Member)], comparable: impl Fn(&str) -> bool) ->
     let missed = proportion::difference(
         (reference.missed(), reference.all()),
         (endings.missed(), endings.all()),
-        1.0 - 2.0 * equivalence::LEVEL,
+        1.0 - 2.0 * t_test::LEVEL,
     );
     let worsts: Vec<Worst> = differences.iter().filter_map(worst).collect();
     let of = |moment: &str| larger(worsts.iter().filter(|worst| worst.key.starts_with(moment)));
@@ -142,7 +141,7 @@ pub fn judge(pairs: &[(&Member, &Member)], comparable: impl Fn(&str) -> bool) ->
         clouds: pairs.len(),
         endings,
         missed,
-        missed_finding: missed.map(|interval| equivalence::finding(&interval, MISSED)),
+        missed_finding: missed.map(|interval| t_test::finding(&interval, MISSED)),
         differences,
         bed,
         load: larger(load.iter().chain(&by_chance)).cloned(),
@@ -173,7 +172,7 @@ fn difference(quantity: &Quantity, pairs: &[(&Member, &Member)]) -> Option<Diffe
     let paired = paired(&values)?;
     let margin = quantity.margin.map(|of| of.absolute(paired.first_mean));
     let differences: Vec<f64> = values.iter().map(|(a, b)| b - a).collect();
-    let tested = margin.and_then(|margin| equivalence::test(&differences, margin));
+    let tested = margin.and_then(|margin| t_test::equivalence(&differences, margin));
     Some(Difference {
         key: quantity.key.to_owned(),
         paired,

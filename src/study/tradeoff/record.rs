@@ -14,8 +14,8 @@ use crate::study::member::{Cost, Member, Members};
 use crate::study::realization::Runner;
 use crate::study::specification::{Setting, Specification};
 use evidence::Interval;
-use evidence::equivalence::Finding;
-use evidence::moments::{deviation, mean, median};
+use evidence::moments::{mean, median, standard_deviation};
+use evidence::t_test::Finding;
 use grains::generate::initial_bodies;
 use grains::native::Mode;
 use grains::task::{Task, Until};
@@ -325,7 +325,7 @@ fn quantities(reference: &[&Member]) -> Vec<Quantity> {
             .collect();
         let found = (values.len() > 1).then(|| Reference {
             mean: mean(&values),
-            deviation: deviation(&values),
+            deviation: standard_deviation(&values),
             count: values.len(),
         });
         Quantity {

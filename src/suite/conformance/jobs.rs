@@ -2,11 +2,11 @@
 
 use super::{Story, diagnosis};
 use crate::suite::build::{Grain, case, model, springs, wall};
-use grains::case::Case;
 use grains::generate::initial_bodies;
 use grains::model::Axis;
 use grains::scene::{Cloud, Damping, Scene, paper_scene};
 use grains::tables::{Bodies, Stage};
+use grains::task::Case;
 use grains::task::{Start, Task, Until};
 
 /// Largest difference over the radius that rounding explains after some tens of steps of one contact.

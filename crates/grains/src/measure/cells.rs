@@ -4,7 +4,7 @@
 //! the border is the line at t = (d² + R_i² − R_j²)/2d from grain i. Cells are cut off at floor,
 //! walls and the height of the highest grain, so together they tile that rectangle.
 
-use super::height;
+use super::highest_grain;
 use crate::scene::Scene;
 use crate::tables::Bodies;
 
@@ -19,7 +19,7 @@ pub struct Cells {
 
 /// The radical cell of every grain.
 pub fn radical(scene: &Scene, bodies: &Bodies) -> Cells {
-    let top = height::highest_grain(bodies);
+    let top = highest_grain(bodies);
     let width = scene.container.width;
     let grid = Grid::new(bodies);
     let corners: Vec<Vec<[f64; 2]>> = (0..bodies.len())
@@ -173,7 +173,7 @@ mod tests {
         let scene = paper_scene(3, 700);
         let bodies = initial_bodies(&scene);
         let cells = radical(&scene, &bodies);
-        let whole = scene.container.width * height::highest_grain(&bodies);
+        let whole = scene.container.width * highest_grain(&bodies);
         let sum: f64 = cells.area.iter().sum();
         assert!((sum / whole - 1.0).abs() < 1e-12, "{sum} {whole}");
     }

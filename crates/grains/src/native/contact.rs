@@ -1,9 +1,12 @@
-//! Contact geometry and normal stiffness: where two bodies touch, and how stiff the contact is
-//! (Eq. 4 of the paper). Scalar and obvious: the reference for the fast kernel.
+//! The contact law, scalar and obvious, the reference for the fast kernel: where two bodies touch and how stiff the contact
+//! is (Eq. 4 of the paper); spring, dashpot, and the incremental tangential spring with Coulomb's limit (Eq. 5).
 //!
-//! The order of the operations is part of the definition: it is what gives YADE's bits.
+//! In the plane a cross product with the spin ω about y is ω × (a_x, a_z) = (ω a_z, −ω a_x), and the torque of F at the
+//! arm a is a_z F_x − a_x F_z. The order of the operations is part of the definition: it is what gives YADE's bits.
 
 pub use crate::model::Axis;
+use crate::model::Law;
+use crate::scene::{NewContactSlip, SlipVelocity, Tension, TorqueArms, Viscosity};
 
 /// Where two bodies touch. The normal points from body 1 to body 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -156,4 +159,257 @@ fn inside_punch(
         radii: [radius, radius],
         pair: Pair::PunchInside,
     }
+}
+
+/// What a contact remembers from step to step.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Memory {
+    /// Whether the pair touches.
+    pub touching: bool,
+    /// The normal of the last step.
+    pub normal: [f64; 2],
+    /// Tangential force S on body 2, N.
+    pub shear: [f64; 2],
+}
+
+/// Parameters of one contact.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Parameters {
+    /// Normal stiffness, N/m.
+    pub k_n: f64,
+    /// Tangential stiffness, N/m.
+    pub k_s: f64,
+    /// Damping constant, N·s/m.
+    pub c_n: f64,
+}
+
+/// How one side of a contact moves.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Motion {
+    /// Centre, m.
+    pub position: [f64; 2],
+    /// m/s.
+    pub velocity: [f64; 2],
+    /// rad/s.
+    pub spin: f64,
+}
+
+/// What a contact does to its bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Action {
+    /// Force on body 2, N; body 1 bears the opposite.
+    pub force: [f64; 2],
+    /// Torques on body 1 and body 2, N·m.
+    pub torques: [f64; 2],
+}
+
+/// The law with what is the same for all contacts worked out once.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactRules {
+    /// Whether contacts bear tangential forces.
+    pub friction: bool,
+    /// Whether grains turn.
+    pub rotates: bool,
+    /// tan²φ.
+    pub tan_squared: f64,
+    /// Whether contacts have dashpots.
+    pub dashpots: bool,
+    /// Whether dashpots may pull.
+    pub tension: Tension,
+    /// Which velocity counts as slip.
+    pub slip_velocity: SlipVelocity,
+    /// Where forces act on a grain.
+    pub torque_arms: TorqueArms,
+    /// How much slip a new contact is given.
+    pub new_contact_slip: NewContactSlip,
+    /// s.
+    pub dt: f64,
+}
+
+impl ContactRules {
+    /// The rules of this law at this time step.
+    pub fn new(law: &Law, dt: f64) -> Self {
+        let tangent = law.friction_angle.tan();
+        ContactRules {
+            friction: law.has_friction(),
+            rotates: law.rotates(),
+            tan_squared: tangent * tangent,
+            dashpots: law.has_dashpots(),
+            tension: match law.contact.viscosity {
+                Viscosity::None => Tension::Clipped,
+                Viscosity::Dashpot { tension, .. } | Viscosity::Restitution { tension, .. } => {
+                    tension
+                }
+            },
+            slip_velocity: law.contact.slip_velocity,
+            torque_arms: law.contact.torque_arms,
+            new_contact_slip: law.contact.new_contact_slip,
+            dt,
+        }
+    }
+
+    /// What the contact does in this step; its memory moves on by a step.
+    pub fn act(
+        &self,
+        touch: &Touch,
+        of: &Parameters,
+        one: &Motion,
+        two: &Motion,
+        memory: &mut Memory,
+    ) -> Action {
+        let normal_force = self.normal_force(touch, of, one, two);
+        if self.friction {
+            self.move_on(touch, of, normal_force, one, two, memory);
+        }
+        memory.touching = true;
+        memory.normal = touch.normal;
+        let force = [
+            normal_force[0] + memory.shear[0],
+            normal_force[1] + memory.shear[1],
+        ];
+        Action {
+            force,
+            torques: if self.rotates {
+                self.torques(touch, force, one, two)
+            } else {
+                [0.0; 2]
+            },
+        }
+    }
+
+    /// Normal force on body 2, N: k_n u_n, with a dashpot k_n u_n + c_n·(approach speed).
+    pub fn normal_force(
+        &self,
+        touch: &Touch,
+        of: &Parameters,
+        one: &Motion,
+        two: &Motion,
+    ) -> [f64; 2] {
+        let spring = of.k_n * touch.overlap;
+        let mut force = spring;
+        if self.dashpots {
+            let apart = dot(touch.normal, velocity_at_point(touch, one, two));
+            force = spring - of.c_n * apart;
+            if force < 0.0 && self.tension == Tension::Clipped {
+                return [0.0; 2];
+            }
+        }
+        [force * touch.normal[0], force * touch.normal[1]]
+    }
+
+    /// Eq. 5: the shear force turns with the normal, grows by k_s times the slip of this step, and is cut
+    /// to |N| tan φ.
+    fn move_on(
+        &self,
+        touch: &Touch,
+        of: &Parameters,
+        normal_force: [f64; 2],
+        one: &Motion,
+        two: &Motion,
+        memory: &mut Memory,
+    ) {
+        let [nx, nz] = touch.normal;
+        let mut shear = [0.0; 2];
+        if memory.touching {
+            let [old_x, old_z] = memory.normal;
+            let turn = old_z * nx - old_x * nz;
+            let [sx, sz] = memory.shear;
+            shear = [sx + sz * turn, sz - sx * turn];
+        }
+        let relative = self.slip_velocity(touch, one, two);
+        let along = dot(touch.normal, relative);
+        let slip = [relative[0] - along * nx, relative[1] - along * nz];
+        let share = self.share_of_step(touch, along, memory.touching);
+        // YADE's laws with and without a dashpot multiply in different orders.
+        let growth = |slip: f64| {
+            if self.dashpots {
+                of.k_s * self.dt * slip
+            } else {
+                of.k_s * (slip * self.dt)
+            }
+        };
+        shear[0] -= share * growth(slip[0]);
+        shear[1] -= share * growth(slip[1]);
+        let limit_squared = dot(normal_force, normal_force) * self.tan_squared;
+        let squared = dot(shear, shear);
+        if squared > limit_squared {
+            let ratio = limit_squared.sqrt() / squared.sqrt();
+            shear[0] *= ratio;
+            shear[1] *= ratio;
+        }
+        memory.shear = shear;
+    }
+
+    /// Which share of this step the contact has existed; 1 but for a new contact that is timed.
+    fn share_of_step(&self, touch: &Touch, along: f64, touching: bool) -> f64 {
+        let way = -along * self.dt;
+        if touching || self.new_contact_slip == NewContactSlip::WholeStep || way <= touch.overlap {
+            return 1.0;
+        }
+        touch.overlap / way
+    }
+
+    /// Velocity of body 2 relative to body 1 whose tangential part is the slip, m/s.
+    fn slip_velocity(&self, touch: &Touch, one: &Motion, two: &Motion) -> [f64; 2] {
+        let corrected = match touch.pair {
+            Pair::Grains | Pair::Wall => self.slip_velocity == SlipVelocity::RatchetingCorrected,
+            // As in YADE, whatever is chosen; its law with dashpots never corrects.
+            Pair::PunchOutside => false,
+            Pair::PunchInside => !self.dashpots,
+        };
+        if !corrected {
+            return velocity_at_point(touch, one, two);
+        }
+        let [r1, r2] = touch.radii;
+        let [nx, nz] = touch.normal;
+        let stretch = (r1 + r2) / (r1 + r2 - touch.overlap);
+        let of_two = cross(two.spin, [-r2 * nx, -r2 * nz]);
+        let of_one = cross(one.spin, [r1 * nx, r1 * nz]);
+        [0, 1].map(|axis| {
+            ((two.velocity[axis] - one.velocity[axis]) * stretch + of_two[axis]) - of_one[axis]
+        })
+    }
+
+    fn torques(&self, touch: &Touch, force: [f64; 2], one: &Motion, two: &Motion) -> [f64; 2] {
+        let on_one = [-force[0], -force[1]];
+        match self.torque_arms {
+            TorqueArms::HalfOverlap => {
+                let turn = torque(touch.normal, on_one);
+                touch
+                    .radii
+                    .map(|radius| (radius - 0.5 * touch.overlap) * turn)
+            }
+            TorqueArms::ContactPoint => [
+                torque(difference(touch.point, one.position), on_one),
+                torque(difference(touch.point, two.position), force),
+            ],
+        }
+    }
+}
+
+/// Velocity of body 2 relative to body 1 at the contact point, m/s.
+fn velocity_at_point(touch: &Touch, one: &Motion, two: &Motion) -> [f64; 2] {
+    let at = |of: &Motion| {
+        let turning = cross(of.spin, difference(touch.point, of.position));
+        [of.velocity[0] + turning[0], of.velocity[1] + turning[1]]
+    };
+    difference(at(two), at(one))
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn difference(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+/// ω × a.
+fn cross(spin: f64, arm: [f64; 2]) -> [f64; 2] {
+    [spin * arm[1], -(spin * arm[0])]
+}
+
+/// (a × F) about y.
+fn torque(arm: [f64; 2], force: [f64; 2]) -> f64 {
+    arm[1] * force[0] - arm[0] * force[1]
 }

@@ -1,8 +1,7 @@
 //! Signs that a run has gone wrong. Looked for whenever the neighbour list is rebuilt, which no
 //! grain can avoid by moving, every thousand steps and at the end of a stage.
 
-use super::constants::Constants;
-use super::state::State;
+use super::state::{Constants, State};
 use crate::tables::Snapshot;
 
 /// What went wrong, with the grain.

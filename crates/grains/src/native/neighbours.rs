@@ -4,12 +4,11 @@
 //! are summed. The skin decides how often the list is rebuilt and never what a step gives: pairs
 //! that do not touch add nothing.
 
-use super::constants::Constants;
-use super::history::History;
-use super::integrate::Fastest;
-use super::rows::{Pair, Rows};
-use super::state::State;
-use crate::model::terms::Kernel;
+use super::dynamics::Fastest;
+use super::general::History;
+use super::springs::{Pair, Rows};
+use super::state::{Constants, State};
+use crate::model::Kernel;
 
 /// Candidate pairs and the positions they were made for. Reused from build to build.
 #[derive(Debug, Default)]

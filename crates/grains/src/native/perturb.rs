@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use super::constants::Constants;
 use super::contact::Axis;
+use super::state::Constants;
 use crate::generate::initial_bodies;
 use crate::model::{Law, Model};
 use crate::scene::{Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
@@ -250,7 +250,7 @@ fn change_law(switch: Switch, law: &mut Law) {
 /// The wall x > 0 with the lowest id; without one, the last wall.
 fn right_wall(constants: &Constants) -> Option<usize> {
     let walls = &constants.walls;
-    let right = |wall: &super::constants::Wall| wall.axis == Axis::X && wall.place > 0.0;
+    let right = |wall: &super::state::Wall| wall.axis == Axis::X && wall.place > 0.0;
     walls.iter().position(right).or(walls.len().checked_sub(1))
 }
 

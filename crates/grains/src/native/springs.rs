@@ -1,16 +1,20 @@
-//! The frictionless kernel: the normal springs of [`super::contact`] arranged for vector lanes.
+//! The frictionless kernel: the normal springs of [`super::contact`] arranged for vector lanes, and the neighbour list laid
+//! out for them.
 //!
-//! In exact mode no operation is fused, left out or reordered, so a lane gives the bits of the scalar
-//! law. In free mode the force is k_n·(reach/d − 1)·(x_2 − x_1): the same number in exact arithmetic, with
-//! fewer divisions.
+//! Every grain has a row of all its neighbours, so its force can stay in a register and no two lanes write to the same
+//! place; each pair is computed twice, once from either side, which gives the same bits with the opposite sign. A row is in
+//! the order in which the sorted loop adds to that grain: partners with lower ids first, then those with higher ones, so
+//! its sum has the same bits too.
+//!
+//! In exact mode no operation is fused, left out or reordered, so a lane gives the bits of the scalar law. In free mode the
+//! force is k_n·(reach/d − 1)·(x_2 − x_1): the same number in exact arithmetic, with fewer divisions. In single precision
+//! coordinates are taken from a corner of the grain's cell, so that their last digit is some 10⁻⁸ of a diameter whatever the
+//! size of the box; corners are multiples of a power of two, so that the way from one to another is exact.
 
 #[cfg(target_arch = "x86_64")]
 mod avx512;
-pub mod single;
 
 use multiversion::multiversion;
-
-use super::rows::{LANES, Lanes, Rows};
 
 /// The summed spring force on every grain that is in the rows, N; what was in `force` before is lost.
 pub fn sum_forces<const FREE: bool>(position: &[[f64; 2]], rows: &Rows, force: &mut [[f64; 2]]) {
@@ -80,14 +84,263 @@ fn gather(of: &[[f64; 2]], ids: &Lanes<u32>) -> (Lanes<f64>, Lanes<f64>) {
     (x, z)
 }
 
+/// Grains that are computed together.
+pub const LANES: usize = 16;
+
+/// Rows are sorted by length within blocks of so many grains: long enough that few lanes stay empty,
+/// short enough that a block's grains are near each other in memory.
+const BLOCK: usize = 512;
+
+/// A value in each lane.
+pub type Lanes<T> = [T; LANES];
+
+/// Rows of neighbours, [`LANES`] grains a group. Group g has the columns `start[g]..start[g+1]`; column c
+/// holds one neighbour of each of its grains. Reused from build to build.
+#[derive(Debug, Default)]
+pub struct Rows {
+    /// The grains of each group. Lanes left over in the last one repeat its first grain.
+    pub grain: Vec<Lanes<u32>>,
+    /// The first column of each group.
+    pub start: Vec<u32>,
+    /// The neighbours, column by column; an empty place holds the grain itself.
+    pub other: Vec<Lanes<u32>>,
+    /// R_1 + R_2, m; −1, which nothing is nearer than, in an empty place.
+    pub reach: Vec<Lanes<f64>>,
+    /// k_n, N/m.
+    pub stiffness: Vec<Lanes<f64>>,
+    /// Neighbours of each grain.
+    length: Vec<u32>,
+    /// Group and lane of each grain, as group·LANES + lane.
+    place: Vec<u32>,
+    /// Grains by length of row, block after block.
+    order: Vec<u32>,
+    /// Where the rows of each length begin in a block.
+    begin: Vec<u32>,
+}
+
+/// One listed pair; `first` has the lower id.
+#[derive(Debug, Clone, Copy)]
+pub struct Pair {
+    pub first: u32,
+    pub second: u32,
+    /// R_1 + R_2, m.
+    pub reach: f64,
+    /// k_n, N/m.
+    pub stiffness: f64,
+}
+
+impl Rows {
+    /// Lays out these pairs, given in the order in which their forces are summed.
+    pub fn build(&mut self, grains: usize, pairs: impl Iterator<Item = Pair> + Clone) {
+        self.length.clear();
+        self.length.resize(grains, 0);
+        for pair in pairs.clone() {
+            self.length[pair.first as usize] += 1;
+            self.length[pair.second as usize] += 1;
+        }
+        self.sort_by_length();
+        self.make_room();
+        for pair in pairs {
+            self.put(pair.first, pair.second, &pair);
+            self.put(pair.second, pair.first, &pair);
+        }
+        self.fill_last_group();
+    }
+
+    /// Grains in blocks, within a block the longest rows first.
+    fn sort_by_length(&mut self) {
+        self.order.clear();
+        self.order.resize(self.length.len(), 0);
+        let blocks = self.length.chunks(BLOCK).zip(self.order.chunks_mut(BLOCK));
+        for (block, (length, order)) in blocks.enumerate() {
+            // A counting sort: where the rows of each length begin, the longest first.
+            let longest = length.iter().copied().max().unwrap_or(0) as usize;
+            self.begin.clear();
+            self.begin.resize(longest + 2, 0);
+            for length in length {
+                self.begin[longest - *length as usize + 1] += 1;
+            }
+            for shorter in 1..self.begin.len() {
+                self.begin[shorter] += self.begin[shorter - 1];
+            }
+            for (index, length) in length.iter().enumerate() {
+                let place = &mut self.begin[longest - *length as usize];
+                order[*place as usize] = (block * BLOCK + index) as u32;
+                *place += 1;
+            }
+        }
+    }
+
+    /// Empty columns for every group, as many as its longest row has neighbours.
+    fn make_room(&mut self) {
+        let Rows {
+            grain,
+            start,
+            other,
+            reach,
+            stiffness,
+            length,
+            place,
+            order,
+            begin: _,
+        } = self;
+        grain.clear();
+        start.clear();
+        other.clear();
+        start.push(0);
+        place.clear();
+        place.resize(length.len(), 0);
+        for (group, ids) in order.chunks(LANES).enumerate() {
+            let mut lanes = [ids[0]; LANES];
+            lanes[..ids.len()].copy_from_slice(ids);
+            grain.push(lanes);
+            let mut longest = 0;
+            for (lane, id) in ids.iter().enumerate() {
+                place[*id as usize] = (group * LANES + lane) as u32;
+                longest = longest.max(length[*id as usize]);
+            }
+            other.resize(other.len() + longest as usize, lanes);
+            start.push(other.len() as u32);
+        }
+        reach.clear();
+        reach.resize(other.len(), [-1.0; LANES]);
+        stiffness.clear();
+        stiffness.resize(other.len(), [0.0; LANES]);
+        // From here on a row's length counts the neighbours that it has already.
+        length.fill(0);
+    }
+
+    fn put(&mut self, grain: u32, neighbour: u32, pair: &Pair) {
+        let place = self.place[grain as usize] as usize;
+        let (group, lane) = (place / LANES, place % LANES);
+        let column = (self.start[group] + self.length[grain as usize]) as usize;
+        self.length[grain as usize] += 1;
+        self.other[column][lane] = neighbour;
+        self.reach[column][lane] = pair.reach;
+        self.stiffness[column][lane] = pair.stiffness;
+    }
+
+    fn fill_last_group(&mut self) {
+        let used = self.length.len() % LANES;
+        let [.., from, _] = self.start[..] else {
+            return;
+        };
+        if used == 0 {
+            return;
+        }
+        for column in from as usize..self.other.len() {
+            let first = self.other[column][0];
+            self.other[column][used..].fill(first);
+            let first = self.reach[column][0];
+            self.reach[column][used..].fill(first);
+            let first = self.stiffness[column][0];
+            self.stiffness[column][used..].fill(first);
+        }
+    }
+}
+
+/// What single precision needs beside the rows. Reused from build to build.
+#[derive(Debug, Default)]
+pub struct Single {
+    /// The corner from which each grain's coordinates are taken, m.
+    corner: Vec<[f64; 2]>,
+    /// Each grain's coordinates from there, m.
+    local: Vec<[f32; 2]>,
+    /// Of each place in the rows: from the neighbour's corner to the grain's own, R_1 + R_2, k_n.
+    columns: Vec<Column>,
+}
+
+/// One neighbour of each grain of a group.
+#[derive(Debug, Clone)]
+pub struct Column {
+    pub x: Lanes<f32>,
+    pub z: Lanes<f32>,
+    pub reach: Lanes<f32>,
+    pub stiffness: Lanes<f32>,
+}
+
+impl Single {
+    /// Takes over new rows. Cells are about as wide as `size`, m.
+    pub fn build(&mut self, position: &[[f64; 2]], rows: &Rows, size: f64) {
+        let side = size.log2().round().exp2();
+        self.corner.clear();
+        let corner = |value: f64| (value / side).floor() * side;
+        self.corner
+            .extend(position.iter().map(|[x, z]| [corner(*x), corner(*z)]));
+        self.columns.clear();
+        for (grain, columns) in rows.grain.iter().zip(rows.start.windows(2)) {
+            for column in columns[0] as usize..columns[1] as usize {
+                let way = |lane: usize, axis: usize| {
+                    let (own, other) = (grain[lane], rows.other[column][lane]);
+                    self.corner[other as usize][axis] - self.corner[own as usize][axis]
+                };
+                self.columns.push(Column {
+                    x: std::array::from_fn(|lane| way(lane, 0) as f32),
+                    z: std::array::from_fn(|lane| way(lane, 1) as f32),
+                    reach: rows.reach[column].map(|reach| reach as f32),
+                    stiffness: rows.stiffness[column].map(|stiffness| stiffness as f32),
+                });
+            }
+        }
+    }
+
+    /// The summed spring force on every grain, N.
+    pub fn sum_forces(&mut self, position: &[[f64; 2]], rows: &Rows, force: &mut [[f64; 2]]) {
+        self.local.clear();
+        self.local.extend(
+            position
+                .iter()
+                .zip(&self.corner)
+                .map(|(at, corner)| [(at[0] - corner[0]) as f32, (at[1] - corner[1]) as f32]),
+        );
+        #[cfg(target_arch = "x86_64")]
+        if avx512::available() {
+            return avx512::sum_single(&self.local, &self.columns, rows, force);
+        }
+        sum_single_plain(&self.local, &self.columns, rows, force);
+    }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn sum_single_plain(local: &[[f32; 2]], all: &[Column], rows: &Rows, force: &mut [[f64; 2]]) {
+    for (grain, columns) in rows.grain.iter().zip(rows.start.windows(2)) {
+        let columns = columns[0] as usize..columns[1] as usize;
+        let own = gather_single(local, grain);
+        let (mut sum_x, mut sum_z) = ([0.0f32; LANES], [0.0f32; LANES]);
+        for (column, other) in all[columns.clone()].iter().zip(&rows.other[columns]) {
+            let there = gather_single(local, other);
+            for lane in 0..LANES {
+                let dx = (there.0[lane] - own.0[lane]) + column.x[lane];
+                let dz = (there.1[lane] - own.1[lane]) + column.z[lane];
+                let distance = (dx * dx + dz * dz).sqrt();
+                let share = column.reach[lane] / distance - 1.0;
+                let size = column.stiffness[lane] * share;
+                let touching = u32::from(share >= 0.0).wrapping_neg();
+                sum_x[lane] -= f32::from_bits((size * dx).to_bits() & touching);
+                sum_z[lane] -= f32::from_bits((size * dz).to_bits() & touching);
+            }
+        }
+        for lane in 0..LANES {
+            force[grain[lane] as usize] = [f64::from(sum_x[lane]), f64::from(sum_z[lane])];
+        }
+    }
+}
+
+#[inline(always)]
+fn gather_single(of: &[[f32; 2]], ids: &Lanes<u32>) -> (Lanes<f32>, Lanes<f32>) {
+    let (mut x, mut z) = ([0.0; LANES], [0.0; LANES]);
+    for lane in 0..LANES {
+        [x[lane], z[lane]] = of[ids[lane] as usize];
+    }
+    (x, z)
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::constants::Constants;
+    use super::super::Mode;
     use super::super::dynamics::Dynamics;
-    use super::super::mode::Mode;
     use super::super::neighbours::Skin;
-    use super::super::state::State;
-    use super::single::Single;
+    use super::super::state::{Constants, State};
     use super::*;
     use crate::generate::initial_bodies;
     use crate::model::Model;

@@ -2,20 +2,17 @@
 
 use std::time::Instant;
 
-use crate::timing::ThreadTime;
-
-use super::constants::Constants;
+use super::Mode;
 use super::dynamics::Dynamics;
 use super::health::{self, Trouble};
-use super::mode::Mode;
 use super::neighbours::Skin;
 use super::perturb::Perturbation;
-use super::slow::Slowness;
+use super::state::Constants;
+use super::timing::{Slowness, ThreadTime};
 use crate::model::Model;
 use crate::scene::Scene;
-use crate::stop::asked_to_end;
 use crate::tables::{Bodies, Punch, Snapshot, Stage, StopReason};
-use crate::task::{Observer, Outcome, StageReport, Task, Until};
+use crate::task::{Observer, Outcome, StageReport, Task, Until, asked_to_end};
 
 /// How the native engine goes about it; none of it is physics.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -1,15 +1,74 @@
-//! The native step with a clock between its parts, for finding out where its time goes.
+//! What an engine that is timed tells, whichever it is; and the native step with a clock between its parts, for finding out
+//! where its time goes.
 
 use std::time::{Duration, Instant};
 
-use super::constants::Constants;
+use rustix::time::{ClockId, clock_gettime};
+use serde::{Deserialize, Serialize};
+
+use super::Mode;
 use super::dynamics::{Clock, Dynamics, Part};
 use super::health::Trouble;
-use super::mode::Mode;
 use super::neighbours::Skin;
+use super::state::Constants;
 use crate::model::Model;
 use crate::tables::{Bodies, Stage};
-use crate::timing::Share;
+
+/// A moment on the clock of this thread's processor time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ThreadTime(Duration);
+
+impl ThreadTime {
+    /// Now.
+    pub fn now() -> Self {
+        let now = clock_gettime(ClockId::ThreadCPUTime);
+        ThreadTime(Duration::new(now.tv_sec as u64, now.tv_nsec as u32))
+    }
+
+    /// Processor time that this thread used between an earlier moment and this one.
+    pub fn duration_since(&self, earlier: ThreadTime) -> Duration {
+        self.0.saturating_sub(earlier.0)
+    }
+
+    /// Processor time that this thread has used since.
+    pub fn elapsed(&self) -> Duration {
+        ThreadTime::now().duration_since(*self)
+    }
+}
+
+/// Steps that were timed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Window {
+    /// Steps in it.
+    pub steps: u64,
+    /// Time on the clock, s.
+    pub wall_seconds: f64,
+    /// Processor time, s; none where the engine tells the clock's only.
+    pub cpu_seconds: Option<f64>,
+}
+
+impl Window {
+    /// Seconds a step: of processor time, which other programs on the machine change least, else on the clock.
+    pub fn seconds_per_step(&self) -> f64 {
+        self.cpu_seconds.unwrap_or(self.wall_seconds) / self.steps as f64
+    }
+
+    /// Processor time over time on the clock; well below 1 where the machine had something else to do.
+    pub fn processor_share(&self) -> Option<f64> {
+        self.cpu_seconds.map(|cpu| cpu / self.wall_seconds)
+    }
+}
+
+/// The part of a step's time that a stage of it takes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Share {
+    /// The stage.
+    pub stage: String,
+    /// Between 0 and 1.
+    pub share: f64,
+}
 
 /// Where the time of a step goes, and what it was spent on.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,5 +143,32 @@ impl Watch {
                 share: self.spent[*part as usize].as_secs_f64() / total.as_secs_f64(),
             })
             .collect()
+    }
+}
+
+/// A deliberate slowness: the same steps, to the bit, in a multiple of their time. A job proves with it that it would notice a
+/// slower kernel. Where it is not asked for it costs nothing.
+#[derive(Debug)]
+pub struct Slowness {
+    factor: f64,
+    since: Instant,
+}
+
+impl Slowness {
+    /// From now on everything takes `factor` times as long; below 1 is 1.
+    pub fn new(factor: f64) -> Self {
+        Slowness {
+            factor,
+            since: Instant::now(),
+        }
+    }
+
+    /// Works on nothing for as long as is missing, so that wall time and processor time both grow.
+    pub fn stretch(&mut self) {
+        let wanted = self.since.elapsed().mul_f64(self.factor.max(1.0));
+        while self.since.elapsed() < wanted {
+            std::hint::spin_loop();
+        }
+        self.since = Instant::now();
     }
 }

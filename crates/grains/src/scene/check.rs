@@ -4,10 +4,9 @@ use std::f64::consts::FRAC_PI_2;
 
 use serde_json::Value;
 
-use super::contact::Viscosity;
-use super::model::*;
 use super::paper_scene::OPEN_CHOICES;
 use super::problem::{Findings, Problem};
+use super::*;
 
 /// The widest box, in mean diameters: room for the largest number of grains in a single row.
 const WIDEST: f64 = 1.0e6;
@@ -45,7 +44,7 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
             found: version.to_string(),
         });
     }
-    let misfits = super::structure::misfits(&super::json_schema(), &value);
+    let misfits = super::problem::misfits(&super::json_schema(), &value);
     if !misfits.is_empty() {
         return Err(SceneError::Problems(misfits));
     }

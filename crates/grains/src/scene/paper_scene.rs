@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::contact::ContactLaw;
-use super::model::*;
+use super::*;
 
 /// What the paper does not print, and why this project chose what it chose.
 pub const OPEN_CHOICES: &[(&str, &str)] = &[

@@ -1,8 +1,7 @@
-//! What can be wrong with a scene: a place, what stands there, what would be right.
-
-use std::fmt::{self, Debug};
+//! What is wrong with a scene's JSON, and where; the structure of a value held against the schema.
 
 use serde_json::Value;
+use std::fmt::{self, Debug};
 
 /// Longest name of a scene or a control point, characters.
 const LONGEST_NAME: usize = 200;
@@ -84,4 +83,215 @@ impl fmt::Display for Problem {
         };
         write!(out, "{place}: found {}, wanted {}", self.found, self.wanted)
     }
+}
+
+/// Every place where `value` does not have the form that `schema` asks for.
+pub fn misfits(schema: &Value, value: &Value) -> Vec<Problem> {
+    let mut problems = Vec::new();
+    walk(schema, schema, value, "", &mut problems);
+    problems
+}
+
+fn walk(root: &Value, schema: &Value, value: &Value, place: &str, problems: &mut Vec<Problem>) {
+    let schema = resolve(root, schema);
+    if let Some(variants) = schema.get("oneOf").and_then(Value::as_array) {
+        one_of(root, variants, value, place, problems);
+        return;
+    }
+    if let Some(names) = schema.get("enum").and_then(Value::as_array) {
+        if !names.contains(value) {
+            problems.push(Problem::new(
+                place,
+                value,
+                format!("one of {}", list(names.iter())),
+            ));
+        }
+        return;
+    }
+    if let Some(kind) = schema.get("type").and_then(Value::as_str)
+        && !has_type(kind, value)
+    {
+        problems.push(Problem::new(place, value, article(kind)));
+        return;
+    }
+    in_range(schema, value, place, problems);
+    if let (Some(items), Some(elements)) = (schema.get("items"), value.as_array()) {
+        for (index, element) in elements.iter().enumerate() {
+            walk(root, items, element, &format!("{place}/{index}"), problems);
+        }
+    }
+    if let Some(object) = value.as_object() {
+        object_fits(root, schema, object, place, problems);
+    }
+}
+
+fn object_fits(
+    root: &Value,
+    schema: &Value,
+    object: &serde_json::Map<String, Value>,
+    place: &str,
+    problems: &mut Vec<Problem>,
+) {
+    let known = schema.get("properties").and_then(Value::as_object);
+    for key in required(schema) {
+        if !object.contains_key(key) {
+            problems.push(Problem {
+                place: format!("{place}/{key}"),
+                found: "nothing".to_owned(),
+                wanted: "this key; no default is implicit".to_owned(),
+            });
+        }
+    }
+    let others = schema.get("additionalProperties");
+    for (key, value) in object {
+        let here = format!("{place}/{}", key.replace('~', "~0").replace('/', "~1"));
+        match (known.and_then(|known| known.get(key)), others) {
+            (Some(of_key), _) => walk(root, of_key, value, &here, problems),
+            (None, Some(of_other @ Value::Object(_))) => {
+                walk(root, of_other, value, &here, problems);
+            }
+            (None, Some(Value::Bool(false))) => {
+                let names = known.map(|known| known.keys().cloned().collect::<Vec<_>>());
+                problems.push(Problem {
+                    place: here,
+                    found: "an unknown key".to_owned(),
+                    wanted: format!("one of {}", names.unwrap_or_default().join(", ")),
+                });
+            }
+            (None, _) => {}
+        }
+    }
+}
+
+/// Alternatives are told apart by their `kind`, or are plain names, some of them with numbers of their own as in
+/// `{"name": {…}}`.
+fn one_of(
+    root: &Value,
+    variants: &[Value],
+    value: &Value,
+    place: &str,
+    problems: &mut Vec<Problem>,
+) {
+    let kind_of = |variant: &Value| variant.pointer("/properties/kind/const").cloned();
+    let kinds: Vec<Value> = variants.iter().filter_map(kind_of).collect();
+    if kinds.is_empty() {
+        named(root, variants, value, place, problems);
+        return;
+    }
+    let Some(object) = value.as_object() else {
+        problems.push(Problem::new(place, value, article("object")));
+        return;
+    };
+    let chosen = variants
+        .iter()
+        .find(|variant| kind_of(variant).as_ref() == object.get("kind"));
+    match chosen {
+        Some(variant) => walk_variant(root, variant, object, place, problems),
+        None => problems.push(Problem::new(
+            &format!("{place}/kind"),
+            object.get("kind").unwrap_or(&Value::Null),
+            format!("one of {}", list(kinds.iter())),
+        )),
+    }
+}
+
+/// A plain name, or an object with a name as its only key.
+fn named(
+    root: &Value,
+    variants: &[Value],
+    value: &Value,
+    place: &str,
+    problems: &mut Vec<Problem>,
+) {
+    let plain = |variant: &Value| variant.get("const").cloned();
+    if variants
+        .iter()
+        .any(|variant| plain(variant).as_ref() == Some(value))
+    {
+        return;
+    }
+    let has_name = |variant: &&Value| {
+        let mut names = required(variant);
+        names.any(|name| value.as_object().is_some_and(|of| of.contains_key(name)))
+    };
+    if let (Some(variant), Some(object)) = (variants.iter().find(has_name), value.as_object()) {
+        object_fits(root, variant, object, place, problems);
+        return;
+    }
+    let with_numbers = |variant: &Value| Some(format!("{{\"{}\": …}}", required(variant).next()?));
+    let names: Vec<String> = variants
+        .iter()
+        .filter_map(|variant| match plain(variant) {
+            Some(name) => Some(name.to_string()),
+            None => with_numbers(variant),
+        })
+        .collect();
+    let wanted = format!("one of {}", names.join(", "));
+    problems.push(Problem::new(place, value, wanted));
+}
+
+fn walk_variant(
+    root: &Value,
+    variant: &Value,
+    object: &serde_json::Map<String, Value>,
+    place: &str,
+    problems: &mut Vec<Problem>,
+) {
+    let mut without_kind = variant.clone();
+    if let Some(kind) = without_kind.pointer_mut("/properties/kind") {
+        *kind = Value::Bool(true);
+    }
+    object_fits(root, &without_kind, object, place, problems);
+}
+
+fn resolve<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
+    match schema.get("$ref").and_then(Value::as_str) {
+        Some(reference) => root
+            .pointer(reference.trim_start_matches('#'))
+            .unwrap_or(schema),
+        None => schema,
+    }
+}
+
+fn required(schema: &Value) -> impl Iterator<Item = &str> {
+    schema
+        .get("required")
+        .and_then(Value::as_array)
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_str)
+}
+
+fn has_type(kind: &str, value: &Value) -> bool {
+    match kind {
+        "object" => value.is_object(),
+        "array" => value.is_array(),
+        "string" => value.is_string(),
+        "integer" => value.is_u64(),
+        "number" => value.is_number(),
+        _ => true,
+    }
+}
+
+fn article(kind: &str) -> String {
+    match kind {
+        "integer" => "a whole number, 0 or more".to_owned(),
+        "object" | "array" => format!("an {kind}"),
+        _ => format!("a {kind}"),
+    }
+}
+
+fn in_range(schema: &Value, value: &Value, place: &str, problems: &mut Vec<Problem>) {
+    let Some(number) = value.as_f64() else { return };
+    let bound = |key: &str| schema.get(key).and_then(Value::as_f64);
+    if let Some(least) = bound("minimum").filter(|least| number < *least) {
+        problems.push(Problem::new(place, value, format!("at least {least}")));
+    }
+    if let Some(most) = bound("maximum").filter(|most| number > *most) {
+        problems.push(Problem::new(place, value, format!("at most {most}")));
+    }
+}
+
+fn list<'a>(names: impl Iterator<Item = &'a Value>) -> String {
+    names.map(Value::to_string).collect::<Vec<_>>().join(", ")
 }

@@ -2,8 +2,7 @@
 
 use std::arch::x86_64::*;
 
-use super::super::rows::{LANES, Lanes, Rows};
-use super::single::Column;
+use super::{Column, LANES, Lanes, Rows};
 
 /// Whether this machine has them.
 pub fn available() -> bool {
@@ -150,7 +149,7 @@ fn scatter<const FROM: usize>(from: [__m512d; 2], ids: &Lanes<u32>, to: &mut [[f
     }
 }
 
-/// See [`super::single`].
+/// See [`super::Single`].
 #[allow(unsafe_code)]
 pub fn sum_single(local: &[[f32; 2]], all: &[Column], rows: &Rows, force: &mut [[f64; 2]]) {
     assert!(available(), "asked for vectors that this machine lacks");

@@ -1,13 +1,13 @@
-//! The laws that a distribution of stresses is compared with, and their maximum-likelihood fits.
+//! The distributions that stresses are compared with, and their maximum-likelihood fits.
 
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{self as known, Continuous, ContinuousCDF};
+use statrs::function::gamma::digamma;
 
 use super::moments::{mean, median};
 use super::random::Source;
-use super::shape;
 
-/// A family of laws.
+/// A family of distributions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Family {
@@ -21,10 +21,10 @@ pub enum Family {
     Laplace,
 }
 
-/// A law with its parameters, in the unit of the values.
+/// A distribution with its parameters, in the unit of the values.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Law {
+pub enum Distribution {
     /// f = e^{−x/mean}/mean.
     Exponential {
         /// Mean, which is also the standard deviation.
@@ -62,10 +62,10 @@ impl Family {
         }
     }
 
-    /// The law of this family under which the values are likeliest. None where there is none: for fewer than
+    /// The distribution of this family under which the values are likeliest. None where there is none: for fewer than
     /// two different values, and for values at or below zero in the families of positive ones (zero is
     /// possible under an exponential alone).
-    pub fn fit(self, values: &[f64]) -> Option<Law> {
+    pub fn fit(self, values: &[f64]) -> Option<Distribution> {
         let all = |holds: fn(f64) -> bool| values.iter().all(|value| holds(*value));
         let (lowest, highest) = range(values)?;
         if lowest == highest {
@@ -73,25 +73,25 @@ impl Family {
         }
         match self {
             Family::Exponential => {
-                all(|value| value >= 0.0).then(|| Law::Exponential { mean: mean(values) })
+                all(|value| value >= 0.0).then(|| Distribution::Exponential { mean: mean(values) })
             }
             Family::Gamma if all(|value| value > 0.0) => {
-                let shape = shape::gamma(values)?;
+                let shape = gamma_shape(values)?;
                 let scale = mean(values) / shape;
-                Some(Law::Gamma { shape, scale })
+                Some(Distribution::Gamma { shape, scale })
             }
             Family::Weibull if all(|value| value > 0.0) => {
-                let shape = shape::weibull(values)?;
+                let shape = weibull_shape(values)?;
                 let powers = values.iter().map(|value| (value / highest).powf(shape));
                 let power = powers.sum::<f64>() / values.len() as f64;
                 let scale = highest * power.powf(1.0 / shape);
-                Some(Law::Weibull { shape, scale })
+                Some(Distribution::Weibull { shape, scale })
             }
             Family::Laplace => {
                 let location = median(values)?;
                 let off = values.iter().map(|value| (value - location).abs());
                 let scale = off.sum::<f64>() / values.len() as f64;
-                Some(Law::Laplace { location, scale })
+                Some(Distribution::Laplace { location, scale })
             }
             _ => None,
         }
@@ -110,30 +110,30 @@ fn range(values: &[f64]) -> Option<(f64, f64)> {
     Some(ends)
 }
 
-impl Law {
+impl Distribution {
     /// Its family.
     pub fn family(&self) -> Family {
         match self {
-            Law::Exponential { .. } => Family::Exponential,
-            Law::Gamma { .. } => Family::Gamma,
-            Law::Weibull { .. } => Family::Weibull,
-            Law::Laplace { .. } => Family::Laplace,
+            Distribution::Exponential { .. } => Family::Exponential,
+            Distribution::Gamma { .. } => Family::Gamma,
+            Distribution::Weibull { .. } => Family::Weibull,
+            Distribution::Laplace { .. } => Family::Laplace,
         }
     }
 
-    /// The law of the values over a unit above zero.
-    pub fn over(&self, unit: f64) -> Law {
+    /// The distribution of the values over a unit above zero.
+    pub fn over(&self, unit: f64) -> Distribution {
         match *self {
-            Law::Exponential { mean } => Law::Exponential { mean: mean / unit },
-            Law::Gamma { shape, scale } => Law::Gamma {
+            Distribution::Exponential { mean } => Distribution::Exponential { mean: mean / unit },
+            Distribution::Gamma { shape, scale } => Distribution::Gamma {
                 shape,
                 scale: scale / unit,
             },
-            Law::Weibull { shape, scale } => Law::Weibull {
+            Distribution::Weibull { shape, scale } => Distribution::Weibull {
                 shape,
                 scale: scale / unit,
             },
-            Law::Laplace { location, scale } => Law::Laplace {
+            Distribution::Laplace { location, scale } => Distribution::Laplace {
                 location: location / unit,
                 scale: scale / unit,
             },
@@ -143,12 +143,12 @@ impl Law {
     /// The probability of a value up to `x`; not a number for impossible parameters.
     pub fn cumulative(&self, x: f64) -> f64 {
         match *self {
-            Law::Exponential { mean } => -(-x.max(0.0) / mean).exp_m1(),
-            Law::Gamma { shape, scale } => {
+            Distribution::Exponential { mean } => -(-x.max(0.0) / mean).exp_m1(),
+            Distribution::Gamma { shape, scale } => {
                 known::Gamma::new(shape, 1.0 / scale).map_or(f64::NAN, |law| law.cdf(x))
             }
-            Law::Weibull { shape, scale } => -(-(x.max(0.0) / scale).powf(shape)).exp_m1(),
-            Law::Laplace { location, scale } => {
+            Distribution::Weibull { shape, scale } => -(-(x.max(0.0) / scale).powf(shape)).exp_m1(),
+            Distribution::Laplace { location, scale } => {
                 let off = (x - location) / scale;
                 let tail = 0.5 * (-off.abs()).exp();
                 if off < 0.0 { tail } else { 1.0 - tail }
@@ -159,12 +159,12 @@ impl Law {
     /// The probability of a value above `x`, to full precision where it is small.
     pub fn survival(&self, x: f64) -> f64 {
         match *self {
-            Law::Exponential { mean } => (-x.max(0.0) / mean).exp(),
-            Law::Gamma { shape, scale } => {
+            Distribution::Exponential { mean } => (-x.max(0.0) / mean).exp(),
+            Distribution::Gamma { shape, scale } => {
                 known::Gamma::new(shape, 1.0 / scale).map_or(f64::NAN, |law| law.sf(x))
             }
-            Law::Weibull { shape, scale } => (-(x.max(0.0) / scale).powf(shape)).exp(),
-            Law::Laplace { location, scale } => {
+            Distribution::Weibull { shape, scale } => (-(x.max(0.0) / scale).powf(shape)).exp(),
+            Distribution::Laplace { location, scale } => {
                 let off = (x - location) / scale;
                 let tail = 0.5 * (-off.abs()).exp();
                 if off > 0.0 { tail } else { 1.0 - tail }
@@ -180,15 +180,17 @@ impl Law {
     /// Logarithm of the density at `x`.
     pub fn logarithm_of_density(&self, x: f64) -> f64 {
         match *self {
-            Law::Exponential { mean } if x >= 0.0 => -x / mean - mean.ln(),
-            Law::Exponential { .. } => f64::NEG_INFINITY,
-            Law::Gamma { shape, scale } => {
+            Distribution::Exponential { mean } if x >= 0.0 => -x / mean - mean.ln(),
+            Distribution::Exponential { .. } => f64::NEG_INFINITY,
+            Distribution::Gamma { shape, scale } => {
                 known::Gamma::new(shape, 1.0 / scale).map_or(f64::NAN, |law| law.ln_pdf(x))
             }
-            Law::Weibull { shape, scale } => {
+            Distribution::Weibull { shape, scale } => {
                 known::Weibull::new(shape, scale).map_or(f64::NAN, |law| law.ln_pdf(x))
             }
-            Law::Laplace { location, scale } => -(x - location).abs() / scale - (2.0 * scale).ln(),
+            Distribution::Laplace { location, scale } => {
+                -(x - location).abs() / scale - (2.0 * scale).ln()
+            }
         }
     }
 
@@ -201,19 +203,84 @@ impl Law {
     /// A value drawn from it.
     pub fn draw(&self, source: &mut Source) -> f64 {
         match *self {
-            Law::Exponential { mean } => mean * source.exponential(),
-            Law::Gamma { shape, scale } => scale * source.gamma(shape),
-            Law::Weibull { shape, scale } => scale * source.exponential().powf(1.0 / shape),
-            Law::Laplace { location, scale } => {
+            Distribution::Exponential { mean } => mean * source.exponential(),
+            Distribution::Gamma { shape, scale } => scale * source.gamma(shape),
+            Distribution::Weibull { shape, scale } => {
+                scale * source.exponential().powf(1.0 / shape)
+            }
+            Distribution::Laplace { location, scale } => {
                 location + scale * (source.exponential() - source.exponential())
             }
         }
     }
 }
 
+/// Maximum-likelihood shape k of a Gamma distribution: ln k − ψ(k) = ln x̄ − mean(ln x); 1 for an exponential. Values
+/// at or below zero are left out. None for fewer than two different values.
+pub fn gamma_shape(values: &[f64]) -> Option<f64> {
+    let positive = positive(values);
+    let logarithms: Vec<f64> = positive.iter().map(|value| value.ln()).collect();
+    let wanted = mean(&positive).ln() - mean(&logarithms);
+    if wanted.is_nan() || wanted <= 0.0 {
+        return None;
+    }
+    // ln k − ψ(k) falls from ∞ to 0.
+    falling_root(|k| k.ln() - digamma(k) - wanted)
+}
+
+/// Maximum-likelihood shape c of a Weibull distribution: Σxᶜ ln x/Σxᶜ − 1/c = mean(ln x); 1 for an exponential. Values
+/// at or below zero are left out. None for fewer than two different values.
+pub fn weibull_shape(values: &[f64]) -> Option<f64> {
+    let positive = positive(values);
+    let largest = positive.iter().copied().fold(0.0, f64::max);
+    let logarithms: Vec<f64> = positive
+        .iter()
+        .map(|value| (value / largest).ln())
+        .collect();
+    let centre = mean(&logarithms);
+    if centre.is_nan() || centre >= 0.0 {
+        return None;
+    }
+    falling_root(|c| {
+        let (mut weighted, mut weights) = (0.0, 0.0);
+        for logarithm in &logarithms {
+            let weight = (c * logarithm).exp();
+            weighted += weight * logarithm;
+            weights += weight;
+        }
+        1.0 / c + centre - weighted / weights
+    })
+}
+
+fn positive(values: &[f64]) -> Vec<f64> {
+    values
+        .iter()
+        .copied()
+        .filter(|value| *value > 0.0)
+        .collect()
+}
+
+/// Where a falling function of a positive number is zero, by halving on a logarithmic scale.
+fn falling_root(function: impl Fn(f64) -> f64) -> Option<f64> {
+    let (mut low, mut high) = (1.0e-3f64, 1.0e4f64);
+    if !(function(low) > 0.0 && function(high) < 0.0) {
+        return None;
+    }
+    for _ in 0..80 {
+        let middle = (low * high).sqrt();
+        if function(middle) > 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some((low * high).sqrt())
+}
+
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use statrs::distribution::{Gamma, Weibull};
 
     /// Hours between failures of the air conditioning of aeroplane 7912 (Proschan 1963).
     pub const AIR_CONDITIONING: [f64; 30] = [
@@ -262,14 +329,14 @@ pub(super) mod tests {
             let fit = |family: Family| family.fit(values).expect("positive values");
             close(fit(Family::Exponential).log_likelihood(values), wanted[0]);
             let gamma = fit(Family::Gamma);
-            let Law::Gamma { shape, scale } = gamma else {
+            let Distribution::Gamma { shape, scale } = gamma else {
                 panic!("{gamma:?}")
             };
             close(shape, wanted[1]);
             close(scale, wanted[2]);
             close(gamma.log_likelihood(values), wanted[3]);
             let weibull = fit(Family::Weibull);
-            let Law::Weibull { shape, scale } = weibull else {
+            let Distribution::Weibull { shape, scale } = weibull else {
                 panic!("{weibull:?}")
             };
             close(shape, wanted[4]);
@@ -277,7 +344,7 @@ pub(super) mod tests {
             close(weibull.log_likelihood(values), wanted[6]);
         }
         // scipy 1.17.1, laplace.fit: 67.8, 28.32.
-        let Some(Law::Laplace { location, scale }) = Family::Laplace.fit(&BEARINGS) else {
+        let Some(Distribution::Laplace { location, scale }) = Family::Laplace.fit(&BEARINGS) else {
             panic!("no Laplace law")
         };
         close(location, 67.8);
@@ -290,20 +357,20 @@ pub(super) mod tests {
     fn draws_are_of_their_law() {
         let mut source = Source::new(b"crossgrain: tests of known laws.", 0);
         for law in [
-            Law::Exponential { mean: 3.0 },
-            Law::Gamma {
+            Distribution::Exponential { mean: 3.0 },
+            Distribution::Gamma {
                 shape: 0.6,
                 scale: 2.0,
             },
-            Law::Gamma {
+            Distribution::Gamma {
                 shape: 5.0,
                 scale: 2.0,
             },
-            Law::Weibull {
+            Distribution::Weibull {
                 shape: 1.8,
                 scale: 0.1,
             },
-            Law::Laplace {
+            Distribution::Laplace {
                 location: -1.0,
                 scale: 2.0,
             },
@@ -327,5 +394,31 @@ pub(super) mod tests {
         assert!(Family::Laplace.fit(&[1.0, 1.0]).is_none());
         assert!(Family::Laplace.fit(&[1.0, f64::NAN]).is_none());
         assert!(Family::Weibull.fit(&[]).is_none());
+    }
+
+    /// The quantiles at the middles of a thousand equal shares.
+    fn quantiles(of: impl Fn(f64) -> f64) -> Vec<f64> {
+        (0..1000)
+            .map(|k| of((f64::from(k) + 0.5) / 1000.0))
+            .collect()
+    }
+
+    #[test]
+    fn shapes_of_known_laws_are_found() {
+        for shape in [0.7, 1.0, 1.9, 4.0] {
+            let law = Gamma::new(shape, 3.0).expect("a gamma law");
+            let found = gamma_shape(&quantiles(|p| law.inverse_cdf(p))).expect("positive values");
+            assert!((found / shape - 1.0).abs() < 0.01, "{shape} {found}");
+            let law = Weibull::new(shape, 3.0).expect("a weibull law");
+            let found = weibull_shape(&quantiles(|p| law.inverse_cdf(p))).expect("positive values");
+            assert!((found / shape - 1.0).abs() < 0.01, "{shape} {found}");
+        }
+    }
+
+    #[test]
+    fn equal_values_have_no_shape() {
+        assert!(gamma_shape(&[2.0, 2.0, 2.0]).is_none());
+        assert!(gamma_shape(&[]).is_none());
+        assert!(weibull_shape(&[]).is_none());
     }
 }

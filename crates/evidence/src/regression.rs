@@ -1,13 +1,56 @@
-//! Correlations over packings, with intervals and the probability of so large a one without any.
+//! Linear regression, whose slope is the order of convergence where both axes are logarithms, and correlation with the
+//! probability of so large a one without any.
 
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::Interval;
-use super::paired;
+use super::moments::mean;
 use super::random::{self, Key};
+use super::{Interval, two_sided};
 
 const KEY: Key = *b"crossgrain: pairs that are mixed";
+
+/// Slope of the line through the points with its 95 % t interval; none for fewer than three points or a single
+/// abscissa.
+pub fn slope(points: &[(f64, f64)]) -> Option<Interval> {
+    Some(line(points)?.0)
+}
+
+/// Height of the line at abscissa 0 with its 95 % t interval; none for fewer than three points or a single abscissa.
+pub fn intercept(points: &[(f64, f64)]) -> Option<Interval> {
+    Some(line(points)?.1)
+}
+
+/// Slope and intercept.
+fn line(points: &[(f64, f64)]) -> Option<(Interval, Interval)> {
+    let xs: Vec<f64> = points.iter().map(|point| point.0).collect();
+    let ys: Vec<f64> = points.iter().map(|point| point.1).collect();
+    let (x, y) = (mean(&xs), mean(&ys));
+    let spread: f64 = xs.iter().map(|value| (value - x).powi(2)).sum();
+    if spread.is_nan() || spread <= 0.0 {
+        return None;
+    }
+    let products = points.iter().map(|(a, b)| (a - x) * (b - y));
+    let slope = products.sum::<f64>() / spread;
+    let residuals = points.iter().map(|(a, b)| b - y - slope * (a - x));
+    let count = points.len() as f64;
+    let variance = residuals.map(|off| off * off).sum::<f64>() / (count - 2.0);
+    let reach = two_sided(0.95, count - 2.0)? * (variance / spread).sqrt();
+    let slope = Interval::about(slope, reach);
+    // Both have the same t and the same variance of residuals: that of the slope is s²/Σ(x − x̄)².
+    let reach = (slope.high - slope.estimate) * (spread / count + x * x).sqrt();
+    Some((slope, Interval::about(y - slope.estimate * x, reach)))
+}
+
+/// Σ(x − x̄)(y − ȳ)/√(Σ(x − x̄)² Σ(y − ȳ)²).
+pub fn correlation(first: &[f64], second: &[f64]) -> Option<f64> {
+    let (x, y) = (mean(first), mean(second));
+    let both = first.iter().zip(second);
+    let product: f64 = both.map(|(a, b)| (a - x) * (b - y)).sum();
+    let squares = |of: &[f64], centre: f64| of.iter().map(|v| (v - centre).powi(2)).sum::<f64>();
+    let scale = (squares(first, x) * squares(second, y)).sqrt();
+    (scale > 0.0).then(|| product / scale)
+}
 
 /// A correlation of two numbers a packing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -23,21 +66,21 @@ pub struct Correlation {
 /// Pearson's correlation; Fisher's z = artanh r with standard error 1/√(n − 3). None for fewer than four
 /// packings and where one of the two does not vary.
 pub fn pearson(first: &[f64], second: &[f64], permutations: usize) -> Option<Correlation> {
-    let estimate = paired::correlation(first, second)?;
+    let estimate = correlation(first, second)?;
     let error = 1.0 / (first.len() as f64 - 3.0).sqrt();
-    correlation(first, second, estimate, error, permutations)
+    with_permutations(first, second, estimate, error, permutations)
 }
 
 /// Spearman's correlation, Pearson's of the ranks; standard error of z √((1 + r²/2)/(n − 3)) (Bonett and
 /// Wright 2000). None as for [`pearson`].
 pub fn spearman(first: &[f64], second: &[f64], permutations: usize) -> Option<Correlation> {
     let (first, second) = (ranks(first), ranks(second));
-    let estimate = paired::correlation(&first, &second)?;
+    let estimate = correlation(&first, &second)?;
     let error = ((1.0 + 0.5 * estimate * estimate) / (first.len() as f64 - 3.0)).sqrt();
-    correlation(&first, &second, estimate, error, permutations)
+    with_permutations(&first, &second, estimate, error, permutations)
 }
 
-fn correlation(
+fn with_permutations(
     first: &[f64],
     second: &[f64],
     estimate: f64,
@@ -51,7 +94,7 @@ fn correlation(
     let mixed = random::replicates(&KEY, permutations, |source| {
         let mut mixed = second.to_vec();
         source.shuffle(&mut mixed);
-        paired::correlation(first, &mixed)
+        correlation(first, &mixed)
     });
     // Another order of the same sum may differ in the last bits.
     let limit = estimate.abs() - 1.0e-12;
@@ -91,9 +134,34 @@ fn ranks(values: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::law::tests::AIR_CONDITIONING;
+    use crate::distribution::tests::AIR_CONDITIONING;
     use crate::proportion::wilson;
     use crate::random::replicates;
+
+    /// Anscombe's first set (1973): slope 0.5001, standard error 0.1179; intercept 3.0001, standard error 1.1247;
+    /// t = 2.262 on 9 degrees of freedom.
+    #[test]
+    fn anscombes_first_set() {
+        let xs = [10.0, 8.0, 13.0, 9.0, 11.0, 14.0, 6.0, 4.0, 12.0, 7.0, 5.0];
+        let ys = [
+            8.04, 6.95, 7.58, 8.81, 8.33, 9.96, 7.24, 4.26, 10.84, 4.82, 5.68,
+        ];
+        let points: Vec<(f64, f64)> = xs.into_iter().zip(ys).collect();
+        let found = slope(&points).expect("eleven points");
+        assert!((found.estimate - 0.50009).abs() < 1.0e-5);
+        assert!((found.high - found.estimate - 2.262 * 0.1179).abs() < 1.0e-3);
+        assert!(slope(&points[..2]).is_none());
+        let found = intercept(&points).expect("eleven points");
+        assert!((found.estimate - 3.00009).abs() < 1.0e-5);
+        assert!((found.high - found.estimate - 2.262 * 1.1247).abs() < 1.0e-3);
+    }
+
+    #[test]
+    fn correlation_of_known_series() {
+        let found = correlation(&[1.0, 2.0, 3.0, 4.0], &[1.0, 3.0, 2.0, 4.0]);
+        assert!((found.expect("both vary") - 0.8).abs() < 1.0e-12);
+        assert!(correlation(&[1.0, 1.0], &[1.0, 2.0]).is_none());
+    }
 
     const TESTS: Key = *b"crossgrain: tests of mixed pairs";
 
