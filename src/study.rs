@@ -5,8 +5,8 @@
 //!
 //! A type that is the study's plan implements [`Study`]: how many tasks there are, what one of them depends on
 //! ([`Study::identity`]), how its row is made ([`Study::run`]) and what the rows together say ([`Study::judge`]). It is
-//! registered in [`open`] (an arm) and in `cli/study/plan.rs`
-//! (the options of `study plan KIND`, which end in [`create`]). Everything else comes with it:
+//! registered in `cli/study.rs` (an arm of `open`) and in `cli/study/plan.rs` (the options of `study plan KIND`, which end in
+//! [`create`]). Everything else comes with it:
 //!
 //! - [`plan`]: `plan.json` with kind, version, the source digest of the physics, the study's own plan, and a digest;
 //! - [`store`]: rows on the disk, each line with a check, which files only grow; [`shard`]: who makes which rows;
@@ -47,7 +47,7 @@ use crate::checks::record::RecordError;
 use crate::engine::EngineError;
 use crate::exit;
 use crate::files::FileError;
-use machine::{Folder, Machine};
+use machine::{Folder, Machine as _};
 use plan::{Plan, Program};
 use realization::{Engines, Runner};
 
@@ -206,21 +206,5 @@ pub fn create<S: Study>(
     match reuse {
         Some(from) => Folder::<S>::open(path)?.reuse(from),
         None => Ok(0),
-    }
-}
-
-/// Opens a study of any kind.
-pub fn open(path: &Path) -> Result<Box<dyn Machine>, StudyError> {
-    let kind = plan::kind(path)?;
-    match kind.as_str() {
-        campaign::Campaign::KIND => Ok(Box::new(Folder::<campaign::Campaign>::open(path)?)),
-        tradeoff::plan::Plan::KIND => Ok(Box::new(Folder::<tradeoff::plan::Plan>::open(path)?)),
-        sensitivity::plan::Plan::KIND => {
-            Ok(Box::new(Folder::<sensitivity::plan::Plan>::open(path)?))
-        }
-        _ => Err(StudyError::NotAStudy {
-            path: path.to_owned(),
-            reason: format!("this program has no studies of kind {kind:?}"),
-        }),
     }
 }

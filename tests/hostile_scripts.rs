@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crossgrain::study::campaign::Campaign;
-use crossgrain::study::open;
+use crossgrain::study::machine::Folder;
 use crossgrain::study::realization::Runner;
 use crossgrain::study::slurm::{Array, write};
 use grains::native::Mode;
@@ -56,8 +56,12 @@ fn job_scripts_hand_every_name_on_whole() {
         };
         let control = |of: char| of.is_control();
         if name.to_str().is_none_or(|name| name.contains(control)) {
-            let refused = write(&folder, open(&folder).expect("a campaign").as_ref(), &array)
-                .expect_err("no line of a shell holds it");
+            let refused = write(
+                &folder,
+                &Folder::<Campaign>::open(&folder).expect("a campaign"),
+                &array,
+            )
+            .expect_err("no line of a shell holds it");
             assert!(
                 refused.to_string().contains("give it another name"),
                 "{refused}"
@@ -66,8 +70,12 @@ fn job_scripts_hand_every_name_on_whole() {
             continue;
         }
         written += 1;
-        let scripts =
-            write(&folder, open(&folder).expect("a campaign").as_ref(), &array).expect("scripts");
+        let scripts = write(
+            &folder,
+            &Folder::<Campaign>::open(&folder).expect("a campaign"),
+            &array,
+        )
+        .expect("scripts");
         let text = folder.to_str().expect("text");
         for (script, given) in [
             (

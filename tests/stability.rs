@@ -5,16 +5,16 @@ mod brought;
 
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::sync::LazyLock;
 
 use crossgrain::checks::record::parse;
 use crossgrain::checks::{Outcome, Tally};
 use crossgrain::files::read_text;
-use crossgrain::limits::stability::failures::{Failure, failures, small_bed};
+use crossgrain::limits::stability::failures::{MODES, small_bed};
 use crossgrain::limits::stability::scenes::{MapScene, crystal, small};
 use crossgrain::limits::stability::spectrum::Network;
 use crossgrain::limits::stability::trials::{Disturbed, Found};
-use crossgrain::limits::stability::{Map, time_step};
+use crossgrain::limits::stability::{Map, Stability, time_step};
+use crossgrain::study::machine::{Folder, Machine as _};
 use grains::scene::{Damping, TimeStep};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
@@ -136,64 +136,27 @@ fn found_limits_are_the_predicted_ones() {
     }
 }
 
-static FAILURES: LazyLock<Vec<Failure>> =
-    LazyLock::new(|| failures(None, &mut |_, _| ()).expect("every way to fail is tried"));
-
-fn noticed(name: &str, says: &str) {
-    let failure = FAILURES.iter().find(|failure| failure.name == name);
-    let failure = failure.expect("a way to fail of this name");
-    assert_eq!(failure.outcome, Outcome::Pass, "{failure:?}");
-    assert!(failure.says.contains(says), "{}", failure.says);
-}
-
+/// Each is noticed in the way that it should be, and said.
 #[test]
-fn a_step_far_beyond_the_limit_is_noticed() {
-    noticed("step-beyond-limit", "native engine stopped in step");
-}
-
-#[test]
-fn a_step_just_beyond_the_limit_is_noticed() {
-    noticed("step-just-beyond-limit", "settle");
-}
-
-#[test]
-fn an_overlap_beyond_the_radius_is_noticed() {
-    noticed("overlap-beyond-radius", "beyond the radius");
-}
-
-#[test]
-fn tunnelling_through_a_wall_is_noticed() {
-    noticed("tunnelling", "has left the box");
-}
-
-#[test]
-fn a_punch_that_jumps_is_refused() {
-    noticed("punch-too-fast", "/loading/speed");
-}
-
-#[test]
-fn a_fast_punch_shows_in_the_unbalanced_force() {
-    noticed("fast-punch", "reached");
-}
-
-#[test]
-fn stiffness_contrast_is_noticed_and_cured_by_the_automatic_step() {
-    noticed("stiffness-contrast", "native engine stopped in step");
-}
-
-#[test]
-fn zero_damping_ends_at_the_largest_number_of_steps() {
-    noticed("zero-damping", "max steps");
-}
-
-#[test]
-fn a_bed_that_never_rests_ends_at_the_largest_number_of_steps() {
-    noticed("never-at-rest", "max steps");
-}
-
-#[test]
-fn a_load_that_the_bed_cannot_carry_ends_at_the_give_up_depth() {
-    noticed("load-too-large", "sank to give up depth");
+fn every_failure_mode_is_noticed() {
+    let said = [
+        ("step-beyond-limit", "native engine stopped in step"),
+        ("step-just-beyond-limit", "settle"),
+        ("overlap-beyond-radius", "beyond the radius"),
+        ("tunnelling", "has left the box"),
+        ("punch-too-fast", "/loading/speed"),
+        ("fast-punch", "reached"),
+        ("stiffness-contrast", "native engine stopped in step"),
+        ("zero-damping", "max steps"),
+        ("never-at-rest", "max steps"),
+        ("load-too-large", "sank to give up depth"),
+    ];
+    assert_eq!(MODES.map(|mode| mode.name), said.map(|(name, _)| name));
+    for (mode, (_, says)) in MODES.iter().zip(said) {
+        let failure = mode.in_native().expect("it is tried");
+        assert_eq!(failure.outcome, Outcome::Pass, "{failure:?}");
+        assert!(failure.says.contains(says), "{}", failure.says);
+    }
 }
 
 #[test]
@@ -284,17 +247,23 @@ fn yade_proposes_by_its_formulas() {
 /// The recorded map has the verdict and the checks that it had when it was made.
 #[test]
 fn the_recorded_map_passes_every_check() {
-    let path =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/stability-1/stability.json.gz");
-    let text = read_text(&path, 1 << 24).expect("is there");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/stability-1");
+    let folder = Folder::<Stability>::open(&path).expect("a study");
+    let text = read_text(&path.join("report.json.gz"), 1 << 24).expect("is there");
     let map: Map = serde_json::from_str(&text).expect("a map");
+    let again: Map = serde_json::from_str(&folder.judge().expect("a report").text).expect("a map");
+    assert!(again == map);
     let checks = map.checks();
     let ids: BTreeSet<&str> = checks.iter().map(|check| check.id.as_str()).collect();
     assert_eq!(ids.len(), checks.len());
     let tally = Tally::of(&checks);
     // 15 scenes with four limits each, twelve closed forms, ten failure modes.
     assert_eq!((tally.passed, checks.len()), (82, 82), "{tally:?}");
-    assert_eq!(parse("recorded", &text).expect("a record").checks, checks);
+    // The machine's own check stands first.
+    assert_eq!(
+        parse("recorded", &text).expect("a record").checks[1..],
+        checks
+    );
     assert_eq!(map.verdict(), Outcome::Pass);
     // A number is what decides.
     let numbers: Vec<_> = checks

@@ -1,6 +1,6 @@
 //! `crossgrain study`: many runs, planned, made in shards, merged and judged.
 
-mod plan;
+pub mod plan;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -12,15 +12,16 @@ use super::run::YadeLimits;
 use super::{exit_code_if, json, print, tell};
 use crate::error::{Error, exit};
 use crate::files::{failed, write_whole};
+use crate::limits::stability::Stability;
 use crate::progress::Display;
 use crate::report::{page, terminal};
 use crate::study::campaign::compare::compare;
-use crate::study::campaign::merged;
-use crate::study::machine::{Job, Machine, Status, Summary};
+use crate::study::campaign::{Campaign, merged};
+use crate::study::machine::{Folder, Job, Machine, Status, Summary};
 use crate::study::realization::Engines;
 use crate::study::report::RECORD;
 use crate::study::shard::Shard;
-use crate::study::{open, slurm, workers};
+use crate::study::{Study, StudyError, plan as stored, sensitivity, slurm, tradeoff, workers};
 
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Examples:\n  crossgrain scene paper > scene.json\n  \
@@ -122,6 +123,24 @@ pub struct CompareArguments {
     json: bool,
 }
 
+/// Opens a study of any kind.
+pub fn open(path: &Path) -> Result<Box<dyn Machine>, StudyError> {
+    fn of<S: Study + 'static>(path: &Path) -> Result<Box<dyn Machine>, StudyError> {
+        Ok(Box::new(Folder::<S>::open(path)?))
+    }
+    let kind = stored::kind(path)?;
+    match kind.as_str() {
+        Campaign::KIND => of::<Campaign>(path),
+        tradeoff::plan::Plan::KIND => of::<tradeoff::plan::Plan>(path),
+        sensitivity::plan::Plan::KIND => of::<sensitivity::plan::Plan>(path),
+        Stability::KIND => of::<Stability>(path),
+        _ => Err(StudyError::NotAStudy {
+            path: path.to_owned(),
+            reason: format!("this program has no studies of kind {kind:?}"),
+        }),
+    }
+}
+
 impl Verb {
     pub fn execute(self) -> Result<u8, Error> {
         match self {
@@ -162,7 +181,8 @@ impl RunArguments {
             None if self.shard.is_some() => 1,
             None => workers::cores(),
         };
-        let engines = self.engines(study.as_ref())?;
+        let named = self.engine.as_ref().map(|of| of.0.as_path());
+        let engines = engines_of(study.as_ref(), named, &self.limits)?;
         let job = Job {
             shard,
             threads,
@@ -185,23 +205,27 @@ impl RunArguments {
         }
         Ok(exit::AGREED)
     }
+}
 
-    fn engines(&self, study: &dyn Machine) -> Result<Engines, Error> {
-        let named = self.engine.as_ref().map(|of| of.0.as_path());
-        let external = match (study.program(), named) {
-            (Some(program), named) => Some(self.limits.brought(named.unwrap_or(&program.path))?),
-            (None, Some(_)) => {
-                return Err(Error::Usage(
-                    "no external engine is planned here".to_owned(),
-                ));
-            }
-            (None, None) => None,
-        };
-        Ok(Engines {
-            yade: self.limits.options(),
-            external,
-        })
-    }
+/// The engines of a study that are other programs, with the planned external one, which may be `named` at another place.
+pub fn engines_of(
+    study: &dyn Machine,
+    named: Option<&Path>,
+    limits: &YadeLimits,
+) -> Result<Engines, Error> {
+    let external = match (study.program(), named) {
+        (Some(program), named) => Some(limits.brought(named.unwrap_or(&program.path))?),
+        (None, Some(_)) => {
+            return Err(Error::Usage(
+                "no external engine is planned here".to_owned(),
+            ));
+        }
+        (None, None) => None,
+    };
+    Ok(Engines {
+        yade: limits.options(),
+        external,
+    })
 }
 
 impl StatusArguments {
@@ -268,7 +292,7 @@ impl CompareArguments {
 }
 
 /// Writes record and page, and says what the checks come to.
-fn report(folder: &Path, as_json: bool, files: &Files) -> Result<u8, Error> {
+pub fn report(folder: &Path, as_json: bool, files: &Files) -> Result<u8, Error> {
     let report = open(folder)?.judge()?;
     files.write(&report.record, None)?;
     page(&report.document).write(folder)?;

@@ -1,5 +1,5 @@
 //! The stability map: the largest stable time step of scene after scene, predicted and found by trials, and the failure
-//! modes of the method.
+//! modes of the method. A study: a task is one scene in one engine, or one failure mode in one engine.
 
 mod document;
 pub mod failures;
@@ -8,25 +8,30 @@ pub mod spectrum;
 pub mod time_step;
 pub mod trials;
 
-use std::time::Instant;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Mutex;
 
 use serde::{Deserialize, Serialize};
 
-use crate::checks::{self, Check, Measured, Outcome};
-use crate::engine::EngineError;
-use crate::engine::exec::{self, Brought, missing_for_case};
+use crate::checks::record::RecordError;
+use crate::checks::{Check, Measured, Outcome, verdict};
+use crate::engine::exec::{self, missing_for_case};
 use crate::engine::yade::{self, Proposal, propose};
-use crate::error::Error;
-use crate::files::work_folder;
-use crate::interrupt::asked_to_end;
-use crate::progress::{Display, StageObserver};
-use failures::{Failure, failures};
-use grains::native::NativeError;
-use grains::task::Case;
-use scenes::{ClosedForm, MapScene, bed_scene, beds, crystal, small};
+use crate::engine::{EngineError, ProgramError};
+use crate::files::failed;
+use crate::study::machine::Folder;
+use crate::study::plan::Program;
+use crate::study::realization::{Engines, Runner};
+use crate::study::report::Judged;
+use crate::study::workers::lock;
+use crate::study::{Outline, Study, StudyError};
+use failures::{Failure, MODES, Mode};
+use grains::native::{Mode as NativeMode, NativeError};
+use scenes::{ClosedForm, MapScene, bed_scene};
 use spectrum::Network;
 use time_step::by_formula;
-use trials::{Disturbed, Found, Search, SearchResult, find_all};
+use trials::{Disturbed, Found, Search, find_all};
 
 /// Found and predicted limits may be so far apart, relative.
 pub const ALLOWED: f64 = 0.03;
@@ -35,27 +40,208 @@ pub const ALPHA: f64 = 0.2;
 /// Grains of the beds, quick and in full.
 const QUICK_GRAINS: u32 = 500;
 const FULL_GRAINS: u32 = 5000;
-/// Rows of the crystal.
-const CRYSTAL_ROWS: usize = 12;
+const NATIVE: Runner = Runner::Native(NativeMode::Exact);
 
-/// An engine that is a program.
-#[derive(Debug, Clone)]
-pub enum External {
-    Yade(yade::Options),
-    Exec(Brought),
-}
-
-/// What is to be mapped, and how.
-#[derive(Debug, Clone)]
-pub struct Options {
+/// What is mapped; the study's plan.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stability {
     /// Whether limits are looked for in the native engine.
     pub native: bool,
     /// Another engine whose limits are looked for.
-    pub external: Option<External>,
-    /// Beds of 500 grains instead of 5,000.
-    pub quick: bool,
-    /// The command as it was given.
-    pub command: String,
+    pub external: Option<Runner>,
+    /// Names of the scenes.
+    pub scenes: Vec<String>,
+    /// Names of the failure modes that are tried in the native engine, and in YADE where that takes part and it is cheap.
+    pub failures: Vec<String>,
+    /// Grains of the beds.
+    pub grains: u32,
+    /// Digest of the scene that the beds come from.
+    pub scene_digest: String,
+    /// Beds that were made, which several tasks start from.
+    #[serde(skip)]
+    beds: Mutex<BTreeMap<String, MapScene>>,
+}
+
+/// A piece of work.
+#[derive(Clone, Copy)]
+enum Task<'a> {
+    /// The limits of the scene of this name.
+    Limits(&'a str, Runner),
+    Failure(&'static Mode, Runner),
+}
+
+/// What a task gives.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Made {
+    /// A scene with the limits of one engine, and the engine's version.
+    Limits {
+        runner: Runner,
+        version: String,
+        row: Box<Row>,
+    },
+    /// A failure mode in the native engine.
+    Failure(Failure),
+    /// What a failure mode comes to in YADE.
+    FailureInYade { name: String, end: String },
+}
+
+impl Stability {
+    /// Every scene in these engines, and every failure mode where the native one takes part.
+    pub fn new(native: bool, external: Option<Runner>, quick: bool) -> Self {
+        let grains = if quick { QUICK_GRAINS } else { FULL_GRAINS };
+        let modes = MODES.iter().filter(|_| native);
+        Stability {
+            native,
+            external,
+            scenes: scenes::names(),
+            failures: modes.map(|mode| mode.name.to_owned()).collect(),
+            grains,
+            scene_digest: bed_scene(grains).digest(),
+            beds: Mutex::default(),
+        }
+    }
+
+    /// All limits, then all failure modes; those of the native engine first.
+    fn tasks(&self) -> Vec<Task<'_>> {
+        let engines = self.native.then_some(NATIVE).into_iter();
+        let engines = engines.chain(self.external);
+        let limits = engines.flat_map(|engine| {
+            let scenes = self.scenes.iter();
+            scenes.map(move |name| Task::Limits(name, engine))
+        });
+        let modes = || self.failures.iter().filter_map(|name| Mode::of(name));
+        let native = modes().map(|mode| Task::Failure(mode, NATIVE));
+        let in_yade = self.external.filter(|engine| engine.is_yade());
+        let in_yade = in_yade.into_iter().flat_map(|engine| {
+            let cheap = modes().filter(|mode| mode.in_yade);
+            cheap.map(move |mode| Task::Failure(mode, engine))
+        });
+        limits.chain(native).chain(in_yade).collect()
+    }
+
+    fn task(&self, number: u64) -> Task<'_> {
+        self.tasks()[number as usize - 1]
+    }
+
+    /// The scene of this name; beds are made once.
+    fn scene(&self, name: &str) -> Result<MapScene, NativeError> {
+        scenes::of(name, self.grains, &mut lock(&self.beds))
+    }
+}
+
+impl Study for Stability {
+    const KIND: &'static str = "stability";
+    type Row = Made;
+
+    fn count(&self) -> u64 {
+        self.tasks().len() as u64
+    }
+
+    fn check(&self) -> Result<(), String> {
+        let known = scenes::names();
+        let strange = self.scenes.iter().find(|of| !known.contains(of));
+        let strange = strange.or_else(|| self.failures.iter().find(|of| Mode::of(of).is_none()));
+        if let Some(name) = strange {
+            return Err(format!("{name:?} is no scene and no failure mode"));
+        }
+        if self.external.is_some_and(Runner::is_native) {
+            return Err("the other engine is the native one".to_owned());
+        }
+        if bed_scene(self.grains).digest() != self.scene_digest {
+            return Err("the scene of the beds is not the one that was planned".to_owned());
+        }
+        Ok(())
+    }
+
+    fn runner(&self, task: u64) -> Runner {
+        let (Task::Limits(_, runner) | Task::Failure(_, runner)) = self.task(task);
+        runner
+    }
+
+    fn identity(&self, task: u64) -> String {
+        match self.task(task) {
+            Task::Limits(name, runner) => {
+                format!("limits {name} {} {}", runner.name(), self.scene_digest)
+            }
+            Task::Failure(mode, runner) => format!("failure {} {}", mode.name, runner.name()),
+        }
+    }
+
+    fn run(&self, task: u64, engines: &Engines, work: &Path) -> Result<Made, EngineError> {
+        match self.task(task) {
+            Task::Limits(name, runner) => {
+                let mut trials = SceneTrials::new(self.scene(name)?)?;
+                let version = match runner {
+                    Runner::Native(_) => trials.in_native()?,
+                    _ => trials.in_external(&External::of(runner, engines)?, work)?,
+                };
+                Ok(Made::Limits {
+                    runner,
+                    version,
+                    row: Box::new(trials.row),
+                })
+            }
+            Task::Failure(mode, Runner::Native(_)) => Ok(Made::Failure(mode.in_native()?)),
+            Task::Failure(mode, _) => Ok(Made::FailureInYade {
+                name: mode.name.to_owned(),
+                end: mode.in_yade(&engines.yade, work)?,
+            }),
+        }
+    }
+
+    fn belongs(&self, task: u64, made: &Made) -> bool {
+        match (self.task(task), made) {
+            (Task::Limits(name, wanted), Made::Limits { runner, row, .. }) => {
+                row.name == name && *runner == wanted
+            }
+            (Task::Failure(mode, NATIVE), Made::Failure(of)) => of.name == mode.name,
+            (Task::Failure(mode, _), Made::FailureInYade { name, .. }) => name == mode.name,
+            _ => false,
+        }
+    }
+
+    fn outline(&self, made: &Made) -> Outline {
+        let (ending, name, found) = match made {
+            Made::Limits { row, .. } => {
+                let limits = row.limits().map(|(_, of)| {
+                    let found = of.native.or(of.external);
+                    found.map(|found| found.limit() / of.predicted)
+                });
+                ("limits", &row.name, limits)
+            }
+            Made::Failure(of) => ("failure", &of.name, [None; 2]),
+            Made::FailureInYade { name, .. } => ("failure_in_yade", name, [None; 2]),
+        };
+        let [undamped, damped] = found.map(|of| of.map_or(String::new(), |of| format!("{of:?}")));
+        let cells = [
+            ("name", name.clone()),
+            ("undamped_over_predicted", undamped),
+            ("damped_over_predicted", damped),
+        ];
+        Outline {
+            engine: None,
+            ending,
+            cells: cells.map(|(name, value)| (name.to_owned(), value)).into(),
+        }
+    }
+
+    fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {
+        let mut map = Map::new(&folder.plan.study, folder.plan.program.as_ref());
+        folder.each(|_, made| map.take(made))?;
+        let places = &folder.plan.study.scenes;
+        map.rows
+            .sort_by_key(|row| places.iter().position(|name| *name == row.name));
+        Ok(Judged {
+            own: serde_json::to_value(&map).map_err(|error| RecordError::Malformed {
+                path: "the stability map".to_owned(),
+                reason: error.to_string(),
+            })?,
+            measured: map.measured(),
+            document: map.document(),
+        })
+    }
 }
 
 /// Limits with one damping number.
@@ -124,10 +310,6 @@ pub struct ExternalEngine {
 /// The stability map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Map {
-    /// Version of crossgrain.
-    pub crossgrain: String,
-    /// The command as it was given.
-    pub command: String,
     /// SHA-256 of the canonical JSON of the scene that the beds come from.
     pub scene_digest: String,
     /// Whether limits were looked for in the native engine.
@@ -138,218 +320,146 @@ pub struct Map {
     pub rows: Vec<Row>,
     /// Failure modes of the method in the native engine; none where that took no part.
     pub failures: Vec<Failure>,
-    /// How long it took, s.
-    pub seconds: f64,
+}
+
+/// An engine that is another program.
+enum External<'a> {
+    Yade(&'a yade::Options),
+    Exec(&'a exec::Brought),
+}
+
+impl<'a> External<'a> {
+    fn of(runner: Runner, engines: &'a Engines) -> Result<Self, ProgramError> {
+        Ok(if runner.is_yade() {
+            External::Yade(&engines.yade)
+        } else {
+            External::Exec(engines.external()?)
+        })
+    }
 }
 
 /// A scene with its row, and how it is disturbed: at random without damping, in the fastest mode with it.
-pub struct SceneTrials {
-    pub row: Row,
-    case: Case,
+struct SceneTrials {
+    row: Row,
+    scene: MapScene,
     disturbed: [Disturbed; 2],
 }
 
 impl SceneTrials {
-    /// Predicts the limits of a scene, and finds them in the native engine if that is wanted.
-    pub fn new(scene: MapScene, search: bool) -> Result<Self, NativeError> {
+    /// Predicts the limits of a scene.
+    fn new(scene: MapScene) -> Result<Self, NativeError> {
         let network = Network::of(&scene.case)?;
         let [springs, braked] = [0.0, ALPHA].map(|alpha| network.limit(alpha));
-        let at_random = Disturbed::at_random(&scene.case, scene.axes)?;
-        let in_mode = Disturbed::in_mode(&scene.case, &network.fastest_mode(ALPHA))?;
-        let (mut damped, mut damped_at_random) = (None, None);
-        let undamped = if search { at_random.undamped()? } else { None };
-        if let Some(undamped) = &undamped {
-            damped = in_mode.damped(ALPHA, undamped)?;
-            damped_at_random = at_random.damped(ALPHA, undamped)?;
-        }
-        let limits = |alpha, predicted, native| Limits {
+        let limits = |alpha, predicted| Limits {
             alpha,
             predicted,
-            native,
+            native: None,
             external: None,
         };
         Ok(SceneTrials {
             row: Row {
-                name: scene.name,
-                title: scene.title,
-                remark: scene.remark,
+                name: scene.name.clone(),
+                title: scene.title.clone(),
+                remark: scene.remark.clone(),
                 grains: scene.case.bodies.len(),
                 contacts: network.contacts(),
                 omega: springs.omega,
                 vectors: springs.vectors,
                 residual: springs.residual,
-                closed: scene.closed,
-                undamped: limits(0.0, springs.dt, undamped),
-                damped: limits(ALPHA, braked.dt, damped),
-                damped_at_random,
+                closed: scene.closed.clone(),
+                undamped: limits(0.0, springs.dt),
+                damped: limits(ALPHA, braked.dt),
+                damped_at_random: None,
                 proposal: by_formula(&scene.case)?,
                 proposal_of_yade: None,
                 skipped: None,
             },
-            case: scene.case,
-            disturbed: [at_random, in_mode],
+            disturbed: [
+                Disturbed::at_random(&scene.case, scene.axes)?,
+                Disturbed::in_mode(&scene.case, &network.fastest_mode(ALPHA))?,
+            ],
+            scene,
         })
     }
 
-    /// What an external engine is to look for: without damping, and with it.
-    fn searches(&self) -> [Search; 2] {
+    /// Finds the limits in the native engine; its version.
+    fn in_native(&mut self) -> Result<String, NativeError> {
+        let [at_random, in_mode] = &self.disturbed;
+        let row = &mut self.row;
+        row.undamped.native = at_random.undamped()?;
+        if let Some(undamped) = &row.undamped.native {
+            row.damped.native = in_mode.damped(ALPHA, undamped)?;
+            row.damped_at_random = at_random.damped(ALPHA, undamped)?;
+        }
+        Ok(env!("CARGO_PKG_VERSION").to_owned())
+    }
+
+    /// Finds them in another engine, about the predicted ones; its version. `work` is an empty folder. A scene of parts that
+    /// the engine does not have is skipped, and so is one that it refuses.
+    fn in_external(&mut self, engine: &External, work: &Path) -> Result<String, EngineError> {
+        let mut starts = 0..;
+        let mut place = || {
+            let path = work.join(starts.next().unwrap_or(0).to_string());
+            let made = std::fs::create_dir(&path).map_err(failed("create", &path));
+            made.map(|()| path).map_err(ProgramError::from)
+        };
         let [at_random, in_mode] = self.disturbed.clone();
-        let of = |disturbed, limits: &Limits| {
-            let about = limits
-                .native
-                .map_or(limits.predicted, |found| found.limit());
-            Search::new(disturbed, limits.alpha, about)
-        };
-        [
-            of(at_random, &self.row.undamped),
-            of(in_mode, &self.row.damped),
-        ]
-    }
-}
-
-/// Finds the limits of all scenes in an external engine. Scenes of parts that it does not have are skipped; a YADE that is
-/// missing or too old is no error.
-pub fn find_external(
-    scenes: &mut [SceneTrials],
-    engine: &External,
-    display: &Display,
-) -> Result<ExternalEngine, Error> {
-    let mut known = match engine {
-        External::Yade(_) => ExternalEngine {
-            name: "YADE".to_owned(),
-            version: None,
-            approximations: Vec::new(),
-            missing: String::new(),
-        },
-        External::Exec(Brought { description, .. }) => ExternalEngine {
-            name: description.name.clone(),
-            version: Some(description.version.clone()),
-            approximations: description.approximations.clone(),
-            missing: String::new(),
-        },
-    };
-    let task = display.task(&format!("limits in {}", known.name));
-    match engine {
-        External::Yade(options) => {
-            let cases: Vec<&Case> = scenes.iter().map(|scene| &scene.case).collect();
-            match propose(&cases, options, work_folder()?.path()) {
-                Ok((proposals, version)) => {
-                    for (scene, proposal) in scenes.iter_mut().zip(proposals) {
-                        scene.row.proposal_of_yade = Some(proposal);
-                    }
-                    known.version = Some(version);
-                }
-                Err(error) if error.is_missing() => {
-                    task.done("YADE is missing or too old");
-                    known.missing = error.to_string();
-                    return Ok(known);
-                }
-                Err(error) => return Err(Error::Engine(error.into())),
-            }
-        }
-        External::Exec(Brought { description, .. }) => {
-            for scene in &mut *scenes {
-                // The damped search asks for all that the other does.
-                let [_, damped] = scene.searches();
-                let missing = missing_for_case(description, &damped.at_start());
-                let words: Vec<&str> = missing.iter().map(|part| part.in_words()).collect();
-                let reason = format!("{} has no {}", known.name, words.join(", "));
-                scene.row.skipped = (!missing.is_empty()).then_some(reason);
-            }
-        }
-    }
-    let mut asked: Vec<&mut SceneTrials> = scenes
-        .iter_mut()
-        .filter(|scene| scene.row.skipped.is_none())
-        .collect();
-    let searches = asked.iter().flat_map(|scene| scene.searches()).collect();
-    let mut observer = StageObserver::new(&task);
-    let found = find_all(searches, |cases| -> Result<_, Error> {
-        let work = work_folder()?;
-        match engine {
+        let searches = [(at_random, &self.row.undamped), (in_mode, &self.row.damped)]
+            .map(|(of, limits)| Search::new(of, limits.alpha, limits.predicted));
+        let (name, version) = match engine {
             External::Yade(options) => {
-                let run = yade::run_cases(cases, options, work.path(), &mut observer)
-                    .map_err(EngineError::from)?;
-                Ok(run.cases.into_iter().map(|case| Ok(case.track)).collect())
+                let (proposals, version) = propose(&[&self.scene.case], options, &place()?)?;
+                self.row.proposal_of_yade = proposals.into_iter().next();
+                ("YADE", version)
             }
-            External::Exec(Brought {
-                options,
-                description,
-                ..
-            }) => {
-                let tracks =
-                    exec::run_cases(cases, description, options, work.path(), &mut observer);
-                Ok(tracks.map_err(EngineError::from)?)
+            External::Exec(exec::Brought { description, .. }) => {
+                // The damped search asks for all that the other does.
+                let missing = missing_for_case(description, &searches[1].at_start());
+                let words: Vec<&str> = missing.iter().map(|part| part.in_words()).collect();
+                let reason = format!("{} has no {}", description.name, words.join(", "));
+                self.row.skipped = (!missing.is_empty()).then_some(reason);
+                (description.name.as_str(), description.version.clone())
             }
-        }
-    })?;
-    for (scene, found) in asked.iter_mut().zip(found.chunks(2)) {
-        scene.row.take(&known.name, found);
-    }
-    task.done("done");
-    Ok(known)
-}
-
-/// Makes the map as asked.
-pub fn map(options: &Options, display: &Display) -> Result<Map, Error> {
-    let native = |error: NativeError| Error::Engine(EngineError::Native(error));
-    let began = Instant::now();
-    let grains = if options.quick {
-        QUICK_GRAINS
-    } else {
-        FULL_GRAINS
-    };
-    let task = display.task("scenes at rest");
-    let mut scenes = small();
-    scenes.push(crystal(CRYSTAL_ROWS).map_err(native)?);
-    scenes.extend(beds(grains).map_err(native)?);
-    task.done("done");
-    let task = display.task("native limits");
-    let count = scenes.len() as f64;
-    let mut trials = Vec::with_capacity(scenes.len());
-    for (at, scene) in scenes.into_iter().enumerate() {
-        task.share(at as f64 / count, &scene.name);
-        trials.push(SceneTrials::new(scene, options.native).map_err(native)?);
-        if asked_to_end() {
-            return Err(Error::Interrupted);
-        }
-    }
-    task.done("done");
-    let external = match &options.external {
-        Some(engine) => Some(find_external(&mut trials, engine, display)?),
-        None => None,
-    };
-    let mut failures_found = Vec::new();
-    if options.native {
-        let task = display.task("failure modes");
-        let yade = match (&options.external, &external) {
-            (Some(External::Yade(yade)), Some(known)) if known.missing.is_empty() => Some(yade),
-            _ => None,
         };
-        failures_found = failures(yade, &mut |share, name| task.share(share, name))?;
-        task.done("done");
+        if self.row.skipped.is_some() {
+            return Ok(version);
+        }
+        let found = find_all(searches.into(), |cases| -> Result<_, ProgramError> {
+            match engine {
+                External::Yade(options) => {
+                    let run = yade::run_cases(cases, options, &place()?, &mut ())?;
+                    Ok(run.cases.into_iter().map(|case| Ok(case.track)).collect())
+                }
+                External::Exec(exec::Brought {
+                    options,
+                    description,
+                    ..
+                }) => exec::run_cases(cases, description, options, &place()?, &mut ()),
+            }
+        })?;
+        let refused = found.iter().find_map(|found| found.as_ref().err());
+        self.row.skipped = refused.map(|reason| format!("{name} refused: {reason}"));
+        if let [Ok(undamped), Ok(damped)] = &found[..] {
+            self.row.undamped.external = *undamped;
+            self.row.damped.external = *damped;
+        }
+        Ok(version)
     }
-    Ok(Map {
-        crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
-        command: options.command.clone(),
-        scene_digest: bed_scene(grains).digest(),
-        native: options.native,
-        external,
-        rows: trials.into_iter().map(|scene| scene.row).collect(),
-        failures: failures_found,
-        seconds: began.elapsed().as_secs_f64(),
-    })
 }
 
 impl Row {
-    /// Takes over what an external engine of this name found without damping and with it.
-    fn take(&mut self, name: &str, found: &[SearchResult]) {
-        let refused = found.iter().find_map(|found| found.as_ref().err());
-        self.skipped = refused.map(|reason| format!("{name} refused: {reason}"));
-        if let [Ok(undamped), Ok(damped)] = found {
-            self.undamped.external = *undamped;
-            self.damped.external = *damped;
+    /// Takes over what another row of the scene has of its own engine.
+    fn take(&mut self, other: Row) {
+        for (own, of) in [
+            (&mut self.undamped, other.undamped),
+            (&mut self.damped, other.damped),
+        ] {
+            own.native = own.native.or(of.native);
+            own.external = own.external.or(of.external);
         }
+        self.damped_at_random = self.damped_at_random.or(other.damped_at_random);
+        self.proposal_of_yade = self.proposal_of_yade.take().or(other.proposal_of_yade);
+        self.skipped = self.skipped.take().or(other.skipped);
     }
 
     /// Both limits, each with the word for it in ids.
@@ -359,6 +469,56 @@ impl Row {
 }
 
 impl Map {
+    /// Without rows.
+    fn new(plan: &Stability, program: Option<&Program>) -> Self {
+        let engine = |name: &str| ExternalEngine {
+            name: name.to_owned(),
+            version: None,
+            approximations: Vec::new(),
+            missing: "it has made no rows yet".to_owned(),
+        };
+        let external = plan.external.map(|_| match program {
+            None => engine("YADE"),
+            Some(of) => ExternalEngine {
+                approximations: of.described.approximations.clone(),
+                ..engine(&of.described.name)
+            },
+        });
+        Map {
+            scene_digest: plan.scene_digest.clone(),
+            native: plan.native,
+            external,
+            rows: Vec::new(),
+            failures: Vec::new(),
+        }
+    }
+
+    /// Takes over what a task gave; those of the native engine come first.
+    fn take(&mut self, made: Made) {
+        match made {
+            Made::Limits {
+                runner,
+                version,
+                row,
+            } => {
+                if let Some(engine) = self.external.as_mut().filter(|_| !runner.is_native()) {
+                    engine.version = Some(version);
+                    engine.missing.clear();
+                }
+                match self.rows.iter_mut().find(|of| of.name == row.name) {
+                    Some(known) => known.take(*row),
+                    None => self.rows.push(*row),
+                }
+            }
+            Made::Failure(of) => self.failures.push(of),
+            Made::FailureInYade { name, end } => {
+                if let Some(of) = self.failures.iter_mut().find(|of| of.name == name) {
+                    of.yade = Some(end);
+                }
+            }
+        }
+    }
+
     /// A check for each closed form, each limit that was looked for, each scene that the external engine skipped, and each
     /// failure mode.
     pub fn checks(&self) -> Vec<Check> {
@@ -416,7 +576,7 @@ impl Map {
 
     /// What all checks come to.
     pub fn verdict(&self) -> Outcome {
-        checks::verdict(&self.checks())
+        verdict(&self.checks())
     }
 
     /// What was predicted, which only a change of the model moves.

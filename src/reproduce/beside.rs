@@ -67,19 +67,20 @@ impl Beside {
     }
 
     fn take(&mut self, folder: &Path) -> Result<(), Error> {
-        let there = |kind: &Kind| folder.join(kind.file).is_file();
-        if ![&TRADEOFF, &STABILITY, &CLAIMS].into_iter().any(there) {
-            return Err(Error::Usage(format!(
-                "{} holds no {}, {} or {}; --with names the folder of a finished job",
-                folder.display(),
-                TRADEOFF.file,
-                STABILITY.file,
-                CLAIMS.file
-            )));
+        let taken = [
+            take(&mut self.tradeoff, &TRADEOFF, folder)?,
+            take(&mut self.stability, &STABILITY, folder)?,
+            take(&mut self.claims, &CLAIMS, folder)?,
+        ];
+        if taken.contains(&true) {
+            return Ok(());
         }
-        take(&mut self.tradeoff, &TRADEOFF, folder)?;
-        take(&mut self.stability, &STABILITY, folder)?;
-        take(&mut self.claims, &CLAIMS, folder)
+        Err(Error::Usage(format!(
+            "{} holds no {} of a tradeoff or stability study and no {}; --with names the folder of a finished job",
+            folder.display(),
+            TRADEOFF.file,
+            CLAIMS.file
+        )))
     }
 
     /// What all of them say of themselves.
@@ -113,7 +114,7 @@ const TRADEOFF: Kind = Kind {
 };
 const STABILITY: Kind = Kind {
     job: "stability",
-    file: "stability.json",
+    file: "report.json",
     version: crate::checks::record::VERSION,
 };
 const CLAIMS: Kind = Kind {
@@ -123,13 +124,14 @@ const CLAIMS: Kind = Kind {
 };
 
 const TRADEOFF_RECORDED: &[u8] = include_bytes!("../../reference_data/tradeoff-1/report.json.gz");
-const STABILITY_RECORDED: &[u8] =
-    include_bytes!("../../reference_data/stability-1/stability.json.gz");
+const STABILITY_RECORDED: &[u8] = include_bytes!("../../reference_data/stability-1/report.json.gz");
 const CLAIMS_RECORDED: &[u8] = include_bytes!("../../reference_data/claims-1/claims.json.gz");
 
 /// What every record has.
 #[derive(Debug, Deserialize)]
 struct Head {
+    /// None in a record of claims.
+    job: Option<String>,
     version: u32,
     crossgrain: String,
     /// Of claims it stands with their origin.
@@ -155,24 +157,30 @@ fn fill<T: DeserializeOwned>(
     Ok(())
 }
 
+/// Whether the folder has a record of this kind.
 fn take<T: DeserializeOwned>(
     place: &mut Option<Known<T>>,
     kind: &Kind,
     folder: &Path,
-) -> Result<(), Error> {
+) -> Result<bool, Error> {
     let path = folder.join(kind.file);
     if !path.is_file() {
-        return Ok(());
+        return Ok(false);
+    }
+    let text = read_text(&path, LARGEST)?;
+    let job = serde_json::from_str::<Head>(&text).map_or(None, |head| head.job);
+    if job.is_some_and(|job| job != kind.job) {
+        return Ok(false);
     }
     if place.is_some() {
         return Err(Error::Usage(format!(
-            "{} is a second {}; name one with --with",
+            "{} is a second record of {}; name one with --with",
             path.display(),
-            kind.file
+            kind.job
         )));
     }
-    *place = Some(parse(kind, &path, &read_text(&path, LARGEST)?, false)?);
-    Ok(())
+    *place = Some(parse(kind, &path, &text, false)?);
+    Ok(true)
 }
 
 fn parse<T: DeserializeOwned>(
@@ -237,18 +245,18 @@ mod tests {
         let read = || Beside::read(&[folder.path().to_owned()], true);
         let said = |read: Result<Beside, Error>| read.expect_err("is refused").to_string();
         assert!(said(read()).contains("--with"));
-        let path = folder.path().join("stability.json");
+        let path = folder.path().join("report.json");
         for (text, words) in [
-            ("{", "crossgrain stability"),
+            ("{", "make it again"),
             (
-                "{\"version\":99,\"crossgrain\":\"9\",\"scene_digest\":\"\"}",
+                "{\"job\":\"stability\",\"version\":99,\"crossgrain\":\"9\",\"scene_digest\":\"\"}",
                 "version 99",
             ),
         ] {
             std::fs::write(&path, text).expect("can be written");
             let said = said(read());
             assert!(
-                said.contains(words) && said.contains("stability.json"),
+                said.contains(words) && said.contains("report.json"),
                 "{said}"
             );
         }

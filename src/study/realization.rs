@@ -92,6 +92,17 @@ pub struct Engines {
     pub external: Option<Brought>,
 }
 
+impl Engines {
+    /// The external engine, which must have been named.
+    pub fn external(&self) -> Result<&Brought, ProgramError> {
+        let missing = || ProgramError::NotStarted {
+            path: "exec:PATH".into(),
+            reason: "it was not named".to_owned(),
+        };
+        self.external.as_ref().ok_or_else(missing)
+    }
+}
+
 /// How a realization is run.
 #[derive(Debug, Clone, Copy)]
 pub struct Specification<'a> {
@@ -147,17 +158,7 @@ pub fn run(scene: &Scene, how: &Specification<'_>) -> Result<Realization, Engine
             let engine = format!("YADE {}", run.version);
             Ok(whole(run.outcome, seconds, engine))
         }
-        Runner::Brought => {
-            let engine = how
-                .engines
-                .external
-                .as_ref()
-                .ok_or_else(|| ProgramError::NotStarted {
-                    path: "exec:PATH".into(),
-                    reason: "it was not named".to_owned(),
-                })?;
-            Ok(in_brought(&scene, engine, how.work)?)
-        }
+        Runner::Brought => Ok(in_brought(&scene, how.engines.external()?, how.work)?),
     }
 }
 

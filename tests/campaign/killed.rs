@@ -7,8 +7,11 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use super::{Chance, MEMBERS, Running, campaign, expected, finishes_as_expected, lines};
-use super::{merged_bytes, must, plan, records, undisturbed};
+use super::{merged_bytes, must, plan, records, undisturbed_in};
 use crate::support::{tiny_scene, told};
+use crossgrain::study::create;
+use crossgrain::study::sensitivity::plan::Plan;
+use crossgrain::study::specification::Change::Settled;
 
 /// The whole lines of all record files.
 fn written(folder: &Path) -> BTreeSet<Vec<u8>> {
@@ -25,12 +28,11 @@ fn written(folder: &Path) -> BTreeSet<Vec<u8>> {
     lines
 }
 
-/// Twenty times kill -9 at moments that chance chooses, with other shards and threads each time. Moments are counted in
-/// members and a little more, since nobody knows how busy the machine is.
-#[test]
-fn kills_at_any_moment_lose_nothing_finished_and_believe_nothing_half_written() {
-    const MANY: u64 = 120;
-    let place = plan(&tiny_scene(), MANY, "c");
+/// Twenty times kill -9 of the study `c` at moments that chance chooses, with other shards and threads each time: it comes to
+/// what an undisturbed one, planned by the same function, comes to. Moments are counted in rows and a little more, since
+/// nobody knows how busy the machine is.
+fn survives_kills(planned: impl Fn() -> tempfile::TempDir) {
+    let place = planned();
     let folder = place.path().join("c");
     let mut chance = Chance(20);
     let mut before = BTreeSet::new();
@@ -65,7 +67,26 @@ fn kills_at_any_moment_lose_nothing_finished_and_believe_nothing_half_written() 
     );
     must(place.path(), "run", &["--threads", "2"]);
     assert!(before.is_subset(&written(&folder)));
-    assert_eq!(merged_bytes(&folder), undisturbed(&tiny_scene(), MANY));
+    assert_eq!(merged_bytes(&folder), undisturbed_in(&planned()));
+}
+
+#[test]
+fn kills_at_any_moment_lose_nothing_finished_and_believe_nothing_half_written() {
+    survives_kills(|| plan(&tiny_scene(), 120, "c"));
+}
+
+/// The machine is the same for every kind of study: here two settings of a sensitivity map.
+#[test]
+fn kills_of_another_kind_of_study_lose_nothing_either() {
+    survives_kills(|| {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        let mut plan = Plan::new(tiny_scene(), 60);
+        plan.add("settle rule", "as-it-is", "as it is", 1.0e-4, 1, &[]);
+        let early = [Settled(0.05)];
+        plan.add("settle rule", "early", "hardly settled", 0.05, 1, &early);
+        create(&place.path().join("c"), plan, None, None).expect("a new study");
+        place
+    });
 }
 
 #[test]

@@ -52,7 +52,11 @@ pub fn merged_bytes(folder: &Path) -> Merged {
 
 /// What one process with one thread makes of a campaign of this scene.
 pub fn undisturbed(scene: &Scene, members: u64) -> Merged {
-    let place = plan(scene, members, "c");
+    undisturbed_in(&plan(scene, members, "c"))
+}
+
+/// What one process with one thread makes of the study `c` there.
+fn undisturbed_in(place: &tempfile::TempDir) -> Merged {
     let run = ["study", "run", "c", "--threads", "1"];
     let (code, _, errors) = told(&crossgrain(&run, place.path()));
     assert_eq!(code, 0, "{errors}");

@@ -2,33 +2,33 @@
 
 use crossgrain::checks::{Check, Outcome};
 use crossgrain::engine::exec::{Brought, Options};
-use crossgrain::limits::stability::scenes::small;
-use crossgrain::limits::stability::{External, Map, Row, SceneTrials, find_external};
-use crossgrain::progress::Display;
+use crossgrain::limits::stability::{Map, Row, Stability};
 use crossgrain::report;
+use crossgrain::study::create;
+use crossgrain::study::machine::{Folder, Machine as _};
+use crossgrain::study::plan::Program;
+use crossgrain::study::realization::{Engines, Runner};
 
 use crate::support::engines::{adapter_path, changed_toy, program};
+use crate::tradeoff::run;
 
-/// The map of the small scenes of these names in the engine.
+/// The map of the small scenes of these names in the engine: planned, run and reported as a study.
 fn map(options: &Options, names: &[&str]) -> Map {
-    let scenes = small()
-        .into_iter()
-        .filter(|scene| names.contains(&scene.name.as_str()));
-    let mut trials: Vec<SceneTrials> = scenes
-        .map(|scene| SceneTrials::new(scene, false).expect("a prediction"))
-        .collect();
-    let engine = External::Exec(Brought::ask(options.clone()).expect("an engine"));
-    let external = find_external(&mut trials, &engine, &Display::new(true)).expect("trials");
-    Map {
-        crossgrain: "0".to_owned(),
-        command: "crossgrain stability --engine exec:PATH".to_owned(),
-        scene_digest: String::new(),
-        native: false,
-        external: Some(external),
-        rows: trials.into_iter().map(|scene| scene.row).collect(),
-        failures: Vec::new(),
-        seconds: 1.0,
-    }
+    let engine = Brought::ask(options.clone()).expect("an engine");
+    let mut plan = Stability::new(false, Some(Runner::Brought), true);
+    plan.scenes.retain(|name| names.contains(&name.as_str()));
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let folder = place.path().join("map");
+    let program = Program::of(&engine).expect("a program");
+    create(&folder, plan, Some(program), None).expect("a new study");
+    let engines = Engines {
+        external: Some(engine),
+        ..Engines::default()
+    };
+    run::<Stability>(&folder, &engines).expect("trials");
+    let study = Folder::<Stability>::open(&folder).expect("a study");
+    let report = study.judge().expect("a report");
+    serde_json::from_str(&report.text).expect("a map")
 }
 
 /// The outcomes of the engine's checks of a scene.

@@ -4,15 +4,17 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use crate::cli::chosen::{Beside, Chosen};
+use crate::cli::chosen::{Beside, Chosen, Several};
 use crate::cli::print;
 use crate::cli::run::{LoopOrder, YadeLimits};
 use crate::error::{Error, exit};
+use crate::limits::stability::Stability;
 use crate::run::scene_file::read_scene;
 use crate::study::campaign::Campaign;
 use crate::study::plan::Program;
 use crate::study::realization::Runner;
 use crate::study::{Study, create, sensitivity, tradeoff};
+use crate::suite::run::Engines;
 use grains::model::Kernel;
 use grains::model::Model;
 use grains::native::Mode;
@@ -26,6 +28,8 @@ pub enum Kind {
     Tradeoff(TradeoffArguments),
     /// The choices that the paper leaves open: which published figures come out under which
     Sensitivity(SensitivityArguments),
+    /// The largest stable steps, predicted and found, and where methods fail
+    Stability(StabilityArguments),
 }
 
 #[derive(Debug, Args)]
@@ -112,6 +116,47 @@ pub struct SensitivityArguments {
     place: Place,
 }
 
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  crossgrain study plan stability --quick --out stable && crossgrain study run stable"
+)]
+pub struct StabilityArguments {
+    #[command(flatten)]
+    map: MapArguments,
+    #[command(flatten)]
+    limits: YadeLimits,
+    #[command(flatten)]
+    place: Place,
+}
+
+/// What is mapped, and in which engines.
+#[derive(Debug, Args)]
+pub struct MapArguments {
+    /// Beds of 500 grains instead of 5,000
+    #[arg(long)]
+    quick: bool,
+    /// native, yade or both; or exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
+    #[arg(long, default_value = "both")]
+    engine: Several,
+}
+
+impl MapArguments {
+    /// The plan, and the external engine that it names.
+    pub fn plan(&self, limits: &YadeLimits) -> Result<(Stability, Option<Program>), Error> {
+        let mut program = None;
+        let (native, external) = match &self.engine {
+            Several::BuiltIn(Engines::Native) => (true, None),
+            Several::BuiltIn(Engines::Yade) => (false, Some(Runner::YadeSorted)),
+            Several::BuiltIn(Engines::Both) => (true, Some(Runner::YadeSorted)),
+            Several::Exec(path) => {
+                program = Some(Program::of(&limits.brought(path)?)?);
+                (false, Some(Runner::Brought))
+            }
+        };
+        Ok((Stability::new(native, external, self.quick), program))
+    }
+}
+
 impl TradeoffArguments {
     fn execute(self) -> Result<u8, Error> {
         let clouds = self.clouds.unwrap_or(if self.quick { 6 } else { 24 });
@@ -172,6 +217,17 @@ impl Kind {
             Kind::Campaign(arguments) => arguments.execute(),
             Kind::Tradeoff(arguments) => arguments.execute(),
             Kind::Sensitivity(arguments) => arguments.execute(),
+            Kind::Stability(arguments) => {
+                let StabilityArguments { map, limits, place } = arguments;
+                let (plan, program) = map.plan(&limits)?;
+                let words = format!(
+                    "{} scenes, beds of {} grains, and {} failure modes",
+                    plan.scenes.len(),
+                    plan.grains,
+                    plan.failures.len()
+                );
+                place.create(plan, program, &words)
+            }
         }
     }
 }

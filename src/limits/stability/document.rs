@@ -57,10 +57,7 @@ impl Map {
             sections
                 .push(Section::new("Where the method fails", answer).with(self.failures_table()));
         }
-        let made = format!(
-            "crossgrain {}: {}, {:.0} s. Beds of the scene with digest {}.",
-            self.crossgrain, self.command, self.seconds, self.scene_digest
-        );
+        let made = format!("Beds of the scene with digest {}.", self.scene_digest);
         sections.push(Section::new("How this was made", made).as_details());
         sections
     }

@@ -1,19 +1,19 @@
 //! Where the method fails: what happens, how the program notices, what it says. Every run is bounded by the
 //! scene's own rules, so none hangs.
 
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
 use super::time_step;
 use crate::checks::Outcome;
 use crate::engine::{ProgramError, yade};
-use crate::error::Error;
-use crate::files::work_folder;
 use crate::interrupt::asked_to_end;
 use grains::generate::initial_bodies;
 use grains::measure::{Bed, equilibrium};
 use grains::native::{self, NativeError, Options, Trouble};
 use grains::scene::{Cloud, Damping, Scene, TimeStep, paper_scene, parse_scene};
-use grains::tables::StopReason;
+use grains::tables::{Stage, StopReason};
 use grains::task::{self, Task};
 
 /// Grains of the scenes.
@@ -40,12 +40,13 @@ pub struct Failure {
 }
 
 /// A failure mode: a change of a small bed, and what should come of it.
-struct Mode {
-    name: &'static str,
+pub struct Mode {
+    /// See [`Failure`].
+    pub name: &'static str,
     title: &'static str,
     change: fn(&mut Scene),
     /// Tried in YADE too, where that is cheap.
-    in_yade: bool,
+    pub in_yade: bool,
     /// Whether it was noticed, and what happens.
     judge: fn(&Run, &Scene) -> (bool, String),
     /// Which part of the program notices.
@@ -53,7 +54,7 @@ struct Mode {
 }
 
 /// In the order of the page.
-const MODES: [Mode; 10] = [
+pub const MODES: [Mode; 10] = [
     Mode {
         name: "step-beyond-limit",
         title: "twice the largest stable step",
@@ -321,39 +322,58 @@ fn stages_in_words(outcome: &task::Outcome) -> String {
     stages.collect::<Vec<_>>().join(", ")
 }
 
-/// All failure modes, each tried in the native engine; in YADE too where that is cheap, if it may be used.
-pub fn failures(
-    in_yade: Option<&yade::Options>,
-    progress: &mut dyn FnMut(f64, &str),
-) -> Result<Vec<Failure>, Error> {
-    let mut all = Vec::with_capacity(MODES.len());
-    for (at, mode) in MODES.iter().enumerate() {
-        progress(at as f64 / MODES.len() as f64, mode.name);
+impl Mode {
+    /// The failure mode of this name.
+    pub fn of(name: &str) -> Option<&'static Self> {
+        MODES.iter().find(|mode| mode.name == name)
+    }
+
+    fn scene(&self) -> Scene {
         let mut scene = small_bed();
-        (mode.change)(&mut scene);
+        (self.change)(&mut scene);
+        scene
+    }
+
+    /// Tries it in the native engine.
+    pub fn in_native(&self) -> Result<Failure, NativeError> {
+        let scene = self.scene();
         let run = run_scene(&scene)?;
-        let (noticed, happened) = (mode.judge)(&run, &scene);
-        let yade = in_yade.filter(|_| mode.in_yade);
-        all.push(Failure {
-            name: mode.name.to_owned(),
-            title: mode.title.to_owned(),
-            happened,
-            noticed: mode.notices.to_owned(),
-            says: run.says(),
-            yade: yade
-                .map(|options| run_in_yade(&scene, options))
-                .transpose()?,
-            outcome: Outcome::pass_if(noticed && run.is_finite()),
-        });
+        let (noticed, happened) = (self.judge)(&run, &scene);
         if asked_to_end() {
-            return Err(Error::Interrupted);
+            return Err(NativeError {
+                stage: Stage::Settle,
+                step: 0,
+                trouble: Trouble::Interrupted,
+            });
+        }
+        Ok(Failure {
+            name: self.name.to_owned(),
+            title: self.title.to_owned(),
+            happened,
+            noticed: self.notices.to_owned(),
+            says: run.says(),
+            yade: None,
+            outcome: Outcome::pass_if(noticed && run.is_finite()),
+        })
+    }
+
+    /// What comes of it in YADE, in words; `work` is an empty folder.
+    pub fn in_yade(&self, options: &yade::Options, work: &Path) -> Result<String, ProgramError> {
+        use ProgramError::{Crashed, Hung, Nonsense, WentWrong};
+        let scene = self.scene();
+        let task = Task::whole(initial_bodies(&scene));
+        match yade::run(&scene, &task, options, work, &mut ()) {
+            Ok(run) => Ok(stages_in_words(&run.outcome)),
+            Err(error @ (Nonsense(_) | WentWrong { .. } | Crashed { .. } | Hung { .. })) => {
+                Ok(error.to_string())
+            }
+            Err(error) => Err(error),
         }
     }
-    Ok(all)
 }
 
 /// Checked as a scene's file is, and run in the native engine.
-fn run_scene(scene: &Scene) -> Result<Run, Error> {
+fn run_scene(scene: &Scene) -> Result<Run, NativeError> {
     let text = serde_json::to_string(scene).unwrap_or_default();
     if let Err(error) = parse_scene(&text) {
         return Ok(Run::Refused(error.to_string()));
@@ -361,21 +381,7 @@ fn run_scene(scene: &Scene) -> Result<Run, Error> {
     let task = Task::whole(initial_bodies(scene));
     match native::run(scene, &task, &Options::default(), &mut ()) {
         Ok(outcome) => Ok(Run::Ended(Box::new(outcome))),
-        Err(error) if error.trouble == Trouble::Interrupted => Err(Error::Interrupted),
+        Err(error) if error.trouble == Trouble::Interrupted => Err(error),
         Err(error) => Ok(Run::Troubled(error)),
-    }
-}
-
-/// What comes of the scene in YADE, in words.
-fn run_in_yade(scene: &Scene, options: &yade::Options) -> Result<String, Error> {
-    use ProgramError::{Crashed, Hung, Nonsense, WentWrong};
-    let work = work_folder()?;
-    let task = Task::whole(initial_bodies(scene));
-    match yade::run(scene, &task, options, work.path(), &mut ()) {
-        Ok(run) => Ok(stages_in_words(&run.outcome)),
-        Err(error @ (Nonsense(_) | WentWrong { .. } | Crashed { .. } | Hung { .. })) => {
-            Ok(error.to_string())
-        }
-        Err(error) => Err(Error::Engine(error.into())),
     }
 }

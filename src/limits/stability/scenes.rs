@@ -1,5 +1,6 @@
 //! Scenes in equilibrium: small ones and a crystal, whose largest stable step has a closed form, and beds of the paper's grains.
 
+use std::collections::BTreeMap;
 use std::f64::consts::{PI, SQRT_2};
 
 use serde::{Deserialize, Serialize};
@@ -97,7 +98,30 @@ impl MapScene {
     }
 }
 
-/// All small scenes, from the simplest up.
+/// Rows of the crystal.
+const CRYSTAL_ROWS: usize = 12;
+
+/// The names of all scenes, from the simplest up.
+pub fn names() -> Vec<String> {
+    let small = small().into_iter().map(|scene| scene.name);
+    let large = ["hexagonal-crystal"].into_iter().chain(BEDS);
+    small.chain(large.map(str::to_owned)).collect()
+}
+
+/// The scene of this name, beds with so many grains; `made` keeps beds that were made. A name that is none is the dense bed's.
+pub fn of(
+    name: &str,
+    grains: u32,
+    made: &mut BTreeMap<String, MapScene>,
+) -> Result<MapScene, NativeError> {
+    match small().into_iter().find(|scene| scene.name == name) {
+        Some(scene) => Ok(scene),
+        None if name == "hexagonal-crystal" => crystal(CRYSTAL_ROWS),
+        None => bed(name, grains, made),
+    }
+}
+
+/// The small scenes, whose limits have closed forms.
 pub fn small() -> Vec<MapScene> {
     let mut scenes = vec![
         one_contact(),
@@ -361,30 +385,52 @@ pub fn bed_scene(grains: u32) -> Scene {
 
 /// The beds: poured, settled, brought to rest without friction; in one of them friction is then switched on, and one stands
 /// under the punch.
-pub fn beds(grains: u32) -> Result<Vec<MapScene>, NativeError> {
-    let scene = bed_scene(grains);
-    let dense = at_rest("a dense bed", &Model::of(&scene), &poured(&scene)?, None)?;
-    let mut rough = scene.clone();
-    rough.material.friction_angle = FRICTION_ANGLE;
-    let frictional = at_rest(
-        "a frictional bed",
-        &Model::of(&rough),
-        &poured(&rough)?,
-        None,
-    )?;
-    let pressed = pressed(&scene, &dense.bodies)?;
-    let title = format!("the paper's bed of {grains} grains, settled");
-    let under_punch = format!("the dense bed of {grains} grains under the punch, pressed and held");
-    let sticking =
-        format!("{grains} grains poured with friction 0.5, every contact sticking, k_s = k_n");
-    Ok(vec![
-        MapScene::new("dense-bed", &title, dense),
-        MapScene::new("bed-under-punch", &under_punch, pressed),
-        MapScene::new("frictional-bed", &sticking, frictional).with_remark(
-            "a case cannot be given the shear forces of a bed, so the bed rests without friction before it is switched \
-             on again: as many contacts as without friction, all sticking, which is the harder case",
-        ),
-    ])
+pub const BEDS: [&str; 3] = ["dense-bed", "bed-under-punch", "frictional-bed"];
+
+/// The bed of this name; `made` keeps beds, as some come from others.
+fn bed(
+    name: &str,
+    grains: u32,
+    made: &mut BTreeMap<String, MapScene>,
+) -> Result<MapScene, NativeError> {
+    if let Some(known) = made.get(name) {
+        return Ok(known.clone());
+    }
+    let mut scene = bed_scene(grains);
+    let bed = match name {
+        "bed-under-punch" => {
+            let dense = bed("dense-bed", grains, made)?;
+            let title =
+                format!("the dense bed of {grains} grains under the punch, pressed and held");
+            MapScene::new(name, &title, pressed(&scene, &dense.case.bodies)?)
+        }
+        "frictional-bed" => {
+            scene.material.friction_angle = FRICTION_ANGLE;
+            let case = at_rest(
+                "a frictional bed",
+                &Model::of(&scene),
+                &poured(&scene)?,
+                None,
+            )?;
+            let title = format!(
+                "{grains} grains poured with friction 0.5, every contact sticking, k_s = k_n"
+            );
+            MapScene::new(name, &title, case).with_remark(
+                "a case cannot be given the shear forces of a bed, so the bed rests without friction before it is \
+                 switched on again: as many contacts as without friction, all sticking, which is the harder case",
+            )
+        }
+        _ => {
+            let case = at_rest("a dense bed", &Model::of(&scene), &poured(&scene)?, None)?;
+            MapScene::new(
+                name,
+                &format!("the paper's bed of {grains} grains, settled"),
+                case,
+            )
+        }
+    };
+    made.insert(name.to_owned(), bed.clone());
+    Ok(bed)
 }
 
 /// The scene's bed when it has settled.

@@ -97,7 +97,8 @@ const CLOUDS: Cases = &[
 /// Protocols that might become the free mode's default, cheapest last: step, by how much softer it is poured and to which
 /// energy, whether it is tested. The last two were too dense or no cheaper at first sight, so nothing is spent on
 /// testing them.
-const CANDIDATES: [(f64, Option<(f64, f64)>, bool); 6] = [
+type Candidate = (f64, Option<(f64, f64)>, bool);
+const CANDIDATES: [Candidate; 6] = [
     (FREE_MODE_STEP, None, true),
     (FREE_MODE_STEP, Some((10.0, 1.0e-3)), true),
     (FREE_MODE_STEP, Some((10.0, 3.0e-3)), true),
