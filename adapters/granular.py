@@ -66,12 +66,16 @@ class OneClass:
         return 1
 
 
-def surroundings():
-    """Without these Open MPI opens sockets that listen on every address, and hwloc asks for a display."""
+def surroundings(folder):
+    """Without these Open MPI opens sockets that listen on every address, and hwloc asks for a display.
+
+    Its files are kept in the folder: in the common one, a program that ends removes what another one needs to begin.
+    """
     given = {key: value for key, value in os.environ.items() if key != "DISPLAY"}
     return dict(
-        given, OMP_NUM_THREADS="1", OMPI_MCA_btl="self", OMPI_MCA_ess_singleton_isolated="1", HWLOC_COMPONENTS="-gl"
-    )
+        given, OMP_NUM_THREADS="1", OMPI_MCA_btl="self", OMPI_MCA_ess_singleton_isolated="1", HWLOC_COMPONENTS="-gl",
+        OMPI_MCA_orte_tmpdir_base=folder,
+    )  # fmt: skip
 
 
 class Program:
@@ -82,7 +86,7 @@ class Program:
         self.marks = 0
         # Lines come when they are whole, not when a block is full.
         self.child = subprocess.Popen(
-            ["stdbuf", "-oL", name, *arguments], cwd=folder, env=surroundings(), text=True,
+            ["stdbuf", "-oL", name, *arguments], cwd=folder, env=surroundings(folder), text=True,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         )  # fmt: skip
         self.heard = []
@@ -363,7 +367,7 @@ def steps_by_its_clock(job, name, script, look):
         with open(os.path.join(folder, "in.bed"), "w", encoding="utf-8") as file:
             file.write("\n".join([*before, *motion, *runs, *shown]) + "\n")
         told = subprocess.run(
-            [*asked["under"], shutil.which(name), "-in", "in.bed", "-log", "none"], cwd=folder, env=surroundings(),
+            [*asked["under"], shutil.which(name), "-in", "in.bed", "-log", "none"], cwd=folder, env=surroundings(folder),
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
         )  # fmt: skip
         if told.returncode != 0:
