@@ -45,7 +45,7 @@ fn campaign(engine: &str, seed: u64, members: u64, shift: f64) -> Merged {
                 last_state: Some(format!("last {engine} {number}")),
                 measured,
                 settled: None,
-                last: None,
+                loaded: None,
             }
         })
         .collect();
@@ -135,8 +135,8 @@ fn what_is_missing_on_one_side_is_never_equivalent() {
     }
     let mut missed = sound();
     for member in &mut missed.rows[..6] {
-        member.ending = Ending::Sank;
-        member.measured.retain(|key, _| !key.starts_with("last."));
+        member.ending = Ending::TargetLoadNotReached;
+        member.measured.retain(|key, _| !key.starts_with("loaded."));
     }
     for without in [none, one, missed] {
         for pair in [of(&first, &without), of(&without, &first)] {

@@ -137,18 +137,18 @@ fn a_map_is_taken_up_where_it_was_and_notices_what_was_moved() {
     assert_eq!(height(0).verdict, Verdict::DoesNot);
     assert_eq!(record.figures[0].does_not, ["as-it-is", "early", "slow"]);
 
-    // Members whose punch sank are counted, and give no stress.
-    let sank = all()
+    // Members whose punch missed the force are counted, and give no stress.
+    let missed = all()
         .of(&slow.setting)
         .iter()
-        .filter(|row| row.ending == Ending::Sank)
-        .map(|row| assert!(!row.measured.contains_key("last.stress.O.local_zz")))
+        .filter(|row| row.ending == Ending::TargetLoadNotReached)
+        .map(|row| assert!(!row.measured.contains_key("loaded.stress.O.local_zz")))
         .count();
-    assert_eq!(slow.endings.sank, sank);
+    assert_eq!(slow.endings.target_load_not_reached, missed);
     let stress = record.figures.iter().position(|of| of.id == "stress.O");
     let judged = &slow.figures[stress.expect("a published figure")];
-    assert_eq!(judged.packings, 8 - sank);
-    assert_eq!(judged.conditional, sank > 0);
+    assert_eq!(judged.packings, 8 - missed);
+    assert_eq!(judged.conditional, missed > 0);
 
     let document = record.document();
     let page = report::page(&document);

@@ -261,9 +261,9 @@ pub const PUBLISHED: &[Published] = &[
         "porosity n, from the mean surface",
         POROSITIES[0].0,
     ),
-    mean("stress.O", "mean σ_zz at O", "last.stress.O.local_zz"),
-    mean("stress.A", "mean σ_zz at A", "last.stress.A.local_zz"),
-    mean("stress.B", "mean σ_zz at B", "last.stress.B.local_zz"),
+    mean("stress.O", "mean σ_zz at O", "loaded.stress.O.local_zz"),
+    mean("stress.A", "mean σ_zz at A", "loaded.stress.A.local_zz"),
+    mean("stress.B", "mean σ_zz at B", "loaded.stress.B.local_zz"),
     shape("variation.O", VARIATIONS[0], GRAINS[0], Of::Variation),
     shape("variation.A", VARIATIONS[1], GRAINS[1], Of::Variation),
     shape("variation.B", VARIATIONS[2], GRAINS[2], Of::Variation),
@@ -283,9 +283,9 @@ const BEYONDS: [&str; 3] = [
     "share above twice the mean at B",
 ];
 const GRAINS: [&str; 3] = [
-    "last.stress.O.grain_zz",
-    "last.stress.A.grain_zz",
-    "last.stress.B.grain_zz",
+    "loaded.stress.O.grain_zz",
+    "loaded.stress.A.grain_zz",
+    "loaded.stress.B.grain_zz",
 ];
 
 /// With the printed scatter.

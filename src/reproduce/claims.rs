@@ -60,7 +60,7 @@ pub fn of(run: &RunFolder) -> Vec<Claim> {
         POROSITIES.map(|(key, words)| claim(format!("n, {words}"), key, "bed/porosity"));
     let stresses = scene.control_points.iter().flat_map(|point| {
         let at = |what: &str, key: &str, column: &str| {
-            let key = format!("last.stress.{}.{key}", point.name);
+            let key = format!("loaded.stress.{}.{key}", point.name);
             let id = format!("table-4/{column}/{}", point.name);
             claim(format!("{what} at {}", point.name), &key, &id)
         };

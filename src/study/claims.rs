@@ -98,6 +98,15 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
         cells::good_enough(members, &series),
     ]);
     claims.push(shapes::conclusion(&claims));
+    for claim in &mut claims {
+        if claim
+            .rows
+            .iter()
+            .any(|row| row.judged.is_some() && row.ours.is_none())
+        {
+            claim.reading = "Too few members to say.".to_owned();
+        }
+    }
     adjust(&mut claims);
     let mut verdicts = BTreeMap::new();
     for claim in &claims {
@@ -129,7 +138,7 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
 fn ending(of: &Ending) -> &'static str {
     match of {
         Ending::Reached => "reached",
-        Ending::Sank => "sank",
+        Ending::TargetLoadNotReached => "target load not reached",
         Ending::NotSettled => "not settled",
         Ending::Poured => "poured",
         Ending::Failed(_) => "failed",

@@ -92,7 +92,7 @@ pub fn distributions(campaign: &Merged) -> Result<Vec<Distribution>, StudyError>
     let field = Field::new(Model::HalfSpace, setup.load);
     let volume = scene.measurement.control_volume_side.powi(2);
     let of = |point: &Point| {
-        let key = format!("last.stress.{}.control_volume_zz", point.name);
+        let key = format!("loaded.stress.{}.control_volume_zz", point.name);
         let members = campaign.rows.iter();
         let mut values: Vec<f64> = members
             .filter_map(|member| member.measured.get(&key).copied())

@@ -251,7 +251,7 @@ pub struct Endings {
     /// The punch got its force.
     pub reached: usize,
     /// It did not.
-    pub sank: usize,
+    pub target_load_not_reached: usize,
     /// The bed did not settle.
     pub not_settled: usize,
     /// Settled in an engine without a punch: these count for the bed, not for the force.
@@ -268,7 +268,7 @@ impl Endings {
         for member in all {
             match &member.ending {
                 Ending::Reached => endings.reached += 1,
-                Ending::Sank => endings.sank += 1,
+                Ending::TargetLoadNotReached => endings.target_load_not_reached += 1,
                 Ending::NotSettled => endings.not_settled += 1,
                 Ending::Poured => endings.poured += 1,
                 Ending::Failed(reason) => {
@@ -286,7 +286,7 @@ impl Endings {
 
     /// Members without the force.
     pub fn missed(&self) -> usize {
-        self.sank + self.not_settled + self.failed.values().sum::<usize>()
+        self.target_load_not_reached + self.not_settled + self.failed.values().sum::<usize>()
     }
 
     /// What went wrong, in words.

@@ -24,7 +24,7 @@ pub enum Ending {
     /// Settled, and the punch got its force.
     Reached,
     /// Settled; the punch went to the give-up depth without the force.
-    Sank,
+    TargetLoadNotReached,
     /// Not settled within the scene's steps.
     NotSettled,
     /// Settled, in an engine that has no punch: nobody asked for more.
@@ -38,7 +38,7 @@ impl Ending {
     pub fn name(&self) -> &'static str {
         match self {
             Ending::Reached => "reached",
-            Ending::Sank => "sank",
+            Ending::TargetLoadNotReached => "target_load_not_reached",
             Ending::NotSettled => "not_settled",
             Ending::Poured => "poured",
             Ending::Failed(_) => "failed",
@@ -121,7 +121,7 @@ pub struct Specification<'a> {
 pub struct Realization {
     /// Settled and last moment.
     pub outcome: Outcome,
-    /// [`Ending::Reached`], [`Ending::Sank`] or [`Ending::NotSettled`].
+    /// [`Ending::Reached`], [`Ending::TargetLoadNotReached`] or [`Ending::NotSettled`].
     pub ending: Ending,
     /// Steps of pouring, of all phases.
     pub pour_steps: u64,
@@ -279,7 +279,7 @@ fn ending(outcome: &Outcome, unsettled: bool) -> Ending {
     match outcome.stages.last().map(|stage| stage.stop) {
         _ if unsettled => Ending::NotSettled,
         Some(StopReason::Reached) => Ending::Reached,
-        _ => Ending::Sank,
+        _ => Ending::TargetLoadNotReached,
     }
 }
 
@@ -316,13 +316,13 @@ pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f6
         equilibrium::borne_by_floor(scene, settled_bed, 0.0),
     );
     if let Some(punch) = &outcome.last.punch {
-        insert("last.punch.depth", punch.depth());
-        insert("last.punch.force", punch.force);
+        insert("loaded.punch.depth", punch.depth());
+        insert("loaded.punch.force", punch.force);
         let share = equilibrium::borne_by_floor(scene, last_bed, punch.force);
-        insert("last.support.by_floor", share);
+        insert("loaded.support.by_floor", share);
     }
     let reached = realization.ending == Ending::Reached;
-    measured.retain(|key, value| (reached || !key.starts_with("last.")) && value.is_finite());
+    measured.retain(|key, value| (reached || !key.starts_with("loaded.")) && value.is_finite());
     measured
 }
 

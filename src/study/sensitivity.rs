@@ -31,8 +31,8 @@ const KEPT: [&str; 7] = [
     "settled.stress.O.local_zz",
     "settled.stress.A.local_zz",
     "settled.stress.B.local_zz",
-    "last.punch.depth",
-    "last.punch.force",
+    "loaded.punch.depth",
+    "loaded.punch.force",
 ];
 
 /// What a task gives.

@@ -41,17 +41,20 @@ fn members_that_do_not_settle_or_sink_are_rows() {
     scene.settle.max_steps = 20_000;
     scene.loading.give_up_depth = 0.002;
     let (endings, merged, said) = endings(&scene);
-    let [sank, not_settled] = ["sank", "not_settled"].map(|of| count(&endings, of));
-    assert!(sank > 0 && not_settled > 0, "{endings:?}");
-    assert_eq!(sank + not_settled, 12);
+    let [missed, not_settled] =
+        ["target_load_not_reached", "not_settled"].map(|of| count(&endings, of));
+    assert!(missed > 0 && not_settled > 0, "{endings:?}");
+    assert_eq!(missed + not_settled, 12);
     assert!(
-        said.contains(&format!("{not_settled} not_settled, {sank} sank")),
+        said.contains(&format!(
+            "{not_settled} not_settled, {missed} target_load_not_reached"
+        )),
         "{said}"
     );
     for member in &merged.rows {
-        let settled = member.ending == Ending::Sank;
+        let settled = member.ending == Ending::TargetLoadNotReached;
         assert_eq!(member.settled.is_some(), settled);
-        assert!(member.last.is_none());
+        assert!(member.loaded.is_none());
         assert!(member.measured.values().all(|value| value.is_finite()));
     }
 }

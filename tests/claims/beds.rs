@@ -33,16 +33,16 @@ fn heights_are_read_by_definition() {
     }
 }
 
-/// Members that sank are counted, and nothing is said of means under load as if they were not.
+/// Members without the force are counted, and nothing is said of means under load as if they were not.
 #[test]
 fn sunk_members_are_not_hidden() {
     let truth = Truth {
-        sank: 0.3,
+        missed: 0.3,
         ..Truth::paper()
     };
     let claims = claims_of(&truth);
     assert_eq!(verdict(&claims, "reached"), Some(Verdict::CannotBeDecided));
-    assert!((150..210).contains(&claims.endings["sank"]));
+    assert!((150..210).contains(&claims.endings["target load not reached"]));
     let reached = claims.claims.iter().find(|claim| claim.id == "reached");
     let rows = &reached.expect("the claim").rows;
     assert!(

@@ -29,7 +29,7 @@ pub struct Truth {
     pub heights: [f64; 3],
     pub porosity: f64,
     /// Share of members that sink.
-    pub sank: f64,
+    pub missed: f64,
     /// Added to every σ_zz under gravity, over its mean.
     pub gravity_shift: f64,
 }
@@ -47,7 +47,7 @@ impl Truth {
             common: 0.0,
             heights: [0.462; 3],
             porosity: 0.168,
-            sank: 0.0,
+            missed: 0.0,
             gravity_shift: 0.0,
         }
     }
@@ -122,7 +122,7 @@ pub fn members(scene: &Scene, truth: &Truth) -> Vec<Member> {
     (1..=truth.members)
         .map(|number| {
             let mut source = Source::new(&KEY, number);
-            let sank = source.uniform() < truth.sank;
+            let missed = source.uniform() < truth.missed;
             let mut measured = BTreeMap::new();
             let mut add = |key: String, value: f64| {
                 measured.insert(key, value);
@@ -152,10 +152,10 @@ pub fn members(scene: &Scene, truth: &Truth) -> Vec<Member> {
                 "settled.coordination.rattlers".to_owned(),
                 0.02 * source.uniform(),
             );
-            let moments: &[(&str, bool)] = if sank {
+            let moments: &[(&str, bool)] = if missed {
                 &[("settled", false)]
             } else {
-                &[("settled", false), ("last", true)]
+                &[("settled", false), ("loaded", true)]
             };
             for (moment, loaded) in moments {
                 for (index, (point, stress)) in POINTS.iter().enumerate() {
@@ -180,14 +180,18 @@ pub fn members(scene: &Scene, truth: &Truth) -> Vec<Member> {
                 member: number,
                 realization: number,
                 engine: "drawn".to_owned(),
-                ending: if sank { Ending::Sank } else { Ending::Reached },
+                ending: if missed {
+                    Ending::TargetLoadNotReached
+                } else {
+                    Ending::Reached
+                },
                 pour_steps: 1,
                 load_steps: 1,
                 settled_state: None,
                 last_state: None,
                 measured,
                 settled: Some(fields(truth, Moment::Settled, &tables[1], &mut source)),
-                last: (!sank).then(|| fields(truth, Moment::Loaded, &tables[0], &mut source)),
+                loaded: (!missed).then(|| fields(truth, Moment::Loaded, &tables[0], &mut source)),
             }
         })
         .collect()

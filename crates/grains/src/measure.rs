@@ -48,7 +48,7 @@ pub fn all(scene: &Scene, settled: Option<Bed<'_>>, last: Bed<'_>) -> Vec<Quanti
     if let Some(settled) = settled {
         quantities.extend(bed(scene, "settled", settled, surface));
     }
-    quantities.extend(bed(scene, "last", last, surface));
+    quantities.extend(bed(scene, "loaded", last, surface));
     quantities
 }
 

@@ -36,7 +36,7 @@ pub struct Member {
     /// Around the control points under gravity alone; none where the bed did not settle.
     pub settled: Option<Fields>,
     /// Around the control points when the force is reached; none where it was not.
-    pub last: Option<Fields>,
+    pub loaded: Option<Fields>,
 }
 
 /// Stresses of one moment around the control points.
@@ -65,7 +65,7 @@ impl Member {
             last_state: None,
             measured: BTreeMap::new(),
             settled: None,
-            last: None,
+            loaded: None,
         }
     }
 
@@ -87,7 +87,7 @@ impl Member {
             last_state: Some(last.digest()),
             measured: realization::measured(scene, run),
             settled: settled.and_then(fields),
-            last: reached.then(|| fields(last)).flatten(),
+            loaded: reached.then(|| fields(last)).flatten(),
         }
     }
 }

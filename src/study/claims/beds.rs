@@ -163,8 +163,8 @@ pub fn reached(members: &[Member]) -> Claim {
             .count()
     };
     let reached = is(|ending| *ending == Ending::Reached);
-    let sank = is(|ending| *ending == Ending::Sank);
-    let others = members.len() - reached - sank;
+    let missed = is(|ending| *ending == Ending::TargetLoadNotReached);
+    let others = members.len() - reached - missed;
     let share = |hits: usize| move |level: f64| wilson(hits, members.len(), level);
     let mut rows = vec![
         Row::judged(
@@ -175,12 +175,7 @@ pub fn reached(members: &[Member]) -> Claim {
             share(reached),
         )
         .against(1.0),
-        Row::shown(
-            "sank to the give-up depth without it",
-            "1",
-            members.len(),
-            share(sank),
-        ),
+        Row::shown("target load not reached", "1", members.len(), share(missed)),
         Row::shown(
             "did not settle, or failed",
             "1",
@@ -193,7 +188,7 @@ pub fn reached(members: &[Member]) -> Claim {
         Verdict::DoesNotHold => Verdict::CannotBeDecided,
         other => other,
     });
-    let left_out = if sank == 0 {
+    let left_out = if missed == 0 {
         "no mean under load is biased by them".to_owned()
     } else {
         let of = &rows[3..];
@@ -217,7 +212,7 @@ pub fn reached(members: &[Member]) -> Claim {
         statement: "In each of about one thousand experiments the punch is moved until its force equals 2ap.".to_owned(),
         verdict,
         reading: format!(
-            "{reached} of {} got the force, {sank} sank and {others} did not settle or failed; {left_out}.",
+            "{reached} of {} got the force, in {missed} the target load was not reached, and {others} did not settle or failed; {left_out}.",
             members.len()
         ),
         decided_by: format!(
@@ -230,7 +225,7 @@ pub fn reached(members: &[Member]) -> Claim {
     }
 }
 
-/// What leaving out the sunk members does to means that all settled members have: (kept − all)/all.
+/// What leaving out members without the force does to means that all settled members have: (kept − all)/all.
 fn bias(members: &[Member]) -> Vec<Row> {
     let split = |key: &str| {
         let of = |wanted: Ending| -> Vec<f64> {
@@ -239,7 +234,7 @@ fn bias(members: &[Member]) -> Vec<Row> {
                 .copied()
                 .collect()
         };
-        (of(Ending::Reached), of(Ending::Sank))
+        (of(Ending::Reached), of(Ending::TargetLoadNotReached))
     };
     let quantities = [
         ("settled.height.mean_surface", "height"),
@@ -263,7 +258,7 @@ fn bias(members: &[Member]) -> Vec<Row> {
         });
         let t = of.estimate / compared.error;
         Some(row.with(
-            "kept and sunk members have the same mean (Welch)",
+            "kept members and those without the force have the same mean (Welch)",
             t,
             compared.p,
         ))

@@ -46,7 +46,7 @@ pub struct Volume {
 /// Growing volumes about a point at a moment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Volumes {
-    /// `last` or `settled`.
+    /// `loaded` or `settled`.
     pub moment: Cow<'static, str>,
     /// The control point.
     pub point: Cow<'static, str>,

@@ -25,7 +25,7 @@ impl Moment {
     pub fn key(self) -> &'static str {
         match self {
             Moment::Settled => "settled",
-            Moment::Loaded => "last",
+            Moment::Loaded => "loaded",
         }
     }
 
@@ -40,7 +40,7 @@ impl Moment {
     fn fields(self, member: &Member) -> Option<&Fields> {
         match self {
             Moment::Settled => member.settled.as_ref(),
-            Moment::Loaded => member.last.as_ref(),
+            Moment::Loaded => member.loaded.as_ref(),
         }
     }
 }

@@ -79,7 +79,7 @@ pub fn judge(figure: &Published, rows: &[&Member], base: &[&Member]) -> Judged {
         packings: values.len(),
         verdict: verdict(found, low, high),
         near,
-        conditional: figure.key.starts_with("last.") && share_reached(rows) < ENOUGH_REACHED,
+        conditional: figure.key.starts_with("loaded.") && share_reached(rows) < ENOUGH_REACHED,
         change: (figure.of == Of::Mean)
             .then(|| change(figure, rows, base))
             .flatten(),
@@ -193,10 +193,10 @@ mod tests {
             (0..20)
                 .map(|index| {
                     if index < sunk {
-                        row(index as u64, Ending::Sank, &[])
+                        row(index as u64, Ending::TargetLoadNotReached, &[])
                     } else {
                         let value = 13.6e3 + 10.0 * index as f64;
-                        let key = "last.stress.O.local_zz";
+                        let key = "loaded.stress.O.local_zz";
                         row(index as u64, Ending::Reached, &[(key, value)])
                     }
                 })
@@ -215,7 +215,7 @@ mod tests {
             (0..count)
                 .map(|index| {
                     let share = (f64::from(index) + 0.5) / f64::from(count);
-                    let key = "last.stress.O.grain_zz";
+                    let key = "loaded.stress.O.grain_zz";
                     row(u64::from(index), Ending::Reached, &[(key, stress(share))])
                 })
                 .collect()

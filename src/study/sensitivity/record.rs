@@ -134,7 +134,7 @@ fn base_members<'a>(plan: &Plan, members: &'a Members) -> Vec<&'a Member> {
 fn point(setting: &Setting, members: &[&Member], base: &[&Member]) -> Point {
     let depths: Vec<f64> = members
         .iter()
-        .filter_map(|of| of.measured.get("last.punch.depth").copied())
+        .filter_map(|of| of.measured.get("loaded.punch.depth").copied())
         .collect();
     Point {
         digest: setting.specification.digest(),
@@ -176,7 +176,7 @@ fn ids(points: &[Point], wanted: impl Fn(&Point) -> bool) -> Vec<String> {
 
 fn joint(points: &[Point]) -> Vec<Joint> {
     let is_bed = |of: &Published| of.key.starts_with("settled.");
-    let is_stress = |of: &Published| of.of == Of::Mean && of.key.starts_with("last.");
+    let is_stress = |of: &Published| of.of == Of::Mean && of.key.starts_with("loaded.");
     let together = |title: &str, wanted: &dyn Fn(&Published) -> bool| {
         let all = |check: &dyn Fn(&Judged) -> bool| {
             ids(points, |point| {

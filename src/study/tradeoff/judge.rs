@@ -132,7 +132,7 @@ pub fn judge(pairs: &[(&Member, &Member)], comparable: impl Fn(&str) -> bool) ->
     );
     let worsts: Vec<Worst> = differences.iter().filter_map(worst).collect();
     let of = |moment: &str| larger(worsts.iter().filter(|worst| worst.key.starts_with(moment)));
-    let (bed, load) = (of("settled.").cloned(), of("last.").cloned());
+    let (bed, load) = (of("settled.").cloned(), of("loaded.").cloned());
     let by_chance = missed.map(|interval| Worst {
         error: interval.over(MISSED).absolute(),
         key: MISSED_KEY.to_owned(),
@@ -193,13 +193,13 @@ mod tests {
             .map(|realization| {
                 let noise = 1.0e-4 * (realization as f64 * 0.7).sin();
                 let ending = if realization <= sank {
-                    Ending::Sank
+                    Ending::TargetLoadNotReached
                 } else {
                     Ending::Reached
                 };
                 let keys = QUANTITIES
                     .iter()
-                    .filter(|of| ending == Ending::Reached || !of.key.starts_with("last."));
+                    .filter(|of| ending == Ending::Reached || !of.key.starts_with("loaded."));
                 Member {
                     specification: "m".to_owned(),
                     realization,
@@ -239,10 +239,10 @@ mod tests {
     fn punches_that_miss_the_force_are_counted_and_decide() {
         let reference = members(1.0, 0);
         let found = judged(&reference, &members(1.0, 30));
-        assert_eq!(found.endings.sank, 30);
+        assert_eq!(found.endings.target_load_not_reached, 30);
         assert_eq!(found.missed_finding, Some(Finding::Different));
         assert_eq!(found.finding(), Finding::Different);
-        let stress = found.of("last.stress.O.local_zz");
+        let stress = found.of("loaded.stress.O.local_zz");
         assert_eq!(stress.map(|of| of.paired.pairs), Some(70));
     }
 
@@ -250,7 +250,7 @@ mod tests {
     fn what_was_not_measured_is_not_equivalent() {
         let mut lacking = members(1.0, 0);
         for member in &mut lacking {
-            member.measured.remove("last.stress.B.local_zz");
+            member.measured.remove("loaded.stress.B.local_zz");
         }
         let found = judged(&members(1.0, 0), &lacking);
         assert_eq!(found.finding(), Finding::Undecided);
