@@ -13,15 +13,12 @@ pub mod detection;
 mod document;
 mod drops;
 mod oscillators;
-mod pairs;
 pub mod parameters;
-pub mod precision;
 mod rolling;
 pub mod run;
 mod sliding;
 mod statics;
 mod symmetry;
-pub mod trajectories;
 
 use serde::Serialize;
 
@@ -113,7 +110,7 @@ pub fn groups() -> Vec<CaseGroup> {
         collisions::groups(),
         drops::groups(),
         sliding::groups(),
-        pairs::groups(),
+        conservation::pairs(),
         oscillators::groups(),
         rolling::groups(),
         conservation::groups(),

@@ -1,9 +1,9 @@
 //! The comparison: agrees where it should, and can fail.
 
-use crossgrain::compare::common_start::CommonStart;
 use crossgrain::compare::divergence::Divergence;
+use crossgrain::compare::divergence::{Scatter, of_replicas, quantities};
+use crossgrain::compare::first_difference::CommonStart;
 use crossgrain::compare::first_difference::Locator;
-use crossgrain::compare::replicas::{Scatter, of_replicas, quantities};
 use crossgrain::compare::{Comparison, Verdict, Yardstick, compare};
 use crossgrain::run::folder::RunFolder;
 use crossgrain::run::folder::record::Protocol;
@@ -261,7 +261,7 @@ fn other_sizes_or_masses_are_found() {
 /// From rows far apart the search finds the very step that rows of every step show.
 #[test]
 fn faults_in_friction_are_found_with_their_step() {
-    let mut every_step = crossgrain::suite::trajectories::rough(100);
+    let mut every_step = crossgrain::suite::cross_code::rough(100);
     every_step.measurement.history_every = 1;
     let mut seldom = every_step.clone();
     seldom.measurement.history_every = 20;
@@ -296,7 +296,7 @@ fn faults_in_friction_are_found_with_their_step() {
 /// The step at which a grain first bears three forces is that of the run, whatever contacts remember.
 #[test]
 fn three_forces_on_a_rough_grain_are_counted_in_the_run_itself() {
-    let scene = crossgrain::suite::trajectories::rough(100);
+    let scene = crossgrain::suite::cross_code::rough(100);
     let protocol = Protocol::Steps { steps: 4000 };
     let run = native_run(&scene, sound(), protocol);
     let common = CommonStart::of(&run, &run, None).expect("a run that goes on");

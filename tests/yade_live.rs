@@ -84,7 +84,7 @@ fn pouring_5000_grains_for_20000_steps_gives_the_same_bits() {
     ignore = "needs YADE: cargo test --features yade"
 )]
 fn rough_spinning_grains_poured_and_pressed_have_the_same_bits() {
-    let mut scene = crossgrain::suite::trajectories::rough(5000);
+    let mut scene = crossgrain::suite::cross_code::rough(5000);
     scene.settle.check_every = 10_000;
     scene.settle.max_steps = 20_000;
     // At the second look the bed has less energy than at the first, so pouring ends there.
@@ -271,7 +271,7 @@ fn a_fault_under_the_punch_is_located_against_yade() {
     ignore = "needs YADE: cargo test --features yade"
 )]
 fn the_ordinary_loop_parts_only_where_the_order_of_sums_matters() {
-    use crossgrain::compare::common_start::CommonStart;
+    use crossgrain::compare::first_difference::CommonStart;
     let scene = small_scene();
     let protocol = Protocol::Steps { steps: 6000 };
     let ordinary = yade::Options {

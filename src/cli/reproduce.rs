@@ -22,7 +22,7 @@ use crate::reproduce::beside::Beside;
 use crate::reproduce::checks;
 use crate::reproduce::record::Reproduction;
 use crate::reproduce::{Options, reproduce};
-use crate::run::scene_file::read_scene;
+use crate::run::folder::read_scene;
 use grains::native::Perturbation;
 use grains::scene::paper_scene;
 

@@ -20,7 +20,8 @@ use crate::study::machine::{Job, Machine, Status, Summary};
 use crate::study::realization::Engines;
 use crate::study::report::RECORD;
 use crate::study::shard::Shard;
-use crate::study::{open, slurm, workers};
+use crate::study::{open, slurm};
+use crate::workers;
 
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Examples:\n  crossgrain scene paper > scene.json\n  \
