@@ -7,7 +7,6 @@ pub mod first_difference;
 
 use serde::Serialize;
 
-pub use crate::checks::Outcome as Verdict;
 use crate::checks::{self, Check, Outcome};
 use crate::document::{Cell, Document, Section, Table};
 use crate::run::folder::RunFolder;

@@ -111,7 +111,7 @@ pub fn recorded(
         version: RECORD_VERSION,
         crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
         engine: record,
-        model: Some(ModelRecord::of(scene, matches!(engine, Engine::Native(_)))),
+        model: ModelRecord::of(scene, matches!(engine, Engine::Native(_))),
         scene_digest: scene.digest(),
         initial_digest: task.start.bodies.digest(),
         protocol,

@@ -46,7 +46,7 @@ pub enum Evidence {
 }
 
 /// How the tracks of an experiment's cases are judged.
-type Judge = Box<dyn Fn(&[Track]) -> Vec<Check> + Send + Sync>;
+type Judge = Box<dyn Fn(&[Track], &mut Figures) + Send + Sync>;
 
 /// Cases that one engine can run alone, and what their tracks must show.
 pub struct CaseGroup {
@@ -79,7 +79,7 @@ impl CaseGroup {
     pub fn with(
         mut self,
         cases: impl IntoIterator<Item = Case>,
-        judge: impl Fn(&[Track]) -> Vec<Check> + Send + Sync + 'static,
+        judge: impl Fn(&[Track], &mut Figures) + Send + Sync + 'static,
     ) -> Self {
         let before = self.cases.len();
         self.cases.extend(cases);
@@ -94,13 +94,14 @@ impl CaseGroup {
             return Vec::new();
         }
         let mut rest = tracks;
-        let mut checks = Vec::new();
+        let mut figures = Figures::default();
         for (count, judge) in &self.judges {
             let (own, others) = rest.split_at(*count);
-            checks.extend(judge(own));
+            figures.case("");
+            judge(own, &mut figures);
             rest = others;
         }
-        checks
+        figures.done()
     }
 }
 
@@ -130,7 +131,8 @@ pub fn outcome(checks: &[Check]) -> Outcome {
     }
 }
 
-/// The checks of one experiment. One rule for all: |value − expected| ≤ tolerance, and what is no number fails.
+/// The checks of experiments. One rule for all: |value − expected| ≤ tolerance, and what is no number fails.
+#[derive(Default)]
 pub struct Figures {
     case: String,
     basis: &'static str,
@@ -138,13 +140,10 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// Of a case with this id, which may be empty.
-    pub fn of(case: impl Into<String>) -> Self {
-        Figures {
-            case: case.into(),
-            basis: "",
-            checks: Vec::new(),
-        }
+    /// The checks that follow are of a case with this id, which may be empty.
+    pub fn case(&mut self, id: impl Into<String>) {
+        self.case = id.into();
+        self.basis = "";
     }
 
     /// Where the tolerances of the checks that follow come from.

@@ -7,8 +7,8 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crossgrain::checks::Outcome;
+use crossgrain::compare::compare;
 use crossgrain::compare::first_difference::Locator;
-use crossgrain::compare::{Verdict, compare};
 use crossgrain::engine::yade;
 use crossgrain::progress::Display;
 use crossgrain::run::folder::RunFolder;
@@ -45,7 +45,7 @@ fn all_pass(a: &RunFolder, b: &RunFolder) {
     for check in &comparison.checks {
         assert_eq!(
             check.outcome,
-            Verdict::Pass,
+            Outcome::Pass,
             "{}: {}",
             check.quantity,
             check.found
@@ -281,11 +281,11 @@ fn the_ordinary_loop_parts_only_where_the_order_of_sums_matters() {
     let yade = yade_run(&scene, ordinary, protocol);
     let native = native_run(&scene, sound(), protocol);
     let common = CommonStart::of(&native, &yade, Some(&Locator::default())).expect("runs");
-    assert_eq!(common.verdict(), Verdict::Pass, "{common}");
+    assert_eq!(common.verdict(), Outcome::Pass, "{common}");
     assert!(common.first_unequal.is_some(), "the loops do differ");
     let stiff = native_run(&scene, faulty("stiffness=1e-12"), protocol);
     let common = CommonStart::of(&stiff, &yade, Some(&Locator::default())).expect("runs");
-    assert_eq!(common.verdict(), Verdict::Fail, "{common}");
+    assert_eq!(common.verdict(), Outcome::Fail, "{common}");
 }
 
 /// A watched child: the program, and whether any process below it holds a socket.

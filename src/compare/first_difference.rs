@@ -11,8 +11,8 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::Verdict;
 use super::bits::{self, NumberPair, TableBits};
+use crate::checks::Outcome;
 use crate::engine::{exec, yade};
 use crate::files::{file_digest, work_folder};
 use crate::run::folder::RunFolder;
@@ -375,15 +375,15 @@ impl CommonStart {
 
     /// No state differs before a grain has borne three forces. Not made where the histories have
     /// no moment in between to show it.
-    pub fn verdict(&self) -> Verdict {
+    pub fn verdict(&self) -> Outcome {
         if let Some(anew) = &self.anew {
             return anew.verdict();
         }
         match (self.last_equal, self.first_unequal, self.three_forces) {
-            (_, Some(unequal), Some(three)) if unequal <= three => Verdict::Fail,
-            (_, Some(_), None) => Verdict::Fail,
-            (None | Some(0), _, _) => Verdict::Skipped,
-            _ => Verdict::Pass,
+            (_, Some(unequal), Some(three)) if unequal <= three => Outcome::Fail,
+            (_, Some(_), None) => Outcome::Fail,
+            (None | Some(0), _, _) => Outcome::Skipped,
+            _ => Outcome::Pass,
         }
     }
 }

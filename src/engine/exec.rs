@@ -23,9 +23,6 @@ use grains::scene::Scene;
 use grains::tables::{Bodies, Punch, Snapshot, Stage};
 use grains::task::{Case, Observer, Outcome, Task, Until};
 
-/// The name until all callers know the other.
-pub type ExecError = ProgramError;
-
 /// The version of the protocol that this program speaks.
 pub const PROTOCOL: u32 = 1;
 

@@ -177,9 +177,9 @@ impl RunFolder {
         let record_text = read_text(&record_path, LARGEST_RECORD)?;
         let broken = |error: serde_json::Error| wrong(format!("run.json: {error}"));
         let Versioned { version } = serde_json::from_str(&record_text).map_err(broken)?;
-        if !(1..=RECORD_VERSION).contains(&version) {
+        if version != RECORD_VERSION {
             return Err(wrong(format!(
-                "run.json has version {version}, this program reads versions 1 to {RECORD_VERSION}"
+                "run.json has version {version}, this program reads version {RECORD_VERSION}"
             )));
         }
         let record: RunRecord = serde_json::from_str(&record_text).map_err(broken)?;

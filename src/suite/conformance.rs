@@ -320,11 +320,7 @@ fn contact_agrees(their: &Contact, own: &Contact) -> Result<(), String> {
 }
 
 /// The first moment and grain that is farther off than `tolerance` of its radius, or has another velocity.
-fn moments_agree(
-    theirs: &[Snapshot],
-    native: &[Snapshot],
-    tolerance: f64,
-) -> Result<(), String> {
+fn moments_agree(theirs: &[Snapshot], native: &[Snapshot], tolerance: f64) -> Result<(), String> {
     if theirs.len() != native.len() {
         return Err(format!(
             "{} moments instead of {}",

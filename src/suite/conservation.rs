@@ -121,10 +121,10 @@ fn momentum() -> CaseGroup {
         let grains = crowd::grains(6, 5, [0.0; 2]);
         let case = build::case(id, build::model(law, 0.1 * time), &grains, vec![STEPS]);
         let start = momenta(&case.bodies, &grains);
-        group = group.with([case], move |tracks| {
+        group = group.with([case], move |tracks, figures| {
             let at = tracks[0].first().map(|at| momenta(&at.bodies, &grains));
             let found = at.unwrap_or([f64::NAN; 3]);
-            let mut figures = Figures::of(id);
+            figures.case(id);
             figures.because(
                 "conserved but for rounding: eight roundings a step of the sum of all terms",
             );
@@ -139,7 +139,6 @@ fn momentum() -> CaseGroup {
                 let off = rounding(STEPS, sizes(&grains)[i]);
                 figures.is(what, found[i], start[i], off);
             }
-            figures.done()
         });
     }
     group
@@ -261,16 +260,15 @@ fn watched(
     let moments = (0..=MOMENTS).map(|i| i * every).collect();
     let case = build::case(id, model, &crowd::grains(rows, rows, [0.0; 2]), moments);
     let of = case.clone();
-    group.with([case], move |tracks| {
+    group.with([case], move |tracks, figures| {
         let energies = Energies { case: &of };
         let [found, expected] = figure(energies.over_the_first(&tracks[0]));
-        let mut figures = Figures::of(&of.name);
+        figures.case(&of.name);
         figures.because(
             "the energy that each contact stores at its peak, times ¼(ω dt)² for closing and \
              opening between two steps, added up",
         );
         figures.is(what, found, expected, energies.kinks(&tracks[0]));
-        figures.done()
     })
 }
 
@@ -525,11 +523,10 @@ fn gross_sliding() -> CaseGroup {
     ] {
         for disc in [false, true] {
             let of = Couple::glass(id, disc, radii, across, spins);
-            group = group.with([of.case()], move |tracks| {
-                let mut figures = Figures::of(&of.id);
-                of.impulses(&tracks[0], &mut figures);
-                of.conservation(&tracks[0], &mut figures);
-                figures.done()
+            group = group.with([of.case()], move |tracks, figures| {
+                figures.case(&of.id);
+                of.impulses(&tracks[0], figures);
+                of.conservation(&tracks[0], figures);
             });
         }
     }
@@ -548,9 +545,9 @@ fn opposite_spins() -> CaseGroup {
     ] {
         for disc in [false, true] {
             let of = Couple::glass(id, disc, radii, [0.0; 2], spins);
-            group = group.with([of.case()], move |tracks| {
+            group = group.with([of.case()], move |tracks, figures| {
                 let end = at(&tracks[0], of.moments()[1]);
-                let mut figures = Figures::of(&of.id);
+                figures.case(&of.id);
                 figures.because("no slip, no tangential force; rounding in every step");
                 for (id, grain) in of.grains.iter().enumerate() {
                     let off = grain.spin.abs() * of.rounding();
@@ -561,7 +558,6 @@ fn opposite_spins() -> CaseGroup {
                     let across = end.velocity(id)[1];
                     figures.is(&what, across, 0.0, of.approach * of.rounding());
                 }
-                figures.done()
             });
         }
     }

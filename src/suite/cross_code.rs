@@ -112,7 +112,7 @@ pub fn judge(of: &CrossCase, native: &Track, loads: &[Vec<Load>], yade: &InYade)
     for &place in &of.places {
         counts.push(contacts_at(place, of, native, &yade.track));
     }
-    let mut figures = Figures::of("");
+    let mut figures = Figures::default();
     figures.because("same operations in the same order: every bit");
     for (id, what, differing, of) in counts {
         // Nothing compared is nothing shown.
@@ -239,17 +239,15 @@ pub fn recorded() -> Vec<CaseGroup> {
         RECORDED,
         "Pouring the paper's 5,000 grains gives the states that YADE gave when it was recorded",
     );
-    let group = group.with([case], move |tracks| {
+    let group = group.with([case], move |tracks, figures| {
         let moments = tracks[0].iter().zip(&recorded);
         let differing = moments.filter(|(moment, row)| moment.bodies.digest() != row.state);
         let differing = differing.count() + tracks[0].len().abs_diff(recorded.len());
         let none = recorded.is_empty();
         let value = if none { f64::NAN } else { differing as f64 };
         let what = format!("states: states whose bits differ; of {}, 1", recorded.len());
-        let mut figures = Figures::of("");
         figures.because("same operations in the same order: every bit");
         figures.is(&what, value, 0.0, 0.0);
-        figures.done()
     });
     vec![CaseGroup {
         evidence: Evidence::CrossCode,

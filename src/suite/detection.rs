@@ -105,7 +105,7 @@ impl Limits {
 
     /// What must hold of the table.
     pub fn checks(&self) -> Vec<Check> {
-        let mut figures = Figures::of("");
+        let mut figures = Figures::default();
         figures.because("every fault must be detected by at least one case");
         for (index, fault) in self.faults.iter().enumerate() {
             // Which case it is stands in the table: the name of a check is the same whoever detects.

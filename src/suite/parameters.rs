@@ -144,7 +144,7 @@ pub fn checks(
     options: impl Into<CaseOptions>,
 ) -> Result<Vec<Check>, NativeError> {
     let options = options.into();
-    let mut figures = Figures::of("");
+    let mut figures = Figures::default();
     figures.because("the same formulas of the same numbers");
     for Answer { name, probe, yade } in answers {
         let native = native::effective(probe, options)?;
@@ -378,7 +378,7 @@ fn largest_error(of: &Snapshot, truth: &Snapshot) -> f64 {
 
 /// What the errors must show.
 pub fn precision_checks(errors: &[Errors]) -> Vec<Check> {
-    let mut figures = Figures::of("");
+    let mut figures = Figures::default();
     let mut compared = 0;
     for of in errors {
         let step = of.step;

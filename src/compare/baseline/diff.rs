@@ -8,7 +8,6 @@ use serde::Serialize;
 use super::Baseline;
 use crate::checks::record::Record;
 use crate::checks::{Check, Measured, Outcome, Speed};
-use crate::compare::Verdict;
 
 /// What became of a check. The order is that of reading: the worst first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -104,7 +103,7 @@ pub struct Diff {
     /// All speeds.
     pub speeds: Vec<SpeedPair>,
     /// Failed if anything is worse; not made if something can no longer be told; else passed.
-    pub verdict: Verdict,
+    pub verdict: Outcome,
 }
 
 /// Limits that differ by less, relative to their width, are the same.
@@ -162,7 +161,7 @@ impl Diff {
     /// Every measured number must be the same to the last bit, as in a change that is to change nothing.
     pub fn demanding_bits(mut self) -> Self {
         if !self.moved.is_empty() {
-            self.verdict = Verdict::Fail;
+            self.verdict = Outcome::Fail;
         }
         self
     }
@@ -203,18 +202,18 @@ impl Diff {
     }
 }
 
-fn verdict(changes: &[Changed], speeds: &[SpeedPair]) -> Verdict {
+fn verdict(changes: &[Changed], speeds: &[SpeedPair]) -> Outcome {
     let any = |wanted: &[Change]| changes.iter().any(|of| wanted.contains(&of.change));
     if any(&[Change::NewFailure]) || speeds.iter().any(|of| of.pace == Pace::Slower) {
-        Verdict::Fail
+        Outcome::Fail
     } else if any(&[
         Change::NoLongerMade,
         Change::Removed,
         Change::DefinitionChanged,
     ]) {
-        Verdict::Skipped
+        Outcome::Skipped
     } else {
-        Verdict::Pass
+        Outcome::Pass
     }
 }
 
@@ -507,7 +506,7 @@ mod tests {
         diff(&baseline, after)
     }
 
-    fn of_one(before: Option<Check>, after: Option<Check>) -> (Option<Change>, Verdict) {
+    fn of_one(before: Option<Check>, after: Option<Check>) -> (Option<Change>, Outcome) {
         let run = |check: Option<Check>| record(check.into_iter().collect(), Vec::new());
         let diff = between(run(before), &run(after));
         (diff.changes.first().map(|of| of.change), diff.verdict)
@@ -517,7 +516,7 @@ mod tests {
     fn each_kind_of_change_is_told_and_weighed() {
         use Change::*;
         use Outcome::{ExpectedFailure, Fail, Pass, Skipped};
-        use Verdict::{Fail as Worse, Pass as Fine, Skipped as Open};
+        use Outcome::{Fail as Worse, Pass as Fine, Skipped as Open};
         let a = |value, outcome| Some(check("a", value, outcome));
         let other = |change: fn(&mut Check)| {
             let mut check = check("a", 1.0, Pass);
@@ -601,10 +600,10 @@ mod tests {
         assert_eq!(diff.unmoved, 1);
         assert!(diff.in_a_line().contains("4 of 5 measured numbers moved"));
         // Numbers alone are findings; whether they may move is for the caller to say.
-        assert_eq!(diff.verdict, Verdict::Pass);
-        assert_eq!(diff.demanding_bits().verdict, Verdict::Fail);
+        assert_eq!(diff.verdict, Outcome::Pass);
+        assert_eq!(diff.demanding_bits().verdict, Outcome::Fail);
         let same = between(before.clone(), &before).demanding_bits();
-        assert_eq!(same.verdict, Verdict::Pass);
+        assert_eq!(same.verdict, Outcome::Pass);
     }
 
     #[test]
@@ -617,7 +616,7 @@ mod tests {
         let single = |value| speed(value, None, "times native");
         let rounds = |value| speed(value, Some([value - 2.0, value + 2.0]), "times native");
         let counted = |value| speed(value, None, "instructions a step");
-        use Verdict::{Fail, Pass};
+        use Outcome::{Fail, Pass};
         assert_eq!(pace(single(80.0), single(60.0)), (Pace::Same, Pass));
         assert_eq!(pace(single(80.0), single(40.0)), (Pace::Slower, Fail));
         assert_eq!(pace(single(40.0), single(80.0)), (Pace::Faster, Pass));
