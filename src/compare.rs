@@ -2,24 +2,19 @@
 
 pub mod baseline;
 pub mod bits;
-pub mod common_start;
 pub mod divergence;
 pub mod first_difference;
-pub mod replicas;
 
 use serde::Serialize;
 
-pub use crate::checks::Outcome as Verdict;
 use crate::checks::{self, Check, Outcome};
 use crate::document::{Cell, Document, Section, Table};
 use crate::run::folder::RunFolder;
 use crate::run::folder::record::EngineRecord;
 use bits::TableBits;
-use common_start::CommonStart;
-use divergence::{Divergence, Divergences};
-use first_difference::{FirstDifference, Locator};
+use divergence::{Divergence, Divergences, REPLICAS, Scatter};
+use first_difference::{CommonStart, FirstDifference, Locator};
 use grains::measure::Quantity;
-use replicas::{REPLICAS, Scatter};
 
 /// A measured quantity in both runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -458,10 +453,10 @@ fn quantities(
     comparison: &mut Comparison,
 ) {
     let exact = comparison.bits_expected;
-    let (of_a, of_b) = (replicas::quantities(a), replicas::quantities(b));
+    let (of_a, of_b) = (divergence::quantities(a), divergence::quantities(b));
     let of_control = yardstick
         .and_then(|yardstick| yardstick.control)
-        .map(replicas::quantities);
+        .map(divergence::quantities);
     let find = |list: &[Quantity], key: &str| {
         list.iter()
             .find(|quantity| quantity.key == key)

@@ -4,9 +4,9 @@ use crate::checks::record::RecordError;
 use crate::compare::baseline::BaselineError;
 use crate::engine::EngineError;
 use crate::files::FileError;
+use crate::run::KeptError;
 use crate::run::folder::FolderError;
-use crate::run::kept::KeptError;
-use crate::run::scene_file::SceneFileError;
+use crate::run::folder::SceneFileError;
 use crate::study::StudyError;
 use crate::suite::run::VerifyError;
 

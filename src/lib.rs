@@ -9,6 +9,8 @@ pub mod files;
 
 pub mod interrupt;
 
+pub mod workers;
+
 pub mod child;
 
 pub mod checks;

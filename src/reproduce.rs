@@ -12,8 +12,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use crate::checks::{Outcome, verdict};
+use crate::compare::divergence::{REPLICAS, Scatter, of_replicas};
 use crate::compare::first_difference::Locator;
-use crate::compare::replicas::{REPLICAS, Scatter, of_replicas};
 use crate::compare::{Comparison, compare};
 use crate::engine::yade;
 use crate::error::Error;
@@ -22,7 +22,7 @@ use crate::paper;
 use crate::progress::Display;
 use crate::run::folder::record::{EngineRecord, Protocol};
 use crate::run::folder::{RunFolder, recording};
-use crate::run::kept::to_folder;
+use crate::run::to_folder;
 use crate::run::{Engine, EngineError, recorded};
 use crate::suite::parameters::{self, ParameterPair};
 use crate::suite::run::{Verification, verify};

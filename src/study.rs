@@ -36,7 +36,6 @@ pub mod slurm;
 pub mod specification;
 pub mod store;
 pub mod tradeoff;
-pub mod workers;
 
 use std::path::{Path, PathBuf};
 

@@ -13,15 +13,12 @@ pub mod detection;
 mod document;
 mod drops;
 mod oscillators;
-mod pairs;
 pub mod parameters;
-pub mod precision;
 mod rolling;
 pub mod run;
 mod sliding;
 mod statics;
 mod symmetry;
-pub mod trajectories;
 
 use serde::Serialize;
 
@@ -49,7 +46,7 @@ pub enum Evidence {
 }
 
 /// How the tracks of an experiment's cases are judged.
-type Judge = Box<dyn Fn(&[Track]) -> Vec<Check> + Send + Sync>;
+type Judge = Box<dyn Fn(&[Track], &mut Figures) + Send + Sync>;
 
 /// Cases that one engine can run alone, and what their tracks must show.
 pub struct CaseGroup {
@@ -82,7 +79,7 @@ impl CaseGroup {
     pub fn with(
         mut self,
         cases: impl IntoIterator<Item = Case>,
-        judge: impl Fn(&[Track]) -> Vec<Check> + Send + Sync + 'static,
+        judge: impl Fn(&[Track], &mut Figures) + Send + Sync + 'static,
     ) -> Self {
         let before = self.cases.len();
         self.cases.extend(cases);
@@ -97,13 +94,14 @@ impl CaseGroup {
             return Vec::new();
         }
         let mut rest = tracks;
-        let mut checks = Vec::new();
+        let mut figures = Figures::default();
         for (count, judge) in &self.judges {
             let (own, others) = rest.split_at(*count);
-            checks.extend(judge(own));
+            figures.case("");
+            judge(own, &mut figures);
             rest = others;
         }
-        checks
+        figures.done()
     }
 }
 
@@ -113,7 +111,7 @@ pub fn groups() -> Vec<CaseGroup> {
         collisions::groups(),
         drops::groups(),
         sliding::groups(),
-        pairs::groups(),
+        conservation::pairs(),
         oscillators::groups(),
         rolling::groups(),
         conservation::groups(),
@@ -133,7 +131,8 @@ pub fn outcome(checks: &[Check]) -> Outcome {
     }
 }
 
-/// The checks of one experiment. One rule for all: |value − expected| ≤ tolerance, and what is no number fails.
+/// The checks of experiments. One rule for all: |value − expected| ≤ tolerance, and what is no number fails.
+#[derive(Default)]
 pub struct Figures {
     case: String,
     basis: &'static str,
@@ -141,13 +140,10 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// Of a case with this id, which may be empty.
-    pub fn of(case: impl Into<String>) -> Self {
-        Figures {
-            case: case.into(),
-            basis: "",
-            checks: Vec::new(),
-        }
+    /// The checks that follow are of a case with this id, which may be empty.
+    pub fn case(&mut self, id: impl Into<String>) {
+        self.case = id.into();
+        self.basis = "";
     }
 
     /// Where the tolerances of the checks that follow come from.

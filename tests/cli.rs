@@ -226,7 +226,8 @@ fn the_papers_scene_agrees_with_the_recorded_yade_run() {
 /// What failed stands first on the page.
 #[test]
 fn a_failed_comparison_shows_on_the_page() {
-    use crossgrain::compare::{Verdict, compare};
+    use crossgrain::checks::Outcome;
+    use crossgrain::compare::compare;
     use crossgrain::reproduce::beside::Beside;
     use crossgrain::reproduce::record::NamedComparison;
     use crossgrain::reproduce::reproduce;
@@ -237,14 +238,14 @@ fn a_failed_comparison_shows_on_the_page() {
     let (mut reproduction, runs) = reproduce(&options, &display).expect("a job");
     let faulty = native_run(&small_scene(), faulty("gravity=1e-9"), Protocol::Whole);
     let comparison = compare(&runs.native, &faulty, None, None);
-    assert_eq!(comparison.verdict(), Verdict::Fail);
+    assert_eq!(comparison.verdict(), Outcome::Fail);
     reproduction.comparisons.push(NamedComparison {
         id: "compare/faulty".to_owned(),
         title: "sound against faulty".to_owned(),
         folders: vec!["native".to_owned()],
         comparison,
     });
-    reproduction.verdict = Verdict::Fail;
+    reproduction.verdict = Outcome::Fail;
     let page = crossgrain::report::page::render(&reproduction, &runs, &options.beside, None)
         .expect("a page")
         .html;

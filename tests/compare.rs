@@ -1,10 +1,11 @@
 //! The comparison: agrees where it should, and can fail.
 
-use crossgrain::compare::common_start::CommonStart;
+use crossgrain::checks::Outcome;
 use crossgrain::compare::divergence::Divergence;
+use crossgrain::compare::divergence::{Scatter, of_replicas, quantities};
+use crossgrain::compare::first_difference::CommonStart;
 use crossgrain::compare::first_difference::Locator;
-use crossgrain::compare::replicas::{Scatter, of_replicas, quantities};
-use crossgrain::compare::{Comparison, Verdict, Yardstick, compare};
+use crossgrain::compare::{Comparison, Yardstick, compare};
 use crossgrain::run::folder::RunFolder;
 use crossgrain::run::folder::record::Protocol;
 use grains::measure::Quantity;
@@ -27,11 +28,11 @@ fn a_run_agrees_with_itself_in_every_check() {
     assert!(comparison.agrees());
     assert!(comparison.first_difference.is_none());
     for check in &comparison.checks {
-        assert_eq!(check.outcome, Verdict::Pass, "{}", check.quantity);
+        assert_eq!(check.outcome, Outcome::Pass, "{}", check.quantity);
     }
     assert!(comparison.quantities.len() > 40);
     for pair in &comparison.quantities {
-        assert_eq!(pair.verdict, Verdict::Pass, "{}", pair.key);
+        assert_eq!(pair.verdict, Outcome::Pass, "{}", pair.key);
         assert_eq!(pair.difference, Some(0.0), "{}", pair.key);
     }
 }
@@ -76,7 +77,7 @@ fn a_fault_that_shows_under_the_punch_is_found_there() {
     let b = native_run(&other, sound(), Protocol::Whole);
     let comparison = located(&a, &b);
     let same_scene = &comparison.checks[0];
-    assert_eq!(same_scene.outcome, Verdict::Fail);
+    assert_eq!(same_scene.outcome, Outcome::Fail);
     assert!(
         same_scene.found.contains("/loading/speed"),
         "{}",
@@ -154,14 +155,14 @@ fn bits_agree_until_the_order_of_sums_can_matter() {
     let good = native_run(&scene, sound(), POUR);
     let reversed = native_run(&scene, faulty("sums=reversed"), POUR);
     let common = CommonStart::of(&good, &reversed, Some(&Locator::default())).expect("runs");
-    assert_eq!(common.verdict(), Verdict::Pass, "{common}");
+    assert_eq!(common.verdict(), Outcome::Pass, "{common}");
     assert!(common.three_forces.is_some() && common.first_unequal.is_some());
     let stiff = native_run(&scene, faulty("stiffness=1e-12"), POUR);
     // The histories alone say the same, if less sharply.
     let from_histories = CommonStart::of(&good, &reversed, None).expect("runs");
-    assert_eq!(from_histories.verdict(), Verdict::Pass, "{from_histories}");
+    assert_eq!(from_histories.verdict(), Outcome::Pass, "{from_histories}");
     let common = CommonStart::of(&good, &stiff, Some(&Locator::default())).expect("runs");
-    assert_eq!(common.verdict(), Verdict::Fail, "{common}");
+    assert_eq!(common.verdict(), Outcome::Fail, "{common}");
 }
 
 #[test]
@@ -227,10 +228,10 @@ fn an_ordinary_run_without_control_is_not_called_agreed() {
     };
     b.record.engine = ordinary(1.0e-4);
     let comparison = compare(&a, &b, None, None);
-    assert_eq!(comparison.verdict(), Verdict::Skipped);
+    assert_eq!(comparison.verdict(), Outcome::Skipped);
     // B itself is no control of B; a run with another verletDist is.
     let scatter = of_replicas(&a, &|| {}).expect("replicas");
-    for (distance, verdict) in [(1.0e-4, Verdict::Fail), (2.0e-4, Verdict::Pass)] {
+    for (distance, verdict) in [(1.0e-4, Outcome::Fail), (2.0e-4, Outcome::Pass)] {
         let mut control = b.clone();
         control.record.engine = ordinary(distance);
         let yardstick = Yardstick {
@@ -253,7 +254,7 @@ fn other_sizes_or_masses_are_found() {
     let mut b = a.clone();
     b.initial.mass[7] *= 1.0 + f64::EPSILON;
     let comparison = compare(&a, &b, None, None);
-    assert_eq!(comparison.verdict(), Verdict::Fail);
+    assert_eq!(comparison.verdict(), Outcome::Fail);
     let table = &comparison.tables[0];
     assert_eq!((table.differing, table.numbers), (1, 600));
 }
@@ -261,7 +262,7 @@ fn other_sizes_or_masses_are_found() {
 /// From rows far apart the search finds the very step that rows of every step show.
 #[test]
 fn faults_in_friction_are_found_with_their_step() {
-    let mut every_step = crossgrain::suite::trajectories::rough(100);
+    let mut every_step = crossgrain::suite::cross_code::rough(100);
     every_step.measurement.history_every = 1;
     let mut seldom = every_step.clone();
     seldom.measurement.history_every = 20;
@@ -296,7 +297,7 @@ fn faults_in_friction_are_found_with_their_step() {
 /// The step at which a grain first bears three forces is that of the run, whatever contacts remember.
 #[test]
 fn three_forces_on_a_rough_grain_are_counted_in_the_run_itself() {
-    let scene = crossgrain::suite::trajectories::rough(100);
+    let scene = crossgrain::suite::cross_code::rough(100);
     let protocol = Protocol::Steps { steps: 4000 };
     let run = native_run(&scene, sound(), protocol);
     let common = CommonStart::of(&run, &run, None).expect("a run that goes on");

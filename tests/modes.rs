@@ -1,6 +1,7 @@
 //! Modes without YADE's bits: labelled, repeatable, and refused where they do not exist.
 
-use crossgrain::compare::{Verdict, compare};
+use crossgrain::checks::Outcome;
+use crossgrain::compare::compare;
 use crossgrain::run::folder::record::Protocol;
 use grains::generate::initial_bodies;
 use grains::native::{self, Mode, Trouble};
@@ -50,7 +51,7 @@ fn free_and_single_are_labelled_repeatable_and_near() {
         for check in &comparison.checks {
             assert_ne!(
                 check.outcome,
-                Verdict::Fail,
+                Outcome::Fail,
                 "{}: {}",
                 check.quantity,
                 check.found

@@ -191,10 +191,7 @@ fn a_run_folder_keeps_the_evidence_for_its_step() {
     use crossgrain::progress::Display;
     use crossgrain::run::folder::RunFolder;
     use crossgrain::run::folder::record::{Protocol, RECORD_VERSION};
-    use crossgrain::run::{
-        Engine,
-        kept::{Preparation, prepared},
-    };
+    use crossgrain::run::{Engine, Preparation, prepared};
     use grains::native;
     let scene = small_bed();
     let choice = time_step::choose(&scene, 0.5).expect("a step");

@@ -7,8 +7,8 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crossgrain::checks::Outcome;
+use crossgrain::compare::compare;
 use crossgrain::compare::first_difference::Locator;
-use crossgrain::compare::{Verdict, compare};
 use crossgrain::engine::yade;
 use crossgrain::progress::Display;
 use crossgrain::run::folder::RunFolder;
@@ -45,7 +45,7 @@ fn all_pass(a: &RunFolder, b: &RunFolder) {
     for check in &comparison.checks {
         assert_eq!(
             check.outcome,
-            Verdict::Pass,
+            Outcome::Pass,
             "{}: {}",
             check.quantity,
             check.found
@@ -84,7 +84,7 @@ fn pouring_5000_grains_for_20000_steps_gives_the_same_bits() {
     ignore = "needs YADE: cargo test --features yade"
 )]
 fn rough_spinning_grains_poured_and_pressed_have_the_same_bits() {
-    let mut scene = crossgrain::suite::trajectories::rough(5000);
+    let mut scene = crossgrain::suite::cross_code::rough(5000);
     scene.settle.check_every = 10_000;
     scene.settle.max_steps = 20_000;
     // At the second look the bed has less energy than at the first, so pouring ends there.
@@ -271,7 +271,7 @@ fn a_fault_under_the_punch_is_located_against_yade() {
     ignore = "needs YADE: cargo test --features yade"
 )]
 fn the_ordinary_loop_parts_only_where_the_order_of_sums_matters() {
-    use crossgrain::compare::common_start::CommonStart;
+    use crossgrain::compare::first_difference::CommonStart;
     let scene = small_scene();
     let protocol = Protocol::Steps { steps: 6000 };
     let ordinary = yade::Options {
@@ -281,11 +281,11 @@ fn the_ordinary_loop_parts_only_where_the_order_of_sums_matters() {
     let yade = yade_run(&scene, ordinary, protocol);
     let native = native_run(&scene, sound(), protocol);
     let common = CommonStart::of(&native, &yade, Some(&Locator::default())).expect("runs");
-    assert_eq!(common.verdict(), Verdict::Pass, "{common}");
+    assert_eq!(common.verdict(), Outcome::Pass, "{common}");
     assert!(common.first_unequal.is_some(), "the loops do differ");
     let stiff = native_run(&scene, faulty("stiffness=1e-12"), protocol);
     let common = CommonStart::of(&stiff, &yade, Some(&Locator::default())).expect("runs");
-    assert_eq!(common.verdict(), Verdict::Fail, "{common}");
+    assert_eq!(common.verdict(), Outcome::Fail, "{common}");
 }
 
 /// A watched child: the program, and whether any process below it holds a socket.

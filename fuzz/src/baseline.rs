@@ -1,6 +1,6 @@
 //! Baselines: the parts `record.json`, a job's record, and `kept.json`, a baseline of another one.
 
-use crossgrain::compare::Verdict;
+use crossgrain::checks::Outcome;
 use crossgrain::compare::baseline::{Store, diff};
 use crossgrain::report;
 
@@ -21,7 +21,7 @@ pub fn read(input: &[u8]) -> bool {
     }
     let saved = store.load("saved").expect("what was saved just now");
     let same = diff::diff(&saved, &saved.record);
-    assert_eq!(same.verdict, Verdict::Pass, "a run differs from itself");
+    assert_eq!(same.verdict, Outcome::Pass, "a run differs from itself");
     if let Some(kept) = kept {
         let diff = diff::diff(&kept, &saved.record).demanding_bits();
         assert!(!diff.in_a_line().is_empty());

@@ -56,7 +56,7 @@ impl Files {
     pub fn write(&self, record: &Record, diff: Option<&Diff>) -> Result<(), Error> {
         let mut checks = record.checks.clone();
         checks.extend(
-            diff.map(crate::compare::baseline::checks::all)
+            diff.map(crate::compare::baseline::checks)
                 .unwrap_or_default(),
         );
         if let Some(path) = &self.junit {

@@ -8,8 +8,9 @@ use super::chosen::Beside;
 use super::run::YadeLimits;
 use super::{json, print};
 use crate::checks::Check;
+use crate::checks::Outcome;
 use crate::compare::first_difference::Locator;
-use crate::compare::{Comparison, Verdict, Yardstick, compare, compare_as};
+use crate::compare::{Comparison, Yardstick, compare, compare_as};
 use crate::error::Error;
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
@@ -146,6 +147,6 @@ pub fn check_line(check: &Check) -> String {
 }
 
 /// A verdict as the beginning of a line.
-pub fn mark(verdict: Verdict) -> String {
+pub fn mark(verdict: Outcome) -> String {
     format!("{:>8}", verdict.word())
 }

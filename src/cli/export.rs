@@ -7,8 +7,8 @@ use clap::{Args, Subcommand};
 use super::print;
 use crate::error::{Error, exit};
 use crate::files::{FileError, failed, into_place, refuse_existing, write_folder, write_whole};
+use crate::run::export::{pack_archive, vtk_files};
 use crate::run::folder::RunFolder;
-use crate::run::{archive, vtk};
 
 #[derive(Debug, Subcommand)]
 #[command(
@@ -44,9 +44,9 @@ impl Folders {
     fn vtk(self) -> Result<u8, Error> {
         refuse_existing(&self.out)?;
         let run = RunFolder::read(&self.run)?;
-        let mut files = vtk::files(&run.scene, &run.last, "").to_vec();
+        let mut files = vtk_files(&run.scene, &run.last, "").to_vec();
         if let Some(settled) = &run.settled {
-            files.extend(vtk::files(&run.scene, settled, "settled-"));
+            files.extend(vtk_files(&run.scene, settled, "settled-"));
         }
         write_folder::<FileError>(&self.out, |aside| {
             files
@@ -78,7 +78,7 @@ impl Folders {
         };
         let mut aside =
             tempfile::NamedTempFile::new_in(beside).map_err(failed("write into", beside))?;
-        archive::pack(&self.run, &run, name, &mut aside)?;
+        pack_archive(&self.run, &run, name, &mut aside)?;
         into_place(aside, &self.out)?;
         print(&format!("{}\n", self.out.display()))?;
         Ok(exit::AGREED)

@@ -10,7 +10,7 @@ use crate::document::{Cell, Table};
 use crate::error::{Error, exit};
 use crate::files::work_folder;
 use crate::run::EngineError;
-use crate::run::scene_file::read_scene;
+use crate::run::folder::read_scene;
 use crate::suite::parameters::{self, Parameter, ParameterPair};
 use grains::scene::Scene;
 

@@ -11,7 +11,6 @@ use super::run::YadeLimits;
 use super::{json, print};
 use crate::checks::Outcome;
 use crate::checks::record::{self, Found, Record};
-use crate::compare::Verdict;
 use crate::compare::baseline::diff::diff;
 use crate::error::Error;
 use crate::files::write_whole;
@@ -22,7 +21,7 @@ use crate::reproduce::beside::Beside;
 use crate::reproduce::checks;
 use crate::reproduce::record::Reproduction;
 use crate::reproduce::{Options, reproduce};
-use crate::run::scene_file::read_scene;
+use crate::run::folder::read_scene;
 use grains::native::Perturbation;
 use grains::scene::paper_scene;
 
@@ -140,8 +139,8 @@ impl Arguments {
             words += &crate::report::terminal(&diff.document(false));
         }
         print(&words)?;
-        let worse = diff.is_some_and(|diff| diff.verdict == Verdict::Fail);
-        let verdict = if worse { Verdict::Fail } else { record.verdict };
+        let worse = diff.is_some_and(|diff| diff.verdict == Outcome::Fail);
+        let verdict = if worse { Outcome::Fail } else { record.verdict };
         Ok(verdict.exit_code())
     }
 
@@ -175,9 +174,9 @@ fn in_words(reproduction: &Reproduction, record: &Record, out: &Path) -> String 
     text += "\ndeliberate faults in the native engine, each of which the comparison has to find:\n";
     for fault in &reproduction.faults {
         let mark = match fault.verdict {
-            Verdict::Pass => "found",
-            Verdict::Fail => "MISSED",
-            Verdict::Skipped | Verdict::ExpectedFailure => "not made",
+            Outcome::Pass => "found",
+            Outcome::Fail => "MISSED",
+            Outcome::Skipped | Outcome::ExpectedFailure => "not made",
         };
         text += &format!("{mark:>8} {}: {}\n", fault.fault, fault.found);
     }

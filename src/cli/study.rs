@@ -21,7 +21,8 @@ use crate::study::machine::{Folder, Job, Machine, Status, Summary};
 use crate::study::realization::Engines;
 use crate::study::report::RECORD;
 use crate::study::shard::Shard;
-use crate::study::{Study, StudyError, plan as stored, sensitivity, slurm, tradeoff, workers};
+use crate::study::{Study, StudyError, plan as stored, sensitivity, slurm, tradeoff};
+use crate::workers;
 
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Examples:\n  crossgrain scene paper > scene.json\n  \

@@ -1,15 +1,16 @@
-//! Baselines: the checks of a run, kept under a name to hold later runs against. Only an explicit command changes one.
+//! Baselines: the checks of a run, kept under a name to hold later runs against, and what that says, as checks and to people.
+//! Only an explicit command changes one.
 
-pub mod checks;
 pub mod diff;
-mod document;
-mod pace;
 
 use std::path::{Path, PathBuf};
 
+use diff::{Change, Diff, Pace, SpeedPair};
 use serde::{Deserialize, Serialize};
 
 use crate::checks::record::{Record, RecordError};
+use crate::checks::{Check, Outcome};
+use crate::document::{Cell, Document, Section, Table, rounded};
 use crate::files::{FileError, failed, read_text, sha256_hex, write_whole};
 
 /// The version of a baseline's file.
@@ -152,5 +153,204 @@ impl Store {
         }
         names.sort();
         Ok(names)
+    }
+}
+
+/// Names in a check's words at most; the rest is counted.
+const MOST_NAMES: usize = 5;
+
+/// New failures, what can no longer be told, and every speed.
+pub fn checks(diff: &Diff) -> Vec<Check> {
+    let failures = counted(
+        diff,
+        "baseline/new-failures",
+        "checks that fail and did not",
+        &[Change::NewFailure],
+        Outcome::Fail,
+    );
+    let untold = counted(
+        diff,
+        "baseline/told-no-more",
+        "checks that are gone, no longer made or defined otherwise",
+        &[
+            Change::NoLongerMade,
+            Change::Removed,
+            Change::DefinitionChanged,
+        ],
+        Outcome::Skipped,
+    );
+    let speeds = diff.speeds.iter().map(speed);
+    [failures, untold].into_iter().chain(speeds).collect()
+}
+
+/// How many changes are of these kinds; with any it comes to `otherwise`.
+fn counted(diff: &Diff, id: &str, what: &str, kinds: &[Change], otherwise: Outcome) -> Check {
+    let of: Vec<&str> = diff
+        .changes
+        .iter()
+        .filter(|of| kinds.contains(&of.change))
+        .map(|of| of.id.as_str())
+        .collect();
+    let mut found = of[..of.len().min(MOST_NAMES)].join(", ");
+    if of.len() > MOST_NAMES {
+        found += &format!(" and {} more", of.len() - MOST_NAMES);
+    }
+    let outcome = if of.is_empty() {
+        Outcome::Pass
+    } else {
+        otherwise
+    };
+    let quantity = format!("{what} in baseline {}", diff.baseline);
+    Check::of_words(id.to_owned(), &quantity, outcome, &found)
+        .with_limits(of.len() as f64, 0.0, Some(0.0))
+        .judged_by(
+            "every check is held against the one of the same id",
+            "docs/checks.md",
+        )
+}
+
+/// A cost over that of the baseline, beyond what scatters.
+fn speed(pair: &SpeedPair) -> Check {
+    let outcome = match pair.pace {
+        Pace::Slower => Outcome::Fail,
+        Pace::Faster | Pace::Same => Outcome::Pass,
+        Pace::NotJudged => Outcome::Skipped,
+    };
+    let mut check = Check::of_words(
+        format!("baseline/speed/{}", pair.id),
+        "cost over the baseline's",
+        outcome,
+        &pair.in_a_line(),
+    );
+    check.value = pair.cost.filter(|cost| cost.is_finite());
+    check.expected = Some(1.0);
+    check.upper = pair.scatter.is_finite().then_some(pair.scatter);
+    check.judged_by(
+        "a ratio of times in one run, or a number of instructions, over the same of the baseline",
+        "the scatter of rounds, docs/checks.md",
+    )
+}
+
+/// Checks and numbers that moved, in a table of those that moved most.
+const MOST_MOVED: usize = 12;
+
+impl Record {
+    /// What all records have, and what a baseline says of it.
+    pub fn document(&self, diff: Option<&Diff>) -> Document {
+        Document {
+            title: self.job.clone(),
+            verdict: self.verdict,
+            answer: format!("`{}`, crossgrain {}.", self.command, self.crossgrain),
+            sections: diff.map(|diff| diff.section(false)).into_iter().collect(),
+            checks: self.checks.clone(),
+        }
+    }
+}
+
+impl Diff {
+    /// As a document of its own.
+    pub fn document(&self, all: bool) -> Document {
+        Document {
+            title: format!("Against the baseline {}", self.baseline),
+            verdict: self.verdict,
+            answer: self.answer(),
+            sections: vec![self.section(all)],
+            checks: Vec::new(),
+        }
+    }
+
+    /// What is worse and the counts, in a sentence.
+    pub fn answer(&self) -> String {
+        let word = match self.verdict {
+            Outcome::Pass => "Nothing is worse than in",
+            Outcome::Fail => "WORSE than",
+            Outcome::Skipped | Outcome::ExpectedFailure => "Some of it cannot be told against",
+        };
+        let slower = self.speeds.iter().filter(|of| of.pace == Pace::Slower);
+        let slower: String = slower
+            .map(|of| format!("; slower: {}", of.in_a_line()))
+            .collect();
+        format!("{word} {}: {}{slower}", self.baseline, self.in_a_line())
+    }
+
+    /// What is not as it was, the worst first; `all` that moved, or what moved most.
+    pub fn section(&self, all: bool) -> Section {
+        let most = if all { usize::MAX } else { MOST_MOVED };
+        let columns = [
+            "change",
+            "check",
+            "before",
+            "now",
+            "moved by so many tolerances",
+        ];
+        let mut changes = Table::new("changes", "", &columns);
+        let (moved, others): (Vec<_>, Vec<_>) = self
+            .changes
+            .iter()
+            .partition(|of| of.change == Change::Moved);
+        for of in others.into_iter().chain(moved.into_iter().take(most)) {
+            let side = |check: &Option<Check>| Cell::from(check.as_ref().map(Check::in_a_line));
+            let words = match of.change {
+                Change::NewFailure => of.change.words().to_uppercase(),
+                change => change.words().to_owned(),
+            };
+            changes.row([
+                words.into(),
+                Cell::Code(of.id.clone()),
+                side(&of.before),
+                side(&of.after),
+                of.share_of_tolerance.into(),
+            ]);
+        }
+        let title = format!(
+            "{} of {} measured numbers moved",
+            self.moved.len(),
+            self.moved.len() + self.unmoved
+        );
+        let mut numbers = Table::new(
+            "moved",
+            &title,
+            &["measured", "before", "now", "relative difference", "unit"],
+        );
+        for of in self.moved.iter().take(most) {
+            let id = Cell::Code(of.id.clone());
+            numbers.row([
+                id,
+                of.before.into(),
+                of.after.into(),
+                of.relative.into(),
+                of.unit.as_str().into(),
+            ]);
+        }
+        let mut speeds = Table::new(
+            "speeds",
+            "",
+            &["speed", "what", "before", "now", "times the cost", "unit"],
+        );
+        for of in &self.speeds {
+            let cost = of.cost.map(|cost| rounded(cost, 4));
+            let pace = Cell::from(of.pace.words());
+            speeds.row([
+                pace,
+                of.what.as_str().into(),
+                of.before.into(),
+                of.after.into(),
+                cost.into(),
+                of.unit.as_str().into(),
+            ]);
+        }
+        let mut section = Section::new(
+            &format!("What changed since {}", self.baseline),
+            self.answer(),
+        );
+        for table in [changes, numbers, speeds] {
+            if !table.rows.is_empty() {
+                section = section.with(table);
+            }
+        }
+        if !self.same_machine && !self.speeds.is_empty() {
+            section = section.with("Speeds are not judged: the machines are not of one kind.");
+        }
+        section
     }
 }

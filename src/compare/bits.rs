@@ -5,7 +5,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::Verdict;
+use crate::checks::Outcome;
 use crate::run::folder::{Moment, RunFolder};
 use grains::measure::HistoryRow;
 use grains::scene::Scene;
@@ -59,11 +59,11 @@ impl TableBits {
     }
 
     /// Passed if every bit is the same and there is at least one.
-    pub fn verdict(&self) -> Verdict {
+    pub fn verdict(&self) -> Outcome {
         match (self.differing, self.numbers) {
-            (0, 0) => Verdict::Skipped,
-            (0, _) => Verdict::Pass,
-            _ => Verdict::Fail,
+            (0, 0) => Outcome::Skipped,
+            (0, _) => Outcome::Pass,
+            _ => Outcome::Fail,
         }
     }
 }

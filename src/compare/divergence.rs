@@ -1,21 +1,23 @@
-//! How the trajectories of two runs diverge that add the same forces in another order: rounding differences grow exponentially
-//! while grains collide, until the runs are as far apart as two realizations.
-//!
-//! Two engines diverge as YADE diverges from itself: growth as fast as between two YADE runs that differ in `verletDist` only,
-//! and the same separation in the end. How much two such pairs may differ is measured on perturbed replicas. When the control
-//! pair begins to diverge says nothing: it depends on how many sums happen to have another order.
+//! How two runs whose bits cannot agree diverge: growth as fast as between two YADE runs that differ in `verletDist` only, and
+//! the same separation in the end. How much two such pairs may differ, and how far every measured quantity scatters, is measured
+//! on perturbed replicas: runs that differ in one last bit at the start. When the control pair begins to diverge says nothing: it
+//! depends on how many sums happen to have another order.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
-use evidence::moments::median;
 use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::replicas::Scatter;
 use crate::checks::Outcome;
-use crate::run::folder::RunFolder;
 use crate::run::folder::record::TraceRow;
-use grains::measure::Quantity;
-use grains::tables::Stage;
+use crate::run::folder::{Moment, RunFolder};
+use crate::run::{Engine, EngineError, recorded};
+use crate::workers;
+use evidence::moments::{self, median};
+use grains::measure::{self, Quantity};
+use grains::native::{self, NativeError, Trouble};
+use grains::tables::{Bodies, Stage};
 
 /// Growth is measured from the first separation above this share of the mean radius …
 const GROWING: f64 = 1.0e-13;
@@ -160,4 +162,156 @@ fn judged(what: &str, pair: Option<(f64, f64)>, scatter: &Scatter, key: &str) ->
             format!("{pair}; replicas allow a difference of {allowed:.3}"),
         ),
     }
+}
+
+/// Perturbed replicas that the spread is estimated from.
+pub const REPLICAS: usize = 12;
+
+/// The chance that any of the quantities of a comparison is called different though nothing is.
+pub const FALSE_ALARM: f64 = 0.01;
+
+/// Scatter of one quantity.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct QuantityScatter {
+    /// The quantity, as in [`Quantity`].
+    pub key: String,
+    /// Over the replicas, in the quantity's unit.
+    pub mean: f64,
+    /// Sample standard deviation over the replicas.
+    pub standard_deviation: f64,
+    /// How many there are.
+    pub replicas: usize,
+}
+
+/// Scatter of every quantity that all replicas have.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Scatter {
+    /// In the order of the first replica.
+    pub quantities: Vec<QuantityScatter>,
+}
+
+impl Scatter {
+    /// From the quantities of several replicas.
+    pub fn of(replicas: &[Vec<Quantity>]) -> Self {
+        let Some(first) = replicas.first() else {
+            return Scatter {
+                quantities: Vec::new(),
+            };
+        };
+        let quantities = first.iter().filter_map(|quantity| {
+            let values: Option<Vec<f64>> = replicas
+                .iter()
+                .map(|replica| {
+                    let same = replica.iter().find(|other| other.key == quantity.key);
+                    same.map(|same| same.value)
+                })
+                .collect();
+            let values = values?;
+            Some(QuantityScatter {
+                key: quantity.key.clone(),
+                mean: moments::mean(&values),
+                standard_deviation: moments::standard_deviation(&values),
+                replicas: values.len(),
+            })
+        });
+        Scatter {
+            quantities: quantities.collect(),
+        }
+    }
+
+    /// The most that two runs may differ in this quantity: t·s·√2, with Student's t at the false-alarm
+    /// rate shared among all quantities (Bonferroni). None for an unknown quantity or too few replicas.
+    pub fn allowed(&self, key: &str) -> Option<f64> {
+        let of = self.quantities.iter().find(|of| of.key == key)?;
+        let freedom = of.replicas.checked_sub(1).filter(|freedom| *freedom > 0)? as f64;
+        let student = StudentsT::new(0.0, 1.0, freedom).ok()?;
+        let tail = 0.5 * FALSE_ALARM / self.quantities.len() as f64;
+        Some(student.inverse_cdf(1.0 - tail) * of.standard_deviation * std::f64::consts::SQRT_2)
+    }
+
+    /// Whether the value of another run is within what replicas scatter about their mean.
+    pub fn judge(&self, key: &str, value: Option<f64>) -> (Outcome, String) {
+        let Some(value) = value else {
+            let found = format!("{key}: the runs do not diverge far enough to measure it");
+            return (Outcome::Skipped, found);
+        };
+        let of = self.quantities.iter().find(|of| of.key == key);
+        let Some((of, allowed)) = of.zip(self.allowed(key)) else {
+            let found = format!("{key}: {value:.3}; no scatter of replicas");
+            return (Outcome::Skipped, found);
+        };
+        let outcome = Outcome::pass_if((value - of.mean).abs() <= allowed);
+        let found = format!(
+            "{key}: {value:.3}, replicas {:.3}, allowed a difference of {allowed:.3}",
+            of.mean
+        );
+        (outcome, found)
+    }
+}
+
+/// The measures of a run, made anew from its tables, and how long its stages took.
+pub fn quantities(run: &RunFolder) -> Vec<Quantity> {
+    let settled = run.settled.as_ref().map(Moment::bed);
+    let mut quantities = measure::all(&run.scene, settled, run.last.bed());
+    let mut add = |key: String, value: f64, unit: &str| {
+        quantities.push(Quantity {
+            key,
+            value,
+            unit: unit.to_owned(),
+        });
+    };
+    for stage in &run.record.stages {
+        add(
+            format!("{}.steps", stage.stage.name()),
+            stage.steps as f64,
+            "1",
+        );
+    }
+    if let Some(last) = run.history.last() {
+        if let Some(depth) = last.punch_depth {
+            add("load.punch_depth".to_owned(), depth, "m");
+        }
+        if let Some(force) = last.punch_force {
+            add("load.punch_force".to_owned(), force, "N");
+        }
+    }
+    quantities
+}
+
+/// Runs `REPLICAS` native replicas of a native run: replica k starts with grain 0 moved by k+1 floating-point
+/// numbers in x. Scatters their measures, and how each diverges from the run. `done` hears of each
+/// that is finished.
+pub fn of_replicas(run: &RunFolder, done: &(dyn Fn() + Sync)) -> Result<Scatter, EngineError> {
+    let replicas = workers::map(REPLICAS, |replica| {
+        let of_replica = recorded(
+            &run.scene,
+            &Engine::Native(native::Options::default()),
+            run.record.protocol,
+            nudged(&run.initial, replica as u64 + 1),
+            // The native engine leaves nothing in its work folder.
+            Path::new(""),
+            &mut |_, _, _| {},
+        )?;
+        let mut measured = quantities(&of_replica);
+        measured.extend(Divergence::of(run, &of_replica).quantities());
+        done();
+        Ok::<_, EngineError>(measured)
+    })?;
+    if replicas.len() < REPLICAS {
+        return Err(EngineError::Native(NativeError {
+            stage: Stage::Settle,
+            step: 0,
+            trouble: Trouble::Interrupted,
+        }));
+    }
+    Ok(Scatter::of(&replicas))
+}
+
+/// The same start with one coordinate moved up by a few floating-point numbers.
+fn nudged(initial: &Bodies, ulps: u64) -> Bodies {
+    let mut bodies = initial.clone();
+    if let Some(x) = bodies.x.first_mut() {
+        *x = f64::from_bits(x.to_bits() + ulps);
+    }
+    bodies
 }

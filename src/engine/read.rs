@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-use super::{ProgramError, job, nonsense};
+use super::exec::case_folder;
+use super::{ProgramError, nonsense};
 use crate::files::read_text;
 use crate::tables as text;
 use grains::model::Model;
@@ -152,7 +153,7 @@ pub fn cases(work: &Path, cases: &[&Case]) -> Result<Vec<Result<CaseRun, String>
     let mut results = Vec::with_capacity(cases.len());
     let mut steps = 0;
     for (index, case) in cases.iter().enumerate() {
-        let result = read_case(&job::case_folder(work, index), case)?;
+        let result = read_case(&case_folder(work, index), case)?;
         if result.is_ok() {
             steps += case.moments.last().copied().unwrap_or(0);
         }

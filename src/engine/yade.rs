@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use super::exec::{SAID, finish, usual_limits};
 use super::read::{Timed, TimedSteps};
 use super::watch::Limits;
-use super::{ProgramError, job, nonsense, read};
+use super::{ProgramError, exec, nonsense, read};
 use crate::child::on_path;
 use crate::files::{failed, read_text, sha256_hex, write_whole};
 use grains::model::Model;
@@ -174,7 +174,7 @@ pub fn run(
 ) -> Result<YadeRun, ProgramError> {
     can(&Model::of(scene))?;
     let yade = find(options.program.as_deref())?;
-    job::write_scene(work, scene, task, &options.settings())?;
+    exec::write_scene(work, scene, task, &options.settings())?;
     let version = start(&yade, RUN_SCENE, work, options, observer)?;
     Ok(YadeRun {
         outcome: read::scene(work, scene, task, observer).map_err(hinted)?,
@@ -253,7 +253,7 @@ fn start_cases(
         can(&case.model)?;
     }
     let yade = find(options.program.as_deref())?;
-    job::write_cases(work, cases, &json!({"loads_up_to": MOST_LOADED}))?;
+    exec::write_cases(work, cases, &json!({"loads_up_to": MOST_LOADED}))?;
     start(&yade, script, work, options, observer)
 }
 
@@ -301,7 +301,7 @@ pub fn time(
 ) -> Result<(Timed, String), ProgramError> {
     can(model)?;
     let yade = find(options.program.as_deref())?;
-    job::write_timing(work, model, bodies, steps, &[], &options.settings())?;
+    exec::write_timing(work, model, bodies, steps, &[], &options.settings())?;
     let version = start(&yade, TIME_STEPS, work, options, &mut ())?;
     Ok((
         read::timed(work, model, bodies, steps).map_err(hinted)?,

@@ -22,7 +22,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::compare::Verdict;
+use crate::checks::Outcome;
 use crate::compare::bits::TableBits;
 use crate::engine::exec::Brought;
 use crate::engine::{ProgramError, yade};
@@ -253,7 +253,7 @@ pub struct Bench {
     /// What was not made, or failed.
     pub missed: Vec<Missed>,
     /// Failed if a bed is not the bed, a bit differs or an engine that is there did not run; not made if YADE is missing; else passed. No time counts.
-    pub verdict: Verdict,
+    pub verdict: Outcome,
     /// How long all of it took, s.
     pub seconds: f64,
 }
@@ -400,14 +400,14 @@ fn disturbed(contests: &[Contest]) -> bool {
     shares.into_iter().any(|share| share < UNDISTURBED)
 }
 
-fn verdict(contests: &[Contest], bits: Option<&TableBits>, missed: &[Missed]) -> Verdict {
+fn verdict(contests: &[Contest], bits: Option<&TableBits>, missed: &[Missed]) -> Outcome {
     let sane = contests.iter().all(|contest| contest.sanity.holds);
     let failed = missed.iter().any(|missed| missed.failed);
     if !sane || failed || bits.is_some_and(|bits| !bits.agrees()) {
-        return Verdict::Fail;
+        return Outcome::Fail;
     }
     if missed.iter().any(|missed| missed.needed) {
-        return Verdict::Skipped;
+        return Outcome::Skipped;
     }
-    Verdict::Pass
+    Outcome::Pass
 }

@@ -24,7 +24,7 @@ use crate::study::machine::Folder;
 use crate::study::plan::Program;
 use crate::study::realization::{Engines, Runner};
 use crate::study::report::Judged;
-use crate::study::workers::lock;
+use crate::workers::lock;
 use crate::study::{Outline, Study, StudyError};
 use failures::{Failure, MODES, Mode};
 use grains::native::{Mode as NativeMode, NativeError};

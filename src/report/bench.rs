@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::chart::{BLUE, Chart, GREEN, VERMILION};
 use super::figure::{Figure, Page, line};
 use super::shell;
-use crate::compare::Verdict;
+use crate::checks::Outcome;
 use crate::document::Colour;
 use crate::error::Error;
 use crate::limits::bench::Bench;
@@ -57,9 +57,9 @@ pub fn page(bench: &Bench) -> Result<Page, Error> {
     let given = Given {
         b: bench,
         word: match bench.verdict {
-            Verdict::Pass => "Every engine ran, every bed is sane",
-            Verdict::Fail => "A bed is not what it should be",
-            Verdict::Skipped | Verdict::ExpectedFailure => "Incomplete",
+            Outcome::Pass => "Every engine ran, every bed is sane",
+            Outcome::Fail => "A bed is not what it should be",
+            Outcome::Skipped | Outcome::ExpectedFailure => "Incomplete",
         },
         strips: Strips::of(bench),
         figures: figures(bench, &names)?,

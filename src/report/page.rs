@@ -12,8 +12,8 @@ use self::sections::{Section, sections};
 use super::figure::{Figure, Page};
 use super::views::words;
 use super::{difference, packing, shell, svg};
+use crate::checks::Outcome;
 use crate::checks::{Check, Tally};
-use crate::compare::Verdict;
 use crate::compare::baseline::diff::Diff;
 use crate::document::Block;
 use crate::error::Error;
@@ -43,11 +43,11 @@ pub fn render(
         changed: diff.map(changed),
         diff,
         diff_line: diff.map(Diff::in_a_line),
-        worse: diff.filter(|diff| diff.verdict == Verdict::Fail).map(worse),
+        worse: diff.filter(|diff| diff.verdict == Outcome::Fail).map(worse),
         word: match reproduction.verdict {
-            Verdict::Pass => "Agreed",
-            Verdict::Fail => "Different",
-            Verdict::Skipped | Verdict::ExpectedFailure => "Incomplete",
+            Outcome::Pass => "Agreed",
+            Outcome::Fail => "Different",
+            Outcome::Skipped | Outcome::ExpectedFailure => "Incomplete",
         },
         summary: Summary::of(reproduction, &checks),
         checks: &checks,
@@ -147,7 +147,7 @@ impl Summary {
 }
 
 fn tally_faults(reproduction: &Reproduction) -> usize {
-    let found = |fault: &&FaultCheck| fault.verdict == Verdict::Pass;
+    let found = |fault: &&FaultCheck| fault.verdict == Outcome::Pass;
     reproduction.faults.iter().filter(found).count()
 }
 

@@ -2,7 +2,7 @@
 
 use super::record::Reproduction;
 use crate::checks::{Check, Measured, Outcome};
-use crate::compare::replicas::quantities;
+use crate::compare::divergence::quantities;
 use crate::paper::Number;
 use crate::run::folder::RunFolder;
 use crate::suite::parameters::pair_checks;

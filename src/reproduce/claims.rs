@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use crate::compare::replicas::quantities;
+use crate::compare::divergence::quantities;
 use crate::paper::published::{HEIGHTS, POROSITIES, Printed, printed};
 use crate::run::folder::RunFolder;
 use grains::scene::paper_scene;

@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
+use crate::checks::Outcome;
+use crate::compare::compare;
 use crate::compare::first_difference::Locator;
-use crate::compare::{Verdict, compare};
 use crate::error::Error;
 use crate::progress::Display;
 use crate::run::folder::RunFolder;
@@ -33,7 +34,7 @@ pub struct FaultCheck {
     /// As on the command line.
     pub fault: String,
     /// Passed if the comparison found it; not made where the fault changes nothing in this scene.
-    pub verdict: Verdict,
+    pub verdict: Outcome,
     /// The first step and grain, or why it was not found.
     pub found: String,
 }
@@ -47,7 +48,7 @@ pub fn check_all(scene: &Scene, display: &Display) -> Result<Vec<FaultCheck>, Er
         checks.push(check(scene, &sound, fault)?);
         task.share((done + 1) as f64 / FAULTS.len() as f64, &fault.to_string());
     }
-    let found = checks.iter().filter(|check| check.verdict == Verdict::Pass);
+    let found = checks.iter().filter(|check| check.verdict == Outcome::Pass);
     task.done(&format!("{} of {} found", found.count(), checks.len()));
     Ok(checks)
 }
@@ -62,7 +63,7 @@ fn check(scene: &Scene, sound: &RunFolder, fault: Perturbation) -> Result<FaultC
     };
     if !fault.changes(scene) {
         return of(
-            Verdict::Skipped,
+            Outcome::Skipped,
             "it changes nothing in this scene".to_owned(),
         );
     }
@@ -86,16 +87,16 @@ fn check(scene: &Scene, sound: &RunFolder, fault: Perturbation) -> Result<FaultC
     let comparison = compare(sound, &faulty, None, Some(&Locator::default()));
     let mut found = match (&comparison.first_difference, comparison.verdict()) {
         (Some(first), _) => first.to_string(),
-        (None, Verdict::Fail) => "a check failed, the place was not found".to_owned(),
+        (None, Outcome::Fail) => "a check failed, the place was not found".to_owned(),
         (None, _) => format!("no difference in {STEPS} steps"),
     };
     if let Some(error) = ended {
         found += &format!("; then the {error}");
     }
-    let verdict = if comparison.verdict() == Verdict::Fail {
-        Verdict::Pass
+    let verdict = if comparison.verdict() == Outcome::Fail {
+        Outcome::Pass
     } else {
-        Verdict::Fail
+        Outcome::Fail
     };
     of(verdict, found)
 }

@@ -5,8 +5,9 @@ use serde::Serialize;
 use super::beside::Stated;
 use super::claims::Claim;
 use super::faults::FaultCheck;
+use crate::checks::Outcome;
 use crate::checks::Speed;
-use crate::compare::{Comparison, Verdict};
+use crate::compare::Comparison;
 use crate::engine::yade;
 use crate::paper;
 use crate::run::folder::RunFolder;
@@ -44,7 +45,7 @@ pub struct Reproduction {
     /// The version of the YADE that ran live.
     pub yade: Option<String>,
     /// Of all checks; skipped if no comparison with another engine could be made or the experiment did not come to its end.
-    pub verdict: Verdict,
+    pub verdict: Outcome,
     /// All comparisons of two runs.
     pub comparisons: Vec<NamedComparison>,
     /// Deliberate faults, each of which the comparison must find.

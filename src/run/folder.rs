@@ -1,30 +1,25 @@
-//! The run folder: what a run leaves behind, and how it is read back without trust.
+//! The run folder: what a run leaves behind, and how it is read back without trust; and a scene as a file.
 //!
 //! `scene.json`, `run.json`, `initial.csv`, `bodies.csv`, `contacts.csv`, `history.csv`, `trace.csv`,
-//! for a run with loading also `settled-bodies.csv` and `settled-contacts.csv`, for YADE `yade.log`, for an engine that was
-//! brought `engine.log`.
-//! Any of the tables may be packed, with `.gz` after its name.
+//! for a run with loading also `settled-bodies.csv` and `settled-contacts.csv`, for YADE `yade.log`, for an external engine
+//! `engine.log`. Any of the tables may be packed, with `.gz` after its name.
 
 pub mod record;
 pub mod recording;
 
 use std::path::{Path, PathBuf};
 
+use record::{EngineRecord, RECORD_VERSION, RunRecord, TraceRow};
 use serde::Deserialize;
 
 use crate::exit;
 use crate::files::{FileError, read_text, write_folder, write_whole};
-use crate::run::scene_file::SceneFileError;
-use crate::run::scene_file::read_scene;
 use crate::tables::{self as text, TableError};
-use grains::measure::Bed;
-use grains::measure::HistoryRow;
+use grains::measure::{Bed, HistoryRow};
 use grains::model::Model;
-use grains::scene::Scene;
+use grains::scene::{Scene, SceneError, parse_scene};
 use grains::tables::{Bodies, BodyIds, Contact, Snapshot, Stage};
 use grains::task::moments;
-
-use record::{EngineRecord, RECORD_VERSION, RunRecord, TraceRow};
 
 /// Grains and contacts at one moment.
 #[derive(Debug, Clone, PartialEq)]
@@ -182,9 +177,9 @@ impl RunFolder {
         let record_text = read_text(&record_path, LARGEST_RECORD)?;
         let broken = |error: serde_json::Error| wrong(format!("run.json: {error}"));
         let Versioned { version } = serde_json::from_str(&record_text).map_err(broken)?;
-        if !(1..=RECORD_VERSION).contains(&version) {
+        if version != RECORD_VERSION {
             return Err(wrong(format!(
-                "run.json has version {version}, this program reads versions 1 to {RECORD_VERSION}"
+                "run.json has version {version}, this program reads version {RECORD_VERSION}"
             )));
         }
         let record: RunRecord = serde_json::from_str(&record_text).map_err(broken)?;
@@ -336,4 +331,31 @@ fn packed(folder: &Path, name: &str) -> PathBuf {
     } else {
         plain
     }
+}
+
+/// A scene file larger than this is not one of ours.
+const LARGEST_SCENE: u64 = 1 << 20;
+
+/// A scene file that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneFileError {
+    #[error(transparent)]
+    File(#[from] FileError),
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+}
+
+impl SceneFileError {
+    /// What to tell a script.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            SceneFileError::File(error) => error.exit_code(),
+            SceneFileError::Scene(_) => exit::USAGE,
+        }
+    }
+}
+
+/// Reads and validates a scene file.
+pub fn read_scene(path: &Path) -> Result<Scene, SceneFileError> {
+    Ok(parse_scene(&read_text(path, LARGEST_SCENE)?)?)
 }

@@ -14,13 +14,13 @@ use sha2::{Digest, Sha256};
 use super::plan::{Plan, Program};
 use super::shard::Shard;
 use super::store::{Damaged, Index, LONGEST_LINE, Place, Reader, Writer};
-use super::workers::{self, lock};
 use super::{Outline, Study, StudyError};
 use crate::engine::{EngineError, ProgramError};
 use crate::files::{self, FileError, failed, read_text, work_folder, write_whole};
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 use crate::study::realization::Engines;
+use crate::workers::{self, lock};
 
 /// The rows of a merged study, a line of JSON each, in the order of their numbers; it may be packed (`rows.jsonl.gz`).
 pub const ROWS: &str = "rows.jsonl";

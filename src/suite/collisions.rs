@@ -10,7 +10,7 @@ use super::analytic::{
     rounding_of_phase,
 };
 use super::build::{self, Grain};
-use super::{CaseGroup, Figures, Track, at, furthest};
+use super::{CaseGroup, Track, at, furthest};
 use grains::model::{Axis, Model};
 use grains::scene::{Tension, Viscosity};
 use grains::task::Case;
@@ -260,7 +260,7 @@ fn local_damping() -> CaseGroup {
             let period = of.steps * of.dt();
             let duration = 0.5 * period * (1.0 / (1.0 - alpha).sqrt() + 1.0 / (1.0 + alpha).sqrt());
             let end = of.end(duration);
-            group = group.with([of.case(vec![0, end])], move |tracks| {
+            group = group.with([of.case(vec![0, end])], move |tracks, figures| {
                 let [rebound, time] = of.outcome(&tracks[0], end);
                 let expected = ((1.0 - alpha) / (1.0 + alpha)).sqrt();
                 let small = of.angle() * of.angle();
@@ -269,7 +269,7 @@ fn local_damping() -> CaseGroup {
                 let of_rebound = expected * 0.5 * small * (1.0 + alpha) / (1.0 - alpha);
                 // The same half step moves the way back by 2α/(1−α) of itself.
                 let turning = of.dt() * alpha / (1.0 - alpha);
-                let mut figures = Figures::of(&of.id);
+                figures.case(&of.id);
                 figures.because(
                     "second order in the step: (1+α)/(1−α)·½(ω dt)² from touching, turning and parting between steps",
                 );
@@ -279,7 +279,6 @@ fn local_damping() -> CaseGroup {
                 );
                 let off = turning + small * time.abs();
                 figures.is("contact-time, s", time, duration, off);
-                figures.done()
             });
         }
     }
@@ -322,7 +321,7 @@ impl Rebound {
         };
         let runs = [self.coarse.clone(), fine];
         let case = |run: &HeadOn| run.case(vec![0, run.end(self.contact_time)]);
-        group.with(runs.each_ref().map(case), move |tracks| {
+        group.with(runs.each_ref().map(case), move |tracks, figures| {
             let outcome = |i: usize| runs[i].outcome(&tracks[i], runs[i].end(self.contact_time));
             let (coarse, fine) = (outcome(0), outcome(1));
             let limit = |index: usize| (FINER * fine[index] - coarse[index]) / (FINER - 1.0);
@@ -334,7 +333,7 @@ impl Rebound {
             let first = (lag + lets_go) * self.share / FINER;
             let angle = self.coarse.angle();
             let second = angle * angle + self.share * self.share;
-            let mut figures = Figures::of(&self.coarse.id);
+            figures.case(&self.coarse.id);
             figures.because(
                 "first order in the step: the dashpot takes the speed of half a step before, as if the mass were \
                  less by ½c dt; twice ¼|ln e| c dt/m, and ½c dt/m where it lets go of a force within a step",
@@ -352,7 +351,6 @@ impl Rebound {
             let what = "contact-time-limit: contact time for dt → 0, s";
             let time = self.contact_time;
             figures.is(what, limit(1), time, time * off);
-            figures.done()
         })
     }
 }
@@ -447,14 +445,14 @@ fn elastic() -> CaseGroup {
         let duration = of.steps * of.dt();
         let end = of.end(duration);
         let moments = [&[0], &middle[..], &[end]].concat();
-        group = group.with([of.case(moments)], move |tracks| {
+        group = group.with([of.case(moments)], move |tracks, figures| {
             let track = &tracks[0];
             let force = |step| at(track, step).contact(|of| of.normal_force);
             let (mass, stiffness) = (of.mass(), of.stiffness);
             let most = of.approach * (stiffness * mass).sqrt();
             let deepest = of.approach * (mass / stiffness).sqrt();
             let eighth = 0.125 * of.angle() * of.angle();
-            let mut figures = Figures::of(&of.id);
+            figures.case(&of.id);
             figures.because(
                 "the top lies half a step off at most, (ω dt)²/8 lower, and touch between two steps raises it by \
                  that at most",
@@ -466,7 +464,6 @@ fn elastic() -> CaseGroup {
             figures.because("the scheme's frequency is too high by (ω dt)²/24; thrice that");
             let [_, time] = of.outcome(track, end);
             figures.is("contact-time, s", time, duration, duration * eighth);
-            figures.done()
         });
     }
     group
@@ -512,16 +509,15 @@ fn recurrence(
         let later = [0.02, 0.25, 0.5, 0.75, 1.6];
         let later = later.map(|share| (of.lead + share * of.steps).round() as u64);
         let moments = [&[0, 1], &later[..]].concat();
-        group = group.with([of.case(moments.clone())], move |tracks| {
+        group = group.with([of.case(moments.clone())], move |tracks, figures| {
             let seen: Vec<State> = moments.iter().map(|n| of.state(&tracks[0], *n)).collect();
             let expected = of.contact().track(of.start(), &moments);
             let amplitude = of.approach / of.frequency();
             let steps = expected.last().map_or(0, |state| state.step);
             let tolerance = random_rounding(steps, 3.0 * of.grain.radius, amplitude);
             let scales = [amplitude, of.approach];
-            let mut figures = Figures::of(&of.id);
-            deviations(&mut figures, &seen, &expected, scales, tolerance);
-            figures.done()
+            figures.case(&of.id);
+            deviations(figures, &seen, &expected, scales, tolerance);
         });
     }
     group
@@ -550,7 +546,7 @@ fn squeezed(group: CaseGroup) -> CaseGroup {
         ..build::model(build::springs(STIFFNESS / grain.radius), dt)
     };
     let case = build::case("squeezed", model, &[grain], MOMENTS.to_vec());
-    group.with([case], move |tracks| {
+    group.with([case], move |tracks, figures| {
         let spring = SpringDashpot::spring(grain.mass, 2.0 * STIFFNESS, dt);
         let start = State::start(AMPLITUDE, 0.0);
         let expected = MOMENTS.map(|step| spring.in_touch(&start, step));
@@ -562,8 +558,7 @@ fn squeezed(group: CaseGroup) -> CaseGroup {
         let scales = [AMPLITUDE, AMPLITUDE * spring.frequency()];
         let tolerance =
             random_rounding(STEPS, middle, AMPLITUDE) + rounding_of_phase(STEPS as f64 * ANGLE);
-        let mut figures = Figures::of("squeezed");
-        deviations(&mut figures, &seen, &expected, scales, tolerance);
-        figures.done()
+        figures.case("squeezed");
+        deviations(figures, &seen, &expected, scales, tolerance);
     })
 }

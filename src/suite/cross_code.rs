@@ -1,5 +1,6 @@
 //! The same case in two engines: every number of every moment must have the same bits. Cases are random static states, for every
-//! kind of pair and every option of the contact law that YADE has, trajectories, and the first steps of a recorded run.
+//! kind of pair and every option of the contact law that YADE has; trajectories of 5, 500 and 5,000 spinning grains, poured and
+//! under the punch, with friction and with dashpots; and the first steps of a recorded run.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
@@ -11,8 +12,9 @@ use crate::run::folder::recording;
 use grains::generate::initial_bodies;
 use grains::measure::HistoryRow;
 use grains::model::{Axis, Law, Model};
+use grains::native::{first_contact_punch, run_case};
 use grains::scene::{
-    ContactLaw, Rotation, SlipVelocity, Tension, TorqueArms, Viscosity, paper_scene,
+    Cloud, ContactLaw, Rotation, Scene, SlipVelocity, Tension, TorqueArms, Viscosity, paper_scene,
 };
 use grains::tables::{Bodies, BodyIds, Contact, Punch, Snapshot, Stage};
 use grains::task::{Case, Load};
@@ -110,7 +112,7 @@ pub fn judge(of: &CrossCase, native: &Track, loads: &[Vec<Load>], yade: &InYade)
     for &place in &of.places {
         counts.push(contacts_at(place, of, native, &yade.track));
     }
-    let mut figures = Figures::of("");
+    let mut figures = Figures::default();
     figures.because("same operations in the same order: every bit");
     for (id, what, differing, of) in counts {
         // Nothing compared is nothing shown.
@@ -237,17 +239,15 @@ pub fn recorded() -> Vec<CaseGroup> {
         RECORDED,
         "Pouring the paper's 5,000 grains gives the states that YADE gave when it was recorded",
     );
-    let group = group.with([case], move |tracks| {
+    let group = group.with([case], move |tracks, figures| {
         let moments = tracks[0].iter().zip(&recorded);
         let differing = moments.filter(|(moment, row)| moment.bodies.digest() != row.state);
         let differing = differing.count() + tracks[0].len().abs_diff(recorded.len());
         let none = recorded.is_empty();
         let value = if none { f64::NAN } else { differing as f64 };
         let what = format!("states: states whose bits differ; of {}, 1", recorded.len());
-        let mut figures = Figures::of("");
         figures.because("same operations in the same order: every bit");
         figures.is(&what, value, 0.0, 0.0);
-        figures.done()
     });
     vec![CaseGroup {
         evidence: Evidence::CrossCode,
@@ -382,4 +382,110 @@ fn scattered(stream: u64) -> Vec<Grain> {
             .spinning(uniform(-300.0, 300.0))
     };
     (0..GRAINS).map(&mut grain).collect()
+}
+
+/// Largest spin of the cloud, rad/s.
+const SPIN: f64 = 50.0;
+
+/// Grains, steps of pouring and steps under the punch.
+const SIZES: [(u32, u64, u64); 3] = [
+    (5, 20_000, 20_000),
+    (500, 8_000, 3_000),
+    (5_000, 3_000, 1_500),
+];
+
+/// Steps of pouring in the native engine that make the bed for the punch.
+const BED_STEPS: u64 = 12_000;
+
+/// A case for each size up to `most_grains`, law and stage.
+pub fn cases(most_grains: u32) -> Vec<CrossCase> {
+    let mut cases = Vec::new();
+    for (grains, pour, load) in SIZES {
+        if grains > most_grains {
+            continue;
+        }
+        for (law, scene) in [("friction", rough(grains)), ("dashpot", viscous(grains))] {
+            let pouring = ["pouring", "pouring"];
+            cases.push(cross_case(grains, law, pouring, poured(&scene, pour)));
+            if let Some(case) = pressed(&scene, load) {
+                cases.push(cross_case(grains, law, ["punch", "under the punch"], case));
+            }
+        }
+    }
+    cases
+}
+
+/// The paper's scene with so many grains, friction 0.5 and spins.
+pub fn rough(grains: u32) -> Scene {
+    let mut scene = paper_scene(1, grains);
+    scene.material.friction_angle = 0.5;
+    scene.material.stiffness_ratio = 0.3;
+    let Cloud::JitteredLattice { columns, spin, .. } = &mut scene.cloud;
+    *spin = SPIN;
+    // A few grains stand in a narrow box, so that they meet.
+    if grains < 100 {
+        *columns = 2;
+        scene.container.width = 0.025;
+        scene.loading.half_width = 0.006;
+        scene.measurement.local_radius = 0.02;
+    } else if grains < 1_000 {
+        *columns = 25;
+        scene.container.width = 0.3125;
+    }
+    scene
+}
+
+/// The same with dashpots of 0.3 of the critical constant of two mean grains.
+pub fn viscous(grains: u32) -> Scene {
+    let mut scene = rough(grains);
+    let radius = 0.5 * scene.particles.mean_diameter;
+    let stiffness = scene.material.youngs_modulus * radius;
+    let effective_mass = 0.5 * scene.grain_mass(radius);
+    let viscosity = Viscosity::Dashpot {
+        c_n: 0.3 * 2.0 * (effective_mass * stiffness).sqrt(),
+        tension: Tension::Clipped,
+    };
+    scene.contact = super::build::with_viscosity(super::build::springs(1.0), viscosity).contact;
+    scene
+}
+
+fn poured(scene: &Scene, steps: u64) -> Case {
+    Case {
+        name: format!("pour {}", scene.particles.count),
+        model: Model::of(scene),
+        bodies: initial_bodies(scene),
+        punch: None,
+        moments: moments(steps),
+    }
+}
+
+/// A bed that the native engine poured, with the punch set on it; none if that failed, which a case
+/// of pouring shows.
+fn pressed(scene: &Scene, steps: u64) -> Option<Case> {
+    let mut bed = poured(scene, BED_STEPS);
+    bed.moments = vec![BED_STEPS];
+    let bodies = run_case(&bed, None).ok()?.pop()?.bodies;
+    let punch = first_contact_punch(scene, &bodies);
+    Some(Case {
+        name: format!("press {}", scene.particles.count),
+        bodies,
+        punch: Some(punch),
+        moments: moments(steps),
+        ..bed
+    })
+}
+
+/// Ten moments, evenly spread.
+fn moments(steps: u64) -> Vec<u64> {
+    (0..=10).map(|tenth| tenth * steps / 10).collect()
+}
+
+fn cross_case(grains: u32, law: &str, [id, stage]: [&str; 2], case: Case) -> CrossCase {
+    let steps = case.moments.last().copied().unwrap_or(0);
+    CrossCase {
+        id: format!("trajectory-{grains}-{law}-{id}"),
+        title: format!("{grains} spinning grains with {law}, {steps} steps {stage}"),
+        case,
+        places: Vec::new(),
+    }
 }

@@ -1,21 +1,20 @@
 //! Proof that the suite can fail: for each fault and case the smallest size that is detected, and how often a case fails where
 //! nothing is wrong.
 
-use std::sync::Mutex;
+use std::convert::Infallible;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 use serde::Serialize;
 
 use super::cross_code::{self, CrossCase, InYade};
+use super::parameters::Precisions;
 use super::parameters::{self, Answer};
-use super::precision::{self, Precisions};
 use super::run::{Suite, native_tracks};
 use super::{CaseGroup, Evidence, Figures, Track, outcome};
 use crate::checks::{Check, Outcome};
-use crate::interrupt::asked_to_end;
+use crate::workers;
 use grains::native::perturb::{Quantity, Switch};
 use grains::native::{CaseOptions, Perturbation, watch_case};
 use grains::task::Case;
@@ -106,7 +105,7 @@ impl Limits {
 
     /// What must hold of the table.
     pub fn checks(&self) -> Vec<Check> {
-        let mut figures = Figures::of("");
+        let mut figures = Figures::default();
         figures.because("every fault must be detected by at least one case");
         for (index, fault) in self.faults.iter().enumerate() {
             // Which case it is stands in the table: the name of a check is the same whoever detects.
@@ -166,7 +165,10 @@ impl Subject<'_> {
                 return cases.iter().any(|case| diverges(case, truth, options));
             }
             Subject::Parameters(answers, _) => parameters::checks(answers, *options).ok(),
-            Subject::Precision(of) => of.errors(*options).ok().map(|of| precision::checks(&of)),
+            Subject::Precision(of) => of
+                .errors(*options)
+                .ok()
+                .map(|of| parameters::precision_checks(&of)),
         };
         checks.is_none_or(|checks| outcome(&checks) == Outcome::Fail)
     }
@@ -309,28 +311,13 @@ pub fn limits(
     let cross = suite.cross.iter().zip(in_yade.cross);
     subjects.extend(cross.map(|(of, yade)| Subject::Cross(of, &yade.track)));
     subjects.extend(in_yade.precisions.map(Subject::Precision));
-    let (next, rows) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
-    let workers = thread::available_parallelism().map_or(1, usize::from);
-    let work = || {
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(subject) = subjects.get(index).filter(|_| !asked_to_end()) else {
-                return;
-            };
-            let row = row(subject, &faults);
-            if let Ok(mut rows) = rows.lock() {
-                rows.push((index, row));
-                done(rows.len(), subjects.len());
-            }
-        }
-    };
-    thread::scope(|scope| {
-        for _ in 0..workers {
-            scope.spawn(work);
-        }
+    let finished = AtomicUsize::new(0);
+    let rows = workers::map(subjects.len(), |index| {
+        let row = row(&subjects[index], &faults);
+        done(finished.fetch_add(1, Ordering::Relaxed) + 1, subjects.len());
+        Ok::<_, Infallible>(row)
     });
-    let mut rows = rows.into_inner().unwrap_or_default();
-    rows.sort_by_key(|(index, _)| *index);
+    let Ok(cases) = rows;
     let name = |fault: &Fault| match fault {
         Fault::Sized(quantity) => quantity.to_string(),
         Fault::Switched(switch) => switch.to_string(),
@@ -339,7 +326,7 @@ pub fn limits(
     Limits {
         faults: faults.iter().map(name).collect(),
         sized: faults.iter().map(sized).collect(),
-        cases: rows.into_iter().map(|(_, row)| row).collect(),
+        cases,
     }
 }
 

@@ -1,7 +1,7 @@
 //! What people are told of a verification.
 
 use super::detection::{Limit, Limits, Varied};
-use super::precision::Errors;
+use super::parameters::Errors;
 use super::run::{CaseResult, Role, Verification};
 use crate::checks::Outcome;
 use crate::document::plot::Point;

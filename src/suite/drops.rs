@@ -5,7 +5,7 @@ use super::analytic::{
     Release, SpringDashpot, State, dashpot, deviations, nominal_ratio, random_rounding,
 };
 use super::build::{self, Grain};
-use super::{CaseGroup, Figures, Track, at, furthest};
+use super::{CaseGroup, Track, at, furthest};
 use grains::model::{Axis, Model};
 use grains::scene::{Tension, Viscosity};
 use grains::task::Case;
@@ -192,7 +192,7 @@ fn first_bounce(group: CaseGroup, ball: Ball) -> CaseGroup {
     let curve = (0..=40).map(|count| last - (40 - count) * every);
     let curve: Vec<u64> = curve.filter(|step| *step > first).collect();
     let moments = [&[first], &curve[..]].concat();
-    group.with([ball.case(moments)], move |tracks| {
+    group.with([ball.case(moments)], move |tracks, figures| {
         let time = |step: u64| step as f64 * ball.dt;
         let seen = |step: u64| at(&tracks[0], step).position(0)[1];
         let apart = curve
@@ -203,7 +203,7 @@ fn first_bounce(group: CaseGroup, ball: Ball) -> CaseGroup {
         let since = time(last) - released;
         let back = end - velocity * since - 0.5 * GRAVITY * since * since;
         let off = touch()[1] * ball.order();
-        let mut figures = Figures::of(&ball.id);
+        figures.case(&ball.id);
         figures.because(
             "the scheme has the parabola exactly; rounding of the height in every step",
         );
@@ -224,7 +224,6 @@ fn first_bounce(group: CaseGroup, ball: Ball) -> CaseGroup {
         let what = "curve: largest distance from y(t), m";
         let way = off * (time(last) - touch()[0]);
         figures.is(what, furthest(0.0, apart), 0.0, way);
-        figures.done()
     })
 }
 
@@ -282,11 +281,10 @@ fn repeated_bounces() -> CaseGroup {
             let steps = bounces.iter().map(|bounce| ball.step(bounce.reading));
             ball.case(steps.collect())
         };
-        group = group.with(floors.each_ref().map(case), move |tracks| {
-            let mut checks = Vec::new();
+        group = group.with(floors.each_ref().map(case), move |tracks, figures| {
             let mut last = [f64::NAN; 2];
             for ((ball, track), last) in floors.iter().zip(tracks).zip(&mut last) {
-                let mut figures = Figures::of(&ball.id);
+                figures.case(&ball.id);
                 figures.because("order of the step, twice over in a height: c dt/m + (ω dt)² a bounce");
                 for (index, bounce) in bounces(ball, count).iter().enumerate() {
                     let step = ball.step(bounce.reading);
@@ -297,7 +295,6 @@ fn repeated_bounces() -> CaseGroup {
                     figures.is(&format!("top-{bounces}, m"), top, bounce.apex, off);
                     *last = top;
                 }
-                checks.extend(figures.done());
             }
             // The top of the last bounce over a rigid floor, m above the lowest place of the centre:
             // (h₀ − R)e^{2n} with the e of the clipped dashpot where nothing weighs.
@@ -312,7 +309,7 @@ fn repeated_bounces() -> CaseGroup {
             let root = ROOT_OF_STIFFER;
             let steps =
                 (root + 1.0) / (root - 1.0) * (2.0 * floors[1].order()) * count as f64;
-            let mut figures = Figures::of(format!("e-{restitution}"));
+            figures.case(format!("e-{restitution}"));
             figures.because(
                 "hard spheres, (h₀ − R)e^{2n}, are approached as 1/√k; extrapolated from two floors, what is left is the \
                  product of what weight does to both, 4ζg/ω (1/v + 1/v′) a bounce; and the order of the step",
@@ -320,8 +317,6 @@ fn repeated_bounces() -> CaseGroup {
             let limit = (root * stiff - soft) / (root - 1.0);
             let what = "rigid-floor: last top for k → ∞ over that of hard spheres, 1";
             figures.is(what, limit, 1.0, weight_soft * weight_stiff + steps);
-            checks.extend(figures.done());
-            checks
         });
     }
     group
@@ -360,11 +355,11 @@ fn damped_bounces() -> CaseGroup {
             steps.push(ball.step(time + 0.5 * rise(height)));
             time += rise(height);
         }
-        group = group.with([ball.case(steps.clone())], move |tracks| {
+        group = group.with([ball.case(steps.clone())], move |tracks, figures| {
             let raised = 0.5 * ball.grain().mass * GRAVITY / stiffness - RADIUS;
             let fall = GRAVITY * (1.0 + alpha);
             let start = HEIGHT + raised;
-            let mut figures = Figures::of(&ball.id);
+            figures.case(&ball.id);
             figures.because(
                 "second order in the step, as in bounce-local-damping and twice over in a height: \
                  (1+α)/(1−α)·(ω dt)² a bounce",
@@ -379,7 +374,6 @@ fn damped_bounces() -> CaseGroup {
                 );
                 figures.is(&what, (apex + raised) / start, expected, off);
             }
-            figures.done()
         });
     }
     group
@@ -411,7 +405,7 @@ fn recurrence() -> CaseGroup {
         let moments: Vec<u64> = (0..=10).map(|count| count * (STEPS / 10)).collect();
         let given = (ratio != 0.0).then_some((spring.dashpot, Tension::Clipped));
         let case = on_a_floor(id, &spring, given, grain, FLOOR, moments.clone());
-        group = group.with([case], move |tracks| {
+        group = group.with([case], move |tracks, figures| {
             let overlap = |height: f64| FLOOR + grain.radius - height;
             let start = State::start(overlap(grain.position[1]), -grain.velocity[1]);
             let expected = spring.track(start, &moments);
@@ -424,9 +418,8 @@ fn recurrence() -> CaseGroup {
             let height = grain.position[1] - grain.radius - FLOOR;
             let scales = [height, (2.0 * GRAVITY * height).sqrt()];
             let tolerance = random_rounding(STEPS, grain.position[1], height);
-            let mut figures = Figures::of(id);
-            deviations(&mut figures, &seen, &expected, scales, tolerance);
-            figures.done()
+            figures.case(id);
+            deviations(figures, &seen, &expected, scales, tolerance);
         });
     }
     group

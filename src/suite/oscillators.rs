@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use super::analytic::{SpringDashpot, State};
 use super::build::{self, Grain};
-use super::{CaseGroup, Figures, Track, at, rounding};
+use super::{CaseGroup, Track, at, rounding};
 use grains::model::{Axis, Law, Model};
 use grains::scene::{ContactLaw, Rotation};
 use grains::tables::Snapshot;
@@ -72,22 +72,23 @@ fn free_fall() -> CaseGroup {
         "free-fall",
         "Free fall with velocities at half steps: x_n = x_0 + v_0 n dt + ½g dt² n(n+1)",
     )
-    .with([flight::case(gravity, 0.0, &grains)], move |tracks| {
-        let mut figures = Figures::of("");
-        for (id, (grain, kind)) in grains.iter().zip(["dropped", "thrown"]).enumerate() {
-            for steps in flight::MOMENTS {
-                for (axis, name) in ["x", "z"].into_iter().enumerate() {
-                    let start = [grain.position[axis], grain.velocity[axis]];
-                    let expected = flight::flown(start, gravity[axis], steps);
-                    let size = start[0].abs() + flight::reach(start[1], gravity[axis], steps);
-                    let found = at(&tracks[0], steps).position(id)[axis];
-                    let what = format!("{kind}/{name}/{steps}-steps, m");
-                    figures.exact(&what, found, expected, steps, size);
+    .with(
+        [flight::case(gravity, 0.0, &grains)],
+        move |tracks, figures| {
+            for (id, (grain, kind)) in grains.iter().zip(["dropped", "thrown"]).enumerate() {
+                for steps in flight::MOMENTS {
+                    for (axis, name) in ["x", "z"].into_iter().enumerate() {
+                        let start = [grain.position[axis], grain.velocity[axis]];
+                        let expected = flight::flown(start, gravity[axis], steps);
+                        let size = start[0].abs() + flight::reach(start[1], gravity[axis], steps);
+                        let found = at(&tracks[0], steps).position(id)[axis];
+                        let what = format!("{kind}/{name}/{steps}-steps, m");
+                        figures.exact(&what, found, expected, steps, size);
+                    }
                 }
             }
-        }
-        figures.done()
-    })
+        },
+    )
 }
 
 /// Grains dropped, thrown up and drifting sideways under local damping.
@@ -113,8 +114,7 @@ fn damped_flight() -> CaseGroup {
     )
     .with(
         [flight::case([0.0, -GRAVITY], ALPHA, &grains)],
-        move |tracks| {
-            let mut figures = Figures::of("");
+        move |tracks, figures| {
             for n in flight::MOMENTS {
                 let found = |id: usize| at(&tracks[0], n).position(id);
                 let expected = flight::flown([0.0; 2], -down, n);
@@ -128,7 +128,6 @@ fn damped_flight() -> CaseGroup {
                     format!("drifting/{n}-steps: x of the drifting grain after {n} steps, m");
                 figures.exact(&what, found(2)[0], expected, n, expected);
             }
-            figures.done()
         },
     )
 }
@@ -187,9 +186,9 @@ fn oscillator() -> CaseGroup {
     ];
     for (axis, case) in cases.into_iter().enumerate() {
         let id = case.name.replace(' ', "-");
-        group = group.with([case], move |tracks| {
+        group = group.with([case], move |tracks, figures| {
             let swing = SpringDashpot::oscillator(omegas[axis], dts[axis]);
-            let mut figures = Figures::of(&id);
+            figures.case(&id);
             for n in MOMENTS {
                 let expected = swing.in_touch(&State::start(AMPLITUDE, 0.0), n);
                 let what = format!("way/{n}-steps, m");
@@ -199,7 +198,6 @@ fn oscillator() -> CaseGroup {
                 let found = at(&tracks[0], n).velocity(0)[axis];
                 figures.exact(&what, found, expected.approach, n, omegas[axis] * RADIUS);
             }
-            figures.done()
         });
     }
     group
@@ -220,31 +218,33 @@ fn order() -> CaseGroup {
         "oscillator-order",
         "The oscillator converges to A cos ωt with the second order in dt",
     )
-    .with(STEPS.into_iter().zip(turn).map(case), move |tracks| {
-        let errors: Vec<f64> = tracks
-            .iter()
-            .zip(STEPS)
-            .map(|(track, n)| off_middle(track, n, 0) - AMPLITUDE * phase.cos())
-            .collect();
-        let mut figures = Figures::of("");
-        figures.because("the next term of the error is smaller by (ω dt)², of the coarser step");
-        for (index, pair) in errors.windows(2).enumerate() {
-            let what = format!(
-                "order-from-{}-and-{}-steps, 1",
-                STEPS[index],
-                STEPS[index + 1]
-            );
-            let order = (pair[0] / pair[1]).log2();
-            figures.is(&what, order, 2.0, turn[index] * turn[index]);
-        }
-        let finest = turn[3];
-        let leading = -AMPLITUDE * phase * finest * finest / 24.0;
-        let found = errors.last().map_or(f64::NAN, |error| error / leading);
-        figures.because("the next term of the error is smaller by (ω dt)²");
-        let what = "leading-term: error of 320 steps over its leading term −A ωt (ω dt)²/24, 1";
-        figures.is(what, found, 1.0, finest * finest);
-        figures.done()
-    })
+    .with(
+        STEPS.into_iter().zip(turn).map(case),
+        move |tracks, figures| {
+            let errors: Vec<f64> = tracks
+                .iter()
+                .zip(STEPS)
+                .map(|(track, n)| off_middle(track, n, 0) - AMPLITUDE * phase.cos())
+                .collect();
+            figures
+                .because("the next term of the error is smaller by (ω dt)², of the coarser step");
+            for (index, pair) in errors.windows(2).enumerate() {
+                let what = format!(
+                    "order-from-{}-and-{}-steps, 1",
+                    STEPS[index],
+                    STEPS[index + 1]
+                );
+                let order = (pair[0] / pair[1]).log2();
+                figures.is(&what, order, 2.0, turn[index] * turn[index]);
+            }
+            let finest = turn[3];
+            let leading = -AMPLITUDE * phase * finest * finest / 24.0;
+            let found = errors.last().map_or(f64::NAN, |error| error / leading);
+            figures.because("the next term of the error is smaller by (ω dt)²");
+            let what = "leading-term: error of 320 steps over its leading term −A ωt (ω dt)²/24, 1";
+            figures.is(what, found, 1.0, finest * finest);
+        },
+    )
 }
 
 /// Under local damping: ω² is (1−α) of itself on the way in and (1+α) on the way out.
@@ -263,8 +263,7 @@ fn local_damping() -> CaseGroup {
         "oscillator-with-local-damping",
         "Local damping takes √((1−α)/(1+α)) of the amplitude in half a period",
     )
-    .with([case], move |tracks| {
-        let mut figures = Figures::of("");
+    .with([case], move |tracks, figures| {
         for expected in swing.track(start, &[STEPS]) {
             let found = off_middle(&tracks[0], STEPS, 0);
             let what = format!("way/{STEPS}-steps, m");
@@ -286,7 +285,6 @@ fn local_damping() -> CaseGroup {
             );
             figures.is(&what, found, each.powi(half_periods), off);
         }
-        figures.done()
     })
 }
 
@@ -430,8 +428,7 @@ fn stack() -> CaseGroup {
         "two-stacked-grains",
         "MFiX DEM03: two spheres between floor and ceiling swing in their two modes",
     )
-    .with([case], move |tracks| {
-        let mut figures = Figures::of("");
+    .with([case], move |tracks, figures| {
         for steps in [STEPS / 2, STEPS] {
             let time = steps as f64 * Stack::DT;
             let (stepped, continuous) = (of.stepped(steps), of.at(time));
@@ -453,7 +450,6 @@ fn stack() -> CaseGroup {
         };
         let what = "energy: energy after 4000 steps over that at the start; ½m v_{n−½}v_{n+½} + ½ku² + mgz, 1";
         figures.exact(what, energy(2) / energy(0), 1.0, STEPS, 1.0);
-        figures.done()
     })
 }
 
@@ -525,8 +521,8 @@ fn sliding_spring() -> CaseGroup {
         let grain = squeezed::grain().moving([velocity, 0.0]);
         let stiffness = grain.mass * OMEGA * OMEGA / (2.0 * factor);
         let case = squeezed::case(stiffness, way, Rotation::Blocked, grain);
-        group = group.with([case], move |tracks| {
-            let mut figures = Figures::of(id);
+        group = group.with([case], move |tracks, figures| {
+            figures.case(id);
             for n in MOMENTS {
                 let (found, expected) = (at(&tracks[0], n), squeezed::swing(velocity, n));
                 let what = format!("way/{n}-steps, m");
@@ -536,7 +532,6 @@ fn sliding_spring() -> CaseGroup {
                 let speed = found.velocity(0)[0];
                 figures.exact(&what, speed, expected.approach, n, velocity);
             }
-            figures.done()
         });
     }
     group
@@ -559,8 +554,8 @@ fn turning_spring() -> CaseGroup {
         let grain = squeezed::grain().spinning(spin);
         let stiffness = grain.inertia * OMEGA * OMEGA / (2.0 * square);
         let case = squeezed::case(stiffness, way, Rotation::Free, grain);
-        group = group.with([case], move |tracks| {
-            let mut figures = Figures::of(id);
+        group = group.with([case], move |tracks, figures| {
+            figures.case(id);
             for n in MOMENTS {
                 let what = format!("spin/{n}-steps, rad/s");
                 let expected = squeezed::swing(spin, n).approach;
@@ -569,7 +564,6 @@ fn turning_spring() -> CaseGroup {
             let way = at(&tracks[0], MOMENTS[2]).position(0)[0];
             let what = "way-sideways, m";
             figures.exact(what, way, 0.0, MOMENTS[2], AMPLITUDE);
-            figures.done()
         });
     }
     group

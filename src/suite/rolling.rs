@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use super::analytic::{SpringDashpot, State};
 use super::build::{self, Grain};
-use super::{CaseGroup, Figures, at};
+use super::{CaseGroup, at};
 use grains::model::{Axis, Law, Model};
 use grains::task::Case;
 
@@ -117,8 +117,8 @@ fn sliding() -> CaseGroup {
         ),
     ] {
         let case = on_a_plane(law, DT, [0.0, -GRAVITY], &grains, &MOMENTS);
-        group = group.with([case], move |tracks| {
-            let mut figures = Figures::of(how);
+        group = group.with([case], move |tracks, figures| {
+            figures.case(how);
             for (id, (shape, share)) in SHAPES.into_iter().enumerate() {
                 for n in MOMENTS {
                     let found = at(&tracks[0], n);
@@ -130,7 +130,6 @@ fn sliding() -> CaseGroup {
                     figures.exact(&what, found.spin(id), arm * lost / share, n, SPEED);
                 }
             }
-            figures.done()
         });
     }
     group
@@ -161,7 +160,7 @@ fn slip_then_roll() -> CaseGroup {
             let grains = [ball.grain.moving([SPEED, 0.0])];
             let law = ball.law(1.0, friction);
             let case = on_a_plane(law, dt, [0.0, -GRAVITY], &grains, &moments);
-            group = group.with([case], move |tracks| {
+            group = group.with([case], move |tracks, figures| {
                 // The tangential spring is left swinging undamped; moments half a period apart cancel it.
                 let [early, late] = moments.map(|step| at(&tracks[0], step));
                 let mean = |a: f64, b: f64| 0.5 * (a + b);
@@ -175,14 +174,13 @@ fn slip_then_roll() -> CaseGroup {
                 let share = 1.0 / (1.0 + ball.lightness());
                 let turning = spin * ball.arm / SPEED;
                 let (last, rest) = (moments[1], 1.0 - share);
-                let mut figures = Figures::of(format!("{shape}/mu-{friction}"));
+                figures.case(format!("{shape}/mu-{friction}"));
                 figures.exact("speed: v/u_0, 1", speed / SPEED, rest, last, 1.0);
                 figures.exact("spin: ωr/u_0, 1", turning, rest, last, 1.0);
                 figures.because("sliding ends between two steps: half a step");
                 let found = deceleration * slid / SPEED;
                 let off = 0.5 * deceleration * dt / SPEED;
                 figures.is("slip-time: μg t_s/u_0, 1", found, share, off);
-                figures.done()
             });
         }
     }
@@ -256,11 +254,11 @@ fn rolling_incline() -> CaseGroup {
     );
     for (shape, share) in SHAPES {
         let of = Incline::new(share, PI / 12.0, 1000.0);
-        group = group.with([of.case(0.5, &MOMENTS)], move |tracks| {
+        group = group.with([of.case(0.5, &MOMENTS)], move |tracks, figures| {
             let n = MOMENTS[0];
             let [early, late] = MOMENTS.map(|step| at(&tracks[0], step));
             let [speed, spin] = of.rolled(n);
-            let mut figures = Figures::of(shape);
+            figures.case(shape);
             let what = format!("velocity/{n}-steps, m/s");
             figures.exact(&what, early.velocity(0)[0], speed, n, speed);
             let what = format!("spin/{n}-steps, rad/s");
@@ -282,7 +280,6 @@ fn rolling_incline() -> CaseGroup {
             let what = "acceleration-rigid: acceleration over g sinβ as of a rigid ball, 1";
             let radius = Incline::RADIUS;
             figures.is(what, found, of_arm(radius), overlap / radius);
-            figures.done()
         });
     }
     group
@@ -299,12 +296,12 @@ fn sliding_incline() -> CaseGroup {
     for (shape, share) in SHAPES {
         // Soft, so that the rounding of the overlap is small against the overlap.
         let of = Incline::new(share, PI / 4.5, 64.0);
-        group = group.with([of.case(FRICTION, &MOMENTS)], move |tracks| {
+        group = group.with([of.case(FRICTION, &MOMENTS)], move |tracks, figures| {
             let [early, late] = MOMENTS.map(|step| at(&tracks[0], step));
             let steps = MOMENTS[1] - MOMENTS[0];
             let time = steps as f64 * of.dt;
             let pull = FRICTION * of.against;
-            let mut figures = Figures::of(shape);
+            figures.case(shape);
             let gain = late.velocity(0)[0] - early.velocity(0)[0];
             let expected = time * (of.along - pull);
             let what = format!("velocity-gain: velocity gained in {steps} steps, m/s");
@@ -314,7 +311,6 @@ fn sliding_incline() -> CaseGroup {
             let expected = time * arm * Incline::MASS * pull / grain.inertia;
             let what = format!("spin-gain: spin gained in {steps} steps, rad/s");
             figures.exact(&what, gain, expected, MOMENTS[1], expected);
-            figures.done()
         });
     }
     group

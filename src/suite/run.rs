@@ -5,8 +5,8 @@ use serde::Serialize;
 use super::cross_code::{self, CrossCase, InYade};
 use super::detection::{FromYade, Limits, limits};
 use super::parameters::{self, Answer};
-use super::precision::{self, Errors, Precisions};
-use super::{CaseGroup, Evidence, Track, outcome, trajectories};
+use super::parameters::{Errors, Precisions};
+use super::{CaseGroup, Evidence, Track, outcome};
 use crate::checks::{Check, Outcome, verdict};
 use crate::engine::ProgramError;
 use crate::engine::exec::{self, Description};
@@ -341,7 +341,7 @@ impl Suite {
     /// The suite with trajectories of so many grains at most.
     pub fn new(most_grains: u32) -> Self {
         let mut cross = cross_code::static_states();
-        cross.extend(trajectories::cases(most_grains));
+        cross.extend(cross_code::cases(most_grains));
         Suite {
             groups: super::groups(),
             cross,
@@ -523,7 +523,7 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Veri
             Ok(measured) => {
                 errors = measured.errors(None).map_err(EngineError::from)?;
                 precisions = Some(measured);
-                of_precision().judged(Ok(precision::checks(&errors)))
+                of_precision().judged(Ok(parameters::precision_checks(&errors)))
             }
             Err(case) => case,
         });
@@ -598,7 +598,7 @@ fn precisions_in_yade(
     display: &Display,
 ) -> Result<Result<Precisions, CaseResult>, VerifyError> {
     let task = display.task("rounding errors");
-    match precision::run(precision::case(options.grains), &options.yade) {
+    match parameters::run_precisions(parameters::precision_case(options.grains), &options.yade) {
         Ok(precisions) => {
             task.done("done");
             Ok(Ok(precisions))

@@ -226,11 +226,11 @@ impl Slide {
         group: CaseGroup,
         more: impl Fn(&Slide, &Track, &mut Figures) + Send + Sync + 'static,
     ) -> CaseGroup {
-        group.with([self.case(vec![self.end()])], move |tracks| {
+        group.with([self.case(vec![self.end()])], move |tracks, figures| {
             let ([velocity, spin], [of_velocity, of_spin]) =
                 (self.seen(&tracks[0]), self.expected());
             let [off, off_turning] = self.tolerances();
-            let mut figures = Figures::of(&self.id);
+            figures.case(&self.id);
             figures.because(
                 "of the change: (ω dt)⁴, as touch and parting fall between two steps, ½|ln e| c dt/m with a \
                  dashpot, and rounding",
@@ -239,8 +239,7 @@ impl Slide {
             figures.is(what, velocity, of_velocity, off);
             figures.because("as the velocity; and (ω dt)² + c dt/m of what the overlap takes from the arm");
             figures.is("spin, rad/s", spin, of_spin, off_turning);
-            more(&self, &tracks[0], &mut figures);
-            figures.done()
+            more(&self, &tracks[0], figures);
         })
     }
 }
@@ -386,7 +385,7 @@ fn recurrence() -> CaseGroup {
             arms,
             steps: 100.0,
         };
-        group = group.with([of.case(vec![0, of.end()])], move |tracks| {
+        group = group.with([of.case(vec![0, of.end()])], move |tracks, figures| {
             let contact = of.contact();
             let last = of.end();
             let states = contact.track(of.start(), &(0..last).collect::<Vec<u64>>());
@@ -402,7 +401,7 @@ fn recurrence() -> CaseGroup {
             let [_, spin] = of.seen(&tracks[0]);
             let amplitude = contact.approach / contact.frequency();
             let off = random_rounding(last, 1.5 * of.grain.radius, amplitude);
-            let mut figures = Figures::of(&of.id);
+            figures.case(&of.id);
             figures.because(
                 "true of every step that slides; rounding of two velocities in every step",
             );
@@ -415,7 +414,6 @@ fn recurrence() -> CaseGroup {
             let what = "rebound: velocity across after the impact, m/s";
             figures.is(what, end[1], expected, contact.approach * off);
             figures.is("spin, rad/s", spin, of_spin, of.grain.spin.abs() * off);
-            figures.done()
         });
     }
     group
@@ -524,7 +522,7 @@ fn sticking() -> CaseGroup {
             let grains = [grain.at([0.0, height]).moving([Rocking::SPEED, 0.0])];
             let id = format!("{what}/{how}");
             let case = build::case(&id, model, &grains, MOMENTS.to_vec());
-            group = group.with([case], move |tracks| {
+            group = group.with([case], move |tracks, figures| {
                 let seen = |step: u64| {
                     let view = at(&tracks[0], step);
                     // Along (−n_z, n_x), so to the left.
@@ -540,7 +538,7 @@ fn sticking() -> CaseGroup {
                 let amplitude = of.swing(0).approach / rate;
                 let tolerance = random_rounding(STEPS, amplitude, amplitude)
                     + rounding_of_phase(STEPS as f64 * Rocking::ANGLE);
-                let mut figures = Figures::of(&id);
+                figures.case(&id);
                 figures.because(ROUNDING);
                 for (index, (what, scale)) in [
                     ("way", of.dt() * Rocking::SPEED * STEPS as f64),
@@ -556,7 +554,6 @@ fn sticking() -> CaseGroup {
                     let what = format!("{what}: largest deviation of the {what} over its size, 1");
                     figures.is(&what, furthest(0.0, MOMENTS.map(off)), 0.0, tolerance);
                 }
-                figures.done()
             });
         }
     }
@@ -593,7 +590,7 @@ fn first_slip(group: CaseGroup, new_contact_slip: NewContactSlip) -> CaseGroup {
     };
     let ball = Grain::sphere([0.0, place], RADIUS, 2500.0).moving([SPEEDS[0], -SPEEDS[1]]);
     let case = build::case("first slip", model, &[ball], vec![first]);
-    group.with([case], move |tracks| {
+    group.with([case], move |tracks, figures| {
         // Slip of the undeformed surface, as the default law has it: stretched, and so is the approach that
         // the time since touch is told from.
         let stretch = 2.0 * RADIUS / (2.0 * RADIUS - overlap);
@@ -605,7 +602,6 @@ fn first_slip(group: CaseGroup, new_contact_slip: NewContactSlip) -> CaseGroup {
         // Positions of the size of wall and radius make an overlap of a fraction of a step.
         let rounding = 4.0 * f64::EPSILON * (WALL + RADIUS) / overlap;
         let found = at(&tracks[0], first).contact(|contact| contact.tangential_force);
-        let mut figures = Figures::of("");
         figures.because("k_s times the slip; rounding of the overlap");
         let off = force * (rounding + 8.0 * f64::EPSILON);
         figures.is(
@@ -614,6 +610,5 @@ fn first_slip(group: CaseGroup, new_contact_slip: NewContactSlip) -> CaseGroup {
             force,
             off,
         );
-        figures.done()
     })
 }

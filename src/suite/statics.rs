@@ -2,7 +2,6 @@
 
 use super::build::{self, Grain, wall};
 use super::{CaseGroup, Figures, Track, furthest};
-use crate::checks::Check;
 use crate::paper::disc_field::{DiscField, RimForce};
 use grains::measure::{Bed, stress};
 use grains::model::{Axis, Model};
@@ -79,8 +78,7 @@ impl Pile {
         8.0 * 0.5 * f64::EPSILON * height * STIFF / RADIUS / 0.5
     }
 
-    fn judge(&self, at: &Snapshot) -> Figures {
-        let mut figures = Figures::of("");
+    fn judge(&self, at: &Snapshot, figures: &mut Figures) {
         figures.because("two a disc, and those that are given");
         let expected = 2 * self.rests.len() + self.given.len();
         let found = at.contacts.len() as f64;
@@ -93,7 +91,6 @@ impl Pile {
         let ratios = at.contacts.iter().map(|contact| self.spring(at, contact));
         let what = "springs: force over k_n u of the contact where it is furthest from 1, 1";
         figures.is(what, furthest(1.0, ratios), 1.0, off);
-        figures
     }
 
     /// Every contact force that statics gives: as it is over as it should be.
@@ -200,17 +197,16 @@ fn column() -> CaseGroup {
         "column-of-discs",
         "In a column between walls each side bears half of the weight above",
     )
-    .with([pile.case()], move |tracks| {
+    .with([pile.case()], move |tracks, figures| {
         let Some(at) = tracks[0].first() else {
-            return Vec::new();
+            return;
         };
-        let mut figures = pile.judge(at);
+        pile.judge(at, figures);
         let borne = at.contacts.iter();
         let borne = borne.filter(|contact| contact.normal[1] != 0.0);
         let what = "sides: upright part of a force over half the weight above where it is furthest from 1, 1";
         let found = furthest(1.0, borne.map(upright));
         figures.is(what, found, 1.0, pile.tolerance());
-        figures.done()
     })
 }
 
@@ -263,9 +259,10 @@ fn pyramid() -> CaseGroup {
         "pyramid-of-discs",
         "In a pyramid every contact bears what statics says",
     )
-    .with([pile.case()], move |tracks| {
-        let at = tracks[0].first();
-        at.map(|at| pile.judge(at).done()).unwrap_or_default()
+    .with([pile.case()], move |tracks, figures| {
+        if let Some(at) = tracks[0].first() {
+            pile.judge(at, figures);
+        }
     })
 }
 
@@ -312,8 +309,7 @@ fn disc() -> CaseGroup {
     )
     .with(
         [squeezed(overlaps, STIFFNESS, 1.0e-3, MOMENTS.to_vec())],
-        move |tracks| {
-            let mut figures = Figures::of("");
+        move |tracks, figures| {
             for (moment, steps) in MOMENTS.into_iter().enumerate() {
                 let stress = tracks[0].get(moment).and_then(extensive);
                 let stress = stress.unwrap_or([[f64::NAN; 2]; 2]);
@@ -332,7 +328,6 @@ fn disc() -> CaseGroup {
                 let what = format!("xz/{steps}-steps: Σ_xz after {steps} steps, J");
                 figures.is(&what, shear, 0.0, 0.0);
             }
-            figures.done()
         },
     )
 }
@@ -351,12 +346,14 @@ fn field() -> CaseGroup {
     )
     .with(
         [squeezed(OVERLAPS, FORCE / OVERLAPS[1], 1.0e-6, vec![0])],
-        |tracks| field_average(&tracks[0]).unwrap_or_default(),
+        |tracks, figures| {
+            field_average(&tracks[0], figures);
+        },
     )
 }
 
 /// No checks, so a failed case, where the forces are not in balance.
-fn field_average(track: &Track) -> Option<Vec<Check>> {
+fn field_average(track: &Track, figures: &mut Figures) -> Option<()> {
     let moment = track.first()?;
     let sum = extensive(moment)?;
     let rim = moment.contacts.iter().map(|contact| {
@@ -372,12 +369,11 @@ fn field_average(track: &Track) -> Option<Vec<Check>> {
     let average = field.average_over_disc();
     let volume = std::f64::consts::PI * RADIUS * RADIUS;
     let largest = sum.iter().flatten().fold(0.0f64, |a, b| a.max(b.abs())) / volume;
-    let mut figures = Figures::of("");
     figures.because("the engine's Σ/V; contact points are within 3e-8 R of the rim");
     for (name, row, column) in [("xx", 0, 0), ("zz", 1, 1), ("xz", 0, 1)] {
         let what = format!("{name}: σ_{name} averaged over the disc, Pa");
         let expected = sum[row][column] / volume;
         figures.is(&what, -average[row][column], expected, 1.0e-6 * largest);
     }
-    Some(figures.done())
+    Some(())
 }

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use super::build;
 use super::conservation::crowd;
-use super::{CaseGroup, Evidence, Figures, Track, furthest};
+use super::{CaseGroup, Evidence, Track, furthest};
 use grains::model::{Axis, Law, Model, Wall};
 use grains::tables::{Bodies, Contact, Punch, Snapshot};
 use grains::task::Case;
@@ -144,10 +144,10 @@ fn group(
         let case = make(law_name, &law);
         let other = frame.case(&format!("{law_name}, {id}"), &case);
         let frame = frame.clone();
-        group = group.with([case, other], move |pair| {
+        group = group.with([case, other], move |pair, figures| {
             let found = frame.differences(dt(), &pair[0], &pair[1]);
             let allowed = rounded.map_or([0.0; 4], tolerances);
-            let mut figures = Figures::of(law_name);
+            figures.case(law_name);
             figures.because(match rounded {
                 None => "the same operations on the same numbers: no difference at all",
                 Some(_) => {
@@ -166,7 +166,6 @@ fn group(
             {
                 figures.is(what, found[index], 0.0, allowed[index]);
             }
-            figures.done()
         });
     }
     group

@@ -237,7 +237,8 @@ fn the_furthest_value_may_be_none() {
 
 #[test]
 fn a_check_is_named_by_its_id_and_judged_by_one_rule() {
-    let mut figures = Figures::of("pair/e-0.5");
+    let mut figures = Figures::default();
+    figures.case("pair/e-0.5");
     figures
         .because("a bound")
         .is("contact-time, s", 1.5, 1.0, 0.5);

@@ -9,7 +9,7 @@ use crate::cli::print;
 use crate::cli::run::{LoopOrder, YadeLimits};
 use crate::error::{Error, exit};
 use crate::limits::stability::Stability;
-use crate::run::scene_file::read_scene;
+use crate::run::folder::read_scene;
 use crate::study::campaign::Campaign;
 use crate::study::plan::Program;
 use crate::study::realization::Runner;

@@ -1,15 +1,13 @@
-//! A run held against a baseline: what is worse, what is better, what moved, and what cannot be told.
+//! A run held against a baseline: what is worse, what is better, what moved, and what cannot be told. Speeds are ratios and
+//! numbers of instructions, judged beyond their scatter.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
 use super::Baseline;
-use super::pace::speeds;
-pub use super::pace::{Pace, SpeedPair};
 use crate::checks::record::Record;
-use crate::checks::{Check, Measured, Outcome};
-use crate::compare::Verdict;
+use crate::checks::{Check, Measured, Outcome, Speed};
 
 /// What became of a check. The order is that of reading: the worst first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -105,7 +103,7 @@ pub struct Diff {
     /// All speeds.
     pub speeds: Vec<SpeedPair>,
     /// Failed if anything is worse; not made if something can no longer be told; else passed.
-    pub verdict: Verdict,
+    pub verdict: Outcome,
 }
 
 /// Limits that differ by less, relative to their width, are the same.
@@ -163,7 +161,7 @@ impl Diff {
     /// Every measured number must be the same to the last bit, as in a change that is to change nothing.
     pub fn demanding_bits(mut self) -> Self {
         if !self.moved.is_empty() {
-            self.verdict = Verdict::Fail;
+            self.verdict = Outcome::Fail;
         }
         self
     }
@@ -204,18 +202,18 @@ impl Diff {
     }
 }
 
-fn verdict(changes: &[Changed], speeds: &[SpeedPair]) -> Verdict {
+fn verdict(changes: &[Changed], speeds: &[SpeedPair]) -> Outcome {
     let any = |wanted: &[Change]| changes.iter().any(|of| wanted.contains(&of.change));
     if any(&[Change::NewFailure]) || speeds.iter().any(|of| of.pace == Pace::Slower) {
-        Verdict::Fail
+        Outcome::Fail
     } else if any(&[
         Change::NoLongerMade,
         Change::Removed,
         Change::DefinitionChanged,
     ]) {
-        Verdict::Skipped
+        Outcome::Skipped
     } else {
-        Verdict::Pass
+        Outcome::Pass
     }
 }
 
@@ -331,5 +329,304 @@ fn relative(a: f64, b: f64) -> f64 {
     }
 }
 
+/// What became of a speed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Pace {
+    /// Beyond what rounds scatter.
+    Slower,
+    /// Beyond what rounds scatter.
+    Faster,
+    /// Within it.
+    Same,
+    /// The machines are not the same, or one run does not have it.
+    NotJudged,
+}
+
+impl Pace {
+    /// For people.
+    pub fn words(self) -> &'static str {
+        match self {
+            Pace::Slower => "SLOWER",
+            Pace::Faster => "faster",
+            Pace::Same => "same",
+            Pace::NotJudged => "not judged",
+        }
+    }
+}
+
+/// A speed in both.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SpeedPair {
+    /// Of the speed.
+    pub id: String,
+    /// For people.
+    pub what: String,
+    /// Of both.
+    pub unit: String,
+    /// In the baseline.
+    pub before: Option<f64>,
+    /// In this run.
+    pub after: Option<f64>,
+    /// Cost after over cost before: above 1 is slower.
+    pub cost: Option<f64>,
+    /// A change of cost up to this factor, either way, says nothing.
+    pub scatter: f64,
+    /// What that amounts to.
+    pub pace: Pace,
+}
+
+/// Times of one round each.
+const SINGLE_ROUND: f64 = 1.5;
+/// Times whose rounds do not overlap.
+const APART: f64 = 1.05;
+/// Numbers of instructions.
+const INSTRUCTIONS: f64 = 1.01;
+
+impl SpeedPair {
+    /// Both values, and what that amounts to.
+    pub fn in_a_line(&self) -> String {
+        let number = |of: Option<f64>| of.map_or("–".to_owned(), |of| format!("{of:.4}"));
+        let cost = self
+            .cost
+            .map_or(String::new(), |cost| format!(", {cost:.3} times the cost"));
+        format!(
+            "{}: {} to {} {}{cost}",
+            self.what,
+            number(self.before),
+            number(self.after),
+            self.unit
+        )
+    }
+}
+
+/// All speeds of either; judged on machines of one kind only.
+pub fn speeds(before: &[Speed], after: &[Speed], same_machine: bool) -> Vec<SpeedPair> {
+    let find = |list: &[Speed], id: &str| list.iter().find(|speed| speed.id == id).cloned();
+    let mut ids: Vec<&Speed> = after.iter().collect();
+    ids.extend(
+        before
+            .iter()
+            .filter(|speed| find(after, &speed.id).is_none()),
+    );
+    let pair = |speed: &Speed| {
+        let (old, new) = (find(before, &speed.id), find(after, &speed.id));
+        let both = old.as_ref().zip(new.as_ref());
+        let cost = both.map(|(old, new)| {
+            if new.less_is_better {
+                new.value / old.value
+            } else {
+                old.value / new.value
+            }
+        });
+        let scatter = both.map_or(SINGLE_ROUND, |(old, new)| scatter(old, new));
+        SpeedPair {
+            id: speed.id.clone(),
+            what: speed.what.clone(),
+            unit: speed.unit.clone(),
+            before: old.as_ref().map(|speed| speed.value),
+            after: new.as_ref().map(|speed| speed.value),
+            cost,
+            scatter,
+            pace: match cost {
+                Some(cost) if same_machine && cost.is_finite() => pace(cost, scatter),
+                _ => Pace::NotJudged,
+            },
+        }
+    };
+    ids.into_iter().map(pair).collect()
+}
+
+fn pace(cost: f64, scatter: f64) -> Pace {
+    if cost > scatter {
+        Pace::Slower
+    } else if cost < 1.0 / scatter {
+        Pace::Faster
+    } else {
+        Pace::Same
+    }
+}
+
+/// Rounds that overlap say nothing, however far their medians are apart.
+fn scatter(old: &Speed, new: &Speed) -> f64 {
+    match (old.range, new.range) {
+        (Some([_, high]), Some([low, _])) if high < low => APART,
+        (Some([low, _]), Some([_, high])) if high < low => APART,
+        (Some(_), Some(_)) => f64::INFINITY,
+        _ if old.unit.starts_with("instructions") => INSTRUCTIONS,
+        _ => SINGLE_ROUND,
+    }
+}
+
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+    use crate::checks::Speed;
+
+    fn check(id: &str, value: f64, outcome: Outcome) -> Check {
+        Check::of_words(id.to_owned(), id, outcome, "")
+            .with_limits(value, 1.0, Some(0.5))
+            .judged_by("by looking", "told so")
+    }
+
+    fn speed(value: f64, range: Option<[f64; 2]>, unit: &str) -> Speed {
+        Speed {
+            id: "time/yade".to_owned(),
+            what: "YADE over native".to_owned(),
+            unit: unit.to_owned(),
+            value,
+            range,
+            less_is_better: unit.starts_with("instructions"),
+        }
+    }
+
+    fn record(checks: Vec<Check>, speeds: Vec<Speed>) -> Record {
+        Record {
+            job: "verify".to_owned(),
+            version: 2,
+            crossgrain: "0.1.0".to_owned(),
+            command: "crossgrain verify".to_owned(),
+            machine_kind: Some("a machine".to_owned()),
+            scene_digest: None,
+            yade: None,
+            verdict: Outcome::Pass,
+            checks,
+            measured: Vec::new(),
+            speeds,
+        }
+    }
+
+    fn between(before: Record, after: &Record) -> Diff {
+        let baseline = Baseline {
+            baseline: 1,
+            name: "main".to_owned(),
+            source: String::new(),
+            record: before,
+        };
+        diff(&baseline, after)
+    }
+
+    fn of_one(before: Option<Check>, after: Option<Check>) -> (Option<Change>, Outcome) {
+        let run = |check: Option<Check>| record(check.into_iter().collect(), Vec::new());
+        let diff = between(run(before), &run(after));
+        (diff.changes.first().map(|of| of.change), diff.verdict)
+    }
+
+    #[test]
+    fn each_kind_of_change_is_told_and_weighed() {
+        use Change::*;
+        use Outcome::{ExpectedFailure, Fail, Pass, Skipped};
+        use Outcome::{Fail as Worse, Pass as Fine, Skipped as Open};
+        let a = |value, outcome| Some(check("a", value, outcome));
+        let other = |change: fn(&mut Check)| {
+            let mut check = check("a", 1.0, Pass);
+            change(&mut check);
+            Some(check)
+        };
+        let looser = other(|check| check.upper = Some(1.6));
+        let unit = other(|check| check.unit = "m".to_owned());
+        let method = other(|check| check.method = "by hearsay".to_owned());
+        for (before, after, change, verdict) in [
+            (a(1.0, Pass), a(1.0, Pass), None, Fine),
+            (a(1.0, Pass), a(1.1, Pass), Some(Moved), Fine),
+            (a(1.0, Pass), a(1.6, Fail), Some(NewFailure), Worse),
+            (None, a(1.6, Fail), Some(NewFailure), Worse),
+            (a(0.0, Skipped), a(1.6, Fail), Some(NewFailure), Worse),
+            (a(1.6, Fail), a(1.6, Fail), None, Fine),
+            (a(1.6, Fail), a(1.7, Fail), Some(Moved), Fine),
+            (a(1.6, Fail), a(1.0, Pass), Some(Fixed), Fine),
+            (a(1.0, Pass), a(0.0, Skipped), Some(NoLongerMade), Open),
+            (a(1.6, Fail), a(0.0, Skipped), Some(NoLongerMade), Open),
+            (a(0.0, Skipped), a(1.0, Pass), Some(NowMade), Fine),
+            (a(0.0, Skipped), a(0.0, Skipped), None, Fine),
+            (None, a(1.0, Pass), Some(Added), Fine),
+            (a(1.0, Pass), None, Some(Removed), Open),
+            (a(1.0, Pass), looser, Some(DefinitionChanged), Open),
+            (a(1.0, Pass), unit, Some(DefinitionChanged), Open),
+            (a(1.0, Pass), method, Some(DefinitionChanged), Open),
+            (
+                a(1.0, ExpectedFailure),
+                a(1.0, Pass),
+                Some(DefinitionChanged),
+                Open,
+            ),
+        ] {
+            let found = of_one(before.clone(), after.clone());
+            assert_eq!(found, (change, verdict), "{before:?} {after:?}");
+        }
+    }
+
+    #[test]
+    fn a_move_is_measured_in_its_tolerance_and_the_worst_comes_first() {
+        let of = |values: [f64; 3], outcome| {
+            let checks = ["a", "b", "c"].into_iter().zip(values);
+            checks
+                .map(|(id, value)| check(id, value, outcome))
+                .collect()
+        };
+        let before = record(of([1.0; 3], Outcome::Pass), Vec::new());
+        let mut after = record(of([1.1, 1.0, 0.6], Outcome::Pass), Vec::new());
+        after.checks[1].outcome = Outcome::Fail;
+        let diff = between(before, &after);
+        let ids: Vec<&str> = diff.changes.iter().map(|of| of.id.as_str()).collect();
+        assert_eq!(ids, ["b", "c", "a"]);
+        let share = diff.changes[1].share_of_tolerance.expect("limits");
+        assert!((share - 0.8).abs() < 1e-12, "{share}");
+    }
+
+    #[test]
+    fn measured_numbers_that_moved_are_told_by_their_own_size() {
+        let run = |numbers: &[(&str, f64)]| Record {
+            measured: numbers
+                .iter()
+                .map(|(id, value)| Measured {
+                    id: (*id).to_owned(),
+                    unit: "m".to_owned(),
+                    value: *value,
+                })
+                .collect(),
+            ..record(Vec::new(), Vec::new())
+        };
+        let before = run(&[("a", 1.0), ("b", 1.0), ("c", 100.0), ("gone", 1.0)]);
+        let after = run(&[
+            ("a", 1.0),
+            ("b", 1.0 + f64::EPSILON),
+            ("c", 101.0),
+            ("new", 1.0),
+        ]);
+        let diff = between(before.clone(), &after);
+        let moved: Vec<&str> = diff.moved.iter().map(|of| of.id.as_str()).collect();
+        assert_eq!(moved, ["gone", "new", "c", "b"]);
+        assert_eq!(diff.unmoved, 1);
+        assert!(diff.in_a_line().contains("4 of 5 measured numbers moved"));
+        // Numbers alone are findings; whether they may move is for the caller to say.
+        assert_eq!(diff.verdict, Outcome::Pass);
+        assert_eq!(diff.demanding_bits().verdict, Outcome::Fail);
+        let same = between(before.clone(), &before).demanding_bits();
+        assert_eq!(same.verdict, Outcome::Pass);
+    }
+
+    #[test]
+    fn speeds_are_ratios_judged_beyond_their_scatter_on_one_machine() {
+        let pace = |before: Speed, after: Speed| {
+            let run = |speed| record(Vec::new(), vec![speed]);
+            let diff = between(run(before), &run(after));
+            (diff.speeds[0].pace, diff.verdict)
+        };
+        let single = |value| speed(value, None, "times native");
+        let rounds = |value| speed(value, Some([value - 2.0, value + 2.0]), "times native");
+        let counted = |value| speed(value, None, "instructions a step");
+        use Outcome::{Fail, Pass};
+        assert_eq!(pace(single(80.0), single(60.0)), (Pace::Same, Pass));
+        assert_eq!(pace(single(80.0), single(40.0)), (Pace::Slower, Fail));
+        assert_eq!(pace(single(40.0), single(80.0)), (Pace::Faster, Pass));
+        assert_eq!(pace(rounds(80.0), rounds(77.0)), (Pace::Same, Pass));
+        assert_eq!(pace(rounds(80.0), rounds(70.0)), (Pace::Slower, Fail));
+        assert_eq!(pace(counted(1.0e6), counted(1.02e6)), (Pace::Slower, Fail));
+        assert_eq!(pace(counted(1.0e6), counted(1.005e6)), (Pace::Same, Pass));
+        let before = record(Vec::new(), vec![single(80.0)]);
+        let mut after = record(Vec::new(), vec![single(40.0)]);
+        after.machine_kind = Some("another".to_owned());
+        assert_eq!(between(before, &after).speeds[0].pace, Pace::NotJudged);
+    }
+}

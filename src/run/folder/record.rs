@@ -10,8 +10,7 @@ use grains::native::{Mode, Perturbation};
 use grains::tables::{Stage, StopReason};
 use grains::task::StageReport;
 
-/// The version of `run.json` that this program writes; it reads all before it. Version 2 has the model, version 3
-/// the evidence for an automatic time step, version 4 engines that people bring and runs that end settled.
+/// The version of `run.json` that this program writes and reads.
 pub const RECORD_VERSION: u32 = 4;
 
 /// Which engine ran, as it is recorded.
@@ -148,9 +147,8 @@ pub struct RunRecord {
     pub crossgrain: String,
     /// Who ran, and how.
     pub engine: EngineRecord,
-    /// Which terms of the method the scene needs, and why; in records of before friction there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub model: Option<ModelRecord>,
+    /// Which terms of the method the scene needs, and why.
+    pub model: ModelRecord,
     /// SHA-256 of the scene's canonical JSON.
     pub scene_digest: String,
     /// Digest of the initial positions and velocities.

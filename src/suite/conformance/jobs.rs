@@ -1,6 +1,6 @@
 //! The small jobs that an engine is examined with.
 
-use super::{Story, diagnosis};
+use super::{Story, contacts_agree, how_close, moments_agree};
 use crate::suite::build::{Grain, case, model, springs, wall};
 use grains::generate::initial_bodies;
 use grains::model::Axis;
@@ -47,7 +47,7 @@ pub fn all() -> Vec<Job> {
                 1,
             ),
             |_, theirs, native| {
-                diagnosis::contacts_agree(&theirs.moments[0], &native.moments[0])?;
+                contacts_agree(&theirs.moments[0], &native.moments[0])?;
                 Ok("the start and its contacts are right".to_owned())
             },
         ),
@@ -64,14 +64,14 @@ pub fn all() -> Vec<Job> {
                 2,
                 1,
             ),
-            diagnosis::damping,
+            super::damping,
         ),
         job(
             "walls",
             "one grain into the corner of floor and wall",
             grains(&[([0.0051, 0.0052], [-0.3, -0.4], 0.005)], 60, 10),
             |_, theirs, native| {
-                diagnosis::moments_agree(&theirs.moments, &native.moments, ROUNDING)?;
+                moments_agree(&theirs.moments, &native.moments, ROUNDING)?;
                 Ok("it bounces as it should".to_owned())
             },
         ),
@@ -87,7 +87,7 @@ pub fn all() -> Vec<Job> {
                 5,
             ),
             |_, theirs, native| {
-                diagnosis::moments_agree(&theirs.moments, &native.moments, ROUNDING)?;
+                moments_agree(&theirs.moments, &native.moments, ROUNDING)?;
                 Ok("they part as they should".to_owned())
             },
         ),
@@ -128,7 +128,7 @@ fn flight() -> Job {
         "flight",
         "one grain in the air for two steps, no damping: gravity and the order of a step",
         (scene, task),
-        diagnosis::flight,
+        super::flight,
     )
 }
 
@@ -155,8 +155,8 @@ pub fn bed() -> Job {
         "twenty grains of one size, poured for 400 steps",
         (scene, task),
         |_, theirs, native| {
-            diagnosis::moments_agree(&theirs.moments, &native.moments, GROWN)?;
-            Ok(diagnosis::how_close(theirs, native))
+            moments_agree(&theirs.moments, &native.moments, GROWN)?;
+            Ok(how_close(theirs, native))
         },
     )
 }
@@ -174,7 +174,7 @@ fn rules() -> Job {
         "rules",
         "ten grains until the settle rule holds",
         (scene, task),
-        diagnosis::rules,
+        super::rules,
     )
 }
 
@@ -201,7 +201,7 @@ fn punch() -> Job {
         "punch",
         "the punch comes down on five grains on the floor for 60 steps",
         (scene, task),
-        diagnosis::punch,
+        super::punch,
     )
 }
 
