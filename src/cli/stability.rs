@@ -13,7 +13,8 @@ use crate::files::{refuse_existing, work_folder};
 use crate::progress::Display;
 use crate::study::machine::Job;
 use crate::study::shard::Shard;
-use crate::study::{StudyError, create, workers};
+use crate::study::{StudyError, create};
+use crate::workers;
 
 #[derive(Debug, Args)]
 #[command(
