@@ -1,9 +1,6 @@
 //! crossgrain: a validation harness for discrete-element engines.
 //!
-//! Data flows one way, and imports point back along it only:
-//! scene → model → generate → engine (native | yade | exec) → measure → statistics → folder → progress → run → continuum → paper → compare →
-//! error → workers → verify → stability → bench → realization → tradeoff → campaign → claims → sensitivity → figures → reproduce → baseline →
-//! explain → export → report → cli.
+//! Data flows one way: a module imports only modules that stand before it here.
 //! `docs/architecture.md` says what stands where.
 
 pub mod exit;
@@ -36,12 +33,12 @@ pub mod suite;
 
 pub mod study;
 
+pub mod report;
+
 pub mod limits;
 
 pub mod reproduce;
 
 pub mod explain;
-
-pub mod report;
 
 pub mod cli;

@@ -115,7 +115,9 @@ impl Store {
                 name: name.to_owned(),
                 store: self.0.display().to_string(),
                 there: match names.as_slice() {
-                    [] => "there are none yet; crossgrain baseline save makes one".to_owned(),
+                    [] => {
+                        "there are none yet; crossgrain report baseline save makes one".to_owned()
+                    }
                     names => format!("there are {}", names.join(", ")),
                 },
             });

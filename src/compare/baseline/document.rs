@@ -1,6 +1,6 @@
 //! What a run held against a baseline says to people.
 
-use super::diff::{Change, Diff, Pace};
+use super::diff::{Change, Changed, Diff, Pace};
 use crate::checks::record::Record;
 use crate::checks::{Check, Outcome};
 use crate::document::{Cell, Document, Section, Table, rounded};
@@ -33,6 +33,19 @@ impl Diff {
         }
     }
 
+    /// New failures as a number, as pages name them under `What failed`, and every speed that is slower; a line each.
+    pub fn worse(&self) -> Vec<String> {
+        let new = |of: &&Changed| of.change == Change::NewFailure;
+        let failures = self.changes.iter().filter(new).count();
+        let failures = (failures > 0).then(|| format!("new failures: {failures}"));
+        failures.into_iter().chain(self.slower()).collect()
+    }
+
+    fn slower(&self) -> impl Iterator<Item = String> {
+        let slower = self.speeds.iter().filter(|of| of.pace == Pace::Slower);
+        slower.map(|of| format!("slower: {}", of.in_a_line()))
+    }
+
     /// What is worse and the counts, in a sentence.
     pub fn answer(&self) -> String {
         let word = match self.verdict {
@@ -40,10 +53,7 @@ impl Diff {
             Outcome::Fail => "WORSE than",
             Outcome::Skipped | Outcome::ExpectedFailure => "Some of it cannot be told against",
         };
-        let slower = self.speeds.iter().filter(|of| of.pace == Pace::Slower);
-        let slower: String = slower
-            .map(|of| format!("; slower: {}", of.in_a_line()))
-            .collect();
+        let slower: String = self.slower().map(|of| format!("; {of}")).collect();
         format!("{word} {}: {}{slower}", self.baseline, self.in_a_line())
     }
 
