@@ -103,8 +103,22 @@ impl Comparison {
         self.checks.push(check);
     }
 
-    /// The comparison for people.
-    pub fn document(&self) -> Document {
+    /// What was checked, as a table.
+    pub fn check_table(&self) -> Table {
+        let mut table = Table::new("checks", "", &["outcome", "check", "found"]);
+        for check in &self.checks {
+            let [quantity, found] = [&check.quantity, &check.found].map(|of| of.as_str().into());
+            table.row([check.outcome.into(), quantity, found]);
+        }
+        if let Some(first) = &self.first_difference {
+            let first = first.to_string();
+            table.row([Cell::Missing, "first difference".into(), first.into()]);
+        }
+        table
+    }
+
+    /// Every measured quantity, as a table with this title.
+    pub fn quantity_table(&self, title: &str) -> Table {
         let heads = [
             "outcome",
             "quantity",
@@ -113,10 +127,11 @@ impl Comparison {
             "B",
             "|A − B|",
             "allowed",
+            "in the control pair",
         ];
-        let mut quantities = Table::new("quantities", "Measured quantities", &heads);
+        let mut table = Table::new("quantities", title, &heads);
         for pair in &self.quantities {
-            quantities.row([
+            table.row([
                 pair.verdict.into(),
                 Cell::Code(pair.key.clone()),
                 pair.unit.as_str().into(),
@@ -124,23 +139,24 @@ impl Comparison {
                 pair.b.into(),
                 pair.difference.into(),
                 pair.allowed.into(),
+                pair.control_difference.into(),
             ]);
         }
-        let mut table = Table::new("checks", "Checks", &["outcome", "check", "found"]);
-        for check in &self.checks {
-            let [quantity, found] = [&check.quantity, &check.found].map(|of| of.as_str().into());
-            table.row([check.outcome.into(), quantity, found]);
-        }
-        let first = match &self.first_difference {
-            Some(first) => format!("First difference: {first}."),
-            None => String::new(),
-        };
+        table.without_empty_columns()
+    }
+
+    /// The comparison for people.
+    pub fn document(&self) -> Document {
+        let first = self.first_difference.as_ref();
+        let first = first.map_or(String::new(), |of| format!("; first difference: {of}"));
+        let quantities = self.quantity_table("");
         Document {
-            title: format!("{} against {}", self.a, self.b),
+            title: "Two runs compared".to_owned(),
             verdict: self.verdict(),
-            answer: first,
+            answer: format!("{} against {}{first}", self.a, self.b),
             sections: vec![
-                Section::new("Checks", "").with(table),
+                Section::new("Checks", format!("A: {}\nB: {}", self.a, self.b))
+                    .with(self.check_table()),
                 Section::new("Measured quantities", "").with(quantities),
             ],
             checks: self.all_checks("compare"),

@@ -40,6 +40,8 @@ pub struct Section {
 /// A piece of a section.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Block {
+    /// A heading within the section.
+    Heading(String),
     /// A paragraph.
     Text(String),
     /// Rows of cells.
@@ -79,6 +81,12 @@ impl Section {
     pub fn with(mut self, block: impl Into<Block>) -> Self {
         self.blocks.push(block.into());
         self
+    }
+
+    /// With several more blocks.
+    #[must_use]
+    pub fn with_all(self, blocks: impl IntoIterator<Item = impl Into<Block>>) -> Self {
+        blocks.into_iter().fold(self, Section::with)
     }
 
     /// As details.

@@ -135,7 +135,7 @@ pub const EXPLANATIONS: [Explanation; 18] = [
         formula: "Every check is held against the one of the same id: what fails now and did not is worse; what is gone, no longer made or defined \
             otherwise can no longer be told.",
         source: "docs/checks.md; src/compare/baseline/",
-        breaks: "The change that was just made. The checks that it names say what broke; `crossgrain baseline diff` shows both values of each.",
+        breaks: "The change that was just made. The checks that it names say what broke; `crossgrain report baseline diff` shows both values of each.",
     },
     Explanation {
         pattern: "baseline/speed/*",

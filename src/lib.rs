@@ -35,12 +35,12 @@ pub mod study;
 
 pub mod error;
 
+pub mod report;
+
 pub mod limits;
 
 pub mod reproduce;
 
 pub mod explain;
-
-pub mod report;
 
 pub mod cli;

@@ -27,26 +27,17 @@
 //! assert_eq!(page.files.len(), 3);
 //! ```
 
-mod axis;
-pub mod bench;
-pub mod chart;
-mod difference;
 pub mod disc_field;
 pub mod fields;
-pub mod figure;
-pub mod figure_files;
-mod frame;
 pub mod html;
 pub mod junit;
 pub mod packing;
-pub mod page;
 mod plot;
-mod shell;
 mod svg;
 mod views;
 
-pub use html::{Page, check_lines, markdown, page, terminal};
-pub use svg::svg;
+pub use html::{Page, check_lines, markdown, page, page_against, terminal};
+pub use plot::svg;
 
 /// The style of all pages.
 const STYLE: &str = include_str!("report/style.css");

@@ -1,8 +1,7 @@
 //! The main job: the paper's experiment in the native engine and in YADE, recorded and live, compared.
 
 pub mod beside;
-pub mod checks;
-pub mod claims;
+mod document;
 pub mod faults;
 mod live;
 pub mod record;
@@ -24,8 +23,9 @@ use crate::run::folder::record::{EngineRecord, Protocol};
 use crate::run::folder::{RunFolder, recording};
 use crate::run::to_folder;
 use crate::run::{Engine, EngineError, recorded};
+use crate::suite;
 use crate::suite::parameters::{self, ParameterPair};
-use crate::suite::run::{Verification, verify};
+use crate::suite::run::{Engines, Verification, verify};
 use beside::Beside;
 use grains::generate::initial_bodies;
 use grains::model::Model;
@@ -34,6 +34,9 @@ use grains::native::Perturbation;
 use grains::scene::Scene;
 use grains::tables::StopReason;
 use record::{NamedComparison, REPRODUCTION_VERSION, Reproduction, RunSummary, Skipped};
+
+/// Grains of the longest trajectories of the suite in this job; `crossgrain verify` has all.
+const LADDER_GRAINS: u32 = 500;
 
 /// What is to be reproduced, and where to.
 #[derive(Debug, Clone)]
@@ -130,14 +133,14 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         facts: job.facts,
         ladder,
         skipped: job.skipped,
-        claims: claims::of(&native),
+        claims: record::claims(&native),
         numbers: paper::numbers(),
         text_faults: paper::text_faults(),
-        beside: options.beside.stated().into_iter().cloned().collect(),
+        beside: options.beside.stated(),
         runs: job.runs,
         seconds: began.elapsed().as_secs_f64(),
     };
-    reproduction.verdict = verdict(&checks::all(&reproduction));
+    reproduction.verdict = verdict(&reproduction.checks());
     let runs = Runs {
         native,
         yade: sorted.or(recorded),
@@ -242,7 +245,13 @@ impl Job<'_> {
             "trajectories and rounding errors of 5,000 grains",
             "crossgrain verify makes them; here up to 500 grains",
         );
-        let options = record::verification(&self.options.yade);
+        let options = suite::run::Options {
+            engine: Engines::Both,
+            grains: LADDER_GRAINS,
+            detection_limits: true,
+            yade: self.options.yade.clone(),
+            command: format!("crossgrain verify --detection-limits --grains {LADDER_GRAINS}"),
+        };
         Ok(Some(verify(&options, self.display)?))
     }
 }

@@ -56,6 +56,7 @@ fn a_regression_shows_in_words_files_and_exit_code() {
     ];
     let before = record(folder.path(), "before.json", &sound, 60.0);
     let (code, out, _) = run(&[
+        "report",
         "baseline",
         "save",
         path(&before),
@@ -66,6 +67,7 @@ fn a_regression_shows_in_words_files_and_exit_code() {
     assert_eq!(code, 0, "{out}");
     // Never silently overwritten.
     let (code, _, err) = run(&[
+        "report",
         "baseline",
         "save",
         path(&before),
@@ -74,7 +76,7 @@ fn a_regression_shows_in_words_files_and_exit_code() {
         path(&store),
     ]);
     assert!(code == 2 && err.contains("--replace"), "{code} {err}");
-    let (code, out, _) = run(&["baseline", "list", "--store", path(&store)]);
+    let (code, out, _) = run(&["report", "baseline", "list", "--store", path(&store)]);
     assert!(
         code == 0 && out.contains("main: reproduce") && out.contains("3 checks passed"),
         "{out}"
@@ -82,6 +84,7 @@ fn a_regression_shows_in_words_files_and_exit_code() {
 
     let diff = |record: &Path| {
         run(&[
+            "report",
             "baseline",
             "diff",
             path(record),
@@ -135,6 +138,7 @@ fn a_regression_shows_in_words_files_and_exit_code() {
     let (junit, table, summary) = (at("checks.xml"), at("checks.csv"), at("summary.md"));
     fs::write(&summary, "an earlier step\n").expect("written");
     let (code, out, _) = run(&[
+        "report",
         "checks",
         path(&broken),
         "--junit",
@@ -169,16 +173,19 @@ fn what_cannot_be_used_is_said_with_what_to_do() {
     let sound = record(folder.path(), "run.json", &[("a", 1.0, "pass")], 60.0);
     for (arguments, words) in [
         (
-            vec!["baseline", "save", path(&sound), "../main"],
+            vec!["report", "baseline", "save", path(&sound), "../main"],
             "is no name",
         ),
-        (vec!["baseline", "save", path(&sound), "a b"], "is no name"),
         (
-            vec!["baseline", "diff", path(&sound), "main"],
+            vec!["report", "baseline", "save", path(&sound), "a b"],
+            "is no name",
+        ),
+        (
+            vec!["report", "baseline", "diff", path(&sound), "main"],
             "there are none yet",
         ),
         (
-            vec!["baseline", "save", "missing.json", "main"],
+            vec!["report", "baseline", "save", "missing.json", "main"],
             "missing.json",
         ),
     ] {
@@ -193,7 +200,7 @@ fn what_cannot_be_used_is_said_with_what_to_do() {
     assert!(!store.exists(), "nothing is left behind");
     fs::write(folder.path().join("other.json"), "{\"version\": 1}").expect("written");
     let other = folder.path().join("other.json");
-    let (code, _, err) = run(&["checks", path(&other)]);
+    let (code, _, err) = run(&["report", "checks", path(&other)]);
     assert!(code == 2 && err.contains("no record of a job"), "{err}");
     // Another job's record says nothing of this one.
     let text = fs::read_to_string(&sound).expect("a record");
@@ -201,10 +208,27 @@ fn what_cannot_be_used_is_said_with_what_to_do() {
     fs::write(&other, text).expect("written");
     let kept = path(&store).to_owned();
     assert_eq!(
-        run(&["baseline", "save", path(&sound), "main", "--store", &kept]).0,
+        run(&[
+            "report",
+            "baseline",
+            "save",
+            path(&sound),
+            "main",
+            "--store",
+            &kept
+        ])
+        .0,
         0
     );
-    let (code, _, err) = run(&["baseline", "diff", path(&other), "main", "--store", &kept]);
+    let (code, _, err) = run(&[
+        "report",
+        "baseline",
+        "diff",
+        path(&other),
+        "main",
+        "--store",
+        &kept,
+    ]);
     assert!(code == 2 && err.contains("a run of the same job"), "{err}");
 }
 
@@ -218,6 +242,7 @@ fn checks_are_explained() {
         60.0,
     );
     let (code, out, _) = run(&[
+        "report",
         "explain",
         "parameters/everything/dt",
         "--record",
@@ -227,9 +252,9 @@ fn checks_are_explained() {
         code == 0 && out.contains("meaning:") && out.contains("must be 0.5 to 1.5"),
         "{out}"
     );
-    let (code, _, err) = run(&["explain", "bake/bread"]);
+    let (code, _, err) = run(&["report", "explain", "bake/bread"]);
     assert!(code == 2 && err.contains("names all kinds"), "{err}");
-    let (code, out, _) = run(&["explain"]);
+    let (code, out, _) = run(&["report", "explain"]);
     assert!(code == 0 && out.contains("verify/*"), "{out}");
 }
 
@@ -237,11 +262,11 @@ fn checks_are_explained() {
 fn the_schema_in_the_documentation_is_the_one_of_the_types() {
     let written = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/record.schema.json");
     let written = fs::read_to_string(written).expect("docs/record.schema.json");
-    let (code, printed, _) = run(&["checks", "--schema"]);
+    let (code, printed, _) = run(&["report", "checks", "--schema"]);
     assert_eq!(code, 0);
     assert_eq!(
         printed, written,
-        "write it anew: crossgrain checks --schema > docs/record.schema.json"
+        "write it anew: crossgrain report checks --schema > docs/record.schema.json"
     );
 }
 
@@ -284,13 +309,13 @@ fn the_suite_has_its_checks_in_its_record() {
 #[test]
 fn shells_and_man_are_told_the_command_line() {
     for shell in ["bash", "zsh", "fish"] {
-        let (code, out, _) = run(&["completions", shell]);
+        let (code, out, _) = run(&["shell", "completions", shell]);
         assert!(code == 0 && out.contains("baseline"), "{shell}: {out}");
     }
-    let (code, out, _) = run(&["man"]);
+    let (code, out, _) = run(&["shell", "man"]);
     assert!(code == 0 && out.contains(".TH crossgrain"), "{out}");
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let (code, ..) = run(&["man", "--out", path(folder.path())]);
+    let (code, ..) = run(&["shell", "man", "--out", path(folder.path())]);
     assert!(code == 0 && folder.path().join("crossgrain-reproduce.1").exists());
 }
 
@@ -306,7 +331,7 @@ fn a_pipe_is_written_into_and_not_replaced() {
         assert!(made.is_ok_and(|made| made.success()));
         let from = pipe.clone();
         let reader = std::thread::spawn(move || fs::read_to_string(from).expect("text"));
-        let (code, out, err) = run(&["checks", path(&record), option, path(&pipe)]);
+        let (code, out, err) = run(&["report", "checks", path(&record), option, path(&pipe)]);
         assert_eq!(code, 0, "{out}{err}");
         let kind = fs::symlink_metadata(&pipe).expect("is there").file_type();
         assert!(kind.is_fifo(), "{option} replaced the pipe");

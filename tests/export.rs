@@ -43,7 +43,7 @@ fn array<T: std::str::FromStr>(text: &str, name: &str) -> Vec<T> {
 fn vtk_files_hold_every_digit_of_the_run() {
     let folder = with_a_run();
     let (code, out, errors) = told(&crossgrain(
-        &["export", "vtk", "run", "--out", "vtk"],
+        &["report", "vtk", "run", "--out", "vtk"],
         folder.path(),
     ));
     assert_eq!(code, 0, "{errors}");
@@ -85,7 +85,7 @@ fn vtk_files_hold_every_digit_of_the_run() {
 fn an_archive_is_whole_described_and_the_same_each_time() {
     let folder = with_a_run();
     let at = |name: &str| folder.path().join(name);
-    let archive = ["export", "archive", "run", "--out", "one.tar.gz"];
+    let archive = ["report", "archive", "run", "--out", "one.tar.gz"];
     let (code, _, errors) = told(&crossgrain(&archive, folder.path()));
     assert_eq!(code, 0, "{errors}");
     let unpack = Command::new("tar")
@@ -131,7 +131,7 @@ fn an_archive_is_whole_described_and_the_same_each_time() {
     }
     // The same folder under the same name gives the same bytes.
     fs::create_dir(at("again")).expect("a folder");
-    let again = ["export", "archive", "run", "--out", "again/one.tar.gz"];
+    let again = ["report", "archive", "run", "--out", "again/one.tar.gz"];
     assert_eq!(told(&crossgrain(&again, folder.path())).0, 0);
     let bytes = |name: &str| fs::read(at(name)).expect("an archive");
     assert!(bytes("one.tar.gz") == bytes("again/one.tar.gz"));
@@ -147,7 +147,7 @@ fn a_damaged_folder_is_not_exported() {
     fs::write(&contacts, &text[..text.len() / 2]).expect("written");
     for (verb, out) in [("vtk", "vtk"), ("archive", "a.tar.gz")] {
         let (code, _, errors) = told(&crossgrain(
-            &["export", verb, "run", "--out", out],
+            &["report", verb, "run", "--out", out],
             folder.path(),
         ));
         assert!(

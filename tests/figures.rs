@@ -33,8 +33,8 @@ fn places(svg: &str, [left, top, right, bottom]: [f64; 4]) -> usize {
     let (_, frame) = svg.split_once("viewBox=\"").expect("a frame");
     let frame = numbers(frame.split('"').next().expect("numbers"));
     let [across, upwards] = [
-        [left, right].map(|of| of * frame[2]),
-        [top, bottom].map(|of| of * frame[3]),
+        [left, right].map(|of| frame[0] + of * frame[2]),
+        [top, bottom].map(|of| frame[1] + of * frame[3]),
     ];
     // Absolute places of paths and of circles; what is relative to them follows a letter.
     let paths = svg
@@ -104,7 +104,7 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
         "dozen",
     ]);
     run(&["study", "run", "dozen"]);
-    let out = run(&["figures", "--campaign", "dozen", "--out", "drawn"]);
+    let out = run(&["study", "figures", "--campaign", "dozen", "--out", "drawn"]);
     assert!(out.contains("figure-5"), "{out}");
     let drawn = at.join("drawn/figures");
     let page = fs::read_to_string(at.join("drawn/report.html")).expect("a page");
@@ -121,6 +121,15 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
             let count = places(&svg, part);
             assert!(count > 20, "figure {figure}, {part:?}: {count} places");
         }
+    }
+    // Both looks at the bed have grains in what they show.
+    let svg = fs::read_to_string(drawn.join("figure-2.svg")).expect("text");
+    for window in svg.split("<svg x=").skip(1) {
+        let (_, view) = window.split_once("viewBox=\"").expect("a part of the bed");
+        let (_, bed) = svg.split_once("<g id=\"bed\">").expect("a bed");
+        let bed = format!("viewBox=\"{view}{bed}");
+        let count = places(&bed, [0.0, 0.0, 1.0, 1.0]);
+        assert!(count > 100, "figure 2: {count} places in {}", &view[..40]);
     }
     // Nine lines and three points; the bed twice with its points; bars, circles and a line; forces and profiles.
     has_marks(
@@ -270,11 +279,14 @@ fn a_campaign_without_values_is_an_error_and_writes_nothing() {
     ] {
         assert_eq!(told(&crossgrain(&arguments, at)).0, 0);
     }
-    let arguments = ["figures", "--campaign", "two", "--out", "drawn"];
+    let arguments = ["study", "figures", "--campaign", "two", "--out", "drawn"];
     let (code, _, errors) = told(&crossgrain(&arguments, at));
     assert_eq!(code, 2);
     assert!(errors.contains("no member"), "{errors}");
     assert!(!at.join("drawn").exists());
-    let (code, _, errors) = told(&crossgrain(&["figures", "--campaign", "nowhere"], at));
+    let (code, _, errors) = told(&crossgrain(
+        &["study", "figures", "--campaign", "nowhere"],
+        at,
+    ));
     assert_eq!(code, 2, "{errors}");
 }

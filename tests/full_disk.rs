@@ -69,15 +69,17 @@ fn runs_exports_and_baselines_are_whole_or_not_there() {
         "o/run.json",
         &[0],
     );
-    fails_whole_until_it_fits(&["export", "vtk", "run", "--out", "o"], "o/cells.vtp", &[0]);
+    fails_whole_until_it_fits(&["report", "vtk", "run", "--out", "o"], "o/cells.vtp", &[0]);
     fails_whole_until_it_fits(
-        &["export", "archive", "run", "--out", "o.tar.gz"],
+        &["report", "archive", "run", "--out", "o.tar.gz"],
         "o.tar.gz",
         &[0],
     );
     let record = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/record/reproduce");
     let record = record.to_string_lossy();
-    let save = ["baseline", "save", &record, "main", "--store", "."];
+    let save = [
+        "report", "baseline", "save", &record, "main", "--store", ".",
+    ];
     fails_whole_until_it_fits(&save, "main.json", &[0]);
 }
 
@@ -142,9 +144,11 @@ fn places_that_cannot_be_written_are_named() {
                 place,
             ]
             .as_slice(),
-            &["export", "vtk", "run", "--out", place],
-            &["export", "archive", "run", "--out", place],
-            &["baseline", "save", &record, "main", "--store", place],
+            &["report", "vtk", "run", "--out", place],
+            &["report", "archive", "run", "--out", place],
+            &[
+                "report", "baseline", "save", &record, "main", "--store", place,
+            ],
             &[
                 "reproduce",
                 "--scene",

@@ -124,7 +124,7 @@ fn a_name_that_is_too_long_is_refused_at_once() {
     let long = "x".repeat(300);
     for verb in [
         ["run", "scene.json", "--engine", "native"].as_slice(),
-        &["export", "vtk", "run"],
+        &["report", "vtk", "run"],
         &["study", "plan", "campaign", "scene.json", "--members", "2"],
     ] {
         let mut arguments: Vec<OsString> = verb.iter().map(OsString::from).collect();
@@ -243,7 +243,7 @@ fn baselines_have_plain_names_and_stores_any() {
         let (top, place) = place_named(&name);
         let before = fs::read_dir(&place).expect("a folder").count();
         let save = |arguments: &[&OsStr]| {
-            let mut all = vec![OsStr::new("baseline"), OsStr::new("save")];
+            let mut all = ["report", "baseline", "save"].map(OsStr::new).to_vec();
             all.extend(arguments);
             crossgrain_os(&all, &place)
         };
@@ -279,7 +279,14 @@ fn a_baseline_is_never_outside_its_store() {
         "",
         &"x".repeat(101),
     ] {
-        let arguments = ["baseline", "save", &record.to_string_lossy(), name].map(str::to_owned);
+        let arguments = [
+            "report",
+            "baseline",
+            "save",
+            &record.to_string_lossy(),
+            name,
+        ]
+        .map(str::to_owned);
         let (code, _, errors) = told(&crossgrain_os(&arguments, &place));
         assert_eq!(code, 2, "{name:?}: {errors}");
         assert!(errors.contains("is no name for a baseline"), "{errors}");

@@ -62,7 +62,7 @@ fn pages_and_files_of_a_job_hold_names_as_text() {
     );
     let files = ["--junit", "j.xml", "--csv", "c.csv", "--summary", "s.md"];
     let output = crossgrain(
-        &[&["checks", "o/run.json"], files.as_slice()].concat(),
+        &[&["report", "checks", "o/run.json"], files.as_slice()].concat(),
         folder.path(),
     );
     nothing_obeyed(folder.path(), &output);
@@ -132,10 +132,11 @@ fn names_with_control_characters_are_refused_and_shown_harmless() {
 #[test]
 fn words_of_other_programs_are_shown_harmless() {
     let (folder, _) = folder_with(&tiny_scene());
-    let record = include_str!("../fuzz/corpus/record/reproduce");
-    let record = record.replace("contact time, wall", "\\u001b[31mred\\u0007 <img>");
+    let record = r#"{"job": "verify", "version": 1, "crossgrain": "0.1.0", "command": "c", "verdict": "fail", "checks": [
+        {"id": "a/b", "quantity": "\u001b[31mred\u0007 <img>", "unit": "m", "value": 2.0, "expected": 1.0, "lower": 0.5,
+        "upper": 1.5, "method": "", "basis": "", "n": 1, "interval": null, "outcome": "fail", "found": ""}]}"#;
     fs::write(folder.path().join("run.json"), record).expect("writable");
-    let output = crossgrain(&["checks", "run.json"], folder.path());
+    let output = crossgrain(&["report", "checks", "run.json"], folder.path());
     nothing_obeyed(folder.path(), &output);
     let (_, out, errors) = told(&output);
     assert!(out.contains("\\u{1b}[31mred"), "{out}{errors}");

@@ -17,7 +17,7 @@ fn reproduce(folder: &Path, out: &str, arguments: &[&str]) -> (i32, String) {
 pub fn seeded(folder: &Path, fault: &str, arguments: &[&str]) -> (i32, String, PathBuf) {
     let (code, said) = reproduce(folder, "sound", arguments);
     assert!(code == 0, "{code}: {said}");
-    let save = ["baseline", "save", "sound/run.json", "main"];
+    let save = ["report", "baseline", "save", "sound/run.json", "main"];
     assert_eq!(told(&crossgrain(&save, folder)).0, 0);
     let against = [
         "--perturb",
@@ -64,7 +64,7 @@ fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary(
     assert_eq!(code, 1, "{said}");
     assert!(said.contains("WORSE than main"), "{said}");
     let failed = failures(folder.path());
-    let bits = "compare/native-against-yades-sorted-loop-recorded/bits-along-the-way";
+    let bits = "compare/sorted-recorded/bits-along-the-way";
     assert!(failed.iter().any(|(id, _)| id == bits), "{failed:#?}");
     let new = failed.iter().find(|(id, _)| id == "baseline/new-failures");
     assert!(

@@ -1,6 +1,6 @@
 //! `crossgrain bench`: all engines side by side on one bed.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
@@ -10,12 +10,9 @@ use super::run::YadeLimits;
 use super::{print, tell};
 use crate::checks::record::{self, Found};
 use crate::error::{Error, exit};
-use crate::limits::bench::checks;
-use crate::limits::bench::goals::Goal;
-use crate::limits::bench::limits::Bound;
-use crate::limits::bench::rounds::Contest;
-use crate::limits::bench::{self, Bench, Options, one};
+use crate::limits::bench::{self, Options, one};
 use crate::progress::Display;
+use crate::report::{page, terminal};
 use grains::native::Mode;
 
 const FOLDER: JobFolder = JobFolder {
@@ -86,23 +83,19 @@ impl Arguments {
             command: self.command(),
         };
         let bench = bench::bench(&options, &Display::new(self.quiet))?;
-        let (text, _) = record::write(
-            "bench",
-            &bench,
-            bench.machine.kind(),
-            Found {
-                checks: checks::all(&bench),
-                speeds: checks::speeds(&bench),
-                ..Found::default()
-            },
-        )?;
-        let page = crate::report::bench::page(&bench)?;
-        FOLDER.finish(&out, &page, &text)?;
-        tell(self.json, &text, || in_words(&bench, &out))?;
+        let document = bench.document();
+        let found = Found {
+            checks: document.checks.clone(),
+            speeds: bench.speeds(),
+            ..Found::default()
+        };
+        let (text, _) = record::write("bench", &bench, bench.machine.kind(), found)?;
+        FOLDER.finish(&out, &page(&document), &text)?;
+        tell(self.json, &text, || terminal(&document) + &page_line(&out))?;
         Ok(if bench.engine_failed() {
             exit::ENGINE_FAILED
         } else {
-            bench.verdict.exit_code()
+            document.verdict.exit_code()
         })
     }
 
@@ -119,155 +112,4 @@ impl Arguments {
         }
         command
     }
-}
-
-fn in_words(bench: &Bench, out: &Path) -> String {
-    let machine = &bench.machine;
-    let load = machine
-        .load
-        .map_or(String::new(), |load| format!(", load {load} before"));
-    let mut text = format!(
-        "{}, {} processors, {}{load}\n\n{:<26} {:>10}  {:>17} {:>8}  {:>22} {:>9} {:>10}  bed\n",
-        machine.processor,
-        machine.processors,
-        machine.vector_unit,
-        "the settled bed of 5,000",
-        "µs a step",
-        "least to most",
-        "of clock",
-        "times native exact",
-        "contacts",
-        "moved, R",
-    );
-    for contest in &bench.contests {
-        text += &contest_line(contest);
-        for approximation in &contest.approximations {
-            text += &format!("{:>4}it says of itself: {approximation}\n", "");
-        }
-    }
-    if let Some(bits) = &bench.sorted_bits {
-        text += &format!("native exact against YADE's sorted loop: {bits}\n");
-    }
-    text += "\nwhere a native exact step's time goes:";
-    for share in &bench.stages {
-        text += &format!(" {} {:.0} %,", share.stage, 100.0 * share.share);
-    }
-    text += &format!(" a list for {:.0} steps\n", bench.bed.steps_per_build);
-    for distance in &bench.distances {
-        let bounds = distance.bounds.iter().map(|bound| {
-            let Bound {
-                resource,
-                distance,
-                seconds,
-            } = bound;
-            format!(
-                "{resource} {distance:.1} (at least {:.1} µs)",
-                1e6 * seconds
-            )
-        });
-        let bounds: Vec<String> = bounds.collect();
-        text += &format!(
-            "\nlimits at {} grains, times above: {}",
-            distance.grains,
-            bounds.join(", ")
-        );
-    }
-    text += "\n\n";
-    for of in &bench.instructions {
-        text += &format!(
-            "{:<26} {:>12.0} instructions a step, {:>7.1} a listed pair, {:.2} times native exact\n",
-            of.name, of.per_step, of.per_listed_pair, of.over_exact
-        );
-    }
-    text += &size_table(bench);
-    text += "\ngoals (findings, no checks):\n";
-    if bench.disturbed {
-        text += "   the machine was busy with other things: measure again before believing any of these\n";
-    }
-    for goal in &bench.goals {
-        text += &goal_line(goal);
-    }
-    for missed in &bench.missed {
-        let word = if missed.failed { "FAILED" } else { "skipped" };
-        text += &format!("{word}: {}: {}\n", missed.what, missed.why);
-    }
-    text + &format!(
-        "\n{}: {:.0} s\n{}",
-        bench.verdict.verdict_word(),
-        bench.seconds,
-        page_line(out)
-    )
-}
-
-fn contest_line(contest: &Contest) -> String {
-    let time = &contest.seconds_per_step;
-    let over = contest.over_exact.as_ref();
-    let ratio = over.map_or(String::new(), |over| {
-        format!("{:.2} ({:.2} to {:.2})", over.median, over.least, over.most)
-    });
-    let share = contest.processor_share;
-    format!(
-        "{:<26} {:>10.2}  {:>8.2} {:>8.2} {:>8}  {ratio:>22} {:>9} {:>10.1e}  {}\n",
-        contest.name,
-        1e6 * time.median,
-        1e6 * time.least,
-        1e6 * time.most,
-        share.map_or("?".to_owned(), |share| format!("{:.0} %", 100.0 * share)),
-        contest.sanity.contacts,
-        contest.sanity.displacement,
-        if contest.sanity.holds {
-            "sane"
-        } else {
-            "NOT THE BED"
-        }
-    )
-}
-
-fn size_table(bench: &Bench) -> String {
-    let mut sizes: Vec<u32> = bench.scaling.iter().map(|point| point.grains).collect();
-    sizes.sort_unstable();
-    sizes.dedup();
-    let mut text = format!("\n{:<28}", "ns a step and grain");
-    for size in &sizes {
-        text += &format!("{size:>15}");
-    }
-    text += "\n";
-    let mut names: Vec<&str> = Vec::new();
-    for point in &bench.scaling {
-        if !names.contains(&point.name.as_str()) {
-            names.push(&point.name);
-        }
-    }
-    for name in names {
-        text += &format!("{name:<28}");
-        for size in &sizes {
-            let of = bench.scaling.iter();
-            let mut of = of.filter(|point| point.name == name && point.grains == *size);
-            let cell = of.next().map_or(String::new(), |point| {
-                let memory = point.peak_memory.map_or(String::new(), |bytes| {
-                    format!("{:.0} MB", bytes as f64 / 1e6)
-                });
-                format!("{:.2}, {memory}", 1e9 * point.seconds_per_grain)
-            });
-            text += &format!("{cell:>15}");
-        }
-        text += "\n";
-    }
-    text
-}
-
-fn goal_line(goal: &Goal) -> String {
-    let word = match goal.met {
-        Some(true) => "met",
-        Some(false) => "not met",
-        None => "skipped",
-    };
-    let measured = goal
-        .measured
-        .map_or(String::new(), |value| format!("{value:.2}, "));
-    let bound = if goal.at_least { "at least" } else { "at most" };
-    format!(
-        "{word:>9}  {}: {measured}goal {bound} {}\n",
-        goal.goal, goal.bound
-    )
 }

@@ -6,14 +6,13 @@ use clap::Args;
 
 use super::chosen::Beside;
 use super::run::YadeLimits;
-use super::{json, print};
-use crate::checks::Check;
-use crate::checks::Outcome;
+use super::{json, tell};
 use crate::compare::first_difference::Locator;
-use crate::compare::{Comparison, Yardstick, compare, compare_as};
+use crate::compare::{Yardstick, compare, compare_as};
 use crate::error::Error;
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
+use crate::report::terminal;
 use crate::reproduce::rounding_scatter;
 use crate::run::folder::RunFolder;
 use crate::run::folder::record::EngineRecord;
@@ -94,59 +93,12 @@ impl Arguments {
         } else {
             compare(&a, &b, yardstick, locator.as_ref())
         };
-        if self.json {
-            print(&json(&comparison)?)?;
-        } else {
-            print(&in_words(&comparison))?;
-        }
+        tell(self.json, &json(&comparison)?, || {
+            terminal(&comparison.document())
+        })?;
         if asked_to_end() {
             return Err(Error::Interrupted);
         }
         Ok(comparison.verdict().exit_code())
     }
-}
-
-/// The comparison as lines for a terminal.
-pub fn in_words(comparison: &Comparison) -> String {
-    let mut text = format!("A: {}\nB: {}\n\n", comparison.a, comparison.b);
-    for check in &comparison.checks {
-        text += &check_line(check);
-    }
-    if let Some(first) = &comparison.first_difference {
-        text += &format!("\nfirst difference: {first}\n");
-    }
-    text += &format!(
-        "\n{:>8}  {:<42} {:>15} {:>15} {:>10} {:>10}\n",
-        "", "quantity", "A", "B", "|A-B|", "allowed"
-    );
-    for pair in &comparison.quantities {
-        let number = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.8e}"));
-        let short = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.2e}"));
-        text += &format!(
-            "{} {:<42} {:>15} {:>15} {:>10} {:>10}\n",
-            mark(pair.verdict),
-            format!("{} [{}]", pair.key, pair.unit),
-            number(pair.a),
-            number(pair.b),
-            short(pair.difference),
-            short(pair.allowed)
-        );
-    }
-    let verdict = comparison.verdict().verdict_word();
-    text + &format!("\n{verdict}\n")
-}
-
-/// A check as a line.
-pub fn check_line(check: &Check) -> String {
-    format!(
-        "{} {}: {}\n",
-        mark(check.outcome),
-        check.quantity,
-        check.found
-    )
-}
-
-/// A verdict as the beginning of a line.
-pub fn mark(verdict: Outcome) -> String {
-    format!("{:>8}", verdict.word())
 }

@@ -13,6 +13,7 @@ use crate::report;
 use crate::suite::conformance::conformance;
 
 #[derive(Debug, Subcommand)]
+#[command(after_help = "Example:\n  crossgrain engine check exec:adapters/toy.py")]
 pub enum Verb {
     /// Run a few tiny jobs in exec:PATH and say in plain words what is wrong with it
     Check(Arguments),

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use crate::error::Error;
 use crate::files::{FileError, FolderLock, failed, free_folder, write_whole};
-use crate::report::figure::{PAGE, Page};
+use crate::report::Page;
+use crate::report::html::PAGE;
 
 /// The folder of a long job, which is taken up again there. Its record is written last of all and says that it is
 /// finished.

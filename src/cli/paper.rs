@@ -10,6 +10,7 @@ use crate::paper::{self, Number, TextFault, numbers, text_faults};
 use crate::report::terminal;
 
 #[derive(Debug, Subcommand)]
+#[command(after_help = "Examples:\n  crossgrain paper numbers\n  crossgrain paper continuum")]
 pub enum Verb {
     /// Every published number that needs no simulation: published, recomputed, outcome, how
     Numbers(Numbers),

@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::baseline::Where;
-use super::checks::Files;
 use super::job_folder::{JobFolder, page_line};
+use super::report::{Files, Where};
 use super::run::YadeLimits;
 use super::{json, print};
 use crate::checks::Outcome;
@@ -17,9 +16,9 @@ use crate::files::write_whole;
 use crate::interrupt::asked_to_end;
 use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
+use crate::report::{page_against, terminal};
 use crate::reproduce::beside::Beside;
-use crate::reproduce::checks;
-use crate::reproduce::record::Reproduction;
+use crate::reproduce::record::{Reproduction, measured};
 use crate::reproduce::{Options, reproduce};
 use crate::run::folder::read_scene;
 use grains::native::Perturbation;
@@ -123,22 +122,22 @@ impl Arguments {
             json(&runs.native.scene)?.as_bytes(),
         )?;
         let found = Found {
-            checks: checks::all(&reproduction),
-            measured: checks::measured(&runs.native),
+            checks: reproduction.checks(),
+            measured: measured(&runs.native),
             speeds: reproduction.speeds(),
         };
         let kind = Machine::this().kind();
         let (text, record) = record::write("reproduce", &reproduction, kind, found)?;
         let diff = baseline.map(|baseline| diff(&baseline, &record));
-        let page =
-            crate::report::page::render(&reproduction, &runs, &options.beside, diff.as_ref())?;
+        let document = reproduction.document(&runs, &options.beside, diff.as_ref())?;
+        let page = page_against(&document, diff.as_ref());
         self.files.write(&record, diff.as_ref())?;
         FOLDER.finish(&out, &page, &text)?;
-        let mut words = in_words(&reproduction, &record, &out);
+        let mut words = terminal(&reproduction.summary()) + &page_line(&out);
         if let Some(diff) = &diff {
-            words += &crate::report::terminal(&diff.document(false));
+            words += &terminal(&diff.document(false));
         }
-        print(&words)?;
+        print(&(words + &what_next(&reproduction, &record, &out)))?;
         let worse = diff.is_some_and(|diff| diff.verdict == Outcome::Fail);
         let verdict = if worse { Outcome::Fail } else { record.verdict };
         Ok(verdict.exit_code())
@@ -159,92 +158,19 @@ impl Arguments {
     }
 }
 
-fn in_words(reproduction: &Reproduction, record: &Record, out: &Path) -> String {
+/// What to do about a failure, or about a job that could compare nothing.
+fn what_next(reproduction: &Reproduction, record: &Record, out: &Path) -> String {
     let mut text = String::new();
-    for named in &reproduction.comparisons {
-        let verdict = named.comparison.verdict().verdict_word();
-        text += &format!("\n{}: {verdict}\n", named.title);
-        for check in &named.comparison.checks {
-            text += &super::compare::check_line(check);
-        }
-        if let Some(first) = &named.comparison.first_difference {
-            text += &format!("         first difference: {first}\n");
-        }
-    }
-    text += "\ndeliberate faults in the native engine, each of which the comparison has to find:\n";
-    for fault in &reproduction.faults {
-        let mark = match fault.verdict {
-            Outcome::Pass => "found",
-            Outcome::Fail => "MISSED",
-            Outcome::Skipped | Outcome::ExpectedFailure => "not made",
-        };
-        text += &format!("{mark:>8} {}: {}\n", fault.fault, fault.found);
-    }
-    if let Some(ladder) = &reproduction.ladder {
-        text += &format!("\nverification suite: {}\n", ladder.tally);
-        let checks = ladder.checks().into_iter();
-        let failed = checks.filter(|check| check.outcome == crate::checks::Outcome::Fail);
-        for check in failed {
-            text += &format!("    FAIL {}: {}\n", check.id, check.in_a_line());
-        }
-    }
-    for skipped in &reproduction.skipped {
-        text += &format!(" skipped {}: {}\n", skipped.what, skipped.why);
-    }
-    text += "\nruns:\n";
-    for run in &reproduction.runs {
-        let times = match run.times_native {
-            Some(times) => format!("{times:.1} times native"),
-            None => "made on another machine".to_owned(),
-        };
-        text += &format!(
-            "{:>10.1} µs a step, {times}: {}, {}\n",
-            run.microseconds_per_step, run.engine, run.stages
-        );
-    }
-    text += &format!(
-        "\n{}: {}; {} s\n{}",
-        reproduction.verdict.verdict_word(),
-        record.tally(),
-        reproduction.seconds.round(),
-        page_line(out)
-    );
-    text + &what_failed(record, out) + what_next(reproduction)
-}
-
-/// Failed checks that are named at the end; the rest is counted.
-const MOST_FAILED: usize = 5;
-
-fn what_failed(record: &Record, out: &Path) -> String {
-    let failed: Vec<&str> = record
-        .checks
-        .iter()
-        .filter(|check| check.outcome == Outcome::Fail)
-        .map(|check| check.id.as_str())
-        .collect();
-    let mut text = String::new();
-    for id in failed.iter().take(MOST_FAILED) {
-        text += &format!("  failed {id}\n");
-    }
-    if failed.len() > MOST_FAILED {
-        text += &format!("  failed … and {} more\n", failed.len() - MOST_FAILED);
-    }
-    if !failed.is_empty() {
+    if record.verdict == Outcome::Fail {
         let path = out.join(FOLDER.record);
         text += &format!(
-            "crossgrain checks {} names all; crossgrain explain CHECK says what one means and what usually breaks it\n",
+            "crossgrain report checks {} names all; crossgrain report explain CHECK says what one means and what usually breaks it\n",
             path.display()
         );
     }
-    text
-}
-
-/// A job that could compare nothing says what would make it.
-fn what_next(reproduction: &Reproduction) -> &'static str {
     if reproduction.comparisons.is_empty() {
-        "nothing was compared with another engine: install YADE (ci/install_yade), or hold the run against one of your own \
-         (crossgrain baseline save, then reproduce --baseline)\n"
-    } else {
-        ""
+        text += "nothing was compared with another engine: install YADE (ci/install_yade), or hold the run against one of your own \
+                 (crossgrain report baseline save, then reproduce --baseline)\n";
     }
+    text
 }

@@ -56,20 +56,20 @@ pub struct Arguments {
     #[arg(long)]
     engine: Chosen,
     /// Exactly this many steps of pouring, no stop rule
-    #[arg(long, conflicts_with = "until")]
+    #[arg(long, value_name = "N", conflicts_with = "until")]
     steps: Option<u64>,
     /// How far to go, each stage ended by the scene's rule
     #[arg(long, value_enum, default_value = "loaded")]
     until: LastStage,
     /// Another realization than the scene's
-    #[arg(long)]
+    #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// The run folder to write; must not exist
-    #[arg(long)]
+    #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Native: put in a deliberate fault, such as stiffness=1e-12, friction=S, time-step=S, wall=missing or
     /// sums=reversed; a wrong one is answered with all that there are
-    #[arg(long)]
+    #[arg(long, value_name = "FAULT")]
     perturb: Option<Perturbation>,
     /// Native: which promise it keeps
     #[arg(long, value_enum, default_value = "exact")]
@@ -95,7 +95,7 @@ pub struct YadeArguments {
     #[arg(long = "loop", value_enum, default_value = "sorted")]
     order: LoopOrder,
     /// YADE: verletDist, m
-    #[arg(long, default_value_t = yade::Options::default().verlet_distance)]
+    #[arg(long, value_name = "M", default_value_t = yade::Options::default().verlet_distance)]
     verlet_distance: f64,
     #[command(flatten)]
     pub limits: YadeLimits,
@@ -104,19 +104,19 @@ pub struct YadeArguments {
 #[derive(Debug, Args)]
 pub struct YadeLimits {
     /// YADE: the program, instead of the one on the path (or CROSSGRAIN_YADE)
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     yade: Option<PathBuf>,
     /// YADE and exec: longest time for a run, s
-    #[arg(long, default_value_t = usual_limits().time.as_secs())]
+    #[arg(long, value_name = "S", default_value_t = usual_limits().time.as_secs())]
     time_limit: u64,
     /// YADE and exec: longest time without a sign of life, s
-    #[arg(long, default_value_t = usual_limits().stall.as_secs())]
+    #[arg(long, value_name = "S", default_value_t = usual_limits().stall.as_secs())]
     stall_limit: u64,
     /// YADE and exec: the most memory of the engine and all that it starts, MB
-    #[arg(long, default_value_t = 4096)]
+    #[arg(long, value_name = "MB", default_value_t = 4096)]
     memory_limit: u64,
     /// YADE and exec: the most that the engine may write, MB
-    #[arg(long, default_value_t = 16384)]
+    #[arg(long, value_name = "MB", default_value_t = 16384)]
     output_limit: u64,
 }
 

@@ -18,6 +18,7 @@ use grains::scene::{json_schema, paper_scene};
 )]
 pub enum Verb {
     /// Print the paper's scene as JSON: complete, no default left implicit
+    #[command(after_help = "Example:\n  crossgrain scene paper > scene.json")]
     Paper {
         /// Realization number
         #[arg(long, default_value_t = 1)]
@@ -30,11 +31,13 @@ pub enum Verb {
         free: bool,
     },
     /// Validate a scene file: every problem at once, each with its place and what would be right
+    #[command(after_help = "Example:\n  crossgrain scene check scene.json")]
     Check {
         /// The scene
         file: PathBuf,
     },
     /// Print what engines are given: gravity, walls, contact law and time step as numbers
+    #[command(after_help = "Example:\n  crossgrain scene model scene.json")]
     Model {
         /// The scene
         file: PathBuf,
@@ -42,6 +45,7 @@ pub enum Verb {
     /// The parameters that each engine uses for a scene: stiffness, mass, damping, time step
     Parameters(super::parameters::Arguments),
     /// Print the JSON Schema of scene files
+    #[command(after_help = "Example:\n  crossgrain scene schema > scene.schema.json")]
     Schema,
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::checks::Files;
+use super::report::Files;
 use super::run::YadeLimits;
 use super::study::plan::MapArguments;
 use super::study::{engines_of, open, report};

@@ -1,5 +1,6 @@
 //! `crossgrain study`: many runs, planned, made in shards, merged and judged.
 
+mod paper;
 pub mod plan;
 
 use std::fmt::Write as _;
@@ -7,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
-use super::checks::Files;
+use super::report::Files;
 use super::run::YadeLimits;
 use super::{exit_code_if, json, print, tell};
 use crate::error::{Error, exit};
@@ -33,23 +34,34 @@ use crate::workers;
     crossgrain study merge thousand\n  \
     crossgrain study slurm thousand --tasks 20\n  \
     crossgrain study report thousand --junit checks.xml\n  \
-    crossgrain study compare thousand in-yade")]
+    crossgrain study compare thousand in-yade\n  \
+    crossgrain study claims thousand")]
 pub enum Verb {
     /// Fix what is run, in a new folder
     #[command(subcommand)]
     Plan(plan::Kind),
     /// Make the rows of a shard that are missing; without --shard all, then merge and report
+    #[command(after_help = "Example:\n  crossgrain study run thousand --shard 2/8")]
     Run(RunArguments),
     /// How far it is
+    #[command(after_help = "Example:\n  crossgrain study status thousand")]
     Status(StatusArguments),
     /// Put the rows of a finished study into one file
+    #[command(after_help = "Example:\n  crossgrain study merge thousand")]
     Merge(FolderArgument),
     /// Write the scripts of a Slurm job array and of the merge after it, and print how they are submitted
+    #[command(after_help = "Example:\n  crossgrain study slurm thousand --tasks 20")]
     Slurm(SlurmArguments),
     /// Judge the rows that are there: report.json, a page, and the checks for other programs
+    #[command(after_help = "Example:\n  crossgrain study report thousand --junit checks.xml")]
     Report(ReportArguments),
     /// Two merged campaigns of one scene, such as of two engines: bits of common realizations, else equivalence
+    #[command(after_help = "Example:\n  crossgrain study compare thousand in-yade")]
     Compare(CompareArguments),
+    /// The paper's claims against a campaign's members: ours, interval, verdict, figures
+    Claims(paper::Claims),
+    /// The paper's figures from our own numbers: a page, each as SVG and CSV
+    Figures(paper::Figures),
 }
 
 #[derive(Debug, Args)]
@@ -163,6 +175,8 @@ impl Verb {
                 done
             }
             Verb::Compare(arguments) => arguments.execute(),
+            Verb::Claims(arguments) => arguments.execute(),
+            Verb::Figures(arguments) => arguments.execute(),
         }
     }
 }

@@ -9,15 +9,13 @@ use super::chosen::Several;
 use super::run::YadeLimits;
 use super::tell;
 use crate::checks::record::{self, Found};
-use crate::document::Section;
 use crate::error::Error;
 use crate::files::{refuse_existing, write_folder, write_whole};
 use crate::interrupt::asked_to_end;
 use crate::limits::bench::machine::Machine;
-use crate::paper::disc_field::figure_4;
 use crate::progress::Display;
 use crate::report;
-use crate::report::disc_field::inside_a_disc;
+use crate::report::disc_field::of_figure_4;
 use crate::suite::run::{Options, verify, verify_exec};
 
 #[derive(Debug, Args)]
@@ -92,7 +90,7 @@ impl Arguments {
         let machine = Machine::this().kind();
         let (text, _) = record::write("verify", &verification, machine, found)?;
         let mut document = verification.document();
-        document.sections.push(inside_a_grain()?);
+        document.sections.push(of_figure_4()?);
         tell(self.json, &text, || report::terminal(&document))?;
         if let Some(out) = &self.out {
             let page = report::page(&document);
@@ -119,13 +117,4 @@ impl Arguments {
             self.grains
         )
     }
-}
-
-/// The field that the last table is about, drawn.
-fn inside_a_grain() -> Result<Section, Error> {
-    let field = figure_4().map_err(|error| Error::Report(error.to_string()))?;
-    let (map, profiles) = inside_a_disc("figure-4", &field);
-    Ok(Section::new("The field of Figure 4's disc", "")
-        .with(map)
-        .with(profiles))
 }

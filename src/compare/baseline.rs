@@ -5,7 +5,7 @@ pub mod diff;
 
 use std::path::{Path, PathBuf};
 
-use diff::{Change, Diff, Pace, SpeedPair};
+use diff::{Change, Changed, Diff, Pace, SpeedPair};
 use serde::{Deserialize, Serialize};
 
 use crate::checks::record::{Record, RecordError};
@@ -116,7 +116,9 @@ impl Store {
                 name: name.to_owned(),
                 store: self.0.display().to_string(),
                 there: match names.as_slice() {
-                    [] => "there are none yet; crossgrain baseline save makes one".to_owned(),
+                    [] => {
+                        "there are none yet; crossgrain report baseline save makes one".to_owned()
+                    }
                     names => format!("there are {}", names.join(", ")),
                 },
             });
@@ -259,6 +261,19 @@ impl Diff {
         }
     }
 
+    /// New failures as a number, as pages name them under `What failed`, and every speed that is slower; a line each.
+    pub fn worse(&self) -> Vec<String> {
+        let new = |of: &&Changed| of.change == Change::NewFailure;
+        let failures = self.changes.iter().filter(new).count();
+        let failures = (failures > 0).then(|| format!("new failures: {failures}"));
+        failures.into_iter().chain(self.slower()).collect()
+    }
+
+    fn slower(&self) -> impl Iterator<Item = String> {
+        let slower = self.speeds.iter().filter(|of| of.pace == Pace::Slower);
+        slower.map(|of| format!("slower: {}", of.in_a_line()))
+    }
+
     /// What is worse and the counts, in a sentence.
     pub fn answer(&self) -> String {
         let word = match self.verdict {
@@ -266,10 +281,7 @@ impl Diff {
             Outcome::Fail => "WORSE than",
             Outcome::Skipped | Outcome::ExpectedFailure => "Some of it cannot be told against",
         };
-        let slower = self.speeds.iter().filter(|of| of.pace == Pace::Slower);
-        let slower: String = slower
-            .map(|of| format!("; slower: {}", of.in_a_line()))
-            .collect();
+        let slower: String = self.slower().map(|of| format!("; {of}")).collect();
         format!("{word} {}: {}{slower}", self.baseline, self.in_a_line())
     }
 

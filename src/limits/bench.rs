@@ -4,8 +4,8 @@
 
 pub mod bed;
 pub mod brought;
-pub mod checks;
 pub mod contender;
+mod document;
 pub mod goals;
 pub mod instructions;
 pub mod limits;
@@ -22,7 +22,6 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::checks::Outcome;
 use crate::compare::bits::TableBits;
 use crate::engine::exec::Brought;
 use crate::engine::{ProgramError, yade};
@@ -252,8 +251,6 @@ pub struct Bench {
     pub disturbed: bool,
     /// What was not made, or failed.
     pub missed: Vec<Missed>,
-    /// Failed if a bed is not the bed, a bit differs or an engine that is there did not run; not made if YADE is missing; else passed. No time counts.
-    pub verdict: Outcome,
     /// How long all of it took, s.
     pub seconds: f64,
 }
@@ -354,7 +351,6 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, BenchError> 
         throughput,
         goals: goals::goals(&rounds.contests, &scaling),
         disturbed: disturbed(&rounds.contests),
-        verdict: verdict(&rounds.contests, rounds.sorted_bits.as_ref(), &missed),
         contests: rounds.contests,
         sorted_bits: rounds.sorted_bits,
         scaling,
@@ -398,16 +394,4 @@ fn disturbed(contests: &[Contest]) -> bool {
         .iter()
         .filter_map(|contest| contest.processor_share);
     shares.into_iter().any(|share| share < UNDISTURBED)
-}
-
-fn verdict(contests: &[Contest], bits: Option<&TableBits>, missed: &[Missed]) -> Outcome {
-    let sane = contests.iter().all(|contest| contest.sanity.holds);
-    let failed = missed.iter().any(|missed| missed.failed);
-    if !sane || failed || bits.is_some_and(|bits| !bits.agrees()) {
-        return Outcome::Fail;
-    }
-    if missed.iter().any(|missed| missed.needed) {
-        return Outcome::Skipped;
-    }
-    Outcome::Pass
 }

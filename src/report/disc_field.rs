@@ -3,11 +3,11 @@
 
 use std::fmt::Write;
 
-use super::axis::{Area, round_step, rounded};
-use super::fields::{Grid, viridis};
-use super::frame::{line, text, whole};
-use crate::document::{self, Colour, Drawing, Mark, Plot, Table};
-use crate::paper::disc_field::{DiscField, PointForce};
+use super::fields::{Grid, VIRIDIS, colour};
+use super::svg::{Area, line, printed, round_step, text, whole};
+use crate::document::{self, Colour, Drawing, Mark, Plot, Section, Table};
+use crate::error::Error;
+use crate::paper::disc_field::{DiscField, PointForce, figure_4};
 
 /// Width and height of the picture; all lengths that follow are in these units.
 const SIZE: [f64; 2] = [800.0, 530.0];
@@ -24,6 +24,14 @@ const KEY: f64 = 492.0;
 const LINE: f64 = 22.0;
 /// The line between tension and compression.
 const ZERO: &str = "fill=\"none\" stroke=\"#fff\" stroke-width=\"1.3\"";
+
+/// The field inside the disc of the paper's Figure 4.
+pub fn of_figure_4() -> Result<Section, Error> {
+    let field = figure_4().map_err(|error| Error::Report(error.to_string()))?;
+    let (map, profiles) = inside_a_disc("figure-4", &field);
+    let section = Section::new("The field of Figure 4's disc", "");
+    Ok(section.with(map).with(profiles))
+}
 
 /// σ_zz of the field, Pa with compression positive, as a map with the forces on the rim and the control square of side R; and
 /// along the axes through the centre beside its averages over disc, control square and cell of side 2R, as in Figure 4.
@@ -97,7 +105,7 @@ fn profiles(name: &str, field: &DiscField, scale: &Scale) -> Plot {
         ),
     ];
     for (name, colour, y) in averages {
-        let name = format!("average, {name}: {}", rounded(y, 4));
+        let name = format!("average, {name}: {}", printed(y, 4));
         plot = plot.with(Mark::Level { name, colour, y });
     }
     plot
@@ -250,11 +258,11 @@ fn map_key(field: &DiscField, scale: &Scale) -> String {
         let line = swatch(&scale.colour(0)) + &format!("<path {ZERO} d=\"M0 -5h24\"/>");
         entries.push((line, "σ_zz = 0; tension is negative".to_owned()));
     }
-    let radius = format!("R = {} m", rounded(field.radius(), 4));
+    let radius = format!("R = {} m", printed(field.radius(), 4));
     entries.push((String::new(), radius));
     let [x, z] = field.body_force();
     if [x, z] != [0.0; 2] {
-        let weight = format!("body force ({}, {}) N/m³", rounded(x, 4), rounded(z, 4));
+        let weight = format!("body force ({}, {}) N/m³", printed(x, 4), printed(z, 4));
         entries.push((String::new(), weight));
     }
     key(376.0, &entries)
@@ -308,7 +316,7 @@ fn force_arrow(field: &DiscField, force: &PointForce, size: f64, largest: f64) -
         _ => "middle",
     };
     let middle = [label[0], label[1] + 4.5 + 5.0 * away[1]];
-    arrow(line) + &text(middle, anchor, &rounded(size, 3))
+    arrow(line) + &text(middle, anchor, &printed(size, 3))
 }
 
 /// A line with a head at its end.
@@ -403,7 +411,7 @@ impl Scale {
 
     /// Of a band.
     fn colour(&self, band: u32) -> String {
-        viridis((f64::from(band) + 0.5) / f64::from(self.bands))
+        colour(&VIRIDIS, (f64::from(band) + 0.5) / f64::from(self.bands))
     }
 
     /// Bands with a label: all, or so many that the labels have room on `length`.
@@ -413,7 +421,7 @@ impl Scale {
         let offset = self.first.rem_euclid(f64::from(every)) as u32;
         (0..=self.bands)
             .filter(move |band| (band + offset).is_multiple_of(every))
-            .map(|band| (band, rounded(self.level(band), 6)))
+            .map(|band| (band, printed(self.level(band), 6)))
     }
 }
 
@@ -455,7 +463,7 @@ fn bar_part(y: f64, height: f64, fill: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::paper::disc_field::{RimForce, figure_4};
+    use crate::paper::disc_field::RimForce;
 
     /// A disc on two others and under one, with friction and weight.
     fn a_grain() -> DiscField {

@@ -4,9 +4,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::axis::{Area, Axis, printed};
-use super::frame::{INK, VERMILION, border, line, text, whole};
-use crate::document::{Drawing, Table};
+use super::svg::{APART, Area, INK, Scale, framed, line, on_white, printed, text, whole};
+use crate::document::{Colour, Drawing, Table};
 use crate::paper::continuum::table::Setup;
 use crate::paper::continuum::{Field, Model};
 
@@ -102,7 +101,7 @@ impl Grid {
 }
 
 /// Anchors from low to high: viridis.
-const VIRIDIS: [[f64; 3]; 9] = [
+pub const VIRIDIS: [[f64; 3]; 9] = [
     [68.0, 1.0, 84.0],
     [71.0, 44.0, 122.0],
     [59.0, 81.0, 139.0],
@@ -120,17 +119,8 @@ const BLUES: [[f64; 3]; 3] = [
     [66.0, 150.0, 199.0],
 ];
 
-/// Viridis at a share of the scale in [0, 1].
-pub fn viridis(share: f64) -> String {
-    at(&VIRIDIS, share)
-}
-
-/// A light blue at a share of the scale in [0, 1].
-fn shade(share: f64) -> String {
-    at(&BLUES, share)
-}
-
-fn at(anchors: &[[f64; 3]], share: f64) -> String {
+/// The colour at a share of such a scale, in [0, 1].
+pub fn colour(anchors: &[[f64; 3]], share: f64) -> String {
     let place = (anchors.len() - 1) as f64 * share.clamp(0.0, 1.0);
     let index = (place as usize).min(anchors.len() - 2);
     let part = place - index as f64;
@@ -141,7 +131,6 @@ fn at(anchors: &[[f64; 3]], share: f64) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-const BULBS: [f64; 2] = [760.0, 640.0];
 const AREA: Area = [76.0, 70.0, 660.0, 506.0];
 /// Half the width and the depth that are shown, m.
 const SHOWN: [f64; 2] = [0.3, 0.46];
@@ -167,24 +156,20 @@ pub fn bulbs(setup: &Setup) -> Drawing {
         let [x, z] = place([column as f64, row as f64]);
         field.stress(x, z.max(1e-9)).zz / setup.load.pressure
     });
-    let x = Axis::across(AREA, -SHOWN[0], SHOWN[0]);
-    let z = Axis {
-        low: 0.0,
-        high: SHOWN[1],
-        from: AREA[1],
-        to: AREA[1] + AREA[3],
+    let [left, top, width, height] = AREA;
+    let scale = |low: f64, high: f64, from: f64, to: f64| Scale {
+        low,
+        high,
+        from,
+        to,
         logarithmic: false,
     };
+    let x = scale(-SHOWN[0], SHOWN[0], left, left + width);
+    let z = scale(0.0, SHOWN[1], top, top + height);
     let on = |[at, depth]: [f64; 2]| [x.place(at), z.place(depth)];
-    let [left, top, width, height] = AREA;
-    let mut svg = format!(
-        "<defs><clipPath id=\"bulbs\"><rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/></clipPath></defs>\n\
-         <g clip-path=\"url(#bulbs)\"><rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"{}\"/>\n",
-        shade(0.0)
-    );
     let heads = ["what", "stress of the load over p", "x, m", "depth, m"];
     let mut table = Table::new("figure-1", "", &heads);
-    let mut labels = String::new();
+    let (mut svg, mut labels) = (String::new(), String::new());
     for (index, level) in LEVELS.iter().enumerate().rev() {
         let lines: Vec<Vec<[f64; 2]>> = grid
             .contours(*level)
@@ -196,10 +181,10 @@ pub fn bulbs(setup: &Setup) -> Drawing {
             .map(|places| line(places.iter().map(|place| on(*place))) + "Z")
             .collect();
         let share = (LEVELS.len() - index) as f64 / LEVELS.len() as f64;
+        let fill = colour(&BLUES, share);
         let _ = writeln!(
             svg,
-            "<path fill=\"{}\" stroke=\"{INK}\" stroke-width=\"1\" d=\"{path}\"/>",
-            shade(share)
+            "<path fill=\"{fill}\" stroke=\"{INK}\" stroke-width=\"1\" d=\"{path}\"/>"
         );
         let ray = |[x, z]: &[f64; 2]| (z.atan2(-x) - (0.5 * std::f64::consts::PI - LEAN)).abs();
         // Not on the edges that close lines which leave the frame.
@@ -208,7 +193,7 @@ pub fn bulbs(setup: &Setup) -> Drawing {
         let at = lines.iter().flatten().filter(within);
         if let Some(at) = at.min_by(|a, b| ray(a).total_cmp(&ray(b))) {
             let [x, y] = on(*at);
-            labels += &text([x, y + 4.5], "middle", &printed(*level));
+            labels += &text([x, y + 4.5], "middle", &printed(*level, 6));
         }
         for (number, places) in lines.iter().enumerate() {
             for [x, z] in places {
@@ -217,75 +202,57 @@ pub fn bulbs(setup: &Setup) -> Drawing {
             }
         }
     }
-    let _ = writeln!(
-        svg,
-        "</g><g font-size=\"12\" stroke=\"#fff\" stroke-width=\"3.5\" stroke-linejoin=\"round\" paint-order=\"stroke\">{labels}</g>"
-    );
+    svg += &on_white(&labels);
+    let axes = [(&x, &x.ticks(APART[0])), (&z, &z.ticks(APART[1]))];
+    let words = ["distance from the middle of the load, m", "depth, m"];
+    let (mut svg, floor) = framed("bulbs", AREA, &svg, axes, words, left - 46.0);
     svg += &load(setup, &x, top);
     for (index, point) in setup.points.iter().enumerate() {
         // In turn below and above, for points side by side.
         let beside = if index % 2 == 0 { 19.0 } else { -10.0 };
         let value = field.stress(point.offset, point.depth).zz / setup.load.pressure;
         let [at, depth] = on([point.offset, point.depth]);
+        let words = format!("{} {value:.3}", point.name);
         let _ = write!(
             svg,
-            "<circle cx=\"{at:.1}\" cy=\"{depth:.1}\" r=\"4.5\" fill=\"{VERMILION}\" stroke=\"#fff\" stroke-width=\"1.5\"/>\
-             <g stroke=\"#fff\" stroke-width=\"3.5\" stroke-linejoin=\"round\" paint-order=\"stroke\">{}</g>",
-            text(
-                [at, depth + beside],
-                "middle",
-                &format!("{} {value:.3}", point.name)
-            )
+            "<circle cx=\"{at:.1}\" cy=\"{depth:.1}\" r=\"4.5\" fill=\"{}\" stroke=\"#fff\" stroke-width=\"1.5\"/>{}",
+            Colour::Vermilion.hex(),
+            on_white(&text([at, depth + beside], "middle", &words))
         );
-        table.row([
-            format!("point {}", point.name).into(),
-            value.into(),
-            point.offset.into(),
-            point.depth.into(),
-        ]);
+        let what = format!("point {}", point.name);
+        let row = [value, point.offset, point.depth].map(Into::into);
+        table.row([what.into()].into_iter().chain(row));
     }
-    svg += &border(
-        AREA,
-        &x,
-        &z,
-        ["distance from the middle of the load, m", "depth, m"],
+    let words = format!(
+        "Vertical stress of the load over its pressure, σ_p,zz/p, in the half-space; p = {} kPa over 2a = {} m",
+        printed(1e-3 * setup.load.pressure, 6),
+        printed(2.0 * setup.load.half_width, 6)
     );
-    svg += &text(
-        [left, 24.0],
-        "start",
-        &format!(
-            "Vertical stress of the load over its pressure, σ_p,zz/p, in the half-space; p = {} kPa over 2a = {} m",
-            printed(1e-3 * setup.load.pressure),
-            printed(2.0 * setup.load.half_width)
-        ),
-    );
+    svg += &text([left, 24.0], "start", &words);
+    let size = [left + width + 24.0, floor];
     Drawing {
         name: "figure-1".to_owned(),
         caption: "Stress bulbs of the continuum under the load".to_owned(),
-        svg: whole(BULBS, "Stress bulbs under a strip load", &svg),
+        svg: whole(size, "Stress bulbs under a strip load", &svg),
         table,
     }
 }
 
 /// The load on the surface: arrows on its width.
-fn load(setup: &Setup, x: &Axis, surface: f64) -> String {
+fn load(setup: &Setup, x: &Scale, surface: f64) -> String {
     let [from, to] = [-1.0, 1.0].map(|side| x.place(side * setup.load.half_width));
-    let mut svg = format!(
-        "<path stroke=\"{VERMILION}\" stroke-width=\"2\" d=\"M{from:.1} {:.1}H{to:.1}\"/>",
-        surface - 26.0
-    );
+    let [upper, lower] = [surface - 26.0, surface - 1.0];
+    let mut path = format!("M{from:.1} {upper:.1}H{to:.1}");
     for index in 0..5 {
         let at = from + (to - from) * f64::from(index) / 4.0;
         let _ = write!(
-            svg,
-            "<path stroke=\"{VERMILION}\" stroke-width=\"1.6\" d=\"M{at:.1} {:.1}V{:.1}\"/>\
-             <path fill=\"{VERMILION}\" d=\"M{at:.1} {:.1}l-3.2 -8h6.4Z\"/>",
-            surface - 26.0,
-            surface - 7.0,
-            surface - 1.0
+            path,
+            "M{at:.1} {upper:.1}V{lower:.1}l-2.4 -7M{at:.1} {lower:.1}l2.4 -7"
         );
     }
-    svg + &text([to + 10.0, surface - 16.0], "start", "p")
+    let colour = Colour::Vermilion.hex();
+    format!("<path fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.8\" d=\"{path}\"/>")
+        + &text([to + 10.0, surface - 16.0], "start", "p")
 }
 
 #[cfg(test)]

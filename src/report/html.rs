@@ -3,10 +3,11 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use super::svg::svg;
+use super::plot::svg;
 use super::views::{in_markdown, words};
 use super::{SCRIPT, STYLE};
 use crate::checks::{Check, Outcome, Tally, slug};
+use crate::compare::baseline::diff::Diff;
 use crate::document::{Block, Cell, Document, Section, Table, harmless};
 use crate::error::Error;
 use crate::files::{failed, write_whole};
@@ -15,8 +16,9 @@ use crate::files::{failed, write_whole};
 pub const FOLDER: &str = "figures";
 /// The page.
 pub const PAGE: &str = "report.html";
-/// Checks in a list for people at most; the page and the files have all.
+/// Failed checks in a list for people at most, and other ones that did not pass; the page and the files have all.
 const MOST_CHECKS: usize = 40;
+const MOST_OTHERS: usize = 6;
 
 /// A page with the figures and tables on it as files.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,6 +63,11 @@ impl Page {
 /// A document as one page that opens offline: the verdict, the answer and what failed first, then the sections, with details
 /// folded, and every check at the end.
 pub fn page(document: &Document) -> Page {
+    page_against(document, None)
+}
+
+/// The same; if the run was held against a baseline, what is worse than in it stands with the verdict.
+pub fn page_against(document: &Document, diff: Option<&Diff>) -> Page {
     let mut page = Page {
         html: String::new(),
         files: Vec::new(),
@@ -72,24 +79,33 @@ pub fn page(document: &Document) -> Page {
         sections,
         checks,
     } = document;
+    let worse = diff.filter(|diff| diff.verdict == Outcome::Fail);
     let class = match verdict {
-        Outcome::Pass => "good",
         Outcome::Fail => "bad",
+        _ if worse.is_some() => "bad",
+        Outcome::Pass => "good",
         Outcome::Skipped | Outcome::ExpectedFailure => "open",
     };
     let title = words(title);
+    let named = |text: &str| format!("<span class=\"named\">{}</span>\n", words(text));
     let mut body = format!(
-        "<h1>{title}</h1>\n<div class=\"verdict {class}\"><strong>{}</strong>\n<span class=\"named\">{}</span>\n{}</div>\n",
-        verdict.verdict(),
-        words(answer),
-        if checks.is_empty() {
-            String::new()
-        } else {
-            Tally::of(checks).to_string() + "."
-        }
+        "<h1>{title}</h1>\n<div class=\"verdict {class}\"><strong>{}",
+        verdict.verdict()
     );
-    let of = |wanted: Outcome| checks.iter().filter(move |check| check.outcome == wanted);
-    let failed: Vec<&Check> = of(Outcome::Fail).collect();
+    if let Some(worse) = worse {
+        body += &format!(", and worse than {}", words(&worse.baseline));
+    }
+    body += "</strong>\n";
+    for line in worse.map(Diff::worse).unwrap_or_default() {
+        body += &named(&line);
+    }
+    body += &named(answer);
+    if !checks.is_empty() {
+        body += &format!("{}.", Tally::of(checks));
+    }
+    body += "</div>\n";
+    let failed = checks.iter().filter(|of| of.outcome == Outcome::Fail);
+    let failed: Vec<&Check> = failed.collect();
     if !failed.is_empty() {
         let _ = write!(
             body,
@@ -142,6 +158,7 @@ fn section_html(page: &mut Page, id: &str, section: &Section) -> String {
     let mut pictures = 0;
     for block in &section.blocks {
         let picture = match block {
+            Block::Heading(text) => Err(format!("<h3>{}</h3>\n", words(text))),
             Block::Text(text) => Err(format!("<p>{}</p>\n", words(text))),
             Block::Table(table) => Err(with_file(page, table)),
             Block::Plot(plot) => Ok(figure(
@@ -219,6 +236,7 @@ pub fn terminal(document: &Document) -> String {
         }
         for block in &section.blocks {
             match block {
+                Block::Heading(words) => text = text + "\n" + words + "\n",
                 Block::Text(words) => text = text + words + "\n",
                 Block::Table(table) => text = text + "\n" + &table.text(),
                 Block::Plot(plot) => {
@@ -267,6 +285,7 @@ pub fn markdown(document: &Document) -> String {
         }
         for block in &section.blocks {
             let _ = match block {
+                Block::Heading(words) => write!(text, "\n#### {}\n", in_markdown(words)),
                 Block::Text(words) => write!(text, "\n{}\n", in_markdown(words)),
                 Block::Table(table) => write!(text, "\n{}", table.markdown(MOST_CHECKS)),
                 Block::Plot(_) | Block::Drawing(_) => Ok(()),
@@ -286,7 +305,7 @@ pub fn markdown(document: &Document) -> String {
     text
 }
 
-/// A line a check, failures first; those that passed, and more than a screen of one kind, only where `all` are wanted.
+/// A line a check, failures first; those that passed, and more than some of one kind, only where `all` are wanted.
 pub fn check_lines(checks: &[Check], all: bool) -> String {
     let mut text = String::new();
     for outcome in [
@@ -302,7 +321,11 @@ pub fn check_lines(checks: &[Check], all: bool) -> String {
             .iter()
             .filter(|check| check.outcome == outcome)
             .collect();
-        let most = if all { usize::MAX } else { MOST_CHECKS };
+        let most = match outcome {
+            _ if all => usize::MAX,
+            Outcome::Fail => MOST_CHECKS,
+            _ => MOST_OTHERS,
+        };
         for check in of.iter().take(most) {
             let _ = writeln!(
                 text,

@@ -2,11 +2,8 @@
 
 use std::fmt::Write;
 
-use super::axis::Area;
-use super::figure::cells;
-use super::figure_files::table;
-use super::frame::{INK, text, whole};
-use crate::document::{Cell, Drawing, Table};
+use super::svg::{Area, INK, line, text, whole};
+use crate::document::{Cell, Colour, Drawing, Table};
 use crate::error::Error;
 use crate::study::figures::LoadedBed;
 use crate::study::realization::bed_of;
@@ -17,37 +14,32 @@ use grains::tables::{Bodies, Contact, Punch};
 /// Line classes; a force is drawn in the class of its share of the strong force.
 const CLASSES: usize = 8;
 
-/// Draws the bed in millimetres. `strong_force` is the force of the thickest line, the same for all
-/// pictures that are to be compared. `punch_bottom` is the height of the punch, m.
-pub fn picture(
-    scene: &Scene,
-    bed: Bed<'_>,
-    punch_bottom: Option<f64>,
-    strong_force: f64,
-    top: f64,
-    label: &str,
-) -> String {
-    let label = label.replace(['<', '>', '&', '"'], " ");
-    let width = 1e3 * scene.container.width;
-    let height = 1e3 * top;
-    format!(
-        "<svg class=\"packing\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-4 -4 {:.0} {:.0}\" role=\"img\" aria-label=\"{label}\">\n{}</svg>",
-        width + 8.0,
-        height + 8.0,
-        contents(scene, bed, punch_bottom, strong_force, top)
-    )
+/// Beds of one scene on one scale of forces, each with the height of its punch's bottom, m, if there is a punch, and its words.
+pub fn pictures(scene: &Scene, beds: &[(Bed<'_>, Option<f64>, String)]) -> Vec<Drawing> {
+    let strong = strong_force(beds.iter().map(|(bed, ..)| *bed));
+    let highest = beds
+        .iter()
+        .map(|(bed, ..)| measure::highest_grain(bed.bodies));
+    let top = highest.fold(0.0, f64::max) + 0.02;
+    let size = [1e3 * scene.container.width + 8.0, 1e3 * top + 8.0];
+    let draw = |(index, (bed, bottom, caption)): (usize, &(Bed<'_>, Option<f64>, String))| {
+        let name = format!("packing-{}", index + 1);
+        let contents = contents(scene, *bed, *bottom, strong, top);
+        let contents = format!("<g transform=\"translate(4 4)\">{contents}</g>\n");
+        Drawing {
+            svg: whole(size, caption, &contents),
+            caption: format!("{caption}; the thickest lines bear {strong:.0} N or more."),
+            table: table_of(&name, *bed),
+            name,
+        }
+    };
+    beds.iter().enumerate().map(draw).collect()
 }
 
-/// The elements of [`picture`] without a root, in millimetres from the box's upper left corner.
-pub fn contents(
-    scene: &Scene,
-    bed: Bed<'_>,
-    punch_bottom: Option<f64>,
-    strong_force: f64,
-    top: f64,
-) -> String {
-    let width = 1e3 * scene.container.width;
-    let height = 1e3 * top;
+/// The bed in millimetres from the upper left corner of the box, `top` metres above its floor. `strong` is the force of the
+/// thickest line, N, and `bottom` the height of the punch, m.
+fn contents(scene: &Scene, bed: Bed<'_>, bottom: Option<f64>, strong: f64, top: f64) -> String {
+    let (width, height) = (1e3 * scene.container.width, 1e3 * top);
     let flip = |z: f64| 1e3 * (top - z);
     let mut svg = format!(
         "<path fill=\"none\" stroke=\"#333\" stroke-width=\"2\" d=\"M0 0V{height:.1}H{width:.1}V0\"/>\n<g fill=\"#dfe3e8\">"
@@ -62,31 +54,26 @@ pub fn contents(
             1e3 * bed.bodies.radius[i]
         );
     }
-    svg += "</g>\n<g fill=\"none\" stroke=\"#0072b2\" stroke-linecap=\"round\">";
+    let colour = Colour::Blue.hex();
+    svg += &format!("</g>\n<g fill=\"none\" stroke=\"{colour}\" stroke-linecap=\"round\">");
     let mut lines = vec![String::new(); CLASSES];
     for contact in bed.contacts {
-        let share = (contact.normal_force / strong_force).clamp(0.0, 1.0);
+        let share = (contact.normal_force / strong).clamp(0.0, 1.0);
         let class = ((share * CLASSES as f64) as usize).min(CLASSES - 1);
-        let [from, to] = ends(bed.bodies, contact);
-        let _ = write!(
-            lines[class],
-            "M{:.1} {:.1}L{:.1} {:.1}",
-            1e3 * from[0],
-            flip(from[1]),
-            1e3 * to[0],
-            flip(to[1])
-        );
+        let ends = ends(bed.bodies, contact).map(|[x, z]| [1e3 * x, flip(z)]);
+        lines[class] += &line(ends.into_iter());
     }
     for (class, path) in lines.iter().enumerate() {
         let thickness = 6.0 * (class as f64 + 0.5) / CLASSES as f64;
         let _ = write!(svg, "<path stroke-width=\"{thickness:.2}\" d=\"{path}\"/>");
     }
     svg += "</g>\n";
-    if let Some(bottom) = punch_bottom {
+    if let Some(bottom) = bottom {
         let left = 1e3 * (scene.punch_axis() - scene.loading.half_width);
         let _ = writeln!(
             svg,
-            "<rect fill=\"#d55e00\" fill-opacity=\".75\" x=\"{left:.1}\" y=\"0\" width=\"{:.1}\" height=\"{:.1}\"/>",
+            "<rect fill=\"{}\" fill-opacity=\".75\" x=\"{left:.1}\" y=\"0\" width=\"{:.1}\" height=\"{:.1}\"/>",
+            Colour::Vermilion.hex(),
             2e3 * scene.loading.half_width,
             flip(bottom).max(0.0)
         );
@@ -94,18 +81,8 @@ pub fn contents(
     svg
 }
 
-/// The lines as they are drawn.
-pub fn numbers(bed: Bed<'_>) -> Result<String, Error> {
-    let head = ["x1 (m)", "z1 (m)", "x2 (m)", "z2 (m)", "normal force (N)"];
-    let rows = bed.contacts.iter().map(|contact| {
-        let [from, to] = ends(bed.bodies, contact);
-        cells([from[0], from[1], to[0], to[1], contact.normal_force])
-    });
-    table(&head, rows)
-}
-
 /// A line from centre to centre, or from the contact point where one body is flat.
-pub fn ends(bodies: &Bodies, contact: &Contact) -> [[f64; 2]; 2] {
+fn ends(bodies: &Bodies, contact: &Contact) -> [[f64; 2]; 2] {
     let end = |id: u32| {
         let id = id as usize;
         if id < bodies.len() {
@@ -118,18 +95,13 @@ pub fn ends(bodies: &Bodies, contact: &Contact) -> [[f64; 2]; 2] {
 }
 
 /// The force that one contact in a hundred exceeds, N: the thickest line.
-pub fn strong_force<'a>(beds: impl Iterator<Item = Bed<'a>>) -> f64 {
-    let mut forces: Vec<f64> = beds
-        .flat_map(|bed| bed.contacts.iter().map(|contact| contact.normal_force))
-        .collect();
+fn strong_force<'a>(beds: impl Iterator<Item = Bed<'a>>) -> f64 {
+    let forces = beds.flat_map(|bed| bed.contacts.iter().map(|contact| contact.normal_force));
+    let mut forces: Vec<f64> = forces.collect();
     forces.sort_by(f64::total_cmp);
     let index = (forces.len() as f64 * 0.99) as usize;
-    forces
-        .get(index)
-        .or(forces.last())
-        .copied()
-        .unwrap_or(1.0)
-        .max(f64::MIN_POSITIVE)
+    let strong = forces.get(index).or(forces.last()).copied();
+    strong.unwrap_or(1.0).max(f64::MIN_POSITIVE)
 }
 
 const WIDTH: f64 = 900.0;
@@ -160,53 +132,53 @@ pub fn force_chains(bed: &LoadedBed) -> Result<Drawing, Error> {
     let all = [-0.004, full_width + 0.004, top, -0.004];
     let near = [axis - half, axis + half, bed.surface + 0.03, lower];
     let area = |above: f64, [left, right, upper, lower]: [f64; 4]| -> Area {
-        [
-            MARGIN,
-            above,
-            inner,
-            inner * (upper - lower) / (right - left),
-        ]
+        let height = inner * (upper - lower) / (right - left);
+        [MARGIN, above, inner, height]
     };
     let first = area(40.0, all);
     let second = area(first[1] + first[3] + 40.0, near);
-    let mut svg = format!("<defs><g id=\"bed\">{contents}</g></defs>\n");
     let force = bed.last.punch.map_or(0.0, |punch| punch.force);
-    svg += &text(
-        [MARGIN, 26.0],
-        "start",
-        &format!(
-            "Realization {} under the punch, which bears {force:.0} N: forces as lines, the thickest {strong:.0} N or more",
-            bed.scene.realization
-        ),
+    let words = format!(
+        "Realization {} under the punch, which bears {force:.0} N: forces as lines, the thickest {strong:.0} N or more",
+        bed.scene.realization
     );
+    let mut svg = format!("<defs><g id=\"bed\">{contents}</g></defs>\n");
+    svg += &text([MARGIN, 26.0], "start", &words);
     svg += &text([MARGIN, second[1] - 12.0], "start", "Closer");
     for (area, shown) in [(first, all), (second, near)] {
         svg += &window(bed, area, shown, top);
     }
     let size = [WIDTH, second[1] + second[3] + MARGIN];
+    let mut table = table_of("figure-2", of);
+    for (name, place) in bed.places() {
+        table.row(row(format!("point {name}"), place, [None; 2], [None, None]));
+    }
+    if let Some(punch) = &bed.last.punch {
+        let [x, half, bottom] = [punch.centre[0], punch.half_extents[0], punch.bottom()];
+        let to = [x + half, bottom].map(Some);
+        let base = "base of the punch".to_owned();
+        table.row(row(base, [x - half, bottom], to, [None, Some(punch.force)]));
+    }
     Ok(Drawing {
         name: "figure-2".to_owned(),
         caption: "Force chains under the load".to_owned(),
         svg: whole(size, "Forces between the grains under the punch", &svg),
-        table: table_of(bed),
+        table,
     })
 }
 
 /// One look at the bed; the drawing of the bed is in mm from its upper left corner.
 fn window(bed: &LoadedBed, area: Area, [left, right, upper, lower]: [f64; 4], top: f64) -> String {
     let [x, y, width, height] = area;
+    let frame = format!("x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\"");
     let mut svg = format!(
-        "<svg x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" \
-         viewBox=\"{:.2} {:.2} {:.2} {:.2}\"><use href=\"#bed\"/></svg>\n",
+        "<svg {frame} viewBox=\"{:.2} {:.2} {:.2} {:.2}\"><use href=\"#bed\"/></svg>\n\
+         <rect {frame} fill=\"none\" stroke=\"#aaa\"/>\n\
+         <g font-weight=\"bold\" font-size=\"16\" stroke=\"#fff\" stroke-width=\"4\" stroke-linejoin=\"round\" paint-order=\"stroke\">",
         1e3 * left,
         1e3 * (top - upper),
         1e3 * (right - left),
         1e3 * (upper - lower)
-    );
-    let _ = write!(
-        svg,
-        "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"none\" stroke=\"#aaa\"/>\n\
-         <g font-weight=\"bold\" font-size=\"16\" stroke=\"#fff\" stroke-width=\"4\" stroke-linejoin=\"round\" paint-order=\"stroke\">"
     );
     for (name, place) in bed.places() {
         let at = [
@@ -223,10 +195,9 @@ fn window(bed: &LoadedBed, area: Area, [left, right, upper, lower]: [f64; 4], to
     svg + "</g>\n"
 }
 
-/// Grains, forces, control points and the punch's base as they are drawn.
-fn table_of(bed: &LoadedBed) -> Table {
-    let of = bed_of(&bed.last);
-    let heads = [
+/// Grains and forces as they are drawn.
+fn table_of(name: &str, bed: Bed<'_>) -> Table {
+    let columns = [
         "kind",
         "x1, m",
         "z1, m",
@@ -235,37 +206,27 @@ fn table_of(bed: &LoadedBed) -> Table {
         "radius, m",
         "normal force, N",
     ];
-    let mut table = Table::new("figure-2", "", &heads);
-    let mut row = |kind: String, from: [f64; 2], to: Option<[f64; 2]>, rest: [Option<f64>; 2]| {
-        let to = to.map_or([None; 2], |to| to.map(Some));
-        let numbers = [Some(from[0]), Some(from[1]), to[0], to[1], rest[0], rest[1]];
-        table.row(std::iter::once(kind.into()).chain(numbers.map(Cell::from)));
-    };
-    let Bodies { x, z, radius, .. } = of.bodies;
+    let mut table = Table::new(name, "", &columns);
+    let Bodies { x, z, radius, .. } = bed.bodies;
     for ((x, z), radius) in x.iter().zip(z).zip(radius) {
-        row("grain".to_owned(), [*x, *z], None, [Some(*radius), None]);
+        let rest = [Some(*radius), None];
+        table.row(row("grain".to_owned(), [*x, *z], [None; 2], rest));
     }
-    for contact in of.contacts {
-        let [from, to] = ends(of.bodies, contact);
-        row(
-            "force".to_owned(),
-            from,
-            Some(to),
-            [None, Some(contact.normal_force)],
-        );
-    }
-    for (name, place) in bed.places() {
-        row(format!("point {name}"), place, None, [None, None]);
-    }
-    if let Some(punch) = &bed.last.punch {
-        let [x, half, bottom] = [punch.centre[0], punch.half_extents[0], punch.bottom()];
-        let kind = "base of the punch".to_owned();
-        row(
-            kind,
-            [x - half, bottom],
-            Some([x + half, bottom]),
-            [None, Some(punch.force)],
-        );
+    for contact in bed.contacts {
+        let [from, to] = ends(bed.bodies, contact);
+        let rest = [None, Some(contact.normal_force)];
+        table.row(row("force".to_owned(), from, to.map(Some), rest));
     }
     table
+}
+
+/// From where to where, m, then radius, m, and force, N.
+fn row(
+    kind: String,
+    from: [f64; 2],
+    to: [Option<f64>; 2],
+    rest: [Option<f64>; 2],
+) -> impl Iterator<Item = Cell> {
+    let numbers = from.map(Some).into_iter().chain(to).chain(rest);
+    std::iter::once(kind.into()).chain(numbers.map(Cell::from))
 }

@@ -1,127 +1,654 @@
-//! Two axes and what is drawn between them, cut off at the border.
+//! Plots as SVG: one style for all.
 
 use std::fmt::Write;
 
-use super::axis::{Area, Axis};
-use super::frame::{border, grid, line};
+use super::svg::{
+    APART, Area, LETTER, Scale, Ticks, framed, grid, key, label, line, whole, widest,
+};
+use super::views::escaped;
+use crate::document::{Axis, Colour, Mark, Plot, Point};
 
-/// Pieces of a curve.
-const PIECES: u32 = 200;
+/// Least width of a drawing.
+const WIDTH: f64 = 640.0;
+/// Height between the borders, and of a row of names.
+const HEIGHT: f64 = 290.0;
+const ROW: f64 = 19.0;
+/// Letters of a name beside an axis at most.
+const LONGEST: usize = 36;
+/// Points that are nearer than this are one point of a line.
+const NEAR: f64 = 0.3;
 
-/// A plot in the making; marks lie in the order in which they are added.
-#[derive(Debug)]
-pub struct Plot {
+/// The whole drawing, which needs nothing else. What is not finite, or not above zero on a logarithmic axis, is left out;
+/// labels that find no room are left out too and stand in the file of numbers.
+pub fn svg(plot: &Plot) -> String {
+    let rows = plot.y.categories.len();
+    let height = match rows {
+        0 => HEIGHT,
+        rows => ROW * rows.max(3) as f64,
+    };
+    let [xs, ys] = ranges(plot);
+    let scale = |axis: &Axis, [low, high]: [f64; 2], from: f64, to: f64| Scale {
+        low,
+        high,
+        from,
+        to,
+        logarithmic: axis.logarithmic,
+    };
+    // The first name stands on top.
+    let upwards = |top: f64| match rows {
+        0 => scale(&plot.y, ys, top + height, top),
+        _ => scale(&plot.y, ys, top, top + height),
+    };
+    let beside = ticks(&plot.y, &upwards(0.0), APART[1]);
+    let titled = if plot.y.label.is_empty() { 0.0 } else { 20.0 };
+    let left = 16.0 + titled + widest(&beside);
+    let total = WIDTH.max(left + 380.0);
+    let width = total - left - 18.0;
+    let entries = entries(plot);
+    let (names, lines) = key([left, total], 20.0, &entries);
+    let lines = if entries.is_empty() { 0 } else { lines };
+    let top = 14.0 + 20.0 * lines as f64;
+    let area = [left, top, width, height];
+    let (x, y) = (scale(&plot.x, xs, left, left + width), upwards(top));
+    let below = ticks(&plot.x, &x, APART[0]);
+    let mut drawing = Drawing {
+        plot,
+        area,
+        x,
+        y,
+        marks: String::new(),
+        labels: Vec::new(),
+        taken: Vec::new(),
+    };
+    drawing.marks();
+    // Names need no lines.
+    let lines = |axis: &Axis, ticks: &Ticks| match axis.categories.len() {
+        0 => ticks.clone(),
+        _ => Ticks::new(),
+    };
+    let of_grid = [lines(&plot.x, &below), lines(&plot.y, &beside)];
+    let (frame, floor) = framed(
+        &plot.name,
+        area,
+        &drawing.marks,
+        [(&x, &below), (&y, &beside)],
+        [&plot.x.label, &plot.y.label],
+        16.0,
+    );
+    let grid = grid(area, [(&x, &of_grid[0]), (&y, &of_grid[1])]);
+    let svg = names + &grid + &frame + &drawing.labels();
+    whole([total, floor], &plot.caption, &svg)
+}
+
+/// Places and words of an axis' ticks.
+fn ticks(axis: &Axis, scale: &Scale, apart: f64) -> Ticks {
+    if axis.categories.is_empty() {
+        return scale.ticks(apart);
+    }
+    let name = |(index, name): (usize, &String)| {
+        let short: String = name.chars().take(LONGEST).collect();
+        let more = if short.len() < name.len() { "…" } else { "" };
+        (index as f64, short + more)
+    };
+    axis.categories.iter().enumerate().map(name).collect()
+}
+
+/// From where to where the axes go: as they say, or what the marks need and a little room.
+fn ranges(plot: &Plot) -> [[f64; 2]; 2] {
+    let mut all: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
+    let along = usize::from(plot.y.categories.is_empty());
+    for mark in &plot.marks {
+        match mark {
+            Mark::Line { points, .. } => points.iter().for_each(|[x, y]| {
+                all[0].push(*x);
+                all[1].push(*y);
+            }),
+            Mark::Points { points, .. } => points.iter().for_each(|point| {
+                all[0].push(point.x);
+                all[1].push(point.y);
+                all[along].extend(point.interval.into_iter().flatten());
+            }),
+            Mark::Band { points, .. } => points.iter().for_each(|[x, low, high]| {
+                all[0].push(*x);
+                all[1].extend([low, high]);
+            }),
+            Mark::Bars { bars, .. } => bars.iter().for_each(|[from, to, height]| {
+                all[0].extend([from, to]);
+                all[1].extend([0.0, *height]);
+            }),
+            Mark::Level { y, .. } => all[along].push(*y),
+        }
+    }
+    let [xs, ys] = all;
+    [range(&plot.x, &xs), range(&plot.y, &ys)]
+}
+
+fn range(axis: &Axis, values: &[f64]) -> [f64; 2] {
+    if let Some(range) = axis.range {
+        return range;
+    }
+    if !axis.categories.is_empty() {
+        return [-0.5, axis.categories.len() as f64 - 0.5];
+    }
+    let shown = values
+        .iter()
+        .filter(|value| value.is_finite() && (!axis.logarithmic || **value > 0.0));
+    let (low, high) = shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(*value), high.max(*value))
+    });
+    match (low <= high, axis.logarithmic) {
+        (false, false) => [0.0, 1.0],
+        (false, true) => [1.0, 10.0],
+        (true, true) => {
+            let room = (high / low).powf(0.05).max(1.15);
+            [low / room, high * room]
+        }
+        (true, false) => {
+            let room = if high > low {
+                0.04 * (high - low)
+            } else {
+                0.1 * high.abs().max(1e-300)
+            };
+            // Zero is an end, not a value beyond which there is more.
+            let beyond = |end: f64, room: f64| {
+                if end == 0.0 && high > low {
+                    0.0
+                } else {
+                    end + room
+                }
+            };
+            [beyond(low, -room), beyond(high, room)]
+        }
+    }
+}
+
+/// Symbols and words of the key; marks of one name share theirs.
+fn entries(plot: &Plot) -> Vec<(String, String)> {
+    let mut entries: Vec<(String, String)> = Vec::new();
+    for mark in plot.marks.iter().filter(|mark| !mark.name().is_empty()) {
+        let colour = mark.colour().hex();
+        let symbol = match mark {
+            // Written beside it.
+            Mark::Level { .. } => continue,
+            Mark::Line { dashed, .. } => format!(
+                "<path stroke=\"{colour}\" stroke-width=\"2\" stroke-dasharray=\"{}\" d=\"M0 -4.5h22\"/>",
+                dashes(*dashed)
+            ),
+            Mark::Points { hollow, .. } => circle([11.0, -4.5], colour, *hollow, 4.0, 1.0, ""),
+            Mark::Band { .. } | Mark::Bars { .. } => format!(
+                "<rect y=\"-10\" width=\"22\" height=\"11\" fill=\"{colour}\" fill-opacity=\"{}\"/>",
+                opacity(mark)
+            ),
+        };
+        match entries.iter_mut().find(|(_, words)| words == mark.name()) {
+            Some((symbols, _)) => *symbols += &symbol,
+            None => entries.push((symbol, mark.name().to_owned())),
+        }
+    }
+    entries
+}
+
+fn dashes(dashed: bool) -> &'static str {
+    if dashed { "6 4" } else { "" }
+}
+
+/// Of an area.
+fn opacity(mark: &Mark) -> f64 {
+    match mark {
+        Mark::Band { .. } => 0.25,
+        _ => 0.45,
+    }
+}
+
+fn circle(
+    [x, y]: [f64; 2],
+    colour: &str,
+    hollow: bool,
+    radius: f64,
+    opacity: f64,
+    title: &str,
+) -> String {
+    let style = if hollow {
+        format!("fill=\"#fff\" stroke=\"{colour}\" stroke-width=\"1.8\"")
+    } else {
+        format!("fill=\"{colour}\" fill-opacity=\"{opacity}\"")
+    };
+    let title = if title.is_empty() {
+        String::new()
+    } else {
+        format!("<title>{}</title>", escaped(title))
+    };
+    format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" {style}>{title}</circle>")
+}
+
+/// A plot in the making.
+struct Drawing<'a> {
+    plot: &'a Plot,
     /// Between its borders.
-    pub area: Area,
-    /// From left to right.
-    pub x: Axis,
-    /// From bottom to top.
-    pub y: Axis,
+    area: Area,
+    x: Scale,
+    y: Scale,
     marks: String,
+    /// Words with their colours and the places where they would stand, the best first.
+    labels: Vec<(String, Colour, Vec<Place>)>,
+    /// Where nothing more can be written: left, top, right, bottom.
+    taken: Vec<[f64; 4]>,
 }
 
-/// How a line is drawn.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stroke<'a> {
-    /// As SVG writes it.
-    pub colour: &'a str,
-    /// Of the line.
-    pub width: f64,
-    /// Lengths of dashes and gaps; empty for a whole line.
-    pub dashes: &'a str,
-}
+/// A text's place and anchor.
+type Place = ([f64; 2], &'static str);
 
-impl<'a> Stroke<'a> {
-    /// A whole line of the usual width.
-    pub fn whole(colour: &'a str) -> Self {
-        Stroke {
-            colour,
-            width: 1.8,
-            dashes: "",
+impl Drawing<'_> {
+    fn shown(&self, [x, y]: [f64; 2]) -> bool {
+        let shown =
+            |value: f64, axis: &Axis| value.is_finite() && (!axis.logarithmic || value > 0.0);
+        shown(x, &self.plot.x) && shown(y, &self.plot.y)
+    }
+
+    fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        [self.x.place(x), self.y.place(y)]
+    }
+
+    /// The data of a path; what cannot be shown interrupts it.
+    fn path(&self, points: impl Iterator<Item = [f64; 2]>) -> String {
+        let mut path = String::new();
+        let mut piece: Vec<[f64; 2]> = Vec::new();
+        for point in points {
+            if !self.shown(point) {
+                path += &line(piece.drain(..));
+                continue;
+            }
+            let at = self.place(point);
+            let near = piece
+                .last()
+                .is_some_and(|last| (at[0] - last[0]).abs() + (at[1] - last[1]).abs() < NEAR);
+            if !near {
+                piece.push(at);
+            }
+        }
+        path + &line(piece.into_iter())
+    }
+
+    fn marks(&mut self) {
+        let plot = self.plot;
+        let of_points = plot
+            .marks
+            .iter()
+            .filter(|mark| matches!(mark, Mark::Points { .. }))
+            .count();
+        let mut series = 0;
+        for mark in &plot.marks {
+            let colour = mark.colour().hex();
+            match mark {
+                Mark::Line { dashed, points, .. } => {
+                    let path = self.path(points.iter().copied());
+                    let dashes = dashes(*dashed);
+                    let _ = write!(
+                        self.marks,
+                        "<path fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.8\" stroke-linejoin=\"round\" stroke-dasharray=\"{dashes}\" d=\"{path}\"/>"
+                    );
+                }
+                Mark::Band { points, .. } => {
+                    let floor = |value: f64| {
+                        if self.plot.y.logarithmic {
+                            value.max(1e-3 * self.y.low)
+                        } else {
+                            value
+                        }
+                    };
+                    let lower = points.iter().rev().map(|[x, low, _]| [*x, floor(*low)]);
+                    let around = points.iter().map(|[x, _, high]| [*x, *high]).chain(lower);
+                    let places = around
+                        .filter(|point| self.shown(*point))
+                        .map(|point| self.place(point));
+                    let path = line(places);
+                    let _ = write!(
+                        self.marks,
+                        "<path fill=\"{colour}\" fill-opacity=\"{}\" d=\"{path}Z\"/>",
+                        opacity(mark)
+                    );
+                }
+                Mark::Bars { bars, .. } => {
+                    for [from, to, height] in bars
+                        .iter()
+                        .filter(|bar| bar.iter().all(|value| value.is_finite()))
+                    {
+                        let [left, right] = [from, to].map(|value| self.x.place(*value));
+                        let floor = self.y.place(if self.plot.y.logarithmic {
+                            self.y.low
+                        } else {
+                            0.0
+                        });
+                        let top = self.y.place(*height);
+                        let _ = write!(
+                            self.marks,
+                            "<rect x=\"{left:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{colour}\" fill-opacity=\"0.45\" stroke=\"{colour}\" stroke-width=\"0.6\"/>",
+                            top.min(floor),
+                            (right - left).max(0.0),
+                            (floor - top).abs()
+                        );
+                    }
+                }
+                Mark::Level { name, y, .. } => self.level(name, mark.colour(), *y),
+                Mark::Points { hollow, points, .. } => {
+                    self.points(points, mark.colour(), *hollow, [series, of_points]);
+                    series += 1;
+                }
+            }
         }
     }
-}
 
-impl Plot {
-    /// Without marks.
-    pub fn new(area: Area, x: Axis, y: Axis) -> Self {
-        Plot {
-            area,
-            x,
-            y,
-            marks: String::new(),
-        }
-    }
-
-    /// Without marks but thin lines at the ticks.
-    pub fn with_grid(area: Area, x: Axis, y: Axis) -> Self {
-        Plot {
-            marks: grid(area, &x, &y),
-            ..Plot::new(area, x, y)
-        }
-    }
-
-    fn places(&self, points: impl IntoIterator<Item = [f64; 2]>) -> String {
-        let points = points.into_iter();
-        let finite = points.filter(|point| point.iter().all(|value| value.is_finite()));
-        line(finite.map(|[x, y]| [self.x.place(x), self.y.place(y)]))
-    }
-
-    /// A line through points; those that are not finite are left out.
-    pub fn line(&mut self, points: impl IntoIterator<Item = [f64; 2]>, stroke: Stroke<'_>) {
-        let Stroke {
-            colour,
-            width,
-            dashes,
-        } = stroke;
-        let path = self.places(points);
-        let _ = write!(
-            self.marks,
-            "<path fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-dasharray=\"{dashes}\" d=\"{path}\"/>"
-        );
-    }
-
-    /// A function over the horizontal axis.
-    pub fn curve(&mut self, of: impl Fn(f64) -> f64, stroke: Stroke<'_>) {
-        let x = self.x;
-        let points = (0..=PIECES).map(|piece| {
-            let at = x.value(f64::from(piece) / f64::from(PIECES));
-            [at, of(at)]
-        });
-        self.line(points, stroke);
-    }
-
-    /// A vertical line from a value to another.
-    pub fn upright(&mut self, x: f64, [low, high]: [f64; 2], colour: &str) {
-        let _ = write!(
-            self.marks,
-            "<path stroke=\"{colour}\" stroke-width=\"1.4\" d=\"M{:.1} {:.1}V{:.1}\"/>",
-            self.x.place(x),
-            self.y.place(low),
-            self.y.place(high)
-        );
-    }
-
-    /// A dot of a radius; others shine through where `opacity` is below 1.
-    pub fn dot(&mut self, [x, y]: [f64; 2], colour: &str, radius: f64, opacity: f64) {
-        let _ = write!(
-            self.marks,
-            "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius}\" fill=\"{colour}\" fill-opacity=\"{opacity}\"/>",
-            self.x.place(x),
-            self.y.place(y)
-        );
-    }
-
-    /// The marks within their border, with the labels of the axes.
-    pub fn svg(self, labels: [&str; 2]) -> String {
+    /// A line across, with its words at its end.
+    fn level(&mut self, name: &str, colour: Colour, value: f64) {
         let [left, top, width, height] = self.area;
-        // Several plots of a page may have this name: then they have the same area.
-        let name = format!("within-{left:.0}-{top:.0}-{width:.0}-{height:.0}");
-        format!(
-            "<clipPath id=\"{name}\"><rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/></clipPath>\
-             <g clip-path=\"url(#{name})\">{}</g>\n{}",
-            self.marks,
-            border(self.area, &self.x, &self.y, labels)
+        let (right, floor) = (left + width, top + height);
+        let stroke = format!(
+            "stroke=\"{}\" stroke-width=\"1.6\" stroke-dasharray=\"2 3\"",
+            colour.hex()
+        );
+        let places = if self.plot.y.categories.is_empty() {
+            if !self.shown([self.x.high, value]) {
+                return;
+            }
+            let y = self.y.place(value);
+            let _ = write!(
+                self.marks,
+                "<path {stroke} d=\"M{left:.1} {y:.1}H{right:.1}\"/>"
+            );
+            let ends = [
+                (right - 6.0, "end"),
+                (left + 6.0, "start"),
+                (left + 0.5 * width, "middle"),
+            ];
+            ends.into_iter()
+                .flat_map(|(x, anchor)| [([x, y - 5.0], anchor), ([x, y + 14.0], anchor)])
+                .collect()
+        } else {
+            let x = self.x.place(value);
+            let _ = write!(self.marks, "<path {stroke} d=\"M{x:.1} {top}V{floor}\"/>");
+            let ys = [top + 14.0, floor - 6.0, top + 0.5 * height];
+            ys.into_iter()
+                .flat_map(|y| [([x + 5.0, y], "start"), ([x - 5.0, y], "end")])
+                .collect()
+        };
+        self.labels.push((name.to_owned(), colour, places));
+    }
+
+    /// Points with intervals; on an axis of names several series stand beside each other.
+    fn points(&mut self, points: &[Point], colour: Colour, hollow: bool, [series, of]: [usize; 2]) {
+        let (downwards, hex) = (!self.plot.y.categories.is_empty(), colour.hex());
+        let names = [self.plot.x.categories.len(), self.plot.y.categories.len()];
+        let apart = |names: usize, length: f64| match names {
+            0 => 0.0,
+            names => {
+                (0.7 * length / (names * of) as f64).min(8.0)
+                    * (series as f64 - 0.5 * (of as f64 - 1.0))
+            }
+        };
+        let shift = [apart(names[0], self.area[2]), apart(names[1], self.area[3])];
+        let (radius, opacity) = if points.len() > 300 {
+            (2.2, 0.6)
+        } else {
+            (3.4, 0.9)
+        };
+        for point in points {
+            if !self.shown([point.x, point.y]) {
+                continue;
+            }
+            let [x, y] = self.place([point.x, point.y]);
+            let [x, y] = [x + shift[0], y + shift[1]];
+            if let Some(ends) = point
+                .interval
+                .filter(|ends| ends.iter().all(|end| !end.is_nan()))
+            {
+                let [low, high] = ends.map(|end| {
+                    if downwards {
+                        self.x.place(end)
+                    } else {
+                        self.y.place(end)
+                    }
+                });
+                let path = if downwards {
+                    format!(
+                        "M{low:.1} {y:.1}H{high:.1}M{low:.1} {:.1}v6M{high:.1} {:.1}v6",
+                        y - 3.0,
+                        y - 3.0
+                    )
+                } else {
+                    format!(
+                        "M{x:.1} {low:.1}V{high:.1}M{:.1} {low:.1}h6M{:.1} {high:.1}h6",
+                        x - 3.0,
+                        x - 3.0
+                    )
+                };
+                let _ = write!(
+                    self.marks,
+                    "<path stroke=\"{hex}\" stroke-width=\"1.4\" d=\"{path}\"/>"
+                );
+            }
+            self.marks += &circle([x, y], hex, hollow, radius, opacity, &point.label);
+            self.taken.push([x - 4.0, y - 4.0, x + 4.0, y + 4.0]);
+            if !point.label.is_empty() {
+                let beside = [
+                    ([x + 7.0, y + 4.5], "start"),
+                    ([x - 7.0, y + 4.5], "end"),
+                    ([x, y - 7.0], "middle"),
+                    ([x, y + 17.0], "middle"),
+                    ([x + 6.0, y - 6.0], "start"),
+                    ([x - 6.0, y - 6.0], "end"),
+                    ([x + 6.0, y + 15.0], "start"),
+                    ([x - 6.0, y + 15.0], "end"),
+                ];
+                self.labels
+                    .push((point.label.clone(), colour, beside.to_vec()));
+            }
+        }
+    }
+
+    /// The words that find a place within the borders where no other words and no points are.
+    fn labels(&mut self) -> String {
+        let mut svg = String::new();
+        let [left, top, width, height] = self.area;
+        for (words, colour, places) in std::mem::take(&mut self.labels) {
+            let length = LETTER * words.chars().count() as f64;
+            let free = places.iter().find_map(|([x, y], anchor)| {
+                let from = match *anchor {
+                    "start" => *x,
+                    "end" => x - length,
+                    _ => x - 0.5 * length,
+                };
+                let own = [from, y - 11.0, from + length, y + 3.0];
+                let within = own[0] >= left
+                    && own[1] >= top
+                    && own[2] <= left + width
+                    && own[3] <= top + height;
+                let meets = |of: &[f64; 4]| {
+                    own[0] < of[2] && of[0] < own[2] && own[1] < of[3] && of[1] < own[3]
+                };
+                (within && !self.taken.iter().any(meets)).then_some(([*x, *y], *anchor, own))
+            });
+            if let Some((place, anchor, own)) = free {
+                self.taken.push(own);
+                svg += &label(colour, place, anchor, &words);
+            }
+        }
+        svg
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn name(of: &str) -> String {
+        of.to_owned()
+    }
+
+    /// Every mark on linear, logarithmic and named axes, with values that cannot be drawn among them.
+    fn plots() -> Vec<Plot> {
+        let curve = |of: fn(f64) -> f64| {
+            (0..200)
+                .map(move |i| f64::from(i) / 20.0)
+                .map(move |x| [x, of(x)])
+        };
+        let labelled = |x: f64, y: f64, label: &str| Point {
+            interval: Some([0.5 * y, 1.4 * y]),
+            label: name(label),
+            ..Point::at(x, y)
+        };
+        let linear = Plot::new(
+            "linear",
+            "Every mark",
+            Axis::linear("depth, mm"),
+            Axis::linear("force, N"),
         )
+        .with(Mark::Band {
+            name: name("a band & <its> name"),
+            colour: Colour::Sky,
+            points: curve(f64::sin)
+                .map(|[x, y]| [x, 40.0 + 30.0 * y, 60.0 + 30.0 * y])
+                .collect(),
+        })
+        .with(Mark::Bars {
+            name: name("bars"),
+            colour: Colour::Grey,
+            bars: (0..9)
+                .map(|i| [f64::from(i), f64::from(i) + 1.0, f64::from(5 * i)])
+                .collect(),
+        })
+        .line(
+            "the first line with a long name",
+            Colour::Blue,
+            curve(|x| 10.0 * x),
+        )
+        .with(Mark::Line {
+            name: name("dashed"),
+            colour: Colour::Vermilion,
+            dashed: true,
+            points: curve(|x| if x < 5.0 { 90.0 - x * x } else { f64::NAN }).collect(),
+        })
+        .points(
+            "points",
+            Colour::Green,
+            [
+                labelled(1.0, 60.0, "one"),
+                labelled(1.1, 61.0, "two"),
+                labelled(1.2, 60.5, "three"),
+                labelled(9.9, 20.0, "at the edge"),
+                Point::at(f64::INFINITY, 1.0),
+            ],
+        )
+        .with(Mark::Points {
+            name: name("hollow"),
+            colour: Colour::Purple,
+            hollow: true,
+            points: vec![Point::at(5.0, 80.0)],
+        })
+        .with(Mark::Level {
+            name: name("a limit"),
+            colour: Colour::Ochre,
+            y: 75.0,
+        })
+        .with(Mark::Level {
+            name: name("another limit"),
+            colour: Colour::Vermilion,
+            y: 76.0,
+        });
+        let powers = Plot::new(
+            "powers",
+            "Powers of ten",
+            Axis::logarithmic("step"),
+            Axis::logarithmic("separation over R"),
+        )
+        .line(
+            "grows",
+            Colour::Blue,
+            (0..50).map(|i| [f64::from(1 + i), 1e-16 * 2f64.powi(i)]),
+        )
+        .with(Mark::Band {
+            name: name("between"),
+            colour: Colour::Grey,
+            points: (1..50)
+                .map(|i| [f64::from(i), 0.0, 1e-12 * f64::from(i)])
+                .collect(),
+        })
+        .points(
+            "zeros are left out",
+            Colour::Vermilion,
+            [Point::at(3.0, 1e-10), Point::at(3.0, 0.0)],
+        );
+        let engines = [
+            "native exact",
+            "native free",
+            "YADE, ordinary loop",
+            "LAMMPS",
+            "LIGGGHTS",
+        ];
+        let values = |of: f64| {
+            (0..5).map(move |i| Point {
+                interval: Some([of * f64::from(i + 1), of * f64::from(i + 3)]),
+                ..Point::at(f64::from(i), of * f64::from(i + 2))
+            })
+        };
+        let below = Plot::new(
+            "below",
+            "Names below",
+            Axis::of_names("", engines),
+            Axis::linear("µs a step"),
+        )
+        .points("small", Colour::Blue, values(1.0))
+        .points("large", Colour::Vermilion, values(1.5));
+        let across = |of: f64| {
+            values(of).map(|point| Point {
+                x: point.y,
+                y: point.x,
+                ..point
+            })
+        };
+        let beside = Plot::new(
+            "beside",
+            "Names beside",
+            Axis::logarithmic("µs a step"),
+            Axis::of_names("", engines),
+        )
+        .points("small", Colour::Blue, across(1.0))
+        .points("large", Colour::Vermilion, across(1.5))
+        .with(Mark::Level {
+            name: name("goal"),
+            colour: Colour::Green,
+            y: 4.0,
+        });
+        let nothing = Plot::new(
+            "nothing",
+            "Nothing",
+            Axis::linear("x"),
+            Axis::logarithmic("y"),
+        );
+        let one = Plot::new("one", "One point", Axis::linear("x"), Axis::linear("y")).points(
+            "",
+            Colour::Blue,
+            [Point::at(3.0, 3.0)],
+        );
+        vec![linear, powers, below, beside, nothing, one]
+    }
+
+    #[test]
+    fn drawings_have_no_numbers_that_are_none() {
+        for plot in plots() {
+            let svg = svg(&plot);
+            if let Some(folder) = std::env::var_os("CROSSGRAIN_DRAWINGS") {
+                let path = std::path::Path::new(&folder).join(format!("{}.svg", plot.name));
+                std::fs::write(path, &svg).expect("a writable folder");
+            }
+            assert!(
+                svg.starts_with("<svg ") && svg.ends_with("</svg>\n"),
+                "{svg}"
+            );
+            assert!(
+                !svg.contains("NaN") && !svg.contains("inf"),
+                "{}",
+                plot.name
+            );
+        }
     }
 }

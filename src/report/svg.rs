@@ -1,24 +1,96 @@
-//! Plots as SVG: one style for all.
+//! Parts of drawings as SVG, the same in all of them: scales with ticks, colours, texts, lines, borders, keys.
 
 use std::fmt::Write;
 
-use super::axis::{Area, Axis as Scale, printed};
-use super::frame::{INK, coloured, escaped, grid, key, line, sample, text, whole};
-use crate::document::{Axis, Colour, Mark, Plot, Point};
+use super::views::escaped;
+use crate::checks::slug;
+use crate::document::{Colour, rounded};
 
-/// Least width of a drawing.
-const WIDTH: f64 = 640.0;
-/// Height between the borders, and of a row of names.
-const HEIGHT: f64 = 290.0;
-const ROW: f64 = 19.0;
+/// Ink of frames and texts.
+pub const INK: &str = "#1b1b1b";
+const GRID: &str = "#e6e8ea";
 /// Width of a letter, on average and rather more.
-const LETTER: f64 = 7.6;
-/// Letters of a name beside an axis at most.
-const LONGEST: usize = 36;
+pub const LETTER: f64 = 7.6;
+const FONT_SIZE: f64 = 13.0;
 /// Ticks are about so far apart, across and upwards.
-const APART: [f64; 2] = [60.0, 32.0];
-/// Points that are nearer than this are one point of a line.
-const NEAR: f64 = 0.3;
+pub const APART: [f64; 2] = [58.0, 32.0];
+
+/// A rectangle of a drawing: left, top, width, height.
+pub type Area = [f64; 4];
+
+/// Where ticks stand, and their words.
+pub type Ticks = Vec<(f64, String)>;
+
+/// From values to places along one side of an area.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    /// Value at `from`.
+    pub low: f64,
+    /// Value at `to`.
+    pub high: f64,
+    /// Place of `low`.
+    pub from: f64,
+    /// Place of `high`.
+    pub to: f64,
+    /// Powers of ten are evenly apart.
+    pub logarithmic: bool,
+}
+
+impl Scale {
+    /// Where a value is. What lies a little beyond an end is placed there, to be cut off by whoever draws; farther
+    /// values stop half a length beyond: numbers without bound do not draw.
+    pub fn place(&self, value: f64) -> f64 {
+        let share = if self.logarithmic {
+            (value.max(f64::MIN_POSITIVE) / self.low).ln() / (self.high / self.low).ln()
+        } else {
+            (value - self.low) / (self.high - self.low)
+        };
+        self.from + share.clamp(-0.5, 1.5) * (self.to - self.from)
+    }
+
+    /// Round values about so far apart: multiples of 1, 2 or 5 times a power of ten; on a logarithmic scale 1, 2 and 5 times
+    /// powers of ten if they have room, else the powers. None on a scale that runs backwards or has no ends.
+    pub fn ticks(&self, apart: f64) -> Ticks {
+        let most = ((self.to - self.from).abs() / apart).max(2.0);
+        let (low, high) = (self.low, self.high);
+        let values: Vec<f64> =
+            if !(high - low).is_finite() || self.logarithmic && low.min(high) <= 0.0 {
+                Vec::new()
+            } else if self.logarithmic {
+                let steps: &[f64] = match 3.0 * (high / low).log10() <= most + 1.0 {
+                    true => &[1.0, 2.0, 5.0],
+                    false => &[1.0],
+                };
+                let powers = (low.log10().floor() as i32)..=(high.log10().ceil() as i32);
+                powers
+                    .flat_map(|power| steps.iter().map(move |of| of * 10f64.powi(power)))
+                    .filter(|tick| *tick >= 0.999_999 * low && *tick <= 1.000_001 * high)
+                    .collect()
+            } else {
+                let step = round_step((high - low) / most);
+                let [first, last] = [(low / step - 1e-9).ceil(), (high / step + 1e-9).floor()];
+                let all = (first as i64)..=(last as i64);
+                all.map(|index| step * index as f64).collect()
+            };
+        let named = values.into_iter().map(|value| (value, printed(value, 6)));
+        named.collect()
+    }
+}
+
+/// 1, 2 or 5 times a power of ten, at least `least`; 1 if that is not above zero.
+pub fn round_step(least: f64) -> f64 {
+    if !(least > 0.0 && least.is_finite()) {
+        return 1.0;
+    }
+    let power = 10f64.powf(least.log10().floor());
+    let factor = [1.0, 2.0, 5.0].into_iter().find(|f| f * power >= least);
+    factor.unwrap_or(10.0) * power
+}
+
+/// A number of so many significant digits with a minus sign for print.
+pub fn printed(value: f64, digits: usize) -> String {
+    rounded(value, digits).replace('-', "−")
+}
 
 impl Colour {
     /// As SVG writes it.
@@ -33,702 +105,212 @@ impl Colour {
             Colour::Grey => "#5f6368",
         }
     }
+
+    /// The same hue with a contrast to white of 4.5 and more, which letters need and lines do not.
+    fn of_letters(self) -> &'static str {
+        match self {
+            Colour::Vermilion => "#a33b00",
+            Colour::Green => "#00674f",
+            Colour::Purple => "#8f3a6b",
+            Colour::Sky => "#1b6f9c",
+            Colour::Ochre => "#7a5900",
+            Colour::Blue | Colour::Grey => self.hex(),
+        }
+    }
 }
 
-/// The whole drawing, which needs nothing else. What is not finite, or not above zero on a logarithmic axis, is left out;
-/// labels that find no room are left out too and stand in the file of numbers.
-pub fn svg(plot: &Plot) -> String {
-    let rows = plot.y.categories.len();
-    let height = if rows > 0 {
-        ROW * rows.max(3) as f64
-    } else {
-        HEIGHT
-    };
-    let [xs, ys] = ranges(plot);
-    let upwards = |top: f64| match rows {
-        0 => Scale::upwards([0.0, top, 0.0, height], ys[0], ys[1]),
-        // The first name stands on top.
-        _ => Scale {
-            from: top,
-            to: top + height,
-            ..Scale::upwards([0.0; 4], ys[0], ys[1])
-        },
-    };
-    let names_left = labels(
-        &plot.y,
-        &logarithmic(upwards(0.0), &plot.y),
-        height / APART[1],
-    );
-    let widest = |labels: &[(f64, String)]| {
-        let letters = labels.iter().map(|(_, name)| name.chars().count()).max();
-        LETTER * letters.unwrap_or(0) as f64
-    };
-    let has_title = f64::from(u8::from(!plot.y.label.is_empty()));
-    let left = 16.0 + 20.0 * has_title + widest(&names_left);
-    let total = WIDTH.max(left + 380.0);
-    let width = total - left - 18.0;
-    let entries = entries(plot);
-    let (names, lines) = key([left, total], 20.0, &entries);
-    let top = if entries.is_empty() {
-        14.0
-    } else {
-        14.0 + 20.0 * lines as f64
-    };
-    let area = [left, top, width, height];
-    let x = logarithmic(Scale::across(area, xs[0], xs[1]), &plot.x);
-    let y = logarithmic(upwards(top), &plot.y);
-    let names_below = labels(&plot.x, &x, width / APART[0]);
-    // Names that do not fit below each other's sides are turned.
-    let turned = widest(&names_below) > width / names_below.len().max(1) as f64 - 6.0;
-    let room = if turned {
-        12.0 + 0.72 * widest(&names_below)
-    } else {
-        20.0
-    };
+/// A text at a place; `anchor` is `start`, `middle` or `end`. Signs of the markup are replaced.
+pub fn text([x, y]: [f64; 2], anchor: &str, content: &str) -> String {
+    let content = escaped(content);
+    format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{content}</text>\n")
+}
 
-    let mut drawing = Drawing {
-        plot,
-        area,
-        x,
-        y,
-        marks: String::new(),
-        labels: Vec::new(),
-        taken: Vec::new(),
-    };
-    drawing.marks();
-    let mut svg = names;
-    // Names need no lines.
-    let numbers = |scale: Scale, axis: &Axis| match axis.categories.len() {
-        0 => scale,
-        _ => Scale {
-            high: f64::NAN,
-            ..scale
-        },
-    };
-    svg += &grid(area, &numbers(x, &plot.x), &numbers(y, &plot.y));
-    let clip = format!("clip-{}", plot.name);
-    let _ = write!(
-        svg,
-        "<clipPath id=\"{clip}\"><rect x=\"{left:.1}\" y=\"{top}\" width=\"{width:.1}\" height=\"{height}\"/></clipPath>\
-         <g clip-path=\"url(#{clip})\">{}</g>\n\
-         <rect x=\"{left:.1}\" y=\"{top}\" width=\"{width:.1}\" height=\"{height}\" fill=\"none\" stroke=\"{INK}\"/>\n",
-        drawing.marks
+/// The same in the colour of what it names, with a rim of white so that it can be read on lines.
+pub fn label(colour: Colour, place: [f64; 2], anchor: &str, content: &str) -> String {
+    format!(
+        "<g fill=\"{}\" stroke=\"#fff\" stroke-width=\"3\" stroke-opacity=\"0.8\" paint-order=\"stroke\">{}</g>",
+        colour.of_letters(),
+        text(place, anchor, content).trim_end()
+    )
+}
+
+/// Ink on a rim of white, so that it can be read on a picture.
+pub fn on_white(words: &str) -> String {
+    format!(
+        "<g font-size=\"12\" stroke=\"#fff\" stroke-width=\"3.5\" stroke-linejoin=\"round\" paint-order=\"stroke\">{words}</g>"
+    )
+}
+
+/// The same turned by so many degrees about the end that is its anchor.
+fn turned([x, y]: [f64; 2], degrees: i32, anchor: &str, content: &str) -> String {
+    let words = text([0.0, 0.0], anchor, content);
+    format!("<g transform=\"translate({x:.1} {y:.1}) rotate({degrees})\">{words}</g>")
+}
+
+/// The data of a path through these places.
+pub fn line(places: impl Iterator<Item = [f64; 2]>) -> String {
+    let mut path = String::new();
+    for (index, [x, y]) in places.enumerate() {
+        // Places after the first are lines; writing to a string cannot fail.
+        let _ = write!(path, "{}{x:.1} {y:.1}", if index == 0 { "M" } else { " " });
+    }
+    path
+}
+
+/// The width of the widest of these words.
+pub fn widest(ticks: &Ticks) -> f64 {
+    let letters = ticks.iter().map(|(_, words)| words.chars().count()).max();
+    LETTER * letters.unwrap_or(0) as f64
+}
+
+/// What is drawn in an area, cut off at its border, with ticks and labels on its floor and left side; the label on the left
+/// begins at `edge`. The value is the drawing and how far down it goes.
+pub fn framed(
+    name: &str,
+    area: Area,
+    contents: &str,
+    [(x, across), (y, upwards)]: [(&Scale, &Ticks); 2],
+    labels: [&str; 2],
+    edge: f64,
+) -> (String, f64) {
+    let [left, top, width, height] = area;
+    let (floor, name) = (top + height, slug(name));
+    let frame =
+        format!("<rect x=\"{left:.1}\" y=\"{top}\" width=\"{width:.1}\" height=\"{height}\"");
+    let mut svg = format!(
+        "<clipPath id=\"clip-{name}\">{frame}/></clipPath><g clip-path=\"url(#clip-{name})\">{contents}</g>\n\
+         {frame} fill=\"none\" stroke=\"{INK}\"/>\n"
     );
-    svg += &drawing.labels();
-    let floor = top + height;
-    for (at, name) in &names_below {
-        let at = x.place(*at);
-        let _ = write!(svg, "<path stroke=\"{INK}\" d=\"M{at:.1} {floor}v5\"/>");
-        svg += &if turned {
-            let words = text([0.0, 0.0], "end", name);
-            format!(
-                "<g transform=\"translate({:.1} {:.1}) rotate(-45)\">{words}</g>",
-                at + 4.0,
-                floor + 16.0
-            )
+    // Words that do not fit below each other's sides are turned.
+    let widest = widest(across);
+    let leans = widest > width / across.len().max(1) as f64 - 6.0;
+    let mut path = String::new();
+    for (value, words) in across {
+        let at = x.place(*value);
+        let _ = write!(path, "M{at:.1} {floor}v5");
+        svg += &if leans {
+            turned([at + 4.0, floor + 16.0], -45, "end", words)
         } else {
-            text([at, floor + 18.0], "middle", name)
+            text([at, floor + 18.0], "middle", words)
         };
     }
-    for (at, name) in &names_left {
-        let at = y.place(*at);
-        let _ = write!(svg, "<path stroke=\"{INK}\" d=\"M{left:.1} {at:.1}h-5\"/>");
-        svg += &text([left - 8.0, at + 4.5], "end", name);
+    for (value, words) in upwards {
+        let at = y.place(*value);
+        let _ = write!(path, "M{left:.1} {at:.1}h-5");
+        svg += &text([left - 8.0, at + 4.5], "end", words);
     }
+    let _ = write!(svg, "<path stroke=\"{INK}\" d=\"{path}\"/>");
+    let room = if leans { 12.0 + 0.72 * widest } else { 20.0 };
     let below = floor + room + 18.0;
-    svg += &text([left + 0.5 * width, below], "middle", &plot.x.label);
-    if has_title > 0.0 {
-        let words = text([0.0, 0.0], "middle", &plot.y.label);
+    svg += &text([left + 0.5 * width, below], "middle", labels[0]);
+    if !labels[1].is_empty() {
+        svg += &turned([edge, top + 0.5 * height], -90, "middle", labels[1]);
+    }
+    (svg, below + 10.0)
+}
+
+/// Thin lines through an area at ticks.
+pub fn grid(
+    [left, top, width, height]: Area,
+    [(x, across), (y, upwards)]: [(&Scale, &Ticks); 2],
+) -> String {
+    let mut path = String::new();
+    for (tick, _) in across {
+        let _ = write!(path, "M{:.1} {top}v{height}", x.place(*tick));
+    }
+    for (tick, _) in upwards {
+        let _ = write!(path, "M{left} {:.1}h{width}", y.place(*tick));
+    }
+    format!("<path stroke=\"{GRID}\" d=\"{path}\"/>\n")
+}
+
+/// Symbols, each drawn upwards from its own origin and 22 wide, with their words: one after another from `left` on, in
+/// a new line where the next would end beyond `right`. The value is the drawing and the number of its lines.
+pub fn key([left, right]: [f64; 2], top: f64, entries: &[(String, String)]) -> (String, usize) {
+    let (mut svg, mut x, mut row) = (String::new(), left, 0);
+    for (symbol, words) in entries {
+        let width = 32.0 + LETTER * words.chars().count() as f64;
+        if x > left && x + width > right {
+            (x, row) = (left, row + 1);
+        }
+        let y = top + 20.0 * row as f64;
         let _ = write!(
             svg,
-            "<g transform=\"translate(16 {:.1}) rotate(-90)\">{words}</g>",
-            top + 0.5 * height
+            "<g transform=\"translate({x:.1} {y:.1})\">{symbol}</g>"
         );
+        svg += &text([x + 26.0, y], "start", words);
+        x += width;
     }
-    whole([total, below + 10.0], &plot.caption, &svg)
+    (svg, row + 1)
 }
 
-fn logarithmic(scale: Scale, axis: &Axis) -> Scale {
-    if axis.logarithmic {
-        scale.logarithmic()
-    } else {
-        scale
-    }
-}
-
-/// Places and words of an axis' ticks.
-fn labels(axis: &Axis, scale: &Scale, most: f64) -> Vec<(f64, String)> {
-    if axis.categories.is_empty() {
-        return scale
-            .ticks(most.max(2.0))
-            .into_iter()
-            .map(|tick| (tick, printed(tick)))
-            .collect();
-    }
-    let name = |(index, name): (usize, &String)| {
-        let short: String = name.chars().take(LONGEST).collect();
-        (
-            index as f64,
-            if short.len() < name.len() {
-                short + "…"
-            } else {
-                short
-            },
-        )
-    };
-    axis.categories.iter().enumerate().map(name).collect()
-}
-
-/// From where to where the axes go: as they say, or what the marks need and a little room.
-fn ranges(plot: &Plot) -> [[f64; 2]; 2] {
-    let mut all: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
-    let along = usize::from(plot.y.categories.is_empty());
-    for mark in &plot.marks {
-        match mark {
-            Mark::Line { points, .. } => points.iter().for_each(|[x, y]| {
-                all[0].push(*x);
-                all[1].push(*y);
-            }),
-            Mark::Points { points, .. } => points.iter().for_each(|point| {
-                all[0].push(point.x);
-                all[1].push(point.y);
-                all[along].extend(point.interval.into_iter().flatten());
-            }),
-            Mark::Band { points, .. } => points.iter().for_each(|[x, low, high]| {
-                all[0].push(*x);
-                all[1].extend([low, high]);
-            }),
-            Mark::Bars { bars, .. } => bars.iter().for_each(|[from, to, height]| {
-                all[0].extend([from, to]);
-                all[1].extend([0.0, *height]);
-            }),
-            Mark::Level { y, .. } => all[along].push(*y),
-        }
-    }
-    let [xs, ys] = all;
-    [range(&plot.x, &xs), range(&plot.y, &ys)]
-}
-
-fn range(axis: &Axis, values: &[f64]) -> [f64; 2] {
-    if let Some(range) = axis.range {
-        return range;
-    }
-    if !axis.categories.is_empty() {
-        return [-0.5, axis.categories.len() as f64 - 0.5];
-    }
-    let shown = values
-        .iter()
-        .filter(|value| value.is_finite() && (!axis.logarithmic || **value > 0.0));
-    let (low, high) = shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-        (low.min(*value), high.max(*value))
-    });
-    match (low <= high, axis.logarithmic) {
-        (false, false) => [0.0, 1.0],
-        (false, true) => [1.0, 10.0],
-        (true, true) => {
-            let room = (high / low).powf(0.05).max(1.15);
-            [low / room, high * room]
-        }
-        (true, false) => {
-            let room = if high > low {
-                0.04 * (high - low)
-            } else {
-                0.1 * high.abs().max(1e-300)
-            };
-            // Zero is an end, not a value beyond which there is more.
-            let beyond = |end: f64, room: f64| {
-                if end == 0.0 && high > low {
-                    0.0
-                } else {
-                    end + room
-                }
-            };
-            [beyond(low, -room), beyond(high, room)]
-        }
-    }
-}
-
-/// Symbols and words of the key; marks of one name share theirs.
-fn entries(plot: &Plot) -> Vec<(String, String)> {
-    let mut entries: Vec<(String, String)> = Vec::new();
-    for mark in plot.marks.iter().filter(|mark| !mark.name().is_empty()) {
-        let colour = mark.colour().hex();
-        let symbol = match mark {
-            // Written beside it.
-            Mark::Level { .. } => continue,
-            Mark::Line { dashed, .. } => sample(colour, 2.0, if *dashed { "6 4" } else { "" }),
-            Mark::Points { hollow, .. } => circle([11.0, -4.5], colour, *hollow, 4.0, 1.0, ""),
-            Mark::Band { .. } => format!(
-                "<rect y=\"-10\" width=\"22\" height=\"11\" fill=\"{colour}\" fill-opacity=\"0.25\"/>"
-            ),
-            Mark::Bars { .. } => format!(
-                "<rect y=\"-10\" width=\"22\" height=\"11\" fill=\"{colour}\" fill-opacity=\"0.45\"/>"
-            ),
-        };
-        match entries.iter_mut().find(|(_, words)| words == mark.name()) {
-            Some((symbols, _)) => *symbols += &symbol,
-            None => entries.push((symbol, mark.name().to_owned())),
-        }
-    }
-    entries
-}
-
-fn circle(
-    [x, y]: [f64; 2],
-    colour: &str,
-    hollow: bool,
-    radius: f64,
-    opacity: f64,
-    title: &str,
-) -> String {
-    let style = if hollow {
-        format!("fill=\"#fff\" stroke=\"{colour}\" stroke-width=\"1.8\"")
-    } else {
-        format!("fill=\"{colour}\" fill-opacity=\"{opacity}\"")
-    };
-    let title = if title.is_empty() {
-        String::new()
-    } else {
-        format!("<title>{}</title>", escaped(title))
-    };
-    format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" {style}>{title}</circle>")
-}
-
-/// A plot in the making.
-struct Drawing<'a> {
-    plot: &'a Plot,
-    /// Between its borders.
-    area: Area,
-    x: Scale,
-    y: Scale,
-    marks: String,
-    /// Words with their colours and the places where they would stand, the best first.
-    labels: Vec<(String, &'static str, Vec<Place>)>,
-    /// Where nothing more can be written: left, top, right, bottom.
-    taken: Vec<[f64; 4]>,
-}
-
-/// A text's place and anchor.
-type Place = ([f64; 2], &'static str);
-
-impl Drawing<'_> {
-    fn shown(&self, [x, y]: [f64; 2]) -> bool {
-        let shown =
-            |value: f64, axis: &Axis| value.is_finite() && (!axis.logarithmic || value > 0.0);
-        shown(x, &self.plot.x) && shown(y, &self.plot.y)
-    }
-
-    fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        [self.x.place(x), self.y.place(y)]
-    }
-
-    /// The data of a path; what cannot be shown interrupts it.
-    fn path(&self, points: impl Iterator<Item = [f64; 2]>) -> String {
-        let mut path = String::new();
-        let mut piece: Vec<[f64; 2]> = Vec::new();
-        for point in points {
-            if !self.shown(point) {
-                path += &line(piece.drain(..));
-                continue;
-            }
-            let at = self.place(point);
-            let near = piece
-                .last()
-                .is_some_and(|last| (at[0] - last[0]).abs() + (at[1] - last[1]).abs() < NEAR);
-            if !near {
-                piece.push(at);
-            }
-        }
-        path + &line(piece.into_iter())
-    }
-
-    fn marks(&mut self) {
-        let plot = self.plot;
-        let of_points = plot
-            .marks
-            .iter()
-            .filter(|mark| matches!(mark, Mark::Points { .. }))
-            .count();
-        let mut series = 0;
-        for mark in &plot.marks {
-            let colour = mark.colour().hex();
-            match mark {
-                Mark::Line { dashed, points, .. } => {
-                    let path = self.path(points.iter().copied());
-                    let dashes = if *dashed { "6 4" } else { "" };
-                    let _ = write!(
-                        self.marks,
-                        "<path fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.8\" stroke-linejoin=\"round\" stroke-dasharray=\"{dashes}\" d=\"{path}\"/>"
-                    );
-                }
-                Mark::Band { points, .. } => {
-                    let floor = |value: f64| {
-                        if self.plot.y.logarithmic {
-                            value.max(1e-3 * self.y.low)
-                        } else {
-                            value
-                        }
-                    };
-                    let lower = points.iter().rev().map(|[x, low, _]| [*x, floor(*low)]);
-                    let around = points.iter().map(|[x, _, high]| [*x, *high]).chain(lower);
-                    let places = around
-                        .filter(|point| self.shown(*point))
-                        .map(|point| self.place(point));
-                    let path = line(places);
-                    let _ = write!(
-                        self.marks,
-                        "<path fill=\"{colour}\" fill-opacity=\"0.25\" d=\"{path}Z\"/>"
-                    );
-                }
-                Mark::Bars { bars, .. } => {
-                    for [from, to, height] in bars
-                        .iter()
-                        .filter(|bar| bar.iter().all(|value| value.is_finite()))
-                    {
-                        let [left, right] = [from, to].map(|value| self.x.place(*value));
-                        let floor = self.y.place(if self.plot.y.logarithmic {
-                            self.y.low
-                        } else {
-                            0.0
-                        });
-                        let top = self.y.place(*height);
-                        let _ = write!(
-                            self.marks,
-                            "<rect x=\"{left:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{colour}\" fill-opacity=\"0.45\" stroke=\"{colour}\" stroke-width=\"0.6\"/>",
-                            top.min(floor),
-                            (right - left).max(0.0),
-                            (floor - top).abs()
-                        );
-                    }
-                }
-                Mark::Level { name, y, .. } => self.level(name, colour, *y),
-                Mark::Points { hollow, points, .. } => {
-                    self.points(points, colour, *hollow, [series, of_points]);
-                    series += 1;
-                }
-            }
-        }
-    }
-
-    /// A line across, with its words at its end.
-    fn level(&mut self, name: &str, colour: &'static str, value: f64) {
-        let [left, top, width, height] = self.area;
-        let (right, floor) = (left + width, top + height);
-        let stroke = format!("stroke=\"{colour}\" stroke-width=\"1.6\" stroke-dasharray=\"2 3\"");
-        let places = if self.plot.y.categories.is_empty() {
-            if !self.shown([self.x.high, value]) {
-                return;
-            }
-            let y = self.y.place(value);
-            let _ = write!(
-                self.marks,
-                "<path {stroke} d=\"M{left:.1} {y:.1}H{right:.1}\"/>"
-            );
-            let ends = [
-                (right - 6.0, "end"),
-                (left + 6.0, "start"),
-                (left + 0.5 * width, "middle"),
-            ];
-            ends.into_iter()
-                .flat_map(|(x, anchor)| [([x, y - 5.0], anchor), ([x, y + 14.0], anchor)])
-                .collect()
-        } else {
-            let x = self.x.place(value);
-            let _ = write!(self.marks, "<path {stroke} d=\"M{x:.1} {top}V{floor}\"/>");
-            let ys = [top + 14.0, floor - 6.0, top + 0.5 * height];
-            ys.into_iter()
-                .flat_map(|y| [([x + 5.0, y], "start"), ([x - 5.0, y], "end")])
-                .collect()
-        };
-        self.labels.push((name.to_owned(), colour, places));
-    }
-
-    /// Points with intervals; on an axis of names several series stand beside each other.
-    fn points(
-        &mut self,
-        points: &[Point],
-        colour: &'static str,
-        hollow: bool,
-        [series, of]: [usize; 2],
-    ) {
-        let downwards = !self.plot.y.categories.is_empty();
-        let names = [self.plot.x.categories.len(), self.plot.y.categories.len()];
-        let apart = |names: usize, length: f64| match names {
-            0 => 0.0,
-            names => {
-                (0.7 * length / (names * of) as f64).min(8.0)
-                    * (series as f64 - 0.5 * (of as f64 - 1.0))
-            }
-        };
-        let shift = [apart(names[0], self.area[2]), apart(names[1], self.area[3])];
-        let (radius, opacity) = if points.len() > 300 {
-            (2.2, 0.6)
-        } else {
-            (3.4, 0.9)
-        };
-        for point in points {
-            if !self.shown([point.x, point.y]) {
-                continue;
-            }
-            let [x, y] = self.place([point.x, point.y]);
-            let [x, y] = [x + shift[0], y + shift[1]];
-            if let Some(ends) = point
-                .interval
-                .filter(|ends| ends.iter().all(|end| !end.is_nan()))
-            {
-                let [low, high] = ends.map(|end| {
-                    if downwards {
-                        self.x.place(end)
-                    } else {
-                        self.y.place(end)
-                    }
-                });
-                let path = if downwards {
-                    format!(
-                        "M{low:.1} {y:.1}H{high:.1}M{low:.1} {:.1}v6M{high:.1} {:.1}v6",
-                        y - 3.0,
-                        y - 3.0
-                    )
-                } else {
-                    format!(
-                        "M{x:.1} {low:.1}V{high:.1}M{:.1} {low:.1}h6M{:.1} {high:.1}h6",
-                        x - 3.0,
-                        x - 3.0
-                    )
-                };
-                let _ = write!(
-                    self.marks,
-                    "<path stroke=\"{colour}\" stroke-width=\"1.4\" d=\"{path}\"/>"
-                );
-            }
-            self.marks += &circle([x, y], colour, hollow, radius, opacity, &point.label);
-            self.taken.push([x - 4.0, y - 4.0, x + 4.0, y + 4.0]);
-            if !point.label.is_empty() {
-                let beside = [
-                    ([x + 7.0, y + 4.5], "start"),
-                    ([x - 7.0, y + 4.5], "end"),
-                    ([x, y - 7.0], "middle"),
-                    ([x, y + 17.0], "middle"),
-                    ([x + 6.0, y - 6.0], "start"),
-                    ([x - 6.0, y - 6.0], "end"),
-                    ([x + 6.0, y + 15.0], "start"),
-                    ([x - 6.0, y + 15.0], "end"),
-                ];
-                self.labels
-                    .push((point.label.clone(), colour, beside.to_vec()));
-            }
-        }
-    }
-
-    /// The words that find a place within the borders where no other words and no points are.
-    fn labels(&mut self) -> String {
-        let mut svg = String::new();
-        let [left, top, width, height] = self.area;
-        for (words, colour, places) in std::mem::take(&mut self.labels) {
-            let length = LETTER * words.chars().count() as f64;
-            let free = places.iter().find_map(|([x, y], anchor)| {
-                let from = match *anchor {
-                    "start" => *x,
-                    "end" => x - length,
-                    _ => x - 0.5 * length,
-                };
-                let own = [from, y - 11.0, from + length, y + 3.0];
-                let within = own[0] >= left
-                    && own[1] >= top
-                    && own[2] <= left + width
-                    && own[3] <= top + height;
-                let meets = |of: &[f64; 4]| {
-                    own[0] < of[2] && of[0] < own[2] && own[1] < of[3] && of[1] < own[3]
-                };
-                (within && !self.taken.iter().any(meets)).then_some(([*x, *y], *anchor, own))
-            });
-            if let Some((place, anchor, own)) = free {
-                self.taken.push(own);
-                let words = coloured(colour, place, anchor, &words);
-                let _ = write!(
-                    svg,
-                    "<g stroke=\"#fff\" stroke-width=\"3\" stroke-opacity=\"0.8\" paint-order=\"stroke\">{words}</g>"
-                );
-            }
-        }
-        svg
-    }
+/// A whole drawing of this size that needs nothing else.
+pub fn whole([width, height]: [f64; 2], label: &str, contents: &str) -> String {
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" role=\"img\" aria-label=\"{}\" \
+         font-family=\"'DejaVu Sans', system-ui, sans-serif\" font-size=\"{FONT_SIZE}\" fill=\"{INK}\">\n\
+         <rect width=\"{width:.0}\" height=\"{height:.0}\" fill=\"#fff\"/>\n{contents}</svg>\n",
+        escaped(label)
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::Point;
 
-    fn name(of: &str) -> String {
-        of.to_owned()
-    }
-
-    /// Every mark on linear, logarithmic and named axes, with values that cannot be drawn among them.
-    fn plots() -> Vec<Plot> {
-        let curve = |of: fn(f64) -> f64| {
-            (0..200)
-                .map(move |i| f64::from(i) / 20.0)
-                .map(move |x| [x, of(x)])
-        };
-        let labelled = |x: f64, y: f64, label: &str| Point {
-            interval: Some([0.5 * y, 1.4 * y]),
-            label: name(label),
-            ..Point::at(x, y)
-        };
-        let linear = Plot::new(
-            "linear",
-            "Every mark",
-            Axis::linear("depth, mm"),
-            Axis::linear("force, N"),
-        )
-        .with(Mark::Band {
-            name: name("a band & <its> name"),
-            colour: Colour::Sky,
-            points: curve(f64::sin)
-                .map(|[x, y]| [x, 40.0 + 30.0 * y, 60.0 + 30.0 * y])
-                .collect(),
-        })
-        .with(Mark::Bars {
-            name: name("bars"),
-            colour: Colour::Grey,
-            bars: (0..9)
-                .map(|i| [f64::from(i), f64::from(i) + 1.0, f64::from(5 * i)])
-                .collect(),
-        })
-        .line(
-            "the first line with a long name",
-            Colour::Blue,
-            curve(|x| 10.0 * x),
-        )
-        .with(Mark::Line {
-            name: name("dashed"),
-            colour: Colour::Vermilion,
-            dashed: true,
-            points: curve(|x| if x < 5.0 { 90.0 - x * x } else { f64::NAN }).collect(),
-        })
-        .points(
-            "points",
-            Colour::Green,
-            [
-                labelled(1.0, 60.0, "one"),
-                labelled(1.1, 61.0, "two"),
-                labelled(1.2, 60.5, "three"),
-                labelled(9.9, 20.0, "at the edge"),
-                Point::at(f64::INFINITY, 1.0),
-            ],
-        )
-        .with(Mark::Points {
-            name: name("hollow"),
-            colour: Colour::Purple,
-            hollow: true,
-            points: vec![Point::at(5.0, 80.0)],
-        })
-        .with(Mark::Level {
-            name: name("a limit"),
-            colour: Colour::Ochre,
-            y: 75.0,
-        })
-        .with(Mark::Level {
-            name: name("another limit"),
-            colour: Colour::Vermilion,
-            y: 76.0,
-        });
-        let powers = Plot::new(
-            "powers",
-            "Powers of ten",
-            Axis::logarithmic("step"),
-            Axis::logarithmic("separation over R"),
-        )
-        .line(
-            "grows",
-            Colour::Blue,
-            (0..50).map(|i| [f64::from(1 + i), 1e-16 * 2f64.powi(i)]),
-        )
-        .with(Mark::Band {
-            name: name("between"),
-            colour: Colour::Grey,
-            points: (1..50)
-                .map(|i| [f64::from(i), 0.0, 1e-12 * f64::from(i)])
-                .collect(),
-        })
-        .points(
-            "zeros are left out",
-            Colour::Vermilion,
-            [Point::at(3.0, 1e-10), Point::at(3.0, 0.0)],
-        );
-        let engines = [
-            "native exact",
-            "native free",
-            "YADE, ordinary loop",
-            "LAMMPS",
-            "LIGGGHTS",
-        ];
-        let values = |of: f64| {
-            (0..5).map(move |i| Point {
-                interval: Some([of * f64::from(i + 1), of * f64::from(i + 3)]),
-                ..Point::at(f64::from(i), of * f64::from(i + 2))
-            })
-        };
-        let below = Plot::new(
-            "below",
-            "Names below",
-            Axis::of_names("", engines),
-            Axis::linear("µs a step"),
-        )
-        .points("small", Colour::Blue, values(1.0))
-        .points("large", Colour::Vermilion, values(1.5));
-        let across = |of: f64| {
-            values(of).map(|point| Point {
-                x: point.y,
-                y: point.x,
-                ..point
-            })
-        };
-        let beside = Plot::new(
-            "beside",
-            "Names beside",
-            Axis::logarithmic("µs a step"),
-            Axis::of_names("", engines),
-        )
-        .points("small", Colour::Blue, across(1.0))
-        .points("large", Colour::Vermilion, across(1.5))
-        .with(Mark::Level {
-            name: name("goal"),
-            colour: Colour::Green,
-            y: 4.0,
-        });
-        let nothing = Plot::new(
-            "nothing",
-            "Nothing",
-            Axis::linear("x"),
-            Axis::logarithmic("y"),
-        );
-        let one = Plot::new("one", "One point", Axis::linear("x"), Axis::linear("y")).points(
-            "",
-            Colour::Blue,
-            [Point::at(3.0, 3.0)],
-        );
-        vec![linear, powers, below, beside, nothing, one]
+    fn scale(low: f64, high: f64, length: f64, logarithmic: bool) -> Scale {
+        Scale {
+            low,
+            high,
+            from: 0.0,
+            to: length,
+            logarithmic,
+        }
     }
 
     #[test]
-    fn drawings_have_no_numbers_that_are_none() {
-        for plot in plots() {
-            let svg = svg(&plot);
-            if let Some(folder) = std::env::var_os("CROSSGRAIN_DRAWINGS") {
-                let path = std::path::Path::new(&folder).join(format!("{}.svg", plot.name));
-                std::fs::write(path, &svg).expect("a writable folder");
+    fn ticks_are_round_and_within() {
+        let words = |of: Scale, apart: f64| -> Vec<String> {
+            of.ticks(apart)
+                .into_iter()
+                .map(|(_, words)| words)
+                .collect()
+        };
+        let all = ["−0.2", "0", "0.2", "0.4", "0.6", "0.8", "1"];
+        assert_eq!(words(scale(-0.3, 1.0, 70.0, false), 10.0), all);
+        let powers = scale(1e-5, 1e-2, 90.0, true);
+        assert_eq!(words(powers, 30.0), ["1e−5", "0.0001", "0.001", "0.01"]);
+        assert_eq!(words(powers, 10.0).len(), 10);
+        for [low, high] in [[7.0, 0.0], [0.0, f64::INFINITY], [f64::NAN, 1.0]] {
+            for logarithmic in [false, true] {
+                let ticks = scale(low, high, 90.0, logarithmic).ticks(30.0);
+                assert!(ticks.is_empty(), "{low} to {high}");
             }
-            assert!(
-                svg.starts_with("<svg ") && svg.ends_with("</svg>\n"),
-                "{svg}"
-            );
-            assert!(
-                !svg.contains("NaN") && !svg.contains("inf"),
-                "{}",
-                plot.name
-            );
         }
+    }
+
+    #[test]
+    fn places_are_even_and_go_on_a_little_beyond_the_ends() {
+        let even = scale(-0.3, 1.0, 100.0, false);
+        assert_eq!(even.place(7.0), 150.0);
+        assert!((even.place(1.13) - 110.0).abs() < 1e-9);
+        let powers = scale(1e-3, 1.0, 90.0, true);
+        assert!((powers.place(1e-1) - 60.0).abs() < 1e-9);
+        assert_eq!(powers.place(0.0), -45.0);
+    }
+
+    #[test]
+    fn steps_are_round() {
+        for (least, step) in [(0.085, 0.1), (1.3, 2.0), (400.0, 500.0), (0.0, 1.0)] {
+            assert_eq!(round_step(least), step);
+        }
+    }
+
+    #[test]
+    fn a_key_goes_on_in_a_new_line() {
+        let entry = |words: &str| (String::new(), words.to_owned());
+        let entries = [entry("the first words"), entry("the second words")];
+        assert_eq!(key([0.0, 400.0], 0.0, &entries).1, 1);
+        assert_eq!(key([0.0, 200.0], 0.0, &entries).1, 2);
     }
 }

@@ -5,6 +5,9 @@ use std::fmt::Write;
 use crate::checks::Outcome;
 use crate::document::{Cell, Column, Table, harmless};
 
+/// Letters of a column in a terminal that others line up behind; longer cells stick out.
+const WIDEST: usize = 60;
+
 impl Table {
     /// Padded for a terminal: title, headings, a line, rows.
     pub fn text(&self) -> String {
@@ -16,13 +19,14 @@ impl Table {
         let rows: Vec<Vec<String>> = self.rows.iter().map(shown).collect();
         let width = |column: usize| {
             let cells = rows.iter().chain([&head]).filter_map(|row| row.get(column));
-            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+            let widest = cells.map(|cell| cell.chars().count()).max();
+            widest.unwrap_or(0).min(WIDEST)
         };
         let widths: Vec<usize> = (0..head.len()).map(width).collect();
         let line = |row: &[String]| {
             let mut line = String::new();
             for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
-                let room = " ".repeat(width - cell.chars().count());
+                let room = " ".repeat(width.saturating_sub(cell.chars().count()));
                 let pair = [cell.as_str(), &room];
                 let [first, last] = if self.has_numbers(column) {
                     [pair[1], pair[0]]
@@ -72,7 +76,9 @@ impl Table {
             for (index, cell) in row.iter().enumerate() {
                 let shown = cell.shown();
                 let _ = match cell {
-                    Cell::Code(code) => write!(html, "<td><code>{}</code></td>", escaped(code)),
+                    Cell::Code(code) => {
+                        write!(html, "<td class=\"k\"><code>{}</code></td>", escaped(code))
+                    }
                     Cell::Outcome(outcome) => {
                         write!(html, "<td class=\"v\">{}</td>", mark(*outcome))
                     }

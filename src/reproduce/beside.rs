@@ -3,13 +3,12 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use crate::document::Document;
 use crate::error::Error;
 use crate::files::{read_text, unpacked};
 use crate::limits::stability::Map;
-
 use crate::study::claims::{CLAIMS_VERSION, Claims};
 use crate::study::tradeoff::record::{TRADEOFF_VERSION, Tradeoff};
 
@@ -31,101 +30,52 @@ pub struct Stated {
     pub recorded: bool,
 }
 
-/// A record and what it says of itself.
-#[derive(Debug, Clone)]
-pub struct Known<T> {
-    /// As read.
-    pub record: T,
-    /// Of the page's words.
-    pub stated: Stated,
-}
-
-/// The records that stand on the page.
+/// The records that stand on the page: what each says of itself, and what it shows.
 #[derive(Debug, Clone, Default)]
 pub struct Beside {
-    /// Cost against error.
-    pub tradeoff: Option<Known<Tradeoff>>,
-    /// The largest stable steps.
-    pub stability: Option<Known<Map>>,
-    /// Distributions and claims.
-    pub claims: Option<Known<Claims>>,
+    /// At most one of a job.
+    pub records: Vec<(Stated, Document)>,
 }
 
-impl Beside {
-    /// Those in these folders of finished jobs, and for the other ones the recorded ones if `with_recorded`.
-    pub fn read(folders: &[PathBuf], with_recorded: bool) -> Result<Self, Error> {
-        let mut beside = Beside::default();
-        for folder in folders {
-            beside.take(folder)?;
-        }
-        if with_recorded {
-            fill(&mut beside.tradeoff, &TRADEOFF, TRADEOFF_RECORDED)?;
-            fill(&mut beside.stability, &STABILITY, STABILITY_RECORDED)?;
-            fill(&mut beside.claims, &CLAIMS, CLAIMS_RECORDED)?;
-        }
-        Ok(beside)
-    }
-
-    fn take(&mut self, folder: &Path) -> Result<(), Error> {
-        let taken = [
-            take(&mut self.tradeoff, &TRADEOFF, folder)?,
-            take(&mut self.stability, &STABILITY, folder)?,
-            take(&mut self.claims, &CLAIMS, folder)?,
-        ];
-        if taken.contains(&true) {
-            return Ok(());
-        }
-        Err(Error::Usage(format!(
-            "{} holds no {} of a tradeoff or stability study and no {}; --with names the folder of a finished job",
-            folder.display(),
-            TRADEOFF.file,
-            CLAIMS.file
-        )))
-    }
-
-    /// What all of them say of themselves.
-    pub fn stated(&self) -> Vec<&Stated> {
-        let Beside {
-            tradeoff,
-            stability,
-            claims,
-        } = self;
-        let all = [
-            tradeoff.as_ref().map(|of| &of.stated),
-            stability.as_ref().map(|of| &of.stated),
-            claims.as_ref().map(|of| &of.stated),
-        ];
-        all.into_iter().flatten().collect()
-    }
-}
-
-/// Of the jobs whose records are known here.
+/// A job whose records are known here.
 struct Kind {
     job: &'static str,
+    /// The command that makes one.
+    made_by: &'static str,
     file: &'static str,
     /// The newest; older ones have what the page shows.
     version: u32,
+    /// The one that comes with the program, packed.
+    recorded: &'static [u8],
+    document: fn(&str) -> serde_json::Result<Document>,
 }
 
-const TRADEOFF: Kind = Kind {
-    job: "tradeoff",
-    file: "report.json",
-    version: TRADEOFF_VERSION,
-};
-const STABILITY: Kind = Kind {
-    job: "stability",
-    file: "report.json",
-    version: crate::checks::record::VERSION,
-};
-const CLAIMS: Kind = Kind {
-    job: "claims",
-    file: "claims.json",
-    version: CLAIMS_VERSION,
-};
-
-const TRADEOFF_RECORDED: &[u8] = include_bytes!("../../reference_data/tradeoff-1/report.json.gz");
-const STABILITY_RECORDED: &[u8] = include_bytes!("../../reference_data/stability-1/report.json.gz");
-const CLAIMS_RECORDED: &[u8] = include_bytes!("../../reference_data/claims-1/claims.json.gz");
+const KINDS: [Kind; 3] = [
+    Kind {
+        job: "tradeoff",
+        made_by: "crossgrain study plan tradeoff",
+        file: "report.json",
+        version: TRADEOFF_VERSION,
+        recorded: include_bytes!("../../reference_data/tradeoff-1/report.json.gz"),
+        document: |text| serde_json::from_str(text).map(|of: Tradeoff| of.document()),
+    },
+    Kind {
+        job: "stability",
+        made_by: "crossgrain stability",
+        file: "report.json",
+        version: crate::checks::record::VERSION,
+        recorded: include_bytes!("../../reference_data/stability-1/report.json.gz"),
+        document: |text| serde_json::from_str(text).map(|of: Map| of.document()),
+    },
+    Kind {
+        job: "claims",
+        made_by: "crossgrain study claims",
+        file: "claims.json",
+        version: CLAIMS_VERSION,
+        recorded: include_bytes!("../../reference_data/claims-1/claims.json.gz"),
+        document: |text| serde_json::from_str(text).map(|of: Claims| of.summary()),
+    },
+];
 
 /// What every record has.
 #[derive(Debug, Deserialize)]
@@ -145,75 +95,97 @@ struct Origin {
     command: String,
 }
 
-fn fill<T: DeserializeOwned>(
-    place: &mut Option<Known<T>>,
-    kind: &Kind,
-    packed: &[u8],
-) -> Result<(), Error> {
-    if place.is_none() {
-        let text = unpacked(Path::new(kind.file), packed)?;
-        *place = Some(parse(kind, Path::new(kind.file), &text, true)?);
+impl Beside {
+    /// Those in these folders of finished jobs, and for the other ones the recorded ones if `with_recorded`.
+    pub fn read(folders: &[PathBuf], with_recorded: bool) -> Result<Self, Error> {
+        let mut texts: [Option<(PathBuf, String)>; KINDS.len()] = Default::default();
+        for folder in folders {
+            let mut taken = false;
+            for (kind, place) in KINDS.iter().zip(&mut texts) {
+                let Some(found) = kind.find(folder)? else {
+                    continue;
+                };
+                taken = true;
+                if place.replace(found).is_some() {
+                    return Err(Error::Usage(format!(
+                        "{} is a second record of {}; name one with --with",
+                        folder.join(kind.file).display(),
+                        kind.job
+                    )));
+                }
+            }
+            if !taken {
+                let jobs = KINDS.map(|kind| format!("{} of {}", kind.file, kind.job));
+                return Err(Error::Usage(format!(
+                    "{} holds none of {}; --with names the folder of a finished job",
+                    folder.display(),
+                    jobs.join(", ")
+                )));
+            }
+        }
+        let mut records = Vec::new();
+        for (kind, text) in KINDS.iter().zip(texts) {
+            match text {
+                Some((path, text)) => records.push(kind.parse(&path, &text, false)?),
+                None if with_recorded => {
+                    let path = Path::new(kind.file);
+                    records.push(kind.parse(path, &unpacked(path, kind.recorded)?, true)?);
+                }
+                None => {}
+            }
+        }
+        Ok(Beside { records })
     }
-    Ok(())
+
+    /// What all of them say of themselves.
+    pub fn stated(&self) -> Vec<Stated> {
+        self.records
+            .iter()
+            .map(|(stated, _)| stated.clone())
+            .collect()
+    }
 }
 
-/// Whether the folder has a record of this kind.
-fn take<T: DeserializeOwned>(
-    place: &mut Option<Known<T>>,
-    kind: &Kind,
-    folder: &Path,
-) -> Result<bool, Error> {
-    let path = folder.join(kind.file);
-    if !path.is_file() {
-        return Ok(false);
+impl Kind {
+    /// The record of this job in a folder; studies of all kinds have the same file, which says whose it is.
+    fn find(&self, folder: &Path) -> Result<Option<(PathBuf, String)>, Error> {
+        let path = folder.join(self.file);
+        if !path.is_file() {
+            return Ok(None);
+        }
+        let text = read_text(&path, LARGEST)?;
+        let job = serde_json::from_str::<Head>(&text).map_or(None, |head| head.job);
+        Ok(job
+            .is_none_or(|job| job == self.job)
+            .then_some((path, text)))
     }
-    let text = read_text(&path, LARGEST)?;
-    let job = serde_json::from_str::<Head>(&text).map_or(None, |head| head.job);
-    if job.is_some_and(|job| job != kind.job) {
-        return Ok(false);
-    }
-    if place.is_some() {
-        return Err(Error::Usage(format!(
-            "{} is a second record of {}; name one with --with",
-            path.display(),
-            kind.job
-        )));
-    }
-    *place = Some(parse(kind, &path, &text, false)?);
-    Ok(true)
-}
 
-fn parse<T: DeserializeOwned>(
-    kind: &Kind,
-    path: &Path,
-    text: &str,
-    recorded: bool,
-) -> Result<Known<T>, Error> {
-    let bad = |reason: String| {
-        Error::Usage(format!(
-            "{}: {reason}; make it again with crossgrain {}",
-            path.display(),
-            kind.job
-        ))
-    };
-    let head: Head = serde_json::from_str(text).map_err(|error| bad(error.to_string()))?;
-    if head.version > kind.version {
-        return Err(bad(format!(
-            "it is of version {}, and this program reads up to version {}",
-            head.version, kind.version
-        )));
-    }
-    let command = head.command.or(head.origin.map(|origin| origin.command));
-    Ok(Known {
-        record: serde_json::from_str(text).map_err(|error| bad(error.to_string()))?,
-        stated: Stated {
-            job: kind.job,
+    fn parse(&self, path: &Path, text: &str, recorded: bool) -> Result<(Stated, Document), Error> {
+        let bad = |reason: String| {
+            Error::Usage(format!(
+                "{}: {reason}; make it again with {}",
+                path.display(),
+                self.made_by
+            ))
+        };
+        let head: Head = serde_json::from_str(text).map_err(|error| bad(error.to_string()))?;
+        if head.version > self.version {
+            return Err(bad(format!(
+                "it is of version {}, and this program reads up to version {}",
+                head.version, self.version
+            )));
+        }
+        let command = head.command.or(head.origin.map(|origin| origin.command));
+        let document = (self.document)(text).map_err(|error| bad(error.to_string()))?;
+        let stated = Stated {
+            job: self.job,
             command: command.unwrap_or_default(),
             crossgrain: head.crossgrain,
             scene_digest: head.scene_digest,
             recorded,
-        },
-    })
+        };
+        Ok((stated, document))
+    }
 }
 
 #[cfg(test)]

@@ -36,20 +36,19 @@ impl Job<'_> {
     pub(super) fn live(&mut self, native: &RunFolder) -> Result<Option<Live>, Error> {
         let sorted_title = "native against YADE's sorted loop, live";
         let ordinary_title = "native against YADE's ordinary loop, live";
-        if let Err(missing) = yade::find(self.options.yade.program.as_deref()) {
-            self.skipped(SORTED, sorted_title, &missing.to_string());
-            self.skipped(ORDINARY, ordinary_title, &missing.to_string());
-            return Ok(None);
-        }
-        if let Some(reason) = yade::unsupported(&Model::of(&self.options.scene)) {
-            self.skipped(SORTED, sorted_title, &format!("YADE has no {reason}"));
-            self.skipped(ORDINARY, ordinary_title, &format!("YADE has no {reason}"));
-            return Ok(None);
-        }
-        if parameters::outcome(&self.facts) != Some(Outcome::Pass) {
-            let why = "the two engines do not use the same parameters";
-            self.skipped(SORTED, sorted_title, why);
-            self.skipped(ORDINARY, ordinary_title, why);
+        let found = yade::find(self.options.yade.program.as_deref());
+        let unsupported = yade::unsupported(&Model::of(&self.options.scene));
+        let why_not = match (found, unsupported) {
+            (Err(missing), _) => Some(missing.to_string()),
+            (_, Some(reason)) => Some(format!("YADE has no {reason}")),
+            _ if parameters::outcome(&self.facts) != Some(Outcome::Pass) => {
+                Some("the two engines do not use the same parameters".to_owned())
+            }
+            _ => None,
+        };
+        if let Some(why) = why_not {
+            self.skipped(SORTED, sorted_title, &why);
+            self.skipped(ORDINARY, ordinary_title, &why);
             return Ok(None);
         }
         let (options, display) = (self.options, self.display);

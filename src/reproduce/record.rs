@@ -1,35 +1,21 @@
-//! What `run.json` of the main job says.
+//! What `run.json` of the main job says, and its checks.
 
 use serde::Serialize;
 
 use super::beside::Stated;
-use super::claims::Claim;
 use super::faults::FaultCheck;
-use crate::checks::Outcome;
-use crate::checks::Speed;
+use crate::checks::{Check, Measured, Outcome, Speed};
 use crate::compare::Comparison;
-use crate::engine::yade;
-use crate::paper;
+use crate::compare::divergence::quantities;
+use crate::paper::published::{HEIGHTS, POROSITIES, Printed, printed};
+use crate::paper::{self, Number};
 use crate::run::folder::RunFolder;
-use crate::suite::parameters::ParameterPair;
-use crate::suite::run::{Engines, Options, Verification};
+use crate::suite::parameters::{ParameterPair, pair_checks};
+use crate::suite::run::Verification;
+use grains::scene::paper_scene;
 
 /// The version of the reproduction's `run.json`.
 pub const REPRODUCTION_VERSION: u32 = 1;
-
-/// Grains of the longest trajectories of the ladder in the main job; `crossgrain verify` has all.
-const LADDER_GRAINS: u32 = 500;
-
-/// The ladder as the main job climbs it.
-pub fn verification(yade: &yade::Options) -> Options {
-    Options {
-        engine: Engines::Both,
-        grains: LADDER_GRAINS,
-        detection_limits: true,
-        yade: yade.clone(),
-        command: format!("crossgrain verify --detection-limits --grains {LADDER_GRAINS}"),
-    }
-}
 
 /// The result of the main job.
 #[derive(Debug, Clone, Serialize)]
@@ -56,9 +42,10 @@ pub struct Reproduction {
     pub ladder: Option<Verification>,
     /// What was skipped, with the reason.
     pub skipped: Vec<Skipped>,
+    /// Published figures beside those of this realization; findings, no checks.
     pub claims: Vec<Claim>,
     /// The paper's numbers that need no simulation.
-    pub numbers: Vec<paper::Number>,
+    pub numbers: Vec<Number>,
     /// Faults of the paper's text.
     pub text_faults: Vec<paper::TextFault>,
     /// Records of other jobs that stand on the page; they are no part of the verdict.
@@ -70,6 +57,44 @@ pub struct Reproduction {
 }
 
 impl Reproduction {
+    /// Every check of the job.
+    pub fn checks(&self) -> Vec<Check> {
+        let compared = self.comparisons.iter().any(|of| of.comparison.agrees());
+        let (outcome, found) = if compared {
+            (Outcome::Pass, "")
+        } else {
+            (Outcome::Skipped, "no comparison could be made and agreed")
+        };
+        let what = "at least one comparison with another engine";
+        let compared = Check::of_words("compare/made", what, outcome, found);
+        let mut checks = vec![compared.required()];
+        for named in &self.comparisons {
+            checks.extend(named.comparison.all_checks(&named.id));
+        }
+        for fault in &self.faults {
+            let id = format!("faults/{}", fault.fault.replace('=', "-"));
+            let check = Check::of_words(id, &fault.fault, fault.verdict, &fault.found);
+            checks.push(check.judged_by(
+                "the fault is put into the native engine alone; the comparison with the sound one must find it",
+                "any bit that differs",
+            ));
+        }
+        checks.extend(pair_checks(&self.facts));
+        if let Some(ladder) = &self.ladder {
+            // An engine that is not there leaves the job complete.
+            checks.extend(ladder.checks().into_iter().map(|check| Check {
+                required: false,
+                ..check
+            }));
+        }
+        checks.extend(self.numbers.iter().map(Number::check));
+        checks.extend(self.skipped.iter().map(|of| Check {
+            required: of.required,
+            ..Check::of_words(of.id.as_str(), &of.what, Outcome::Skipped, &of.why)
+        }));
+        checks
+    }
+
     /// YADE's time a step over the native engine's, of the runs that were made live, one each.
     pub fn speeds(&self) -> Vec<Speed> {
         let of = |run: &RunSummary| {
@@ -152,4 +177,88 @@ impl RunSummary {
             command: run.record.command.clone(),
         }
     }
+}
+
+/// Everything that was measured in a run, for baselines to hold later runs against.
+pub fn measured(run: &RunFolder) -> Vec<Measured> {
+    let of = |quantity: grains::measure::Quantity| Measured {
+        id: format!("native/{}", quantity.key),
+        unit: quantity.unit,
+        value: quantity.value,
+    };
+    quantities(run).into_iter().map(of).collect()
+}
+
+/// A published figure beside ours.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Claim {
+    /// What it is.
+    pub what: String,
+    /// As printed, in `unit`.
+    pub published: f64,
+    /// The published scatter, where there is one.
+    pub scatter: Option<f64>,
+    /// From this run, in `unit`.
+    pub ours: f64,
+    /// SI unit, `1` for a ratio.
+    pub unit: String,
+    /// What the two say to each other.
+    pub reading: String,
+}
+
+/// The claims that this run has a figure for; none for a scene that is not the paper's. One realization decides nothing about a
+/// distribution, so these are findings, not checks.
+pub fn claims(run: &RunFolder) -> Vec<Claim> {
+    let scene = &run.scene;
+    if scene.digest() != paper_scene(scene.realization, 5000).digest() {
+        return Vec::new();
+    }
+    let measured = quantities(run);
+    let claim = |what: String, key: &str, id: &str| {
+        let figure: &Printed = printed(id)?;
+        let ours = measured.iter().find(|quantity| quantity.key == key)?.value;
+        let has_scatter = id.starts_with("bed/");
+        let reading = if !has_scatter {
+            format!(
+                "{:.2} of the published mean; one draw from a wide distribution",
+                ours / figure.value
+            )
+        } else if (ours - figure.value).abs() <= figure.rounding {
+            "within the published scatter".to_owned()
+        } else {
+            "outside the published scatter".to_owned()
+        };
+        Some(Claim {
+            what,
+            published: figure.value,
+            scatter: has_scatter.then_some(figure.rounding),
+            ours,
+            unit: figure.unit.to_owned(),
+            reading,
+        })
+    };
+    let heights = HEIGHTS.map(|(key, words)| claim(format!("H, {words}"), key, "bed/height"));
+    let porosities =
+        POROSITIES.map(|(key, words)| claim(format!("n, {words}"), key, "bed/porosity"));
+    let stresses = scene.control_points.iter().flat_map(|point| {
+        let at = |what: &str, key: &str, column: &str| {
+            let key = format!("last.stress.{}.{key}", point.name);
+            let id = format!("table-4/{column}/{}", point.name);
+            claim(format!("{what} at {}", point.name), &key, &id)
+        };
+        [
+            at("local mean σ_zz", "local_zz", "stress"),
+            at(
+                "Σ_zz of V_c, nearest grain",
+                "control_volume_zz",
+                "extensive",
+            ),
+        ]
+    });
+    heights
+        .into_iter()
+        .chain(porosities)
+        .chain(stresses)
+        .flatten()
+        .collect()
 }

@@ -131,7 +131,7 @@ fn a_seeded_fault_and_its_verdict_are_on_the_first_screen() {
     let named = [
         (".verdict strong", "Different, and worse than main"),
         (".verdict .named", "new failures"),
-        ("td.bad", "same stages"),
+        ("td", "compare/sorted-recorded/same-stages"),
     ];
     let mut browser = Browser::start();
     first_screen(&mut browser, &page, "seeded", &named);

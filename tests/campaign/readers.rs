@@ -10,8 +10,8 @@ use crate::support::{crossgrain, tiny_scene, told};
 /// What each verb says of the campaign `c`: exit code and standard error. None of them writes `drawn`.
 fn refused(place: &Path) -> Vec<(i32, String)> {
     let verbs: [&[&str]; 3] = [
-        &["claims", "c", "--out", "drawn"],
-        &["figures", "--campaign", "c", "--out", "drawn"],
+        &["study", "claims", "c", "--out", "drawn"],
+        &["study", "figures", "--campaign", "c", "--out", "drawn"],
         &["study", "compare", "c", "c"],
     ];
     let said = verbs.map(|verb| {
@@ -90,12 +90,15 @@ fn damaged_members_are_bad_input_and_can_be_merged_again() {
         assert_eq!(fs::read(&members).expect("members"), sound);
     }
     // Four members leave claims open, which is a result: its files are there.
-    let (code, _, errors) = told(&crossgrain(&["claims", "c", "--out", "drawn"], place));
+    let (code, _, errors) = told(&crossgrain(
+        &["study", "claims", "c", "--out", "drawn"],
+        place,
+    ));
     assert_eq!((code, errors.as_str()), (3, ""));
     for file in ["claims.json", "report.html"] {
         assert!(place.join("drawn").join(file).is_file(), "{file}");
     }
-    let arguments = ["figures", "--campaign", "c", "--out", "figures"];
+    let arguments = ["study", "figures", "--campaign", "c", "--out", "figures"];
     let (code, _, errors) = told(&crossgrain(&arguments, place));
     assert_eq!((code, errors.as_str()), (0, ""));
     let drawn = |name: &str| fs::read_dir(place.join(name)).expect("files").count();

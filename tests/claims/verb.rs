@@ -55,8 +55,10 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
         };
         write_campaign(&at.join(name), &truth);
         let out = format!("{name}-claims");
-        let (code, said, errors) =
-            told(&crossgrain(&["claims", name, "--out", &out, "--json"], at));
+        let (code, said, errors) = told(&crossgrain(
+            &["study", "claims", name, "--out", &out, "--json"],
+            at,
+        ));
         assert_eq!((code, errors.as_str()), (wanted, ""), "{name}");
         let record = fs::read_to_string(at.join(&out).join("claims.json")).expect("a record");
         assert_eq!(record, said, "{name}");
@@ -69,11 +71,14 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
         assert!(!page.contains("NaN"), "{name}");
     }
     // A folder that is there is never written into.
-    let (code, _, errors) = told(&crossgrain(&["claims", "many", "--out", "few-claims"], at));
+    let (code, _, errors) = told(&crossgrain(
+        &["study", "claims", "many", "--out", "few-claims"],
+        at,
+    ));
     assert_eq!(code, 2);
     assert!(errors.contains("exists already"), "{errors}");
     // Without --out it only says.
-    let (code, said, _) = told(&crossgrain(&["claims", "few"], at));
+    let (code, said, _) = told(&crossgrain(&["study", "claims", "few"], at));
     assert_eq!(code, 3);
     assert!(said.contains("open: too few members"), "{said}");
 }

@@ -21,6 +21,9 @@ use grains::native::Mode;
 use grains::native::pouring::Softly;
 
 #[derive(Debug, Subcommand)]
+#[command(
+    after_help = "Example:\n  crossgrain study plan campaign scene.json --members 1000 --out thousand"
+)]
 pub enum Kind {
     /// Many realizations of one scene in one engine
     Campaign(CampaignArguments),
@@ -33,6 +36,9 @@ pub enum Kind {
 }
 
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  crossgrain study plan campaign scene.json --members 1000 --out thousand"
+)]
 pub struct CampaignArguments {
     /// The scene file
     scene: PathBuf,

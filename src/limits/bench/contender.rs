@@ -157,6 +157,15 @@ impl Contender {
         }
     }
 
+    /// How many times native exact's time a step of it is to take, where that is a goal.
+    pub fn goal(self) -> Option<f64> {
+        match self {
+            Contender::YadeOrdinary => Some(30.0),
+            Contender::Lammps => Some(7.0),
+            _ => None,
+        }
+    }
+
     fn is_yade(self) -> bool {
         matches!(self, Contender::YadeOrdinary | Contender::YadeSorted)
     }

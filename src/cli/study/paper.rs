@@ -1,25 +1,66 @@
-//! `crossgrain figures`: the paper's figures from our own numbers.
+//! `crossgrain study claims` and `study figures`: what the paper says and draws, from a campaign's members.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::print;
 use crate::checks::Outcome;
+use crate::cli::{json, print, tell};
 use crate::document::{Document, Section};
 use crate::error::{Error, exit};
-use crate::files::free_folder;
-use crate::paper::disc_field::figure_4;
-use crate::report::disc_field::inside_a_disc;
+use crate::files::{free_folder, refuse_existing, write_folder, write_whole};
+use crate::report::disc_field::of_figure_4;
 use crate::report::fields::bulbs;
 use crate::report::packing::force_chains;
-use crate::report::page;
+use crate::report::{page, terminal};
 use crate::study::campaign::merged;
+use crate::study::claims::{self, Origin};
 use crate::study::distribution::Distribution;
 use crate::study::figures::{distributions, loaded_bed, setup_of, sharings};
 use crate::study::realization::Runner;
 use grains::native::Mode;
 use grains::scene::paper_scene;
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit code 0: every claim has a verdict, whichever; 3: the campaign is too small for a claim.\n\nExamples:\n  \
+    crossgrain study claims thousand\n  crossgrain study claims thousand --out claims"
+)]
+pub struct Claims {
+    /// The folder of a merged campaign
+    folder: PathBuf,
+    /// A new folder for claims.json and report.html
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Claims {
+    pub fn execute(self) -> Result<u8, Error> {
+        if let Some(out) = &self.out {
+            refuse_existing(out)?;
+        }
+        let merged = merged(&self.folder)?;
+        let origin = Origin {
+            command: "crossgrain study claims".to_owned(),
+            engine: merged.summary.engine.clone(),
+            plan: merged.summary.plan.clone(),
+            members_digest: merged.summary.sha256.clone(),
+        };
+        let found = claims::of(&merged.plan.study.scene, &merged.rows, origin);
+        let (text, document) = (json(&found)?, found.document());
+        if let Some(out) = &self.out {
+            write_folder::<Error>(out, |aside| {
+                page(&document).write(aside)?;
+                Ok(write_whole(&aside.join("claims.json"), text.as_bytes())?)
+            })?;
+        }
+        tell(self.json, &text, || terminal(&document))?;
+        Ok(document.verdict.exit_code())
+    }
+}
 
 /// The folder that is used when none is named; a number is added when it exists.
 const DEFAULT_OUT: &str = "out/figures";
@@ -27,9 +68,9 @@ const DEFAULT_OUT: &str = "out/figures";
 #[derive(Debug, Args)]
 #[command(
     after_help = "Writes a page and each figure as SVG and CSV; files of the same names in --out are replaced.\n\n\
-    Examples:\n  crossgrain figures\n  crossgrain figures --campaign thousand --out figures"
+    Examples:\n  crossgrain study figures\n  crossgrain study figures --campaign thousand --out figures"
 )]
-pub struct Arguments {
+pub struct Figures {
     /// A merged campaign: its members give Figure 5, the scene of its first one the others
     #[arg(long)]
     campaign: Option<PathBuf>,
@@ -38,7 +79,7 @@ pub struct Arguments {
     out: Option<PathBuf>,
 }
 
-impl Arguments {
+impl Figures {
     pub fn execute(self) -> Result<u8, Error> {
         // Before anything is run or written.
         let campaign = self.campaign.as_deref().map(merged).transpose()?;
@@ -66,9 +107,12 @@ impl Arguments {
             ),
         };
         let chains = force_chains(&loaded_bed(&scene, Runner::Native(Mode::Exact))?)?;
-        let disc = figure_4().map_err(|error| Error::Report(error.to_string()))?;
         let (table, shares) = sharings();
-        let (map, profiles) = inside_a_disc("figure-4", &disc);
+        let disc = Section {
+            title: "Figure 4".to_owned(),
+            answer: "Inside a grain.".to_owned(),
+            ..of_figure_4()?
+        };
         let document = Document {
             title: "The paper's figures from our own numbers".to_owned(),
             verdict: Outcome::Pass,
@@ -79,9 +123,7 @@ impl Arguments {
                 Section::new("Figure 3 and Table 1", "Five piles.")
                     .with(table)
                     .with(shares),
-                Section::new("Figure 4", "Inside a grain.")
-                    .with(map)
-                    .with(profiles),
+                disc,
                 fifth,
             ],
             checks: Vec::new(),

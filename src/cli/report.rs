@@ -1,0 +1,431 @@
+//! `crossgrain report`: what a finished job or run gives to people and to other programs.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+
+use super::{json, print};
+use crate::checks::record::{Record, read};
+use crate::checks::{Check, Outcome};
+use crate::compare::baseline::Store;
+use crate::compare::baseline::diff::{Diff, diff};
+use crate::document::{Document, Table};
+use crate::error::{Error, exit};
+use crate::explain::{EXPLANATIONS, of};
+use crate::files::{FileError, failed, into_place, refuse_existing, write_folder, write_whole};
+use crate::report;
+use crate::report::junit::{of_checks, of_error};
+use crate::run::export::{pack_archive, vtk_files};
+use crate::run::folder::RunFolder;
+
+#[derive(Debug, Subcommand)]
+#[command(
+    after_help = "Examples:\n  crossgrain report checks out/reproduce/run.json\n  crossgrain report explain faults\n  \
+    crossgrain report baseline save out/reproduce/run.json main\n  crossgrain report vtk native --out vtk"
+)]
+pub enum Verb {
+    /// The checks of a finished job as lines, JUnit XML, CSV or a job summary in Markdown
+    Checks(Checks),
+    /// What a check means, its formula, its source and what usually breaks it
+    Explain(Explain),
+    /// Keep a job's checks under a name, and hold later jobs against them
+    #[command(subcommand)]
+    Baseline(Baseline),
+    /// Grains, contacts and cells of a run folder as VTK files that ParaView opens
+    #[command(
+        after_help = "Example:\n  crossgrain report vtk native --out vtk  # open vtk/grains.vtp in ParaView, look along y"
+    )]
+    Vtk(Folders),
+    /// A run folder packed, with checksums and an RO-Crate description
+    #[command(after_help = "Example:\n  crossgrain report archive native --out native.tar.gz")]
+    Archive(Folders),
+}
+
+impl Verb {
+    pub fn execute(self) -> Result<u8, Error> {
+        match self {
+            Verb::Checks(arguments) => arguments.execute(),
+            Verb::Explain(arguments) => arguments.execute(),
+            Verb::Baseline(verb) => verb.execute(),
+            Verb::Vtk(folders) => folders.vtk(),
+            Verb::Archive(folders) => folders.archive(),
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "The exit code is that of the job: 0 agreed, 1 a check failed, 3 incomplete.\n\nExamples:\n  \
+    crossgrain report checks out/reproduce/run.json\n  crossgrain report checks out/reproduce/run.json --junit checks.xml --summary \
+    \"$GITHUB_STEP_SUMMARY\"\n  crossgrain report checks verified/verify.json --all --csv checks.csv"
+)]
+pub struct Checks {
+    /// run.json, verify.json or bench.json of a finished job
+    #[arg(required_unless_present = "schema")]
+    record: Option<PathBuf>,
+    /// Print the JSON Schema of what all records have in common
+    #[arg(long, conflicts_with = "record")]
+    schema: bool,
+    /// Print the checks that passed too
+    #[arg(long)]
+    all: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    files: Files,
+}
+
+/// The files that a job's checks can be written to.
+#[derive(Debug, Clone, Default, Args)]
+pub struct Files {
+    /// Write JUnit XML
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+    /// Write a table
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Append a job summary in Markdown
+    #[arg(long, value_name = "FILE")]
+    summary: Option<PathBuf>,
+}
+
+impl Files {
+    /// Writes those that were asked for, with what a baseline says.
+    pub fn write(&self, record: &Record, diff: Option<&Diff>) -> Result<(), Error> {
+        let mut checks = record.checks.clone();
+        checks.extend(
+            diff.map(crate::compare::baseline::checks)
+                .unwrap_or_default(),
+        );
+        if let Some(path) = &self.junit {
+            let name = format!("crossgrain {}", record.job);
+            write(path, &of_checks(&name, &checks))?;
+        }
+        if let Some(path) = &self.csv {
+            write(path, &Table::of_checks("checks", &checks).csv())?;
+        }
+        if let Some(path) = &self.summary {
+            append(path, &report::markdown(&record.document(diff)))?;
+        }
+        Ok(())
+    }
+
+    /// A job that ended with an error has no checks; whoever reads the files is told so there too.
+    pub fn write_error(&self, name: &str, error: &Error) -> Result<(), Error> {
+        if let Some(path) = &self.junit {
+            write(path, &of_error(name, error))?;
+        }
+        if let Some(path) = &self.summary {
+            let answer = format!("It ended with exit code {}: {error}", error.exit_code());
+            let document = Document {
+                title: name.to_owned(),
+                verdict: Outcome::Skipped,
+                answer,
+                sections: Vec::new(),
+                checks: Vec::new(),
+            };
+            append(path, &report::markdown(&document))?;
+        }
+        Ok(())
+    }
+}
+
+/// Adds to a file that other steps of a job may have begun.
+fn append(path: &Path, text: &str) -> Result<(), Error> {
+    use std::io::Write;
+    let file = std::fs::OpenOptions::new()
+        .create(true)
+        .append(true)
+        .open(path);
+    file.and_then(|mut file| file.write_all(text.as_bytes()))
+        .map_err(failed("write", path))
+        .map_err(Error::File)
+}
+
+/// Writes a file whole; into a pipe or a device that has this name instead of in its place.
+fn write(path: &Path, text: &str) -> Result<(), Error> {
+    if std::fs::metadata(path).is_ok_and(|of| !of.is_file() && !of.is_dir()) {
+        let file = std::fs::OpenOptions::new().write(true).open(path);
+        return file
+            .and_then(|mut file| std::io::Write::write_all(&mut file, text.as_bytes()))
+            .map_err(failed("write", path))
+            .map_err(Error::File);
+    }
+    Ok(write_whole(path, text.as_bytes())?)
+}
+
+impl Checks {
+    fn execute(self) -> Result<u8, Error> {
+        let Some(path) = &self.record else {
+            print(&json(&schemars::schema_for!(Record))?)?;
+            return Ok(exit::AGREED);
+        };
+        let record = read(path)?;
+        self.files.write(&record, None)?;
+        print(&if self.json {
+            json(&record)?
+        } else {
+            let lines = report::check_lines(&record.checks, self.all);
+            let [job, verdict] = [&record.job, record.verdict.word()];
+            lines + &format!("{job}: {verdict}; {}\n", record.tally())
+        })?;
+        Ok(record.verdict.exit_code())
+    }
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Without CHECK all kinds of checks are named.\n\nExamples:\n  crossgrain report explain faults\n  crossgrain report explain \
+    facts/everything/dt --record out/reproduce/run.json"
+)]
+pub struct Explain {
+    /// A check's id, or the beginning of one, as `report checks --all` prints it
+    check: Option<String>,
+    /// The record that it stands in: its values and limits are shown too
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+}
+
+/// Checks of a record that are shown for the beginning of an id.
+const MOST_SHOWN: usize = 10;
+
+impl Explain {
+    fn execute(self) -> Result<u8, Error> {
+        let Some(id) = &self.check else {
+            let kinds = EXPLANATIONS.map(|of| format!("{}\n    {}\n", of.pattern, of.meaning));
+            print(&kinds.concat())?;
+            return Ok(exit::AGREED);
+        };
+        let Some(found) = of(id) else {
+            return Err(Error::Usage(format!(
+                "there is no check {id}; crossgrain report explain names all kinds, crossgrain report checks RECORD --all those of a job"
+            )));
+        };
+        let mut text = format!(
+            "{}\n\nmeaning: {}\nformula: {}\nsource:  {}\nbreaks:  {}\n",
+            found.pattern, found.meaning, found.formula, found.source, found.breaks
+        );
+        if let Some(path) = &self.record {
+            let record = read(path)?;
+            let within = |check: &&Check| {
+                check.id == *id
+                    || check
+                        .id
+                        .starts_with(&format!("{}/", id.trim_end_matches('/')))
+            };
+            let shown: Vec<&Check> = record.checks.iter().filter(within).collect();
+            if shown.is_empty() {
+                return Err(Error::Usage(format!(
+                    "{} has no check {id}; crossgrain report checks {} --all names them",
+                    path.display(),
+                    path.display()
+                )));
+            }
+            for check in shown.iter().take(MOST_SHOWN) {
+                text += &lines(check);
+            }
+            if shown.len() > MOST_SHOWN {
+                text += &format!("\n… and {} more\n", shown.len() - MOST_SHOWN);
+            }
+        }
+        print(&text)?;
+        Ok(exit::AGREED)
+    }
+}
+
+fn lines(check: &Check) -> String {
+    let mut text = format!(
+        "\n{}: {}\n    {}\n",
+        check.id,
+        check.outcome.word(),
+        check.in_a_line()
+    );
+    for (title, words) in [("method", &check.method), ("limits", &check.basis)] {
+        if !words.is_empty() {
+            text += &format!("    {title}: {words}\n");
+        }
+    }
+    text
+}
+
+#[derive(Debug, Subcommand)]
+#[command(
+    after_help = "A baseline changes only by `save --replace`.\n\nExamples:\n  crossgrain report baseline save out/reproduce/run.json main\n  \
+    crossgrain report baseline list\n  crossgrain report baseline diff out/reproduce-1/run.json main"
+)]
+pub enum Baseline {
+    /// Keep the checks of a finished job under a name
+    #[command(
+        after_help = "Example:\n  crossgrain report baseline save out/reproduce/run.json main"
+    )]
+    Save {
+        /// run.json, verify.json or bench.json of a finished job
+        record: PathBuf,
+        /// Its name as a baseline
+        name: String,
+        /// Put it in the place of one of that name
+        #[arg(long)]
+        replace: bool,
+        #[command(flatten)]
+        at: Where,
+    },
+    /// All baselines: name, job, version, how many checks
+    #[command(after_help = "Example:\n  crossgrain report baseline list")]
+    List(Where),
+    /// What is worse, better, moved or gone since a baseline
+    Diff(DiffArguments),
+}
+
+#[derive(Debug, Args)]
+pub struct Where {
+    /// The folder of baselines
+    #[arg(long, default_value = "baselines", value_name = "DIR")]
+    store: PathBuf,
+}
+
+impl Where {
+    pub fn store(&self) -> Store {
+        Store::new(&self.store)
+    }
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit code 0: nothing is worse; 1: a new failure, or slower on the same kind of machine; 3: a check is gone, is no \
+    longer made or is defined otherwise, so that nothing can be said of it.\nTimes are compared as ratios to YADE and to native exact and as \
+    numbers of instructions, never as seconds.\n\nExample:\n  crossgrain report baseline diff out/reproduce-1/run.json main"
+)]
+pub struct DiffArguments {
+    /// run.json, verify.json or bench.json of a finished job
+    record: PathBuf,
+    /// The baseline's name
+    name: String,
+    /// Print every check that moved within its tolerance, not only the dozen that moved most
+    #[arg(long)]
+    all: bool,
+    /// Every measured number must be the same to the last bit, as after a change that is to change nothing
+    #[arg(long)]
+    bits: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Append a job summary in Markdown
+    #[arg(long, value_name = "FILE")]
+    summary: Option<PathBuf>,
+    #[command(flatten)]
+    at: Where,
+}
+
+impl Baseline {
+    fn execute(self) -> Result<u8, Error> {
+        match self {
+            Baseline::Save {
+                record,
+                name,
+                replace,
+                at,
+            } => {
+                let path = at.store().save(&record, &name, replace)?;
+                print(&format!("kept as {}\n", path.display()))?;
+                Ok(exit::AGREED)
+            }
+            Baseline::List(at) => {
+                let store = at.store();
+                let mut text = String::new();
+                for name in store.names()? {
+                    let record = store.load(&name)?.record;
+                    let [job, version] = [&record.job, &record.crossgrain];
+                    text += &format!("{name}: {job}, crossgrain {version}, {}\n", record.tally());
+                }
+                if text.is_empty() {
+                    text = "there are none yet; crossgrain report baseline save makes one\n"
+                        .to_owned();
+                }
+                print(&text)?;
+                Ok(exit::AGREED)
+            }
+            Baseline::Diff(arguments) => arguments.execute(),
+        }
+    }
+}
+
+impl DiffArguments {
+    fn execute(self) -> Result<u8, Error> {
+        let baseline = self.at.store().load(&self.name)?;
+        let record = read(&self.record)?;
+        if baseline.record.job != record.job {
+            return Err(Error::Usage(format!(
+                "the baseline {} is of {}, this run is of {}; give a run of the same job",
+                self.name, baseline.record.job, record.job
+            )));
+        }
+        let mut found = diff(&baseline, &record);
+        if self.bits {
+            found = found.demanding_bits();
+        }
+        if let Some(path) = &self.summary {
+            append(path, &report::markdown(&record.document(Some(&found))))?;
+        }
+        print(&if self.json {
+            json(&found)?
+        } else {
+            report::terminal(&found.document(self.all))
+        })?;
+        Ok(found.verdict.exit_code())
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct Folders {
+    /// A run folder
+    run: PathBuf,
+    /// What to write; must not exist
+    #[arg(long)]
+    out: PathBuf,
+}
+
+impl Folders {
+    fn vtk(self) -> Result<u8, Error> {
+        refuse_existing(&self.out)?;
+        let run = RunFolder::read(&self.run)?;
+        let mut files = vtk_files(&run.scene, &run.last, "").to_vec();
+        if let Some(settled) = &run.settled {
+            files.extend(vtk_files(&run.scene, settled, "settled-"));
+        }
+        write_folder::<FileError>(&self.out, |aside| {
+            files
+                .iter()
+                .try_for_each(|(name, text)| write_whole(&aside.join(name), text.as_bytes()))
+        })?;
+        let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+        print(&format!("{}: {}\n", self.out.display(), names.join(", ")))?;
+        Ok(exit::AGREED)
+    }
+
+    fn archive(self) -> Result<u8, Error> {
+        refuse_existing(&self.out)?;
+        // Only what belongs together is worth an archive's room.
+        let run = RunFolder::read(&self.run)?;
+        let name = self.out.file_name().and_then(|name| name.to_str());
+        let name = name
+            .and_then(|name| name.split('.').next())
+            .filter(|name| !name.is_empty());
+        let Some(name) = name else {
+            return Err(Error::Usage(format!(
+                "{} is no name for an archive; give one such as run.tar.gz",
+                self.out.display()
+            )));
+        };
+        let beside = match self.out.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        let mut aside =
+            tempfile::NamedTempFile::new_in(beside).map_err(failed("write into", beside))?;
+        pack_archive(&self.run, &run, name, &mut aside)?;
+        into_place(aside, &self.out)?;
+        print(&format!("{}\n", self.out.display()))?;
+        Ok(exit::AGREED)
+    }
+}

@@ -1,0 +1,479 @@
+//! What a benchmark says: its checks, what of it travels between machines, and the whole for people.
+
+use super::contender::{Contender, NATIVE};
+use super::goals::Goal;
+use super::instructions::Instructions;
+use super::rounds::Contest;
+use super::scaling::Point as Size;
+use super::{BedRecord, Bench, Distance};
+use crate::checks::{Check, Outcome, Speed, slug, verdict};
+use crate::document::plot::Point;
+use crate::document::{Axis, Cell, Colour, Document, Plot, Section, Table, rounded};
+
+impl Bench {
+    /// Every check: beds, bits, and what was missed. No time counts.
+    pub fn checks(&self) -> Vec<Check> {
+        let mut checks: Vec<Check> = self.contests.iter().flat_map(of_bed).collect();
+        if let Some(bits) = &self.sorted_bits {
+            let what = "native exact against YADE's sorted loop";
+            let outcome = Outcome::pass_if(bits.agrees());
+            let check = Check::of_words("bench/bits", what, outcome, &bits.to_string());
+            let check = Check {
+                n: bits.numbers as u64,
+                ..check.with_limits(bits.differing as f64, 0.0, Some(0.0))
+            };
+            checks.push(check.judged_by(
+                "how many numbers differ in any bit after the same steps",
+                "both engines do the same operations in the same order (docs/determinism.md)",
+            ));
+        }
+        checks.extend(self.missed.iter().map(|missed| {
+            let outcome = match missed.failed {
+                true => Outcome::Fail,
+                false => Outcome::Skipped,
+            };
+            let id = format!("bench/missed/{}", slug(&missed.what));
+            Check {
+                required: missed.needed,
+                ..Check::of_words(id, &missed.what, outcome, &missed.why)
+            }
+        }));
+        checks
+    }
+
+    /// Times over native exact's, and instructions.
+    pub fn speeds(&self) -> Vec<Speed> {
+        let others = self.contests.iter();
+        let others = others.filter(|contest| contest.contender != Contender::Exact);
+        let ratios = others.filter_map(|contest| {
+            let over = contest.over_exact.as_ref()?;
+            // Of the native engine's own modes less is better; what others take longer is to its credit.
+            Some(Speed {
+                id: format!("time/{}", slug(&contest.name)),
+                what: format!("time a step of {} over native exact", contest.name),
+                unit: "times native exact".to_owned(),
+                value: over.median,
+                range: Some([over.least, over.most]),
+                less_is_better: NATIVE.contains(&contest.contender),
+            })
+        });
+        let instructions = self.instructions.iter().map(|of| Speed {
+            id: format!("instructions/{}", slug(&of.name)),
+            what: format!("instructions a step of {}", of.name),
+            unit: "instructions a step".to_owned(),
+            value: of.per_step,
+            range: None,
+            less_is_better: true,
+        });
+        ratios.chain(instructions).collect()
+    }
+
+    /// For people.
+    pub fn document(&self) -> Document {
+        let bits = match &self.sorted_bits {
+            Some(bits) => format!(
+                "Native exact against YADE's sorted loop, timed on the same bed: {} of {} positions and velocities differ.",
+                bits.differing, bits.numbers
+            ),
+            None => "The bits of YADE's sorted loop were not compared.".to_owned(),
+        };
+        let disturbed = if self.disturbed {
+            " The machine was busy with other things: some engine had the processor for less than 95 % of the time. Measure again \
+             on an idle machine before believing any ratio."
+        } else {
+            ""
+        };
+        let checks = self.checks();
+        Document {
+            title: "What a step costs".to_owned(),
+            verdict: verdict(&checks),
+            answer: bits + disturbed,
+            sections: vec![
+                goals(&self.goals),
+                self.side_by_side(),
+                instructions(&self.instructions),
+                self.stages(),
+                self.limits(),
+                self.sizes(),
+                self.machine(),
+            ],
+            checks,
+        }
+    }
+
+    fn side_by_side(&self) -> Section {
+        let columns = [
+            "engine",
+            "time a step, median, µs",
+            "least, µs",
+            "most, µs",
+            "steps",
+            "least share of the processor",
+            "times native exact",
+            "times native free",
+            "contacts",
+            "moved, R",
+            "kinetic energy, mJ",
+            "bed",
+        ];
+        let mut table = Table::new("engines", "", &columns);
+        for of in &self.contests {
+            let (time, sanity) = (&of.seconds_per_step, &of.sanity);
+            let [median, least, most] =
+                [time.median, time.least, time.most].map(|of| Cell::from(1e6 * of));
+            table.row([
+                of.name.as_str().into(),
+                median,
+                least,
+                most,
+                of.steps.into(),
+                of.processor_share.into(),
+                of.over_exact.as_ref().map(|over| over.median).into(),
+                of.over_free.as_ref().map(|over| over.median).into(),
+                sanity.contacts.into(),
+                sanity.displacement.into(),
+                (1e3 * sanity.energy).into(),
+                Outcome::pass_if(sanity.holds).into(),
+            ]);
+        }
+        let answer = "Every engine takes a turn in every round, on one thread, from the same bed; every second round goes backwards. \
+                      Times are processor time of steps alone, without start, reading and tables.";
+        let title = format!(
+            "Side by side on the settled bed of {} grains",
+            self.bed.grains
+        );
+        let section = Section::new(&title, answer).with_all(self.ratios());
+        let mut section = section.with(table).with(
+            "The bed: contacts between grains, the largest distance of a grain from its place in native exact after the same steps, \
+             kinetic energy. YADE runs with verletDist 1e-4 m, its best on this bed, frictionless as the scene is; it computes spheres \
+             in three dimensions with friction and rotation at hand, and a good part of the ratio is what is not computed. LAMMPS and \
+             LIGGGHTS know one stiffness for all pairs, have a drag force in place of Cundall's damping and do not integrate \
+             rotation, so their bed is a slightly other one, and their time is that of a general code over the same pairs.",
+        );
+        for of in &self.contests {
+            if of.contender == Contender::Brought {
+                section = section.with(format!(
+                    "{} is a process a run: its time is that of {} steps less that of {}. It says of itself: {}",
+                    of.name,
+                    2 * of.steps,
+                    of.steps,
+                    match of.approximations.as_slice() {
+                        [] => "nothing else than the model.".to_owned(),
+                        said => said.join("; "),
+                    }
+                ));
+            }
+        }
+        section
+    }
+
+    /// Each round's ratio to native exact, and the median with the middle half.
+    fn ratios(&self) -> Option<Plot> {
+        let others = self.contests.iter();
+        let others = others.filter(|contest| contest.contender != Contender::Exact);
+        let rows: Vec<_> = others
+            .filter_map(|contest| Some((contest, contest.over_exact.as_ref()?)))
+            .collect();
+        let rounds = rows.iter().enumerate().flat_map(|(row, (_, over))| {
+            let points = over.all.iter();
+            points.map(move |ratio| Point::at(*ratio, row as f64))
+        });
+        let medians = rows.iter().enumerate().map(|(row, (_, over))| Point {
+            interval: Some([over.low_quartile, over.high_quartile]),
+            label: format!("{} ×", rounded(over.median, 3)),
+            ..Point::at(over.median, row as f64)
+        });
+        let goals = rows.iter().enumerate().filter_map(|(row, (contest, _))| {
+            let goal = contest.contender.goal()?;
+            Some(Point::at(goal, row as f64))
+        });
+        let names = rows.iter().map(|(contest, _)| contest.name.as_str());
+        let plot = Plot::new(
+            "ratios",
+            "Time a step over native exact's in the same round: a dot a round, and the median with half of the rounds",
+            Axis::logarithmic("times native exact"),
+            Axis::of_names("", names),
+        );
+        (!rows.is_empty()).then(|| {
+            plot.points("a round", Colour::Sky, rounds)
+                .points("median", Colour::Blue, medians)
+                .points("goal", Colour::Vermilion, goals)
+        })
+    }
+
+    fn stages(&self) -> Section {
+        let mut table = Table::new("stages", "", &["part of a native exact step", "share"]);
+        for of in &self.stages {
+            table.row([of.stage.as_str().into(), of.share.into()]);
+        }
+        let BedRecord {
+            listed_pairs,
+            touching_pairs,
+            steps_per_build,
+            ..
+        } = self.bed;
+        let mut answer = format!(
+            "{listed_pairs} pairs are listed, {touching_pairs} of them touch; a list lasts {steps_per_build:.0} steps."
+        );
+        for of in self.contests.iter().filter(|of| !of.shares.is_empty()) {
+            let parts = of.shares.iter();
+            let parts = parts.map(|of| format!("{} {:.0} %", of.stage, 100.0 * of.share));
+            let parts: Vec<String> = parts.collect();
+            answer += &format!(" {} by its own account: {}.", of.name, parts.join(", "));
+        }
+        Section::new("Where the time of a step goes", answer).with(table)
+    }
+
+    fn limits(&self) -> Section {
+        let columns = [
+            "grains",
+            "measured, µs",
+            "limit",
+            "at least, µs",
+            "measured over it",
+        ];
+        let mut table = Table::new("limits", "", &columns);
+        for Distance {
+            grains,
+            seconds_per_step,
+            bounds,
+            ..
+        } in &self.distances
+        {
+            for bound in bounds {
+                table.row([
+                    u64::from(*grains).into(),
+                    (1e6 * seconds_per_step).into(),
+                    bound.resource.as_str().into(),
+                    (1e6 * bound.seconds).into(),
+                    bound.distance.into(),
+                ]);
+            }
+        }
+        let of = &self.throughput;
+        let mut rates = Table::new("throughput", "", &["of this machine", "value", "unit"]);
+        let times = [
+            ("a division", of.division),
+            ("a square root", of.square_root),
+            ("an addition or multiplication", of.arithmetic),
+        ];
+        for (what, seconds) in times {
+            rates.row([what.into(), (1e9 * seconds).into(), "ns".into()]);
+        }
+        let sets = ["16 KiB", "512 KiB", "8 MiB", "256 MiB"].map(str::to_owned);
+        let read = sets.into_iter().zip(of.read.iter().copied());
+        let steps = self.distances.iter().map(|of| {
+            let what = format!("a step of {} grains, {:.1} MB", of.grains, of.bytes / 1e6);
+            (what, of.read_rate)
+        });
+        for (what, rate) in read.chain(steps) {
+            let what = format!("reading a working set of {what}");
+            rates.row([what.into(), (rate / 1e9).into(), "GB/s".into()]);
+        }
+        let answer = "What a step with these bits cannot do without: two divisions and a root for each listed pair, two divisions for \
+                      each grain, the other arithmetic, and passing over pairs and grains once. Each is multiplied by the throughput \
+                      measured here on one thread, in vectors of doubles. What no limit of throughput shows: gathering positions by \
+                      ids. The native kernel computes each pair twice, once for either grain, so it could come within a factor of two \
+                      of the divisions at best.";
+        Section::new("How far from what this machine can do", answer)
+            .with(table)
+            .with(rates)
+    }
+
+    fn sizes(&self) -> Section {
+        let mut names: Vec<&str> = Vec::new();
+        for point in &self.scaling {
+            if !names.contains(&point.name.as_str()) {
+                names.push(&point.name);
+            }
+        }
+        let colours = [
+            Colour::Blue,
+            Colour::Green,
+            Colour::Purple,
+            Colour::Grey,
+            Colour::Vermilion,
+        ];
+        let draw = |name: &str, caption: &str, y: &str, of: fn(&Size) -> Option<f64>| {
+            let (x, y) = (Axis::logarithmic("grains"), Axis::logarithmic(y));
+            let plot = Plot::new(name, caption, x, y);
+            let series = names.iter().zip(colours);
+            series.fold(plot, |plot, (name, colour)| {
+                let points = self.scaling.iter().filter(|point| point.name == *name);
+                let points = points.filter_map(|point| Some([f64::from(point.grains), of(point)?]));
+                plot.line(name, colour, points)
+            })
+        };
+        let time = draw(
+            "time-and-size",
+            "Cost of a grain in a step. Flat is what a method that only looks at neighbours can do; what rises is memory: the bed no \
+             longer fits into the caches.",
+            "time a step and grain, ns",
+            |point| Some(1e9 * point.seconds_per_grain),
+        );
+        let memory = draw(
+            "memory-and-size",
+            "Largest resident memory of the whole process, reading the bed included.",
+            "peak memory, MB",
+            |point| Some(point.peak_memory? as f64 / 1e6),
+        );
+        let columns = [
+            "engine",
+            "grains",
+            "time a step and grain, ns",
+            "memory, MB",
+        ];
+        let mut table = Table::new("sizes", "", &columns);
+        for point in &self.scaling {
+            table.row([
+                point.name.as_str().into(),
+                u64::from(point.grains).into(),
+                (1e9 * point.seconds_per_grain).into(),
+                point.peak_memory.map(|of| of as f64 / 1e6).into(),
+            ]);
+        }
+        let answer = "Beds up to 5,000 grains are poured and settled, as deep as the paper's and as wide as they need. Larger ones are \
+                      copies of the settled bed side by side, every second one mirrored, and some steps of rest. Grains are numbered \
+                      row by row across the whole width, as a poured cloud is; shuffled ones without any order, the worst case.";
+        Section::new("Cost and memory against size", answer)
+            .with(time)
+            .with(memory)
+            .with(table)
+    }
+
+    fn machine(&self) -> Section {
+        let of = &self.machine;
+        let load = of.load.map(|load| format!(" Load {load} before."));
+        let machine = format!(
+            "{}, {} processors, {}; caches {} KiB; memory {:.0} GB; {}.{}",
+            of.processor,
+            of.processors,
+            of.vector_unit,
+            of.caches.map(|bytes| (bytes / 1024).to_string()).join(", "),
+            of.memory as f64 / 1e9,
+            of.system,
+            load.unwrap_or_default()
+        );
+        let engines = self.contests.iter();
+        let engines = engines.map(|of| format!("{}: {}", of.name, of.version));
+        let engines: Vec<String> = engines.collect();
+        Section::new("Machine and commands", machine).with(format!(
+            "crossgrain {}: `{}`, {} rounds, {:.0} s. {}. Bed: scene `{}`, state `{}`.",
+            self.crossgrain,
+            self.command,
+            self.rounds,
+            self.seconds,
+            engines.join("; "),
+            &self.bed.scene_digest[..16],
+            self.bed.state
+        ))
+    }
+}
+
+/// The three ways in which an engine's bed must still be the bed.
+fn of_bed(contest: &Contest) -> [Check; 3] {
+    let sanity = &contest.sanity;
+    let (tolerance, exact) = (sanity.tolerance, sanity.energy_in_exact);
+    let contacts = sanity.contacts_in_exact as f64;
+    let share = tolerance.contacts;
+    let ways = [
+        (
+            "largest displacement over the mean radius",
+            sanity.displacement,
+            [0.0, 0.0, tolerance.displacement],
+            "1",
+        ),
+        (
+            "contacts between grains",
+            sanity.contacts as f64,
+            [contacts, contacts * (1.0 - share), contacts * (1.0 + share)],
+            "1",
+        ),
+        (
+            "kinetic energy",
+            sanity.energy,
+            [exact, exact / tolerance.energy, exact * tolerance.energy],
+            "J",
+        ),
+    ];
+    ways.map(|(quantity, value, [expected, lower, upper], unit)| {
+        let id = format!("bench/bed/{}/{}", slug(&contest.name), slug(quantity));
+        let what = format!("{quantity} of the bed of {}", contest.name);
+        let outcome = Outcome::pass_if(lower <= value && value <= upper);
+        Check {
+            unit: unit.to_owned(),
+            lower: Some(lower),
+            upper: Some(upper),
+            ..Check::of_words(id, &what, outcome, "")
+                .with_limits(value, expected, None)
+                .judged_by(
+                    "against native exact's bed after the same steps",
+                    "how far rounding or the other law may take it (src/limits/bench/contender.rs)",
+                )
+        }
+    })
+}
+
+fn goals(goals: &[Goal]) -> Section {
+    let columns = ["met", "goal", "bound", "median", "least", "most"];
+    let mut table = Table::new("goals", "", &columns);
+    for of in goals {
+        let met = match of.met {
+            Some(true) => "met",
+            Some(false) => "not met",
+            None => "skipped",
+        };
+        let bound = if of.at_least { "at least" } else { "at most" };
+        let [least, most] = of.range.map_or([None; 2], |ends| ends.map(Some));
+        table.row([
+            met.into(),
+            of.goal.as_str().into(),
+            format!("{bound} {}", of.bound).into(),
+            of.measured.into(),
+            least.into(),
+            most.into(),
+        ]);
+    }
+    let answer = "Findings, no checks: another machine gives other times.";
+    Section::new("Goals", answer).with(table)
+}
+
+fn instructions(all: &[Instructions]) -> Section {
+    let columns = [
+        "engine",
+        "instructions a step",
+        "a listed pair",
+        "times native exact",
+        "mostly in",
+    ];
+    let mut table = Table::new("instructions", "", &columns);
+    for of in all {
+        let functions = of.functions.iter().take(4);
+        let functions =
+            functions.map(|(name, share)| format!("`{}` {:.0} %", short_name(name), 100.0 * share));
+        let functions: Vec<String> = functions.collect();
+        table.row([
+            of.name.as_str().into(),
+            of.per_step.into(),
+            of.per_listed_pair.into(),
+            of.over_exact.into(),
+            functions.join(", ").into(),
+        ]);
+    }
+    let answer = "Counted by valgrind, the same at any time of day. Valgrind shows no AVX-512, so the native engine's are those of its \
+                  AVX2 code; the AVX-512 code, where the machine has it, needs fewer. An instruction is no unit of time: a vector's \
+                  division takes many times as long as an addition.";
+    Section::new("Instructions", answer).with(table)
+}
+
+/// The last part of a long path of a function, without its arguments.
+fn short_name(name: &str) -> String {
+    const LONGEST: usize = 60;
+    if name.starts_with("0x") {
+        return "(a function without a name)".to_owned();
+    }
+    let name = name.split('(').next().unwrap_or(name);
+    let parts: Vec<&str> = name.split("::").collect();
+    let short = parts[parts.len().saturating_sub(2)..].join("::");
+    short.chars().take(LONGEST).collect()
+}

@@ -1,0 +1,489 @@
+//! What the main job says: the evidence of its verdict first, and after it what is no part of the verdict.
+
+use std::time::SystemTime;
+
+use super::Runs;
+use super::beside::{Beside, Stated};
+use super::record::{NamedComparison, Reproduction};
+use crate::checks::Outcome;
+use crate::compare::QuantityPair;
+use crate::compare::baseline::diff::Diff;
+use crate::compare::divergence::Separation;
+use crate::document::{Axis, Block, Cell, Colour, Document, Mark, Plot, Point, Section, Table};
+use crate::error::Error;
+use crate::paper;
+use crate::report::disc_field::of_figure_4;
+use crate::report::packing::pictures;
+use crate::run::folder::RunFolder;
+use grains::measure::HistoryRow;
+use grains::native::first_contact_punch;
+use grains::tables::Stage;
+
+const PAPER: &str =
+    "Stochastic modeling of stress fields in geotechnical problems with discrete media";
+
+impl Reproduction {
+    /// The page: `beside` are the records of other jobs that stand on it, `diff` is against a baseline.
+    pub fn document(
+        &self,
+        runs: &Runs,
+        beside: &Beside,
+        diff: Option<&Diff>,
+    ) -> Result<Document, Error> {
+        let mut sections: Vec<Section> = diff.map(|diff| diff.section(false)).into_iter().collect();
+        let compared = self.comparisons.iter();
+        let plots = compared.filter_map(differences).chain(quantiles(runs));
+        sections.push(self.compared().with_all(plots));
+        sections.push(beds(runs));
+        sections.push(histories(runs).with_all(self.separation()));
+        sections.push(self.faults());
+        if let Some(suite) = &self.ladder {
+            sections.extend(suite.sections());
+            sections.push(of_figure_4()?);
+        }
+        sections.extend(paper::document(&self.numbers, &self.text_faults).sections);
+        sections.extend(self.skipped());
+        let quantities = self.comparisons.iter();
+        let quantities = quantities.map(|of| of.comparison.quantity_table(&of.title));
+        let all = "Each is measured in both runs of a comparison, A and B.";
+        sections.push(
+            Section::new("Every measured quantity", all)
+                .with_all(quantities)
+                .as_details(),
+        );
+        sections.extend(self.parameters());
+        let answer = "What follows are findings: about the paper, from recorded runs, and about what a step costs. No check is made of them.";
+        sections.push(Section::new("No part of the verdict", answer));
+        sections.push(self.claims());
+        // The claims with their distributions first.
+        sections.extend(beside.records.iter().rev().map(part));
+        if beside.records.is_empty() {
+            let why = "Claims, distributions, stable steps and cost against error are not on this page: they are recorded for the \
+                       paper's scene only. `--with DIR` shows those of a job of yours.";
+            sections.push(Section::new("Other jobs", why));
+        }
+        sections.push(choices(&runs.native));
+        sections.push(self.runs());
+        Ok(Document {
+            sections,
+            ..self.summary()
+        })
+    }
+
+    /// The same for a terminal: comparisons, faults, what was skipped, runs.
+    pub fn summary(&self) -> Document {
+        let live = match (&self.yade, self.comparisons.is_empty()) {
+            (Some(version), _) => format!("YADE {version} ran live."),
+            (None, false) => {
+                "YADE did not run live; the native engine is compared with a recorded run."
+                    .to_owned()
+            }
+            (None, true) => "Nothing could be compared: YADE did not run live, and the recorded run is of another scene."
+                .to_owned(),
+        };
+        let found = self.faults.iter();
+        let found = found.filter(|fault| fault.verdict == Outcome::Pass).count();
+        let mut sections = vec![self.compared(), self.faults()];
+        sections.extend(self.skipped());
+        sections.push(self.runs());
+        Document {
+            title: "The paper's experiment in two engines".to_owned(),
+            verdict: self.verdict,
+            answer: format!(
+                "{live} {found} of {} deliberate faults found. The paper: {PAPER}. crossgrain {}, {}.",
+                self.faults.len(),
+                self.crossgrain,
+                today()
+            ),
+            sections,
+            checks: self.checks(),
+        }
+    }
+
+    fn compared(&self) -> Section {
+        let answer = "The verdict says whether the engines agree on one realization. Whether the paper's figures come out is another \
+                      question.";
+        let mut section = Section::new("Comparisons", answer);
+        for named in &self.comparisons {
+            let of = &named.comparison;
+            let words = format!(
+                "A: {}. B: {}. Folders: {}.",
+                of.a,
+                of.b,
+                named.folders.join(", ")
+            );
+            let heading = format!("{}: {}", named.title, of.verdict().verdict());
+            section = section.with(Block::Heading(heading)).with(words);
+            section = section.with(of.check_table());
+        }
+        section
+    }
+
+    fn faults(&self) -> Section {
+        let answer = "Each fault is put into the native engine alone and compared with the sound one; the comparison has to find it \
+                      within the first steps of pouring, and names the first step and grain.";
+        let mut table = Table::new("faults", "", &["outcome", "fault", "first difference"]);
+        for fault in &self.faults {
+            let found = fault.found.as_str().into();
+            table.row([fault.verdict.into(), Cell::Code(fault.fault.clone()), found]);
+        }
+        Section::new("Would it notice?", answer).with(table)
+    }
+
+    fn skipped(&self) -> Option<Section> {
+        let mut table = Table::new("skipped", "", &["skipped", "why"]);
+        for of in &self.skipped {
+            table.row([of.what.as_str(), of.why.as_str()].map(Cell::from));
+        }
+        let section = Section::new("Skipped", "These count for nothing.");
+        (!self.skipped.is_empty()).then(|| section.with(table))
+    }
+
+    fn parameters(&self) -> Option<Section> {
+        let columns = [
+            "of",
+            "symbol",
+            "native",
+            "YADE",
+            "relative difference",
+            "unit",
+        ];
+        let title = "Parameters of a few grains in contact, asked before anything was run";
+        let mut table = Table::new("parameters", title, &columns);
+        for pair in &self.facts {
+            let of = &pair.native;
+            table.row([
+                of.of.as_str().into(),
+                of.symbol.into(),
+                of.value.into(),
+                pair.yade.into(),
+                pair.difference.into(),
+                of.unit.into(),
+            ]);
+        }
+        let section = Section::new("Parameters: what each engine says that it uses", "");
+        (!self.facts.is_empty()).then(|| section.with(table).as_details())
+    }
+
+    /// How rounding differences grow, where an ordinary pair was run.
+    fn separation(&self) -> Option<Plot> {
+        let mut all = self.comparisons.iter();
+        let divergences = all.find_map(|named| named.comparison.divergences.as_ref())?;
+        let curve = |of: &[Separation]| -> Vec<[f64; 2]> {
+            let points = of.iter().map(|of| [of.step as f64, of.largest]);
+            points.filter(|[_, apart]| *apart > 0.0).collect()
+        };
+        let (engines, control) = (
+            curve(&divergences.engines.curve),
+            curve(&divergences.control.curve),
+        );
+        let plot = Plot::new(
+            "separation",
+            "Rounding differences grow: native against YADE's ordinary loop, and two ordinary YADE runs that differ in verletDist \
+             only (before the curves begin the bits agree)",
+            Axis::linear("step of pouring"),
+            Axis::logarithmic("largest separation over R"),
+        );
+        // A scene too short for rounding to matter has no curve to draw.
+        let there = engines.len() + control.len() > 1;
+        there.then(|| {
+            plot.line("native, YADE", Colour::Blue, engines).line(
+                "YADE, YADE",
+                Colour::Vermilion,
+                control,
+            )
+        })
+    }
+
+    fn claims(&self) -> Section {
+        let title = "This realization beside the paper's figures";
+        if self.claims.is_empty() {
+            let answer = "This is not the paper's scene, so the paper says nothing of it.";
+            return Section::new(title, answer);
+        }
+        let columns = ["figure", "published", "±", "here", "unit", "reading"];
+        let mut table = Table::new("realization", "", &columns);
+        for claim in &self.claims {
+            table.row([
+                claim.what.as_str().into(),
+                claim.published.into(),
+                claim.scatter.into(),
+                claim.ours.into(),
+                claim.unit.as_str().into(),
+                claim.reading.as_str().into(),
+            ]);
+        }
+        let answer = "One realization is one draw: it can show a height or a porosity that is out of reach, it cannot decide a mean \
+                      stress or a distribution. These are findings, not checks.";
+        Section::new(title, answer).with(table)
+    }
+
+    fn runs(&self) -> Section {
+        let columns = [
+            "folder",
+            "engine",
+            "stages",
+            "time a step, µs",
+            "times native",
+            "wall time, s",
+            "command",
+        ];
+        let mut table = Table::new("runs", "", &columns);
+        for run in &self.runs {
+            table.row([
+                Cell::Code(run.folder.clone()),
+                run.engine.as_str().into(),
+                run.stages.as_str().into(),
+                run.microseconds_per_step.into(),
+                run.times_native.into(),
+                run.wall_seconds.into(),
+                Cell::Code(run.command.clone()),
+            ]);
+        }
+        let answer = format!(
+            "`{}`, crossgrain {}, {} s. Scene with digest `{}`. A run without times native was made on another machine.",
+            self.command,
+            self.crossgrain,
+            self.seconds.round(),
+            self.scene_digest
+        );
+        Section::new("Runs, versions and commands", answer).with(table)
+    }
+}
+
+/// The day, UTC, as 2026-11-22.
+fn today() -> String {
+    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+    let days = since.map_or(0, |since| since.as_secs() / 86_400);
+    // Years begin in March, so that a leap day is the last (H. Hinnant, chrono-compatible low-level date algorithms).
+    let shifted = days + 719_468;
+    let (era, of_era) = (shifted / 146_097, shifted % 146_097);
+    let year = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
+    let of_year = of_era - (365 * year + year / 4 - year / 100);
+    let month = (5 * of_year + 2) / 153;
+    let day = of_year - (153 * month + 2) / 5 + 1;
+    let (month, next) = if month < 10 {
+        (month + 3, 0)
+    } else {
+        (month - 9, 1)
+    };
+    format!("{}-{month:02}-{day:02}", year + 400 * era + next)
+}
+
+/// Rows of tables of other jobs that are shown; longer ones stand on those jobs' own pages.
+const MOST_ROWS: usize = 30;
+
+/// The record of another job in one section.
+fn part((stated, document): &(Stated, Document)) -> Section {
+    let digest = stated.scene_digest.get(..12).unwrap_or_default();
+    let origin = if stated.recorded {
+        "Recorded, and not run again here"
+    } else {
+        "From a job of yours"
+    };
+    let answer = format!(
+        "{origin}: `{}`, crossgrain {}, scene `{digest}`. {}",
+        stated.command, stated.crossgrain, document.answer
+    );
+    let mut part = Section::new(&document.title, answer);
+    for section in document.sections.iter().filter(|section| !section.details) {
+        part = part.with(Block::Heading(section.title.clone()));
+        if !section.answer.is_empty() {
+            part = part.with(section.answer.clone());
+        }
+        for block in &section.blocks {
+            part = part.with(match block {
+                Block::Table(table) if table.rows.len() > MOST_ROWS => Block::Text(format!(
+                    "{}: a table of {} rows on the page of that job.",
+                    table.title,
+                    table.rows.len()
+                )),
+                block => block.clone(),
+            });
+        }
+    }
+    part
+}
+
+fn choices(run: &RunFolder) -> Section {
+    let scene = serde_json::to_value(&run.scene).unwrap_or_default();
+    let mut table = Table::new("choices", "", &["key of the scene", "chosen", "why"]);
+    for (key, reason) in &run.scene.choices {
+        let value = scene
+            .pointer(key)
+            .map_or(String::new(), |of| of.to_string());
+        table.row([
+            Cell::Code(key.clone()),
+            Cell::Code(value),
+            reason.as_str().into(),
+        ]);
+    }
+    Section::new("What the paper leaves open, and what was chosen", "").with(table)
+}
+
+/// Before and after loading, native and YADE, all with the same scale of forces.
+fn beds(runs: &Runs) -> Section {
+    let mut all = Vec::new();
+    let native = [(&runs.native, "native".to_owned())].into_iter();
+    let yade = runs.yade.iter();
+    for (run, engine) in native.chain(yade.map(|run| (run, run.record.engine.label()))) {
+        if let Some(settled) = &run.settled {
+            all.push((settled.bed(), None, format!("{engine}, settled")));
+        }
+        let end = format!("{engine}, at the end: {}", run.stages_in_words());
+        all.push((run.last.bed(), punch_bottom(run), end));
+    }
+    let answer = "Lines join grains in contact and are as thick as the force is strong, in eight classes, on the same scale in all \
+                  pictures.";
+    Section::new("The packings", answer).with_all(pictures(&runs.native.scene, &all))
+}
+
+/// Where the punch's bottom is at the end, m.
+fn punch_bottom(run: &RunFolder) -> Option<f64> {
+    let depth = run.history.last()?.punch_depth?;
+    let settled = run.settled.as_ref()?;
+    let start = first_contact_punch(&run.scene, &settled.bodies).start;
+    Some(start - depth)
+}
+
+/// Histories of native and YADE on top of each other.
+fn histories(runs: &Runs) -> Section {
+    let draw = |plot: Plot, stage: Stage, of: fn(&HistoryRow) -> Option<[f64; 2]>| {
+        let points = |run: &RunFolder, every: usize| -> Vec<[f64; 2]> {
+            let rows = run.history.iter().filter(|row| row.stage == stage);
+            rows.step_by(every).filter_map(of).collect()
+        };
+        let mut plot = plot.line("native", Colour::Blue, points(&runs.native, 1));
+        if let Some(yade) = &runs.yade {
+            let every = if stage == Stage::Settle { 4 } else { 1 };
+            let points = points(yade, every).into_iter();
+            plot = plot.with(Mark::Points {
+                name: "YADE, sorted loop".to_owned(),
+                colour: Colour::Vermilion,
+                hollow: true,
+                points: points.map(|[x, y]| Point::at(x, y)).collect(),
+            });
+        }
+        if let Some(ordinary) = &runs.ordinary {
+            plot = plot.line("YADE, ordinary loop", Colour::Green, points(ordinary, 1));
+        }
+        plot
+    };
+    let time = || Axis::linear("time since pouring began, s");
+    let energy = Plot::new(
+        "kinetic-energy",
+        "Settling: the kinetic energy falls until the settle rule holds",
+        time(),
+        Axis::logarithmic("kinetic energy, J"),
+    );
+    let unbalanced = Plot::new(
+        "unbalanced-force",
+        "Settling: mean net force on a grain over mean contact force",
+        time(),
+        Axis::logarithmic("unbalanced force"),
+    );
+    let punch = Plot::new(
+        "punch-force",
+        "Loading: the force of the grains on the punch",
+        Axis::linear("punch depth, mm"),
+        Axis::linear("force on the punch, N"),
+    );
+    let section = Section::new("Histories", "")
+        .with(draw(energy, Stage::Settle, |row| {
+            Some([row.time, row.kinetic_energy])
+        }))
+        .with(draw(unbalanced, Stage::Settle, |row| {
+            row.unbalanced_force.map(|force| [row.time, force])
+        }));
+    if runs.native.record.stages.len() < 2 {
+        return section;
+    }
+    section.with(draw(punch, Stage::Load, |row| {
+        let at = row.punch_depth.zip(row.punch_force);
+        at.map(|(depth, force)| [1e3 * depth, force])
+    }))
+}
+
+/// Differences of less than this share of what is allowed are drawn here.
+const LEAST: f64 = 1.0e-3;
+
+/// |A − B| over what is allowed, quantity by quantity, beside that of the control pair; none where the bits are to agree, as
+/// there is no difference to draw.
+fn differences(named: &NamedComparison) -> Option<Plot> {
+    let judged = |pair: &&QuantityPair| {
+        pair.allowed.is_some_and(|allowed| allowed > 0.0) && pair.difference.is_some()
+    };
+    let pairs: Vec<&QuantityPair> = named.comparison.quantities.iter().filter(judged).collect();
+    if named.comparison.bits_expected || pairs.is_empty() {
+        return None;
+    }
+    let shares = |of: fn(&QuantityPair) -> Option<f64>| -> Vec<Point> {
+        let share = |(row, pair): (usize, &&QuantityPair)| {
+            let share = (of(pair)? / pair.allowed?).max(LEAST);
+            Some(Point::at(share, row as f64))
+        };
+        pairs.iter().enumerate().filter_map(share).collect()
+    };
+    let within = |point: &Point| point.x <= 1.0;
+    let (within, beyond): (Vec<_>, Vec<_>) =
+        shares(|pair| pair.difference).into_iter().partition(within);
+    let caption = format!(
+        "{}: |A − B| over what is allowed, and the same of two runs of one engine. At the left end: a thousandth and less.",
+        named.title
+    );
+    let names = pairs.iter().map(|pair| pair.key.as_str());
+    let axes = (
+        Axis::logarithmic("difference over what is allowed"),
+        Axis::of_names("", names),
+    );
+    let control = shares(|pair| pair.control_difference);
+    Some(
+        Plot::new("differences", caption, axes.0, axes.1)
+            .points("within the control pair", Colour::Grey, control)
+            .points("A − B", Colour::Blue, within)
+            .points("more than is allowed", Colour::Vermilion, beyond)
+            .with(Mark::Level {
+                name: "all that is allowed".to_owned(),
+                colour: Colour::Grey,
+                y: 1.0,
+            }),
+    )
+}
+
+/// Quantiles that are drawn.
+const QUANTILES: usize = 100;
+
+/// Normal forces of the last moment in YADE over those in the native engine, quantile by quantile.
+fn quantiles(runs: &Runs) -> Option<Plot> {
+    let of = |run: &RunFolder| -> Vec<f64> {
+        let forces = run.last.contacts.iter().map(|contact| contact.normal_force);
+        let mut forces: Vec<f64> = forces.filter(|force| *force > 0.0).collect();
+        forces.sort_by(f64::total_cmp);
+        let at = |share: f64| forces.get((share * forces.len() as f64) as usize).copied();
+        let shares = (0..QUANTILES).map(|index| (index as f64 + 0.5) / QUANTILES as f64);
+        shares.filter_map(at).collect()
+    };
+    let native = of(&runs.native);
+    let (low, high) = (*native.first()?, *native.last()?);
+    runs.yade.as_ref().or(runs.ordinary.as_ref())?;
+    // Below a ten-thousandth of the strongest there are but a few.
+    let low = low.max(1.0e-4 * high);
+    let mut plot = Plot::new(
+        "force-quantiles",
+        "Normal forces of the last moment, quantile by quantile: the same distribution lies on the line, the same bits do so exactly.",
+        Axis::logarithmic("normal force in native, N"),
+        Axis::logarithmic("in YADE, N"),
+    )
+    .line("the same", Colour::Grey, [[low, low], [high, high]]);
+    for (name, run, colour) in [
+        ("YADE, sorted loop", &runs.yade, Colour::Vermilion),
+        ("YADE, ordinary loop", &runs.ordinary, Colour::Blue),
+    ] {
+        if let Some(run) = run {
+            let pairs = native.iter().zip(of(run));
+            let shown = pairs.filter(|(x, y)| **x >= low && *y >= low);
+            plot = plot.points(name, colour, shown.map(|(x, y)| Point::at(*x, y)));
+        }
+    }
+    Some(plot)
+}
