@@ -11,7 +11,7 @@
 //! - [`plan`]: `plan.json` with kind, version, the source digest of the physics, the study's own plan, and a digest;
 //! - [`store`]: rows on the disk, each line with a check, which files only grow; [`shard`]: who makes which rows;
 //! - [`machine`]: running (threads, progress, resume, engines that fail), status, merging, reading, reuse of another
-//!   plan's rows; [`slurm`]: job arrays; [`report`]: record, checks and document.
+//!   plan's rows; [`shard`]: job arrays; [`report()`]: record, checks and document.
 //!
 //! A task is a number; the plan says what it means. Where tasks share work (one bed, loaded in ten ways), the task is the
 //! shared work, and its row is a list. What is random or timed may stand in a row; [`Study::same`] says then which rows
@@ -23,32 +23,31 @@
 
 pub mod campaign;
 pub mod claims;
-pub mod distribution;
 pub mod figures;
 pub mod machine;
 pub mod member;
 pub mod plan;
 pub mod realization;
-pub mod report;
 pub mod sensitivity;
 pub mod shard;
-pub mod slurm;
-pub mod specification;
 pub mod store;
 pub mod tradeoff;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
-use serde::de::DeserializeOwned;
-
-use crate::checks::record::RecordError;
+use crate::checks::record::{Found, Record, RecordError, write};
+use crate::checks::{Check, Measured, Outcome, verdict};
+use crate::document::Document;
 use crate::engine::EngineError;
 use crate::exit;
 use crate::files::FileError;
-use machine::{Folder, Machine as _};
+use crate::study::machine::{Folder, Machine as _};
 use plan::{Plan, Program};
 use realization::{Engines, Runner};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
 
 /// What is run many times, and what it says; the value is the study's own plan.
 pub trait Study: Serialize + DeserializeOwned + Sync + Sized {
@@ -88,7 +87,7 @@ pub trait Study: Serialize + DeserializeOwned + Sync + Sized {
     fn outline(&self, row: &Self::Row) -> Outline;
 
     /// What the rows that are there say; [`Folder::each`] has them.
-    fn judge(folder: &Folder<Self>) -> Result<report::Judged, StudyError>;
+    fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError>;
 }
 
 /// A row in short.
@@ -100,6 +99,24 @@ pub struct Outline {
     pub ending: &'static str,
     /// Columns of `rows.csv` with their values.
     pub cells: Vec<(String, String)>,
+}
+
+impl Outline {
+    /// Of no engine of its own; what was measured stands after the other cells.
+    pub fn new<const N: usize>(
+        ending: &'static str,
+        cells: [(&str, String); N],
+        measured: &BTreeMap<String, f64>,
+    ) -> Self {
+        let cells = cells.map(|(name, value)| (name.to_owned(), value));
+        let measured = measured.iter();
+        let measured = measured.map(|(key, value)| (key.clone(), format!("{value:?}")));
+        Outline {
+            engine: None,
+            ending,
+            cells: cells.into_iter().chain(measured).collect(),
+        }
+    }
 }
 
 /// A study cannot go on.
@@ -206,4 +223,90 @@ pub fn create<S: Study>(
         Some(from) => Folder::<S>::open(path)?.reuse(from),
         None => Ok(0),
     }
+}
+
+/// The record's file in the study's folder.
+pub const RECORD: &str = "report.json";
+
+/// What a judge says.
+#[derive(Debug)]
+pub struct Judged {
+    /// The study's own record, a JSON object.
+    pub own: Value,
+    /// Numbers that only a baseline judges.
+    pub measured: Vec<Measured>,
+    /// With the study's checks; the machine adds one that no row is missing, and the verdict.
+    pub document: Document,
+}
+
+impl Judged {
+    /// Of a study's own record, with nothing for a baseline alone.
+    pub fn of(kind: &str, record: &impl Serialize, document: Document) -> Result<Self, StudyError> {
+        let own = serde_json::to_value(record).map_err(|error| RecordError::Malformed {
+            path: format!("the record of {kind}"),
+            reason: error.to_string(),
+        })?;
+        Ok(Judged {
+            own,
+            measured: Vec::new(),
+            document,
+        })
+    }
+}
+
+/// What is written and shown.
+#[derive(Debug)]
+pub struct Report {
+    /// `report.json`.
+    pub text: String,
+    /// The same, as all jobs have it.
+    pub record: Record,
+    /// For people.
+    pub document: Document,
+}
+
+/// Judges the rows that are there.
+pub fn report<S: Study>(folder: &Folder<S>) -> Result<Report, StudyError> {
+    let status = folder.status()?;
+    // Merged rows count without the records that they came from.
+    let there = if status.merged {
+        status.rows
+    } else {
+        status.finished
+    };
+    let Judged {
+        mut own,
+        measured,
+        mut document,
+    } = S::judge(folder)?;
+    let outcome = if there == status.rows {
+        Outcome::Pass
+    } else {
+        Outcome::Skipped
+    };
+    let found = format!("{there} of {} rows", status.rows);
+    let check = Check::of_words(
+        format!("{}/rows", S::KIND),
+        "no row is missing",
+        outcome,
+        &found,
+    );
+    document.checks.insert(0, check.required());
+    document.verdict = verdict(&document.checks);
+    own["crossgrain"] = env!("CARGO_PKG_VERSION").into();
+    own["command"] = "crossgrain study report DIR".into();
+    own["plan"] = folder.plan.digest().into();
+    own["made_with"] = json!(folder.plan.made_with);
+    let found = Found {
+        checks: document.checks.clone(),
+        measured,
+        speeds: Vec::new(),
+    };
+    // Nothing in it depends on the machine.
+    let (text, record) = write(S::KIND, &own, String::new(), found)?;
+    Ok(Report {
+        text,
+        record,
+        document,
+    })
 }

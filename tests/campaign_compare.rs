@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use crossgrain::checks::Outcome;
 use crossgrain::study::campaign::Campaign;
+use crossgrain::study::campaign::Member;
 use crossgrain::study::campaign::Merged;
 use crossgrain::study::campaign::compare::{Comparison, Verdict, compare};
-use crossgrain::study::campaign::member::Member;
 use crossgrain::study::machine::Summary;
 use crossgrain::study::realization::{Ending, Runner};
-use crossgrain::study::tradeoff::quantities::QUANTITIES;
+use crossgrain::study::tradeoff::judge::QUANTITIES;
 use evidence::random::Source;
 use evidence::t_test::Finding;
 use grains::native::Mode;

@@ -9,7 +9,7 @@ use std::process::Command;
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::machine::Folder;
 use crossgrain::study::realization::Runner;
-use crossgrain::study::slurm::{Array, write};
+use crossgrain::study::shard::{Array, write};
 use grains::native::Mode;
 
 use crate::hostile_names::{names, nothing_obeyed, program, two_grains};

@@ -9,12 +9,12 @@ use crossgrain::study::Study;
 use crossgrain::study::create;
 use crossgrain::study::machine::{Folder, Job, Machine};
 use crossgrain::study::member::{Member, Members};
+use crossgrain::study::realization::Change::{Modulus, Settled, Size, Step};
+use crossgrain::study::realization::{Change, Specification, changed};
 use crossgrain::study::realization::{Engines, Runner};
 use crossgrain::study::shard::Shard;
-use crossgrain::study::specification::Change::{Modulus, Settled, Size, Step};
-use crossgrain::study::specification::{Change, Specification, changed};
+use crossgrain::study::tradeoff::Tradeoff;
 use crossgrain::study::tradeoff::plan::{FIRST_CONFIRMATORY, Plan};
-use crossgrain::study::tradeoff::record::Tradeoff;
 use grains::generate::initial_bodies;
 use grains::native::pouring::{End, Phase, pour};
 use grains::native::{self, Mode};
@@ -311,7 +311,7 @@ fn recorded_realizations_of_the_reference_come_out_again() {
     let reference = Plan::full(8, 300, 1).reference.specification;
     for realization in [2, FIRST_CONFIRMATORY] {
         let keep = |key: &str| {
-            use crossgrain::study::tradeoff::quantities::QUANTITIES;
+            use crossgrain::study::tradeoff::judge::QUANTITIES;
             QUANTITIES.iter().any(|of| of.key == key)
         };
         let engines = Engines::default();

@@ -9,7 +9,7 @@ use crossgrain::checks::{Check, Outcome};
 use crossgrain::run::folder::record::Protocol;
 use crossgrain::run::{Engine, recorded};
 use crossgrain::study::Study;
-use crossgrain::study::campaign::member::Member;
+use crossgrain::study::campaign::Member;
 use crossgrain::study::realization::Engines;
 use crossgrain::study::store;
 use crossgrain::tables::{write_bodies, write_contacts};

@@ -7,7 +7,7 @@ use clap::Subcommand;
 use super::{json, print};
 use crate::error::{Error, exit};
 use crate::run::folder::read_scene;
-use crate::study::specification::free_mode_scene;
+use crate::study::realization::free_mode_scene;
 use grains::model::Model;
 use grains::scene::{json_schema, paper_scene};
 

@@ -14,7 +14,7 @@ use crate::progress::Display;
 use crate::study::machine::Job;
 use crate::study::shard::Shard;
 use crate::study::{StudyError, create};
-use crate::workers;
+use crate::workers::cores;
 
 #[derive(Debug, Args)]
 #[command(
@@ -52,7 +52,7 @@ impl Arguments {
         let study = open(&folder)?;
         let job = Job {
             shard: Shard::WHOLE,
-            threads: workers::cores(),
+            threads: cores(),
             engines: &engines_of(study.as_ref(), None, &self.limits)?,
         };
         let display = Display::new(self.quiet);

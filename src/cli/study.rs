@@ -16,14 +16,14 @@ use crate::files::{failed, write_whole};
 use crate::limits::stability::Stability;
 use crate::progress::Display;
 use crate::report::{page, terminal};
+use crate::study::RECORD;
 use crate::study::campaign::compare::compare;
 use crate::study::campaign::{Campaign, merged};
 use crate::study::machine::{Folder, Job, Machine, Status, Summary};
 use crate::study::realization::Engines;
-use crate::study::report::RECORD;
-use crate::study::shard::Shard;
-use crate::study::{Study, StudyError, plan as stored, sensitivity, slurm, tradeoff};
-use crate::workers;
+use crate::study::shard::{self, Shard};
+use crate::study::{Study, StudyError, plan as stored, sensitivity, tradeoff};
+use crate::workers::cores;
 
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Examples:\n  crossgrain scene paper > scene.json\n  \
@@ -194,7 +194,7 @@ impl RunArguments {
         let threads = match self.threads {
             Some(threads) => usize::from(threads),
             None if self.shard.is_some() => 1,
-            None => workers::cores(),
+            None => cores(),
         };
         let named = self.engine.as_ref().map(|of| of.0.as_path());
         let engines = engines_of(study.as_ref(), named, &self.limits)?;
@@ -285,13 +285,13 @@ fn of_status(status: &Status) -> String {
 impl SlurmArguments {
     fn execute(self) -> Result<u8, Error> {
         let program = std::env::current_exe().map_err(failed("find", Path::new("this program")))?;
-        let array = slurm::Array {
+        let array = shard::Array {
             tasks: self.tasks,
             threads: self.threads,
             partition: self.partition.as_deref(),
             program: &program,
         };
-        let scripts = slurm::write(&self.folder, open(&self.folder)?.as_ref(), &array)?;
+        let scripts = shard::write(&self.folder, open(&self.folder)?.as_ref(), &array)?;
         print(&format!("{}\n", scripts.submit.join("\n")))?;
         Ok(exit::AGREED)
     }

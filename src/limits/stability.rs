@@ -14,16 +14,15 @@ use std::sync::Mutex;
 
 use serde::{Deserialize, Serialize};
 
-use crate::checks::record::RecordError;
 use crate::checks::{Check, Measured, Outcome, verdict};
 use crate::engine::exec::{self, missing_for_case};
 use crate::engine::yade::{self, Proposal, propose};
 use crate::engine::{EngineError, ProgramError};
 use crate::files::failed;
+use crate::study::Judged;
 use crate::study::machine::Folder;
 use crate::study::plan::Program;
 use crate::study::realization::{Engines, Runner};
-use crate::study::report::Judged;
 use crate::study::{Outline, Study, StudyError};
 use crate::workers::lock;
 use failures::{Failure, MODES, Mode};
@@ -220,11 +219,7 @@ impl Study for Stability {
             ("undamped_over_predicted", undamped),
             ("damped_over_predicted", damped),
         ];
-        Outline {
-            engine: None,
-            ending,
-            cells: cells.map(|(name, value)| (name.to_owned(), value)).into(),
-        }
+        Outline::new(ending, cells, &BTreeMap::new())
     }
 
     fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {
@@ -234,12 +229,8 @@ impl Study for Stability {
         map.rows
             .sort_by_key(|row| places.iter().position(|name| *name == row.name));
         Ok(Judged {
-            own: serde_json::to_value(&map).map_err(|error| RecordError::Malformed {
-                path: "the stability map".to_owned(),
-                reason: error.to_string(),
-            })?,
             measured: map.measured(),
-            document: map.document(),
+            ..Judged::of(Self::KIND, &map, map.document())?
         })
     }
 }

@@ -40,8 +40,6 @@ use crate::paper::quadrature::integrate;
 
 /// What is left of forces and moments that balance, as a share of the sum of the forces' sizes.
 const BALANCE: f64 = 1e-9;
-/// How far from the rim a point may be, in radii.
-const ON_RIM: f64 = 1e-9;
 /// Panels of the integrals in each direction.
 const PANELS: u32 = 3;
 
@@ -76,16 +74,6 @@ pub enum DiscFieldError {
     NotFinite {
         /// What it is.
         what: String,
-    },
-    /// A force does not act on the rim.
-    #[error("force {index} acts at {distance} m from the centre, off the rim of radius {radius} m")]
-    OffRim {
-        /// Counted from 0.
-        index: usize,
-        /// Of its point from the centre, m.
-        distance: f64,
-        /// Of the disc, m.
-        radius: f64,
     },
     /// Forces and body force have a resultant.
     #[error("forces and weight leave ({x}, {z}) N/m, must balance")]
@@ -146,26 +134,12 @@ impl DiscField {
         DiscField::checked(radius, loads.collect(), body_force.into())
     }
 
-    /// As [`DiscField::new`], with points instead of angles; they must lie on the rim.
-    pub fn from_points(
-        radius: f64,
-        forces: &[PointForce],
-        body_force: [f64; 2],
-    ) -> Result<Self, DiscFieldError> {
-        let loads = forces.iter().map(|force| Load {
-            point: force.point.into(),
-            force: force.force.into(),
-        });
-        DiscField::checked(radius, loads.collect(), body_force.into())
-    }
-
     fn checked(
         radius: f64,
         loads: Vec<Load>,
         body_force: Vector2<f64>,
     ) -> Result<Self, DiscFieldError> {
         check_numbers(radius, &loads, body_force)?;
-        check_points(radius, &loads)?;
         check_balance(radius, &loads, body_force)?;
         let radial: f64 = loads.iter().map(|load| load.force.dot(&load.point)).sum();
         Ok(DiscField {
@@ -328,20 +302,6 @@ fn check_numbers(
         Some(index) => not_finite(format!("force {index}")),
         None => Ok(()),
     }
-}
-
-fn check_points(radius: f64, loads: &[Load]) -> Result<(), DiscFieldError> {
-    for (index, load) in loads.iter().enumerate() {
-        let distance = load.point.norm();
-        if (distance - radius).abs() > ON_RIM * radius {
-            return Err(DiscFieldError::OffRim {
-                index,
-                distance,
-                radius,
-            });
-        }
-    }
-    Ok(())
 }
 
 fn check_balance(

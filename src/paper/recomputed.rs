@@ -2,12 +2,13 @@
 //! convolution.
 
 use std::collections::BTreeMap;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
 use statrs::distribution::{ContinuousCDF, Erlang};
 
 use super::Number;
 use super::continuum::strip_load;
+use super::disc_field::figure_4;
 use super::published::{CONTROL_VOLUME, HEIGHT, POINTS, POROSITY, PRESSURE, TABLE_1, table_4};
 use super::quadrature::integrate;
 
@@ -199,31 +200,6 @@ pub fn of_piles() -> Vec<Number> {
 /// Of Figure 4's disc, m.
 const RADIUS: f64 = 1.0;
 
-/// ∫σ dA over the disc of one pair of opposite forces in N/m, along the pair and across it, compression positive, J/m.
-///
-/// The field is Flamant's radial compression 2P cosθ/(πr) about each force plus an isotropic tension P/(πR). About each
-/// force the area element r dr dθ takes the singularity away, and the disc is 0 < r < 2R cosθ.
-fn integrated_stress(force: f64) -> [f64; 2] {
-    let about_one_force = |component: fn(f64) -> f64| {
-        integrate(-FRAC_PI_2, FRAC_PI_2, 4, |angle| {
-            let length = 2.0 * RADIUS * angle.cos();
-            length * 2.0 * force / PI * angle.cos() * component(angle)
-        })
-    };
-    let tension = force / (PI * RADIUS) * disc_area();
-    [
-        2.0 * about_one_force(|angle| angle.cos().powi(2)) - tension,
-        2.0 * about_one_force(|angle| angle.sin().powi(2)) - tension,
-    ]
-}
-
-/// ∫σ_xz dA of one pair: odd in the angle.
-fn integrated_shear(force: f64) -> f64 {
-    2.0 * integrate(-FRAC_PI_2, FRAC_PI_2, 4, |angle| {
-        4.0 * force * RADIUS / PI * angle.cos().powi(3) * angle.sin()
-    })
-}
-
 /// Two discs on top of each other between two forces: the force between them is inner to the pair.
 fn stacked_over_sum() -> f64 {
     let sum_about = |centre: f64, ends: [f64; 2]| {
@@ -243,13 +219,12 @@ fn disc_area() -> f64 {
 
 /// Figure 4 and Table 3: a disc between 1 N/m from above and below and 0.5 N/m from both sides.
 pub fn of_disc() -> Vec<Number> {
-    let [along_vertical, across_vertical] = integrated_stress(1.0);
-    let [along_horizontal, across_horizontal] = integrated_stress(0.5);
-    let zz = along_vertical + across_horizontal;
-    let xx = along_horizontal + across_vertical;
-    let xz = integrated_shear(1.0) + integrated_shear(0.5);
     let volume = integrate(-RADIUS, RADIUS, 1, |_| 2.0 * RADIUS);
     let particle = disc_area();
+    // Compression positive.
+    let field = figure_4().map(|disc| disc.average_over_disc());
+    let [[xx, xz], [_, zz]] = field.unwrap_or([[f64::NAN; 2]; 2]);
+    let [xx, xz, zz] = [xx, xz, zz].map(|stress| -stress * particle);
     let field = "elastic stress field integrated over the disc";
     let of = |id: &str, what: &str, value: f64, how: &str| {
         Number::of(&format!("table-3/{id}"), what, value, how)

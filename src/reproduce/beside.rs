@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::files::{read_text, unpacked};
 use crate::limits::stability::Map;
 use crate::study::claims::{CLAIMS_VERSION, Claims};
-use crate::study::tradeoff::record::{TRADEOFF_VERSION, Tradeoff};
+use crate::study::tradeoff::{TRADEOFF_VERSION, Tradeoff};
 
 /// The most of a record that is read, bytes.
 const LARGEST: u64 = 1 << 28;

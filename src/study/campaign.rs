@@ -1,25 +1,26 @@
 //! Campaigns: many realizations of one scene in one engine.
 
 pub mod compare;
-pub mod member;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use serde::{Deserialize, Serialize};
-use serde_json::json;
-
-use super::machine::Folder;
-use super::plan::Plan;
-use super::realization::{Engines, Runner, Specification};
-use super::report::Judged;
-use super::{Outline, Study, StudyError};
 use crate::checks::Outcome;
 use crate::document::{Cell, Document, Section, Table};
 use crate::engine::EngineError;
+use crate::study::Judged;
+use crate::study::machine::Folder;
+use crate::study::plan::Plan;
+use crate::study::realization::Specification;
+use crate::study::realization::{Ending, Engines, Realization, Runner, bed_of};
+use crate::study::{Outline, Study, StudyError, realization};
+use grains::measure::neighbourhood::Neighbourhood;
+use grains::measure::{self, cells, neighbourhood, stress};
 use grains::native::pouring::Phase;
 use grains::scene::{Scene, parse_scene};
-use member::Member;
+use grains::tables::Snapshot;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 /// The plan of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -114,13 +115,13 @@ impl Study for Campaign {
     }
 
     fn run(&self, task: u64, engines: &Engines, work: &Path) -> Result<Member, EngineError> {
-        let how = Specification {
+        let of = Specification {
+            scene: self.scene.clone(),
             runner: self.runner,
-            phases: &self.phases,
-            engines,
-            work,
+            phases: self.phases.clone(),
+            program: None,
         };
-        member::run(task, self.realization(task), &self.scene, &how)
+        Member::run(task, &of, self.realization(task), engines, work)
     }
 
     fn belongs(&self, task: u64, row: &Member) -> bool {
@@ -128,22 +129,17 @@ impl Study for Campaign {
     }
 
     fn outline(&self, row: &Member) -> Outline {
-        let mut cells: Vec<(String, String)> = [
+        let cells = [
             ("member", row.member.to_string()),
             ("realization", row.realization.to_string()),
             ("ending", row.ending.name().to_owned()),
             ("pour_steps", row.pour_steps.to_string()),
             ("load_steps", row.load_steps.to_string()),
-        ]
-        .map(|(name, value)| (name.to_owned(), value))
-        .into();
-        let measured = row.measured.iter();
-        cells.extend(measured.map(|(key, value)| (key.clone(), format!("{value:?}"))));
+        ];
         Outline {
             // An engine that gave up has not told its name.
             engine: (!row.engine.is_empty()).then(|| row.engine.clone()),
-            ending: row.ending.name(),
-            cells,
+            ..Outline::new(row.ending.name(), cells, &row.measured)
         }
     }
 
@@ -226,5 +222,119 @@ impl Sums {
     /// Of the sample; not a number for one value.
     fn deviation(&self) -> f64 {
         (self.squares / (self.count as f64 - 1.0)).sqrt()
+    }
+}
+
+/// What one realization gave; nothing in it depends on when, where or beside whom it was run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Member {
+    /// From 1.
+    pub member: u64,
+    /// Which cloud was poured.
+    pub realization: u64,
+    /// Engine and version; empty where the engine gave up.
+    pub engine: String,
+    /// How it ended.
+    pub ending: Ending,
+    /// Steps of pouring.
+    pub pour_steps: u64,
+    /// Steps of loading.
+    pub load_steps: u64,
+    /// Digest of all bits of the settled bed, its contacts included.
+    pub settled_state: Option<String>,
+    /// The same of the last moment, punch included.
+    pub last_state: Option<String>,
+    /// See [`realization::measured`].
+    pub measured: BTreeMap<String, f64>,
+    /// Around the control points under gravity alone; none where the bed did not settle.
+    pub settled: Option<Fields>,
+    /// Around the control points when the force is reached; none where it was not.
+    pub loaded: Option<Fields>,
+}
+
+/// Stresses of one moment around the control points.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fields {
+    /// [`stress::across`] at the depth of the first control point.
+    pub across: Vec<f64>,
+    /// [`stress::down`].
+    pub down: Vec<f64>,
+    /// In the order of the scene's control points; a point that is not inside the bed has none.
+    pub points: Vec<Neighbourhood>,
+}
+
+impl Member {
+    /// Runs a realization. What goes wrong in it is a member too; an interrupt, a missing or broken YADE and a full disk are
+    /// errors.
+    pub fn run(
+        member: u64,
+        of: &Specification,
+        realization: u64,
+        engines: &Engines,
+        work: &Path,
+    ) -> Result<Self, EngineError> {
+        let reason = match of.run(realization, engines, work) {
+            Ok(run) => return Ok(Member::of(member, &of.scene_of(realization), &run)),
+            Err(error) => realization::went_wrong(error)?,
+        };
+        Ok(Member {
+            member,
+            realization,
+            engine: String::new(),
+            ending: Ending::Failed(reason),
+            pour_steps: 0,
+            load_steps: 0,
+            settled_state: None,
+            last_state: None,
+            measured: BTreeMap::new(),
+            settled: None,
+            loaded: None,
+        })
+    }
+
+    /// The member of this realization of the scene.
+    pub fn of(member: u64, scene: &Scene, run: &Realization) -> Self {
+        let settled = run.outcome.settled.as_ref();
+        let surface = settled.map(|settled| measure::surface(scene, &settled.bodies));
+        let fields = |of: &Snapshot| surface.map(|surface| fields(scene, of, surface));
+        let last = &run.outcome.last;
+        let reached = run.ending == Ending::Reached;
+        Member {
+            member,
+            realization: scene.realization,
+            engine: run.engine.clone(),
+            ending: run.ending.clone(),
+            pour_steps: run.pour_steps,
+            load_steps: run.load_steps,
+            settled_state: settled.map(Snapshot::digest),
+            last_state: Some(last.digest()),
+            measured: realization::measured(scene, run),
+            settled: settled.and_then(fields),
+            loaded: reached.then(|| fields(last)).flatten(),
+        }
+    }
+}
+
+fn fields(scene: &Scene, of: &Snapshot, surface: f64) -> Fields {
+    let bed = bed_of(of);
+    let cells = cells::radical(scene, bed.bodies);
+    let extensive = stress::of_grains(bed);
+    let places = scene.control_points.iter().map(|point| {
+        let place = [scene.punch_axis() + point.offset, surface - point.depth];
+        (point, place)
+    });
+    let inside = places.clone().filter(|(_, place)| place[1] > 0.0);
+    let depth = scene
+        .control_points
+        .first()
+        .map_or(0.0, |point| point.depth);
+    Fields {
+        across: stress::across(scene, bed, &cells, &extensive, surface - depth),
+        down: stress::down(scene, bed, &cells, &extensive, surface),
+        points: inside
+            .map(|(point, place)| neighbourhood::of(&point.name, place, bed, &cells, &extensive))
+            .collect(),
     }
 }

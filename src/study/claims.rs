@@ -3,26 +3,25 @@
 //! One number a packing throughout; what is decided is whether an effect is smaller than a tolerance that was set
 //! beforehand, never whether a p-value is small: with a thousand packings every difference has a small one.
 
-mod beds;
 mod cells;
-pub mod claim;
 mod document;
 mod means;
 mod sample;
 mod shapes;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
-
-pub use self::cells::{Volume, Volumes, continuum};
-use self::claim::{Claim, Verdict};
-pub use self::document::{Cloud, Figures};
-pub use self::sample::Moment;
-use crate::study::campaign::member::Member;
-use crate::study::realization::Ending;
-use evidence::holm;
+use crate::checks::Outcome;
+use crate::study::campaign::Member;
+pub use crate::study::claims::cells::{Volume, Volumes, continuum};
+pub use crate::study::claims::document::{Cloud, Figures};
+pub use crate::study::claims::sample::Moment;
+use crate::study::claims::sample::Number;
+use evidence::goodness::Fit;
+use evidence::{Interval, holm};
 use grains::scene::{Scene, paper_scene};
+use serde::{Deserialize, Serialize};
 
 /// The version of `claims.json`.
 pub const CLAIMS_VERSION: u32 = 2;
@@ -71,10 +70,10 @@ pub struct Claims {
 pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
     let series = cells::all(scene, members);
     let mut claims: Vec<Claim> = [
-        beds::height(members),
-        beds::porosity(members),
-        beds::both(scene, members),
-        Some(beds::reached(members)),
+        means::height(members),
+        means::porosity(members),
+        means::both(scene, members),
+        Some(means::reached(members)),
         means::gravity(members),
         means::at_point(members, "O"),
         means::at_point(members, "A"),
@@ -99,13 +98,8 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
     ]);
     claims.push(shapes::conclusion(&claims));
     for claim in &mut claims {
-        if claim
-            .rows
-            .iter()
-            .any(|row| row.judged.is_some() && row.ours.is_none())
-        {
-            claim.reading = "Too few members to say.".to_owned();
-        }
+        // Of too few members there are no numbers.
+        claim.reading = claim.reading.replace("NaN", "unknown");
     }
     adjust(&mut claims);
     let mut verdicts = BTreeMap::new();
@@ -117,7 +111,7 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
     let mut endings = BTreeMap::new();
     for member in members {
         *endings
-            .entry(ending(&member.ending).to_owned())
+            .entry(member.ending.name().replace('_', " "))
             .or_insert(0) += 1;
     }
     Claims {
@@ -131,23 +125,13 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
         complete: claims.iter().all(|claim| claim.verdict.is_some()),
         claims,
         verdicts,
-        figures: document::data(members, series, beds::solid(scene)),
-    }
-}
-
-fn ending(of: &Ending) -> &'static str {
-    match of {
-        Ending::Reached => "reached",
-        Ending::TargetLoadNotReached => "target load not reached",
-        Ending::NotSettled => "not settled",
-        Ending::Poured => "poured",
-        Ending::Failed(_) => "failed",
+        figures: document::data(members, series, means::solid(scene)),
     }
 }
 
 /// Holm over the tests of all claims.
 fn adjust(claims: &mut [Claim]) {
-    let mut all: Vec<&mut claim::Probability> = claims
+    let mut all: Vec<&mut Probability> = claims
         .iter_mut()
         .flat_map(|claim| &mut claim.rows)
         .flat_map(|row| &mut row.probabilities)
@@ -205,5 +189,286 @@ fn collect(path: &str, value: &serde_json::Value, leaves: &mut BTreeMap<String, 
         leaf => {
             leaves.insert(path.to_owned(), leaf.to_string());
         }
+    }
+}
+
+/// With so many packings a claim whose interval touches a limit is decided by the estimate, and says so; with
+/// fewer it stays open.
+pub const ENOUGH: usize = 300;
+/// Fewer packings than this decide nothing.
+pub const FEWEST: usize = 30;
+/// Of the intervals that are shown.
+pub const LEVEL: f64 = 0.95;
+/// Of the intervals that decide: two one-sided tests at 5 % each.
+const DECIDING: f64 = 0.90;
+
+/// What a claim comes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// As the paper says it.
+    Holds,
+    /// For some readings of what the paper leaves open, not for others.
+    HoldsUnderStatedChoices,
+    /// The effect is beyond the tolerance.
+    DoesNotHold,
+    /// It hangs on what the paper does not print.
+    CannotBeDecided,
+}
+
+impl Verdict {
+    /// For people.
+    pub fn words(self) -> &'static str {
+        match self {
+            Verdict::Holds => "holds",
+            Verdict::HoldsUnderStatedChoices => "holds under stated choices",
+            Verdict::DoesNotHold => "does not hold",
+            Verdict::CannotBeDecided => "cannot be decided from what is printed",
+        }
+    }
+}
+
+/// A number held against limits.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Judged {
+    /// It should be at least this; none for no lower limit.
+    pub low: Option<f64>,
+    /// It should be at most this.
+    pub high: Option<f64>,
+    /// Whether it is; not made: too few realizations to say.
+    pub outcome: Outcome,
+    /// The 90 % interval touches a limit, and the estimate alone decided.
+    pub by_estimate: bool,
+}
+
+impl Judged {
+    /// Holds the 90 % interval of `packings` packings against the limits.
+    fn new(interval: Option<Interval>, packings: usize, limits: [f64; 2]) -> Self {
+        let [low, high] = limits;
+        let (outcome, by_estimate) = match interval {
+            Some(_) if packings < FEWEST => (Outcome::Skipped, false),
+            None => (Outcome::Skipped, false),
+            Some(of) if of.low >= low && of.high <= high => (Outcome::Pass, false),
+            Some(of) if of.high < low || of.low > high => (Outcome::Fail, false),
+            Some(_) if packings < ENOUGH => (Outcome::Skipped, false),
+            Some(of) if of.estimate >= low && of.estimate <= high => (Outcome::Pass, true),
+            Some(_) => (Outcome::Fail, true),
+        };
+        Judged {
+            low: low.is_finite().then_some(low),
+            high: high.is_finite().then_some(high),
+            outcome,
+            by_estimate,
+        }
+    }
+}
+
+/// The probability of what was seen, or more, if a statement were true.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Probability {
+    /// Which statement, by which test.
+    pub test: String,
+    /// The test's statistic: a distance or a likelihood ratio.
+    pub statistic: f64,
+    /// As the test gives it.
+    pub p: f64,
+    /// Adjusted by Holm's method for all tests of all claims.
+    pub adjusted: f64,
+}
+
+/// A number of a claim.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// What it is.
+    pub what: String,
+    /// What the paper says it is; none where it says nothing.
+    pub published: Option<f64>,
+    /// What it is here, with its 95 % interval; none where there are too few packings.
+    pub ours: Option<Interval>,
+    /// SI unit, `1` for a ratio.
+    pub unit: Cow<'static, str>,
+    /// How many packings it comes from.
+    pub packings: usize,
+    /// Ours over published.
+    pub ratio: Option<Interval>,
+    /// None for a number that decides nothing.
+    pub judged: Option<Judged>,
+    /// Tests, after the effect.
+    pub probabilities: Vec<Probability>,
+}
+
+impl Row {
+    /// A number that decides nothing.
+    fn shown(what: impl Into<String>, number: Number) -> Self {
+        Row {
+            what: what.into(),
+            published: None,
+            ours: number.at(LEVEL),
+            unit: "1".into(),
+            packings: number.packings,
+            ratio: None,
+            judged: None,
+            probabilities: Vec::new(),
+        }
+    }
+
+    /// The same with limits.
+    fn judged(what: impl Into<String>, limits: [f64; 2], number: Number) -> Self {
+        let judged = Judged::new(number.at(DECIDING), number.packings, limits);
+        Row {
+            judged: Some(judged),
+            ..Row::shown(what, number)
+        }
+    }
+
+    fn in_unit(mut self, unit: &'static str) -> Self {
+        self.unit = unit.into();
+        self
+    }
+
+    /// With what the paper prints.
+    pub fn against(mut self, published: f64) -> Self {
+        self.published = Some(published);
+        if published > 0.0 {
+            self.ratio = self.ours.map(|ours| ours.over(published));
+        }
+        self
+    }
+
+    /// With the probability of a statement.
+    pub fn with(mut self, test: impl Into<String>, statistic: f64, p: f64) -> Self {
+        self.probabilities.push(Probability {
+            test: test.into(),
+            statistic,
+            p,
+            adjusted: f64::NAN,
+        });
+        self
+    }
+
+    /// With both distances from a law.
+    pub fn with_fit(self, test: &str, fit: &Fit) -> Self {
+        self.with(test, fit.distances.kolmogorov, fit.kolmogorov_p)
+            .with(
+                "the same (A², drawn samples)",
+                fit.distances.anderson_darling,
+                fit.anderson_darling_p,
+            )
+    }
+
+    /// Estimate; not a number without one.
+    pub fn estimate(&self) -> f64 {
+        self.ours.map_or(f64::NAN, |ours| ours.estimate)
+    }
+
+    /// Whether it is judged and within its limits.
+    pub fn holds(&self) -> bool {
+        self.judged
+            .is_some_and(|judged| judged.outcome == Outcome::Pass)
+    }
+}
+
+/// A claim of the paper.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Claim {
+    /// Short and lasting: `mean.O`.
+    pub id: Cow<'static, str>,
+    /// Where in the paper.
+    pub place: Cow<'static, str>,
+    /// What the paper says.
+    pub statement: String,
+    /// Its numbers; the first judged one is the headline.
+    pub rows: Vec<Row>,
+    /// Limits, where they come from, and how the rows make the verdict.
+    pub decided_by: String,
+    /// None where the campaign is too small to say.
+    pub verdict: Option<Verdict>,
+    /// What was found, in a sentence.
+    pub reading: String,
+    /// Id of the figure that shows it.
+    pub figure: Cow<'static, str>,
+}
+
+/// How the judged rows make a verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rule {
+    /// Every row must be within its limits.
+    All,
+    /// The rows are readings of what the paper leaves open: one is enough, if it is named.
+    AnyReading,
+}
+
+/// The verdict of judged rows; none where it hangs on an open one.
+pub fn verdict(rows: &[Row], rule: Rule) -> Option<Verdict> {
+    let outcomes: Vec<Outcome> = rows
+        .iter()
+        .filter_map(|row| Some(row.judged?.outcome))
+        .collect();
+    let any = |outcome: Outcome| outcomes.contains(&outcome);
+    let (yes, no, open) = (
+        any(Outcome::Pass),
+        any(Outcome::Fail),
+        any(Outcome::Skipped),
+    );
+    match rule {
+        _ if outcomes.is_empty() => None,
+        Rule::All if no => Some(Verdict::DoesNotHold),
+        Rule::AnyReading if yes && no => Some(Verdict::HoldsUnderStatedChoices),
+        _ if open => None,
+        _ if yes => Some(Verdict::Holds),
+        _ => Some(Verdict::DoesNotHold),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(estimate: f64, reach: f64, packings: usize) -> Row {
+        let number = Number::new(packings, |level| {
+            Some(Interval {
+                estimate,
+                low: estimate - reach * level,
+                high: estimate + reach * level,
+            })
+        });
+        Row::judged("x", [0.9, 1.1], number)
+    }
+
+    #[test]
+    fn intervals_decide_and_estimates_where_they_must() {
+        let answer = |estimate, reach, packings| {
+            let judged = row(estimate, reach, packings).judged.expect("judged");
+            (judged.outcome, judged.by_estimate)
+        };
+        assert_eq!(answer(1.0, 0.05, 50), (Outcome::Pass, false));
+        assert_eq!(answer(1.3, 0.05, 50), (Outcome::Fail, false));
+        assert_eq!(answer(1.08, 0.05, 50), (Outcome::Skipped, false));
+        assert_eq!(answer(1.08, 0.05, 500), (Outcome::Pass, true));
+        assert_eq!(answer(1.12, 0.05, 500), (Outcome::Fail, true));
+        assert_eq!(answer(1.0, 0.05, FEWEST - 1), (Outcome::Skipped, false));
+    }
+
+    #[test]
+    fn rows_make_verdicts() {
+        let (yes, no, open) = (row(1.0, 0.01, 50), row(2.0, 0.01, 50), row(1.1, 0.1, 50));
+        let of = |rows: &[&Row], rule| {
+            let rows: Vec<Row> = rows.iter().map(|row| (*row).clone()).collect();
+            verdict(&rows, rule)
+        };
+        assert_eq!(of(&[&yes, &yes], Rule::All), Some(Verdict::Holds));
+        assert_eq!(of(&[&yes, &no], Rule::All), Some(Verdict::DoesNotHold));
+        assert_eq!(of(&[&open, &no], Rule::All), Some(Verdict::DoesNotHold));
+        assert_eq!(of(&[&open, &yes], Rule::All), None);
+        assert_eq!(
+            of(&[&yes, &no], Rule::AnyReading),
+            Some(Verdict::HoldsUnderStatedChoices)
+        );
+        assert_eq!(
+            of(&[&no, &no], Rule::AnyReading),
+            Some(Verdict::DoesNotHold)
+        );
+        assert_eq!(of(&[&open, &no], Rule::AnyReading), None);
+        assert_eq!(of(&[], Rule::All), None);
     }
 }

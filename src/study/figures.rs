@@ -1,19 +1,26 @@
 //! The content of the paper's figures from our own numbers.
 
+use std::borrow::Cow;
+use std::path::Path;
+
 use crate::document::plot::Point as DataPoint;
 use crate::document::{Axis, Cell, Colour, Mark, Plot, Table};
-use crate::files::work_folder;
 use crate::paper::continuum::table::{Point, Setup};
 use crate::paper::continuum::{Field, Load, Model, Spread, weight};
 use crate::paper::recomputed::piles::{Counted, chance_of_at_least_of_five, table_1};
 use crate::study::StudyError;
 use crate::study::campaign::Merged;
-use crate::study::distribution::Distribution;
-use crate::study::realization::{Engines, Realization, Runner, Specification, run};
-use evidence::distribution::Family;
+use crate::study::realization::Specification;
+use crate::study::realization::{Engines, Realization};
+use evidence::distribution::{Distribution as Law, Family};
+use evidence::moments::{mean, standard_deviation};
+use evidence::proportion::Bins;
+use evidence::proportion::wilson;
 use grains::measure;
+use grains::native::Mode;
 use grains::scene::Scene;
 use grains::tables::Snapshot;
+use serde::{Deserialize, Serialize};
 
 /// The continuum's side of a scene. Height and porosity of the bed are the published ones: what the theory was given.
 pub fn setup_of(scene: &Scene) -> Setup {
@@ -62,15 +69,10 @@ impl LoadedBed {
 }
 
 /// Runs the scene in the native engine to the end of loading.
-pub fn loaded_bed(scene: &Scene, runner: Runner) -> Result<LoadedBed, StudyError> {
-    let work = work_folder()?;
-    let how = Specification {
-        runner,
-        phases: &[],
-        engines: &Engines::default(),
-        work: work.path(),
-    };
-    let Realization { outcome, .. } = run(scene, &how)?;
+pub fn loaded_bed(scene: &Scene, mode: Mode) -> Result<LoadedBed, StudyError> {
+    let of = Specification::native(mode, scene.clone());
+    let run = of.run(scene.realization, &Engines::default(), Path::new(""));
+    let Realization { outcome, .. } = run?;
     let settled = outcome.settled.ok_or_else(|| {
         StudyError::Usage(format!(
             "realization {} did not settle, so there is no loaded bed to draw; take another one",
@@ -169,4 +171,296 @@ pub fn sharings() -> (Table, Plot) {
         }),
     );
     (table, plot)
+}
+
+/// A bin is so wide, in means of the sample; for a law of both signs twice that, in its scales.
+const BIN: f64 = 0.25;
+/// Up to so many means.
+const UP_TO: f64 = 6.0;
+/// Bins at most, for samples of both signs.
+const MOST_BINS: f64 = 200.0;
+/// Of the intervals.
+const LEVEL: f64 = 0.95;
+/// Points of each curve.
+const POINTS: u32 = 100;
+
+/// One number a realization, with the laws that are held against it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Distribution {
+    /// Of the plots' files, before the point's name.
+    pub name: Cow<'static, str>,
+    /// The control point.
+    pub point: String,
+    /// What is distributed.
+    pub quantity: Cow<'static, str>,
+    /// Its SI unit.
+    pub unit: Cow<'static, str>,
+    /// The theory's mean, where there is a theory.
+    pub theory: Option<f64>,
+    /// The fitted law: gamma, or Laplace, which has both signs.
+    pub fitted: Option<Law>,
+    /// From small to large.
+    pub values: Vec<f64>,
+}
+
+impl Distribution {
+    /// Equal bins from zero or the least value to six means; none without two values or more that are all finite and of a mean
+    /// above zero (of a scale above zero for a law of both signs).
+    pub fn bins(&self) -> Option<Bins> {
+        let [least, _, ..] = self.values[..] else {
+            return None;
+        };
+        let whole = UP_TO / BIN;
+        let (start, step, count) = match self.fitted {
+            Some(Law::Laplace { location, scale }) => {
+                (location - UP_TO * scale, 2.0 * BIN * scale, whole)
+            }
+            _ => {
+                let step = BIN * mean(&self.values);
+                let below = (-least / step).ceil().max(0.0);
+                (-step * below, step, (whole + below).min(MOST_BINS))
+            }
+        };
+        let is_sound = step > 0.0 && step.is_finite() && start.is_finite();
+        (is_sound && self.values.iter().all(|value| value.is_finite())).then_some(Bins {
+            start,
+            step,
+            count: count as usize,
+        })
+    }
+
+    fn has_both_signs(&self) -> bool {
+        self.fitted
+            .is_some_and(|law| law.family() == Family::Laplace)
+    }
+
+    /// Name, colour and law of each curve.
+    fn laws(&self) -> Vec<(&'static str, Colour, Law)> {
+        let theory = self.theory.map(|mean| Law::Exponential { mean });
+        let own = Law::Exponential {
+            mean: mean(&self.values),
+        };
+        let own = (!self.has_both_signs()).then_some(own);
+        let name = |law: Law| match law {
+            Law::Exponential { .. } => "exponential",
+            Law::Gamma { .. } => "fitted gamma",
+            Law::Weibull { .. } => "fitted Weibull",
+            Law::Laplace { .. } => "fitted Laplace",
+        };
+        [
+            theory.map(|law| ("theory's exponential", Colour::Vermilion, law)),
+            own.map(|law| ("exponential of the same mean", Colour::Grey, law)),
+            self.fitted.map(|law| (name(law), Colour::Green, law)),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+
+    /// Histogram and, for laws of one sign, the share of larger values; empty where there is nothing to draw.
+    pub fn plots(&self) -> Vec<Plot> {
+        let Some(bins) = self.bins() else {
+            return Vec::new();
+        };
+        let (name, laws) = (format!("{}-{}", self.name, self.point), self.laws());
+        let across = format!("{}, {}", self.quantity, self.unit);
+        let densities = bins.densities(&self.values, LEVEL);
+        let middle = |index: usize| 0.5 * (bins.edge(index) + bins.edge(index + 1));
+        let bars = Mark::Bars {
+            name: "realizations, 95 %".to_owned(),
+            colour: Colour::Sky,
+            bars: densities
+                .iter()
+                .enumerate()
+                .map(|(index, of)| [bins.edge(index), bins.edge(index + 1), of.estimate])
+                .collect(),
+        };
+        let ends = densities.iter().enumerate().map(|(index, of)| DataPoint {
+            interval: Some([of.low, of.high]),
+            ..DataPoint::at(middle(index), of.estimate)
+        });
+        let mut histogram = Plot::new(
+            &name,
+            self.caption(),
+            Axis::linear(&across),
+            Axis::linear(&format!("probability density, 1/{}", self.unit)),
+        )
+        .with(bars)
+        .points("", Colour::Blue, ends);
+        let curve = |law: Law, of: fn(&Law, f64) -> f64| -> Vec<[f64; 2]> {
+            let from = match law {
+                Law::Laplace { .. } => bins.start,
+                _ => bins.start.max(0.0),
+            };
+            let points = (0..=POINTS).map(|index| {
+                let at = from + (bins.end() - from) * f64::from(index) / f64::from(POINTS);
+                [at, of(&law, at)]
+            });
+            // A gamma law of a shape below 1 has no bound at zero.
+            points.filter(|point| point[1].is_finite()).collect()
+        };
+        let line = |name: &str, colour: Colour, points: Vec<[f64; 2]>| Mark::Line {
+            name: name.to_owned(),
+            colour,
+            dashed: colour != Colour::Vermilion,
+            points,
+        };
+        for (name, colour, law) in &laws {
+            histogram = histogram.with(line(name, *colour, curve(*law, Law::density)));
+        }
+        if self.has_both_signs() {
+            return vec![histogram];
+        }
+        let count = self.values.len();
+        let least = 10f64.powf((0.5 / count as f64).log10().floor()).min(1e-2);
+        let shares = (0..=bins.count).filter_map(|index| {
+            let at = bins.edge(index);
+            let above = self.values.iter().filter(|value| **value > at).count();
+            let share = wilson(above, count, LEVEL)?;
+            (above > 0).then_some(DataPoint {
+                interval: Some([share.low, share.high]),
+                ..DataPoint::at(at, share.estimate)
+            })
+        });
+        let mut survival = Plot::new(
+            &format!("{name}-share"),
+            format!(
+                "{} at {}: share of larger values",
+                self.quantity, self.point
+            ),
+            Axis::linear(&across),
+            Axis::logarithmic("share of larger values").within(least, 1.0),
+        )
+        .points("realizations, 95 %", Colour::Blue, shares);
+        for (name, colour, law) in &laws {
+            let points = curve(*law, Law::survival);
+            // What leaves the scale is not shown.
+            let shown = points.into_iter().take_while(|point| point[1] >= least);
+            survival = survival.with(line(name, *colour, shown.collect()));
+        }
+        vec![histogram, survival]
+    }
+
+    fn caption(&self) -> String {
+        let (mean, deviation) = (mean(&self.values), standard_deviation(&self.values));
+        let Distribution {
+            quantity,
+            point,
+            unit,
+            ..
+        } = self;
+        let mut caption = format!(
+            "{quantity} at {point}: {} realizations, mean {mean:.3} {unit}",
+            self.values.len()
+        );
+        if self.has_both_signs() {
+            return caption + &format!(", standard deviation {deviation:.3} {unit}");
+        }
+        caption += &format!(", coefficient of variation {:.2}", deviation / mean);
+        if let Some(theory) = self.theory {
+            caption += &format!("; theory: mean {theory:.3} {unit}, variation 1");
+        }
+        match self.values.iter().filter(|value| **value <= 0.0).count() {
+            0 => caption,
+            none => caption + &format!("; {none} not above zero"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(mut values: Vec<f64>) -> Distribution {
+        values.sort_by(f64::total_cmp);
+        Distribution {
+            name: "figure-5".into(),
+            point: "O".to_owned(),
+            quantity: "Σ_zz".into(),
+            unit: "J".into(),
+            theory: Some(0.34),
+            fitted: Some(Law::Gamma {
+                shape: 1.1,
+                scale: 0.31,
+            }),
+            values,
+        }
+    }
+
+    fn quantiles(count: u32) -> Vec<f64> {
+        let share = |k: u32| (f64::from(k) + 0.5) / f64::from(count);
+        (0..count).map(|k| -0.34 * (1.0 - share(k)).ln()).collect()
+    }
+
+    #[test]
+    fn bins_hold_nearly_all_values_and_their_intervals_hold_the_law() {
+        let of = of(quantiles(1000));
+        let bins = of.bins().expect("has values");
+        let law = Law::Exponential { mean: 0.34 };
+        let (mut sum, mut missed) = (0.0, 0);
+        for (index, density) in bins.densities(&of.values, LEVEL).iter().enumerate() {
+            let (from, to) = (bins.edge(index), bins.edge(index + 1));
+            let wanted = (law.survival(from) - law.survival(to)) / (to - from);
+            missed += u32::from(!(density.low..=density.high).contains(&wanted));
+            sum += density.estimate * (to - from);
+        }
+        assert!(
+            bins.count >= 10 && missed == 0,
+            "{missed} of {}",
+            bins.count
+        );
+        assert!((sum - 0.9975).abs() < 0.002, "{sum}");
+        let plots = of.plots();
+        assert_eq!(plots.len(), 2);
+        // Shares fall as the law's.
+        let Mark::Points { points, .. } = &plots[1].marks[0] else {
+            panic!("no points");
+        };
+        for point in points.iter().filter(|point| point.x < 3.0 * 0.34) {
+            assert!(
+                (point.y / law.survival(point.x) - 1.0).abs() < 0.02,
+                "{point:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn nothing_to_draw_draws_nothing() {
+        assert!(of(Vec::new()).plots().is_empty());
+        assert!(of(vec![1.0]).plots().is_empty());
+        assert!(of(vec![1.0, f64::NAN]).plots().is_empty());
+        assert!(of(vec![0.0, 0.0]).plots().is_empty());
+        assert!(of(vec![-1.0, 0.5]).plots().is_empty());
+        let mut no_scale = of(vec![1.0, 1.0]);
+        no_scale.fitted = Some(Law::Laplace {
+            location: 1.0,
+            scale: 0.0,
+        });
+        assert!(no_scale.plots().is_empty());
+    }
+
+    #[test]
+    fn values_below_zero_have_bins() {
+        let bins = of(vec![-0.3, 0.1, 0.2, 0.5]).bins().expect("has values");
+        assert!(bins.start <= -0.3 && bins.start > -0.35, "{bins:?}");
+        assert!(bins.count <= 200);
+    }
+
+    /// Values of both signs have no share of larger values; without a theory nothing is said of one.
+    #[test]
+    fn what_a_distribution_has_not_is_left_out() {
+        let mut both_signs = of(vec![-0.3, -0.1, 0.1, 0.3]);
+        both_signs.theory = None;
+        both_signs.fitted = Some(Law::Laplace {
+            location: 0.0,
+            scale: 0.2,
+        });
+        let [plot] = &both_signs.plots()[..] else {
+            panic!("one plot");
+        };
+        assert!(plot.caption.contains("deviation") && !plot.caption.contains("theory"));
+        let names: Vec<&str> = plot.marks.iter().map(Mark::name).collect();
+        assert!(names.contains(&"fitted Laplace") && !names.join(" ").contains("exponential"));
+        assert!((both_signs.bins().expect("bins").end() - 1.2).abs() < 1e-9);
+    }
 }

@@ -8,19 +8,19 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
-
-use super::plan::{Plan, Program};
-use super::shard::Shard;
-use super::store::{Damaged, Index, LONGEST_LINE, Place, Reader, Writer};
-use super::{Outline, Study, StudyError};
 use crate::engine::{EngineError, ProgramError};
-use crate::files::{self, FileError, failed, read_text, work_folder, write_whole};
+use crate::files;
+use crate::files::{FileError, failed, read_text, work_folder, write_whole};
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
+use crate::study::plan::{Plan, Program};
 use crate::study::realization::Engines;
+use crate::study::shard::Shard;
+use crate::study::store::{Damaged, Index, LONGEST_LINE, Place, Reader, Writer};
+use crate::study::{Outline, Study, StudyError};
 use crate::workers::{self, lock};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 /// The rows of a merged study, a line of JSON each, in the order of their numbers; it may be packed (`rows.jsonl.gz`).
 pub const ROWS: &str = "rows.jsonl";
@@ -129,7 +129,7 @@ pub trait Machine {
     /// Copies what another study of the same kind and made with the same program has of this one's rows; how many.
     fn reuse(&self, from: &Path) -> Result<u64, StudyError>;
     /// Judges what is there.
-    fn judge(&self) -> Result<super::report::Report, StudyError>;
+    fn judge(&self) -> Result<super::Report, StudyError>;
 }
 
 impl<S: Study> Folder<S> {
@@ -476,8 +476,8 @@ impl<S: Study> Machine for Folder<S> {
         Ok(reused)
     }
 
-    fn judge(&self) -> Result<super::report::Report, StudyError> {
-        super::report::of(self)
+    fn judge(&self) -> Result<super::Report, StudyError> {
+        super::report(self)
     }
 }
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Outline;
 use super::realization::{self, Ending, Engines, Realization, went_wrong};
-use super::specification::{Setting, Specification};
+use super::realization::{Setting, Specification};
 use crate::engine::EngineError;
 use grains::generate::initial_bodies;
 use grains::native::timing::ThreadTime;
@@ -88,13 +88,7 @@ impl Member {
     ) -> Result<Member, EngineError> {
         let clock = ThreadTime::now();
         let scene = of.scene_of(realization);
-        let how = realization::Specification {
-            runner: of.runner,
-            phases: &of.phases,
-            engines,
-            work,
-        };
-        let run = match realization::run(&scene, &how) {
+        let run = match of.run(realization, engines, work) {
             Ok(run) => run,
             Err(error) => {
                 let ending = Ending::Failed(failure(error)?);
@@ -134,14 +128,7 @@ impl Member {
             ("load_steps", steps(self.load_steps)),
             ("cpu_seconds", seconds),
         ];
-        let cells = cells.map(|(name, value)| (name.to_owned(), value));
-        let measured = self.measured.iter();
-        let measured = measured.map(|(key, value)| (key.clone(), format!("{value:?}")));
-        Outline {
-            engine: None,
-            ending: self.ending.name(),
-            cells: cells.into_iter().chain(measured).collect(),
-        }
+        Outline::new(self.ending.name(), cells, &self.measured)
     }
 
     fn measured(
@@ -196,7 +183,7 @@ pub enum Poured {
 impl Poured {
     /// Pours this scene's bed.
     pub fn of(scene: &Scene) -> Result<Poured, EngineError> {
-        let scene = unobserved(scene);
+        let scene = realization::unobserved(scene);
         let task = Task::settle(initial_bodies(&scene));
         Ok(match native::run(&scene, &task, &exact(), &mut ()) {
             Ok(outcome) => {
@@ -218,12 +205,10 @@ impl Poured {
         let ending = match self {
             Poured::Failed(reason) => Ending::Failed(reason.clone()),
             Poured::Bed(_, false) => Ending::NotSettled,
-            Poured::Bed(bed, true) => {
-                match realization::loaded(&unobserved(&scene), bed, true, &exact()) {
-                    Ok(run) => return Ok(Member::measured(of, &scene, &run, keep)),
-                    Err(error) => Ending::Failed(went_wrong(EngineError::Native(error))?),
-                }
-            }
+            Poured::Bed(bed, true) => match realization::loaded(&scene, bed, true, &exact()) {
+                Ok(run) => return Ok(Member::measured(of, &scene, &run, keep)),
+                Err(error) => Ending::Failed(went_wrong(EngineError::Native(error))?),
+            },
         };
         Ok(Member::without(of, realization, ending))
     }
@@ -235,13 +220,6 @@ pub fn exact() -> native::Options {
         mode: Mode::Exact,
         ..native::Options::default()
     }
-}
-
-/// Nobody looks at the history.
-fn unobserved(scene: &Scene) -> Scene {
-    let mut scene = scene.clone();
-    scene.measurement.history_every = 1_000_000_000;
-    scene
 }
 
 /// How members ended.

@@ -4,21 +4,31 @@ pub mod convergence;
 pub mod document;
 pub mod judge;
 pub mod plan;
-pub mod quantities;
-pub mod record;
 
+use std::borrow::Cow;
 use std::path::Path;
 
-use super::machine::Folder;
-use super::member::{Member, Members};
-use super::realization::{Engines, Runner};
-use super::report::Judged;
-use super::specification::sound;
-use super::{Outline, Study, StudyError};
+use crate::checks::{Check, Outcome};
 use crate::engine::EngineError;
-use plan::Plan;
-use quantities::QUANTITIES;
-use record::Tradeoff;
+use crate::engine::exec::{Description, missing_for_scene};
+use crate::study::Judged;
+use crate::study::machine::Folder;
+use crate::study::member::{Cost, Member, Members};
+use crate::study::realization::{Engines, Runner};
+use crate::study::realization::{Setting, Specification, sound};
+use crate::study::tradeoff::convergence::Convergence;
+use crate::study::tradeoff::judge::QUANTITIES;
+use crate::study::tradeoff::judge::{Judgement, judge};
+use crate::study::tradeoff::plan::{DEFAULT, FIRST_CONFIRMATORY, Plan};
+use crate::study::{Outline, Study, StudyError};
+use evidence::Interval;
+use evidence::moments::{mean, median, standard_deviation};
+use evidence::t_test::Finding;
+use grains::generate::initial_bodies;
+use grains::native::Mode;
+use grains::task::{Task, Until};
+
+use serde::{Deserialize, Serialize};
 
 impl Study for Plan {
     const KIND: &'static str = "tradeoff";
@@ -75,7 +85,336 @@ impl Study for Plan {
         let external = folder.plan.program.as_ref().map(|of| &of.described);
         let convergence = convergence::all().map_err(EngineError::Native)?;
         let record = Tradeoff::of(&folder.plan.study, &members, convergence, external);
-        let document = record.document();
-        Judged::of(Self::KIND, &record, document)
+        Judged::of(Self::KIND, &record, record.document())
     }
+}
+
+/// The version of `tradeoff.json`.
+pub const TRADEOFF_VERSION: u32 = 1;
+
+/// What a realization costs.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Costs {
+    /// Median over the screening realizations of the processor time of the whole protocol, s.
+    pub cpu_seconds: f64,
+    /// Least and most, s.
+    pub range: [f64; 2],
+    /// Mean steps of pouring.
+    pub pour_steps: f64,
+    /// Mean steps of loading.
+    pub load_steps: f64,
+    /// Median time of measuring, s.
+    pub measuring_seconds: f64,
+}
+
+/// A method with its costs and its errors.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// What is run.
+    pub method: Setting,
+    /// Digest of the specification, as in the rows.
+    pub digest: String,
+    /// None if nothing was made.
+    pub costs: Option<Costs>,
+    /// On the screening realizations.
+    pub screened: Judgement,
+    /// On realizations of its own, where it is a candidate.
+    pub confirmed: Option<Judgement>,
+    /// The id of the cheapest method with at most its cost and at most its errors of bed and load.
+    pub dominated_by: Option<String>,
+    /// Whether one of those errors is smaller beyond both intervals.
+    pub clearly: bool,
+    /// Realizations that are wanted and are not there.
+    pub missing: u64,
+    /// What an external engine lacks, and what it says of itself.
+    pub notes: Vec<String>,
+}
+
+/// A quantity in words.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Quantity {
+    /// Its key.
+    pub key: Cow<'static, str>,
+    /// For people.
+    pub title: Cow<'static, str>,
+    /// SI unit.
+    pub unit: Cow<'static, str>,
+    /// Of the reference over all of its realizations, with the number of them.
+    pub reference: Option<Reference>,
+    /// In its unit.
+    pub margin: Option<f64>,
+    /// Why this margin, or why none.
+    pub reason: Cow<'static, str>,
+}
+
+/// What the reference gives.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Reference {
+    /// Over realizations.
+    pub mean: f64,
+    /// From realization to realization.
+    pub deviation: f64,
+    /// How many.
+    pub count: usize,
+}
+
+/// Cost against error.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Tradeoff {
+    /// Digest of the reference's scene.
+    pub scene_digest: String,
+    /// Grains of the reference's scene.
+    pub grains: u32,
+    /// Screening realizations.
+    pub screening: u64,
+    /// Realizations of the tests of equivalence.
+    pub confirmatory: u64,
+    /// What is compared.
+    pub quantities: Vec<Quantity>,
+    /// What all others are compared with.
+    pub reference: Point,
+    /// The reference against itself on other clouds: the error that chance alone gives.
+    pub null_comparison: Judgement,
+    /// All others.
+    pub points: Vec<Point>,
+    /// Exact cases.
+    pub convergence: Vec<Convergence>,
+    /// Id of the cheapest candidate that was shown to be equivalent.
+    pub recommended: Option<String>,
+}
+
+impl Tradeoff {
+    /// Of these members; `external` is what the external engine says of itself.
+    pub fn of(
+        plan: &Plan,
+        members: &Members,
+        convergence: Vec<Convergence>,
+        external: Option<&Description>,
+    ) -> Self {
+        let point = |method: &Setting| {
+            let engine = external.filter(|_| method.specification.runner == Runner::Brought);
+            Point {
+                notes: engine.map_or(Vec::new(), |of| notes(&method.specification, of)),
+                ..Point::of(method, plan, members)
+            }
+        };
+        let reference = point(&plan.reference);
+        let mut points: Vec<Point> = plan.methods.iter().map(point).collect();
+        dominance(&mut points);
+        let first = &plan.reference.specification;
+        Tradeoff {
+            scene_digest: first.scene.digest(),
+            grains: first.scene.particles.count,
+            screening: plan.screening,
+            confirmatory: plan.confirmatory,
+            quantities: quantities(&members.of(&plan.reference)),
+            null_comparison: null_comparison(plan, members),
+            recommended: recommended(&points).map(|of| of.method.id.clone()),
+            reference,
+            points,
+            convergence,
+        }
+    }
+
+    /// The point of this id.
+    pub fn point(&self, id: &str) -> Option<&Point> {
+        self.points.iter().find(|point| point.method.id == id)
+    }
+
+    /// That the free mode's default is equivalent, where that was tested.
+    pub fn checks(&self) -> Vec<Check> {
+        let default = self.point(DEFAULT);
+        let Some(confirmed) = default.and_then(|point| point.confirmed.as_ref()) else {
+            return Vec::new();
+        };
+        let outcome = match confirmed.finding() {
+            Finding::Equivalent => Outcome::Pass,
+            Finding::Different => Outcome::Fail,
+            Finding::Undecided => Outcome::Skipped,
+        };
+        let quantity = "the free mode's default against the reference";
+        let open = confirmed.not_shown().join(", ");
+        let id = "tradeoff/default-is-equivalent".to_owned();
+        let mut check = Check::of_words(id, quantity, outcome, &open);
+        check.n = confirmed.clouds as u64;
+        vec![check.judged_by(
+            "two one-sided t tests at 5 % in every quantity with a margin",
+            "margins that were set before the runs",
+        )]
+    }
+}
+
+/// Why an external engine cannot run the specification, where it cannot, and what it says of itself. One that has all but
+/// a punch pours and settles.
+fn notes(of: &Specification, engine: &Description) -> Vec<String> {
+    let mut task = Task::whole(initial_bodies(&of.scene));
+    task.until = Until::EndOfSettling;
+    let missing = missing_for_scene(engine, &of.scene, &task);
+    let missing: Vec<&str> = missing.iter().map(|part| part.in_words()).collect();
+    let lacks = format!("{} has no {}", engine.name, missing.join(", "));
+    let says = engine.approximations.iter();
+    let says = says.map(|says| format!("it says of itself: {says}"));
+    (!missing.is_empty())
+        .then_some(lacks)
+        .into_iter()
+        .chain(says)
+        .collect()
+}
+
+impl Point {
+    fn of(method: &Setting, plan: &Plan, members: &Members) -> Self {
+        let first = [method.clouds[0]];
+        let own = within(method, &first, members);
+        let wanted = method.realizations().count() as u64;
+        let judged = |clouds| {
+            judge(
+                &pairs(plan, method, clouds, members),
+                comparable(plan, method),
+            )
+        };
+        let is_reference = *method == plan.reference;
+        let tested = method.clouds.get(1).filter(|_| !is_reference);
+        Point {
+            costs: costs(&own),
+            screened: judged(method.clouds[0]),
+            confirmed: tested.map(|clouds| judged(*clouds)),
+            dominated_by: None,
+            clearly: false,
+            missing: wanted - members.of(method).len() as u64,
+            notes: Vec::new(),
+            digest: method.specification.digest(),
+            method: method.clone(),
+        }
+    }
+
+    /// The larger errors of the settled and of the loaded bed, over their margins.
+    fn errors(&self) -> Option<[Interval; 2]> {
+        let Judgement { bed, load, .. } = &self.screened;
+        Some([bed.as_ref()?.error, load.as_ref()?.error])
+    }
+}
+
+/// A point is dominated by the cheapest one that costs no more and errs no more in bed and load, by the estimates.
+fn dominance(points: &mut [Point]) {
+    let places: Vec<Option<(f64, [Interval; 2])>> = points
+        .iter()
+        .map(|point| Some((point.costs?.cpu_seconds, point.errors()?)))
+        .collect();
+    for index in 0..points.len() {
+        let Some((cost, errors)) = places[index] else {
+            continue;
+        };
+        let no_worse = |others: &[Interval; 2]| {
+            let mut both = others.iter().zip(&errors);
+            both.all(|(other, own)| other.estimate <= own.estimate)
+        };
+        let better = places
+            .iter()
+            .enumerate()
+            .filter_map(|(other, place)| Some((other, (*place)?)))
+            .filter(|(other, (c, others))| *other != index && *c <= cost && no_worse(others))
+            .min_by(|a, b| a.1.0.total_cmp(&b.1.0));
+        if let Some((other, (_, smaller))) = better {
+            points[index].dominated_by = Some(points[other].method.id.clone());
+            let mut both = smaller.iter().zip(&errors);
+            points[index].clearly = both.any(|(other, own)| other.high < own.low);
+        }
+    }
+}
+
+/// The cheapest candidate in free mode that is equivalent on its own realizations.
+fn recommended(points: &[Point]) -> Option<&Point> {
+    let equivalent = points.iter().filter_map(|point| {
+        let finding = point.confirmed.as_ref()?.finding();
+        let free = point.method.specification.runner == Runner::Native(Mode::Free);
+        let seconds = point.costs?.cpu_seconds;
+        (free && finding == Finding::Equivalent).then_some((point, seconds))
+    });
+    let cheapest = equivalent.min_by(|a, b| a.1.total_cmp(&b.1));
+    cheapest.map(|(point, _)| point)
+}
+
+fn within<'a>(method: &Setting, clouds: &[[u64; 2]], members: &'a Members) -> Vec<&'a Member> {
+    let some = Setting {
+        clouds: clouds.to_vec(),
+        ..method.clone()
+    };
+    members.of(&some)
+}
+
+fn pairs<'a>(
+    plan: &Plan,
+    method: &Setting,
+    [first, last]: [u64; 2],
+    members: &'a Members,
+) -> Vec<(&'a Member, &'a Member)> {
+    let pair = |realization| {
+        let reference = members.get(&plan.reference.specification, realization)?;
+        Some((reference, members.get(&method.specification, realization)?))
+    };
+    (first..=last).filter_map(pair).collect()
+}
+
+fn null_comparison(plan: &Plan, members: &Members) -> Judgement {
+    let reference = |realization| members.get(&plan.reference.specification, realization);
+    let pair = |index| {
+        Some((
+            reference(1 + index)?,
+            reference(FIRST_CONFIRMATORY + index)?,
+        ))
+    };
+    let pairs: Vec<(&Member, &Member)> = (0..plan.screening).filter_map(pair).collect();
+    judge(&pairs, |_| true)
+}
+
+fn costs(members: &[&Member]) -> Option<Costs> {
+    let of = |figure: fn(&Member, Cost) -> f64| -> Vec<f64> {
+        let all = members.iter();
+        all.map(|member| figure(member, member.cost.unwrap_or_default()))
+            .collect()
+    };
+    let seconds = of(|_, cost| cost.cpu_seconds);
+    Some(Costs {
+        cpu_seconds: median(&seconds)?,
+        range: [
+            seconds.iter().copied().fold(f64::INFINITY, f64::min),
+            seconds.iter().copied().fold(0.0, f64::max),
+        ],
+        pour_steps: mean(&of(|member, _| member.pour_steps as f64)),
+        load_steps: mean(&of(|member, _| member.load_steps as f64)),
+        measuring_seconds: median(&of(|_, cost| cost.measuring_seconds))?,
+    })
+}
+
+fn quantities(reference: &[&Member]) -> Vec<Quantity> {
+    let one = |of: &judge::Quantity| {
+        let values = reference.iter();
+        let values: Vec<f64> = values
+            .filter_map(|member| member.measured.get(of.key).copied())
+            .collect();
+        let found = (values.len() > 1).then(|| Reference {
+            mean: mean(&values),
+            deviation: standard_deviation(&values),
+            count: values.len(),
+        });
+        Quantity {
+            key: of.key.into(),
+            title: of.title.into(),
+            unit: of.unit.into(),
+            margin: (of.margin.zip(found)).map(|(margin, found)| margin.absolute(found.mean)),
+            reference: found,
+            reason: of.reason.into(),
+        }
+    };
+    QUANTITIES.iter().map(one).collect()
+}
+
+/// Heights can be compared only between beds of as many grains over the width.
+fn comparable(plan: &Plan, method: &Setting) -> impl Fn(&str) -> bool {
+    let load = |of: &Setting| {
+        let scene = &of.specification.scene;
+        f64::from(scene.particles.count) / scene.container.width
+    };
+    let same_depth = (load(method) / load(&plan.reference) - 1.0).abs() < 1.0e-9;
+    move |key| same_depth || !key.starts_with("settled.height.")
 }

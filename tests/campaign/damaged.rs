@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crossgrain::study::campaign::Campaign;
-use crossgrain::study::campaign::member::Member;
+use crossgrain::study::campaign::Member;
 use crossgrain::study::plan::Plan;
 use crossgrain::study::store;
 

@@ -10,8 +10,8 @@ use super::{Chance, MEMBERS, Running, campaign, expected, finishes_as_expected, 
 use super::{merged_bytes, must, plan, records, undisturbed_in};
 use crate::support::{tiny_scene, told};
 use crossgrain::study::create;
+use crossgrain::study::realization::Change::Settled;
 use crossgrain::study::sensitivity::plan::Plan;
-use crossgrain::study::specification::Change::Settled;
 
 /// The whole lines of all record files.
 fn written(folder: &Path) -> BTreeSet<Vec<u8>> {

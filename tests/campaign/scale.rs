@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use crossgrain::study::campaign::Campaign;
-use crossgrain::study::campaign::member::Member;
+use crossgrain::study::campaign::Member;
 use crossgrain::study::machine::Folder;
 use crossgrain::study::plan::Plan;
 use crossgrain::study::realization::Ending;

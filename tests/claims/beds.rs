@@ -1,6 +1,6 @@
 //! What is said of beds, and of how many of them there are.
 
-use crossgrain::study::claims::claim::Verdict;
+use crossgrain::study::claims::Verdict;
 
 use super::truth::Truth;
 use super::{NO, claims_of, verdict};

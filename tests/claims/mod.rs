@@ -5,7 +5,7 @@ mod stresses;
 mod truth;
 mod verb;
 
-use crossgrain::study::claims::claim::Verdict;
+use crossgrain::study::claims::Verdict;
 use crossgrain::study::claims::{self, Claims, Origin};
 use grains::scene::paper_scene;
 

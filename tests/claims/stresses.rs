@@ -1,6 +1,6 @@
 //! What is said of means and forms of stresses.
 
-use crossgrain::study::claims::claim::Verdict;
+use crossgrain::study::claims::Verdict;
 use evidence::distribution::Distribution;
 
 use super::truth::Truth;

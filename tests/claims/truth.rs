@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crossgrain::study::campaign::member::{Fields, Member};
+use crossgrain::study::campaign::{Fields, Member};
 use crossgrain::study::claims::{self, Moment};
 use crossgrain::study::realization::Ending;
 use evidence::distribution::Distribution;

@@ -6,8 +6,8 @@ use crossgrain::study::create;
 use crossgrain::study::machine::Folder;
 use crossgrain::study::plan::Program;
 use crossgrain::study::realization::{Ending, Engines};
+use crossgrain::study::tradeoff::Tradeoff;
 use crossgrain::study::tradeoff::plan::Plan;
-use crossgrain::study::tradeoff::record::Tradeoff;
 use grains::scene::Scene;
 
 use crate::support::engines::{AND_THEN, SOUND, adapter_path, narrow_scene, program};

@@ -15,9 +15,8 @@ use crate::report::packing::force_chains;
 use crate::report::{page, terminal};
 use crate::study::campaign::merged;
 use crate::study::claims::{self, Origin};
-use crate::study::distribution::Distribution;
+use crate::study::figures::Distribution;
 use crate::study::figures::{distributions, loaded_bed, setup_of, sharings};
-use crate::study::realization::Runner;
 use grains::native::Mode;
 use grains::scene::paper_scene;
 
@@ -106,7 +105,7 @@ impl Figures {
                 "It is of a campaign's members: name one with --campaign.",
             ),
         };
-        let chains = force_chains(&loaded_bed(&scene, Runner::Native(Mode::Exact))?)?;
+        let chains = force_chains(&loaded_bed(&scene, Mode::Exact)?)?;
         let (table, shares) = sharings();
         let disc = Section {
             title: "Figure 4".to_owned(),

@@ -240,41 +240,33 @@ fn figure_4_has_the_averages_of_table_3_in_its_cell_and_others_in_its_control_sq
 }
 
 #[test]
-fn points_and_angles_make_the_same_field() {
-    let field = an_example();
-    let forces: Vec<_> = field.forces().collect();
-    let again = DiscField::from_points(field.radius(), &forces, field.body_force());
-    assert_eq!(again.as_ref(), Ok(&field));
-}
-
-#[test]
-fn what_does_not_balance_or_is_off_the_rim_is_refused() {
-    let force = |point, force| PointForce { point, force };
-    let told = |radius, forces: &[PointForce], body_force| {
-        DiscField::from_points(radius, forces, body_force)
+fn what_does_not_balance_is_refused() {
+    let force = |angle, radial, tangential| RimForce {
+        angle,
+        radial,
+        tangential,
+    };
+    let told = |radius, forces: &[RimForce], body_force| {
+        DiscField::new(radius, forces, body_force)
             .expect_err("must be refused")
             .to_string()
     };
-    let down = force([0.0, 1.0], [0.0, -2.0]);
-    let up = force([0.0, -1.0], [0.0, 2.0]);
-    let left = "forces and weight leave (0, -2) N/m, must balance";
-    assert_eq!(told(1.0, &[down], [0.0; 2]), left);
-    let couple = [
-        force([0.0, 1.0], [3.0, 0.0]),
-        force([0.0, -1.0], [-3.0, 0.0]),
-    ];
-    let turned = "the moments about the centre leave -6 N, must balance";
-    assert_eq!(told(1.0, &couple, [0.0; 2]), turned);
-    let off = force([0.0, -0.5], [0.0, 2.0]);
-    let where_it_is = "force 1 acts at 0.5 m from the centre, off the rim of radius 1 m";
-    assert_eq!(told(1.0, &[down, off], [0.0; 2]), where_it_is);
+    let (right, left) = (force(0.0, -2.0, 0.0), force(PI, -2.0, 0.0));
+    let pushed = told(1.0, &[right], [0.0; 2]);
+    assert_eq!(pushed, "forces and weight leave (-2, 0) N/m, must balance");
+    let couple = [force(0.0, 0.0, 3.0), force(PI, 0.0, 3.0)];
+    let turned = told(1.0, &couple, [0.0; 2]);
+    assert_eq!(
+        turned,
+        "the moments about the centre leave 6 N, must balance"
+    );
     let radius = "the disc's radius is 0 m, must be above 0 and finite";
     assert_eq!(told(0.0, &[], [0.0; 2]), radius);
-    let nan = force([0.0, 1.0], [f64::NAN, 0.0]);
+    let nan = force(0.0, f64::NAN, 0.0);
     assert_eq!(told(1.0, &[nan], [0.0; 2]), "force 0 is not finite");
     let endless = [0.0, f64::INFINITY];
     assert_eq!(
-        told(1.0, &[up, down], endless),
+        told(1.0, &[right, left], endless),
         "the body force is not finite"
     );
 }

@@ -10,13 +10,13 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::Member;
 use super::Merged;
-use super::member::Member;
 use crate::checks::{Check, Outcome};
 use crate::document::{Cell, Document, Section, Table};
 use crate::study::StudyError;
 use crate::study::realization::Ending;
-use crate::study::tradeoff::quantities::{QUANTITIES, Quantity};
+use crate::study::tradeoff::judge::{QUANTITIES, Quantity};
 use evidence::moments::{mean, standard_deviation};
 use evidence::t_test::{self, Finding, LEVEL, Welch};
 use evidence::two_samples::{self, TwoSamples};

@@ -5,12 +5,13 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use super::claim::{Claim, FEWEST, LEVEL, Row, Rule, verdict};
 use super::means::POINTS;
-use super::sample::{self, Moment, nearest, positive, together};
+use super::sample::{self, Moment, Number, nearest, positive, together};
+use super::{Claim, FEWEST, LEVEL, Row, Rule, verdict};
 use crate::paper::continuum::{Field, Load, Model, Spread};
 use crate::paper::published::POROSITY;
-use crate::study::campaign::member::Member;
+use crate::study::campaign::Member;
+use evidence::distribution::Family;
 use evidence::moments::{mean, standard_deviation};
 use evidence::regression::{correlation, slope, spearman};
 use evidence::{Interval, bootstrap};
@@ -112,13 +113,13 @@ fn volume(
     let rise = mean(&all.iter().map(|one| one.rise).collect::<Vec<f64>>());
     let n = cells as f64;
     let variation = bootstrap::coefficient_of_variation(&sums, LEVEL);
-    let shape = sample::gamma_shape(&positive(&sums))(LEVEL);
+    let shape = sample::law_shape(Family::Gamma, &positive(&sums)).at(LEVEL);
     let ratio = standard_deviation(&sums) / mean(&sums) / single;
     Some(Volume {
         cells,
         packings: all.len(),
         area,
-        stress: sample::mean(&stresses(&all))(LEVEL),
+        stress: sample::mean(&stresses(&all)).at(LEVEL),
         continuum: continuum(scene, moment, place.offset, place.depth - rise, area),
         variation,
         scaled: variation.map(|of| of.over(1.0 / n.sqrt())),
@@ -229,10 +230,8 @@ pub fn independence(members: &[Member]) -> Claim {
             let name = format!("{point}, {}", moment.words());
             let mut row = Row::judged(
                 format!("{name}: correlation of the two nearest cells"),
-                "1",
-                around.len(),
                 [-TOLERANCE, TOLERANCE],
-                |level| pair(&first, &second, level),
+                Number::new(around.len(), |level| pair(&first, &second, level)),
             )
             .against(0.0);
             if let Some(ranks) = spearman(&first, &second, PERMUTATIONS) {
@@ -246,13 +245,11 @@ pub fn independence(members: &[Member]) -> Claim {
             let columns: Vec<Vec<f64>> = (0..TOGETHER).map(of).collect();
             let of_eight = Row::shown(
                 format!("{name}: mean correlation of the eight nearest"),
-                "1",
-                around.len(),
-                |level| {
+                Number::new(around.len(), |level| {
                     bootstrap::interval(around.len(), level, |packings| {
                         mean_of_pairs(&columns, packings)
                     })
-                },
+                }),
             )
             .against(0.0);
             found.push(format!(
@@ -323,10 +320,8 @@ pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Cl
         rows.push(
             Row::judged(
                 format!("{}: exponent of N", of.point),
-                "1",
-                table.len(),
                 [-0.5 - EXPONENT, -0.5 + EXPONENT],
-                |level| exponent(&table, level),
+                Number::new(table.len(), |level| exponent(&table, level)),
             )
             .against(-0.5),
         );
@@ -343,10 +338,8 @@ pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Cl
             rows.push(
                 Row::judged(
                     format!("{}: CV·√N of {} cells", of.point, one.cells),
-                    "1",
-                    one.packings,
                     [1.0 / FACTOR, FACTOR],
-                    |level| Some(bootstrap::coefficient_of_variation(&sums, level)?.over(scale)),
+                    sample::variation(&sums).over(scale),
                 )
                 .against(1.0),
             );
@@ -404,10 +397,8 @@ pub fn erlang(members: &[Member], series: &[Volumes]) -> Claim {
                             of.point,
                             moment.words()
                         ),
-                        "1",
-                        above_zero.len(),
                         [1.0 / (FACTOR * FACTOR), FACTOR * FACTOR],
-                        |level| Some(sample::gamma_shape(&above_zero)(level)?.over(cells as f64)),
+                        sample::law_shape(Family::Gamma, &above_zero).over(cells as f64),
                     )
                     .against(1.0),
                 );
@@ -451,23 +442,14 @@ pub fn good_enough(members: &[Member], series: &[Volumes]) -> Claim {
                 )
             };
             rows.push(
-                Row::judged(
-                    name("CV"),
-                    "1",
-                    all.len(),
-                    [0.0, GOOD_ENOUGH],
-                    sample::variation(&sums),
-                )
-                .against(0.0),
+                Row::judged(name("CV"), [0.0, GOOD_ENOUGH], sample::variation(&sums)).against(0.0),
             );
             let stress = stresses(&all);
             rows.push(
                 Row::judged(
                     name("mean over the continuum's"),
-                    "1",
-                    all.len(),
                     [1.0 - GOOD_ENOUGH, 1.0 + GOOD_ENOUGH],
-                    |level| Some(sample::mean(&stress)(level)?.over(last.continuum)),
+                    sample::mean(&stress).over(last.continuum),
                 )
                 .against(1.0),
             );

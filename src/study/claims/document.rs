@@ -4,17 +4,17 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use super::claim::{Claim, Judged, Row, Verdict};
 use super::means::POINTS;
 use super::sample::{Moment, positive, stress};
+use super::{Claim, Judged, Row, Verdict};
 use super::{Claims, Volume, Volumes};
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::plot::Point;
 use crate::document::table::rounded;
 use crate::document::{Axis, Cell, Colour, Document, Mark, Plot, Section, Table};
 use crate::paper::published::{HEIGHTS, POROSITIES, published, table_4};
-use crate::study::campaign::member::Member;
-use crate::study::distribution::Distribution;
+use crate::study::campaign::Member;
+use crate::study::figures::Distribution;
 use evidence::Interval;
 use evidence::distribution::Family;
 

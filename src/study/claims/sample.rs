@@ -2,7 +2,7 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::study::campaign::member::{Fields, Member};
+use crate::study::campaign::{Fields, Member};
 use evidence::distribution::Family;
 use evidence::likelihood::against_exponential;
 use evidence::{Interval, bootstrap, moments, proportion};
@@ -89,39 +89,65 @@ pub fn positive(values: &[f64]) -> Vec<f64> {
     above.copied().collect()
 }
 
+/// A number over packings: its interval at any level.
+pub struct Number<'a> {
+    /// How many.
+    pub packings: usize,
+    of: Box<dyn Fn(f64) -> Option<Interval> + 'a>,
+}
+
+impl<'a> Number<'a> {
+    /// Of so many packings.
+    pub fn new(packings: usize, of: impl Fn(f64) -> Option<Interval> + 'a) -> Self {
+        Number {
+            packings,
+            of: Box::new(of),
+        }
+    }
+
+    /// Its interval at this level.
+    pub fn at(&self, level: f64) -> Option<Interval> {
+        (self.of)(level)
+    }
+
+    /// The number over another one.
+    pub fn over(self, other: f64) -> Self {
+        Number::new(self.packings, move |level| {
+            Some(self.at(level)?.over(other))
+        })
+    }
+}
+
 /// Mean with its t interval.
-pub fn mean(values: &[f64]) -> impl Fn(f64) -> Option<Interval> {
-    |level| moments::mean_interval(values, level)
+pub fn mean(values: &[f64]) -> Number<'_> {
+    Number::new(values.len(), |level| moments::mean_interval(values, level))
 }
 
 /// Standard deviation over mean with its BCa interval over packings.
-pub fn variation(values: &[f64]) -> impl Fn(f64) -> Option<Interval> {
-    |level| bootstrap::coefficient_of_variation(values, level)
+pub fn variation(values: &[f64]) -> Number<'_> {
+    Number::new(values.len(), |level| {
+        bootstrap::coefficient_of_variation(values, level)
+    })
 }
 
-/// Share above so many means, with Wilson's interval.
-pub fn share_above(values: &[f64], multiple: f64) -> impl Fn(f64) -> Option<Interval> {
-    let share = moments::share_above(values, multiple);
-    let hits = (share * values.len() as f64).round() as usize;
-    move |level| proportion::wilson(hits, values.len(), level)
+/// Share of so many packings, with Wilson's interval.
+pub fn share(hits: usize, packings: usize) -> Number<'static> {
+    Number::new(packings, move |level| {
+        proportion::wilson(hits, packings, level)
+    })
 }
 
-/// Share for which something holds, with Wilson's interval.
-pub fn share(values: &[f64], holds: fn(f64) -> bool) -> impl Fn(f64) -> Option<Interval> {
+/// Share for which something holds.
+pub fn share_of(values: &[f64], holds: impl Fn(f64) -> bool) -> Number<'static> {
     let hits = values.iter().filter(|value| holds(**value)).count();
-    move |level| proportion::wilson(hits, values.len(), level)
-}
-
-/// Shape of the gamma law with its deviance interval.
-pub fn gamma_shape(values: &[f64]) -> impl Fn(f64) -> Option<Interval> {
-    law_shape(Family::Gamma, values)
+    share(hits, values.len())
 }
 
 /// Shape of the gamma or Weibull law with its deviance interval. That one is of 95 %; other levels have the ends
 /// where a normal logarithm of the shape would have them.
-pub fn law_shape(family: Family, values: &[f64]) -> impl Fn(f64) -> Option<Interval> + use<> {
+pub fn law_shape(family: Family, values: &[f64]) -> Number<'static> {
     let found = against_exponential(family, values).map(|found| found.shape);
-    move |level| {
+    Number::new(values.len(), move |level| {
         let of = found?;
         let normal = Normal::standard();
         let reach = normal.inverse_cdf(0.5 + 0.5 * level) / normal.inverse_cdf(0.975);
@@ -130,10 +156,5 @@ pub fn law_shape(family: Family, values: &[f64]) -> impl Fn(f64) -> Option<Inter
             low: of.estimate * (of.low / of.estimate).powf(reach),
             high: of.estimate * (of.high / of.estimate).powf(reach),
         })
-    }
-}
-
-/// Any statistic of one number a packing, with its BCa interval.
-pub fn statistic(values: &[f64], of: fn(&[f64]) -> f64) -> impl Fn(f64) -> Option<Interval> {
-    move |level| bootstrap::of_values(values, level, of)
+    })
 }

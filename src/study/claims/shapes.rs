@@ -1,15 +1,15 @@
 //! The form of the distributions: exponential for normal components, which may be positive only, Laplace for the shear
 //! component.
 
-use super::claim::{Claim, Row, Rule, Verdict, verdict};
 use super::means::POINTS;
-use super::sample::{self, Moment, positive, stress};
+use super::sample::{self, Moment, Number, positive, stress};
+use super::{Claim, Row, Rule, Verdict, verdict};
 use crate::paper::published::E_TO_MINUS_2;
-use crate::study::campaign::member::Member;
+use crate::study::campaign::Member;
 use evidence::distribution::{Distribution, Family};
-use evidence::goodness;
 use evidence::likelihood::{against_exponential, not_nested};
-use evidence::moments::{median, standard_deviation};
+use evidence::moments::{mean, median, standard_deviation};
+use evidence::{bootstrap, goodness};
 
 /// Samples drawn for a p-value: the smallest that can be found is 1/1000.
 pub const SAMPLES: usize = 999;
@@ -26,12 +26,10 @@ const DECIDED_BY: &str = "Coefficient of variation within a tenth of 1 and gamma
 
 /// The numbers of one sample: what decides, and what is shown.
 fn rows_of(name: &str, values: &[f64]) -> Vec<Row> {
-    let count = values.len();
+    let middle = mean(values);
     let above_zero = positive(values);
     let mut variation = Row::judged(
         format!("{name}: coefficient of variation"),
-        "1",
-        count,
         VARIATION,
         sample::variation(values),
     )
@@ -44,10 +42,8 @@ fn rows_of(name: &str, values: &[f64]) -> Vec<Row> {
     }
     let mut shape = Row::judged(
         format!("{name}: gamma shape"),
-        "1",
-        above_zero.len(),
         SHAPE,
-        sample::gamma_shape(&above_zero),
+        sample::law_shape(Family::Gamma, &above_zero),
     )
     .against(1.0);
     if let Some(found) = against_exponential(Family::Gamma, &above_zero) {
@@ -72,9 +68,7 @@ fn rows_of(name: &str, values: &[f64]) -> Vec<Row> {
         rows.push(
             Row::shown(
                 format!("{name}: share above {multiple:.0} means"),
-                "1",
-                count,
-                sample::share_above(values, multiple),
+                sample::share_of(values, |value| value > multiple * middle),
             )
             .against(share),
         );
@@ -82,8 +76,6 @@ fn rows_of(name: &str, values: &[f64]) -> Vec<Row> {
     rows.push(
         Row::shown(
             format!("{name}: Weibull shape"),
-            "1",
-            above_zero.len(),
             sample::law_shape(Family::Weibull, &above_zero),
         )
         .against(1.0),
@@ -96,35 +88,22 @@ fn distance(rows: &[Row]) -> f64 {
     found.map_or(f64::NAN, |found| found.statistic)
 }
 
-fn shown(value: f64, digits: usize) -> String {
-    if value.is_finite() {
-        format!("{value:.digits$}")
-    } else {
-        "unknown".to_owned()
-    }
-}
-
 /// Exponential at one point with its fitted mean.
-pub fn at_point(members: &[Member], point: &'static str) -> Claim {
+pub fn at_point(members: &[Member], point: &str) -> Claim {
     let values = stress(members, Moment::Loaded, point, "grain_zz");
     let rows = rows_of("Σ_zz", &values);
     Claim {
-        id: match point {
-            "O" => "exponential.O",
-            "A" => "exponential.A",
-            _ => "exponential.B",
-        }
-        .into(),
+        id: format!("exponential.{point}").into(),
         place: "section 4.2, Figure 5".into(),
         statement: format!("At {point} the measured distribution of Σ_zz matches an exponential."),
         verdict: verdict(&rows, Rule::All),
         reading: format!(
-            "Variation {} instead of 1, gamma shape {} instead of 1, {} % above two means instead of 13.5 %; D from the \
-             fitted exponential {}.",
-            shown(rows[0].estimate(), 2),
-            shown(rows[1].estimate(), 2),
-            shown(100.0 * rows[2].estimate(), 1),
-            shown(distance(&rows), 3)
+            "Variation {:.2} instead of 1, gamma shape {:.2} instead of 1, {:.1} % above two means instead of 13.5 %; D from the \
+             fitted exponential {:.3}.",
+            rows[0].estimate(),
+            rows[1].estimate(),
+            100.0 * rows[2].estimate(),
+            distance(&rows)
         ),
         decided_by: DECIDED_BY.to_owned(),
         rows,
@@ -168,7 +147,7 @@ fn several(
     let mut found = Vec::new();
     for point in POINTS {
         let of_point = rows_of(point, &stress(members, moment, point, what));
-        found.push(format!("{point} {}", shown(of_point[1].estimate(), 2)));
+        found.push(format!("{point} {:.2}", of_point[1].estimate()));
         rows.extend(of_point);
     }
     Claim {
@@ -244,20 +223,18 @@ pub fn positive_only(members: &[Member]) -> Claim {
             let values = stress(members, moment, point, "grain_zz");
             let row = |what: &str, holds: fn(f64) -> bool| {
                 let name = format!("{point}, {}: share {what}", moment.words());
-                (name, sample::share(&values, holds))
+                (name, sample::share_of(&values, holds))
             };
             let (name, negative) = row("below zero", |value| value < 0.0);
             // None of n has an upper end of about 2.7/n: 300 packings can show that one in a hundred is not reached.
-            rows.push(Row::judged(name, "1", values.len(), [0.0, 0.01], negative).against(0.0));
+            rows.push(Row::judged(name, [0.0, 0.01], negative).against(0.0));
             let (name, zero) = row("exactly zero (nothing carried)", |value| value == 0.0);
-            rows.push(Row::shown(name, "1", values.len(), zero).against(0.0));
+            rows.push(Row::shown(name, zero).against(0.0));
         }
     }
     let rattlers = sample::measured(members, "settled.coordination.rattlers");
     rows.push(Row::shown(
         "share of all grains of a settled bed that rattle",
-        "1",
-        rattlers.len(),
         sample::mean(&rattlers),
     ));
     let negative: f64 = rows
@@ -309,10 +286,10 @@ pub fn laplace(members: &[Member]) -> Claim {
         let values = stress(members, Moment::Loaded, point, "grain_xz");
         let mut row = Row::judged(
             format!("{point}: mean absolute over standard deviation"),
-            "1",
-            values.len(),
             [laplace - half_way, laplace + half_way],
-            sample::statistic(&values, peakedness),
+            Number::new(values.len(), |level| {
+                bootstrap::of_values(&values, level, peakedness)
+            }),
         )
         .against(laplace);
         if let Some(fit) = goodness::fitted(Family::Laplace, &values, SAMPLES) {
@@ -328,12 +305,7 @@ pub fn laplace(members: &[Member]) -> Claim {
             }
         }
         rows.push(row);
-        rows.push(Row::shown(
-            format!("{point}: mean"),
-            "Pa",
-            values.len(),
-            sample::mean(&values),
-        ));
+        rows.push(Row::shown(format!("{point}: mean"), sample::mean(&values)).in_unit("Pa"));
     }
     Claim {
         id: "laplace".into(),

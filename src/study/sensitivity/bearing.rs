@@ -279,18 +279,14 @@ fn at_rest(
             }));
         }
     }
-    let mut depths: Vec<f64> = points.iter().map(|point| point.0).collect();
-    depths.sort_by(f64::total_cmp);
-    depths.dedup();
+    let depths = distinct(points.iter().map(|point| point.0));
     let rows = depths.into_iter().map(|depth| {
         let own: Vec<(f64, f64)> = points
             .iter()
             .filter(|point| point.0 == depth)
             .map(|point| (point.1, point.2))
             .collect();
-        let mut speeds: Vec<f64> = own.iter().map(|point| point.0).collect();
-        speeds.sort_by(f64::total_cmp);
-        speeds.dedup();
+        let speeds = distinct(own.iter().map(|point| point.0));
         let pressure = regression::intercept(&own);
         let degrees = |pressure: f64| soil.angle_for(pressure, depth).to_degrees();
         AtRest {
@@ -307,6 +303,14 @@ fn at_rest(
     });
     // A deeper window that fewer speeds got to is another line.
     rows.filter(|row| row.speeds.len() == slow.len()).collect()
+}
+
+/// From small to large, each once.
+pub(super) fn distinct(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    values
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! What the map says.
 
-use super::bearing::{Bearing, Curve};
+use super::bearing::{Bearing, Curve, distinct};
 use super::judge::{Judged, Verdict};
 use super::plan::{AXES, COMBINED, FRICTION, SPEED_AND_DAMPING};
-use super::record::{Figure, Joint, Point, Sensitivity};
+use super::{Figure, Joint, Point, Sensitivity};
 use crate::checks::Outcome;
 use crate::document::{Axis, Cell, Colour, Document, Mark, Plot, Section, Table, plot};
 use evidence::Interval;
@@ -85,10 +85,7 @@ impl Sensitivity {
             self.grains, self.clouds
         );
         let place = |of: fn(&Point) -> Option<f64>| {
-            let mut all: Vec<f64> = self.of_axis(SPEED_AND_DAMPING).filter_map(of).collect();
-            all.sort_by(f64::total_cmp);
-            all.dedup();
-            all
+            distinct(self.of_axis(SPEED_AND_DAMPING).filter_map(of))
         };
         let speeds = place(|point| point.setting.at.first().copied());
         let mut alphas = place(|point| point.setting.at.get(1).copied());

@@ -30,18 +30,6 @@ pub enum Verdict {
     Skipped,
 }
 
-impl Verdict {
-    /// For people.
-    pub fn word(self) -> &'static str {
-        match self {
-            Verdict::ComesOut => "comes out",
-            Verdict::DoesNot => "does not",
-            Verdict::Undecided => "undecided",
-            Verdict::Skipped => "skipped",
-        }
-    }
-}
-
 /// A published figure in one setting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

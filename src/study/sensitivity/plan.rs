@@ -6,11 +6,11 @@ use std::sync::OnceLock;
 use serde::{Deserialize, Serialize};
 
 use super::penetration::Penetration;
-use crate::study::specification::Change::{
+use crate::study::realization::Change::{
     Alpha, CloudSpeed, Columns, Diameter, DiameterSameArea, Friction, Hold, Settled, Size, Speed,
     Spheres, Step,
 };
-use crate::study::specification::{
+use crate::study::realization::{
     Change, Setting, Specification, changed, small_scene, whole_scene,
 };
 use grains::native::Mode;

@@ -2,7 +2,7 @@
 
 use super::convergence::Convergence;
 use super::judge::{Judgement, MISSED_KEY, MISSED_TITLE, Worst, word};
-use super::record::{Point, Tradeoff};
+use super::{Point, Tradeoff};
 use crate::checks::Outcome;
 use crate::document::{Axis, Block, Cell, Colour, Document, Mark, Plot, Section, Table, plot};
 use crate::study::realization::Runner;

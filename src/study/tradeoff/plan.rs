@@ -5,11 +5,9 @@ use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 
+use crate::study::realization::Change::{Alpha, CloudSpeed, Columns, Modulus, Settled, Size, Step};
 use crate::study::realization::Runner;
-use crate::study::specification::Change::{
-    Alpha, CloudSpeed, Columns, Modulus, Settled, Size, Step,
-};
-use crate::study::specification::{
+use crate::study::realization::{
     Change, FREE_MODE_STEP, Setting, Specification, changed, small_scene, whole_scene,
 };
 use grains::native::Mode;
