@@ -397,11 +397,11 @@ mod tests {
     use crate::study::realization::Ending;
 
     /// Members whose every quantity is 1 with a little that differs from cloud to cloud, times `factor`.
-    fn members(factor: f64, sank: u64) -> Vec<Member> {
+    fn members(factor: f64, missed: u64) -> Vec<Member> {
         (1..=100)
             .map(|realization| {
                 let noise = 1.0e-4 * (realization as f64 * 0.7).sin();
-                let ending = if realization <= sank {
+                let ending = if realization <= missed {
                     Ending::TargetLoadNotReached
                 } else {
                     Ending::Reached
