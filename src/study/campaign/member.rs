@@ -43,9 +43,9 @@ pub struct Member {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fields {
-    /// [`profile::across`] at the depth of the first control point.
+    /// [`stress::across`] at the depth of the first control point.
     pub across: Vec<f64>,
-    /// [`profile::down`].
+    /// [`stress::down`].
     pub down: Vec<f64>,
     /// In the order of the scene's control points; a point that is not inside the bed has none.
     pub points: Vec<Neighbourhood>,
