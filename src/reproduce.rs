@@ -20,7 +20,7 @@ use crate::files::work_folder;
 use crate::paper;
 use crate::progress::Display;
 use crate::run::folder::record::{EngineRecord, Protocol};
-use crate::run::folder::{RunFolder, recording};
+use crate::run::folder::{RECORDED, RunFolder, is_recorded, unpack_recorded};
 use crate::run::to_folder;
 use crate::run::{Engine, EngineError, recorded};
 use crate::suite;
@@ -97,7 +97,7 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         job.compare(
             "compare/sorted-recorded",
             "native against YADE's sorted loop, recorded",
-            &["native", recording::FOLDER],
+            &["native", RECORDED],
             compare(&native, recorded, None, Some(&job.locator())),
         );
     }
@@ -113,11 +113,7 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         None => (None, None),
     };
     let of_native = native.record.seconds_per_step();
-    for run in job
-        .runs
-        .iter_mut()
-        .filter(|run| run.folder != recording::FOLDER)
-    {
+    for run in job.runs.iter_mut().filter(|run| run.folder != RECORDED) {
         run.times_native = Some(run.microseconds_per_step / (1e6 * of_native));
     }
     let version = sorted.as_ref().map(|run| run.record.engine.version());
@@ -194,10 +190,10 @@ impl Job<'_> {
 
     /// The recorded run of YADE, if it is one of this scene.
     fn recorded(&mut self) -> Result<Option<RunFolder>, Error> {
-        let folder = self.options.out.join(recording::FOLDER);
+        let folder = self.options.out.join(RECORDED);
         if !folder.exists() {
-            recording::unpack(&folder)?;
-        } else if !recording::is_intact(&folder) {
+            unpack_recorded(&folder)?;
+        } else if !is_recorded(&folder) {
             return Err(Error::Usage(format!(
                 "{} is not the recorded run; remove it, or name another folder with --out",
                 folder.display()
@@ -212,7 +208,7 @@ impl Job<'_> {
             );
             return Ok(None);
         }
-        self.runs.push(RunSummary::of(recording::FOLDER, &recorded));
+        self.runs.push(RunSummary::of(RECORDED, &recorded));
         Ok(Some(recorded))
     }
 

@@ -245,6 +245,3 @@ fn furthest(from: f64, values: impl IntoIterator<Item = f64>) -> f64 {
     };
     values.into_iter().fold(from, further)
 }
-
-#[cfg(test)]
-mod tests;

@@ -284,7 +284,7 @@ fn a_main_job_in_a_folder_where_another_is_at_work_is_refused() {
 fn a_faulty_native_run_disagrees_with_the_recorded_yade_run() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     write_scene(&paper_scene(1, 5000), &folder.path().join("scene.json"));
-    crossgrain::run::folder::recording::unpack(&folder.path().join("yade")).expect("writable");
+    crossgrain::run::folder::unpack_recorded(&folder.path().join("yade")).expect("writable");
     let arguments = [
         "run",
         "scene.json",

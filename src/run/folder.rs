@@ -5,7 +5,6 @@
 //! `engine.log`. Any of the tables may be packed, with `.gz` after its name.
 
 pub mod record;
-pub mod recording;
 
 use std::path::{Path, PathBuf};
 
@@ -13,8 +12,8 @@ use record::{EngineRecord, RECORD_VERSION, RunRecord, TraceRow};
 use serde::Deserialize;
 
 use crate::exit;
-use crate::files::{FileError, read_text, write_folder, write_whole};
-use crate::tables::{self as text, TableError};
+use crate::files::{FileError, read_text, unpacked, write_folder, write_whole};
+use crate::tables::{self as text, TableError, parse_rows};
 use grains::measure::{Bed, HistoryRow};
 use grains::model::Model;
 use grains::scene::{Scene, SceneError, parse_scene};
@@ -358,4 +357,58 @@ impl SceneFileError {
 /// Reads and validates a scene file.
 pub fn read_scene(path: &Path) -> Result<Scene, SceneFileError> {
     Ok(parse_scene(&read_text(path, LARGEST_SCENE)?)?)
+}
+
+/// The folder that the recorded run of YADE is unpacked into, which is carried in the program. `reference_data/README.md` says
+/// how it was made.
+pub const RECORDED: &str = "yade-recorded";
+
+macro_rules! recorded_files {
+    ($($name:literal),* $(,)?) => {
+        &[$((
+            $name,
+            include_bytes!(concat!("../../reference_data/yade-paper-1/", $name)) as &[u8],
+        )),*]
+    };
+}
+
+const RECORDED_FILES: &[(&str, &[u8])] = recorded_files![
+    "run.json",
+    "scene.json",
+    "initial.csv.gz",
+    "bodies.csv.gz",
+    "contacts.csv.gz",
+    "settled-bodies.csv.gz",
+    "settled-contacts.csv.gz",
+    "history.csv.gz",
+    "trace.csv.gz",
+    "yade.log",
+];
+
+/// Writes the recorded run folder.
+pub fn unpack_recorded(folder: &Path) -> Result<(), FileError> {
+    write_folder(folder, |aside| {
+        for (name, bytes) in RECORDED_FILES {
+            write_whole(&aside.join(name), bytes)?;
+        }
+        Ok::<(), FileError>(())
+    })
+}
+
+/// The history of the recorded run.
+pub fn recorded_history() -> Result<Vec<HistoryRow>, FolderError> {
+    let path = Path::new("history.csv.gz");
+    let packed = RECORDED_FILES
+        .iter()
+        .find(|(name, _)| Path::new(name) == path);
+    let text = unpacked(path, packed.map_or(&[], |(_, bytes)| *bytes))?;
+    Ok(parse_rows(path, &text)?)
+}
+
+/// Whether a folder holds exactly the recorded run.
+pub fn is_recorded(folder: &Path) -> bool {
+    RECORDED_FILES.iter().all(|(name, bytes)| {
+        let path = folder.join(name);
+        path.is_file() && std::fs::read(path).is_ok_and(|found| found == *bytes)
+    })
 }

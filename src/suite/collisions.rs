@@ -11,7 +11,7 @@ use super::analytic::{
 };
 use super::build::{self, Grain};
 use super::{CaseGroup, Track, at, furthest};
-use grains::model::{Axis, Model};
+use grains::model::{Axis, Law, Model};
 use grains::scene::{Tension, Viscosity};
 use grains::task::Case;
 
@@ -79,31 +79,32 @@ pub fn groups() -> Vec<CaseGroup> {
     ]
 }
 
-/// A collision.
+/// A collision: along one line, unless its grains move across it or spin.
 #[derive(Debug, Clone)]
-struct HeadOn {
+pub struct HeadOn {
     /// Of the experiment.
-    id: String,
-    /// The first grain; where it is and how it moves is put in here.
-    grain: Grain,
+    pub id: String,
+    /// The first grain; where it is and how fast it approaches is put in here.
+    pub grain: Grain,
     /// The grain to its right that it meets; none for a wall below it.
-    other: Option<Grain>,
+    pub other: Option<Grain>,
     /// k_n, N/m.
-    stiffness: f64,
-    viscosity: Viscosity,
+    pub stiffness: f64,
+    /// Its dashpot, if any.
+    pub viscosity: Viscosity,
     /// Cundall's α.
-    alpha: f64,
+    pub alpha: f64,
     /// Speed of the approach, m/s.
-    approach: f64,
+    pub approach: f64,
     /// Steps in the contact time of the spring alone, π√(m_eff/k).
-    steps: f64,
+    pub steps: f64,
     /// Steps before touch; half a step in it makes the first step with a force begin at touch.
-    lead: f64,
+    pub lead: f64,
 }
 
 impl HeadOn {
     /// Without dashpot and local damping.
-    fn elastic(
+    pub fn elastic(
         id: String,
         grain: Grain,
         other: Option<Grain>,
@@ -124,34 +125,35 @@ impl HeadOn {
     }
 
     /// m_eff, kg.
-    fn mass(&self) -> f64 {
+    pub fn mass(&self) -> f64 {
         let one = self.grain.mass;
         self.other
             .map_or(one, |other| one * other.mass / (one + other.mass))
     }
 
-    fn frequency(&self) -> f64 {
+    /// √(k/m_eff), rad/s.
+    pub fn frequency(&self) -> f64 {
         (self.stiffness / self.mass()).sqrt()
     }
 
     /// s.
-    fn dt(&self) -> f64 {
+    pub fn dt(&self) -> f64 {
         PI / (self.frequency() * self.steps)
     }
 
     /// ω dt.
-    fn angle(&self) -> f64 {
+    pub fn angle(&self) -> f64 {
         PI / self.steps
     }
 
     /// A dashpot of this ζ.
-    fn damped(&self, ratio: f64, tension: Tension) -> Viscosity {
+    pub fn damped(&self, ratio: f64, tension: Tension) -> Viscosity {
         let c_n = dashpot(ratio, self.mass(), self.stiffness);
         Viscosity::Dashpot { c_n, tension }
     }
 
     /// The contact in closed form; not for a dashpot that is given by its restitution.
-    fn contact(&self) -> SpringDashpot {
+    pub fn contact(&self) -> SpringDashpot {
         let (dashpot, tension) = match self.viscosity {
             Viscosity::Dashpot { c_n, tension } => (c_n, tension),
             Viscosity::Restitution { tension, .. } => (0.0, tension),
@@ -166,44 +168,51 @@ impl HeadOn {
         }
     }
 
-    fn start(&self) -> State {
+    /// Before touch.
+    pub fn start(&self) -> State {
         State::start(-self.lead * self.dt() * self.approach, self.approach)
     }
 
     /// A step by which a contact of this duration (s) is over.
-    fn end(&self, duration: f64) -> u64 {
+    pub fn end(&self, duration: f64) -> u64 {
         (self.lead + 1.02 * duration / self.dt() + 3.0).ceil() as u64
     }
 
     /// Height of the wall, m; not zero, so that a fault in it shows.
-    fn floor(&self) -> f64 {
+    pub fn floor(&self) -> f64 {
         0.5 * self.grain.radius
     }
 
     fn case(&self, moments: Vec<u64>) -> Case {
+        self.case_of(build::springs, moments)
+    }
+
+    /// The case under the law with this modulus, to which the dashpot is added.
+    pub fn case_of(&self, law: impl Fn(f64) -> Law, moments: Vec<u64>) -> Case {
         let one = self.grain;
+        let [across, up] = one.velocity;
         let (modulus, grains) = match self.other {
             None => {
                 let height = self.floor() + one.radius - self.start().overlap;
-                let grain = one.at([0.0, height]).moving([0.0, -self.approach]);
+                let grain = one.at([0.0, height]).moving([across, -self.approach]);
                 (self.stiffness / one.radius, vec![grain])
             }
             Some(other) => {
                 let sum = one.radius + other.radius;
                 let share = other.mass / (one.mass + other.mass);
                 let place = [sum - self.start().overlap, 0.0];
+                let speeds = [share, share - 1.0].map(|share| share * self.approach);
                 let grains = vec![
-                    one.at([0.0; 2]).moving([share * self.approach, 0.0]),
-                    other.at(place).moving([(share - 1.0) * self.approach, 0.0]),
+                    one.at([0.0; 2]).moving([speeds[0], up]),
+                    other.at(place).moving([speeds[1], other.velocity[1]]),
                 ];
                 let modulus = self.stiffness * sum / (2.0 * one.radius * other.radius);
                 (modulus, grains)
             }
         };
-        let springs = build::springs(modulus);
         let law = match self.viscosity {
-            Viscosity::None => springs,
-            _ => build::with_viscosity(springs, self.viscosity.clone()),
+            Viscosity::None => law(modulus),
+            _ => build::with_viscosity(law(modulus), self.viscosity.clone()),
         };
         let mut model = build::model(law, self.dt());
         model.alpha = self.alpha;

@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 
 use super::analytic::SpringDashpot;
 use super::build::{self, Grain};
+use super::collisions::HeadOn;
 use super::{CaseGroup, Figures, Track, View, at, furthest, rounding};
 use grains::model::{Axis, Law, Model};
 use grains::tables::{Bodies, Contact, Snapshot};
@@ -319,12 +320,8 @@ pub fn pairs() -> Vec<CaseGroup> {
 /// Two grains side by side that approach each other at their centre of mass.
 #[derive(Debug, Clone)]
 struct Couple {
-    id: String,
+    impact: HeadOn,
     grains: [Grain; 2],
-    /// N/m.
-    stiffness: f64,
-    /// m/s.
-    approach: f64,
 }
 
 const TAN_PHI: f64 = 0.2;
@@ -346,25 +343,17 @@ impl Couple {
         };
         // Discs one metre long weigh more: as stiff for their mass.
         let heavier = of(0).mass / Grain::sphere([0.0; 2], radii[0], 2800.0).mass;
+        let id = format!("{}/{id}", if disc { "discs" } else { "balls" });
+        let stiffness = heavier * 2.0 * 4.8e10 * radii[0] * radii[1] / (radii[0] + radii[1]);
+        let impact = HeadOn::elastic(id, of(0), Some(of(1)), stiffness, 2.0);
         Couple {
-            id: format!("{}/{id}", if disc { "discs" } else { "balls" }),
+            impact: HeadOn {
+                steps: STEPS,
+                lead: LEAD,
+                ..impact
+            },
             grains: [of(0), of(1)],
-            stiffness: heavier * 2.0 * 4.8e10 * radii[0] * radii[1] / (radii[0] + radii[1]),
-            approach: 2.0,
         }
-    }
-
-    /// The contact along the line of centres at this speed.
-    fn contact(&self, approach: f64) -> SpringDashpot {
-        let [one, two] = self.grains.map(|grain| grain.mass);
-        SpringDashpot {
-            approach,
-            ..SpringDashpot::spring(one * two / (one + two), self.stiffness, 0.0)
-        }
-    }
-
-    fn dt(&self) -> f64 {
-        PI / (self.contact(0.0).frequency() * STEPS)
     }
 
     fn reach(&self) -> f64 {
@@ -380,21 +369,9 @@ impl Couple {
     }
 
     fn case(&self) -> Case {
-        let [one, two] = self.grains;
-        let share = two.mass / (one.mass + two.mass);
-        let distance = self.reach() + LEAD * self.dt() * self.approach;
-        let placed = |grain: Grain, x: f64, speed: f64| {
-            grain.at([x, 0.0]).moving([speed, grain.velocity[1]])
-        };
-        let grains = [
-            placed(one, 0.0, share * self.approach),
-            placed(two, distance, (share - 1.0) * self.approach),
-        ];
-        let modulus = self.stiffness * self.reach() / (2.0 * one.radius * two.radius);
-        let law = build::friction(modulus, 0.8, TAN_PHI.atan());
         let [middle, end] = self.moments();
-        let model = build::model(law, self.dt());
-        build::case(&self.id, model, &grains, vec![0, middle, end])
+        let law = |modulus| build::friction(modulus, 0.8, TAN_PHI.atan());
+        self.impact.case_of(law, vec![0, middle, end])
     }
 
     /// What rounding may do to a velocity or spin, as a share of it.
@@ -412,12 +389,12 @@ impl Couple {
     /// How fast the grains pass each other at most, before or after the impact, m/s.
     fn passing(&self) -> f64 {
         let before = (self.grains[1].velocity[1] - self.grains[0].velocity[1]).abs();
-        before.max((before - 2.0 * TAN_PHI * self.approach * self.slip().signum()).abs())
+        before.max((before - 2.0 * TAN_PHI * self.impact.approach * self.slip().signum()).abs())
     }
 
     /// How far the line of centres turns while the grains touch, rad, at most.
     fn turn(&self) -> f64 {
-        STEPS * self.dt() * self.passing() / self.reach()
+        STEPS * self.impact.dt() * self.passing() / self.reach()
     }
 
     /// Components of a vector along the line of centres in the middle of the contact, and across.
@@ -450,14 +427,17 @@ impl Couple {
         let start = at(track, 0);
         let (one, two) = (start.velocity(0), start.velocity(1));
         let [approach, _] = self.components(track, [one[0] - two[0], one[1] - two[1]]);
-        let contact = self.contact(approach);
+        let contact = SpringDashpot {
+            approach,
+            ..self.impact.contact()
+        };
         let end = at(track, self.moments()[1]);
         let (before, after) = (start.velocity(1), end.velocity(1));
         let push = [0, 1].map(|axis| self.grains[1].mass * (after[axis] - before[axis]));
         let [normal, tangential] = self.components(track, push);
         let turn = self.turn();
         let small = turn * turn + (PI / STEPS).powi(2);
-        let of_normal = 0.25 * turn * self.passing() / self.approach + small;
+        let of_normal = 0.25 * turn * self.passing() / self.impact.approach + small;
         let impulse = 2.0 * contact.mass * contact.approach;
         figures.because(
             "the mean normal of the contact is a quarter of its turn off the middle one at most; \
@@ -485,7 +465,8 @@ impl Couple {
 
     fn conservation(&self, track: &Track, figures: &mut Figures) {
         let [before, after] = [0, self.moments()[1]].map(|step| self.momenta(at(track, step)));
-        let momentum = |grain: &Grain| grain.mass * (self.approach + grain.velocity[1].abs());
+        let momentum =
+            |grain: &Grain| grain.mass * (self.impact.approach + grain.velocity[1].abs());
         let angular =
             |grain: &Grain| self.reach() * momentum(grain) + grain.inertia * grain.spin.abs();
         let angular: f64 = self.grains.iter().map(angular).sum();
@@ -524,7 +505,7 @@ fn gross_sliding() -> CaseGroup {
         for disc in [false, true] {
             let of = Couple::glass(id, disc, radii, across, spins);
             group = group.with([of.case()], move |tracks, figures| {
-                figures.case(&of.id);
+                figures.case(&of.impact.id);
                 of.impulses(&tracks[0], figures);
                 of.conservation(&tracks[0], figures);
             });
@@ -547,7 +528,7 @@ fn opposite_spins() -> CaseGroup {
             let of = Couple::glass(id, disc, radii, [0.0; 2], spins);
             group = group.with([of.case()], move |tracks, figures| {
                 let end = at(&tracks[0], of.moments()[1]);
-                figures.case(&of.id);
+                figures.case(&of.impact.id);
                 figures.because("no slip, no tangential force; rounding in every step");
                 for (id, grain) in of.grains.iter().enumerate() {
                     let off = grain.spin.abs() * of.rounding();
@@ -556,7 +537,7 @@ fn opposite_spins() -> CaseGroup {
                     figures.is(&what, end.spin(id), grain.spin, off);
                     let what = format!("velocity-{number}-across: velocity {number} across, m/s");
                     let across = end.velocity(id)[1];
-                    figures.is(&what, across, 0.0, of.approach * of.rounding());
+                    figures.is(&what, across, 0.0, of.impact.approach * of.rounding());
                 }
             });
         }

@@ -8,7 +8,7 @@ use rand_core::{Rng, SeedableRng};
 use super::build::{self, Grain, friction, springs, wall, with_viscosity};
 use super::{CaseGroup, Evidence, Figures, Track};
 use crate::checks::Check;
-use crate::run::folder::recording;
+use crate::run::folder::recorded_history;
 use grains::generate::initial_bodies;
 use grains::measure::HistoryRow;
 use grains::model::{Axis, Law, Model};
@@ -222,7 +222,7 @@ pub fn recorded() -> Vec<CaseGroup> {
     /// Steps of pouring; enough for three forces on a grain, so that the order of sums shows.
     const STEPS: u64 = 3_000;
     // The program carries the record; a broken one leaves no moments, and the group fails.
-    let recorded: Vec<HistoryRow> = recording::history()
+    let recorded: Vec<HistoryRow> = recorded_history()
         .unwrap_or_default()
         .into_iter()
         .filter(|row| row.stage == Stage::Settle && row.step <= STEPS)

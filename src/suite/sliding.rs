@@ -1,14 +1,13 @@
 //! A grain that touches a wall obliquely or spinning: it slides all through, or its tangential spring holds.
 
-use std::f64::consts::PI;
-
 use super::analytic::{
-    ROUNDING, SpringDashpot, State, dashpot, nominal_ratio, random_rounding, rounding_of_phase,
+    ROUNDING, SpringDashpot, State, nominal_ratio, random_rounding, rounding_of_phase,
 };
 use super::build::{self, Grain};
+use super::collisions::HeadOn;
 use super::{CaseGroup, Figures, Track, at, furthest};
 use grains::model::{Axis, Law, Model};
-use grains::scene::{ContactLaw, NewContactSlip, Tension, Viscosity};
+use grains::scene::{ContactLaw, NewContactSlip, Tension};
 use grains::task::Case;
 
 /// The groups.
@@ -89,49 +88,39 @@ impl Arms {
 /// A grain that hits a wall and slides on it all through.
 #[derive(Debug, Clone)]
 struct Slide {
-    id: String,
-    /// Its position is put in here; it moves to the right and down.
-    grain: Grain,
-    /// k_n, N/m.
-    stiffness: f64,
+    /// Across the wall; the grain moves to the right. With a dashpot, the arms end at the contact point.
+    impact: HeadOn,
     /// k_s/k_n.
     ratio: f64,
     tan_phi: f64,
-    /// ζ of a clipped dashpot; with one, the arms end at the contact point.
-    damping_ratio: f64,
     /// Where the force acts.
     arms: Arms,
-    /// Steps in the contact time of the spring alone.
-    steps: f64,
 }
 
-/// Steps before touch.
-const LEAD: f64 = 5.5;
-
 impl Slide {
-    /// s.
-    fn dt(&self) -> f64 {
-        PI / ((self.stiffness / self.grain.mass).sqrt() * self.steps)
-    }
-
-    /// The contact across the wall.
-    fn contact(&self) -> SpringDashpot {
-        let mass = self.grain.mass;
-        SpringDashpot {
-            dashpot: dashpot(self.damping_ratio, mass, self.stiffness),
-            approach: -self.grain.velocity[1],
-            ..SpringDashpot::spring(mass, self.stiffness, self.dt())
+    /// Without a dashpot.
+    fn new(id: String, grain: Grain, stiffness: f64, [ratio, tan_phi]: [f64; 2]) -> Self {
+        let impact = HeadOn::elastic(id, grain, None, stiffness, -grain.velocity[1]);
+        Slide {
+            impact: HeadOn {
+                lead: 5.5,
+                ..impact
+            },
+            ratio,
+            tan_phi,
+            arms: Arms::ContactPoint,
         }
     }
 
-    fn start(&self) -> State {
-        let approach = self.contact().approach;
-        State::start(-LEAD * self.dt() * approach, approach)
+    /// With a clipped dashpot of this ζ.
+    fn damped(mut self, ratio: f64) -> Self {
+        self.impact.viscosity = self.impact.damped(ratio, Tension::Clipped);
+        self
     }
 
     /// A step by which the contact is over.
     fn end(&self) -> u64 {
-        (LEAD + 1.02 * self.contact().release().parted() / self.dt() + 3.0).ceil() as u64
+        self.impact.end(self.impact.contact().release().parted())
     }
 
     /// The share of the overlap that the arm is shorter than the radius.
@@ -152,7 +141,7 @@ impl Slide {
             inertia,
             radius,
             ..
-        } = self.grain;
+        } = self.impact.grain;
         let friction = (velocity[0] - radius * spin).signum() * self.tan_phi;
         let turning = radius * impulse - self.shortening() * overlap_impulse;
         [
@@ -163,7 +152,7 @@ impl Slide {
 
     /// The same in continuous time: J = m(1+e)v.
     fn expected(&self) -> [f64; 2] {
-        let contact = self.contact();
+        let contact = self.impact.contact();
         let impulse = contact.mass * (contact.approach + contact.release().speed);
         self.sliding(impulse, contact.overlap_impulse())
     }
@@ -172,46 +161,31 @@ impl Slide {
     /// between two steps, by (ω dt)⁴, and with a dashpot, which lags by half a step and so acts on a mass
     /// smaller by ½c dt, by twice ¼|ln e|·c dt/m; the overlap by (ω dt)² and c dt/m. And rounding.
     fn tolerances(&self) -> [f64; 2] {
-        let contact = self.contact();
-        let (angle, share) = (PI / self.steps, contact.share());
+        let contact = self.impact.contact();
+        let (angle, share) = (self.impact.angle(), contact.share());
         let rebound = contact.release().speed / contact.approach;
-        let reach = self.wall() + self.grain.radius;
+        let reach = self.impact.floor() + self.impact.grain.radius;
         let rounding = random_rounding(self.end(), reach, contact.approach / contact.frequency());
         let of_impulse = angle.powi(4) + 0.5 * rebound.ln().abs() * share + rounding;
         let impulse = contact.mass * (1.0 + rebound) * contact.approach * of_impulse;
         let shortening = self.shortening() * contact.overlap_impulse() * (angle * angle + share);
-        let turning = self.grain.radius * impulse + shortening;
-        let Grain { mass, inertia, .. } = self.grain;
+        let Grain {
+            mass,
+            inertia,
+            radius,
+            ..
+        } = self.impact.grain;
+        let turning = radius * impulse + shortening;
         [
             self.tan_phi * impulse / mass,
             self.tan_phi * turning / inertia,
         ]
     }
 
-    /// Height of the wall, m; not zero, so that a fault in it shows.
-    fn wall(&self) -> f64 {
-        0.5 * self.grain.radius
-    }
-
     fn case(&self, moments: Vec<u64>) -> Case {
         let angle = self.tan_phi.atan();
-        let plain = build::friction(self.stiffness / self.grain.radius, self.ratio, angle);
-        let law = if self.damping_ratio == 0.0 {
-            self.arms.of(plain)
-        } else {
-            let viscosity = Viscosity::Dashpot {
-                c_n: self.contact().dashpot,
-                tension: Tension::Clipped,
-            };
-            build::with_viscosity(plain, viscosity)
-        };
-        let model = Model {
-            walls: vec![build::wall(Axis::Z, self.wall())],
-            ..build::model(law, self.dt())
-        };
-        let height = self.wall() + self.grain.radius - self.start().overlap;
-        let grain = self.grain.at([0.0, height]);
-        build::case(&self.id, model, &[grain], moments)
+        let law = |modulus| self.arms.of(build::friction(modulus, self.ratio, angle));
+        self.impact.case_of(law, moments)
     }
 
     /// Velocity along the wall and spin at the end.
@@ -230,7 +204,7 @@ impl Slide {
             let ([velocity, spin], [of_velocity, of_spin]) =
                 (self.seen(&tracks[0]), self.expected());
             let [off, off_turning] = self.tolerances();
-            figures.case(&self.id);
+            figures.case(&self.impact.id);
             figures.because(
                 "of the change: (ω dt)⁴, as touch and parting fall between two steps, ½|ln e| c dt/m with a \
                  dashpot, and rounding",
@@ -267,23 +241,17 @@ fn mfix() -> CaseGroup {
         for (what, shape) in SHAPES {
             let grain = shape([0.0; 2], 2.5e-3, 4000.0);
             let ball = Grain::sphere([0.0; 2], 2.5e-3, 4000.0);
-            let slide = Slide {
-                id: format!("{what}/{angle}-degrees"),
-                grain: grain.moving(at_angle(3.9, angle)),
-                // A disc one metre long weighs more: as stiff for its mass.
-                stiffness: 1.72e7 * grain.mass / ball.mass,
-                ratio: 1.48 / 1.72,
-                tan_phi: 0.092,
-                damping_ratio: 0.0,
-                arms: Arms::ContactPoint,
-                steps: 1000.0,
-            };
+            let id = format!("{what}/{angle}-degrees");
+            let grain = grain.moving(at_angle(3.9, angle));
+            // A disc one metre long weighs more: as stiff for its mass.
+            let stiffness = 1.72e7 * grain.mass / ball.mass;
+            let slide = Slide::new(id, grain, stiffness, [1.48 / 1.72, 0.092]);
             group = slide.add_to(group, move |of, track, figures| {
                 if what != "ball" {
                     return;
                 }
                 let [velocity, found] = of.seen(track);
-                let found_restitution = velocity / of.grain.velocity[0];
+                let found_restitution = velocity / of.impact.grain.velocity[0];
                 figures.because(
                     "rounding of the printed value; gross sliding does not feel the published run's steps",
                 );
@@ -296,7 +264,7 @@ fn mfix() -> CaseGroup {
                 if let Some(published) = spin {
                     // What the overlap takes from the arm is all in the spin that feels the steps.
                     let shortened =
-                        of.tan_phi * of.contact().overlap_impulse() / of.grain.inertia;
+                        of.tan_phi * of.impact.contact().overlap_impulse() / of.impact.grain.inertia;
                     let off = 0.5e-2 + 2.0 * shortened / PUBLISHED_STEPS;
                     let what = "published-spin: spin as published, rad/s";
                     figures.is(what, found, published, off);
@@ -316,18 +284,13 @@ fn chung_ooi_4() -> CaseGroup {
     );
     for (what, shape) in SHAPES {
         for angle in [35.0, 45.0, 60.0, 75.0, 85.0] {
-            let slide = Slide {
-                id: format!("{what}/{angle}-degrees"),
-                grain: shape([0.0; 2], 2.5e-3, 4000.0).moving(at_angle(3.9, angle)),
-                stiffness: 3.8e11 * 2.5e-3,
-                // Mindlin's 2(1−ν)/(2−ν) for ν = 0.23.
-                ratio: 1.54 / 1.77,
-                tan_phi: 0.092,
-                damping_ratio: nominal_ratio(0.98),
-                arms: Arms::ContactPoint,
-                steps: 1000.0,
-            };
-            group = slide.add_to(group, |_, _, _| ());
+            let id = format!("{what}/{angle}-degrees");
+            let grain = shape([0.0; 2], 2.5e-3, 4000.0).moving(at_angle(3.9, angle));
+            // Mindlin's 2(1−ν)/(2−ν) for ν = 0.23.
+            let slide = Slide::new(id, grain, 3.8e11 * 2.5e-3, [1.54 / 1.77, 0.092]);
+            group = slide
+                .damped(nominal_ratio(0.98))
+                .add_to(group, |_, _, _| ());
         }
     }
     group
@@ -339,16 +302,12 @@ fn spinning(mut group: CaseGroup, motions: &[(&str, f64, f64)]) -> CaseGroup {
     for (what, shape) in SHAPES {
         for (law, arms) in Arms::ALL {
             for (how, velocity, spin) in motions {
+                let id = format!("{what}/{how}/{law}");
                 let grain = shape([0.0; 2], 0.01, 2699.0);
+                let grain = grain.moving([*velocity, -0.5]).spinning(*spin);
                 let slide = Slide {
-                    id: format!("{what}/{how}/{law}"),
-                    stiffness: 7.0e10 * grain.radius,
-                    grain: grain.moving([*velocity, -0.5]).spinning(*spin),
-                    ratio: 0.8,
-                    tan_phi: 0.3,
-                    damping_ratio: 0.0,
                     arms,
-                    steps: 1000.0,
+                    ..Slide::new(id, grain, 7.0e10 * grain.radius, [0.8, 0.3])
                 };
                 group = slide.add_to(group, |_, _, _| ());
             }
@@ -373,23 +332,21 @@ fn recurrence() -> CaseGroup {
     ] {
         let stiffness = 3.0e5;
         let speed = 0.2 * grain.radius * (stiffness / grain.mass).sqrt();
-        let of = Slide {
-            id: id.to_owned(),
-            grain: grain
-                .moving([0.0, -speed])
-                .spinning(-8.0 * speed / grain.radius),
-            stiffness,
-            ratio: 0.7,
-            tan_phi: 0.4,
-            damping_ratio,
+        let spin = -8.0 * speed / grain.radius;
+        let grain = grain.moving([0.0, -speed]).spinning(spin);
+        let mut of = Slide {
             arms,
-            steps: 100.0,
+            ..Slide::new(id.to_owned(), grain, stiffness, [0.7, 0.4])
         };
+        of.impact.steps = 100.0;
+        if damping_ratio != 0.0 {
+            of = of.damped(damping_ratio);
+        }
         group = group.with([of.case(vec![0, of.end()])], move |tracks, figures| {
-            let contact = of.contact();
+            let contact = of.impact.contact();
             let last = of.end();
-            let states = contact.track(of.start(), &(0..last).collect::<Vec<u64>>());
-            let normal = |state: &State| of.dt() * contact.force(state);
+            let states = contact.track(of.impact.start(), &(0..last).collect::<Vec<u64>>());
+            let normal = |state: &State| of.impact.dt() * contact.force(state);
             let impulse: f64 = states.iter().map(normal).sum();
             let overlap_impulse: f64 = states
                 .iter()
@@ -400,8 +357,8 @@ fn recurrence() -> CaseGroup {
             let end = at(&tracks[0], last).velocity(0);
             let [_, spin] = of.seen(&tracks[0]);
             let amplitude = contact.approach / contact.frequency();
-            let off = random_rounding(last, 1.5 * of.grain.radius, amplitude);
-            figures.case(&of.id);
+            let off = random_rounding(last, 1.5 * grain.radius, amplitude);
+            figures.case(&of.impact.id);
             figures.because(
                 "true of every step that slides; rounding of two velocities in every step",
             );
@@ -410,10 +367,10 @@ fn recurrence() -> CaseGroup {
             let what = "push: change of velocity along the wall over that across, 1";
             figures.is(what, found, of.tan_phi, of_ratio);
             figures.because(ROUNDING);
-            let expected = impulse / of.grain.mass - contact.approach;
+            let expected = impulse / grain.mass - contact.approach;
             let what = "rebound: velocity across after the impact, m/s";
             figures.is(what, end[1], expected, contact.approach * off);
-            figures.is("spin, rad/s", spin, of_spin, of.grain.spin.abs() * off);
+            figures.is("spin, rad/s", spin, of_spin, grain.spin.abs() * off);
         });
     }
     group

@@ -337,7 +337,7 @@ mod tests {
                 for case in &mut group.cases {
                     case.model.law.modulus *= 1.0 + 4.0e-4 * f64::from(index - 75);
                 }
-                for check in crate::suite::tests::judged(&group, None) {
+                for check in crate::suite::detection::tests::judged(&group, None) {
                     assert_eq!(
                         check.outcome,
                         Outcome::Pass,
