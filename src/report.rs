@@ -30,7 +30,6 @@
 pub mod disc_field;
 pub mod fields;
 pub mod html;
-pub mod junit;
 pub mod packing;
 mod plot;
 mod svg;
@@ -38,6 +37,7 @@ mod views;
 
 pub use html::{Page, check_lines, markdown, page, page_against, terminal};
 pub use plot::svg;
+pub use views::{junit, junit_of_error};
 
 /// The style of all pages.
 const STYLE: &str = include_str!("report/style.css");

@@ -2,7 +2,6 @@
 
 pub mod beside;
 mod document;
-pub mod faults;
 mod live;
 pub mod record;
 
@@ -30,10 +29,13 @@ use beside::Beside;
 use grains::generate::initial_bodies;
 use grains::model::Model;
 use grains::native;
-use grains::native::Perturbation;
+use grains::native::perturb::{Quantity, Switch};
+use grains::native::{Perturbation, Trouble};
 use grains::scene::Scene;
 use grains::tables::StopReason;
-use record::{NamedComparison, REPRODUCTION_VERSION, Reproduction, RunSummary, Skipped};
+use record::{
+    FaultCheck, NamedComparison, REPRODUCTION_VERSION, Reproduction, RunSummary, Skipped,
+};
 
 /// Grains of the longest trajectories of the suite in this job; `crossgrain verify` has all.
 const LADDER_GRAINS: u32 = 500;
@@ -47,7 +49,7 @@ pub struct Options {
     pub scene: Scene,
     /// Further realizations in YADE's sorted mode.
     pub full: bool,
-    /// Whether the ladder of exact solutions, symmetries and bits is climbed too.
+    /// Whether the verification suite is run too.
     pub ladder: bool,
     /// How YADE is started.
     pub yade: yade::Options,
@@ -102,7 +104,7 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         );
     }
     let live = job.live(&native)?;
-    let faults = faults::check_all(&options.scene, display)?;
+    let faults = faults(&options.scene, display)?;
     let ladder = job.ladder()?;
     if native.record.stop() == Some(StopReason::MaxSteps) {
         let why = "the bed did not settle within /settle/max_steps";
@@ -212,10 +214,17 @@ impl Job<'_> {
         Ok(Some(recorded))
     }
 
+    /// Why YADE does not run live.
+    fn without_yade(&self) -> Option<String> {
+        let missing = yade::find(self.options.yade.program.as_deref()).err();
+        let unsupported = yade::unsupported(&Model::of(&self.options.scene));
+        let unsupported = unsupported.map(|reason| format!("YADE has no {reason}"));
+        missing.map(|error| error.to_string()).or(unsupported)
+    }
+
     /// What both engines say that they use, before anything is run; nothing without a YADE for this scene.
     fn compare_facts(&mut self) -> Result<(), Error> {
-        let there = yade::find(self.options.yade.program.as_deref()).is_ok();
-        if !there || yade::unsupported(&Model::of(&self.options.scene)).is_some() {
+        if self.without_yade().is_some() {
             return Ok(());
         }
         let (scene, work) = (&self.options.scene, work_folder()?);
@@ -226,13 +235,13 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// The ladder with its detection limits, if it is asked for.
+    /// The verification suite with its detection limits, if it is asked for.
     fn ladder(&mut self) -> Result<Option<Verification>, Error> {
         if !self.options.ladder {
             self.skipped(
                 "ladder/all",
-                "the ladder of exact solutions, symmetries and bits",
-                "climbed with the paper's scene only; crossgrain verify does it alone",
+                "the verification suite",
+                "made with the paper's scene only; crossgrain verify makes it alone",
             );
             return Ok(None);
         }
@@ -271,10 +280,7 @@ fn run_or_take_over(
         EngineRecord::Yade { script, .. } => same &= *script == yade::script_digest(),
         // It is made anew in seconds, and an older build may have had other bits.
         EngineRecord::Native { .. } => {
-            let initial = initial_bodies(scene);
-            let nowhere = Path::new("");
-            let protocol = Protocol::Whole;
-            let anew = recorded(scene, engine, protocol, initial, nowhere, &mut |_, _, _| {})?;
+            let anew = in_memory(scene, engine, Protocol::Whole)?;
             same &= anew.history == run.history;
         }
         EngineRecord::Exec { .. } => same = false,
@@ -302,4 +308,93 @@ pub fn rounding_scatter(native: &RunFolder, display: &Display) -> Result<Scatter
     })?;
     task.done("done");
     Ok(scatter)
+}
+
+/// Steps of pouring that a fault has to show itself in.
+const FAULT_STEPS: u64 = 6000;
+
+/// The faults, smallest sizes that the issue of finding them is about.
+const FAULTS: [Perturbation; 6] = [
+    Perturbation::Sized(Quantity::Stiffness, 1e-12),
+    Perturbation::Sized(Quantity::Gravity, 1e-12),
+    Perturbation::Sized(Quantity::Damping, 1e-12),
+    Perturbation::Sized(Quantity::Wall, 1e-12),
+    Perturbation::Switched(Switch::Wall),
+    Perturbation::Switched(Switch::Sums),
+];
+
+/// Proof that the comparison can fail: puts each fault in, compares with the sound engine and finds the first difference.
+fn faults(scene: &Scene, display: &Display) -> Result<Vec<FaultCheck>, Error> {
+    let task = display.task("faults put in");
+    let sound = pour(scene, None, FAULT_STEPS)?;
+    let mut checks = Vec::new();
+    for (done, fault) in FAULTS.into_iter().enumerate() {
+        let (verdict, found) = if fault.changes(scene) {
+            find(scene, &sound, fault)?
+        } else {
+            let why = "it changes nothing in this scene";
+            (Outcome::Skipped, why.to_owned())
+        };
+        checks.push(FaultCheck {
+            fault: fault.to_string(),
+            verdict,
+            found,
+        });
+        task.share((done + 1) as f64 / FAULTS.len() as f64, &fault.to_string());
+    }
+    let found = checks.iter().filter(|check| check.verdict == Outcome::Pass);
+    task.done(&format!("{} of {} found", found.count(), checks.len()));
+    Ok(checks)
+}
+
+/// Whether a fault is found, and the first step and grain or why it is not.
+fn find(scene: &Scene, sound: &RunFolder, fault: Perturbation) -> Result<(Outcome, String), Error> {
+    // A fault may end the faulty engine; a tenth earlier, all may still be well enough to compare.
+    let (mut steps, mut ended) = (FAULT_STEPS, None);
+    let faulty = loop {
+        match pour(scene, Some(fault), steps) {
+            Ok(faulty) => break faulty,
+            Err(EngineError::Native(error)) if error.trouble != Trouble::Interrupted => {
+                steps = error.step * 9 / 10;
+                ended.get_or_insert(error);
+            }
+            Err(error) => return Err(error.into()),
+        }
+    };
+    let shortened = match &ended {
+        Some(_) => Some(pour(scene, None, faulty.record.stages[0].steps)?),
+        None => None,
+    };
+    let sound = shortened.as_ref().unwrap_or(sound);
+    let comparison = compare(sound, &faulty, None, Some(&Locator::default()));
+    let differs = comparison.verdict() == Outcome::Fail;
+    let mut found = match &comparison.first_difference {
+        Some(first) => first.to_string(),
+        None if differs => "a check failed, the place was not found".to_owned(),
+        None => format!("no difference in {FAULT_STEPS} steps"),
+    };
+    if let Some(error) = ended {
+        found += &format!("; then the {error}");
+    }
+    Ok((Outcome::pass_if(differs), found))
+}
+
+/// Pours for so many steps, nothing kept on disk.
+fn pour(
+    scene: &Scene,
+    perturbation: Option<Perturbation>,
+    steps: u64,
+) -> Result<RunFolder, EngineError> {
+    let engine = Engine::Native(native::Options {
+        perturbation,
+        ..native::Options::default()
+    });
+    in_memory(scene, &engine, Protocol::Steps { steps })
+}
+
+/// A run of the native engine, which leaves nothing in its work folder.
+fn in_memory(scene: &Scene, engine: &Engine, protocol: Protocol) -> Result<RunFolder, EngineError> {
+    let initial = initial_bodies(scene);
+    let nowhere = Path::new("");
+    recorded(scene, engine, protocol, initial, nowhere, &mut |_, _, _| {})
 }

@@ -7,20 +7,24 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use crossgrain::checks::Outcome;
 use crossgrain::child::on_path;
 use crossgrain::engine::read::TimedSteps;
 use crossgrain::engine::{ProgramError, yade};
 use crossgrain::limits::bench::bed::{self, Bed};
-use crossgrain::limits::bench::contender::{self, Contender};
-use crossgrain::limits::bench::limits::{Throughput, Work};
-use crossgrain::limits::bench::sanity::{Sanity, Tolerance, between_grains};
-use crossgrain::limits::bench::{BenchError, Missed, native, one, program};
+use crossgrain::limits::bench::contender::{self, Contender, Sanity, Tolerance, between_grains};
+use crossgrain::limits::bench::machine::{Machine, Throughput, Work};
+use crossgrain::limits::bench::scaling::Point;
+use crossgrain::limits::bench::{BedRecord, Bench, BenchError, Distance, Missed, timing};
+use crossgrain::progress::Display;
+use crossgrain::report::page;
 use crossgrain::tables::write_bodies;
 use grains::native::Mode;
 use grains::tables::Bodies;
 
 use serde_json::json;
 
+use crate::support::pages::each_figure_stands_once_and_has_numbers;
 use crate::support::{crossgrain, told};
 
 /// 500 settled grains: a tenth of the paper's bed, as deep.
@@ -72,7 +76,7 @@ fn a_bed_laid_out_of_copies_is_as_dense_as_the_settled_one() {
     let wide = bed::laid_out(&small, 4).expect("a sound bed");
     assert_eq!(wide.bodies.len(), 2000);
     let contacts = |bed: &Bed| {
-        let now = native::after(bed, Mode::Exact, 0).expect("a sound bed");
+        let now = timing::after(bed, Mode::Exact, 0).expect("a sound bed");
         between_grains(&now) as f64 / bed.bodies.len() as f64
     };
     let height = |bed: &Bed| bed.bodies.z.iter().sum::<f64>() / bed.bodies.len() as f64;
@@ -111,7 +115,7 @@ fn a_kept_bed_is_taken_over_and_a_spoilt_one_is_not() {
 #[test]
 fn a_lost_grain_contact_or_number_is_not_sane() {
     let bed = small_bed();
-    let exact = native::after(&bed, Mode::Exact, 10).expect("a sound run");
+    let exact = timing::after(&bed, Mode::Exact, 10).expect("a sound run");
     let contacts = between_grains(&exact);
     let judge = |bodies: &Bodies, contacts: usize| {
         Sanity::of(bodies, contacts, &exact, 0.005, Tolerance::OTHER_LAW).holds
@@ -138,7 +142,7 @@ fn a_lost_grain_contact_or_number_is_not_sane() {
 #[test]
 fn clocks_between_the_stages_change_no_bit() {
     let bed = small_bed();
-    let clocked = native::clocked(&bed, 400).expect("the bits of the engine");
+    let clocked = timing::clocked(&bed, 400).expect("the bits of the engine");
     let total: f64 = clocked.shares.iter().map(|share| share.share).sum();
     assert!((total - 1.0).abs() < 1.0e-9);
     assert!(clocked.listed_pairs > clocked.touching_pairs);
@@ -148,19 +152,19 @@ fn clocks_between_the_stages_change_no_bit() {
 #[test]
 fn a_window_has_the_steps_asked_for() {
     let bed = small_bed();
-    let window = native::time(&bed, Mode::Exact, 400).expect("a sound run");
+    let window = timing::time(&bed, Mode::Exact, 400).expect("a sound run");
     assert_eq!(window.steps, 400);
-    assert_eq!(native::all_steps(400), 500);
+    assert_eq!(timing::all_steps(400), 500);
     assert!(window.wall_seconds > 0.0 && window.cpu_seconds.is_some_and(|of| of > 0.0));
 }
 
 #[test]
 fn a_process_of_its_own_times_the_bed_it_is_given() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    one::write(&small_bed(), folder.path()).expect("a written bed");
+    timing::write_bed(&small_bed(), folder.path()).expect("a written bed");
     let program = Path::new(env!("CARGO_BIN_EXE_crossgrain"));
     let limit = Duration::from_secs(60);
-    let one = one::in_a_process(program, folder.path(), Mode::Exact, 80, limit).expect("a time");
+    let one = timing::in_a_process(program, folder.path(), Mode::Exact, 80, limit).expect("a time");
     assert_eq!((one.window.steps, one.steps), (80, 100));
     let (code, _, errors) = told(&crossgrain(&["bench", "--one", "nowhere"], folder.path()));
     assert_eq!(code, 2, "{errors}");
@@ -254,7 +258,7 @@ fn programs_time_their_own_steps_through_their_adapters() {
         shares: 0,
     };
     let options = yade::Options::default();
-    let exact = native::after(&bed, Mode::Exact, 50).expect("a sound run");
+    let exact = timing::after(&bed, Mode::Exact, 50).expect("a sound run");
     for contender in [Contender::Lammps, Contender::Liggghts] {
         let work = tempfile::tempdir().expect("a temporary folder");
         let (timed, version) =
@@ -279,7 +283,7 @@ fn programs_that_fail_or_hang_are_named_and_ended() {
     let sh = on_path("sh").expect("a shell");
     let run = |script: &str, limit: u64| {
         let limit = Duration::from_millis(limit);
-        program::run(&sh, &["-c", script], folder.path(), limit)
+        timing::run(&sh, &["-c", script], folder.path(), limit)
     };
     assert_eq!(run("echo hello", 10_000).expect("a log"), "hello\n");
     let failed = run("echo no such bed >&2; exit 3", 10_000).expect_err("a failure");
@@ -347,9 +351,104 @@ fn the_timed_steps_of_yade_have_the_native_bits() {
     let options = yade::Options::default();
     let (timed, _) =
         yade::time(&model, &bed.bodies, steps, &options, work.path()).expect("a timed run");
-    let exact = native::after(&bed, Mode::Exact, 50).expect("a sound run");
+    let exact = timing::after(&bed, Mode::Exact, 50).expect("a sound run");
     assert_eq!(timed.last.bodies, exact.bodies);
     assert_eq!(timed.last.contacts.len(), exact.contacts.len());
     assert_eq!((timed.window.steps, timed.shares.len()), (40, 4));
     assert!(timed.peak_memory.expect("YADE tells") > 1 << 20);
+}
+
+/// A round of the native engine alone, as a page: other engines are missing with their reasons, and no number is lost.
+#[test]
+fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
+    let bed = bed::settled(60, &mut ()).expect("a bed that settles");
+    let work = tempfile::tempdir().expect("a temporary folder");
+    let yade = yade::Options {
+        program: Some("/nowhere/yade".into()),
+        ..yade::Options::default()
+    };
+    let plan = contender::Plan {
+        warm_up: 10,
+        native: 200,
+        other: 20,
+        shares: 0,
+    };
+    let programs = contender::Programs {
+        yade: &yade,
+        brought: None,
+    };
+    let task = Display::new(true).task("a round");
+    let rounds = contender::rounds(&bed, &plan, 2, programs, work.path(), &task);
+    let contender::Rounds {
+        mut contests,
+        sorted_bits,
+        mut missed,
+    } = rounds.expect("a round");
+    // Whatever else this machine has.
+    contests.retain(|of| of.contender.mode().is_some());
+    missed.retain(|of| of.what.starts_with("YADE"));
+    let clocked = timing::clocked(&bed, 100).expect("the bits of the engine");
+    let throughput = Throughput::measure();
+    let grains = 60.0;
+    let size = |name: &str, grains: u32| {
+        let seconds_per_step = contests[0].seconds_per_step.clone();
+        Point {
+            name: name.to_owned(),
+            grains,
+            seconds_per_grain: seconds_per_step.median / f64::from(grains),
+            seconds_per_step,
+            peak_memory: Some(4_000_000),
+        }
+    };
+    let counts = Work {
+        pairs: clocked.listed_pairs as f64,
+        grains,
+    };
+    let bench = Bench {
+        version: 1,
+        crossgrain: "0.1.0".to_owned(),
+        command: "crossgrain bench".to_owned(),
+        quick: true,
+        rounds: 2,
+        machine: Machine::this(),
+        bed: BedRecord {
+            grains: 60,
+            scene_digest: bed.scene.digest(),
+            state: bed.bodies.digest(),
+            listed_pairs: clocked.listed_pairs,
+            touching_pairs: clocked.touching_pairs,
+            steps_per_build: 100.0,
+        },
+        sorted_bits,
+        stages: clocked.shares,
+        instructions: Vec::new(),
+        distances: vec![Distance {
+            grains: 60,
+            seconds_per_step: 1.0e-6,
+            bytes: counts.bytes(),
+            read_rate: 1.0e10,
+            bounds: counts.bounds(&throughput, 1.0e10, 1.0e-6),
+        }],
+        throughput,
+        scaling: vec![size("native exact", 60), size("native exact", 120)],
+        goals: Vec::new(),
+        disturbed: false,
+        missed,
+        seconds: 1.0,
+        contests,
+    };
+    let document = bench.document();
+    assert_eq!(document.verdict, Outcome::Skipped);
+    let checks = document.checks.iter();
+    let beds = checks.filter(|of| of.id.starts_with("bench/bed/native-"));
+    assert_eq!(beds.count(), 9);
+    let yade = "bench/missed/yade-j1-ordinary-loop";
+    let check = document.checks.iter().find(|of| of.id == yade);
+    assert!(check.is_some_and(|of| of.required && of.outcome == Outcome::Skipped));
+    let page = page(&document);
+    each_figure_stands_once_and_has_numbers(&page);
+    assert_eq!(page.html.matches("<figure").count(), 3);
+    if let Some(folder) = std::env::var_os("CROSSGRAIN_DRAWINGS") {
+        page.write(Path::new(&folder)).expect("a writable folder");
+    }
 }

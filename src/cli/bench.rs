@@ -10,7 +10,7 @@ use super::run::YadeLimits;
 use super::{print, tell};
 use crate::checks::record::{self, Found};
 use crate::error::{Error, exit};
-use crate::limits::bench::{self, Options, one};
+use crate::limits::bench::{self, Options, timing};
 use crate::progress::Display;
 use crate::report::{page, terminal};
 use grains::native::Mode;
@@ -61,7 +61,7 @@ pub struct Arguments {
 impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
         if let Some(folder) = &self.one {
-            let one = one::run(folder, self.one_mode, self.one_steps)?;
+            let one = timing::one(folder, self.one_mode, self.one_steps)?;
             let line = serde_json::to_string(&one);
             print(&(line.map_err(|error| Error::Report(error.to_string()))? + "\n"))?;
             return Ok(exit::AGREED);

@@ -14,7 +14,6 @@ use crate::error::{Error, exit};
 use crate::explain::{EXPLANATIONS, of};
 use crate::files::{FileError, failed, into_place, refuse_existing, write_folder, write_whole};
 use crate::report;
-use crate::report::junit::{of_checks, of_error};
 use crate::run::export::{pack_archive, vtk_files};
 use crate::run::folder::RunFolder;
 
@@ -100,7 +99,7 @@ impl Files {
         );
         if let Some(path) = &self.junit {
             let name = format!("crossgrain {}", record.job);
-            write(path, &of_checks(&name, &checks))?;
+            write(path, &report::junit(&name, &checks))?;
         }
         if let Some(path) = &self.csv {
             write(path, &Table::of_checks("checks", &checks).csv())?;
@@ -114,7 +113,7 @@ impl Files {
     /// A job that ended with an error has no checks; whoever reads the files is told so there too.
     pub fn write_error(&self, name: &str, error: &Error) -> Result<(), Error> {
         if let Some(path) = &self.junit {
-            write(path, &of_error(name, error))?;
+            write(path, &report::junit_of_error(name, error))?;
         }
         if let Some(path) = &self.summary {
             let answer = format!("It ended with exit code {}: {error}", error.exit_code());

@@ -3,20 +3,12 @@
 //! not run or whose bed is no longer the bed.
 
 pub mod bed;
-pub mod brought;
 pub mod contender;
 mod document;
-pub mod goals;
 pub mod instructions;
-pub mod limits;
 pub mod machine;
-pub mod native;
-pub mod one;
-pub mod program;
-pub mod rounds;
-pub mod sanity;
 pub mod scaling;
-pub mod spread;
+pub mod timing;
 
 use std::path::PathBuf;
 
@@ -33,12 +25,10 @@ use grains::native::timing::Share;
 use grains::native::{NativeError, Trouble};
 
 use bed::PAPER;
-use contender::{Plan, Programs};
-use goals::Goal;
+use contender::{Contest, Plan, Programs};
+use document::Goal;
 use instructions::{Counting, Instructions};
-use limits::{Bound, Throughput, Work};
-use machine::Machine;
-use rounds::Contest;
+use machine::{Bound, Machine, Throughput, Work};
 use scaling::Point;
 
 /// The version of `bench.json`.
@@ -276,7 +266,7 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, BenchError> 
 
     let plan = options.plan();
     let task = display.task("engines side by side");
-    let rounds = rounds::run(
+    let rounds = contender::rounds(
         &bed,
         &plan,
         options.rounds,
@@ -291,7 +281,7 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, BenchError> 
     let mut missed = rounds.missed;
 
     let task = display.task("stages and limits");
-    let clocked = native::clocked(&bed, CLOCKED_STEPS)?;
+    let clocked = timing::clocked(&bed, CLOCKED_STEPS)?;
     let throughput = Throughput::measure();
     task.done("measured");
 
@@ -349,7 +339,7 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, BenchError> 
         instructions,
         distances: distances(&scaling, pairs_a_grain, &throughput),
         throughput,
-        goals: goals::goals(&rounds.contests, &scaling),
+        goals: document::goals(&rounds.contests, &scaling),
         disturbed: disturbed(&rounds.contests),
         contests: rounds.contests,
         sorted_bits: rounds.sorted_bits,
@@ -373,7 +363,7 @@ fn distances(points: &[Point], pairs_a_grain: f64, throughput: &Throughput) -> V
             pairs: pairs_a_grain * grains,
             grains,
         };
-        let read_rate = limits::read_rate(work.bytes() as usize);
+        let read_rate = machine::read_rate(work.bytes() as usize);
         let measured = point.seconds_per_step.median;
         Distance {
             grains: point.grains,

@@ -12,11 +12,12 @@ use crate::progress::Display;
 use crate::run::Engine;
 use crate::run::folder::RunFolder;
 use crate::suite::parameters;
-use grains::model::Model;
 use grains::scene::Scene;
 
-/// `verletDist` of the second ordinary run, over that of the first.
-const CONTROL_DISTANCE: f64 = 2.0;
+/// Ways to run YADE: whether sorted, and `verletDist` over the usual one.
+const SORTED_LOOP: (bool, f64) = (true, 1.0);
+const ORDINARY_LOOP: (bool, f64) = (false, 1.0);
+const CONTROL: (bool, f64) = (false, 2.0);
 
 /// Ids of the comparisons with the live runs.
 const SORTED: &str = "compare/sorted-live";
@@ -36,43 +37,26 @@ impl Job<'_> {
     pub(super) fn live(&mut self, native: &RunFolder) -> Result<Option<Live>, Error> {
         let sorted_title = "native against YADE's sorted loop, live";
         let ordinary_title = "native against YADE's ordinary loop, live";
-        let found = yade::find(self.options.yade.program.as_deref());
-        let unsupported = yade::unsupported(&Model::of(&self.options.scene));
-        let why_not = match (found, unsupported) {
-            (Err(missing), _) => Some(missing.to_string()),
-            (_, Some(reason)) => Some(format!("YADE has no {reason}")),
-            _ if parameters::outcome(&self.facts) != Some(Outcome::Pass) => {
-                Some("the two engines do not use the same parameters".to_owned())
-            }
-            _ => None,
-        };
+        let differ = parameters::outcome(&self.facts) != Some(Outcome::Pass);
+        let why_not = self.without_yade().or_else(|| {
+            differ.then(|| "the two engines do not use the same parameters".to_owned())
+        });
         if let Some(why) = why_not {
             self.skipped(SORTED, sorted_title, &why);
             self.skipped(ORDINARY, ordinary_title, &why);
             return Ok(None);
         }
-        let (options, display) = (self.options, self.display);
-        let ordinary_run = |name: &str, distance: f64| {
-            let engine = Engine::Yade(yade::Options {
-                sorted: false,
-                verlet_distance: distance * options.yade.verlet_distance,
-                ..options.yade.clone()
-            });
-            run_or_take_over(options, display, &options.scene, name, &engine)
-        };
+        let (options, display, scene) = (self.options, self.display, &self.options.scene);
+        let run = |scene: &Scene, name: &str, way| yade_run(options, display, scene, name, way);
         let (sorted, others) = thread::scope(|scope| {
             let others = scope.spawn(|| {
-                let ordinary = ordinary_run("yade-ordinary", 1.0)?;
-                let control = ordinary_run("yade-ordinary-control", CONTROL_DISTANCE)?;
+                let ordinary = run(scene, "yade-ordinary", ORDINARY_LOOP)?;
+                let control = run(scene, "yade-ordinary-control", CONTROL)?;
                 let scatter = rounding_scatter(native, display)?;
                 Ok::<_, Error>((ordinary, control, scatter))
             });
-            let sorted = sorted_run(options, display, &options.scene, "yade-sorted");
-            let others = match others.join() {
-                Ok(others) => others,
-                Err(panic) => std::panic::resume_unwind(panic),
-            };
-            (sorted, others)
+            let sorted = run(scene, "yade-sorted", SORTED_LOOP);
+            (sorted, joined(others))
         });
         let sorted = sorted?;
         let (ordinary, control, scatter) = others?;
@@ -127,16 +111,10 @@ impl Job<'_> {
                 .iter()
                 .map(|scene| {
                     let name = name("yade-sorted", scene);
-                    scope.spawn(move || sorted_run(options, display, scene, &name))
+                    scope.spawn(move || yade_run(options, display, scene, &name, SORTED_LOOP))
                 })
                 .collect();
-            handles
-                .into_iter()
-                .map(|handle| match handle.join() {
-                    Ok(run) => run,
-                    Err(panic) => std::panic::resume_unwind(panic),
-                })
-                .collect()
+            handles.into_iter().map(joined).collect()
         });
         for (scene, sorted) in realizations.iter().zip(sorted) {
             let (native_name, sorted_name) = (name("native", scene), name("yade-sorted", scene));
@@ -157,15 +135,25 @@ impl Job<'_> {
     }
 }
 
-/// A whole run of YADE in sorted mode.
-fn sorted_run(
+/// What a thread returned; its panic is this one's.
+fn joined<T>(handle: thread::ScopedJoinHandle<'_, T>) -> T {
+    match handle.join() {
+        Ok(value) => value,
+        Err(panic) => std::panic::resume_unwind(panic),
+    }
+}
+
+/// A whole run of YADE.
+fn yade_run(
     options: &Options,
     display: &Display,
     scene: &Scene,
     name: &str,
+    (sorted, distance): (bool, f64),
 ) -> Result<RunFolder, Error> {
     let engine = Engine::Yade(yade::Options {
-        sorted: true,
+        sorted,
+        verlet_distance: distance * options.yade.verlet_distance,
         ..options.yade.clone()
     });
     run_or_take_over(options, display, scene, name, &engine)

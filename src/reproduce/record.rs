@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use super::beside::Stated;
-use super::faults::FaultCheck;
 use crate::checks::{Check, Measured, Outcome, Speed};
 use crate::compare::Comparison;
 use crate::compare::divergence::quantities;
@@ -140,6 +139,17 @@ pub struct Skipped {
     pub required: bool,
 }
 
+/// One fault, and whether it was found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FaultCheck {
+    /// As on the command line.
+    pub fault: String,
+    /// Passed if the comparison found it; not made where the fault changes nothing in this scene.
+    pub verdict: Outcome,
+    /// The first step and grain, or why it was not found.
+    pub found: String,
+}
+
 /// A run in one line.
 #[derive(Debug, Clone, Serialize)]
 pub struct RunSummary {
@@ -242,7 +252,7 @@ pub fn claims(run: &RunFolder) -> Vec<Claim> {
         POROSITIES.map(|(key, words)| claim(format!("n, {words}"), key, "bed/porosity"));
     let stresses = scene.control_points.iter().flat_map(|point| {
         let at = |what: &str, key: &str, column: &str| {
-            let key = format!("last.stress.{}.{key}", point.name);
+            let key = format!("loaded.stress.{}.{key}", point.name);
             let id = format!("table-4/{column}/{}", point.name);
             claim(format!("{what} at {}", point.name), &key, &id)
         };

@@ -3,9 +3,8 @@
 use crossgrain::engine::exec::{Brought, Options};
 use crossgrain::engine::yade;
 use crossgrain::limits::bench::bed::{self, Bed};
-use crossgrain::limits::bench::contender::{Contender, Plan, Programs, Turn};
-use crossgrain::limits::bench::sanity::Sanity;
-use crossgrain::limits::bench::{BenchError, Missed, native};
+use crossgrain::limits::bench::contender::{Contender, Plan, Programs, Sanity, Turn};
+use crossgrain::limits::bench::{BenchError, Missed, timing};
 use grains::native::Mode;
 
 use crate::support::engines::{adapter_path, changed_toy, program};
@@ -26,7 +25,7 @@ fn turn(bed: &Bed, brought: &Brought) -> Result<(Turn, Sanity, String), BenchErr
     };
     let work = tempfile::tempdir().expect("a temporary folder");
     let turn = Contender::Brought.run(bed, &PLAN, programs, work.path())?;
-    let exact = native::after(bed, Mode::Exact, PLAN.compared_after())?;
+    let exact = timing::after(bed, Mode::Exact, PLAN.compared_after())?;
     let sanity = Contender::Brought.check(&turn, programs, bed, &exact)?;
     Ok((turn, sanity, programs.name_of(Contender::Brought)))
 }
@@ -75,7 +74,7 @@ fn what_it_says_of_itself_widens_what_is_allowed() {
     let (_, sanity, _) = turn(&small_bed(60), &brought).expect("a turn");
     assert_eq!(
         sanity.tolerance,
-        crossgrain::limits::bench::sanity::Tolerance::OTHER_LAW
+        crossgrain::limits::bench::contender::Tolerance::OTHER_LAW
     );
 }
 

@@ -1,19 +1,24 @@
-//! The engines that are timed side by side, behind one word.
+//! The engines that are timed side by side, behind one word: in rounds, so that whatever slows the machine down slows all of
+//! them, and each with a look at its bed, because an engine that drops grains or contacts is fast and its time means nothing.
 
 use std::path::Path;
 
 use serde::Serialize;
 
-use super::bed::Bed;
-use super::sanity::{Sanity, Tolerance, between_grains};
-use super::{BenchError, brought, native, program};
-use crate::engine::exec::{self, Adapter, Brought};
+use super::bed::{Bed, start};
+use super::timing::{self, Spread};
+use super::{BenchError, Missed};
+use crate::compare::bits::{self, TableBits};
+use crate::engine::exec::{self, Adapter, Brought, ExecRun, run_brought};
 use crate::engine::read::{Timed, TimedSteps};
 use crate::engine::yade;
+use crate::progress;
+use grains::measure::equilibrium::kinetic_energy;
 use grains::model::Model;
 use grains::native::Mode;
 use grains::native::timing::{Share, Window};
 use grains::tables::{Bodies, Snapshot};
+use grains::task::{Task, Until};
 
 /// An engine in one of its ways of working.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -109,7 +114,7 @@ impl Programs<'_> {
 
     fn tolerance_of(&self, contender: Contender) -> Tolerance {
         if self.approximations_of(contender).is_empty() {
-            contender.tolerance()
+            contender.known().tolerance
         } else {
             Tolerance::OTHER_LAW
         }
@@ -132,58 +137,67 @@ pub struct Turn {
     pub shares: Vec<Share>,
 }
 
+/// What is known of a contender beforehand.
+struct Known {
+    name: &'static str,
+    /// Of a native engine.
+    mode: Option<Mode>,
+    tolerance: Tolerance,
+    /// Whether a benchmark without it lacks something.
+    needed: bool,
+    /// How many times native exact's time a step of it is to take, where that is a goal.
+    goal: Option<f64>,
+}
+
 impl Contender {
+    fn known(self) -> Known {
+        let of = |name, mode, tolerance| Known {
+            name,
+            mode,
+            tolerance,
+            needed: true,
+            goal: None,
+        };
+        match self {
+            Contender::Exact => of("native exact", Some(Mode::Exact), Tolerance::ROUNDING),
+            Contender::Free => of("native free", Some(Mode::Free), Tolerance::FREE),
+            Contender::Single => of("native single", Some(Mode::Single), Tolerance::SINGLE),
+            Contender::YadeOrdinary => Known {
+                goal: Some(30.0),
+                ..of("YADE -j1, ordinary loop", None, Tolerance::ROUNDING)
+            },
+            Contender::YadeSorted => of("YADE -j1, sorted loop", None, Tolerance::ROUNDING),
+            Contender::Lammps => Known {
+                needed: false,
+                goal: Some(7.0),
+                ..of("LAMMPS gran/hooke", None, Tolerance::OTHER_LAW)
+            },
+            Contender::Liggghts => Known {
+                needed: false,
+                ..of("LIGGGHTS hooke/stiffness", None, Tolerance::OTHER_LAW)
+            },
+            Contender::Brought => of("exec", None, Tolerance::FREE),
+        }
+    }
+
     /// For tables.
     pub fn name(self) -> &'static str {
-        match self {
-            Contender::Exact => "native exact",
-            Contender::Free => "native free",
-            Contender::Single => "native single",
-            Contender::YadeOrdinary => "YADE -j1, ordinary loop",
-            Contender::YadeSorted => "YADE -j1, sorted loop",
-            Contender::Lammps => "LAMMPS gran/hooke",
-            Contender::Liggghts => "LIGGGHTS hooke/stiffness",
-            Contender::Brought => "exec",
-        }
+        self.known().name
     }
 
     /// The mode, of a native engine.
     pub fn mode(self) -> Option<Mode> {
-        match self {
-            Contender::Exact => Some(Mode::Exact),
-            Contender::Free => Some(Mode::Free),
-            Contender::Single => Some(Mode::Single),
-            _ => None,
-        }
-    }
-
-    /// How many times native exact's time a step of it is to take, where that is a goal.
-    pub fn goal(self) -> Option<f64> {
-        match self {
-            Contender::YadeOrdinary => Some(30.0),
-            Contender::Lammps => Some(7.0),
-            _ => None,
-        }
-    }
-
-    fn is_yade(self) -> bool {
-        matches!(self, Contender::YadeOrdinary | Contender::YadeSorted)
+        self.known().mode
     }
 
     /// Whether a benchmark without it lacks something.
     pub fn is_needed(self) -> bool {
-        !matches!(self, Contender::Lammps | Contender::Liggghts)
+        self.known().needed
     }
 
-    fn tolerance(self) -> Tolerance {
-        match self {
-            Contender::Exact | Contender::YadeOrdinary | Contender::YadeSorted => {
-                Tolerance::ROUNDING
-            }
-            Contender::Free | Contender::Brought => Tolerance::FREE,
-            Contender::Single => Tolerance::SINGLE,
-            Contender::Lammps | Contender::Liggghts => Tolerance::OTHER_LAW,
-        }
+    /// How many times native exact's time a step of it is to take, where that is a goal.
+    pub fn goal(self) -> Option<f64> {
+        self.known().goal
     }
 
     /// Times its window on the bed.
@@ -194,38 +208,38 @@ impl Contender {
         programs: Programs<'_>,
         work: &Path,
     ) -> Result<Turn, BenchError> {
-        let folder = program::folder(work, "turn")?;
-        match self {
-            Contender::Exact | Contender::Free | Contender::Single => {
-                let mode = self.mode().unwrap_or_default();
-                Ok(Turn {
-                    window: native::time(bed, mode, plan.native)?,
-                    bed: None,
-                    version: env!("CARGO_PKG_VERSION").to_owned(),
-                    peak_memory: None,
-                    shares: Vec::new(),
-                })
-            }
-            Contender::YadeOrdinary
-            | Contender::YadeSorted
-            | Contender::Lammps
-            | Contender::Liggghts => {
-                // Only YADE has an account of its own.
-                let steps = TimedSteps {
-                    warm_up: plan.warm_up,
-                    timed: plan.other,
-                    shares: if self.is_yade() { plan.shares } else { 0 },
-                };
-                let (timed, version) = timed(self, bed, steps, programs.yade, &folder)?;
-                Ok(Turn::of(timed, version))
-            }
-            Contender::Brought => {
-                let engine = programs.brought.ok_or_else(|| {
-                    BenchError::Missing("no engine was brought: --engine exec:PATH".to_owned())
-                })?;
-                brought::time(bed, plan, engine, &folder)
-            }
+        let folder = timing::folder(work, "turn")?;
+        if let Some(mode) = self.mode() {
+            return Ok(Turn {
+                window: timing::time(bed, mode, plan.native)?,
+                bed: None,
+                version: env!("CARGO_PKG_VERSION").to_owned(),
+                peak_memory: None,
+                shares: Vec::new(),
+            });
         }
+        if self == Contender::Brought {
+            let engine = programs.brought.ok_or_else(|| {
+                BenchError::Missing("no engine was brought: --engine exec:PATH".to_owned())
+            })?;
+            return by_two_runs(bed, plan, engine, &folder);
+        }
+        // Only YADE has an account of its own.
+        let is_yade = matches!(self, Contender::YadeOrdinary | Contender::YadeSorted);
+        let steps = TimedSteps {
+            warm_up: plan.warm_up,
+            timed: plan.other,
+            shares: if is_yade { plan.shares } else { 0 },
+        };
+        let (timed, version) = timed(self, bed, steps, programs.yade, &folder)?;
+        let contacts = between_grains(&timed.last);
+        Ok(Turn {
+            window: timed.window,
+            bed: Some((timed.last.bodies, contacts)),
+            version,
+            peak_memory: timed.peak_memory,
+            shares: timed.shares,
+        })
     }
 
     /// Holds its bed against the exact one after the same steps.
@@ -236,31 +250,17 @@ impl Contender {
         bed: &Bed,
         exact: &Snapshot,
     ) -> Result<Sanity, BenchError> {
+        let own;
+        let (bodies, contacts) = match &turn.bed {
+            Some((bodies, contacts)) => (bodies, *contacts),
+            None => {
+                own = timing::after(bed, self.mode().unwrap_or_default(), exact.step)?;
+                (&own.bodies, between_grains(&own))
+            }
+        };
         let mean_radius = 0.5 * bed.scene.particles.mean_diameter;
         let tolerance = programs.tolerance_of(self);
-        let of =
-            |bodies: &Bodies, contacts| Sanity::of(bodies, contacts, exact, mean_radius, tolerance);
-        match (&turn.bed, self.mode()) {
-            (Some((bodies, contacts)), _) => Ok(of(bodies, *contacts)),
-            (None, mode) => {
-                let own = native::after(bed, mode.unwrap_or_default(), exact.step)?;
-                Ok(of(&own.bodies, between_grains(&own)))
-            }
-        }
-    }
-}
-
-impl Turn {
-    /// Of a program that timed its own steps.
-    fn of(timed: Timed, version: String) -> Self {
-        let contacts = between_grains(&timed.last);
-        Turn {
-            window: timed.window,
-            bed: Some((timed.last.bodies, contacts)),
-            version,
-            peak_memory: timed.peak_memory,
-            shares: timed.shares,
-        }
+        Ok(Sanity::of(bodies, contacts, exact, mean_radius, tolerance))
     }
 }
 
@@ -284,7 +284,307 @@ pub fn timed(
         _ => return Ok(yade::time(&model, &bed.bodies, steps, &options, work)?),
     };
     let engine = adapter.place(work, &options.limits)?;
-    let job = program::folder(work, "job")?;
+    let job = timing::folder(work, "job")?;
     let timed = exec::time(&model, &bed.bodies, steps, &engine, &options.under, &job)?;
     Ok((timed, engine.description.version))
+}
+
+/// The two runs differ by at least so much, s: processor time is told in hundredths of a second.
+const LONG_ENOUGH: f64 = 1.0;
+/// N grows by this factor at most, and so many times at most: an engine that needs more computes nothing.
+const MOST_LONGER: f64 = 16.0;
+const MOST_ROUNDS: u32 = 8;
+
+/// Times steps of this bed: runs of N and of 2N steps from it, N made longer until they differ by a second.
+/// Start, reading and tables are the same in both, and so not in their difference. The bed is that of the first run.
+fn by_two_runs(bed: &Bed, plan: &Plan, engine: &Brought, work: &Path) -> Result<Turn, BenchError> {
+    let mut steps = plan.compared_after();
+    let first = run(bed, steps, engine, work)?;
+    let mut before = first.took;
+    for _ in 0..MOST_ROUNDS {
+        let after = run(bed, 2 * steps, engine, work)?.took;
+        let cpu_seconds = after
+            .processor_seconds
+            .zip(before.processor_seconds)
+            .map(|(after, before)| after - before);
+        let window = Window {
+            steps,
+            wall_seconds: after.wall_seconds - before.wall_seconds,
+            cpu_seconds,
+        };
+        let seconds = cpu_seconds.unwrap_or(window.wall_seconds);
+        if seconds >= LONG_ENOUGH {
+            let last = first.outcome.last;
+            return Ok(Turn {
+                window,
+                bed: Some((last.bodies.clone(), between_grains(&last))),
+                version: first.description.version,
+                peak_memory: None,
+                shares: Vec::new(),
+            });
+        }
+        // A little more than it should take.
+        let longer = 1.2 * LONG_ENOUGH / seconds.max(f64::MIN_POSITIVE);
+        steps *= longer.ceil().clamp(2.0, MOST_LONGER) as u64;
+        before = run(bed, steps, engine, work)?.took;
+    }
+    Err(BenchError::Nonsense(format!(
+        "{steps} steps take no longer than half of them"
+    )))
+}
+
+fn run(bed: &Bed, steps: u64, engine: &Brought, work: &Path) -> Result<ExecRun, BenchError> {
+    let mut scene = bed.scene.clone();
+    // Its first moment and its last.
+    scene.measurement.history_every = u64::from(u32::MAX);
+    let task = Task {
+        start: start(bed.bodies.clone()),
+        until: Until::Step(steps),
+    };
+    let folder = timing::folder(work, "job")?;
+    Ok(run_brought(&scene, &task, engine, &folder, &mut ())?)
+}
+
+/// How far from the native exact bed another engine's may be after the same steps.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Tolerance {
+    /// Of the largest displacement over the mean radius.
+    pub displacement: f64,
+    /// Of the number of contacts between grains, relative.
+    pub contacts: f64,
+    /// Kinetic energy over the other, at most, either way.
+    pub energy: f64,
+}
+
+impl Tolerance {
+    /// The same operations up to their order: rounding, which was seen to be 1e-11 R after 200 steps and 2e-4 R after
+    /// 500, so beds are compared after 300 at most.
+    pub const ROUNDING: Tolerance = Tolerance {
+        displacement: 1.0e-6,
+        contacts: 1.0e-3,
+        energy: 1.001,
+    };
+    /// Other operations: a force is then rounded by a distance's last digit over the overlap, some 10⁴ times more than a sum
+    /// in another order is, and so much further apart are grains after the same steps.
+    pub const FREE: Tolerance = Tolerance {
+        displacement: 1.0e-2,
+        ..Tolerance::ROUNDING
+    };
+    /// Forces in single precision: rounding that may have grown until grains are apart by as much as they have moved.
+    pub const SINGLE: Tolerance = Tolerance {
+        displacement: 0.1,
+        contacts: 0.05,
+        energy: 1.5,
+    };
+    /// One stiffness for all contacts and a drag in place of Cundall's damping: the same method with other choices.
+    pub const OTHER_LAW: Tolerance = Tolerance {
+        displacement: 0.2,
+        contacts: 0.15,
+        energy: 10.0,
+    };
+}
+
+/// An engine's bed against the native exact one.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Sanity {
+    /// Steps after which both were looked at.
+    pub steps: u64,
+    /// Largest distance between a grain here and there, over the mean radius.
+    pub displacement: f64,
+    /// Contacts between grains here.
+    pub contacts: usize,
+    /// Contacts between grains there.
+    pub contacts_in_exact: usize,
+    /// Kinetic energy here, J.
+    pub energy: f64,
+    /// Kinetic energy there, J.
+    pub energy_in_exact: f64,
+    /// What is allowed.
+    pub tolerance: Tolerance,
+    /// Whether it is kept.
+    pub holds: bool,
+}
+
+impl Sanity {
+    /// Holds a bed, with its number of contacts between grains, against the exact one.
+    pub fn of(
+        bodies: &Bodies,
+        contacts: usize,
+        exact: &Snapshot,
+        mean_radius: f64,
+        tolerance: Tolerance,
+    ) -> Self {
+        let there = &exact.bodies;
+        let contacts_in_exact = between_grains(exact);
+        let displacement = if bodies.len() == there.len() {
+            largest_distance(bodies, there) / mean_radius
+        } else {
+            f64::INFINITY
+        };
+        let (energy, energy_in_exact) = (kinetic_energy(bodies), kinetic_energy(there));
+        let lost = (contacts as f64 / contacts_in_exact as f64 - 1.0).abs();
+        let ratio = (energy / energy_in_exact).max(energy_in_exact / energy);
+        Sanity {
+            steps: exact.step,
+            displacement,
+            contacts,
+            contacts_in_exact,
+            energy,
+            energy_in_exact,
+            tolerance,
+            // Comparisons that a NaN fails.
+            holds: displacement <= tolerance.displacement
+                && lost <= tolerance.contacts
+                && ratio <= tolerance.energy,
+        }
+    }
+}
+
+/// Contacts between two grains.
+pub fn between_grains(snapshot: &Snapshot) -> usize {
+    let grains = snapshot.bodies.len() as u32;
+    let contacts = snapshot.contacts.iter();
+    contacts.filter(|contact| contact.id1 < grains).count()
+}
+
+fn largest_distance(a: &Bodies, b: &Bodies) -> f64 {
+    let mut largest = 0.0f64;
+    for id in 0..a.len() {
+        let distance = (a.x[id] - b.x[id]).hypot(a.z[id] - b.z[id]);
+        // A NaN would be passed over by a maximum.
+        if distance.is_nan() {
+            return f64::INFINITY;
+        }
+        largest = distance.max(largest);
+    }
+    largest
+}
+
+/// An engine over all rounds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Contest {
+    /// Which engine.
+    pub contender: Contender,
+    /// For tables.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+    /// Steps of a window.
+    pub steps: u64,
+    /// Seconds a step, round by round; of processor time, or on the clock where the engine tells no other.
+    pub seconds_per_step: Spread,
+    /// Processor time over time on the clock, the least of the rounds, where both are known; well below 1 on a busy machine.
+    pub processor_share: Option<f64>,
+    /// Its time over native exact's, round by round.
+    pub over_exact: Option<Spread>,
+    /// Its time over native free's, round by round.
+    pub over_free: Option<Spread>,
+    /// Largest resident memory of its process, bytes, where it has one of its own.
+    pub peak_memory: Option<u64>,
+    /// Its own account of where the time goes, where it gives one.
+    pub shares: Vec<Share>,
+    /// Where it says that it does something else than the model says.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub approximations: Vec<String>,
+    /// Whether its bed is still the bed.
+    pub sanity: Sanity,
+}
+
+/// What the rounds gave.
+#[derive(Debug)]
+pub struct Rounds {
+    /// The engines that ran in every round.
+    pub contests: Vec<Contest>,
+    /// Native exact against YADE's sorted loop after the same steps: every position and velocity.
+    pub sorted_bits: Option<TableBits>,
+    /// What is not there, and why.
+    pub missed: Vec<Missed>,
+}
+
+/// Lets every engine take its turn in every round; every second round goes backwards.
+pub fn rounds(
+    bed: &Bed,
+    plan: &Plan,
+    rounds: u32,
+    programs: Programs<'_>,
+    work: &Path,
+    progress: &progress::Task,
+) -> Result<Rounds, BenchError> {
+    let mut turns: Vec<(Contender, Vec<Turn>)> = ALL.map(|of| (of, Vec::new())).into();
+    turns.extend(programs.brought.map(|_| (Contender::Brought, Vec::new())));
+    let mut missed: Vec<Missed> = Vec::new();
+    for round in 0..rounds {
+        let mut order: Vec<usize> = (0..turns.len()).collect();
+        if round % 2 == 1 {
+            order.reverse();
+        }
+        let turns_a_round = order.len();
+        for (turn, index) in order.into_iter().enumerate() {
+            let (contender, of) = &mut turns[index];
+            let name = programs.name_of(*contender);
+            let of_round = turn as f64 / turns_a_round as f64;
+            progress.share(
+                (f64::from(round) + of_round) / f64::from(rounds),
+                &format!("round {}, {name}", round + 1),
+            );
+            match contender.run(bed, plan, programs, work) {
+                Ok(turn) => of.push(turn),
+                Err(error) => missed.push(Missed::of(&name, contender.is_needed(), error)?),
+            }
+        }
+        // What has failed once does not run again.
+        turns.retain(|(contender, _)| {
+            let name = programs.name_of(*contender);
+            missed.iter().all(|of| of.what != name)
+        });
+    }
+    let exact_bed = timing::after(bed, Mode::Exact, plan.compared_after())?;
+    let spread_of = |wanted: Contender| {
+        let (_, turns) = turns.iter().find(|(contender, _)| *contender == wanted)?;
+        spread(turns)
+    };
+    let (exact, free) = (spread_of(Contender::Exact), spread_of(Contender::Free));
+    let mut contests = Vec::new();
+    for (contender, of) in &turns {
+        let (Some(seconds_per_step), Some(last)) = (spread(of), of.last()) else {
+            continue;
+        };
+        let over = |base: &Option<Spread>| Spread::ratio(&seconds_per_step, base.as_ref()?);
+        let shares = of.iter().filter_map(|turn| turn.window.processor_share());
+        contests.push(Contest {
+            contender: *contender,
+            name: programs.name_of(*contender),
+            version: last.version.clone(),
+            steps: last.window.steps,
+            processor_share: shares.min_by(f64::total_cmp),
+            over_exact: over(&exact),
+            over_free: over(&free),
+            peak_memory: last.peak_memory,
+            shares: last.shares.clone(),
+            approximations: programs.approximations_of(*contender),
+            sanity: contender.check(last, programs, bed, &exact_bed)?,
+            seconds_per_step,
+        });
+    }
+    let sorted = turns
+        .iter()
+        .find(|(contender, _)| *contender == Contender::YadeSorted)
+        .and_then(|(_, turns)| turns.last()?.bed.as_ref());
+    let against = |(bodies, _): &(Bodies, usize)| {
+        bits::bodies("positions and velocities", &exact_bed.bodies, bodies)
+    };
+    Ok(Rounds {
+        sorted_bits: sorted.map(against),
+        contests,
+        missed,
+    })
+}
+
+fn spread(turns: &[Turn]) -> Option<Spread> {
+    Spread::of(
+        turns
+            .iter()
+            .map(|turn| turn.window.seconds_per_step())
+            .collect(),
+    )
 }

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::bed::Bed;
 use super::contender::{self, Contender};
-use super::{BenchError, Missed, one, program};
+use super::{BenchError, Missed, timing};
 use crate::child::on_path;
 use crate::engine::read::TimedSteps;
 use crate::engine::yade;
@@ -91,7 +91,7 @@ impl Counting<'_> {
     /// Counts the instructions of a step of this engine.
     fn count(&self, contender: Contender) -> Result<Instructions, BenchError> {
         let valgrind =
-            on_path("valgrind").ok_or_else(|| program::missing("valgrind", "valgrind"))?;
+            on_path("valgrind").ok_or_else(|| timing::missing("valgrind", "valgrind"))?;
         let [few, many] = match contender.mode() {
             Some(_) => NATIVE_STEPS,
             None => OTHER_STEPS,
@@ -130,7 +130,7 @@ impl Counting<'_> {
         contender: Contender,
         steps: u64,
     ) -> Result<(Profile, u64), BenchError> {
-        let folder = program::folder(self.work, "counted")?;
+        let folder = timing::folder(self.work, "counted")?;
         let out = folder.join("callgrind.out");
         let under = [
             "--tool=callgrind".to_owned(),
@@ -141,14 +141,14 @@ impl Counting<'_> {
             let arguments: Vec<String> =
                 [&under[..], &[program.display().to_string()], more].concat();
             let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-            program::run(valgrind, &arguments, &folder, limit)
+            timing::run(valgrind, &arguments, &folder, limit)
         };
         let done = match contender {
             Contender::Exact | Contender::Free | Contender::Single => {
-                one::write(self.bed, &folder)?;
+                timing::write_bed(self.bed, &folder)?;
                 let mode = contender.mode().unwrap_or_default();
-                let log = run(self.crossgrain, &one::arguments(&folder, mode, steps))?;
-                one::said(&log)?.steps
+                let log = run(self.crossgrain, &timing::arguments(&folder, mode, steps))?;
+                timing::said(&log)?.steps
             }
             // Its start would be counted, and whatever starts it.
             Contender::Brought => {
@@ -168,7 +168,7 @@ impl Counting<'_> {
                     timed: steps,
                     shares: 0,
                 };
-                let job = program::folder(&folder, "timed")?;
+                let job = timing::folder(&folder, "timed")?;
                 contender::timed(contender, self.bed, steps, &options, &job)?;
                 steps.timed
             }

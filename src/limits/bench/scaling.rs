@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::bed::{self, Bed, PAPER};
 use super::contender::{self, Contender};
-use super::spread::Spread;
-use super::{BenchError, Missed, one, program};
+use super::timing::{self, Spread};
+use super::{BenchError, Missed};
 use crate::engine::read::TimedSteps;
 use crate::engine::yade;
 use crate::progress::Task;
@@ -106,14 +106,14 @@ fn native_points(plan: &Plan<'_>, beds: &[Bed], progress: &Task) -> Result<Vec<P
     let mut folders = Vec::new();
     for bed in beds {
         let grains = bed.bodies.len();
-        let plain = program::folder(plan.work, &format!("bed-{grains}"))?;
-        one::write(bed, &plain)?;
-        let shuffled = program::folder(plan.work, &format!("bed-{grains}-shuffled"))?;
+        let plain = timing::folder(plan.work, &format!("bed-{grains}"))?;
+        timing::write_bed(bed, &plain)?;
+        let shuffled = timing::folder(plan.work, &format!("bed-{grains}-shuffled"))?;
         let disorder = Bed {
             scene: bed.scene.clone(),
             bodies: bed::shuffled(&bed.bodies),
         };
-        one::write(&disorder, &shuffled)?;
+        timing::write_bed(&disorder, &shuffled)?;
         folders.push([plain, shuffled]);
     }
     let mut times = vec![(Vec::new(), None); beds.len() * NATIVE.len()];
@@ -126,7 +126,7 @@ fn native_points(plan: &Plan<'_>, beds: &[Bed], progress: &Task) -> Result<Vec<P
             );
             let steps = (NATIVE_GRAIN_STEPS / grains).max(FEWEST_STEPS);
             for (way, (_, mode, shuffled)) in NATIVE.iter().enumerate() {
-                let one = one::in_a_process(
+                let one = timing::in_a_process(
                     plan.crossgrain,
                     &folders[at][usize::from(*shuffled)],
                     *mode,
@@ -158,7 +158,7 @@ fn in_yade(plan: &Plan<'_>, bed: &Bed) -> Result<Point, BenchError> {
         timed,
         shares: 0,
     };
-    let folder = program::folder(plan.work, "yade")?;
+    let folder = timing::folder(plan.work, "yade")?;
     let (run, _) = contender::timed(Contender::YadeOrdinary, bed, steps, plan.yade, &folder)?;
     let all = vec![run.window.seconds_per_step()];
     let spread = Spread::of(all).ok_or_else(|| BenchError::Nonsense("no time".to_owned()))?;

@@ -1,0 +1,314 @@
+//! Steps of the native engine, timed from outside: by what it tells its observer, here or in a process of its own, so that
+//! its memory is its own and its instructions can be counted. And what repeated measurements come to.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+
+use super::BenchError;
+use super::bed::{Bed, start};
+use crate::child::{Group, Unfinished};
+use crate::files::{failed, read_text, write_whole};
+use crate::tables::{read_bodies, write_bodies};
+use grains::native::timing::{ThreadTime, Window};
+use grains::native::{self, Mode, NativeError};
+use grains::scene::Scene;
+use grains::tables::{Bodies, Snapshot, Stage};
+use grains::task::{Observer, Task, Until};
+
+/// Parts of a timed run: the first warms up, the others are the window.
+const PARTS: u64 = 5;
+
+/// Times about `steps` steps of this bed, after a quarter as many to warm up.
+pub fn time(bed: &Bed, mode: Mode, steps: u64) -> Result<Window, BenchError> {
+    let part = part(steps);
+    let mut scene = bed.scene.clone();
+    scene.measurement.history_every = u64::from(u32::MAX);
+    // The engine tells how far it is whenever it looks whether the bed has settled: once a part. The looks cost
+    // one sum over the grains each. No bed is ever settled by this rule.
+    scene.settle.check_every = part;
+    scene.settle.kinetic_energy_fraction = f64::MIN_POSITIVE;
+    let task = Task {
+        start: start(bed.bodies.clone()),
+        until: Until::Step(PARTS * part),
+    };
+    let mut watch = Watch::default();
+    native::run(&scene, &task, &options(mode), &mut watch)?;
+    match watch {
+        Watch {
+            began: Some((step0, wall0, cpu0)),
+            last: Some((step1, wall1, cpu1)),
+        } if step1 == PARTS * part => Ok(Window {
+            steps: step1 - step0,
+            wall_seconds: (wall1 - wall0).as_secs_f64(),
+            cpu_seconds: Some(cpu1.duration_since(cpu0).as_secs_f64()),
+        }),
+        _ => Err(BenchError::Nonsense(
+            "the native engine did not tell how far it was".to_owned(),
+        )),
+    }
+}
+
+/// All steps that [`time`] does for a window of so many.
+pub fn all_steps(steps: u64) -> u64 {
+    PARTS * part(steps)
+}
+
+fn part(steps: u64) -> u64 {
+    steps.div_ceil(PARTS - 1).max(1)
+}
+
+/// The bed after exactly so many steps.
+pub fn after(bed: &Bed, mode: Mode, steps: u64) -> Result<Snapshot, NativeError> {
+    let mut scene = bed.scene.clone();
+    scene.measurement.history_every = u64::from(u32::MAX);
+    let task = Task {
+        start: start(bed.bodies.clone()),
+        until: Until::Step(steps),
+    };
+    Ok(native::run(&scene, &task, &options(mode), &mut ())?.last)
+}
+
+/// Where the exact mode's time goes in so many steps, and what it was spent on.
+pub fn clocked(bed: &Bed, steps: u64) -> Result<native::timing::Clocked, BenchError> {
+    let model = grains::model::Model::of(&bed.scene);
+    let mean_radius = 0.5 * bed.scene.particles.mean_diameter;
+    let mode = Mode::Exact;
+    let clocked = native::timing::parts_of_a_step(&model, &bed.bodies, mean_radius, mode, steps)
+        .map_err(|trouble| BenchError::Nonsense(trouble.to_string()))?;
+    let plain: Bodies = after(bed, Mode::Exact, steps)?.bodies;
+    if plain.digest() == clocked.bodies.digest() {
+        Ok(clocked)
+    } else {
+        Err(BenchError::Nonsense(
+            "the step with clocks in it has other bits than the engine's".to_owned(),
+        ))
+    }
+}
+
+fn options(mode: Mode) -> native::Options {
+    native::Options {
+        mode,
+        ..native::Options::default()
+    }
+}
+
+type Moment = (u64, Instant, ThreadTime);
+
+/// The first and the last time that the engine told how far it is.
+#[derive(Default)]
+struct Watch {
+    began: Option<Moment>,
+    last: Option<Moment>,
+}
+
+impl Observer for Watch {
+    fn snapshot(&mut self, _: &Snapshot) {}
+
+    fn progress(&mut self, _: Stage, step: u64, _: f64) {
+        let now = (step, Instant::now(), ThreadTime::now());
+        self.began.get_or_insert(now);
+        self.last = Some(now);
+    }
+}
+
+/// What the process says when it is done.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct One {
+    /// The timed steps.
+    pub window: Window,
+    /// All steps, those before the window too.
+    pub steps: u64,
+    /// Largest resident memory, bytes, where the system tells.
+    pub peak_memory: Option<u64>,
+    /// The widest vector unit that the processor shows it.
+    pub vector_unit: String,
+}
+
+/// Puts a bed where [`one`] finds it.
+pub fn write_bed(bed: &Bed, folder: &Path) -> Result<(), BenchError> {
+    let text = serde_json::to_string(&bed.scene)
+        .map_err(|error| BenchError::Nonsense(error.to_string()))?;
+    write_whole(&folder.join("scene.json"), text.as_bytes())?;
+    Ok(write_bodies(&folder.join("bed.csv"), &bed.bodies)?)
+}
+
+/// Inside the process: times the bed in this folder.
+pub fn one(folder: &Path, mode: Mode, steps: u64) -> Result<One, BenchError> {
+    let text = read_text(&folder.join("scene.json"), 1 << 20)?;
+    // Not through the check of scenes: a narrow box has no room for the paper's control points.
+    let scene: Scene =
+        serde_json::from_str(&text).map_err(|error| BenchError::Nonsense(error.to_string()))?;
+    let bodies = read_bodies(&folder.join("bed.csv"), scene.particles.count)?;
+    let window = time(&Bed { scene, bodies }, mode, steps)?;
+    Ok(One {
+        window,
+        steps: all_steps(steps),
+        peak_memory: crate::run::peak_memory(),
+        vector_unit: super::machine::vector_unit().to_owned(),
+    })
+}
+
+/// The arguments that make the program `crossgrain` do [`one`].
+pub fn arguments(folder: &Path, mode: Mode, steps: u64) -> Vec<String> {
+    vec![
+        "bench".to_owned(),
+        "--one".to_owned(),
+        folder.display().to_string(),
+        "--one-mode".to_owned(),
+        mode.name().to_owned(),
+        "--one-steps".to_owned(),
+        steps.to_string(),
+    ]
+}
+
+/// Outside: starts the process on the bed in `folder` and waits for it.
+pub fn in_a_process(
+    crossgrain: &Path,
+    folder: &Path,
+    mode: Mode,
+    steps: u64,
+    limit: Duration,
+) -> Result<One, BenchError> {
+    let arguments = arguments(folder, mode, steps);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    said(&run(crossgrain, &arguments, folder, limit)?)
+}
+
+/// The line that the process printed, among others.
+pub fn said(log: &str) -> Result<One, BenchError> {
+    log.lines()
+        .find(|line| line.starts_with('{'))
+        .and_then(|line| serde_json::from_str(line).ok())
+        .ok_or_else(|| BenchError::Nonsense("the timing process said nothing".to_owned()))
+}
+
+/// The most of a log or table that is read, bytes.
+const LARGEST: u64 = 1 << 28;
+
+/// Runs a program in `work` and returns what it wrote on both outputs.
+pub fn run(
+    program: &Path,
+    arguments: &[&str],
+    work: &Path,
+    limit: Duration,
+) -> Result<String, BenchError> {
+    let path = work.join("program.log");
+    let output = File::create(&path).map_err(failed("create", &path))?;
+    let errors = output.try_clone().map_err(failed("create", &path))?;
+    let mut command = Command::new(program);
+    command
+        .args(arguments)
+        .current_dir(work)
+        .env("OMP_NUM_THREADS", "1")
+        .env_remove("DISPLAY")
+        .stdout(output)
+        .stderr(errors);
+    let name = program.file_name().unwrap_or_default().to_string_lossy();
+    let group = Group::spawn(&mut command)
+        .map_err(|error| BenchError::Failed(format!("{name} cannot be started: {error}")))?;
+    let status = group.wait(limit).map_err(|error| match error {
+        Unfinished::Interrupted => BenchError::Interrupted,
+        other => BenchError::Failed(format!("{name}: {other}")),
+    })?;
+    let log = read_text(&path, LARGEST)?;
+    if status.success() {
+        return Ok(log);
+    }
+    let lines: Vec<&str> = log.lines().collect();
+    let end = lines[lines.len().saturating_sub(8)..].join("\n");
+    Err(BenchError::Failed(format!("{name}: {status}; {end}")))
+}
+
+/// Where a program of this name may have failed to be found.
+pub fn missing(name: &str, package: &str) -> BenchError {
+    BenchError::Missing(format!(
+        "there is no program `{name}` on the path; on Debian install it with \
+         `apt-get install --no-install-recommends {package}`"
+    ))
+}
+
+/// A folder inside `work` for one run.
+pub fn folder(work: &Path, name: &str) -> Result<PathBuf, BenchError> {
+    let folder = work.join(name);
+    if folder.exists() {
+        fs::remove_dir_all(&folder).map_err(failed("remove", &folder))?;
+    }
+    fs::create_dir(&folder).map_err(failed("create", &folder))?;
+    Ok(folder)
+}
+
+/// Of measurements in one unit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Spread {
+    /// Every measurement, in the order of the rounds.
+    pub all: Vec<f64>,
+    /// Half of them are below it.
+    pub median: f64,
+    /// A quarter of them is below it.
+    pub low_quartile: f64,
+    /// A quarter of them is above it.
+    pub high_quartile: f64,
+    /// The least.
+    pub least: f64,
+    /// The most.
+    pub most: f64,
+}
+
+impl Spread {
+    /// Of these; none if there are none.
+    pub fn of(all: Vec<f64>) -> Option<Self> {
+        let mut sorted = all.clone();
+        sorted.sort_by(f64::total_cmp);
+        Some(Spread {
+            median: quantile(&sorted, 0.5)?,
+            low_quartile: quantile(&sorted, 0.25)?,
+            high_quartile: quantile(&sorted, 0.75)?,
+            least: *sorted.first()?,
+            most: *sorted.last()?,
+            all,
+        })
+    }
+
+    /// `a` over `b`, round by round.
+    pub fn ratio(a: &Spread, b: &Spread) -> Option<Self> {
+        Spread::of(a.all.iter().zip(&b.all).map(|(a, b)| a / b).collect())
+    }
+}
+
+/// Linear between the measurements, as R's type 7.
+fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
+    let place = share * sorted.len().checked_sub(1)? as f64;
+    let below = sorted[place as usize];
+    let above = sorted[(place.ceil()) as usize];
+    Some(below + (place - place.floor()) * (above - below))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Spread;
+
+    #[test]
+    fn quartiles_lie_between_the_measurements() {
+        let spread = Spread::of(vec![4.0, 1.0, 3.0, 2.0]).expect("there are some");
+        assert_eq!(
+            (spread.low_quartile, spread.median, spread.high_quartile),
+            (1.75, 2.5, 3.25)
+        );
+        assert_eq!((spread.least, spread.most), (1.0, 4.0));
+        let one = Spread::of(vec![7.0]).expect("there is one");
+        assert_eq!((one.low_quartile, one.high_quartile), (7.0, 7.0));
+        assert_eq!(Spread::of(Vec::new()), None);
+    }
+
+    #[test]
+    fn ratios_are_taken_round_by_round() {
+        let spread = |all: &[f64]| Spread::of(all.to_vec()).expect("there are some");
+        let ratio = Spread::ratio(&spread(&[2.0, 40.0]), &spread(&[1.0, 10.0])).expect("two");
+        assert_eq!(ratio.all, [2.0, 4.0]);
+    }
+}
