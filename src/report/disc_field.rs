@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use super::fields::{Grid, VIRIDIS, colour};
-use super::svg::{Area, line, printed, round_step, text, whole};
+use super::svg::{Area, INK, key, line, printed, round_step, text, whole};
 use crate::document::{self, Colour, Drawing, Mark, Plot, Section, Table};
 use crate::error::Error;
 use crate::paper::disc_field::{DiscField, PointForce, figure_4};
@@ -240,22 +240,21 @@ fn outlined(shape: &str) -> String {
     )
 }
 
-fn tick([x, y]: [f64; 2], [dx, dy]: [f64; 2]) -> String {
-    format!("<path stroke=\"#1b1b1b\" d=\"M{x:.1} {y:.1}l{dx} {dy}\"/>")
-}
-
 /// What is drawn on the map.
 fn map_key(field: &DiscField, scale: &Scale) -> String {
-    let square = outlined("<rect y=\"-11\" width=\"24\" height=\"12\"");
+    let square = outlined("<rect y=\"-11\" width=\"22\" height=\"12\"");
     let mut entries = vec![
         (square, "control square, side R".to_owned()),
         (
-            arrow([[0.0, -4.5], [24.0, -4.5]]),
+            arrow([[0.0, -4.5], [22.0, -4.5]]),
             "forces on the disc, N/m".to_owned(),
         ),
     ];
     if scale.has_tension() {
-        let line = swatch(&scale.colour(0)) + &format!("<path {ZERO} d=\"M0 -5h24\"/>");
+        let line = format!(
+            "<rect y=\"-11\" width=\"22\" height=\"12\" fill=\"{}\"/><path {ZERO} d=\"M0 -5h22\"/>",
+            scale.colour(0)
+        );
         entries.push((line, "σ_zz = 0; tension is negative".to_owned()));
     }
     let radius = format!("R = {} m", printed(field.radius(), 4));
@@ -265,22 +264,8 @@ fn map_key(field: &DiscField, scale: &Scale) -> String {
         let weight = format!("body force ({}, {}) N/m³", printed(x, 4), printed(z, 4));
         entries.push((String::new(), weight));
     }
-    key(376.0, &entries)
-}
-
-/// Symbols, each drawn upwards from its own origin, with what they mean; `top` is the first line's.
-fn key(top: f64, entries: &[(String, String)]) -> String {
-    let mut svg = String::new();
-    for (index, (symbol, meaning)) in entries.iter().enumerate() {
-        let y = top + LINE * index as f64;
-        let _ = write!(svg, "<g transform=\"translate({KEY} {y})\">{symbol}</g>");
-        svg += &text([KEY + 34.0, y], "start", meaning);
-    }
-    svg
-}
-
-fn swatch(fill: &str) -> String {
-    format!("<rect y=\"-11\" width=\"24\" height=\"12\" fill=\"{fill}\"/>")
+    // One below the other.
+    key([KEY, KEY + 1.0], 376.0, &entries).0
 }
 
 /// Length of the arrow of the strongest force.
@@ -435,8 +420,9 @@ fn colour_bar(scale: &Scale) -> String {
         svg += &bar_part(y(band + 1), step, &scale.colour(band));
     }
     for (band, label) in scale.labelled(height) {
-        svg += &tick([left + width, y(band)], [5.0, 0.0]);
-        svg += &text([left + width + 9.0, y(band) + 4.5], "start", &label);
+        let (right, y) = (left + width, y(band));
+        let _ = write!(svg, "<path stroke=\"{INK}\" d=\"M{right:.1} {y:.1}h5\"/>");
+        svg += &text([right + 9.0, y + 4.5], "start", &label);
     }
     let last = scale.bands - 1;
     let ends = [

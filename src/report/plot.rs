@@ -397,29 +397,16 @@ impl Drawing<'_> {
             }
             let [x, y] = self.place([point.x, point.y]);
             let [x, y] = [x + shift[0], y + shift[1]];
-            if let Some(ends) = point
-                .interval
-                .filter(|ends| ends.iter().all(|end| !end.is_nan()))
-            {
-                let [low, high] = ends.map(|end| {
-                    if downwards {
-                        self.x.place(end)
-                    } else {
-                        self.y.place(end)
-                    }
-                });
+            let known = |ends: &[f64; 2]| ends.iter().all(|end| !end.is_nan());
+            if let Some([low, high]) = point.interval.filter(known) {
                 let path = if downwards {
-                    format!(
-                        "M{low:.1} {y:.1}H{high:.1}M{low:.1} {:.1}v6M{high:.1} {:.1}v6",
-                        y - 3.0,
-                        y - 3.0
-                    )
+                    let [low, high] = [low, high].map(|end| self.x.place(end));
+                    let cap = y - 3.0;
+                    format!("M{low:.1} {y:.1}H{high:.1}M{low:.1} {cap:.1}v6M{high:.1} {cap:.1}v6")
                 } else {
-                    format!(
-                        "M{x:.1} {low:.1}V{high:.1}M{:.1} {low:.1}h6M{:.1} {high:.1}h6",
-                        x - 3.0,
-                        x - 3.0
-                    )
+                    let [low, high] = [low, high].map(|end| self.y.place(end));
+                    let cap = x - 3.0;
+                    format!("M{x:.1} {low:.1}V{high:.1}M{cap:.1} {low:.1}h6M{cap:.1} {high:.1}h6")
                 };
                 let _ = write!(
                     self.marks,

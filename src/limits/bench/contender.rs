@@ -137,6 +137,10 @@ pub struct Turn {
     pub shares: Vec<Share>,
 }
 
+/// Goals: how many times native exact's time a step of YADE's ordinary loop is to take, and one of LAMMPS.
+pub const YADE_OVER_EXACT: f64 = 30.0;
+pub const LAMMPS_OVER_EXACT: f64 = 7.0;
+
 /// What is known of a contender beforehand.
 struct Known {
     name: &'static str,
@@ -163,13 +167,13 @@ impl Contender {
             Contender::Free => of("native free", Some(Mode::Free), Tolerance::FREE),
             Contender::Single => of("native single", Some(Mode::Single), Tolerance::SINGLE),
             Contender::YadeOrdinary => Known {
-                goal: Some(30.0),
+                goal: Some(YADE_OVER_EXACT),
                 ..of("YADE -j1, ordinary loop", None, Tolerance::ROUNDING)
             },
             Contender::YadeSorted => of("YADE -j1, sorted loop", None, Tolerance::ROUNDING),
             Contender::Lammps => Known {
                 needed: false,
-                goal: Some(7.0),
+                goal: Some(LAMMPS_OVER_EXACT),
                 ..of("LAMMPS gran/hooke", None, Tolerance::OTHER_LAW)
             },
             Contender::Liggghts => Known {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::bed::PAPER;
-use super::contender::{Contender, Contest, NATIVE};
+use super::contender::{Contender, Contest, LAMMPS_OVER_EXACT, NATIVE, YADE_OVER_EXACT};
 use super::instructions::Instructions;
 use super::scaling::Point as Size;
 use super::timing::Spread;
@@ -29,60 +29,59 @@ pub struct Goal {
     pub met: Option<bool>,
 }
 
-fn goal(text: &str, bound: f64, at_least: bool, of: Option<&Spread>) -> Goal {
-    let measured = of.map(|spread| spread.median);
-    Goal {
-        goal: text.to_owned(),
-        bound,
-        at_least,
-        measured,
-        range: of.map(|spread| [spread.least, spread.most]),
-        met: measured.map(|value| {
-            if at_least {
-                value >= bound
-            } else {
-                value <= bound
-            }
-        }),
-    }
-}
-
 /// All goals, held against these figures.
 pub fn goals(contests: &[Contest], points: &[Size]) -> Vec<Goal> {
     let of = |wanted: Contender| contests.iter().find(|of| of.contender == wanted);
-    let over_exact = |wanted| of(wanted).and_then(|contest| contest.over_exact.as_ref());
-    let growth = growth("native exact", points);
-    let yade = of(Contender::YadeOrdinary);
-    vec![
-        goal(
+    let over_exact = |wanted| of(wanted).and_then(|contest| contest.over_exact.clone());
+    let over_free = of(Contender::YadeOrdinary).and_then(|contest| contest.over_free.clone());
+    let all = [
+        (
             "native exact against YADE's ordinary loop, times as fast a step",
-            30.0,
+            YADE_OVER_EXACT,
             true,
             over_exact(Contender::YadeOrdinary),
         ),
-        goal(
+        (
             "native exact against LAMMPS gran/hooke, times as fast a step",
-            7.0,
+            LAMMPS_OVER_EXACT,
             true,
             over_exact(Contender::Lammps),
         ),
-        goal(
+        (
             "native free against YADE's ordinary loop, times as fast a step",
             45.0,
             true,
-            yade.and_then(|contest| contest.over_free.as_ref()),
+            over_free,
         ),
-        goal(
+        (
             "native exact, cost of a grain at 100,000 grains over that at 5,000",
             1.6,
             false,
-            growth.as_ref(),
+            growth("native exact", points),
         ),
-    ]
+    ];
+    let goal = |(goal, bound, at_least, of): (&str, f64, bool, Option<Spread>)| {
+        let met = |of: &Spread| {
+            if at_least {
+                of.median >= bound
+            } else {
+                of.median <= bound
+            }
+        };
+        Goal {
+            goal: goal.to_owned(),
+            bound,
+            at_least,
+            measured: of.as_ref().map(|of| of.median),
+            range: of.as_ref().map(|of| [of.least, of.most]),
+            met: of.as_ref().map(met),
+        }
+    };
+    all.map(goal).into()
 }
 
 /// Cost of a grain at 100,000 grains over that at the paper's 5,000, repeat by repeat.
-pub fn growth(name: &str, points: &[Size]) -> Option<Spread> {
+fn growth(name: &str, points: &[Size]) -> Option<Spread> {
     let at = |grains: u32| {
         let of = |point: &&Size| point.name == name && point.grains == grains;
         points.iter().find(of)
@@ -171,15 +170,18 @@ impl Bench {
             title: "What a step costs".to_owned(),
             verdict: verdict(&checks),
             answer: bits + disturbed,
-            sections: vec![
-                goal_table(&self.goals),
-                self.side_by_side(),
+            sections: [
+                Some(goal_table(&self.goals)),
+                Some(self.side_by_side()),
                 instructions(&self.instructions),
-                self.stages(),
-                self.limits(),
-                self.sizes(),
-                self.machine(),
-            ],
+                Some(self.stages()),
+                Some(self.limits()),
+                Some(self.sizes()),
+                Some(self.machine()),
+            ]
+            .into_iter()
+            .flatten()
+            .collect(),
             checks,
         }
     }
@@ -521,7 +523,7 @@ fn goal_table(goals: &[Goal]) -> Section {
     Section::new("Goals", answer).with(table)
 }
 
-fn instructions(all: &[Instructions]) -> Section {
+fn instructions(all: &[Instructions]) -> Option<Section> {
     let columns = [
         "engine",
         "instructions a step",
@@ -546,7 +548,7 @@ fn instructions(all: &[Instructions]) -> Section {
     let answer = "Counted by valgrind, the same at any time of day. Valgrind shows no AVX-512, so the native engine's are those of its \
                   AVX2 code; the AVX-512 code, where the machine has it, needs fewer. An instruction is no unit of time: a vector's \
                   division takes many times as long as an addition.";
-    Section::new("Instructions", answer).with(table)
+    (!all.is_empty()).then(|| Section::new("Instructions", answer).with(table))
 }
 
 /// The last part of a long path of a function, without its arguments.
