@@ -188,7 +188,7 @@ fn a_small_disk_and_one_that_is_read_only() {
         run() { "$program" "$@" 2>&1; echo "code $?"; ls -A disk; }
         commands() {
             run run scene.json --engine native --steps 2000 --quiet --out disk/o
-            run export vtk run --out disk/o
+            run report vtk run --out disk/o
             run reproduce --scene scene.json --quiet --yade /nowhere --out disk/r
             rm -rf disk/r
         }

@@ -111,8 +111,8 @@ fn run_folders_of_any_name_are_written_compared_and_exported() {
         );
         let run = beside(&name).into_os_string();
         tell(&[words("compare"), vec![run.clone(), run.clone()]].concat());
-        tell(&[words("export vtk --out vtk"), vec![run.clone()]].concat());
-        tell(&[words("export archive --out run.tar.gz"), vec![run]].concat());
+        tell(&[words("report vtk --out vtk"), vec![run.clone()]].concat());
+        tell(&[words("report archive --out run.tar.gz"), vec![run]].concat());
         assert!(place.join(&name).join("run.json").is_file());
     }
 }
