@@ -205,7 +205,7 @@ pub fn compare(
     compare_as(a, b, bits_expected, yardstick, locator)
 }
 
-/// The same where somebody says whether bits are expected: of engines that were brought nobody else knows.
+/// The same where somebody says whether bits are expected: of external engines nobody else knows.
 pub fn compare_as(
     a: &RunFolder,
     b: &RunFolder,

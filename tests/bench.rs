@@ -1,7 +1,7 @@
 //! Benchmarks: their beds, what makes an engine's bed insane, and the reading of other programs' words. No test
 //! here asserts a time.
 
-mod brought;
+mod external;
 
 use std::fs;
 use std::path::Path;
@@ -375,7 +375,7 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
     };
     let programs = contender::Programs {
         yade: &yade,
-        brought: None,
+        external: None,
     };
     let task = Display::new(true).task("a round");
     let rounds = contender::rounds(&bed, &plan, 2, programs, work.path(), &task);

@@ -23,7 +23,7 @@ fn the_toy_has_every_bit_of_the_native_engine() {
     );
     let (code, text, errors) = told(&compared);
     assert_eq!(code, 0, "{text}{errors}");
-    // Nobody has promised bits of an engine that was brought, so without being asked none are expected.
+    // Nobody has promised bits of an external engine, so without being asked none are expected.
     let compared = crossgrain(&["compare", "native", "toy"], folder.path());
     let (code, text, _) = told(&compared);
     assert_eq!(code, 3, "{text}");
@@ -33,7 +33,7 @@ fn the_toy_has_every_bit_of_the_native_engine() {
 
 /// A toy that does something else from step 137 on, if only by a billionth.
 #[test]
-fn the_first_difference_is_found_by_running_a_brought_engine_again() {
+fn the_first_difference_is_found_by_running_an_external_engine_again() {
     let (folder, _) = folder_with(&narrow_scene(0.05));
     let toy = changed_toy(
         "v[i][axis] += dt * a\n",

@@ -1,7 +1,7 @@
 //! Stability: predicted limits against closed forms and dense eigenvalues, found limits against predicted ones, and
 //! every way to fail noticed.
 
-mod brought;
+mod external;
 
 use std::collections::BTreeSet;
 use std::path::Path;

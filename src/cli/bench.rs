@@ -66,8 +66,8 @@ impl Arguments {
             print(&(line.map_err(|error| Error::Report(error.to_string()))? + "\n"))?;
             return Ok(exit::AGREED);
         }
-        let brought = match &self.engine {
-            Some(Beside(program)) => Some(self.limits.brought(program)?),
+        let external = match &self.engine {
+            Some(Beside(program)) => Some(self.limits.external(program)?),
             None => None,
         };
         let (out, _lock) = FOLDER.open(self.out.as_deref())?;
@@ -78,7 +78,7 @@ impl Arguments {
             quick: self.quick,
             rounds: self.rounds.unwrap_or(Options::usual_rounds(self.quick)),
             yade: self.limits.options(),
-            brought,
+            external,
             crossgrain,
             command: self.command(),
         };

@@ -29,7 +29,7 @@ impl FromStr for Chosen {
     }
 }
 
-/// The engines of this program, or one that is brought.
+/// The engines of this program, or an external one.
 #[derive(Debug, Clone)]
 pub enum Several {
     BuiltIn(Engines),
@@ -59,7 +59,7 @@ impl Several {
     }
 }
 
-/// An engine that is brought and stands beside those of this program.
+/// An external engine, beside those of this program.
 #[derive(Debug, Clone)]
 pub struct Beside(pub PathBuf);
 

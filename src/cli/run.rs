@@ -8,7 +8,7 @@ use grains::native::timing::ThreadTime;
 
 use super::chosen::Chosen;
 use super::print;
-use crate::engine::exec::{Brought, usual_limits};
+use crate::engine::exec::{ExternalEngine, usual_limits};
 use crate::engine::watch::Limits;
 use crate::engine::{exec, yade};
 use crate::error::{Error, exit};
@@ -148,8 +148,8 @@ impl YadeLimits {
     }
 
     /// The program at this path, asked what it is before anything that takes long.
-    pub fn brought(&self, program: &Path) -> Result<Brought, Error> {
-        let asked = Brought::ask(self.exec(program.to_owned()));
+    pub fn external(&self, program: &Path) -> Result<ExternalEngine, Error> {
+        let asked = ExternalEngine::ask(self.exec(program.to_owned()));
         Ok(asked.map_err(EngineError::from)?)
     }
 }

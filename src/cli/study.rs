@@ -229,7 +229,7 @@ pub fn engines_of(
     limits: &YadeLimits,
 ) -> Result<Engines, Error> {
     let external = match (study.program(), named) {
-        (Some(program), named) => Some(limits.brought(named.unwrap_or(&program.path))?),
+        (Some(program), named) => Some(limits.external(named.unwrap_or(&program.path))?),
         (None, Some(_)) => {
             return Err(Error::Usage(
                 "no external engine is planned here".to_owned(),

@@ -57,7 +57,7 @@ impl std::fmt::Display for FirstDifference {
 pub struct Locator {
     /// How YADE is started; order and distance are taken from the runs.
     pub yade: yade::Options,
-    /// Where engines that were brought are; a run's is the one whose file has the digest of its record.
+    /// Where external engines are; a run's is the one whose file has the digest of its record.
     pub programs: Vec<exec::Options>,
 }
 

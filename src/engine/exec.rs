@@ -57,7 +57,7 @@ pub fn usual_limits() -> Limits {
 
 /// A program that was asked what it is.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Brought {
+pub struct ExternalEngine {
     /// The program.
     pub options: Options,
     /// What it says of itself.
@@ -66,14 +66,14 @@ pub struct Brought {
     pub digest: String,
 }
 
-impl Brought {
+impl ExternalEngine {
     /// Asks it.
     pub fn ask(options: Options) -> Result<Self, ProgramError> {
         let digest = file_digest(&options.program).map_err(|error| ProgramError::NotStarted {
             path: options.program.clone(),
             reason: error.to_string(),
         })?;
-        Ok(Brought {
+        Ok(ExternalEngine {
             description: describe(&options)?,
             options,
             digest,
@@ -101,7 +101,7 @@ pub enum Adapter {
 
 impl Adapter {
     /// Writes the adapter into this folder and asks it what it is.
-    pub fn place(self, folder: &Path, limits: &Limits) -> Result<Brought, ProgramError> {
+    pub fn place(self, folder: &Path, limits: &Limits) -> Result<ExternalEngine, ProgramError> {
         let (engine, name, package, script) = match self {
             Adapter::Lammps => (
                 "LAMMPS",
@@ -133,7 +133,7 @@ impl Adapter {
         }
         fs::set_permissions(&program, fs::Permissions::from_mode(0o755))
             .map_err(failed("change", &program))?;
-        Brought::ask(Options {
+        ExternalEngine::ask(Options {
             program,
             limits: limits.clone(),
         })
@@ -147,7 +147,7 @@ pub struct ExecRun {
     pub outcome: Outcome,
     /// What the engine is.
     pub description: Description,
-    /// [`Brought::digest`].
+    /// [`ExternalEngine::digest`].
     pub digest: String,
     /// What it wrote on its standard output and error.
     pub log: String,
@@ -163,18 +163,24 @@ pub fn run(
     work: &Path,
     observer: &mut dyn Observer,
 ) -> Result<ExecRun, ProgramError> {
-    run_brought(scene, task, &Brought::ask(options.clone())?, work, observer)
+    run_external(
+        scene,
+        task,
+        &ExternalEngine::ask(options.clone())?,
+        work,
+        observer,
+    )
 }
 
 /// Runs the task in an engine that was asked what it is before.
-pub fn run_brought(
+pub fn run_external(
     scene: &Scene,
     task: &Task,
-    engine: &Brought,
+    engine: &ExternalEngine,
     work: &Path,
     observer: &mut dyn Observer,
 ) -> Result<ExecRun, ProgramError> {
-    let Brought {
+    let ExternalEngine {
         options,
         description,
         digest,
@@ -248,7 +254,7 @@ pub fn time(
     model: &Model,
     bodies: &Bodies,
     steps: TimedSteps,
-    engine: &Brought,
+    engine: &ExternalEngine,
     under: &[String],
     work: &Path,
 ) -> Result<Timed, ProgramError> {

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::compare::bits::TableBits;
-use crate::engine::exec::Brought;
+use crate::engine::exec::ExternalEngine;
 use crate::engine::{ProgramError, yade};
 use crate::error::Error;
 use crate::files::{FileError, work_folder};
@@ -137,8 +137,8 @@ pub struct Options {
     pub rounds: u32,
     /// How YADE is started.
     pub yade: yade::Options,
-    /// One more engine, which was brought.
-    pub brought: Option<Brought>,
+    /// One more engine, an external one.
+    pub external: Option<ExternalEngine>,
     /// This program, for the parts that need a process of their own.
     pub crossgrain: PathBuf,
     /// The command as it was given.
@@ -272,7 +272,7 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, BenchError> 
         options.rounds,
         Programs {
             yade: &options.yade,
-            brought: options.brought.as_ref(),
+            external: options.external.as_ref(),
         },
         work.path(),
         &task,

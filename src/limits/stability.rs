@@ -316,7 +316,7 @@ pub struct Map {
 /// An engine that is another program.
 enum External<'a> {
     Yade(&'a yade::Options),
-    Exec(&'a exec::Brought),
+    Exec(&'a exec::ExternalEngine),
 }
 
 impl<'a> External<'a> {
@@ -403,7 +403,7 @@ impl SceneTrials {
                 self.row.proposal_of_yade = proposals.into_iter().next();
                 ("YADE", version)
             }
-            External::Exec(exec::Brought { description, .. }) => {
+            External::Exec(exec::ExternalEngine { description, .. }) => {
                 // The damped search asks for all that the other does.
                 let missing = missing_for_case(description, &searches[1].at_start());
                 let words: Vec<&str> = missing.iter().map(|part| part.in_words()).collect();
@@ -421,7 +421,7 @@ impl SceneTrials {
                     let run = yade::run_cases(cases, options, &place()?, &mut ())?;
                     Ok(run.cases.into_iter().map(|case| Ok(case.track)).collect())
                 }
-                External::Exec(exec::Brought {
+                External::Exec(exec::ExternalEngine {
                     options,
                     description,
                     ..

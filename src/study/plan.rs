@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::{Study, StudyError, store};
-use crate::engine::exec::{Brought, Description};
+use crate::engine::exec::{Description, ExternalEngine};
 use crate::engine::yade;
 use crate::files::{failed, read_text, sha256_hex, write_folder, write_whole};
 
@@ -64,7 +64,7 @@ pub struct Program {
 
 impl Program {
     /// Of an engine that was asked.
-    pub fn of(engine: &Brought) -> Result<Self, StudyError> {
+    pub fn of(engine: &ExternalEngine) -> Result<Self, StudyError> {
         let named = &engine.options.program;
         Ok(Program {
             path: named.canonicalize().map_err(failed("find", named))?,

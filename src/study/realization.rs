@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::engine::exec::{Brought, Part, missing_for_scene, run_brought};
+use crate::engine::exec::{ExternalEngine, Part, missing_for_scene, run_external};
 use crate::engine::{ProgramError, yade};
 use crate::files::sha256_hex;
 use crate::run::EngineError;
@@ -57,8 +57,8 @@ pub enum Runner {
     YadeOrdinary,
     /// YADE's loop over sorted interactions, which has the native engine's bits.
     YadeSorted,
-    /// A program that was brought.
-    Brought,
+    /// An external engine.
+    External,
 }
 
 impl Runner {
@@ -69,7 +69,7 @@ impl Runner {
             Runner::Native(mode) => format!("native-{}", mode.name()),
             Runner::YadeOrdinary => "yade-ordinary".to_owned(),
             Runner::YadeSorted => "yade-sorted".to_owned(),
-            Runner::Brought => "exec".to_owned(),
+            Runner::External => "exec".to_owned(),
         }
     }
 
@@ -90,12 +90,12 @@ pub struct Engines {
     /// YADE; its loop is the runner's.
     pub yade: yade::Options,
     /// The external engine, for its runner.
-    pub external: Option<Brought>,
+    pub external: Option<ExternalEngine>,
 }
 
 impl Engines {
     /// The external engine, which must have been named.
-    pub fn external(&self) -> Result<&Brought, ProgramError> {
+    pub fn external(&self) -> Result<&ExternalEngine, ProgramError> {
         let missing = || ProgramError::NotStarted {
             path: "exec:PATH".into(),
             reason: "it was not named".to_owned(),
@@ -150,7 +150,7 @@ impl Specification {
                 let engine = format!("YADE {}", run.version);
                 Ok(whole(run.outcome, seconds, engine))
             }
-            Runner::Brought => Ok(in_brought(&scene, engines.external()?, work)?),
+            Runner::External => Ok(in_brought(&scene, engines.external()?, work)?),
         }
     }
 }
@@ -162,15 +162,19 @@ pub fn unobserved(scene: &Scene) -> Scene {
     scene
 }
 
-/// Pours and loads in an engine that was brought. One that has everything but a punch pours and settles.
-fn in_brought(scene: &Scene, engine: &Brought, work: &Path) -> Result<Realization, ProgramError> {
+/// Pours and loads in an external engine. One that has everything but a punch pours and settles.
+fn in_brought(
+    scene: &Scene,
+    engine: &ExternalEngine,
+    work: &Path,
+) -> Result<Realization, ProgramError> {
     let mut task = Task::whole(initial_bodies(scene));
     let missing = missing_for_scene(&engine.description, scene, &task);
     let only_poured = missing == [Part::Punch];
     if only_poured {
         task.until = Until::EndOfSettling;
     }
-    let run = run_brought(scene, &task, engine, work, &mut ())?;
+    let run = run_external(scene, &task, engine, work, &mut ())?;
     let told = run.outcome.stages.iter().map(|stage| stage.cpu_seconds);
     let elsewhere = run.took.processor_seconds.unwrap_or_else(|| told.sum());
     let mut made = whole(run.outcome, elsewhere, run.description.label());

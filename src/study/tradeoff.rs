@@ -192,7 +192,7 @@ impl Tradeoff {
         external: Option<&Description>,
     ) -> Self {
         let point = |method: &Setting| {
-            let engine = external.filter(|_| method.specification.runner == Runner::Brought);
+            let engine = external.filter(|_| method.specification.runner == Runner::External);
             Point {
                 notes: engine.map_or(Vec::new(), |of| notes(&method.specification, of)),
                 ..Point::of(method, plan, members)

@@ -1,4 +1,4 @@
-//! Engines that are brought: those of the project, changed ones and broken ones.
+//! External engines: those of the project, changed ones and broken ones.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;

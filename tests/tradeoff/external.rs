@@ -1,6 +1,6 @@
 //! An external engine as methods of the comparison: what it can do is judged, what it cannot is missing.
 
-use crossgrain::engine::exec::{Brought, Options};
+use crossgrain::engine::exec::{ExternalEngine, Options};
 use crossgrain::report;
 use crossgrain::study::create;
 use crossgrain::study::machine::Folder;
@@ -28,7 +28,7 @@ finish([moment(0), moment(steps), end(steps, "settled")], steps)
 fn study(scene: Scene, options: Options, clouds: u64) -> (Tradeoff, Option<Ending>, String) {
     let place = tempfile::tempdir().expect("a temporary folder");
     let folder = place.path().join("study");
-    let external = Brought::ask(options).expect("an engine");
+    let external = ExternalEngine::ask(options).expect("an engine");
     let program = Program::of(&external).expect("a file");
     let label = external.description.label();
     let plan = Plan::new(scene, 2, 0).with_external(&label, &program.digest, clouds);
@@ -124,7 +124,7 @@ fn another_program_is_another_method() {
     let of = |text: &str| {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = program(folder.path(), "engine.py", text);
-        let external = Brought::ask(Options::new(path)).expect("an engine");
+        let external = ExternalEngine::ask(Options::new(path)).expect("an engine");
         let plan = Plan::new(narrow_scene(0.05), 2, 0);
         let plan = plan.with_external("engine", &external.digest, 1);
         let digest = plan.methods[0].specification.digest();

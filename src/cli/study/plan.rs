@@ -155,8 +155,8 @@ impl MapArguments {
             Several::BuiltIn(Engines::Yade) => (false, Some(Runner::YadeSorted)),
             Several::BuiltIn(Engines::Both) => (true, Some(Runner::YadeSorted)),
             Several::Exec(path) => {
-                program = Some(Program::of(&limits.brought(path)?)?);
-                (false, Some(Runner::Brought))
+                program = Some(Program::of(&limits.external(path)?)?);
+                (false, Some(Runner::External))
             }
         };
         Ok((Stability::new(native, external, self.quick), program))
@@ -185,7 +185,7 @@ impl TradeoffArguments {
         };
         let mut program = None;
         if let Some(Beside(path)) = &self.engine {
-            let of = Program::of(&self.limits.brought(path)?)?;
+            let of = Program::of(&self.limits.external(path)?)?;
             plan = plan.with_external(&of.described.label(), &of.digest, self.engine_clouds);
             program = Some(of);
         }
@@ -284,8 +284,8 @@ impl CampaignArguments {
             (Chosen::Yade, LoopOrder::Sorted) => (Runner::YadeSorted, None),
             (Chosen::Yade, LoopOrder::Ordinary) => (Runner::YadeOrdinary, None),
             (Chosen::Exec(path), _) => (
-                Runner::Brought,
-                Some(Program::of(&self.limits.brought(path)?)?),
+                Runner::External,
+                Some(Program::of(&self.limits.external(path)?)?),
             ),
         };
         let phases = if self.soft_pour {

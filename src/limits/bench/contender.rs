@@ -9,7 +9,7 @@ use super::bed::{Bed, start};
 use super::timing::{self, Spread};
 use super::{BenchError, Missed};
 use crate::compare::bits::{self, TableBits};
-use crate::engine::exec::{self, Adapter, Brought, ExecRun, run_brought};
+use crate::engine::exec::{self, Adapter, ExecRun, ExternalEngine, run_external};
 use crate::engine::read::{Timed, TimedSteps};
 use crate::engine::yade;
 use crate::progress;
@@ -39,7 +39,7 @@ pub enum Contender {
     /// LIGGGHTS, hooke/stiffness.
     Liggghts,
     /// A program that speaks the engine protocol.
-    Brought,
+    External,
 }
 
 /// Those that always take part, in the order in which they stand in tables.
@@ -91,23 +91,23 @@ impl Plan {
 pub struct Programs<'a> {
     /// How YADE is started.
     pub yade: &'a yade::Options,
-    /// The engine that was brought, if there is one.
-    pub brought: Option<&'a Brought>,
+    /// The external engine, if there is one.
+    pub external: Option<&'a ExternalEngine>,
 }
 
 impl Programs<'_> {
-    /// For tables. A program that was brought may have the name of one that takes part anyway.
+    /// For tables. An external engine may have the name of one that takes part anyway.
     pub fn name_of(&self, contender: Contender) -> String {
-        match (contender, self.brought) {
-            (Contender::Brought, Some(of)) => format!("exec:{}", of.description.name),
+        match (contender, self.external) {
+            (Contender::External, Some(of)) => format!("exec:{}", of.description.name),
             _ => contender.name().to_owned(),
         }
     }
 
     /// Where it says that it does something else than the model says.
     pub fn approximations_of(&self, contender: Contender) -> Vec<String> {
-        match (contender, self.brought) {
-            (Contender::Brought, Some(of)) => of.description.approximations.clone(),
+        match (contender, self.external) {
+            (Contender::External, Some(of)) => of.description.approximations.clone(),
             _ => Vec::new(),
         }
     }
@@ -180,7 +180,7 @@ impl Contender {
                 needed: false,
                 ..of("LIGGGHTS hooke/stiffness", None, Tolerance::OTHER_LAW)
             },
-            Contender::Brought => of("exec", None, Tolerance::FREE),
+            Contender::External => of("exec", None, Tolerance::FREE),
         }
     }
 
@@ -222,9 +222,9 @@ impl Contender {
                 shares: Vec::new(),
             });
         }
-        if self == Contender::Brought {
-            let engine = programs.brought.ok_or_else(|| {
-                BenchError::Missing("no engine was brought: --engine exec:PATH".to_owned())
+        if self == Contender::External {
+            let engine = programs.external.ok_or_else(|| {
+                BenchError::Missing("no external engine was named: --engine exec:PATH".to_owned())
             })?;
             return by_two_runs(bed, plan, engine, &folder);
         }
@@ -301,7 +301,12 @@ const MOST_ROUNDS: u32 = 8;
 
 /// Times steps of this bed: runs of N and of 2N steps from it, N made longer until they differ by a second.
 /// Start, reading and tables are the same in both, and so not in their difference. The bed is that of the first run.
-fn by_two_runs(bed: &Bed, plan: &Plan, engine: &Brought, work: &Path) -> Result<Turn, BenchError> {
+fn by_two_runs(
+    bed: &Bed,
+    plan: &Plan,
+    engine: &ExternalEngine,
+    work: &Path,
+) -> Result<Turn, BenchError> {
     let mut steps = plan.compared_after();
     let first = run(bed, steps, engine, work)?;
     let mut before = first.took;
@@ -337,7 +342,7 @@ fn by_two_runs(bed: &Bed, plan: &Plan, engine: &Brought, work: &Path) -> Result<
     )))
 }
 
-fn run(bed: &Bed, steps: u64, engine: &Brought, work: &Path) -> Result<ExecRun, BenchError> {
+fn run(bed: &Bed, steps: u64, engine: &ExternalEngine, work: &Path) -> Result<ExecRun, BenchError> {
     let mut scene = bed.scene.clone();
     // Its first moment and its last.
     scene.measurement.history_every = u64::from(u32::MAX);
@@ -346,7 +351,7 @@ fn run(bed: &Bed, steps: u64, engine: &Brought, work: &Path) -> Result<ExecRun, 
         until: Until::Step(steps),
     };
     let folder = timing::folder(work, "job")?;
-    Ok(run_brought(&scene, &task, engine, &folder, &mut ())?)
+    Ok(run_external(&scene, &task, engine, &folder, &mut ())?)
 }
 
 /// How far from the native exact bed another engine's may be after the same steps.
@@ -515,7 +520,7 @@ pub fn rounds(
     progress: &progress::Task,
 ) -> Result<Rounds, BenchError> {
     let mut turns: Vec<(Contender, Vec<Turn>)> = ALL.map(|of| (of, Vec::new())).into();
-    turns.extend(programs.brought.map(|_| (Contender::Brought, Vec::new())));
+    turns.extend(programs.external.map(|_| (Contender::External, Vec::new())));
     let mut missed: Vec<Missed> = Vec::new();
     for round in 0..rounds {
         let mut order: Vec<usize> = (0..turns.len()).collect();

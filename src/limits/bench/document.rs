@@ -236,7 +236,7 @@ impl Bench {
              rotation, so their bed is a slightly other one, and their time is that of a general code over the same pairs.",
         );
         for of in &self.contests {
-            if of.contender == Contender::Brought {
+            if of.contender == Contender::External {
                 section = section.with(format!(
                     "{} is a process a run: its time is that of {} steps less that of {}. It says of itself: {}",
                     of.name,

@@ -151,9 +151,9 @@ impl Counting<'_> {
                 timing::said(&log)?.steps
             }
             // Its start would be counted, and whatever starts it.
-            Contender::Brought => {
+            Contender::External => {
                 return Err(BenchError::Missing(
-                    "instructions of an engine that is brought are not counted".to_owned(),
+                    "instructions of an external engine are not counted".to_owned(),
                 ));
             }
             Contender::YadeOrdinary

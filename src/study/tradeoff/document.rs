@@ -394,7 +394,7 @@ fn kind(point: &Point) -> usize {
     match point.method.specification.runner {
         Runner::Native(Mode::Exact) => 0,
         Runner::Native(_) => 1,
-        Runner::YadeOrdinary | Runner::YadeSorted | Runner::Brought => 2,
+        Runner::YadeOrdinary | Runner::YadeSorted | Runner::External => 2,
     }
 }
 

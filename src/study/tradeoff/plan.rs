@@ -265,7 +265,7 @@ impl Plan {
     pub fn with_external(mut self, label: &str, digest: &str, clouds: u64) -> Self {
         for step in [None, Some(SHORT_STEP), Some(FREE_MODE_STEP)] {
             let mut of = Specification {
-                runner: Runner::Brought,
+                runner: Runner::External,
                 program: Some(digest.to_owned()),
                 ..self.reference.specification.clone()
             };

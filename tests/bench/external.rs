@@ -1,6 +1,6 @@
-//! An engine that was brought on the settled bed.
+//! An external engine on the settled bed.
 
-use crossgrain::engine::exec::{Brought, Options};
+use crossgrain::engine::exec::{ExternalEngine, Options};
 use crossgrain::engine::yade;
 use crossgrain::limits::bench::bed::{self, Bed};
 use crossgrain::limits::bench::contender::{Contender, Plan, Programs, Sanity, Turn};
@@ -17,33 +17,36 @@ const PLAN: Plan = Plan {
 };
 
 /// A turn of the engine on this bed.
-fn turn(bed: &Bed, brought: &Brought) -> Result<(Turn, Sanity, String), BenchError> {
+fn turn(bed: &Bed, external: &ExternalEngine) -> Result<(Turn, Sanity, String), BenchError> {
     let yade = yade::Options::default();
     let programs = Programs {
         yade: &yade,
-        brought: Some(brought),
+        external: Some(external),
     };
     let work = tempfile::tempdir().expect("a temporary folder");
-    let turn = Contender::Brought.run(bed, &PLAN, programs, work.path())?;
+    let turn = Contender::External.run(bed, &PLAN, programs, work.path())?;
     let exact = timing::after(bed, Mode::Exact, PLAN.compared_after())?;
-    let sanity = Contender::Brought.check(&turn, programs, bed, &exact)?;
-    Ok((turn, sanity, programs.name_of(Contender::Brought)))
+    let sanity = Contender::External.check(&turn, programs, bed, &exact)?;
+    Ok((turn, sanity, programs.name_of(Contender::External)))
 }
 
 fn small_bed(grains: u32) -> Bed {
     bed::settled(grains, &mut ()).expect("a bed that settles")
 }
 
-fn toy(from: &str, to: &str) -> (tempfile::TempDir, Brought) {
+fn toy(from: &str, to: &str) -> (tempfile::TempDir, ExternalEngine) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = program(folder.path(), "toy.py", &changed_toy(from, to));
-    (folder, Brought::ask(Options::new(path)).expect("an engine"))
+    (
+        folder,
+        ExternalEngine::ask(Options::new(path)).expect("an engine"),
+    )
 }
 
 #[test]
 fn its_steps_are_timed_by_two_runs_and_its_bed_is_held_against_native() {
-    let brought = Brought::ask(Options::new(adapter_path("toy.py"))).expect("the toy");
-    let (turn, sanity, name) = turn(&small_bed(60), &brought).expect("a turn");
+    let external = ExternalEngine::ask(Options::new(adapter_path("toy.py"))).expect("the toy");
+    let (turn, sanity, name) = turn(&small_bed(60), &external).expect("a turn");
     let window = turn.window;
     // As long as it takes until the two differ by a second.
     assert!(window.steps.is_multiple_of(PLAN.compared_after()));
@@ -59,19 +62,19 @@ fn its_steps_are_timed_by_two_runs_and_its_bed_is_held_against_native() {
 
 #[test]
 fn a_bed_that_is_no_longer_the_bed_is_seen() {
-    let (_folder, brought) = toy("2.0 * a * a / (a + a)", "0.5 * a");
-    let (_, sanity, _) = turn(&small_bed(60), &brought).expect("a turn");
+    let (_folder, external) = toy("2.0 * a * a / (a + a)", "0.5 * a");
+    let (_, sanity, _) = turn(&small_bed(60), &external).expect("a turn");
     assert!(!sanity.holds, "{sanity:?}");
 }
 
 /// An engine that says that its law is another one is held to what another law may do.
 #[test]
 fn what_it_says_of_itself_widens_what_is_allowed() {
-    let (_folder, brought) = toy(
+    let (_folder, external) = toy(
         "\"version\": \"1\"",
         "\"version\": \"1\", \"approximations\": [\"springs\"]",
     );
-    let (_, sanity, _) = turn(&small_bed(60), &brought).expect("a turn");
+    let (_, sanity, _) = turn(&small_bed(60), &external).expect("a turn");
     assert_eq!(
         sanity.tolerance,
         crossgrain::limits::bench::contender::Tolerance::OTHER_LAW
@@ -80,11 +83,11 @@ fn what_it_says_of_itself_widens_what_is_allowed() {
 
 #[test]
 fn a_bed_that_it_cannot_take_is_not_made_with_its_reason() {
-    let missed = |brought: &Brought, grains| {
-        let error = turn(&small_bed(grains), brought).expect_err("not made");
-        Missed::of("exec:toy", Contender::Brought.is_needed(), error).expect("no interruption")
+    let missed = |external: &ExternalEngine, grains| {
+        let error = turn(&small_bed(grains), external).expect_err("not made");
+        Missed::of("exec:toy", Contender::External.is_needed(), error).expect("no interruption")
     };
-    let sound = Brought::ask(Options::new(adapter_path("toy.py"))).expect("the toy");
+    let sound = ExternalEngine::ask(Options::new(adapter_path("toy.py"))).expect("the toy");
     let refused = missed(&sound, 250);
     assert!(refused.why.contains("more than 200 grains"), "{refused:?}");
     let (_folder, lacking) = toy("\"gravity\", \"walls\", \"cases\"]", "\"gravity\"]");
@@ -103,8 +106,8 @@ fn a_bed_that_it_cannot_take_is_not_made_with_its_reason() {
     ignore = "needs LAMMPS and LIGGGHTS: --features live"
 )]
 fn lammps_takes_the_bed() {
-    let brought = Brought::ask(Options::new(adapter_path("lammps.py"))).expect("LAMMPS");
-    let (turn, sanity, name) = turn(&small_bed(500), &brought).expect("a turn");
+    let external = ExternalEngine::ask(Options::new(adapter_path("lammps.py"))).expect("LAMMPS");
+    let (turn, sanity, name) = turn(&small_bed(500), &external).expect("a turn");
     assert!(sanity.holds, "{sanity:?}");
     assert!(turn.window.steps >= 30 && name == "exec:LAMMPS");
 }

@@ -1,7 +1,7 @@
 //! The largest stable steps in an external engine, found by the trials that YADE's are found by.
 
 use crossgrain::checks::{Check, Outcome};
-use crossgrain::engine::exec::{Brought, Options};
+use crossgrain::engine::exec::{ExternalEngine, Options};
 use crossgrain::limits::stability::{Map, Row, Stability};
 use crossgrain::report;
 use crossgrain::study::create;
@@ -14,8 +14,8 @@ use crate::tradeoff::run;
 
 /// The map of the small scenes of these names in the engine: planned, run and reported as a study.
 fn map(options: &Options, names: &[&str]) -> Map {
-    let engine = Brought::ask(options.clone()).expect("an engine");
-    let mut plan = Stability::new(false, Some(Runner::Brought), true);
+    let engine = ExternalEngine::ask(options.clone()).expect("an engine");
+    let mut plan = Stability::new(false, Some(Runner::External), true);
     plan.scenes.retain(|name| names.contains(&name.as_str()));
     let place = tempfile::tempdir().expect("a temporary folder");
     let folder = place.path().join("map");
