@@ -60,7 +60,7 @@ pub struct Comparison {
 
 /// What a run in another order of sums is judged against.
 #[derive(Debug, Clone, Copy)]
-pub struct Yardstick<'a> {
+pub struct ReferenceScatter<'a> {
     /// A run that differs from B only in the order of sums (YADE with another `verletDist`); without one the
     /// replicas are the control.
     pub control: Option<&'a RunFolder>,
@@ -82,7 +82,7 @@ impl Comparison {
         self.checks.iter().map(of).chain(quantities).collect()
     }
 
-    /// Skipped if no measured quantity could be judged, which is so when bits are not expected and there is no yardstick;
+    /// Skipped if no measured quantity could be judged, which is so when bits are not expected and there is no reference;
     /// else that of all checks.
     pub fn verdict(&self) -> Outcome {
         let verdict = checks::verdict(&self.all_checks(""));
@@ -194,15 +194,15 @@ impl QuantityPair {
 }
 
 /// Compares two runs. Where bits are expected and differ, `locator` finds the first step and grain.
-/// Where they are not expected, the runs are judged by the yardstick, if there is one.
+/// Where they are not expected, the runs are judged by the reference, if there is one.
 pub fn compare(
     a: &RunFolder,
     b: &RunFolder,
-    yardstick: Option<Yardstick<'_>>,
+    reference: Option<ReferenceScatter<'_>>,
     locator: Option<&Locator>,
 ) -> Comparison {
     let bits_expected = a.record.engine.keeps_order() && b.record.engine.keeps_order();
-    compare_as(a, b, bits_expected, yardstick, locator)
+    compare_as(a, b, bits_expected, reference, locator)
 }
 
 /// The same where somebody says whether bits are expected: of external engines nobody else knows.
@@ -210,7 +210,7 @@ pub fn compare_as(
     a: &RunFolder,
     b: &RunFolder,
     bits_expected: bool,
-    yardstick: Option<Yardstick<'_>>,
+    reference: Option<ReferenceScatter<'_>>,
     locator: Option<&Locator>,
 ) -> Comparison {
     let mut comparison = Comparison {
@@ -240,8 +240,8 @@ pub fn compare_as(
         expect_bits(a, b, locator, &mut comparison);
         quantities(a, b, None, &mut comparison);
     } else {
-        expect_scatter(a, b, yardstick, locator, &mut comparison);
-        quantities(a, b, yardstick, &mut comparison);
+        expect_scatter(a, b, reference, locator, &mut comparison);
+        quantities(a, b, reference, &mut comparison);
     }
     comparison
 }
@@ -350,7 +350,7 @@ const GROWTH: &str = "growth of rounding differences";
 fn expect_scatter(
     a: &RunFolder,
     b: &RunFolder,
-    yardstick: Option<Yardstick<'_>>,
+    reference: Option<ReferenceScatter<'_>>,
     locator: Option<&Locator>,
     comparison: &mut Comparison,
 ) {
@@ -386,7 +386,7 @@ fn expect_scatter(
         verdict,
         found,
     );
-    let Some(yardstick) = yardstick else {
+    let Some(reference) = reference else {
         comparison.check(
             "control",
             "trajectory divergence as the control pair's",
@@ -395,11 +395,11 @@ fn expect_scatter(
         );
         return;
     };
-    let Some(control) = yardstick.control else {
+    let Some(control) = reference.control else {
         let divergence = Divergence::of(a, b);
         let steps = divergence.e_folding_steps;
         let settled = steps.map(|_| divergence.settled_median);
-        let scatter = yardstick.scatter;
+        let scatter = reference.scatter;
         let (outcome, found) = scatter.judge(divergence::GROWTH_KEY, steps);
         comparison.check("growth", GROWTH, outcome, found);
         let (outcome, found) = scatter.judge(divergence::SETTLED_KEY, settled);
@@ -419,9 +419,9 @@ fn expect_scatter(
         wrong.unwrap_or_else(|| control.record.engine.label()),
     );
     let divergences = Divergences::of(a, b, control);
-    let (verdict, found) = divergences.growth(yardstick.scatter);
+    let (verdict, found) = divergences.growth(reference.scatter);
     comparison.check("growth", GROWTH, verdict, found);
-    let (verdict, found) = divergences.settled(yardstick.scatter);
+    let (verdict, found) = divergences.settled(reference.scatter);
     comparison.check(
         "final-separation",
         "as far apart in the end as the control pair",
@@ -461,17 +461,17 @@ fn unfit_control(b: &RunFolder, control: &RunFolder) -> Option<String> {
     }
 }
 
-/// Pairs the quantities of both runs; exact where bits are expected, else judged by the yardstick.
+/// Pairs the quantities of both runs; exact where bits are expected, else judged by the reference.
 fn quantities(
     a: &RunFolder,
     b: &RunFolder,
-    yardstick: Option<Yardstick<'_>>,
+    reference: Option<ReferenceScatter<'_>>,
     comparison: &mut Comparison,
 ) {
     let exact = comparison.bits_expected;
     let (of_a, of_b) = (divergence::quantities(a), divergence::quantities(b));
-    let of_control = yardstick
-        .and_then(|yardstick| yardstick.control)
+    let of_control = reference
+        .and_then(|reference| reference.control)
         .map(divergence::quantities);
     let find = |list: &[Quantity], key: &str| {
         list.iter()
@@ -488,7 +488,7 @@ fn quantities(
         let allowed = if exact {
             Some(0.0)
         } else {
-            yardstick.and_then(|yardstick| yardstick.scatter.allowed(key))
+            reference.and_then(|reference| reference.scatter.allowed(key))
         };
         let verdict = match (difference, allowed) {
             (Some(difference), Some(allowed)) => Outcome::pass_if(difference <= allowed),

@@ -38,7 +38,7 @@ use record::{
 };
 
 /// Grains of the longest trajectories of the suite in this job; `crossgrain verify` has all.
-const LADDER_GRAINS: u32 = 500;
+const SUITE_GRAINS: u32 = 500;
 
 /// What is to be reproduced, and where to.
 #[derive(Debug, Clone)]
@@ -50,7 +50,7 @@ pub struct Options {
     /// Further realizations in YADE's sorted mode.
     pub full: bool,
     /// Whether the verification suite is run too.
-    pub ladder: bool,
+    pub suite: bool,
     /// How YADE is started.
     pub yade: yade::Options,
     /// A fault in the native engine, to see that the whole job would notice.
@@ -105,7 +105,7 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
     }
     let live = job.live(&native)?;
     let faults = faults(&options.scene, display)?;
-    let ladder = job.ladder()?;
+    let suite = job.suite()?;
     if native.record.stop() == Some(StopReason::MaxSteps) {
         let why = "the bed did not settle within /settle/max_steps";
         job.skipped("run/loading", "loading", why).required = true;
@@ -129,7 +129,7 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         comparisons: job.comparisons,
         faults,
         facts: job.facts,
-        ladder,
+        suite,
         skipped: job.skipped,
         claims: record::claims(&native),
         numbers: paper::numbers(),
@@ -236,26 +236,26 @@ impl Job<'_> {
     }
 
     /// The verification suite with its detection limits, if it is asked for.
-    fn ladder(&mut self) -> Result<Option<Verification>, Error> {
-        if !self.options.ladder {
+    fn suite(&mut self) -> Result<Option<Verification>, Error> {
+        if !self.options.suite {
             self.skipped(
-                "ladder/all",
+                "verify/all",
                 "the verification suite",
                 "made with the paper's scene only; crossgrain verify makes it alone",
             );
             return Ok(None);
         }
         self.skipped(
-            "ladder/5000-grains",
+            "verify/5000-grains",
             "trajectories and rounding errors of 5,000 grains",
             "crossgrain verify makes them; here up to 500 grains",
         );
         let options = suite::run::Options {
             engine: Engines::Both,
-            grains: LADDER_GRAINS,
+            grains: SUITE_GRAINS,
             detection_limits: true,
             yade: self.options.yade.clone(),
-            command: format!("crossgrain verify --detection-limits --grains {LADDER_GRAINS}"),
+            command: format!("crossgrain verify --detection-limits --grains {SUITE_GRAINS}"),
         };
         Ok(Some(verify(&options, self.display)?))
     }

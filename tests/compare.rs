@@ -5,7 +5,7 @@ use crossgrain::compare::divergence::Divergence;
 use crossgrain::compare::divergence::{Scatter, of_replicas, quantities};
 use crossgrain::compare::first_difference::CommonStart;
 use crossgrain::compare::first_difference::Locator;
-use crossgrain::compare::{Comparison, Yardstick, compare};
+use crossgrain::compare::{Comparison, ReferenceScatter, compare};
 use crossgrain::run::folder::RunFolder;
 use crossgrain::run::folder::record::Protocol;
 use grains::measure::Quantity;
@@ -213,7 +213,7 @@ fn the_allowed_difference_is_students_interval() {
     assert_eq!(Scatter::of(&some).allowed("q"), None);
 }
 
-/// Without a yardstick nothing can be said of a run in another order of sums, and nothing is.
+/// Without a reference nothing can be said of a run in another order of sums, and nothing is.
 #[test]
 fn an_ordinary_run_without_control_is_not_called_agreed() {
     use crossgrain::run::folder::record::EngineRecord;
@@ -234,11 +234,11 @@ fn an_ordinary_run_without_control_is_not_called_agreed() {
     for (distance, verdict) in [(1.0e-4, Outcome::Fail), (2.0e-4, Outcome::Pass)] {
         let mut control = b.clone();
         control.record.engine = ordinary(distance);
-        let yardstick = Yardstick {
+        let reference = ReferenceScatter {
             control: Some(&control),
             scatter: &scatter,
         };
-        let comparison = compare(&a, &b, Some(yardstick), None);
+        let comparison = compare(&a, &b, Some(reference), None);
         let check = comparison
             .checks
             .iter()

@@ -8,7 +8,7 @@ use super::chosen::Beside;
 use super::run::YadeLimits;
 use super::{json, tell};
 use crate::compare::first_difference::Locator;
-use crate::compare::{Yardstick, compare, compare_as};
+use crate::compare::{ReferenceScatter, compare, compare_as};
 use crate::error::Error;
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
@@ -22,7 +22,7 @@ use crate::run::folder::record::EngineRecord;
     after_help = "Where both runs add forces in the same order (native, YADE sorted), every bit must \
     agree; if not, both engines are run again to find the first step and grain.\nWhere they do not, give \
     --control: a YADE run that differs from the second folder only in verletDist. Its separation, and the \
-    scatter of twelve perturbed replicas, are the yardstick.\n\nExamples:\n  crossgrain compare native yade\n  \
+    scatter of twelve perturbed replicas, are the reference.\n\nExamples:\n  crossgrain compare native yade\n  \
     crossgrain compare native yade-a --control yade-b"
 )]
 pub struct Arguments {
@@ -72,13 +72,13 @@ impl Arguments {
             }
             Some(()) if !matches!(a.record.engine, EngineRecord::Native { .. }) => {
                 return Err(Error::Usage(
-                    "--control and --replicas need a native run as the first folder: its replicas are the yardstick"
+                    "--control and --replicas need a native run as the first folder: its replicas are the reference"
                         .to_owned(),
                 ));
             }
             Some(()) => Some(rounding_scatter(&a, &Display::new(false))?),
         };
-        let yardstick = scatter.as_ref().map(|scatter| Yardstick {
+        let reference = scatter.as_ref().map(|scatter| ReferenceScatter {
             control: control.as_ref(),
             scatter,
         });
@@ -91,7 +91,7 @@ impl Arguments {
         let comparison = if self.expect_bits {
             compare_as(&a, &b, true, None, locator.as_ref())
         } else {
-            compare(&a, &b, yardstick, locator.as_ref())
+            compare(&a, &b, reference, locator.as_ref())
         };
         tell(self.json, &json(&comparison)?, || {
             terminal(&comparison.document())

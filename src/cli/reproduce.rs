@@ -107,7 +107,7 @@ impl Arguments {
             out: out.clone(),
             scene,
             full: self.full,
-            ladder: self.scene.is_none(),
+            suite: self.scene.is_none(),
             yade: self.limits.options(),
             fault: self.perturb,
             beside,

@@ -37,7 +37,7 @@ impl Reproduction {
         sections.push(beds(runs));
         sections.push(histories(runs).with_all(self.separation()));
         sections.push(self.faults());
-        if let Some(suite) = &self.ladder {
+        if let Some(suite) = &self.suite {
             sections.extend(suite.sections());
             sections.push(of_figure_4()?);
         }

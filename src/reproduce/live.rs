@@ -5,7 +5,7 @@ use std::thread;
 use super::record::RunSummary;
 use super::{Job, Options, rounding_scatter, run_or_take_over};
 use crate::checks::Outcome;
-use crate::compare::{Yardstick, compare};
+use crate::compare::{ReferenceScatter, compare};
 use crate::engine::yade;
 use crate::error::Error;
 use crate::progress::Display;
@@ -33,7 +33,7 @@ pub(super) struct Live {
 }
 
 impl Job<'_> {
-    /// YADE live: sorted on one core; the ordinary pair and the yardstick on the other.
+    /// YADE live: sorted on one core; the ordinary pair and the reference on the other.
     pub(super) fn live(&mut self, native: &RunFolder) -> Result<Option<Live>, Error> {
         let sorted_title = "native against YADE's sorted loop, live";
         let ordinary_title = "native against YADE's ordinary loop, live";
@@ -74,7 +74,7 @@ impl Job<'_> {
             &["native", "yade-sorted"],
             compare(native, &sorted, None, Some(&locator)),
         );
-        let yardstick = Yardstick {
+        let reference = ReferenceScatter {
             control: Some(&control),
             scatter: &scatter,
         };
@@ -82,7 +82,7 @@ impl Job<'_> {
             ORDINARY,
             ordinary_title,
             &["native", "yade-ordinary", "yade-ordinary-control"],
-            compare(native, &ordinary, Some(yardstick), Some(&locator)),
+            compare(native, &ordinary, Some(reference), Some(&locator)),
         );
         if options.full {
             self.further_realizations()?;

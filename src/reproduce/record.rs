@@ -37,8 +37,8 @@ pub struct Reproduction {
     pub faults: Vec<FaultCheck>,
     /// The parameters that both engines use, if YADE ran live.
     pub facts: Vec<ParameterPair>,
-    /// The ladder, if it was climbed.
-    pub ladder: Option<Verification>,
+    /// The verification suite, if it was made.
+    pub suite: Option<Verification>,
     /// What was skipped, with the reason.
     pub skipped: Vec<Skipped>,
     /// Published figures beside those of this realization; findings, no checks.
@@ -79,9 +79,9 @@ impl Reproduction {
             ));
         }
         checks.extend(pair_checks(&self.facts));
-        if let Some(ladder) = &self.ladder {
+        if let Some(suite) = &self.suite {
             // An engine that is not there leaves the job complete.
-            checks.extend(ladder.checks().into_iter().map(|check| Check {
+            checks.extend(suite.checks().into_iter().map(|check| Check {
                 required: false,
                 ..check
             }));

@@ -17,7 +17,7 @@ pub fn job_without_yade(out: &Path, beside: Beside) -> Options {
         out: out.to_owned(),
         scene: small_scene(),
         full: false,
-        ladder: false,
+        suite: false,
         yade: yade::Options {
             program: Some("/nowhere/yade".into()),
             ..yade::Options::default()
