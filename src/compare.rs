@@ -272,7 +272,7 @@ fn same_question(a: &RunFolder, b: &RunFolder, comparison: &mut Comparison) {
         "same-protocol",
         "same protocol",
         Outcome::pass_if(a.record.protocol == b.record.protocol),
-        format!("{:?} and {:?}", a.record.protocol, b.record.protocol),
+        format!("{} and {}", a.record.protocol, b.record.protocol),
     );
 }
 
@@ -282,21 +282,15 @@ fn expect_bits(
     locator: Option<&Locator>,
     comparison: &mut Comparison,
 ) {
-    let stages = |run: &RunFolder| -> Vec<String> {
-        let of = |stage: &grains::task::StageReport| {
-            format!("{} {} ({:?})", stage.stage.name(), stage.steps, stage.stop)
-        };
-        run.record.stages.iter().map(of).collect()
-    };
-    let (of_a, of_b) = (stages(a), stages(b));
+    let (of_a, of_b) = (a.stages_in_words(), b.stages_in_words());
     comparison.check(
         "same-stages",
         "same stages",
         Outcome::pass_if(of_a == of_b),
         if of_a == of_b {
-            of_a.join(", ")
+            of_a
         } else {
-            format!("{} against {}", of_a.join(", "), of_b.join(", "))
+            format!("{of_a} against {of_b}")
         },
     );
     for table in comparison.tables.clone() {

@@ -122,6 +122,16 @@ pub enum Protocol {
     Settled,
 }
 
+impl std::fmt::Display for Protocol {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Protocol::Whole => out.write_str("the whole experiment"),
+            Protocol::Steps { steps } => write!(out, "{steps} steps of pouring"),
+            Protocol::Settled => out.write_str("pouring until settled"),
+        }
+    }
+}
+
 /// What came before `initial.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
