@@ -138,8 +138,11 @@ fn the_command_says_agreed_or_different_and_exits_so() {
     let (code, out, _) = told(&crossgrain(&["compare", "a", "c"], folder.path()));
     assert_eq!(code, 1, "{out}");
     assert!(out.contains("first difference: step "), "{out}");
-    let (code, out, _) = told(&crossgrain(&["compare", "a", "c", "--json"], folder.path()));
+    let arguments = ["compare", "a", "c", "--json", "--junit", "checks.xml"];
+    let (code, out, _) = told(&crossgrain(&arguments, folder.path()));
     assert_eq!(code, 1);
+    let junit = std::fs::read_to_string(folder.path().join("checks.xml")).expect("JUnit");
+    assert!(junit.contains("<failure"), "{junit}");
     let value: serde_json::Value = serde_json::from_str(&out).expect("JSON");
     assert!(value["first_difference"]["step"].as_u64() > Some(0));
     let (code, out, _) = told(&crossgrain(&["compare", "a", "d"], folder.path()));

@@ -58,7 +58,7 @@ fn once(place: &Path, out: &Path) -> (Option<i32>, Taken) {
     }
 }
 
-/// All tables below a folder.
+/// All tables below a folder but the one of the runs, which has their times.
 fn tables(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut tables = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];
@@ -67,7 +67,9 @@ fn tables(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
             let path = entry.expect("an entry").path();
             if path.is_dir() {
                 folders.push(path);
-            } else if path.extension().is_some_and(|end| end == "csv") {
+            } else if path.extension().is_some_and(|end| end == "csv")
+                && !path.ends_with("runs.csv")
+            {
                 let name = path.strip_prefix(folder).expect("it is inside").to_owned();
                 tables.insert(name, fs::read(&path).expect("readable"));
             }

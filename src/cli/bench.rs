@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::chosen::Beside;
 use super::job_folder::{JobFolder, page_line};
+use super::report::Output;
 use super::run::YadeLimits;
 use super::{print, tell};
 use crate::checks::record::{self, Found};
@@ -41,12 +42,8 @@ pub struct Arguments {
     /// The folder to write; a finished benchmark in it is never overwritten
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-    /// No progress
-    #[arg(long)]
-    quiet: bool,
+    #[command(flatten)]
+    output: Output,
     #[command(flatten)]
     limits: YadeLimits,
     /// Time the bed in this folder in this process and say so: for the parts that need a process of their own
@@ -82,16 +79,19 @@ impl Arguments {
             crossgrain,
             command: self.command(),
         };
-        let bench = bench::bench(&options, &Display::new(self.quiet))?;
+        let bench = bench::bench(&options, &Display::new(self.output.quiet))?;
         let document = bench.document();
         let found = Found {
             checks: document.checks.clone(),
             speeds: bench.speeds(),
             ..Found::default()
         };
-        let (text, _) = record::write("bench", &bench, bench.machine.kind(), found)?;
+        let (text, record) = record::write("bench", &bench, bench.machine.kind(), found)?;
         FOLDER.finish(&out, &page(&document), &text)?;
-        tell(self.json, &text, || terminal(&document) + &page_line(&out))?;
+        self.output.files.write(&record, None)?;
+        tell(self.output.json, &text, || {
+            terminal(&document) + &page_line(&out)
+        })?;
         Ok(if bench.engine_failed() {
             exit::ENGINE_FAILED
         } else {

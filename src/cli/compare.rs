@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::chosen::Beside;
+use super::json;
+use super::report::Output;
 use super::run::YadeLimits;
-use super::{json, tell};
 use crate::compare::first_difference::Locator;
 use crate::compare::{ReferenceScatter, compare, compare_as};
 use crate::error::Error;
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
-use crate::report::terminal;
 use crate::reproduce::rounding_scatter;
 use crate::run::folder::RunFolder;
 use crate::run::folder::record::EngineRecord;
@@ -48,9 +48,8 @@ pub struct Arguments {
     /// two of them
     #[arg(long)]
     engine: Vec<Beside>,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: Output,
     #[command(flatten)]
     limits: YadeLimits,
 }
@@ -76,7 +75,7 @@ impl Arguments {
                         .to_owned(),
                 ));
             }
-            Some(()) => Some(rounding_scatter(&a, &Display::new(false))?),
+            Some(()) => Some(rounding_scatter(&a, &Display::new(self.output.quiet))?),
         };
         let reference = scatter.as_ref().map(|scatter| ReferenceScatter {
             control: control.as_ref(),
@@ -93,9 +92,9 @@ impl Arguments {
         } else {
             compare(&a, &b, reference, locator.as_ref())
         };
-        tell(self.json, &json(&comparison)?, || {
-            terminal(&comparison.document())
-        })?;
+        let document = comparison.document();
+        self.output
+            .tell("compare", &json(&comparison)?, &document)?;
         if asked_to_end() {
             return Err(Error::Interrupted);
         }

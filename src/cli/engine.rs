@@ -3,13 +3,13 @@
 use clap::{Args, Subcommand};
 
 use super::chosen::Chosen;
+use super::json;
+use super::report::Output;
 use super::run::YadeLimits;
-use super::{json, print};
 use crate::checks::Outcome;
 use crate::error::{Error, exit};
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
-use crate::report;
 use crate::suite::conformance::conformance;
 
 #[derive(Debug, Subcommand)]
@@ -27,12 +27,8 @@ pub enum Verb {
 pub struct Arguments {
     /// exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
     engine: Chosen,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-    /// No progress
-    #[arg(long)]
-    quiet: bool,
+    #[command(flatten)]
+    output: Output,
     #[command(flatten)]
     limits: YadeLimits,
 }
@@ -53,7 +49,7 @@ impl Arguments {
                     .to_owned(),
             ));
         };
-        let display = Display::new(self.quiet);
+        let display = Display::new(self.output.quiet);
         let task = display.task("engine check");
         let found = conformance(&self.limits.exec(program), &mut |name| {
             task.share(0.0, name)
@@ -62,11 +58,8 @@ impl Arguments {
         if asked_to_end() {
             return Err(Error::Interrupted);
         }
-        print(&if self.json {
-            json(&found)?
-        } else {
-            report::terminal(&found.document())
-        })?;
+        self.output
+            .tell("engine check", &json(&found)?, &found.document())?;
         Ok(match found.verdict() {
             Outcome::Fail if found.engine_failed => exit::ENGINE_FAILED,
             verdict => verdict.exit_code(),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
-use super::{json, print};
+use super::{json, print, tell};
 use crate::checks::record::{Record, read};
 use crate::checks::{Check, Outcome};
 use crate::compare::baseline::Store;
@@ -75,6 +75,28 @@ pub struct Checks {
     files: Files,
 }
 
+/// What a verb that judges prints and writes.
+#[derive(Debug, Clone, Default, Args)]
+pub struct Output {
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// No progress
+    #[arg(long)]
+    pub quiet: bool,
+    #[command(flatten)]
+    pub files: Files,
+}
+
+impl Output {
+    /// What was found, as JSON or as words, and the files that were asked for; for a verb without a record.
+    pub fn tell(&self, name: &str, text: &str, document: &Document) -> Result<(), Error> {
+        let name = format!("crossgrain {name}");
+        self.files.write_all(&name, &document.checks, document)?;
+        tell(self.json, text, || report::terminal(document))
+    }
+}
+
 /// The files that a job's checks can be written to.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Files {
@@ -97,15 +119,19 @@ impl Files {
             diff.map(crate::compare::baseline::checks)
                 .unwrap_or_default(),
         );
+        let name = format!("crossgrain {}", record.job);
+        self.write_all(&name, &checks, &record.document(diff))
+    }
+
+    fn write_all(&self, name: &str, checks: &[Check], document: &Document) -> Result<(), Error> {
         if let Some(path) = &self.junit {
-            let name = format!("crossgrain {}", record.job);
-            write(path, &report::junit(&name, &checks))?;
+            write(path, &report::junit(name, checks))?;
         }
         if let Some(path) = &self.csv {
-            write(path, &Table::of_checks("checks", &checks).csv())?;
+            write(path, &Table::of_checks("checks", checks).csv())?;
         }
         if let Some(path) = &self.summary {
-            append(path, &report::markdown(&record.document(diff)))?;
+            append(path, &report::markdown(document))?;
         }
         Ok(())
     }

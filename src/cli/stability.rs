@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::report::Files;
+use super::report::Output;
 use super::run::YadeLimits;
 use super::study::plan::MapArguments;
 use super::study::{engines_of, open, report};
@@ -29,14 +29,8 @@ pub struct Arguments {
     /// The study's folder, with report.json and report.html in the end; must not exist
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-    /// No progress
-    #[arg(long)]
-    quiet: bool,
     #[command(flatten)]
-    files: Files,
+    output: Output,
     #[command(flatten)]
     limits: YadeLimits,
 }
@@ -55,12 +49,12 @@ impl Arguments {
             threads: cores(),
             engines: &engines_of(study.as_ref(), None, &self.limits)?,
         };
-        let display = Display::new(self.quiet);
+        let display = Display::new(self.output.quiet);
         match study.run(&job, &display) {
             Ok(_) => drop(study.merge()?),
             Err(error @ StudyError::EnginesFailed { .. }) => display.line(&error.to_string()),
             Err(error) => return Err(error.into()),
         }
-        report(&folder, self.json, &self.files)
+        report(&folder, self.output.json, &self.output.files)
     }
 }

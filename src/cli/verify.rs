@@ -6,6 +6,7 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::chosen::Several;
+use super::report::Output;
 use super::run::YadeLimits;
 use super::tell;
 use crate::checks::record::{self, Found};
@@ -37,12 +38,8 @@ pub struct Arguments {
     /// A new folder for verify.json and report.html
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-    /// No progress
-    #[arg(long)]
-    quiet: bool,
+    #[command(flatten)]
+    output: Output,
     #[command(flatten)]
     limits: YadeLimits,
 }
@@ -57,7 +54,7 @@ impl Arguments {
         if let Some(out) = &self.out {
             refuse_existing(out)?;
         }
-        let display = Display::new(self.quiet);
+        let display = Display::new(self.output.quiet);
         let verification = match &self.engine {
             Several::BuiltIn(engine) => {
                 let options = Options {
@@ -88,10 +85,11 @@ impl Arguments {
             ..Found::default()
         };
         let machine = Machine::this().kind();
-        let (text, _) = record::write("verify", &verification, machine, found)?;
+        let (text, record) = record::write("verify", &verification, machine, found)?;
         let mut document = verification.document();
         document.sections.push(of_figure_4()?);
-        tell(self.json, &text, || report::terminal(&document))?;
+        self.output.files.write(&record, None)?;
+        tell(self.output.json, &text, || report::terminal(&document))?;
         if let Some(out) = &self.out {
             let page = report::page(&document);
             write_folder::<Error>(out, |aside| {

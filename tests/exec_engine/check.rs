@@ -6,9 +6,15 @@ use crate::support::{crossgrain, folder_with, told};
 #[test]
 fn engine_check_finds_the_toy_sound() {
     let (folder, _) = folder_with(&narrow_scene(0.05));
-    let check = ["engine", "check", &adapter("toy.py"), "--quiet"];
+    let toy = adapter("toy.py");
+    let check = ["engine", "check", &toy, "--quiet", "--junit", "checks.xml"];
     let (code, text, errors) = told(&crossgrain(&check, folder.path()));
     assert_eq!(code, 0, "{text}{errors}");
+    let junit = std::fs::read_to_string(folder.path().join("checks.xml")).expect("JUnit");
+    assert!(
+        junit.contains("name=\"punch\"") && junit.contains("<skipped"),
+        "{junit}"
+    );
     assert!(text.contains("every bit is the native engine's"), "{text}");
     assert!(text.contains("skipped engine/punch"), "{text}");
 }
