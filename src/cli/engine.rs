@@ -15,18 +15,21 @@ use crate::suite::conformance::conformance;
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Example:\n  crossgrain engine check exec:adapters/toy.py")]
 pub enum Verb {
-    /// Run a few tiny jobs in exec:PATH and say in plain words what is wrong with it
+    /// Say whether exec:PATH is the model's engine to the bit or to rounding, and what is wrong if it is not
     Check(Arguments),
 }
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Exit codes: 0 sound; 1 a check failed; 2 usage; 4 the engine failed (it crashed, hung or was not \
+    after_help = "Exit codes: 0 identical or equal to rounding; 1 different; 2 usage; 3 undecided; 4 the engine failed (it crashed, hung or was not \
     understood).\n\nExamples:\n  crossgrain engine check exec:adapters/toy.py\n  crossgrain engine check exec:./mine"
 )]
 pub struct Arguments {
     /// exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
     engine: Chosen,
+    /// Grains of the bed whose first steps are judged
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(50..=100_000))]
+    grains: u32,
     #[command(flatten)]
     output: Output,
     #[command(flatten)]
@@ -51,18 +54,17 @@ impl Arguments {
         };
         let display = Display::new(self.output.quiet);
         let task = display.task("engine check");
-        let found = conformance(&self.limits.exec(program), &mut |name| {
-            task.share(0.0, name)
-        })?;
+        let limits = self.limits.exec(program);
+        let found = conformance(&limits, self.grains, &mut |name| task.share(0.0, name))?;
         task.done("done");
         if asked_to_end() {
             return Err(Error::Interrupted);
         }
         self.output
             .tell("engine check", &json(&found)?, &found.document())?;
-        Ok(match found.verdict() {
+        Ok(match found.outcome() {
             Outcome::Fail if found.engine_failed => exit::ENGINE_FAILED,
-            verdict => verdict.exit_code(),
+            outcome => outcome.exit_code(),
         })
     }
 }

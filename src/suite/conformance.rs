@@ -1,8 +1,10 @@
 //! What is wrong with an external engine: tiny jobs, each held against the native engine, and what is
 //! found said in plain words.
 
+mod first_steps;
 mod jobs;
 
+pub use first_steps::first_steps;
 use jobs::Job;
 use serde::Serialize;
 
@@ -15,6 +17,7 @@ use crate::run::EngineError;
 use grains::native::{self, NativeError};
 use grains::tables::{Contact, Snapshot};
 use grains::task::{Observer, Outcome as Ended};
+use verdict::judge::{Judgement, Verdict};
 
 /// All checks of an engine.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -23,19 +26,20 @@ pub struct Conformance {
     pub engine: Description,
     /// The checks, in order.
     pub checks: Vec<Check>,
+    /// What its first steps from a bed say; none if a job before them found no engine to ask.
+    pub first_steps: Option<Judgement>,
     /// A check failed because the engine gave nothing to judge: it crashed, hung or was not understood.
     pub engine_failed: bool,
 }
 
 impl Conformance {
-    /// Failed if a check failed; checks of what the engine does not have count neither way.
-    pub fn verdict(&self) -> Outcome {
-        let any = |outcome| self.checks.iter().any(|check| check.outcome == outcome);
-        let worst = [Outcome::Fail, Outcome::Pass];
-        worst
-            .into_iter()
-            .find(|of| any(*of))
-            .unwrap_or(Outcome::Skipped)
+    /// Different if a check failed, else what its first steps say.
+    pub fn verdict(&self) -> Verdict {
+        if self.checks.iter().any(|of| of.outcome == Outcome::Fail) {
+            return Verdict::Different;
+        }
+        let first_steps = self.first_steps.as_ref();
+        first_steps.map_or(Verdict::Undecided, Judgement::verdict)
     }
 
     /// What people are told.
@@ -47,39 +51,58 @@ impl Conformance {
         for approximation in &engine.approximations {
             says = says.with(approximation.clone());
         }
-        let mut right = Section::new("What is right", "");
-        for check in &self.checks {
-            if check.outcome == Outcome::Pass {
-                let found = check.found.trim_end();
-                right = right.with(format!("{}: {}: {found}", check.id, check.quantity));
-            }
-        }
+        let mut sections = vec![says];
+        sections.extend(self.first_steps.iter().flat_map(first_steps::sections));
         Document {
             title: format!("Conformance of {}", engine.label()),
-            verdict: self.verdict(),
-            answer: match self.verdict() {
-                Outcome::Fail => {
-                    "Not sound: mend the first failure first, the others may come from it."
-                }
-                Outcome::Skipped => "Nothing was checked.",
-                _ => "Sound: what was checked is right; what was skipped is not known.",
-            }
-            .to_owned(),
-            sections: vec![says, right],
+            verdict: self.outcome(),
+            answer: self.answer(),
+            sections,
             checks: self.checks.clone(),
+        }
+    }
+
+    /// The verdict as the outcome of a job.
+    pub fn outcome(&self) -> Outcome {
+        match self.verdict() {
+            Verdict::Different => Outcome::Fail,
+            Verdict::Undecided => Outcome::Skipped,
+            _ => Outcome::Pass,
+        }
+    }
+
+    fn answer(&self) -> String {
+        let verdict = self.verdict().in_words();
+        let small = self
+            .checks
+            .iter()
+            .find(|of| of.outcome == Outcome::Fail && !of.id.starts_with(first_steps::CHECKS));
+        let first = self.first_steps.as_ref().map(first_steps::answer);
+        match (small, first) {
+            (Some(check), first) => {
+                let first = first.map_or(String::new(), |of| format!(" {of}"));
+                format!(
+                    "{verdict}: {}. Mend this first: the rest may come from it.{first}",
+                    check.found
+                )
+            }
+            (None, Some(first)) => format!("{verdict}: {first}"),
+            (None, None) => format!("{verdict}: its first steps were not looked at."),
         }
     }
 }
 
-/// Runs the small jobs; `progress` hears the name of each.
+/// Runs the small jobs, then the first steps from a bed of so many grains; `progress` hears the name of each.
 pub fn conformance(
     options: &Options,
+    grains: u32,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Conformance, EngineError> {
     let engine = exec::describe(options)?;
     let mut found = Conformance {
         engine,
         checks: Vec::new(),
+        first_steps: None,
         engine_failed: false,
     };
     for job in jobs::all() {
@@ -94,11 +117,21 @@ pub fn conformance(
     let said = cases(&found.engine, options);
     let what = "two lists of grains in one start, each looked at three times";
     found.add("cases", what, said)?;
+    if !found.engine_failed && found.engine.has(Part::Cases) {
+        match first_steps::first_steps(&found.engine, options, grains, progress) {
+            Ok(of) => {
+                found.checks.extend(first_steps::checks(&of));
+                found.first_steps = Some(of);
+            }
+            Err(Trouble::Native(error)) => return Err(error.into()),
+            Err(trouble) => found.add("first-steps", "its first steps from a bed", Err(trouble))?,
+        }
+    }
     Ok(found)
 }
 
 /// What a job came to if it is not right.
-enum Trouble {
+pub enum Trouble {
     /// It is wrong.
     Wrong(String),
     /// The engine has no such parts, or refused.

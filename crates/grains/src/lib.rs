@@ -10,6 +10,7 @@
 //! | [`generate`] | the initial grains, a pure function of the scene and its realization |
 //! | [`tables`], [`task`] | what an engine is given and what it returns, whichever it is |
 //! | [`native`] | the engine: normal springs, friction with history, rotation, dashpots |
+//! | [`variant`] | the step written out, with constants and terms that may be another engine's |
 //! | [`measure`] | heights, porosity, coordination, energies and stresses of a bed, blind to the engine |
 //!
 //! The same scene gives the same bits on every machine.
@@ -46,6 +47,7 @@ pub mod native;
 pub mod scene;
 pub mod tables;
 pub mod task;
+pub mod variant;
 
 /// SHA-256, in hexadecimal, over the path and the bytes of every source file of this crate, unit tests and comments included:
 /// results with different digests may have different bits. Those of one digest have the same.

@@ -10,14 +10,16 @@ mod dynamics;
 mod general;
 mod health;
 mod neighbours;
+mod noise;
 pub mod perturb;
 pub mod pouring;
 mod springs;
 mod stages;
-mod state;
+pub(crate) mod state;
 pub mod timing;
 
 pub use health::{Trouble, check_moment};
+pub use noise::Noise;
 pub use perturb::{Perturbation, PerturbationError};
 pub use stages::{NativeError, Options, first_contact_punch, run};
 
@@ -81,6 +83,8 @@ pub struct CaseOptions {
     pub skin_over_radius: f64,
     /// Whether YADE's bits are kept.
     pub mode: Mode,
+    /// Rounding errors of another engine, put in after each step.
+    pub noise: Option<Noise>,
 }
 
 impl Default for CaseOptions {
@@ -89,6 +93,7 @@ impl Default for CaseOptions {
             fault: None,
             skin_over_radius: SKIN_OVER_RADIUS,
             mode: Mode::Exact,
+            noise: None,
         }
     }
 }
@@ -123,11 +128,15 @@ pub fn watch_case(
 ) -> Result<(), NativeError> {
     let failed = |step| move |trouble| error(step, trouble);
     let mut dynamics = start(case, options).map_err(failed(0))?;
+    let mut noise = options.noise.map(|of| of.begin());
     let mut step = 0;
     for &moment in &case.moments {
         while step < moment {
             step += 1;
             dynamics.step().map_err(failed(step))?;
+            if let Some(noise) = &mut noise {
+                noise.shake(&mut dynamics.state, &dynamics.constants);
+            }
         }
         health::check(&dynamics.state, &dynamics.constants).map_err(failed(step))?;
         if !watcher(dynamics.snapshot(Stage::Settle, step)) {

@@ -1,0 +1,612 @@
+//! The step written out, pair by pair, with constants that may be a little different and terms that may have another form: what
+//! an engine has if it is not quite the model's. Without a difference it has the bits of [`crate::native`], whose obvious
+//! reference it is; it looks for all pairs anew in each step and is meant for a few steps.
+
+use std::collections::BTreeMap;
+
+use crate::model::Model;
+use crate::native::contact::{self, Action, Memory, Motion, Parameters, Touch};
+use crate::native::state::{Constants, State, contact_row};
+use crate::scene::{NewContactSlip, SlipVelocity, Tension, TorqueArms};
+use crate::tables::{Contact, Punch, Snapshot, Stage};
+use crate::task::Case;
+
+/// A constant of the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Constant {
+    /// k_n of two grains.
+    GrainStiffness,
+    /// k_n of a grain and a wall.
+    WallStiffness,
+    /// k_n of a grain and the punch.
+    PunchStiffness,
+    /// Every k_s.
+    ShearStiffness,
+    /// tan φ.
+    Friction,
+    /// Every c_n.
+    Dashpot,
+    /// α.
+    Damping,
+    /// g across, over |g|.
+    GravityAcross,
+    /// g up and down, over |g|.
+    GravityUp,
+    /// Δt.
+    TimeStep,
+    /// Every mass.
+    Mass,
+    /// Every moment of inertia.
+    Inertia,
+    /// Every radius, at contacts.
+    Radius,
+}
+
+impl Constant {
+    /// All of them.
+    pub const ALL: [Constant; 13] = [
+        Constant::GrainStiffness,
+        Constant::WallStiffness,
+        Constant::PunchStiffness,
+        Constant::ShearStiffness,
+        Constant::Friction,
+        Constant::Dashpot,
+        Constant::Damping,
+        Constant::GravityAcross,
+        Constant::GravityUp,
+        Constant::TimeStep,
+        Constant::Mass,
+        Constant::Inertia,
+        Constant::Radius,
+    ];
+
+    /// Its symbol, and of what.
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Constant::GrainStiffness => "k_n between grains",
+            Constant::WallStiffness => "k_n at walls",
+            Constant::PunchStiffness => "k_n at the punch",
+            Constant::ShearStiffness => "k_s",
+            Constant::Friction => "tan φ",
+            Constant::Dashpot => "c_n",
+            Constant::Damping => "α",
+            Constant::GravityAcross => "g_x",
+            Constant::GravityUp => "g_z",
+            Constant::TimeStep => "Δt",
+            Constant::Mass => "mass",
+            Constant::Inertia => "moment of inertia",
+            Constant::Radius => "radius",
+        }
+    }
+
+    /// Whether it plays a part in this case.
+    pub fn is_in(self, case: &Case) -> bool {
+        let model = &case.model;
+        match self {
+            Constant::GrainStiffness | Constant::TimeStep | Constant::Mass | Constant::Radius => {
+                true
+            }
+            Constant::WallStiffness => !model.walls.is_empty(),
+            Constant::PunchStiffness => case.punch.is_some(),
+            Constant::ShearStiffness | Constant::Friction => model.law.has_friction(),
+            Constant::Dashpot => model.law.has_dashpots(),
+            Constant::Damping => model.alpha != 0.0,
+            Constant::GravityAcross | Constant::GravityUp => model.gravity != [0.0; 2],
+            Constant::Inertia => model.law.rotates(),
+        }
+    }
+}
+
+/// Another form of a term.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Form {
+    /// The first kick is this share of a whole one: ½ where the given velocities are taken for those of the start.
+    FirstKick(f64),
+    /// Positions move with the velocity before the kick.
+    MovedBeforeKick,
+    /// Positions move with the velocity in the middle of the kick.
+    MovedInMiddleOfKick,
+    /// The sign in the damping is that of a·(v + share·Δt·a); ½ is right.
+    DampingVelocity(f64),
+    /// Gravity is not damped.
+    GravityUndamped,
+    /// The damping force has the velocity's direction: α|F|, not component by component.
+    DampingAlongVelocity,
+    /// k = E(R₁ + R₂)/2.
+    ArithmeticMean,
+    /// k = E√(R₁R₂).
+    GeometricMean,
+    /// k = E·min(R₁, R₂).
+    SmallerStiffness,
+    /// k = E·max(R₁, R₂).
+    LargerStiffness,
+    /// The wall with this index is not there.
+    WallMissing(usize),
+    /// Grains beside the punch's faces do not touch its corners.
+    CornersMissing,
+    /// The punch moves after the forces are evaluated.
+    PunchLate,
+    /// Pairs of grains nearer than this, m, do not touch.
+    LostNear(f64),
+    /// Pairs of grains farther than this, m, do not touch.
+    LostFar(f64),
+    /// A contact is found one step after it began.
+    FoundLate,
+    /// Normals are those of the step before.
+    OldNormals,
+    /// Only the second grain of a pair feels the force.
+    OneSided,
+    /// The tangential spring forgets its force in each step.
+    HistoryReset,
+    /// The tangential force does not turn with the normal.
+    HistoryNotTurned,
+    /// The tangential force is not limited.
+    NoCoulombLimit,
+    /// Half overlap and contact point change places.
+    OtherTorqueArms,
+    /// The arms are the whole radii.
+    WholeArms,
+    /// The torque on the second body has the other sign.
+    TorqueSign,
+    /// Corrected and contact point velocity change places.
+    OtherSlip,
+    /// A new contact slips for the time that it has existed, or for the whole step: the other one.
+    OtherNewContact,
+    /// Clipped and unclipped tension change places.
+    OtherClipping,
+}
+
+/// What an engine has otherwise than the model.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Variant {
+    /// How much larger constants are, relative; those of gravity over |g|.
+    pub larger: BTreeMap<Constant, f64>,
+    /// Terms in another form.
+    pub forms: Vec<Form>,
+}
+
+impl Variant {
+    /// With this constant larger by so much, relative, besides.
+    pub fn and(&self, constant: Constant, larger: f64) -> Self {
+        let mut variant = self.clone();
+        *variant.larger.entry(constant).or_insert(0.0) += larger;
+        variant
+    }
+
+    /// With one term in another form.
+    pub fn of(form: Form) -> Self {
+        Variant {
+            forms: vec![form],
+            ..Variant::default()
+        }
+    }
+
+    fn factor(&self, constant: Constant) -> f64 {
+        1.0 + self.larger.get(&constant).copied().unwrap_or(0.0)
+    }
+
+    fn has(&self, form: Form) -> bool {
+        self.forms.contains(&form)
+    }
+}
+
+/// The state at each moment of the case. Radii and masses are shown as given.
+pub fn run(case: &Case, variant: &Variant) -> Vec<Snapshot> {
+    let mut stepper = Stepper::new(case, variant);
+    stepper.evaluate();
+    let mut step = 0;
+    let mut all = Vec::with_capacity(case.moments.len());
+    for &moment in &case.moments {
+        while step < moment {
+            stepper.integrate(step == 0);
+            stepper.evaluate();
+            step += 1;
+        }
+        all.push(stepper.snapshot(step));
+    }
+    all
+}
+
+struct Stepper<'a> {
+    case: &'a Case,
+    variant: &'a Variant,
+    state: State,
+    constants: Constants,
+    rules: contact::ContactRules,
+    memories: BTreeMap<(u32, u32), Memory>,
+    /// Pairs that touched in the last step, for contacts that are found late.
+    touched: BTreeMap<(u32, u32), [f64; 2]>,
+    contacts: Vec<Contact>,
+    /// Of the punch, one step late or not.
+    punch_centre: [f64; 2],
+    begun: bool,
+    /// Whether a step depends on the one before by more than positions and velocities.
+    remembers: bool,
+}
+
+impl<'a> Stepper<'a> {
+    fn new(case: &'a Case, variant: &'a Variant) -> Self {
+        let model: &Model = &case.model;
+        let mut constants = Constants::new(model, case.bodies.len() as u32);
+        let size = model.gravity[0].hypot(model.gravity[1]);
+        let of_gravity = [Constant::GravityAcross, Constant::GravityUp];
+        for (axis, constant) in of_gravity.into_iter().enumerate() {
+            if let Some(larger) = variant.larger.get(&constant) {
+                let sign = if model.gravity[axis] < 0.0 { -1.0 } else { 1.0 };
+                constants.gravity[axis] += sign * size * larger;
+            }
+        }
+        constants.alpha *= variant.factor(Constant::Damping);
+        constants.dt *= variant.factor(Constant::TimeStep);
+        let mut bodies = case.bodies.clone();
+        let scale = |column: &mut Vec<f64>, factor: f64| {
+            column.iter_mut().for_each(|value| *value *= factor);
+        };
+        scale(&mut bodies.mass, variant.factor(Constant::Mass));
+        scale(&mut bodies.inertia, variant.factor(Constant::Inertia));
+        let mut rules = constants.rules();
+        let tangent = variant.factor(Constant::Friction);
+        rules.tan_squared *= tangent * tangent;
+        for form in &variant.forms {
+            change(*form, &mut rules);
+        }
+        let mut state = State::new(&bodies, case.punch, constants.kernel());
+        scale(&mut state.radius, variant.factor(Constant::Radius));
+        // Both kernels are written as one here, and one of them has no room for spins.
+        state.spin.resize(bodies.len(), 0.0);
+        state.torque.resize(bodies.len(), 0.0);
+        Stepper {
+            case,
+            variant,
+            state,
+            remembers: rules.friction || !variant.forms.is_empty(),
+            rules,
+            constants,
+            memories: BTreeMap::new(),
+            touched: BTreeMap::new(),
+            contacts: Vec::new(),
+            punch_centre: case.punch.map_or([0.0; 2], |punch| punch.centre),
+            begun: false,
+        }
+    }
+
+    fn integrate(&mut self, first: bool) {
+        let Constants {
+            dt, gravity, alpha, ..
+        } = self.constants;
+        if let Some(punch) = &mut self.state.punch {
+            self.punch_centre = punch.centre;
+            punch.centre[1] += punch.velocity * dt;
+            if !self.variant.has(Form::PunchLate) {
+                self.punch_centre = punch.centre;
+            }
+        }
+        let mut kick = 1.0;
+        let mut judged_at = 0.5;
+        for form in &self.variant.forms {
+            match form {
+                Form::FirstKick(share) if first => kick = *share,
+                Form::DampingVelocity(share) => judged_at = *share,
+                _ => {}
+            }
+        }
+        let State {
+            position,
+            velocity,
+            force,
+            mass,
+            ..
+        } = &mut self.state;
+        for id in 0..mass.len() {
+            let before = velocity[id];
+            let mut a = [0, 1].map(|axis| force[id][axis] / mass[id] + gravity[axis]);
+            if self.variant.has(Form::DampingAlongVelocity) {
+                let (speed, size) = (before[0].hypot(before[1]), a[0].hypot(a[1]));
+                for axis in 0..2 {
+                    a[axis] -= alpha * size * before[axis] / speed.max(f64::MIN_POSITIVE);
+                }
+            } else if alpha != 0.0 {
+                for axis in 0..2 {
+                    let power = a[axis] * (before[axis] + judged_at * dt * a[axis]);
+                    let factor = 1.0 - alpha * sign(power);
+                    if self.variant.has(Form::GravityUndamped) {
+                        a[axis] = force[id][axis] / mass[id] * factor + gravity[axis];
+                    } else {
+                        a[axis] *= factor;
+                    }
+                }
+            }
+            for axis in 0..2 {
+                // Multiplied by one where the kick is whole, which keeps the bits.
+                velocity[id][axis] += dt * a[axis] * kick;
+                let moving = if self.variant.has(Form::MovedBeforeKick) {
+                    before[axis]
+                } else if self.variant.has(Form::MovedInMiddleOfKick) {
+                    0.5 * (before[axis] + velocity[id][axis])
+                } else {
+                    velocity[id][axis]
+                };
+                position[id][axis] += dt * moving;
+            }
+        }
+        if self.rules.rotates {
+            let State {
+                spin,
+                torque,
+                inertia,
+                ..
+            } = &mut self.state;
+            for ((spin, torque), inertia) in spin.iter_mut().zip(torque).zip(inertia) {
+                let undamped = *torque / *inertia;
+                let power = undamped * (*spin + 0.5 * dt * undamped);
+                *spin += dt * (undamped * (1.0 - alpha * sign(power))) * kick;
+            }
+        }
+    }
+
+    fn evaluate(&mut self) {
+        self.state.force.fill([0.0; 2]);
+        self.state.torque.fill(0.0);
+        self.contacts.clear();
+        let mut touched = BTreeMap::new();
+        for (a, b) in near(&self.state) {
+            let Some(touch) = self.state.grain_touch(a, b) else {
+                continue;
+            };
+            let [one, two] = [a, b].map(|id| self.state.motion(id));
+            let distance =
+                (two.position[0] - one.position[0]).hypot(two.position[1] - one.position[1]);
+            let lost = self.variant.forms.iter().any(|form| match form {
+                Form::LostNear(near) => distance < *near,
+                Form::LostFar(far) => distance > *far,
+                _ => false,
+            });
+            if lost {
+                continue;
+            }
+            let (m1, m2) = (self.state.mass[a], self.state.mass[b]);
+            let (r1, r2) = (self.state.radius[a], self.state.radius[b]);
+            let mut of = self.constants.parameters(r1, r2, m1 * m2 / (m1 + m2));
+            self.other_mean(&mut of, r1, r2);
+            self.scale(&mut of, Constant::GrainStiffness);
+            if let Some(action) =
+                self.act((a as u32, b as u32), touch, of, &one, &two, &mut touched)
+            {
+                if !self.variant.has(Form::OneSided) {
+                    self.state.force[a][0] -= action.force[0];
+                    self.state.force[a][1] -= action.force[1];
+                    self.state.torque[a] += action.torques[0];
+                }
+                self.push(b, &action);
+            }
+        }
+        for (index, wall) in self.constants.walls.clone().iter().enumerate() {
+            if self.variant.has(Form::WallMissing(index)) {
+                continue;
+            }
+            for id in 0..self.state.mass.len() {
+                if let Some(touch) = self.state.wall_touch(wall, id) {
+                    let of = self.flat(id, Constant::WallStiffness);
+                    let (still, motion) = (Motion::default(), self.state.motion(id));
+                    let ids = (wall.id, id as u32);
+                    if let Some(action) = self.act(ids, touch, of, &still, &motion, &mut touched) {
+                        self.push(id, &action);
+                    }
+                }
+            }
+        }
+        self.push_by_punch(&mut touched);
+        self.touched = touched;
+        self.memories
+            .retain(|ids, _| self.touched.contains_key(ids));
+        self.begun = true;
+    }
+
+    fn push_by_punch(&mut self, touched: &mut BTreeMap<(u32, u32), [f64; 2]>) {
+        let Some(real) = self.state.punch else {
+            return;
+        };
+        let punch = Punch {
+            centre: self.punch_centre,
+            ..real
+        };
+        let moving = Motion {
+            position: punch.centre,
+            velocity: [0.0, punch.velocity],
+            spin: 0.0,
+        };
+        let mut on_punch = 0.0;
+        for id in 0..self.state.mass.len() {
+            let Some(touch) = self.state.punch_touch(&punch, id) else {
+                continue;
+            };
+            let beside = [0, 1].map(|axis| {
+                (self.state.position[id][axis] - punch.centre[axis]).abs()
+                    > punch.half_extents[axis]
+            });
+            if beside == [true; 2] && self.variant.has(Form::CornersMissing) {
+                continue;
+            }
+            let of = self.flat(id, Constant::PunchStiffness);
+            let motion = self.state.motion(id);
+            let ids = (self.constants.ids.punch(), id as u32);
+            if let Some(action) = self.act(ids, touch, of, &moving, &motion, touched) {
+                on_punch -= action.force[1];
+                self.push(id, &action);
+            }
+        }
+        self.state.punch = Some(Punch {
+            force: on_punch,
+            ..real
+        });
+    }
+
+    /// What a contact does, unless it is not found yet; its memory moves on.
+    fn act(
+        &mut self,
+        ids: (u32, u32),
+        mut touch: Touch,
+        of: Parameters,
+        one: &Motion,
+        two: &Motion,
+        touched: &mut BTreeMap<(u32, u32), [f64; 2]>,
+    ) -> Option<Action> {
+        if !self.remembers {
+            let action = self
+                .rules
+                .act(&touch, &of, one, two, &mut Memory::default());
+            self.contacts
+                .push(contact_row(ids.0, ids.1, &touch, action.force));
+            return Some(action);
+        }
+        touched.insert(ids, touch.normal);
+        let before = self.touched.get(&ids);
+        if self.begun && before.is_none() && self.variant.has(Form::FoundLate) {
+            return None;
+        }
+        if self.variant.has(Form::OldNormals)
+            && let Some(normal) = before
+        {
+            touch.normal = *normal;
+        }
+        let mut memory = self.memories.remove(&ids).unwrap_or_default();
+        if self.variant.has(Form::HistoryReset) {
+            memory.shear = [0.0; 2];
+        }
+        if self.variant.has(Form::HistoryNotTurned) {
+            memory.normal = touch.normal;
+        }
+        let mut action = self.rules.act(&touch, &of, one, two, &mut memory);
+        if self.variant.has(Form::WholeArms) && self.rules.rotates {
+            let [r1, r2] = touch.radii;
+            let turn = touch.normal[0] * action.force[1] - touch.normal[1] * action.force[0];
+            action.torques = [r1 * turn, r2 * turn];
+        }
+        if self.variant.has(Form::TorqueSign) {
+            action.torques[1] = -action.torques[1];
+        }
+        self.memories.insert(ids, memory);
+        self.contacts
+            .push(contact_row(ids.0, ids.1, &touch, action.force));
+        Some(action)
+    }
+
+    fn push(&mut self, id: usize, action: &Action) {
+        self.state.force[id][0] += action.force[0];
+        self.state.force[id][1] += action.force[1];
+        self.state.torque[id] += action.torques[1];
+    }
+
+    fn flat(&self, id: usize, stiffness: Constant) -> Parameters {
+        let radius = self.state.radius[id];
+        let mut of = self
+            .constants
+            .parameters(radius, radius, self.state.mass[id]);
+        self.scale(&mut of, stiffness);
+        of
+    }
+
+    fn scale(&self, of: &mut Parameters, stiffness: Constant) {
+        of.k_n *= self.variant.factor(stiffness);
+        of.k_s *= self.variant.factor(Constant::ShearStiffness);
+        of.c_n *= self.variant.factor(Constant::Dashpot);
+    }
+
+    fn other_mean(&self, of: &mut Parameters, r1: f64, r2: f64) {
+        let right = 2.0 * r1 * r2 / (r1 + r2);
+        let mean = self.variant.forms.iter().find_map(|form| match form {
+            Form::ArithmeticMean => Some(0.5 * (r1 + r2)),
+            Form::GeometricMean => Some((r1 * r2).sqrt()),
+            Form::SmallerStiffness => Some(r1.min(r2)),
+            Form::LargerStiffness => Some(r1.max(r2)),
+            _ => None,
+        });
+        if let Some(mean) = mean {
+            of.k_n *= mean / right;
+            of.k_s *= mean / right;
+        }
+    }
+
+    fn snapshot(&self, step: u64) -> Snapshot {
+        let mut bodies = self.state.bodies();
+        let given = &self.case.bodies;
+        bodies.radius.clone_from(&given.radius);
+        bodies.mass.clone_from(&given.mass);
+        bodies.inertia.clone_from(&given.inertia);
+        let mut contacts = self.contacts.clone();
+        contacts.sort_by_key(|of| (of.id1, of.id2));
+        Snapshot {
+            stage: Stage::Settle,
+            step,
+            time: step as f64 * self.constants.dt,
+            bodies,
+            contacts,
+            punch: self.state.punch,
+        }
+    }
+}
+
+fn sign(of: f64) -> f64 {
+    f64::from(u8::from(of > 0.0)) - f64::from(u8::from(of < 0.0))
+}
+
+fn change(form: Form, rules: &mut contact::ContactRules) {
+    match form {
+        // Of a force that is finite, times this, nothing is larger.
+        Form::NoCoulombLimit => rules.tan_squared = 1.0e60,
+        Form::OtherTorqueArms => {
+            rules.torque_arms = match rules.torque_arms {
+                TorqueArms::HalfOverlap => TorqueArms::ContactPoint,
+                TorqueArms::ContactPoint => TorqueArms::HalfOverlap,
+            }
+        }
+        Form::OtherSlip => {
+            rules.slip_velocity = match rules.slip_velocity {
+                SlipVelocity::RatchetingCorrected => SlipVelocity::ContactPoint,
+                SlipVelocity::ContactPoint => SlipVelocity::RatchetingCorrected,
+            }
+        }
+        Form::OtherNewContact => {
+            rules.new_contact_slip = match rules.new_contact_slip {
+                NewContactSlip::WholeStep => NewContactSlip::SinceTouch,
+                NewContactSlip::SinceTouch => NewContactSlip::WholeStep,
+            }
+        }
+        Form::OtherClipping => {
+            rules.tension = match rules.tension {
+                Tension::Clipped => Tension::Unclipped,
+                Tension::Unclipped => Tension::Clipped,
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Pairs of grains whose cells are neighbours, in order.
+fn near(state: &State) -> Vec<(usize, usize)> {
+    let side = 2.0
+        * state
+            .radius
+            .iter()
+            .copied()
+            .fold(f64::MIN_POSITIVE, f64::max);
+    let cell = |id: usize| {
+        let [x, z] = state.position[id].map(|x| (x / side).floor() as i64);
+        (z, x)
+    };
+    let mut cells: Vec<((i64, i64), usize)> =
+        (0..state.radius.len()).map(|id| (cell(id), id)).collect();
+    cells.sort_unstable();
+    let mut pairs = Vec::new();
+    for a in 0..state.radius.len() {
+        let (z, x) = cell(a);
+        let from = pairs.len();
+        for row in [z - 1, z, z + 1] {
+            let first = cells.partition_point(|of| of.0 < (row, x - 1));
+            let beside = cells[first..].iter().take_while(|of| of.0 <= (row, x + 1));
+            pairs.extend(beside.filter(|(_, b)| *b > a).map(|(_, b)| (a, *b)));
+        }
+        pairs[from..].sort_unstable();
+    }
+    pairs
+}

@@ -1,0 +1,555 @@
+//! Which constants another engine computes with: a robust fit of the native engine's to the first steps of the other.
+//!
+//! One step from a state is nearly linear in small changes of the constants. The differences in velocities, displacements,
+//! spins and contact forces are laid onto the responses by least squares, weighted so that grains with another fault do not
+//! count (weights 1/(1 + (r/s)²), s the median of |r| among grains of one kind), and again from the constants found.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use evidence::moments::median;
+use grains::tables::Snapshot;
+use grains::task::Case;
+use grains::variant::{self, Constant, Form, Variant};
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use crate::envelope::in_parallel;
+use crate::resolution::Resolution;
+
+/// A constant as fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Fitted {
+    /// Which.
+    #[serde(serialize_with = "symbol")]
+    pub constant: Constant,
+    /// How much larger than the model's, relative; of gravity over |g|.
+    pub larger: f64,
+    /// Standard error of that.
+    pub error: f64,
+}
+
+fn symbol<S: serde::Serializer>(of: &Constant, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(of.symbol())
+}
+
+impl Fitted {
+    /// Whether it is another than the model's: by six standard errors.
+    pub fn is_wrong(&self) -> bool {
+        self.larger.abs() > 6.0 * self.error && self.larger.abs() > LEAST
+    }
+}
+
+/// The constants that fit best.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit {
+    /// With all constants found so far.
+    pub variant: Variant,
+    /// Those that were free.
+    pub fitted: Vec<Fitted>,
+    /// Constants that the data cannot tell from the others; they were taken as given.
+    pub tied: Vec<Constant>,
+    /// Of the numbers to the constants that were free.
+    responses: DMatrix<f64>,
+}
+
+impl Fit {
+    /// The constants that are another than the model's.
+    pub fn wrong(&self) -> Vec<Fitted> {
+        let wrong = self.fitted.iter().filter(|of| of.is_wrong());
+        wrong.copied().collect()
+    }
+}
+
+/// Nothing smaller can be told from rounding.
+const LEAST: f64 = 1.0e-12;
+/// The steps that are fitted.
+const FITTED_UNTIL: u64 = 1;
+/// Response to a change of this size.
+const CHANGE: f64 = 1.0e-6;
+/// From the constants found the fit is made again, so often at most; the responses themselves the first few times.
+const ROUNDS: usize = 12;
+const ROUNDS_WITH_RESPONSES: usize = 3;
+/// Weights are made anew so often in each fit.
+const REWEIGHTED: usize = 20;
+/// A direction that changes the data by less than this share of the largest cannot be told.
+const TOLD: f64 = 1.0e-9;
+
+/// What of a run is fitted: a number for each grain and component, in m/s, and which kind it is of.
+struct Data {
+    /// The last step of it.
+    last: u64,
+    /// Runs of the engine.
+    theirs: Vec<f64>,
+    /// Kind of each number: the same quantity of grains in the same situation.
+    kinds: Vec<usize>,
+    /// Numbers closer than this are the same, by kind.
+    floors: Vec<f64>,
+    contacts: Vec<Vec<Vec<(u32, u32)>>>,
+}
+
+/// The first answer of an engine to a case: case and moments.
+pub type Observed<'a> = (&'a Case, &'a [Snapshot]);
+
+fn until(case: &Case, last: u64) -> Case {
+    let mut case = case.clone();
+    case.moments.retain(|step| *step <= last);
+    case
+}
+
+/// The numbers of a run, in m/s: forces as the velocity that they give a mean grain in a step.
+fn numbers(case: &Case, run: &[Snapshot], contacts: &[Vec<(u32, u32)>]) -> Vec<f64> {
+    let (dt, start) = (case.model.dt, &case.bodies);
+    let mass = start.mass.iter().sum::<f64>() / start.len() as f64;
+    let mut all = Vec::new();
+    for (moment, ids) in run.iter().zip(contacts) {
+        let forces: BTreeMap<(u32, u32), [f64; 2]> = moment
+            .contacts
+            .iter()
+            .map(|of| ((of.id1, of.id2), [of.normal_force, of.tangential_force]))
+            .collect();
+        for ids in ids {
+            let force = forces.get(ids).copied().unwrap_or([f64::NAN; 2]);
+            all.extend(force.map(|force| force * dt / mass));
+        }
+        if moment.step == 0 {
+            continue;
+        }
+        let of = &moment.bodies;
+        let time = dt * moment.step as f64;
+        for id in 0..of.len() {
+            all.extend([of.vx[id], of.vz[id]]);
+            all.extend([
+                (of.x[id] - start.x[id]) / time,
+                (of.z[id] - start.z[id]) / time,
+            ]);
+            if of.rotate() {
+                all.push(of.spin[id] * of.radius[id]);
+            }
+        }
+    }
+    all
+}
+
+impl Data {
+    fn new(observed: &[Observed<'_>], noise: f64, last: u64) -> Self {
+        let mut data = Data {
+            last,
+            theirs: Vec::new(),
+            kinds: Vec::new(),
+            floors: Vec::new(),
+            contacts: Vec::new(),
+        };
+        for (case, theirs) in observed {
+            let case = until(case, last);
+            let own = variant::run(&case, &Variant::default());
+            let contacts: Vec<Vec<(u32, u32)>> = own
+                .iter()
+                .map(|of| of.contacts.iter().map(|of| (of.id1, of.id2)).collect())
+                .collect();
+            data.theirs.extend(numbers(
+                &case,
+                &theirs[..own.len().min(theirs.len())],
+                &contacts,
+            ));
+            let first = data.floors.len();
+            let situations = situations(&case, &own);
+            let wall = case.bodies.len() as u32;
+            let punch = wall + case.model.walls.len() as u32;
+            let kind_of_pair = |one: u32| usize::from(one >= wall) + usize::from(one >= punch);
+            // Ten of a kind: two forces of three kinds of pairs, five numbers of four situations, in each of two moments.
+            for (moment, ids) in own.iter().zip(&contacts) {
+                let base = first + 40 * usize::from(moment.step > 0);
+                for (one, _) in ids {
+                    let kind = base + 2 * kind_of_pair(*one);
+                    data.kinds.extend([kind, kind + 1]);
+                }
+                if moment.step > 0 {
+                    for situation in &situations {
+                        let kind = base + 10 + 5 * situation;
+                        let rotates = moment.bodies.rotate();
+                        data.kinds.extend([kind, kind + 1, kind + 2, kind + 3]);
+                        data.kinds.extend(rotates.then_some(kind + 4));
+                    }
+                }
+            }
+            data.floors.resize(first + 80, noise);
+            data.contacts.push(contacts);
+        }
+        data
+    }
+
+    /// How badly a variant fits, the less the better: Σ ln(1 + (r/s)²), s being what cannot be told.
+    fn misfit(&self, observed: &[Observed<'_>], variant: &Variant) -> f64 {
+        let own = self.of(observed, variant);
+        let numbers = self.theirs.iter().zip(&own).zip(&self.kinds);
+        let of = numbers.map(|((their, own), kind)| ((their - own) / self.floors[*kind]).abs());
+        // A contact that one of the two does not have counts as much as the worst number.
+        of.map(|of| if of.is_finite() { of } else { 1.0e12 })
+            .map(|of| (1.0 + of * of).ln())
+            .sum()
+    }
+
+    fn of(&self, observed: &[Observed<'_>], variant: &Variant) -> Vec<f64> {
+        let runs = observed
+            .iter()
+            .zip(&self.contacts)
+            .map(|((case, _), contacts)| {
+                let case = until(case, self.last);
+                numbers(&case, &variant::run(&case, variant), contacts)
+            });
+        runs.flatten().collect()
+    }
+}
+
+/// Whether each grain flies, touches grains only, a wall, or the punch.
+fn situations(case: &Case, own: &[Snapshot]) -> Vec<usize> {
+    let mut all = vec![0; case.bodies.len()];
+    let wall = case.bodies.len() as u32;
+    let punch = wall + case.model.walls.len() as u32;
+    for contact in own.iter().flat_map(|of| &of.contacts) {
+        let kind = 1 + usize::from(contact.id1 >= wall) + usize::from(contact.id1 >= punch);
+        for id in [contact.id1, contact.id2] {
+            if let Some(of) = all.get_mut(id as usize) {
+                *of = kind.max(*of);
+            }
+        }
+    }
+    all
+}
+
+/// Answers of an engine, to be explained.
+pub struct Search<'a> {
+    observed: &'a [Observed<'a>],
+    /// For fits.
+    early: Data,
+    /// For what a fit is worth.
+    late: Data,
+}
+
+impl<'a> Search<'a> {
+    /// All of one contact law.
+    ///
+    /// What a fit is worth is judged by the steps to `until`.
+    pub fn new(observed: &'a [Observed<'a>], resolution: Resolution, until: u64) -> Self {
+        let of = observed.first().map(|(case, _)| {
+            let model = &case.model;
+            let (radius, mass) = (case.bodies.radius[0], case.bodies.mass[0]);
+            let kick = model.dt * model.law.normal_stiffness(radius, radius) / mass;
+            // A place that is not told gives a force, and a displacement per step.
+            resolution.overlap * kick + resolution.position / model.dt
+        });
+        let noise = of.unwrap_or(f64::MIN_POSITIVE);
+        Search {
+            observed,
+            early: Data::new(observed, noise, FITTED_UNTIL),
+            late: Data::new(observed, noise, until),
+        }
+    }
+
+    /// Fits these constants, from a variant that is known already.
+    pub fn fit(&self, known: &Variant, free: &[Constant]) -> Fit {
+        let mut fit = Fit {
+            variant: known.clone(),
+            fitted: free.iter().map(|of| unfitted(*of)).collect(),
+            tied: Vec::new(),
+            responses: DMatrix::zeros(0, 0),
+        };
+        for round in 0..ROUNDS {
+            if fit.fitted.is_empty() {
+                break;
+            }
+            if round < ROUNDS_WITH_RESPONSES {
+                self.respond(&mut fit);
+            }
+            if round == 0 {
+                let free: Vec<Constant> = fit.fitted.iter().map(|of| of.constant).collect();
+                for at in untold(&fit.responses, &free) {
+                    fit.tied.push(fit.fitted.remove(at).constant);
+                    fit.responses = fit.responses.remove_column(at);
+                }
+            }
+            if !self.improve(&mut fit) && round >= ROUNDS_WITH_RESPONSES {
+                break;
+            }
+        }
+        fit
+    }
+
+    /// A fit made again with those constants alone that are wrong: the others' errors would be errors of the whole.
+    pub fn pruned(&self, known: &Variant, full: &Fit) -> Fit {
+        let wrong: Vec<Constant> = full.wrong().iter().map(|of| of.constant).collect();
+        Fit {
+            tied: full.tied.clone(),
+            ..self.fit(known, &wrong)
+        }
+    }
+
+    /// A few rounds of a fit for a variant, with the responses of another one.
+    pub fn refit(&self, variant: &Variant, like: &Fit) -> Variant {
+        let mut fit = Fit {
+            variant: variant.clone(),
+            ..like.clone()
+        };
+        for _ in 0..ROUNDS_WITH_RESPONSES {
+            self.improve(&mut fit);
+        }
+        fit.variant
+    }
+
+    fn respond(&self, fit: &mut Fit) {
+        let own = self.early.of(self.observed, &fit.variant);
+        let columns = in_parallel(fit.fitted.len(), |at| {
+            let variant = fit.variant.and(fit.fitted[at].constant, CHANGE);
+            self.early.of(self.observed, &variant)
+        });
+        fit.responses = DMatrix::from_fn(own.len(), columns.len(), |row, column| {
+            (columns[column][row] - own[row]) / CHANGE
+        });
+    }
+
+    /// One round; whether it has changed anything.
+    fn improve(&self, fit: &mut Fit) -> bool {
+        if fit.fitted.is_empty() {
+            return false;
+        }
+        let own = self.early.of(self.observed, &fit.variant);
+        let pairs = self.early.theirs.iter().zip(&own);
+        let differences: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
+        let Some((found, errors)) = weighted(&fit.responses, &differences, &self.early) else {
+            return false;
+        };
+        for (of, (larger, error)) in fit.fitted.iter_mut().zip(found.iter().zip(&errors)) {
+            fit.variant = fit.variant.and(of.constant, *larger);
+            of.larger = fit.variant.larger[&of.constant];
+            of.error = *error;
+        }
+        let steps = found.iter().zip(&errors);
+        steps.into_iter().any(|(by, error)| by.abs() > 0.1 * error)
+    }
+
+    /// How badly a variant fits, the less the better.
+    pub fn misfit(&self, variant: &Variant) -> f64 {
+        self.late.misfit(self.observed, variant)
+    }
+
+    /// The lengths below and above which contacts of grains may be lost: those that fit best.
+    pub fn lost_contacts(&self, known: &Variant) -> Vec<Form> {
+        let mut distances = Vec::new();
+        for (case, _) in self.observed {
+            let start = until(case, 0);
+            let of = &start.bodies;
+            let grains = of.len() as u32;
+            for contact in variant::run(&start, known)
+                .iter()
+                .flat_map(|of| &of.contacts)
+            {
+                if contact.id1 < grains {
+                    let (a, b) = (contact.id1 as usize, contact.id2 as usize);
+                    distances.push((of.x[a] - of.x[b]).hypot(of.z[a] - of.z[b]));
+                }
+            }
+        }
+        distances.sort_by(f64::total_cmp);
+        if distances.len() < 2 {
+            return Vec::new();
+        }
+        let between = |at: usize| 0.5 * (distances[at] + distances[at + 1]);
+        let form: [fn(f64) -> Form; 2] = [Form::LostNear, Form::LostFar];
+        let best = form.map(|form| {
+            let misfit = |at: usize| {
+                let mut variant = known.clone();
+                variant.forms.push(form(between(at)));
+                self.early.misfit(self.observed, &variant)
+            };
+            let (mut low, mut high) = (0, distances.len() - 2);
+            while high - low > 1 {
+                let step = ((high - low) / PLACES).max(1);
+                let places: Vec<usize> = (low..=high).step_by(step).collect();
+                let misfits = in_parallel(places.len(), |at| misfit(places[at]));
+                let all = places.iter().zip(&misfits);
+                let best = all
+                    .min_by(|a, b| a.1.total_cmp(b.1))
+                    .map_or(low, |of| *of.0);
+                (low, high) = (best.saturating_sub(step).max(low), (best + step).min(high));
+                if step == 1 {
+                    low = best;
+                    break;
+                }
+            }
+            // Any length between two neighbours loses the same contacts at the start, and not in the steps after it.
+            let (mut from, mut to) = (distances[low], distances[low + 1]);
+            for _ in 0..ZOOMS {
+                let part = (to - from) / PLACES as f64;
+                let lengths: Vec<f64> = (1..PLACES).map(|of| from + part * of as f64).collect();
+                let misfits = in_parallel(lengths.len(), |at| {
+                    let mut variant = known.clone();
+                    variant.forms.push(form(lengths[at]));
+                    self.misfit(&variant)
+                });
+                let all = lengths.iter().zip(&misfits);
+                let best = all
+                    .min_by(|a, b| a.1.total_cmp(b.1))
+                    .map_or(from, |of| *of.0);
+                (from, to) = (best - part, best + part);
+            }
+            form(0.5 * (from + to))
+        });
+        best.to_vec()
+    }
+}
+
+/// A length is searched for among so many places at a time.
+const PLACES: usize = 8;
+/// … and then so often among as many between the two nearest.
+const ZOOMS: usize = 4;
+
+fn unfitted(constant: Constant) -> Fitted {
+    Fitted {
+        constant,
+        larger: 0.0,
+        error: 0.0,
+    }
+}
+
+/// Which columns to leave out so that the others can be told, highest index first: of constants that cannot be told apart
+/// the one that is named later in this list stays.
+fn untold(responses: &DMatrix<f64>, free: &[Constant]) -> Vec<usize> {
+    const GIVEN_UP_FIRST: [Constant; 13] = [
+        Constant::Radius,
+        Constant::Mass,
+        Constant::Inertia,
+        Constant::TimeStep,
+        Constant::GravityAcross,
+        Constant::GravityUp,
+        Constant::Friction,
+        Constant::PunchStiffness,
+        Constant::WallStiffness,
+        Constant::ShearStiffness,
+        Constant::Dashpot,
+        Constant::Damping,
+        Constant::GrainStiffness,
+    ];
+    let mut kept: BTreeSet<usize> = (0..free.len()).collect();
+    let sound: Vec<usize> = (0..responses.nrows())
+        .filter(|row| responses.row(*row).iter().all(|of| of.is_finite()))
+        .collect();
+    let columns: Vec<DVector<f64>> = (0..free.len())
+        .map(|column| {
+            DVector::from_iterator(
+                sound.len(),
+                sound.iter().map(|row| responses[(*row, column)]),
+            )
+        })
+        .collect();
+    let strongest = columns.iter().map(|of| of.norm()).fold(0.0, f64::max);
+    kept.retain(|at| columns[*at].norm() > TOLD * strongest);
+    loop {
+        let of: Vec<usize> = kept.iter().copied().collect();
+        if of.is_empty() {
+            break;
+        }
+        let correlation = DMatrix::from_fn(of.len(), of.len(), |a, b| {
+            columns[of[a]].dot(&columns[of[b]]) / (columns[of[a]].norm() * columns[of[b]].norm())
+        });
+        let eigen = correlation.symmetric_eigen();
+        let least = eigen
+            .eigenvalues
+            .iter()
+            .enumerate()
+            .min_by(|a, b| a.1.total_cmp(b.1));
+        let Some((which, _)) = least.filter(|(_, of)| **of < TOLD) else {
+            break;
+        };
+        let direction = eigen.eigenvectors.column(which);
+        // Only a constant that takes part in the direction makes the others known.
+        let in_it = |at: usize| direction[at].abs() > 0.1;
+        let given_up = GIVEN_UP_FIRST
+            .iter()
+            .find_map(|constant| (0..of.len()).find(|at| free[of[*at]] == *constant && in_it(*at)));
+        match given_up {
+            Some(at) => kept.remove(&of[at]),
+            None => break,
+        };
+    }
+    (0..free.len())
+        .rev()
+        .filter(|at| !kept.contains(at))
+        .collect()
+}
+
+/// Least squares with weights; the estimates and their standard errors. None where they cannot be solved for.
+fn weighted(
+    responses: &DMatrix<f64>,
+    differences: &[f64],
+    data: &Data,
+) -> Option<(Vec<f64>, Vec<f64>)> {
+    let columns = responses.ncols();
+    let scale: Vec<f64> = (0..columns)
+        .map(|column| {
+            let of = responses.column(column);
+            let sum: f64 = of
+                .iter()
+                .filter(|of| of.is_finite())
+                .map(|of| of * of)
+                .sum();
+            sum.sqrt().max(f64::MIN_POSITIVE)
+        })
+        .collect();
+    let rows: Vec<usize> = (0..differences.len())
+        .filter(|row| {
+            differences[*row].is_finite() && responses.row(*row).iter().all(|of| of.is_finite())
+        })
+        .collect();
+    let mut found = DVector::<f64>::zeros(columns);
+    let mut errors = Vec::new();
+    for _ in 0..REWEIGHTED {
+        let left: Vec<f64> = rows
+            .iter()
+            .map(|row| {
+                let by = (0..columns).map(|at| responses[(*row, at)] / scale[at] * found[at]);
+                differences[*row] - by.sum::<f64>()
+            })
+            .collect();
+        let mut by_kind: Vec<Vec<f64>> = vec![Vec::new(); data.floors.len()];
+        for (row, left) in rows.iter().zip(&left) {
+            by_kind[data.kinds[*row]].push(left.abs());
+        }
+        let scales: Vec<f64> = by_kind
+            .iter()
+            .zip(&data.floors)
+            .map(|(of, floor)| median(of).unwrap_or(0.0).max(*floor))
+            .collect();
+        let mut normal = DMatrix::<f64>::zeros(columns, columns);
+        let mut right = DVector::<f64>::zeros(columns);
+        let mut spread = DMatrix::<f64>::zeros(columns, columns);
+        for (row, left) in rows.iter().zip(&left) {
+            let s = scales[data.kinds[*row]];
+            let weight = 1.0 / (1.0 + (left / s) * (left / s)) / (s * s);
+            for a in 0..columns {
+                let of_a = responses[(*row, a)] / scale[a];
+                if of_a == 0.0 {
+                    continue;
+                }
+                right[a] += weight * of_a * left;
+                for b in 0..columns {
+                    let product = of_a * responses[(*row, b)] / scale[b];
+                    normal[(a, b)] += weight * product;
+                    spread[(a, b)] += weight * weight * left * left * product;
+                }
+            }
+        }
+        let inverse = normal.clone().try_inverse()?;
+        let step = &inverse * right;
+        found += &step;
+        // The sandwich: weights that depend on the differences, and differences of many sizes.
+        let covariance = &inverse * spread * &inverse;
+        errors = (0..columns)
+            .map(|at| covariance[(at, at)].max(0.0).sqrt() / scale[at])
+            .collect();
+        if step.norm() <= 1.0e-14 * found.norm() {
+            break;
+        }
+    }
+    let found = (0..columns).map(|at| found[at] / scale[at]).collect();
+    Some((found, errors))
+}

@@ -1,0 +1,320 @@
+//! How far runs part that are the same but for rounding, and whether another engine's run lies among them.
+
+use std::thread;
+
+use grains::native::{CaseOptions, NativeError, Noise, run_case};
+use grains::tables::Snapshot;
+use grains::task::Case;
+use grains::variant::Constant;
+use serde::Serialize;
+
+/// Replicas of each start.
+pub const REPLICAS: u64 = 8;
+/// A run is equal to rounding if it is nowhere farther off than so many times the farthest replica.
+pub const FACTOR: f64 = 3.0;
+/// Looked at in each moment: half of the grains are at most so far off, nine of ten, 99 of a hundred, all.
+const SHARES: [f64; 4] = [0.5, 0.9, 0.99, 1.0];
+
+/// What is compared of a grain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    /// Distance between the positions over the radius.
+    Position,
+    /// Difference of the velocities times Δt over the radius.
+    Velocity,
+    /// Difference of the spins times Δt.
+    Spin,
+}
+
+impl Quantity {
+    const ALL: [Quantity; 3] = [Quantity::Position, Quantity::Velocity, Quantity::Spin];
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Quantity::Position => "position",
+            Quantity::Velocity => "velocity",
+            Quantity::Spin => "spin",
+        }
+    }
+
+    /// How far each grain is off; empty for spins where nothing turns.
+    fn apart(self, their: &Snapshot, own: &Snapshot, dt: f64) -> Vec<f64> {
+        let (a, b) = (&their.bodies, &own.bodies);
+        let grains = 0..b.len();
+        match self {
+            Quantity::Position => grains
+                .map(|id| (a.x[id] - b.x[id]).hypot(a.z[id] - b.z[id]) / b.radius[id])
+                .collect(),
+            Quantity::Velocity => grains
+                .map(|id| (a.vx[id] - b.vx[id]).hypot(a.vz[id] - b.vz[id]) * dt / b.radius[id])
+                .collect(),
+            Quantity::Spin => {
+                let spins = a.spin.iter().zip(&b.spin);
+                spins.map(|(a, b)| (a - b).abs() * dt).collect()
+            }
+        }
+    }
+}
+
+/// Distances at the shares of grains, for each quantity.
+type Summary = [[f64; SHARES.len()]; 3];
+
+fn summary(their: &Snapshot, own: &Snapshot, dt: f64) -> Summary {
+    Quantity::ALL.map(|quantity| {
+        let mut apart = quantity.apart(their, own, dt);
+        apart.sort_by(f64::total_cmp);
+        SHARES.map(|share| {
+            let at = (apart.len().saturating_sub(1)) as f64 * share;
+            apart.get(at as usize).copied().unwrap_or(0.0)
+        })
+    })
+}
+
+/// Where a run is farthest off, measured by the replicas.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Farthest {
+    /// How many times as far off as the farthest replica.
+    pub ratio: f64,
+    /// After so many steps.
+    pub step: u64,
+    /// In this.
+    pub quantity: Quantity,
+    /// The grain that is farthest off then.
+    pub grain: usize,
+    /// How far that is, as [`Quantity`] counts it.
+    pub apart: f64,
+    /// The first moment at which the run has left the replicas, steps; none if it never has.
+    pub left_after: Option<u64>,
+}
+
+impl Farthest {
+    /// Whether it is never farther off than rounding takes it.
+    pub fn is_rounding(&self) -> bool {
+        self.ratio <= FACTOR
+    }
+}
+
+/// One start, its native run and the reach of its replicas.
+#[derive(Debug, Clone)]
+pub struct Envelope {
+    /// The case.
+    pub case: Case,
+    /// The native run.
+    pub own: Vec<Snapshot>,
+    reach: Vec<Summary>,
+}
+
+impl Envelope {
+    /// Runs the case and its replicas with this noise.
+    pub fn new(case: &Case, noise: Noise) -> Result<Self, NativeError> {
+        let own = run_case(case, None)?;
+        let replicas = in_parallel(REPLICAS as usize, |replica| {
+            let noise = Noise {
+                replica: replica as u64,
+                ..noise
+            };
+            let options = CaseOptions {
+                noise: Some(noise),
+                ..CaseOptions::default()
+            };
+            run_case(case, options)
+        });
+        let dt = case.model.dt;
+        // No number can be told from its neighbour.
+        let (extent, fastest) = largest(&own);
+        let radius = case.bodies.radius.iter().copied().fold(f64::MAX, f64::min);
+        let least = [
+            noise.position * extent / radius,
+            noise.velocity * fastest * dt / radius,
+            noise.velocity * dt,
+        ];
+        let mut reach = vec![least.map(|least| [least; SHARES.len()]); own.len()];
+        for replica in replicas {
+            for ((reach, their), own) in reach.iter_mut().zip(&replica?).zip(&own) {
+                let apart = summary(their, own, dt);
+                for (reach, apart) in reach
+                    .as_flattened_mut()
+                    .iter_mut()
+                    .zip(apart.as_flattened())
+                {
+                    *reach = reach.max(*apart);
+                }
+            }
+        }
+        Ok(Envelope {
+            case: case.clone(),
+            own,
+            reach,
+        })
+    }
+
+    /// Where a run of this case is farthest off; the start itself is not looked at. None for a run with other moments.
+    pub fn farthest(&self, theirs: &[Snapshot]) -> Option<Farthest> {
+        self.farthest_from(&self.own, theirs)
+    }
+
+    /// The same from another run than the native one, such as one with the constants that were found.
+    pub fn farthest_from(&self, own: &[Snapshot], theirs: &[Snapshot]) -> Option<Farthest> {
+        let steps = |of: &[Snapshot]| of.iter().map(|of| of.step).collect::<Vec<_>>();
+        let dt = self.case.model.dt;
+        let mut farthest: Option<Farthest> = None;
+        if theirs.is_empty() || steps(own) != steps(theirs) {
+            return None;
+        }
+        let mut left_after = None;
+        for ((reach, their), own) in self.reach.iter().zip(theirs).zip(own) {
+            if own.step == 0 {
+                continue;
+            }
+            let apart = summary(their, own, dt);
+            for (index, quantity) in Quantity::ALL.into_iter().enumerate() {
+                let ratios = apart[index].iter().zip(&reach[index]);
+                // What is not a number is as far off as can be.
+                let ratio = ratios
+                    .map(|(apart, reach)| apart / reach)
+                    .map(|of| if of.is_nan() { f64::INFINITY } else { of })
+                    .fold(0.0, f64::max);
+                if ratio > FACTOR {
+                    left_after = left_after.or(Some(own.step));
+                }
+                if farthest.as_ref().is_none_or(|of| ratio > of.ratio) {
+                    let of_grains = quantity.apart(their, own, dt);
+                    let worst = of_grains.iter().enumerate();
+                    let worst = worst.max_by(|a, b| a.1.total_cmp(b.1));
+                    let (grain, apart) = worst.map_or((0, 0.0), |(grain, apart)| (grain, *apart));
+                    farthest = Some(Farthest {
+                        ratio,
+                        step: own.step,
+                        quantity,
+                        grain,
+                        apart,
+                        left_after: None,
+                    });
+                }
+            }
+        }
+        farthest.map(|of| Farthest { left_after, ..of })
+    }
+
+    /// The grains that are farther off than rounding takes them, at the first moment at which there are any.
+    pub fn outside(&self, own: &[Snapshot], theirs: &[Snapshot]) -> Vec<usize> {
+        let dt = self.case.model.dt;
+        for ((reach, their), own) in self.reach.iter().zip(theirs).zip(own) {
+            let mut outside = Vec::new();
+            for (index, quantity) in Quantity::ALL.into_iter().enumerate() {
+                let most = FACTOR * reach[index][SHARES.len() - 1];
+                let apart = quantity.apart(their, own, dt);
+                outside.extend((0..apart.len()).filter(|id| !(apart[*id] <= most)));
+            }
+            outside.sort_unstable();
+            outside.dedup();
+            if own.step > 0 && !outside.is_empty() {
+                return outside;
+            }
+        }
+        Vec::new()
+    }
+
+    /// The smallest fault in this constant, relative, with which the native engine would have left the replicas: from one run
+    /// with a small fault, to which the distances are proportional, and confirmed by a run with the fault that was found.
+    pub fn detection_limit(&self, constant: Constant) -> Result<Option<f64>, NativeError> {
+        let Some(case) = with_larger(&self.case, constant, PROBE) else {
+            return Ok(None);
+        };
+        let Some(far) = self.farthest(&run_case(&case, None)?) else {
+            return Ok(None);
+        };
+        let mut limit = PROBE * FACTOR / far.ratio;
+        // Rounding adds to the distances and now and then takes from them.
+        for _ in 0..4 {
+            limit *= 1.5;
+            let case = with_larger(&self.case, constant, limit).unwrap_or(case.clone());
+            let far = self.farthest(&run_case(&case, None)?);
+            if far.is_some_and(|far| !far.is_rounding()) {
+                return Ok(Some(limit));
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// A fault that is large against rounding and small against everything else.
+const PROBE: f64 = 1.0e-7;
+
+/// The case with a constant that is larger by so much, relative, everywhere; none where it plays no part, or is one of a
+/// wall or the punch alone.
+fn with_larger(case: &Case, constant: Constant, larger: f64) -> Option<Case> {
+    if !constant.is_in(case) {
+        return None;
+    }
+    let factor = 1.0 + larger;
+    let mut faulty = case.clone();
+    let (model, bodies) = (&mut faulty.model, &mut faulty.bodies);
+    let all = |column: &mut Vec<f64>| column.iter_mut().for_each(|value| *value *= factor);
+    match constant {
+        Constant::GrainStiffness => {
+            model.law.modulus *= factor;
+            model.law.stiffness_ratio /= factor;
+        }
+        Constant::WallStiffness | Constant::PunchStiffness => return None,
+        Constant::ShearStiffness => model.law.stiffness_ratio *= factor,
+        Constant::Friction => {
+            model.law.friction_angle = (model.law.friction_angle.tan() * factor).atan();
+        }
+        Constant::Dashpot => {
+            if let grains::scene::Viscosity::Dashpot { c_n, .. } = &mut model.law.contact.viscosity
+            {
+                *c_n *= factor;
+            }
+        }
+        Constant::Damping => model.alpha *= factor,
+        Constant::GravityAcross => model.gravity[0] += larger * model.gravity[1].abs(),
+        Constant::GravityUp => model.gravity[1] *= factor,
+        Constant::TimeStep => model.dt *= factor,
+        Constant::Mass => all(&mut bodies.mass),
+        Constant::Inertia => all(&mut bodies.inertia),
+        Constant::Radius => all(&mut bodies.radius),
+    }
+    Some(faulty)
+}
+
+/// The largest coordinate, m, and the largest velocity component, m/s.
+fn largest(of: &[Snapshot]) -> (f64, f64) {
+    let largest = |columns: [&[f64]; 2]| {
+        let all = columns.into_iter().flatten();
+        all.fold(0.0f64, |largest, of| largest.max(of.abs()))
+    };
+    let first = of.first().map(|of| &of.bodies);
+    first.map_or((0.0, 0.0), |of| {
+        (largest([&of.x, &of.z]), largest([&of.vx, &of.vz]))
+    })
+}
+
+/// The results of `work` for 0 … count−1 in order, worked out by as many threads as there are processors.
+pub fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let threads = thread::available_parallelism()
+        .map_or(1, |of| of.get())
+        .min(count.max(1));
+    let mut results: Vec<(usize, T)> = thread::scope(|scope| {
+        let work = &work;
+        let share = move |first| {
+            let mine = (first..count).step_by(threads);
+            mine.map(|index| (index, work(index))).collect::<Vec<_>>()
+        };
+        let others: Vec<_> = (1..threads)
+            .map(|of| scope.spawn(move || share(of)))
+            .collect();
+        let mut all = share(0);
+        for other in others {
+            match other.join() {
+                Ok(of) => all.extend(of),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        all
+    });
+    results.sort_by_key(|(index, _)| *index);
+    results.into_iter().map(|(_, result)| result).collect()
+}

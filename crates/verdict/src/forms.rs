@@ -1,0 +1,108 @@
+//! Which term of another engine has another form: each form is tried in the native engine's written-out step, with the constants
+//! fitted anew.
+
+use grains::task::Case;
+use grains::variant::Form;
+
+/// Forms whose place or size is searched for among these.
+const LAST_KICKS: [f64; 3] = [0.5, 1.5, 0.0];
+
+/// The forms that make a difference under this law; those with a length are added by [`lengths`].
+pub fn candidates(case: &Case) -> Vec<Form> {
+    let law = &case.model.law;
+    let mut forms: Vec<Form> = LAST_KICKS.map(Form::FirstKick).to_vec();
+    forms.extend([Form::MovedBeforeKick, Form::MovedInMiddleOfKick]);
+    if case.model.alpha != 0.0 {
+        forms.extend([
+            Form::DampingVelocity(0.0),
+            Form::DampingVelocity(1.0),
+            Form::GravityUndamped,
+            Form::DampingAlongVelocity,
+        ]);
+    }
+    forms.extend([
+        Form::ArithmeticMean,
+        Form::GeometricMean,
+        Form::SmallerStiffness,
+        Form::LargerStiffness,
+        Form::FoundLate,
+        Form::OldNormals,
+        Form::OneSided,
+    ]);
+    forms.extend((0..case.model.walls.len()).map(Form::WallMissing));
+    if case.punch.is_some() {
+        forms.extend([Form::CornersMissing, Form::PunchLate]);
+    }
+    if law.has_friction() {
+        forms.extend([
+            Form::HistoryReset,
+            Form::HistoryNotTurned,
+            Form::NoCoulombLimit,
+            Form::OtherSlip,
+            Form::OtherNewContact,
+        ]);
+    }
+    if law.rotates() {
+        forms.extend([Form::OtherTorqueArms, Form::WholeArms, Form::TorqueSign]);
+    }
+    if law.has_dashpots() {
+        forms.push(Form::OtherClipping);
+    }
+    forms
+}
+
+/// What an engine with this form does, and what is right.
+pub fn in_words(form: Form) -> String {
+    match form {
+        Form::FirstKick(share) if share == 0.5 => {
+            "the first kick is half of one: the velocities that are given belong to the half step before the start".into()
+        }
+        Form::FirstKick(share) => format!("the first kick is {share} of one, and is to be a whole one"),
+        Form::MovedBeforeKick => {
+            "positions move with the velocity before the kick: first v += Δt·a, then x += Δt·v".into()
+        }
+        Form::MovedInMiddleOfKick => {
+            "positions move with the mean of the velocities before and after the kick: first v += Δt·a, then x += Δt·v".into()
+        }
+        Form::DampingVelocity(share) => format!(
+            "the sign in the damping is that of a·(v + {share}·Δt·a), and is to be that of a·(v + ½Δt·a)"
+        ),
+        Form::GravityUndamped => {
+            "damping leaves gravity out: the whole acceleration is multiplied by 1 − α·sign".into()
+        }
+        Form::DampingAlongVelocity => {
+            "damping acts along the velocity: it is to act on each component by itself".into()
+        }
+        Form::ArithmeticMean => mean("the arithmetic mean of E·R"),
+        Form::GeometricMean => mean("the geometric mean of E·R"),
+        Form::SmallerStiffness => mean("the smaller E·R"),
+        Form::LargerStiffness => mean("the larger E·R"),
+        Form::WallMissing(index) => format!("wall {index} of model.walls is not there"),
+        Form::CornersMissing => {
+            "the punch's corners are not there: a corner acts as a point".into()
+        }
+        Form::PunchLate => {
+            "the punch moves after the forces: it is to move before them, as grains do".into()
+        }
+        Form::LostNear(length) => format!("contacts of grains nearer than {length:.6} m are lost"),
+        Form::LostFar(length) => format!("contacts of grains farther apart than {length:.6} m are lost"),
+        Form::FoundLate => "contacts are found a step after they begin".into(),
+        Form::OldNormals => "normals are those of the step before".into(),
+        Form::OneSided => "of a pair only the second grain feels the force".into(),
+        Form::HistoryReset => "the tangential force is forgotten in each step".into(),
+        Form::HistoryNotTurned => "the tangential force does not turn with the normal".into(),
+        Form::NoCoulombLimit => "the tangential force is not limited by |N| tan φ".into(),
+        Form::OtherTorqueArms => "the arms of the torque are not those of law.contact.torque_arms".into(),
+        Form::WholeArms => "the arms of the torque are the radii, without the half overlap".into(),
+        Form::TorqueSign => "the torque on the second body of a pair has the wrong sign".into(),
+        Form::OtherSlip => "the slip velocity is not that of law.contact.slip_velocity".into(),
+        Form::OtherNewContact => {
+            "the slip of a new contact is not that of law.contact.new_contact_slip".into()
+        }
+        Form::OtherClipping => "dashpots pull where they must not, or do not where they may: law.contact.viscosity.tension".into(),
+    }
+}
+
+fn mean(of: &str) -> String {
+    format!("the stiffness of a pair is {of}: k_n = 2·E·R1·R2/(R1 + R2)")
+}

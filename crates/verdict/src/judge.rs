@@ -1,0 +1,686 @@
+//! The verdict on an engine's first steps: how coarsely it computes, whether it stays among the replicas, which faults would have
+//! been seen, and what is wrong if it does not.
+
+use grains::native::NativeError;
+use grains::tables::Snapshot;
+use grains::task::Case;
+use grains::variant::{self, Constant, Form, Variant};
+use serde::Serialize;
+
+use crate::constants::{Fit, Fitted, Observed, Search};
+use crate::envelope::{Envelope, FACTOR, Farthest, in_parallel};
+use crate::forms;
+use crate::resolution::{self, Resolution};
+use crate::starts::{Bed, LawKind, Start};
+use crate::{Answer, Engine};
+
+/// What an engine is, compared with the native one; the first that holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Every bit is the same.
+    Identical,
+    /// It parts from the native engine as runs do that are the same but for rounding.
+    EqualToRounding,
+    /// Its packings have the same distribution, within margins set before.
+    EqualInDistribution,
+    /// It is another engine.
+    Different,
+    /// Evidence is missing.
+    Undecided,
+}
+
+impl Verdict {
+    /// For people.
+    pub fn in_words(self) -> &'static str {
+        match self {
+            Verdict::Identical => "identical",
+            Verdict::EqualToRounding => "equal to rounding",
+            Verdict::EqualInDistribution => "equal in distribution",
+            Verdict::Different => "different",
+            Verdict::Undecided => "undecided",
+        }
+    }
+}
+
+/// One start under one law.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OfStart {
+    /// The contact law.
+    pub law: LawKind,
+    /// The state.
+    pub start: Start,
+    /// What was found.
+    pub verdict: Verdict,
+    /// Why it was not looked at, if it was not.
+    pub skipped: Option<String>,
+    /// Where it is farthest off.
+    pub farthest: Option<Farthest>,
+}
+
+/// A state that the engine was not asked for.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NotAsked {
+    /// The contact law.
+    pub law: LawKind,
+    /// The state.
+    pub start: Start,
+    /// What the engine says it has not.
+    pub lacking: String,
+}
+
+/// The smallest fault in a constant that would have been seen.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Limit {
+    /// The constant's symbol.
+    pub constant: &'static str,
+    /// Relative.
+    pub smallest: f64,
+    /// The law and the state that show it.
+    pub law: LawKind,
+    /// The state.
+    pub start: Start,
+}
+
+/// What is wrong, as far as it was found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cause {
+    /// Under this law it was found.
+    pub law: LawKind,
+    /// The native engine with these constants and forms comes nearest.
+    #[serde(skip)]
+    pub variant: Variant,
+    /// The constants that are wrong.
+    pub constants: Vec<Fitted>,
+    /// Constants that the engine's first steps do not tell from the others; they were taken as given.
+    #[serde(serialize_with = "symbols")]
+    pub tied: Vec<Constant>,
+    /// The terms that have another form.
+    #[serde(serialize_with = "in_words")]
+    pub forms: Vec<Form>,
+    /// Other forms that explain it as well.
+    #[serde(serialize_with = "in_words")]
+    pub also: Vec<Form>,
+    /// With them the engine stays among the replicas for its first ten steps and the one with which it left them.
+    pub explained: bool,
+    /// Grains that are farther off than rounding takes them, at the first moment at which there are any, though the constants
+    /// and forms are taken into account.
+    pub left: Vec<usize>,
+    /// In this state.
+    pub left_in: Start,
+}
+
+fn in_words<S: serde::Serializer>(of: &[Form], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(of.iter().map(|form| forms::in_words(*form)))
+}
+
+fn symbols<S: serde::Serializer>(of: &[Constant], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_seq(of.iter().map(|of| of.symbol()))
+}
+
+impl Cause {
+    /// In a sentence: what the engine is, and where to look.
+    pub fn sentence(&self) -> String {
+        let mut with: Vec<String> = Vec::new();
+        let mut look_at: Vec<&str> = Vec::new();
+        let stiffnesses = [
+            Constant::GrainStiffness,
+            Constant::WallStiffness,
+            Constant::PunchStiffness,
+        ];
+        let of_springs: Vec<&Fitted> = self
+            .constants
+            .iter()
+            .filter(|of| stiffnesses.contains(&of.constant))
+            .collect();
+        let one_factor = of_springs.len() > 1
+            && of_springs.iter().all(|of| {
+                let apart = (of.larger - of_springs[0].larger).abs();
+                apart <= 6.0 * (of.error + of_springs[0].error) + 1.0e-12
+            });
+        for of in &self.constants {
+            let in_springs = stiffnesses.contains(&of.constant);
+            if one_factor && in_springs && of.constant != of_springs[0].constant {
+                continue;
+            }
+            let symbol = if one_factor && in_springs {
+                "k_n"
+            } else {
+                of.constant.symbol()
+            };
+            with.push(match of.constant {
+                Constant::GravityAcross => {
+                    format!("g_x = {:.3e}·|g| ± {:.0e}", of.larger, of.error)
+                }
+                _ => {
+                    let error = of.error.max(f64::EPSILON);
+                    format!("{symbol} × {:.12} ± {error:.0e}", 1.0 + of.larger)
+                }
+            });
+            let place = look_at_for(of.constant);
+            if !look_at.contains(&place) {
+                look_at.push(place);
+            }
+        }
+        let mut said = String::new();
+        if !with.is_empty() {
+            let is = if self.explained {
+                "equal to rounding"
+            } else {
+                "nearest"
+            };
+            said = format!(
+                "{is} with {}; look at {}",
+                with.join(", "),
+                look_at.join(", ")
+            );
+        }
+        for form in &self.forms {
+            let joint = if said.is_empty() { "" } else { ". And " };
+            said = format!("{said}{joint}{}", forms::in_words(*form));
+        }
+        for form in &self.also {
+            said = format!("{said}. Or: {}", forms::in_words(*form));
+        }
+        if said.is_empty() {
+            said =
+                "no constant and no form of a term that this program knows explains it".to_owned();
+        }
+        if !self.explained {
+            let share = self.left.len();
+            let which: Vec<String> = self.left.iter().take(8).map(usize::to_string).collect();
+            let more = if share > 8 { ", …" } else { "" };
+            said = format!(
+                "{said}. That is not all: in {} {share} grains are still farther off than rounding takes them ({}{more})",
+                self.left_in.name(),
+                which.join(", ")
+            );
+        }
+        let tied: Vec<&str> = self.tied.iter().map(|of| of.symbol()).collect();
+        if !tied.is_empty() {
+            let tied = tied.join(", ");
+            said = format!(
+                "{said}. Its first steps do not tell {tied} from the other constants: taken as given"
+            );
+        }
+        format!("{said}.")
+    }
+}
+
+fn look_at_for(constant: Constant) -> &'static str {
+    match constant {
+        Constant::GrainStiffness => "k_n = 2·E·R1·R2/(R1 + R2) (Eq. 4)",
+        Constant::WallStiffness => "k_n at walls: a wall counts as a grain of the same radius",
+        Constant::PunchStiffness => "k_n at the punch: it counts as a grain of the same radius",
+        Constant::ShearStiffness => "k_s = law.stiffness_ratio · k_n",
+        Constant::Friction => "the limit |N| tan φ (Eq. 5)",
+        Constant::Dashpot => "law.contact.viscosity",
+        Constant::Damping => "model.alpha",
+        Constant::GravityAcross | Constant::GravityUp => "model.gravity",
+        Constant::TimeStep => "model.dt",
+        Constant::Mass => "the masses in initial.csv",
+        Constant::Inertia => "the moments of inertia in initial.csv",
+        Constant::Radius => "the radii in initial.csv",
+    }
+}
+
+/// All that was found about an engine.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Judgement {
+    /// Grains of the bed.
+    pub grains: usize,
+    /// How coarsely the engine computes; that of double precision where it was not measured.
+    pub resolution: Resolution,
+    /// Every state under every law that the engine says it has.
+    pub starts: Vec<OfStart>,
+    /// What it says it has not, which counts neither way.
+    pub not_asked: Vec<NotAsked>,
+    /// What would have been seen, the smallest first.
+    pub limits: Vec<Limit>,
+    /// For each law that shows something else than the ones before.
+    pub causes: Vec<Cause>,
+}
+
+/// The judge stopped.
+#[derive(Debug)]
+pub enum Failure<E> {
+    /// The engine failed.
+    Engine(E),
+    /// The native one did.
+    Native(NativeError),
+}
+
+impl<E> From<NativeError> for Failure<E> {
+    fn from(error: NativeError) -> Self {
+        Failure::Native(error)
+    }
+}
+
+impl Judgement {
+    /// Of all states: different if one is, undecided if one was not looked at.
+    pub fn verdict(&self) -> Verdict {
+        let has = |verdict| self.starts.iter().any(|of| of.verdict == verdict);
+        let order = [
+            Verdict::Different,
+            Verdict::Undecided,
+            Verdict::EqualToRounding,
+            Verdict::Identical,
+        ];
+        let found = order.into_iter().find(|of| has(*of));
+        found.unwrap_or(Verdict::Undecided)
+    }
+
+    /// The farthest off of all states.
+    pub fn farthest(&self) -> Option<&OfStart> {
+        let looked_at = self.starts.iter().filter(|of| of.farthest.is_some());
+        looked_at.max_by(|a, b| ratio(a).total_cmp(&ratio(b)))
+    }
+}
+
+fn ratio(of: &OfStart) -> f64 {
+    of.farthest.as_ref().map_or(0.0, |of| of.ratio)
+}
+
+/// A cause is held against the first so many steps, or more where the engine parts from the native one later.
+const EXPLAINED_UNTIL: u64 = 10;
+/// So many of the best forms are fitted in full.
+const TRIED: usize = 3;
+
+/// The native engine's side of a judgement: made once, for any number of engines.
+#[derive(Debug, Clone)]
+pub struct Reference {
+    cases: Vec<(LawKind, Start, Case)>,
+    /// For engines in double precision.
+    double: Vec<Native>,
+}
+
+/// What is known of one case.
+#[derive(Debug, Clone)]
+struct Native {
+    envelope: Envelope,
+    /// The smallest faults that it shows.
+    limits: Vec<(Constant, f64)>,
+}
+
+impl Native {
+    fn new(case: &Case, resolution: Resolution) -> Result<Self, NativeError> {
+        let envelope = Envelope::new(case, resolution.noise())?;
+        let all = in_parallel(Constant::ALL.len(), |at| {
+            envelope.detection_limit(Constant::ALL[at])
+        });
+        let mut limits = Vec::new();
+        for (constant, limit) in Constant::ALL.into_iter().zip(all) {
+            limits.extend(limit?.map(|limit| (constant, limit)));
+        }
+        Ok(Native { envelope, limits })
+    }
+}
+
+impl Reference {
+    /// Of a bed of so many grains; `progress` hears what is under way.
+    pub fn new(grains: u32, progress: &mut dyn FnMut(&str)) -> Result<Self, NativeError> {
+        progress("pouring a bed");
+        let bed = Bed::new(grains)?;
+        let cases: Vec<(LawKind, Start, Case)> = LawKind::ALL
+            .into_iter()
+            .flat_map(|law| {
+                let of = bed.cases(law).into_iter();
+                of.map(move |(start, case)| (law, start, case))
+            })
+            .collect();
+        let double = natives(&cases, Resolution::DOUBLE, progress)?;
+        Ok(Reference { cases, double })
+    }
+
+    /// Judges an engine; `lacks` says what it has not that a case asks for, and such a case is not handed to it.
+    pub fn judge<E>(
+        &self,
+        lacks: &dyn Fn(&Case) -> Option<String>,
+        engine: &mut Engine<'_, E>,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<Judgement, Failure<E>> {
+        let (mut cases, mut double, mut not_asked) = (Vec::new(), Vec::new(), Vec::new());
+        for (of, native) in self.cases.iter().zip(&self.double) {
+            match lacks(&of.2) {
+                Some(lacking) => not_asked.push(NotAsked {
+                    law: of.0,
+                    start: of.1,
+                    lacking,
+                }),
+                None => {
+                    cases.push(of.clone());
+                    double.push(native.clone());
+                }
+            }
+        }
+        let probed = cases.iter().find(|of| of.1 == Start::Pouring);
+        let probes = probed.map_or(Vec::new(), |(_, _, case)| resolution::cases(case));
+        progress("the engine runs");
+        let asked: Vec<&Case> = probes.iter().chain(cases.iter().map(|of| &of.2)).collect();
+        let mut answers = engine(&asked).map_err(Failure::Engine)?;
+        let of_cases = answers.split_off(probes.len().min(answers.len()));
+        let measured = probed.and_then(|(_, _, case)| resolution::measured(case, &answers));
+        let resolution = measured.unwrap_or(Resolution::DOUBLE);
+        let natives = if resolution == Resolution::DOUBLE {
+            double
+        } else {
+            natives(&cases, resolution, progress)?
+        };
+        let starts: Vec<OfStart> = cases
+            .iter()
+            .zip(&natives)
+            .zip(&of_cases)
+            .map(|(((law, start, _), native), answer)| {
+                of_start(*law, *start, &native.envelope, answer)
+            })
+            .collect();
+        let mut judgement = Judgement {
+            grains: cases.first().map_or(0, |of| of.2.bodies.len()),
+            resolution,
+            limits: limits(&starts, &natives),
+            starts,
+            not_asked,
+            causes: Vec::new(),
+        };
+        if judgement.verdict() == Verdict::Different {
+            judgement.causes = causes(&cases, &natives, &of_cases, resolution, progress);
+        }
+        Ok(judgement)
+    }
+}
+
+fn natives(
+    cases: &[(LawKind, Start, Case)],
+    resolution: Resolution,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Vec<Native>, NativeError> {
+    let native = |(_, _, case): &(LawKind, Start, Case)| {
+        progress(&format!("replicas: {}", case.name));
+        Native::new(case, resolution)
+    };
+    cases.iter().map(native).collect()
+}
+
+/// For each constant the smallest fault that any of the states that were looked at shows.
+fn limits(starts: &[OfStart], natives: &[Native]) -> Vec<Limit> {
+    let mut limits: Vec<Limit> = Vec::new();
+    let looked_at = starts
+        .iter()
+        .zip(natives)
+        .filter(|(of, _)| of.skipped.is_none());
+    for (of, native) in looked_at {
+        for (constant, smallest) in &native.limits {
+            let limit = Limit {
+                constant: constant.symbol(),
+                smallest: *smallest,
+                law: of.law,
+                start: of.start,
+            };
+            match limits
+                .iter_mut()
+                .find(|of| of.constant == constant.symbol())
+            {
+                Some(known) if known.smallest <= *smallest => {}
+                Some(known) => *known = limit,
+                None => limits.push(limit),
+            }
+        }
+    }
+    limits.sort_by(|a, b| a.smallest.total_cmp(&b.smallest));
+    limits
+}
+
+fn of_start(law: LawKind, start: Start, envelope: &Envelope, answer: &Answer) -> OfStart {
+    let (verdict, skipped, farthest) = match answer {
+        Err(reason) => (Verdict::Undecided, Some(reason.clone()), None),
+        Ok(theirs) => match envelope.farthest(theirs) {
+            None => {
+                let why = "it wrote other moments than were asked for".to_owned();
+                (Verdict::Different, Some(why), None)
+            }
+            Some(of) => {
+                let same = |(a, b): (&Snapshot, &Snapshot)| {
+                    a.bodies == b.bodies && a.contacts == b.contacts && a.punch == b.punch
+                };
+                let verdict = if theirs.iter().zip(&envelope.own).all(same) {
+                    Verdict::Identical
+                } else if of.is_rounding() {
+                    Verdict::EqualToRounding
+                } else {
+                    Verdict::Different
+                };
+                (verdict, None, Some(of))
+            }
+        },
+    };
+    OfStart {
+        law,
+        start,
+        verdict,
+        skipped,
+        farthest,
+    }
+}
+
+/// Law by law: the constants and forms of one are taken for known under the next.
+fn causes(
+    cases: &[(LawKind, Start, Case)],
+    natives: &[Native],
+    answers: &[Answer],
+    resolution: Resolution,
+    progress: &mut dyn FnMut(&str),
+) -> Vec<Cause> {
+    let mut causes: Vec<Cause> = Vec::new();
+    let mut known = Variant::default();
+    let mut fitted: Vec<Constant> = Vec::new();
+    let mut judged: Vec<Form> = Vec::new();
+    for law in LawKind::ALL {
+        let ruled_out = judged.clone();
+        let of_law: Vec<usize> = (0..cases.len())
+            .filter(|at| cases[*at].0 == law && answers[*at].is_ok())
+            .collect();
+        if of_law.is_empty() {
+            continue;
+        }
+        progress(&format!("what is wrong: {}", law.name()));
+        let tried = Tried {
+            cases,
+            natives,
+            answers,
+            of_law,
+            law,
+            resolution,
+            until: EXPLAINED_UNTIL,
+            ruled_out: &ruled_out,
+        };
+        let left_after = tried.of_law.iter().filter_map(|at| {
+            let farthest = natives[*at].envelope.farthest(tried.answer(*at));
+            farthest.and_then(|of| of.left_after)
+        });
+        let until = left_after.min().unwrap_or(0).max(EXPLAINED_UNTIL);
+        let tried = Tried { until, ..tried };
+        judged.extend(
+            tried
+                .of_law
+                .iter()
+                .flat_map(|at| forms::candidates(&cases[*at].2)),
+        );
+        if tried.is_explained(&known) {
+            continue;
+        }
+        let cause = tried.search(&known, &fitted);
+        let before = std::mem::replace(&mut known, cause.variant.clone());
+        fitted.extend(tried.free(&fitted));
+        // A length that is not quite met leaves a few grains in every law: that was said.
+        let new = !cause.constants.is_empty() || !same_kinds(&cause.forms, &before.forms);
+        if new || causes.is_empty() {
+            causes.push(cause);
+        }
+    }
+    causes
+}
+
+fn same_kinds(a: &[Form], b: &[Form]) -> bool {
+    let kinds = |of: &[Form]| {
+        let mut kinds: Vec<_> = of
+            .iter()
+            .map(|of| format!("{:?}", std::mem::discriminant(of)))
+            .collect();
+        kinds.sort();
+        kinds.dedup();
+        kinds
+    };
+    kinds(a) == kinds(b)
+}
+
+struct Tried<'a> {
+    cases: &'a [(LawKind, Start, Case)],
+    natives: &'a [Native],
+    answers: &'a [Answer],
+    of_law: Vec<usize>,
+    law: LawKind,
+    resolution: Resolution,
+    until: u64,
+    /// Forms that would have shown under a law before.
+    ruled_out: &'a [Form],
+}
+
+impl Tried<'_> {
+    fn answer(&self, at: usize) -> &[Snapshot] {
+        self.answers[at].as_deref().unwrap_or(&[])
+    }
+
+    /// The first steps of a case, with the answer cut to them.
+    fn first_steps(&self, at: usize) -> (Case, &[Snapshot]) {
+        let mut case = self.cases[at].2.clone();
+        case.moments.retain(|step| *step <= self.until);
+        let answer = self.answer(at);
+        (
+            case.clone(),
+            &answer[..case.moments.len().min(answer.len())],
+        )
+    }
+
+    fn farthest(&self, variant: &Variant) -> Vec<Option<Farthest>> {
+        in_parallel(self.of_law.len(), |index| {
+            let at = self.of_law[index];
+            let (case, answer) = self.first_steps(at);
+            self.natives[at]
+                .envelope
+                .farthest_from(&variant::run(&case, variant), answer)
+        })
+    }
+
+    fn is_explained(&self, variant: &Variant) -> bool {
+        let farthest = self.farthest(variant);
+        farthest
+            .iter()
+            .all(|of| of.as_ref().is_some_and(Farthest::is_rounding))
+    }
+
+    /// The constants that play a part under this law and did not under those before.
+    fn free(&self, fitted: &[Constant]) -> Vec<Constant> {
+        let plays_a_part = |constant: &Constant| {
+            let mut of_law = self.of_law.iter();
+            of_law.any(|at| constant.is_in(&self.cases[*at].2)) && !fitted.contains(constant)
+        };
+        Constant::ALL.into_iter().filter(plays_a_part).collect()
+    }
+
+    fn search(&self, known: &Variant, fitted: &[Constant]) -> Cause {
+        // States in which nothing differs have nothing to say.
+        let differs = |at: &&usize| {
+            let farthest = self.natives[**at].envelope.farthest(self.answer(**at));
+            !farthest.is_some_and(|of| of.is_rounding())
+        };
+        let observed: Vec<Observed<'_>> = self
+            .of_law
+            .iter()
+            .filter(differs)
+            .map(|at| (&self.cases[*at].2, self.answer(*at)))
+            .collect();
+        let free = self.free(fitted);
+        let search = Search::new(&observed, self.resolution, self.until);
+        let full = search.fit(known, &free);
+        let constants_alone = search.pruned(known, &full);
+        if self.is_explained(&constants_alone.variant) {
+            return self.cause(constants_alone, true, Vec::new());
+        }
+        let mut forms: Vec<Form> = Vec::new();
+        for (case, _) in &observed {
+            for form in forms::candidates(case) {
+                if !forms.contains(&form) && !self.ruled_out.contains(&form) {
+                    forms.push(form);
+                }
+            }
+        }
+        let with = |form: Form| {
+            let mut variant = known.clone();
+            variant.forms.push(form);
+            variant
+        };
+        if self.ruled_out.is_empty() {
+            forms.extend(search.lost_contacts(known));
+        }
+        let misfits = in_parallel(forms.len(), |at| {
+            search.misfit(&search.refit(&with(forms[at]), &full))
+        });
+        let mut order: Vec<usize> = (0..forms.len()).collect();
+        order.sort_by(|a, b| misfits[*a].total_cmp(&misfits[*b]));
+        let mut best: Option<(Fit, f64)> = None;
+        let mut explaining: Vec<(Fit, Form)> = Vec::new();
+        for at in order.into_iter().take(TRIED) {
+            let with = with(forms[at]);
+            let fit = search.pruned(&with, &search.fit(&with, &free));
+            if self.is_explained(&fit.variant) {
+                explaining.push((fit, forms[at]));
+            } else {
+                let misfit = search.misfit(&fit.variant);
+                if best.as_ref().is_none_or(|(_, of)| misfit < *of) {
+                    best = Some((fit, misfit));
+                }
+            }
+        }
+        if !explaining.is_empty() {
+            // Of several the one that needs the fewest constants besides.
+            explaining.sort_by_key(|(fit, _)| fit.wrong().len());
+            let also = explaining[1..].iter().map(|(_, form)| *form).collect();
+            return self.cause(explaining.swap_remove(0).0, true, also);
+        }
+        let alone = search.misfit(&constants_alone.variant);
+        match best {
+            Some((fit, misfit)) if misfit < 0.5 * alone => self.cause(fit, false, Vec::new()),
+            _ => self.cause(constants_alone, false, Vec::new()),
+        }
+    }
+
+    fn cause(&self, fit: Fit, explained: bool, also: Vec<Form>) -> Cause {
+        let farthest = self.farthest(&fit.variant);
+        let ratio = |of: &Option<Farthest>| of.as_ref().map_or(0.0, |of| of.ratio);
+        let worst = (0..farthest.len())
+            .max_by(|a, b| ratio(&farthest[*a]).total_cmp(&ratio(&farthest[*b])));
+        let at = self.of_law[worst.unwrap_or(0)];
+        let left = if explained {
+            Vec::new()
+        } else {
+            let (case, answer) = self.first_steps(at);
+            self.natives[at]
+                .envelope
+                .outside(&variant::run(&case, &fit.variant), answer)
+        };
+        Cause {
+            law: self.law,
+            constants: fit.wrong(),
+            tied: fit.tied,
+            forms: fit.variant.forms.clone(),
+            variant: fit.variant,
+            explained,
+            also,
+            left,
+            left_in: self.cases[at].1,
+        }
+    }
+}
+
+/// How far off rounding may take a run, for messages.
+pub const ALLOWED: f64 = FACTOR;

@@ -1,0 +1,31 @@
+//! Whether another engine's first steps are the model's: to the bit, to rounding, or not, and which constant or term is wrong
+//! then. Knows nothing of files, terminals or how an engine is started: it hands out cases and judges the answers.
+//!
+//! In the first hundred steps rounding has a narrow envelope: replicas of the native engine with rounding errors as coarse as
+//! the other engine's stay within a billionth of a grain of each other, and a constant that is wrong by less than 10⁻⁸
+//! leaves them. At the end of a run all differences are of one size, and nothing can be told.
+//!
+//! | question | module |
+//! |---|---|
+//! | from which states does an engine start? | [`starts`] |
+//! | how coarsely does it compute? | [`resolution`] |
+//! | does it stay among the replicas, and what would have left them? | [`envelope`] |
+//! | which constants are wrong? | [`constants`] |
+//! | which term has another form? | [`forms`] |
+//! | all of it in order | [`judge`] |
+
+pub mod constants;
+pub mod envelope;
+pub mod forms;
+pub mod judge;
+pub mod resolution;
+pub mod starts;
+
+use grains::tables::Snapshot;
+use grains::task::Case;
+
+/// What an engine made of a case: the states at its moments, or why it refused.
+pub type Answer = Result<Vec<Snapshot>, String>;
+
+/// An engine: runs the cases in order and gives an answer for each; the error is its own.
+pub type Engine<'a, E> = dyn FnMut(&[&Case]) -> Result<Vec<Answer>, E> + 'a;

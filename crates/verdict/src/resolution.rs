@@ -1,0 +1,143 @@
+//! How coarsely an engine computes, by its answers to small changes of its start.
+
+use grains::native::Noise;
+use grains::tables::{Bodies, Snapshot};
+use grains::task::Case;
+use serde::Serialize;
+
+use crate::Answer;
+
+/// The smallest change, over a metre or over a velocity: about the last bit of a number in double precision.
+const SMALLEST: f64 = 1.0 / (1u64 << 52) as f64;
+/// Each change is so many times the one before.
+const RATIO: f64 = 8.0;
+/// So many changes; the largest is 2·10⁻⁶.
+const CHANGES: i32 = 12;
+/// A change is noticed if so many of the grains answer that answer to the largest one.
+const ANSWERING: f64 = 0.95;
+
+/// The smallest changes that the engine notices.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Resolution {
+    /// Of a position, by the position one step later, m.
+    pub position: f64,
+    /// Of a velocity, by the velocity one step later, relative.
+    pub velocity: f64,
+    /// Of a position, by the velocities of grains in contact one step later, so by the forces, m.
+    pub overlap: f64,
+}
+
+impl Resolution {
+    /// Of numbers in double precision.
+    pub const DOUBLE: Resolution = Resolution {
+        position: SMALLEST,
+        velocity: SMALLEST,
+        overlap: SMALLEST,
+    };
+
+    /// The same as noise for replicas: numbers are off by half of what makes a difference.
+    pub fn noise(&self) -> Noise {
+        Noise {
+            position: 0.5 * self.position,
+            velocity: 0.5 * self.velocity,
+            overlap: 0.5 * self.overlap,
+            replica: 0,
+        }
+    }
+
+    /// Whether all numbers are those of double precision, as far as it can be told.
+    pub fn is_double(&self) -> bool {
+        let coarsest = self.position.max(self.velocity).max(self.overlap);
+        coarsest <= SMALLEST * RATIO * RATIO
+    }
+
+    /// In words.
+    pub fn name(&self) -> &'static str {
+        if self.is_double() {
+            "double precision"
+        } else {
+            "single precision"
+        }
+    }
+}
+
+/// The case as it is, then with ever larger changes, each looked at after one step. Of a grain in contact the place is
+/// changed, of one in flight the velocity too: nothing but its own velocity can answer there.
+pub fn cases(case: &Case) -> Vec<Case> {
+    let flying = flying(case);
+    let changed = |change: f64| {
+        let mut of = Case {
+            moments: vec![1],
+            ..case.clone()
+        };
+        let bodies = &mut of.bodies;
+        for (id, flies) in flying.iter().enumerate() {
+            // Each by another length, so that neighbours do not move together.
+            let length = change * (1.0 + (id as f64 * 0.618).fract());
+            bodies.x[id] += length;
+            bodies.z[id] -= length;
+            if *flies {
+                bodies.vx[id] *= 1.0 + change;
+                bodies.vz[id] *= 1.0 + change;
+            }
+        }
+        of
+    };
+    let mut all = vec![changed(0.0)];
+    all.extend((0..CHANGES).map(|power| changed(SMALLEST * RATIO.powi(power))));
+    all
+}
+
+/// Grains that touch nothing.
+fn flying(case: &Case) -> Vec<bool> {
+    let start = Case {
+        moments: vec![0],
+        ..case.clone()
+    };
+    let mut flying = vec![true; case.bodies.len()];
+    for moment in grains::variant::run(&start, &Default::default()) {
+        for contact in &moment.contacts {
+            for id in [contact.id1, contact.id2] {
+                if let Some(of) = flying.get_mut(id as usize) {
+                    *of = false;
+                }
+            }
+        }
+    }
+    flying
+}
+
+/// From the answers to [`cases`]; none if the engine refused one of them.
+pub fn measured(case: &Case, answers: &[Answer]) -> Option<Resolution> {
+    let last: Option<Vec<&Bodies>> = answers
+        .iter()
+        .map(|of| bodies(of.as_deref().ok()?))
+        .collect();
+    let (base, changed) = last.as_deref()?.split_first()?;
+    let flying = flying(case);
+    // The smallest change that enough of these grains notice.
+    let noticed = |answers: &dyn Fn(&Bodies, usize) -> bool, among: &dyn Fn(usize) -> bool| {
+        let at_all = |id: &usize| among(*id) && changed.last().is_some_and(|of| answers(of, *id));
+        let ids: Vec<usize> = (0..flying.len()).filter(at_all).collect();
+        let mut level = SMALLEST;
+        for of in changed {
+            let share = ids.iter().filter(|id| answers(of, **id)).count() as f64;
+            if share >= ANSWERING * ids.len() as f64 {
+                break;
+            }
+            level *= RATIO;
+        }
+        level
+    };
+    let moved = |of: &Bodies, id: usize| of.x[id] != base.x[id] && of.z[id] != base.z[id];
+    let sped = |of: &Bodies, id: usize| of.vx[id] != base.vx[id] || of.vz[id] != base.vz[id];
+    Some(Resolution {
+        position: noticed(&moved, &|_| true),
+        velocity: noticed(&sped, &|id| flying[id]),
+        overlap: noticed(&sped, &|id| !flying[id]),
+    })
+}
+
+fn bodies(moments: &[Snapshot]) -> Option<&Bodies> {
+    moments.last().map(|of| &of.bodies)
+}

@@ -1,0 +1,194 @@
+//! The states that an engine starts from when it is judged: one bed of the paper's grains at four times of its life, under
+//! three contact laws. They are cases of at most a hundred steps: rounding has not grown yet, every mistake shows already.
+
+use grains::generate::initial_bodies;
+use grains::model::{Law, Model};
+use grains::native::{self, NativeError, first_contact_punch};
+use grains::scene::{
+    Cloud, NewContactSlip, Rotation, Scene, SlipVelocity, Tension, TorqueArms, Viscosity,
+    paper_scene,
+};
+use grains::tables::{Bodies, Punch, Snapshot};
+use grains::task::{Case, Task};
+use serde::Serialize;
+
+/// The steps after which an engine is looked at; its contacts at the start as well.
+pub const MOMENTS: [u64; 6] = [0, 1, 3, 10, 30, 100];
+
+/// A time in the life of the bed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Start {
+    /// The cloud before anything has fallen far.
+    Loose,
+    /// Halfway down.
+    Pouring,
+    /// At rest.
+    AtRest,
+    /// Pressed by the punch.
+    UnderPunch,
+}
+
+impl Start {
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Start::Loose => "the loose cloud",
+            Start::Pouring => "pouring",
+            Start::AtRest => "a bed at rest",
+            Start::UnderPunch => "a bed under the punch",
+        }
+    }
+
+    /// For identifiers.
+    pub fn key(self) -> &'static str {
+        match self {
+            Start::Loose => "loose",
+            Start::Pouring => "pouring",
+            Start::AtRest => "at-rest",
+            Start::UnderPunch => "under-punch",
+        }
+    }
+}
+
+/// A contact law that engines are asked for if they have its parts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LawKind {
+    /// Normal springs alone.
+    Springs,
+    /// Friction with history, grains that turn.
+    Friction,
+    /// Springs and dashpots along the normal.
+    Dashpots,
+}
+
+impl LawKind {
+    /// All of them.
+    pub const ALL: [LawKind; 3] = [LawKind::Springs, LawKind::Friction, LawKind::Dashpots];
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            LawKind::Springs => "springs",
+            LawKind::Friction => "friction",
+            LawKind::Dashpots => "dashpots",
+        }
+    }
+
+    fn of(self, scene: &Scene) -> Law {
+        let mut law = Model::of(scene).law;
+        match self {
+            LawKind::Springs => {}
+            LawKind::Friction => {
+                law.friction_angle = 0.5;
+                law.stiffness_ratio = 0.3;
+            }
+            LawKind::Dashpots => {
+                let radius = 0.5 * scene.particles.mean_diameter;
+                let critical = 2.0 * (0.5 * scene.grain_mass(radius) * law.modulus * radius).sqrt();
+                law.contact.viscosity = Viscosity::Dashpot {
+                    c_n: 0.3 * critical,
+                    tension: Tension::Clipped,
+                };
+                law.contact.rotation = Rotation::Free;
+                law.contact.slip_velocity = SlipVelocity::ContactPoint;
+                law.contact.torque_arms = TorqueArms::ContactPoint;
+                law.contact.new_contact_slip = NewContactSlip::WholeStep;
+            }
+        }
+        law
+    }
+}
+
+/// The bed's states, poured and pressed by the native engine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bed {
+    scene: Scene,
+    states: Vec<(Start, Bodies, Option<Punch>)>,
+}
+
+/// Grains of the paper's scene.
+const ALL_GRAINS: f64 = 5000.0;
+/// The largest speed of spins that grains are given, rad/s.
+const SPIN: f64 = 5.0;
+/// How far the punch has sunk, over the mean radius.
+const PRESSED: f64 = 6.0;
+
+impl Bed {
+    /// A bed of so many grains: the paper's box, narrower for fewer.
+    pub fn new(grains: u32) -> Result<Self, NativeError> {
+        let mut scene = paper_scene(1, grains);
+        let share = (f64::from(grains) / ALL_GRAINS).sqrt();
+        let Cloud::JitteredLattice { columns, .. } = &mut scene.cloud;
+        let pitch = scene.container.width / f64::from(*columns);
+        *columns = (f64::from(*columns) * share).round().max(2.0) as u32;
+        scene.container.width = pitch * f64::from(*columns);
+        scene.loading.half_width = (0.1 * scene.container.width).min(scene.loading.half_width);
+        let cloud = initial_bodies(&scene);
+        let at = |steps| {
+            let task = Task::pour(cloud.clone(), steps);
+            native::run(&scene, &task, &native::Options::default(), &mut ())
+        };
+        // The time in which a grain falls half the cloud's height.
+        let height = cloud.z.iter().copied().fold(0.0, f64::max);
+        let halfway = ((height / scene.gravity).sqrt() / scene.time_step_seconds()) as u64;
+        let loose = at(30)?.last.bodies;
+        let pouring = at(halfway)?.last.bodies;
+        let task = Task::settle(cloud.clone());
+        let rest = native::run(&scene, &task, &native::Options::default(), &mut ())?
+            .last
+            .bodies;
+        let punch = first_contact_punch(&scene, &rest);
+        let step = scene.loading.speed * scene.time_step_seconds();
+        let steps = PRESSED * 0.5 * scene.particles.mean_diameter / step;
+        let pressing = Case {
+            name: "pressing".to_owned(),
+            model: Model::of(&scene),
+            bodies: rest.clone(),
+            punch: Some(punch),
+            moments: vec![steps as u64],
+        };
+        let pressed = native::run_case(&pressing, None)?;
+        let pressed: Option<Snapshot> = pressed.into_iter().next_back();
+        let mut states = vec![
+            (Start::Loose, loose, None),
+            (Start::Pouring, pouring, None),
+            (Start::AtRest, rest, None),
+        ];
+        states.extend(pressed.map(|of| (Start::UnderPunch, of.bodies, of.punch)));
+        Ok(Bed { scene, states })
+    }
+
+    /// The states under this law, as cases.
+    pub fn cases(&self, law: LawKind) -> Vec<(Start, Case)> {
+        let mut model = Model::of(&self.scene);
+        model.law = law.of(&self.scene);
+        let mut scene = self.scene.clone();
+        scene.material.friction_angle = model.law.friction_angle;
+        let spins = |bodies: &mut Bodies| {
+            for (id, (radius, mass)) in bodies.radius.iter().zip(&bodies.mass).enumerate() {
+                // Any spins will do: these are of all sizes and signs.
+                bodies.spin.push(SPIN * (1.7 * id as f64).sin());
+                bodies.inertia.push(scene.grain_inertia(*radius, *mass));
+            }
+        };
+        let states = self.states.iter();
+        states
+            .map(|(start, bodies, punch)| {
+                let mut bodies = bodies.clone();
+                if model.law.rotates() {
+                    spins(&mut bodies);
+                }
+                let case = Case {
+                    name: format!("{}, {}", law.name(), start.name()),
+                    model: model.clone(),
+                    bodies,
+                    punch: *punch,
+                    moments: MOMENTS.to_vec(),
+                };
+                (*start, case)
+            })
+            .collect()
+    }
+}
