@@ -10,7 +10,7 @@
  *     -DREAL=float|"long double"   type of the state
  *     -DFORCE=float|"long double"  type of contacts, forces and their sums, computed from differences of places
  *     -DREVERSED                   forces on a grain summed from the highest partner down
- *     -DPAIRWISE | -DBY_SIZE       collected and summed pairwise | from the smallest up
+ *     -DPAIRWISE                   forces on a grain collected and summed pairwise
  *     -DKAHAN                      forces summed with a compensation
  *     -DRECIPROCAL                 x*(1/d) instead of x/d
  *     -DVERLET                     velocity Verlet, with the velocities at whole steps inside
@@ -20,7 +20,12 @@
  *
  * and so is what compiler flags do (-ffast-math, -mfma -ffp-contract=fast, -mfpmath=387 …).
  * Which wrong engine it is, is chosen when it runs, by the variable FAULT, such as FAULT="k_n=1.05,history_reset"; a fault
- * without a number is 1. The names are FACTORS and FAULTS below; one that is unknown ends the program. corpus.json lists the variants.
+ * without a number is 1. The names are FACTORS and FAULTS below; one that is unknown ends the program.
+ *
+ * corpus.json lists the variants. `cause` is what a diagnosis should name: a constant, with its `factor` (of gravity_x the share
+ * of gravity, of wall_place that of the mean radius; null where it depends on the scene), or a key of its own. `needs` is
+ * what a scene must have to show it. differences.py checks that right ones are right and that each fault is one.
+ *
  * An engine that is one file and needs no environment, for exec:PATH, is a script of two lines:
  *
  *     #!/bin/sh
@@ -71,7 +76,7 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(damping_off_gravity)  /* gravity is not damped */                                                                \
     X(damping_vector)       /* both components are judged by a·v */                                                    \
     X(damping_off_spin)     /* spins are not damped */                                                                 \
-    X(stiffness_mean)       /* 1 arithmetic, 2 geometric, 3 the smaller, 4 the first, instead of half the series */    \
+    X(stiffness_mean)       /* 1 arithmetic, 2 geometric, 3 the smaller, 4 the first, instead of the harmonic one */    \
     X(law_nonlinear)        /* k u (1 + it u/R) */                                                                     \
     X(wall_missing)         /* the first wall, the second, … */                                                        \
     X(punch_missing)                                                                                                   \
@@ -193,8 +198,8 @@ static bool is(const char *object, const char *name, const char *text)
 
 /* Components: x, z and the angle, with mass, mass and moment of inertia. */
 typedef struct {
-    real x[3], v[3], acceleration[3], sum_error[3], old[2], mass[3], radius;
-    local force[3];
+    real x[3], v[3], acceleration[3], old[2], mass[3], radius;
+    local force[3], lost[3];
     double given[5];
 } Grain;
 
@@ -205,6 +210,7 @@ typedef struct {
     local normal[2], overlap, shear[2], force[2], torques[2];
 } Contact;
 
+typedef struct { Contact *of; size_t count, room; } List; /* by rising ids */
 typedef struct { int first, second; } Pair;
 typedef struct { int axis; real place; } Wall;
 
@@ -213,9 +219,8 @@ static int count, components;
 static Wall *walls;
 static int wall_count;
 static struct { bool there; real x[2], half[2], velocity; double start, force; } punch;
-static Contact *contacts, *before; /* by rising ids, of this step and of the step before */
-static size_t contact_count, before_count, contact_room, before_room;
-static Pair *pairs; /* of grains that may touch, by rising ids */
+static List contacts, before; /* of this step and of the step before */
+static Pair *pairs;           /* of grains that may touch, by rising ids */
 static size_t pair_count, pair_room;
 static int searches;
 static bool first_step;
@@ -391,66 +396,50 @@ static void act(Contact *of, const Contact *old)
 
 /* ---- sums ---- */
 
-#if defined(PAIRWISE) || defined(BY_SIZE)
-enum { MOST = 64 };
-typedef struct { int count; local of[3][MOST]; } Collected;
-static Collected *collected;
-
-static void add(int id, const local load[3])
-{
-    Collected *at = &collected[id];
-    if (at->count == MOST) fail("a grain with more than %d contacts", MOST);
-    for (int c = 0; c < 3; c++) at->of[c][at->count] = load[c];
-    at->count++;
-}
-
 #ifdef PAIRWISE
-static local total(local *of, int n) { return n == 0 ? 0 : n == 1 ? *of : total(of, n / 2) + total(of + n / 2, n - n / 2); }
-#else
-static int by_size(const void *a, const void *b)
-{
-    const local one = fabs(*(const local *)a), two = fabs(*(const local *)b);
-    return (one > two) - (one < two);
-}
+enum { MOST = 64 };
+static struct { int count; local of[3][MOST]; } *collected;
 
-static local total(local *of, int n)
+static local total(const local *of, int n)
 {
-    local sum = 0;
-    qsort(of, n, sizeof *of, by_size);
-    for (int index = 0; index < n; index++) sum += of[index];
-    return sum;
+    return n == 0 ? 0 : n == 1 ? *of : total(of, n / 2) + total(of + n / 2, n - n / 2);
 }
 #endif
-#else
+
 static void add(int id, const local load[3])
 {
+#ifdef PAIRWISE
+    if (collected[id].count == MOST) fail("a grain with more than %d contacts", MOST);
+    const int at = collected[id].count++;
+    for (int c = 0; c < 3; c++) collected[id].of[c][at] = load[c];
+#else
     Grain *of = &grains[id];
     for (int c = 0; c < 3; c++) {
 #ifdef KAHAN
-        const local with = load[c] - of->sum_error[c], sum = of->force[c] + with;
-        of->sum_error[c] = (sum - of->force[c]) - with;
+        const local with = load[c] - of->lost[c], sum = of->force[c] + with;
+        of->lost[c] = (sum - of->force[c]) - with;
         of->force[c] = sum;
 #else
         of->force[c] += load[c];
 #endif
     }
-}
 #endif
+}
 
 static void sum_forces(void)
 {
     for (int id = 0; id < count; id++)
-        for (int c = 0; c < 3; c++) grains[id].force[c] = grains[id].sum_error[c] = 0;
-#if defined(PAIRWISE) || defined(BY_SIZE)
+        for (int c = 0; c < 3; c++) grains[id].force[c] = grains[id].lost[c] = 0;
+#ifdef PAIRWISE
     collected = resized(collected, count, sizeof *collected);
     for (int id = 0; id < count; id++) collected[id].count = 0;
 #endif
     punch.force = 0;
-    for (size_t at = 0; at < contact_count; at++) {
+    for (size_t at = 0; at < contacts.count; at++) {
 #ifdef REVERSED
-        const Contact *of = &contacts[contact_count - 1 - at];
+        const Contact *of = &contacts.of[contacts.count - 1 - at];
 #else
-        const Contact *of = &contacts[at];
+        const Contact *of = &contacts.of[at];
 #endif
         const bool of_grains = of->first < count;
         const local times = fault.contacts_twice && of_grains
@@ -461,7 +450,7 @@ static void sum_forces(void)
         if (!of_grains || fault.third_law != 2) add(of->second, on_second);
         if (of->first == count + wall_count) punch.force -= of->force[1];
     }
-#if defined(PAIRWISE) || defined(BY_SIZE)
+#ifdef PAIRWISE
     for (int id = 0; id < count; id++)
         for (int c = 0; c < 3; c++) grains[id].force[c] = total(collected[id].of[c], collected[id].count);
 #endif
@@ -476,43 +465,32 @@ static const real *searched(int id) { return fault.contacts_late ? grains[id].ol
 /* Lists the pairs of grains that are near enough to touch, with a grid of cells as wide as the largest grain. */
 static void search(void)
 {
-    enum { MOST_CELLS = 200 }; /* on an axis: a grain that flies away makes wide cells, not many */
-    static int *first, *next;
+    enum { CELLS = 512, BELOW_ZERO = 128 }; /* on each axis; what is beyond goes into the outermost ones */
+    static int first[CELLS][CELLS], *next;
     const bool only_touching = fault.contacts_late || fault.contacts_every;
     const real margin = only_touching ? 1 : 1.001; /* rounding must not lose a pair */
-    real low[2], high[2], width = 0;
-    for (int axis = 0; axis < 2; axis++) {
-        low[axis] = high[axis] = searched(0)[axis];
-        for (int id = 0; id < count; id++) {
-            low[axis] = fmin(low[axis], searched(id)[axis]);
-            high[axis] = fmax(high[axis], searched(id)[axis]);
-            width = fmax(width, 2 * margin * grains[id].radius);
-        }
-    }
-    for (int axis = 0; axis < 2; axis++) width = fmax(width, (high[axis] - low[axis]) / (MOST_CELLS - 1));
-#define CELL(of, axis) ((int)(((of)[axis] - low[axis]) / width))
-    const int columns = CELL(high, 0) + 1, rows = CELL(high, 1) + 1;
-    first = resized(first, columns * rows, sizeof *first);
+    real width = 0;
+    for (int id = 0; id < count; id++) width = fmax(width, 2 * margin * grains[id].radius);
+#define CELL(id, axis) (int)fmin(fmax(searched(id)[axis] / width + BELOW_ZERO, 0), CELLS - 1)
     next = resized(next, count, sizeof *next);
-    memset(first, -1, columns * rows * sizeof *first);
+    memset(first, -1, sizeof first);
     for (int id = 0; id < count; id++) {
-        int *cell = &first[CELL(searched(id), 1) * columns + CELL(searched(id), 0)];
+        int *cell = &first[CELL(id, 1)][CELL(id, 0)];
         next[id] = *cell;
         *cell = id;
     }
     pair_count = 0;
     for (int id = 0; id < count; id++) {
-        const real *x = searched(id);
-        const int column = CELL(x, 0), row = CELL(x, 1);
-        size_t begin = pair_count;
-        for (int r = row - 1; r <= row + 1; r++)
-            for (int c = column - 1; c <= column + 1; c++)
-                for (int of = r < 0 || c < 0 || r >= rows || c >= columns ? -1 : first[r * columns + c]; of >= 0; of = next[of]) {
-                    const real dx = searched(of)[0] - x[0], dz = searched(of)[1] - x[1];
-                    const real reach = margin * (grains[id].radius + grains[of].radius);
-                    if (of <= id || dx * dx + dz * dz > reach * reach) continue;
+        const size_t begin = pair_count;
+        const int row = CELL(id, 1), column = CELL(id, 0);
+        for (int r = row ? row - 1 : 0; r <= row + 1 && r < CELLS; r++)
+            for (int c = column ? column - 1 : 0; c <= column + 1 && c < CELLS; c++)
+                for (int other = first[r][c]; other >= 0; other = next[other]) {
+                    const real dx = searched(other)[0] - searched(id)[0], dz = searched(other)[1] - searched(id)[1];
+                    const real reach = margin * (grains[id].radius + grains[other].radius);
+                    if (other <= id || dx * dx + dz * dz > reach * reach) continue;
                     if (pair_count == pair_room) pairs = resized(pairs, pair_room = 2 * pair_room + 64, sizeof *pairs);
-                    pairs[pair_count++] = (Pair){of, id}; /* sorted by the other one, then turned round */
+                    pairs[pair_count++] = (Pair){other, id}; /* sorted by the other one, then turned round */
                 }
         qsort(pairs + begin, pair_count - begin, sizeof *pairs, by_number);
         for (size_t at = begin; at < pair_count; at++) pairs[at] = (Pair){id, pairs[at].first};
@@ -532,19 +510,18 @@ static void consider(int first, int second, bool touches(Contact *), size_t *old
 {
     Contact of = {.first = first, .second = second};
     if (!touches(&of)) return;
-    while (*old < before_count && in_order(&before[*old], &of) < 0) ++*old;
-    act(&of, *old < before_count && in_order(&before[*old], &of) == 0 ? &before[*old] : NULL);
-    if (contact_count == contact_room)
-        contacts = resized(contacts, contact_room = 2 * contact_room + 64, sizeof *contacts);
-    contacts[contact_count++] = of;
+    while (*old < before.count && in_order(&before.of[*old], &of) < 0) ++*old;
+    act(&of, *old < before.count && in_order(&before.of[*old], &of) == 0 ? &before.of[*old] : NULL);
+    if (contacts.count == contacts.room)
+        contacts.of = resized(contacts.of, contacts.room = 2 * contacts.room + 64, sizeof *contacts.of);
+    contacts.of[contacts.count++] = of;
 }
 
 static void evaluate_forces(void)
 {
-    Contact *contacts_swapped = before;
-    const size_t room_swapped = before_room;
-    before = contacts, before_count = contact_count, before_room = contact_room;
-    contacts = contacts_swapped, contact_count = 0, contact_room = room_swapped;
+    const List freed = before;
+    before = contacts;
+    contacts = (List){freed.of, 0, freed.room};
     if (!fault.contacts_every || searches++ % (int)fault.contacts_every == 0) search();
     size_t old = 0;
     for (size_t at = 0; at < pair_count; at++) consider(pairs[at].first, pairs[at].second, touches_grain, &old);
@@ -555,7 +532,7 @@ static void evaluate_forces(void)
     sum_forces();
 }
 
-/* Accelerations, damped. The velocities are those half a step before the forces, or with VERLET half a step after. */
+/* Accelerations, damped. The velocities are those half a step before the forces. */
 static void accelerate(Grain *of)
 {
     real power[3], *a = of->acceleration;
@@ -570,6 +547,17 @@ static void accelerate(Grain *of)
         if (!(c == 2 && fault.damping_off_spin)) a[c] *= 1 - alpha * ((power[c] > 0) - (power[c] < 0));
         if (fault.damping_off_gravity) a[c] += gravity[c];
     }
+}
+
+/* With VERLET velocities are those of whole steps, but for the time between their two halves. */
+static void finish_kick(void)
+{
+#ifdef VERLET
+    for (int id = 0; id < count; id++) {
+        accelerate(&grains[id]);
+        for (int c = 0; c < components; c++) grains[id].v[c] += dt / 2 * grains[id].acceleration[c];
+    }
+#endif
 }
 
 static void move_punch(void) { punch.x[1] += punch.velocity * dt; }
@@ -597,12 +585,7 @@ static void step_once(void)
     }
     first_step = false;
     evaluate_forces();
-#ifdef VERLET
-    for (int id = 0; id < count; id++) {
-        accelerate(&grains[id]);
-        for (int c = 0; c < components; c++) grains[id].v[c] += dt / 2 * grains[id].acceleration[c];
-    }
-#endif
+    finish_kick();
     if (fault.punch_late) move_punch();
 }
 
@@ -756,8 +739,8 @@ static void write_moment(const char *stage, long step, bool as_given)
             else if (column < 4) put(half_step_velocity(of, column - 2) * LENGTH / TIME);
             else put(half_step_velocity(of, 2) / TIME);
         }
-    for (size_t at = 0; at < contact_count; at++) {
-        const Contact *of = &contacts[at];
+    for (size_t at = 0; at < contacts.count; at++) {
+        const Contact *of = &contacts.of[at];
         const Grain *two = &grains[of->second];
         const double length = hypot((double)of->normal[0], (double)of->normal[1]);
         const double nx = of->normal[0] / length, nz = of->normal[1] / length, newton = MASS * LENGTH / (TIME * TIME);
@@ -772,7 +755,7 @@ static void write_moment(const char *stage, long step, bool as_given)
         put((two->x[0] - arm * nx) * LENGTH);
         put((two->x[1] - arm * nz) * LENGTH);
     }
-    fprintf(lines, "{\"stage\": \"%s\", \"step\": %ld, \"contacts\": %zu, \"punch\": ", stage, step, contact_count);
+    fprintf(lines, "{\"stage\": \"%s\", \"step\": %ld, \"contacts\": %zu, \"punch\": ", stage, step, contacts.count);
     if (punch.there)
         fprintf(lines, "{\"centre\": [%.17g, %.17g], \"start\": %.17g, \"velocity\": %.17g, \"force\": %.17g}}\n",
             (double)punch.x[0] * LENGTH, (double)punch.x[1] * LENGTH, punch.start, (double)punch.velocity * LENGTH / TIME,
@@ -822,15 +805,10 @@ static long run(const char *folder)
     read_punch(member(job, "punch"));
     lines = opened(folder, "moments.jsonl", "w");
     tables = opened(folder, "tables.bin", "wb");
-    contact_count = searches = 0;
+    contacts.count = searches = 0;
     first_step = true;
     evaluate_forces();
-#ifdef VERLET
-    for (int id = 0; id < count; id++) {
-        accelerate(&grains[id]);
-        for (int c = 0; c < components; c++) grains[id].v[c] += dt / 2 * grains[id].acceleration[c];
-    }
-#endif
+    finish_kick();
     /* The punch that is lowered now bears no force yet. */
     if (!strcmp(stage, "load") && !punch.there) lower_punch(member(job, "loading"));
     for (long step = start; scene ? step <= until : moment != NULL; step++) {
