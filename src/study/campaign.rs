@@ -152,25 +152,17 @@ impl Study for Campaign {
                 measured.entry(key).or_default().add(value);
             }
         })?;
-        let mut of_endings = Table::new("endings", "How the members ended", &["ending", "members"]);
-        for (ending, count) in &endings {
-            of_endings.row([Cell::from(*ending), Cell::from(*count)]);
-        }
-        let columns = ["quantity", "members", "mean, SI", "standard deviation, SI"];
-        let mut table = Table::new(
-            "measured",
-            "Every measured quantity over the members that have it",
-            &columns,
-        );
-        for (key, sums) in &measured {
-            let deviation = (sums.count > 1).then(|| sums.deviation());
-            table.row([
-                Cell::Code(key.clone()),
-                sums.count.into(),
-                sums.mean.into(),
-                deviation.into(),
-            ]);
-        }
+        let of_endings = Table::of("endings", "How the members ended", &endings)
+            .column("ending", |(ending, _)| *ending)
+            .column("members", |(_, count)| *count);
+        let title = "Every measured quantity over the members that have it";
+        let table = Table::of("measured", title, &measured)
+            .column("quantity", |(key, _)| Cell::Code(key.clone()))
+            .column("members", |(_, sums)| sums.count)
+            .column("mean, SI", |(_, sums)| sums.mean)
+            .column("standard deviation, SI", |(_, sums)| {
+                (sums.count > 1).then(|| sums.deviation())
+            });
         let Campaign {
             members,
             seed,
