@@ -236,7 +236,7 @@ pub struct Member {
     /// Digest of all bits of the settled bed, its contacts included.
     pub settled_state: Option<String>,
     /// The same of the last moment, punch included.
-    pub last_state: Option<String>,
+    pub loaded_state: Option<String>,
     /// See [`realization::measured`].
     pub measured: BTreeMap<String, f64>,
     /// Around the control points under gravity alone; none where the bed did not settle.
@@ -279,7 +279,7 @@ impl Member {
             pour_steps: 0,
             load_steps: 0,
             settled_state: None,
-            last_state: None,
+            loaded_state: None,
             measured: BTreeMap::new(),
             settled: None,
             loaded: None,
@@ -301,7 +301,7 @@ impl Member {
             pour_steps: run.pour_steps,
             load_steps: run.load_steps,
             settled_state: settled.map(Snapshot::digest),
-            last_state: Some(last.digest()),
+            loaded_state: Some(last.digest()),
             measured: realization::measured(scene, run),
             settled: settled.and_then(fields),
             loaded: reached.then(|| fields(last)).flatten(),

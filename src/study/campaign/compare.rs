@@ -141,13 +141,13 @@ pub fn compare(first: &Merged, second: &Merged) -> Result<Comparison, StudyError
 fn bits(first: &[Member], second: &[Member]) -> Bits {
     let second: BTreeMap<u64, &Member> = second.iter().map(|of| (of.realization, of)).collect();
     let mut bits = Bits::default();
-    for of in first.iter().filter(|of| of.last_state.is_some()) {
+    for of in first.iter().filter(|of| of.loaded_state.is_some()) {
         let other = second.get(&of.realization);
-        if let Some(other) = other.filter(|other| other.last_state.is_some()) {
+        if let Some(other) = other.filter(|other| other.loaded_state.is_some()) {
             bits.common += 1;
             bits.settled += usize::from(of.settled_state == other.settled_state);
             bits.last +=
-                usize::from(of.last_state == other.last_state && of.ending == other.ending);
+                usize::from(of.loaded_state == other.loaded_state && of.ending == other.ending);
         }
     }
     bits
