@@ -7,7 +7,7 @@ use std::borrow::Cow;
 
 use crate::checks::{Check, Outcome};
 pub use plot::{Axis, Colour, Mark, Plot, Point};
-pub use table::{Cell, Column, Table, rounded};
+pub use table::{Cell, Column, Columns, Table, rounded};
 
 /// A job's result for people.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,6 +100,12 @@ impl Section {
 impl From<Table> for Block {
     fn from(table: Table) -> Self {
         Block::Table(table)
+    }
+}
+
+impl<T> From<Columns<T>> for Block {
+    fn from(columns: Columns<T>) -> Self {
+        Block::Table(columns.into())
     }
 }
 

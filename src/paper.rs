@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use self::published::printed;
 use crate::checks::{Check, Outcome, verdict};
-use crate::document::{Cell, Document, Section, Table};
+use crate::document::{Document, Section, Table};
 
 /// One printed number beside its recomputation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -135,45 +135,28 @@ pub fn document(numbers: &[Number], faults: &[TextFault]) -> Document {
         count(Outcome::Fail)
     );
     let checks: Vec<Check> = numbers.iter().map(Number::check).collect();
-    let heads = [
-        "place",
-        "number",
-        "published",
-        "recomputed",
-        "unit",
-        "outcome",
-        "how",
-    ];
-    let of_differing = ["number", "outcome", "remark"];
-    let mut table = Table::new("numbers", "Printed numbers that need no simulation", &heads);
-    let mut remarks = Table::new("remarks", "Remarks", &of_differing);
-    for number in numbers {
-        table.row([
-            Cell::from(number.place.as_str()),
-            number.what.as_str().into(),
-            number.published.into(),
-            number.recomputed.into(),
-            number.unit.as_str().into(),
-            number.outcome.into(),
-            number.how.as_str().into(),
-        ]);
-        if !number.remark.is_empty() {
-            let what = format!("{}: {}", number.place, number.what);
-            let remark = Cell::from(number.remark.as_str());
-            remarks.row([what.into(), number.outcome.into(), remark]);
-        }
-    }
-    let heads = ["place", "prints", "should be", "because"];
-    let mut printed = Table::new("text-faults", "Faults of the printed text", &heads);
-    for fault in faults {
-        let cells = [
-            &fault.place,
-            &fault.printed,
-            &fault.should_be,
-            &fault.evidence,
-        ];
-        printed.row(cells.map(|cell| cell.as_str().into()));
-    }
+    let table = Table::of(
+        "numbers",
+        "Printed numbers that need no simulation",
+        numbers,
+    )
+    .column("place", |of| &of.place)
+    .column("number", |of| &of.what)
+    .column("published", |of| of.published)
+    .column("recomputed", |of| of.recomputed)
+    .column("unit", |of| &of.unit)
+    .column("outcome", |of| of.outcome)
+    .column("how", |of| &of.how);
+    let remarked = numbers.iter().filter(|of| !of.remark.is_empty());
+    let remarks = Table::of("remarks", "Remarks", remarked)
+        .column("number", |of| format!("{}: {}", of.place, of.what))
+        .column("outcome", |of| of.outcome)
+        .column("remark", |of| &of.remark);
+    let printed = Table::of("text-faults", "Faults of the printed text", faults)
+        .column("place", |fault| &fault.place)
+        .column("prints", |fault| &fault.printed)
+        .column("should be", |fault| &fault.should_be)
+        .column("because", |fault| &fault.evidence);
     Document {
         title: "The paper's numbers, recomputed".to_owned(),
         verdict: verdict(&checks),

@@ -6,8 +6,9 @@
 //! use crossgrain::document::{Axis, Colour, Document, Plot, Section, Table};
 //! use crossgrain::report;
 //!
-//! let mut heights = Table::new("heights", "Heights of the bed", &["engine", "height, m"]);
-//! heights.row(["native".into(), 0.4702.into()]);
+//! let heights = Table::of("heights", "Heights of the bed", [("native", 0.4702)])
+//!     .column("engine", |(engine, _)| engine)
+//!     .column("height, m", |(_, height)| height);
 //! let settling = Plot::new("settling", "The bed settles", Axis::linear("time, s"), Axis::logarithmic("energy, J"))
 //!     .line("native", Colour::Blue, [[0.1, 1.0], [0.2, 1e-3]]);
 //! let document = Document {

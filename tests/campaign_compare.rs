@@ -42,7 +42,7 @@ fn campaign(engine: &str, seed: u64, members: u64, shift: f64) -> Merged {
                 pour_steps: 1,
                 load_steps: 1,
                 settled_state: Some(format!("settled {engine} {number}")),
-                last_state: Some(format!("last {engine} {number}")),
+                loaded_state: Some(format!("last {engine} {number}")),
                 measured,
                 settled: None,
                 loaded: None,
@@ -76,7 +76,7 @@ fn the_same_realizations_with_the_same_bits() {
     assert_eq!(comparison.verdict, Verdict::SameBits);
     assert_eq!(comparison.bits.common, 3);
     // One state that differs, and it is not so any more.
-    second.rows[1].last_state = Some("other".to_owned());
+    second.rows[1].loaded_state = Some("other".to_owned());
     let comparison = of(&first, &second);
     assert_eq!([comparison.bits.settled, comparison.bits.last], [3, 2]);
     assert_ne!(comparison.verdict, Verdict::SameBits);

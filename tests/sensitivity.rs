@@ -71,7 +71,7 @@ fn a_bed_poured_once_and_loaded_is_the_whole_run_bit_for_bit() {
     let settings = scenes.map(|scene| Setting::new("a", "a", "test", exact(scene), 1));
     let loaded = load_all(&settings.iter().collect::<Vec<&Setting>>(), 1).expect("they run");
     for (setting, loaded) in settings.iter().zip(loaded) {
-        assert!(loaded.last_state.is_some());
+        assert!(loaded.loaded_state.is_some());
         assert_eq!(loaded, whole(&setting.specification));
     }
 }
@@ -87,7 +87,7 @@ fn with_friction_a_bed_cannot_be_taken_up_again_and_no_plan_does_so() {
     assert!(matches!(poured, Poured::Bed(_, true)));
     let loaded = poured.load(&of, 1, keep).expect("it runs");
     let whole = whole(&of);
-    assert_ne!(loaded.last_state, whole.last_state);
+    assert_ne!(loaded.loaded_state, whole.loaded_state);
     let setting = Setting::new("a", "a", "test", of, 1);
     assert_eq!(load_all(&[&setting], 1).expect("it runs"), [whole]);
     for plan in [Plan::full(12), Plan::quick(6)] {
@@ -186,7 +186,7 @@ fn a_watched_punch_goes_through_or_stands_still() {
     let base = small_scene();
     let through = Penetration::through(&base, (0.1, 0.2, 0.0), 0.03, 1);
     let watched = penetration::watch(&through, 1).expect("it runs");
-    assert_eq!(watched.stop, Some(StopReason::SankToGiveUpDepth));
+    assert_eq!(watched.stop, Some(StopReason::TargetLoadNotReached));
     assert_eq!(watched.windows.len(), 3);
     assert!(watched.windows.iter().all(|window| window.moments > 20
         && window.pressure > 0.0

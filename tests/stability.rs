@@ -149,7 +149,7 @@ fn every_failure_mode_is_noticed() {
         ("stiffness-contrast", "native engine stopped in step"),
         ("zero-damping", "max steps"),
         ("never-at-rest", "max steps"),
-        ("load-too-large", "sank to give up depth"),
+        ("load-too-large", "target load not reached"),
     ];
     assert_eq!(MODES.map(|mode| mode.name), said.map(|(name, _)| name));
     for (mode, (_, says)) in MODES.iter().zip(said) {

@@ -226,7 +226,7 @@ fn heights_of_beds_of_other_depths_are_not_compared() {
     assert!(has_height("softer"));
 }
 
-/// `run --soft-pour` is the method that was tested: the same bed and the same end, in every bit.
+/// `run --reduced-stiffness` is the method that was tested: the same bed and the same end, in every bit.
 #[test]
 fn a_run_that_is_poured_softly_is_the_tested_method() {
     use crossgrain::run::folder::RunFolder;
@@ -250,7 +250,7 @@ fn a_run_that_is_poured_softly_is_the_tested_method() {
             "scene.json",
             "--mode",
             "free",
-            "--soft-pour",
+            "--reduced-stiffness",
             "--quiet",
         ];
         words.extend(more);
@@ -269,7 +269,7 @@ fn a_run_that_is_poured_softly_is_the_tested_method() {
     assert!(
         read.record
             .command
-            .contains("--mode free --soft-pour --out")
+            .contains("--mode free --reduced-stiffness --out")
     );
 
     // Where it means nothing it is refused.

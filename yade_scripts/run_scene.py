@@ -68,7 +68,7 @@ def load_rule(step, memory):
         return None
     depth = model.punch["start"] - (model.punch["state"].pos[2] - half_extents[1])
     memory["share"] = max(force / loading["target_force"], depth / loading["give_up_depth"])
-    return "sank_to_give_up_depth" if depth >= loading["give_up_depth"] else None
+    return "target_load_not_reached" if depth >= loading["give_up_depth"] else None
 
 
 def run_stage(stage, step, rule):

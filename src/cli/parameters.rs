@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 
 use super::run::YadeLimits;
 use super::{json, print};
-use crate::document::{Cell, Table};
+use crate::document::Table;
 use crate::error::{Error, exit};
 use crate::files::work_folder;
 use crate::run::EngineError;
@@ -65,45 +65,32 @@ impl Arguments {
     }
 
     fn show(&self, parameters: &[Parameter]) -> Result<u8, Error> {
-        let mut table = Table::new(
-            "parameters",
-            "Parameters",
-            &["of", "symbol", "value", "unit"],
-        );
-        for of in parameters {
-            let cells = [of.of.as_str(), of.symbol].map(Cell::from);
-            let value = format!("{:?}", of.value);
-            table.row(cells.into_iter().chain([value.into(), of.unit.into()]));
-        }
+        let table = Table::of("parameters", "Parameters", parameters)
+            .column("of", |of| &of.of)
+            .column("symbol", |of| of.symbol)
+            .column("value", |of| digits(of.value))
+            .column("unit", |of| of.unit);
         print(&if self.json {
             json(&parameters)?
         } else {
-            table.text()
+            Table::from(table).text()
         })?;
         Ok(exit::AGREED)
     }
 
     fn compare(&self, pairs: &[ParameterPair]) -> Result<u8, Error> {
-        let columns = ["of", "symbol", "native", "YADE", "difference", "unit", ""];
-        let mut table = Table::new("parameters", "Parameters in both engines", &columns);
-        for pair in pairs {
-            let of = &pair.native;
-            // All digits: two that differ in the last are different.
-            let digits = |value: f64| Cell::from(format!("{value:?}"));
-            table.row([
-                of.of.as_str().into(),
-                of.symbol.into(),
-                digits(of.value),
-                pair.yade.map_or(Cell::Missing, digits),
-                pair.difference.into(),
-                of.unit.into(),
-                if pair.agrees() { "" } else { "DIFFERENT" }.into(),
-            ]);
-        }
+        let table = Table::of("parameters", "Parameters in both engines", pairs)
+            .column("of", |pair| &pair.native.of)
+            .column("symbol", |pair| pair.native.symbol)
+            .column("native", |pair| digits(pair.native.value))
+            .column("YADE", |pair| pair.yade.map(digits))
+            .column("difference", |pair| pair.difference)
+            .column("unit", |pair| pair.native.unit)
+            .column("", |pair| if pair.agrees() { "" } else { "DIFFERENT" });
         print(&if self.json {
             json(&pairs)?
         } else {
-            table.text()
+            Table::from(table).text()
         })?;
         Ok(if pairs.iter().all(ParameterPair::agrees) {
             exit::AGREED
@@ -111,4 +98,9 @@ impl Arguments {
             exit::CHECK_FAILED
         })
     }
+}
+
+/// All of them: two numbers that differ in the last are different.
+fn digits(value: f64) -> String {
+    format!("{value:?}")
 }

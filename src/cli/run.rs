@@ -78,10 +78,10 @@ pub struct Arguments {
     /// engine shows; the evidence is in run.json
     #[arg(long, value_name = "SHARE", num_args = 0..=1, default_missing_value = "0.8", value_parser = share)]
     auto_step: Option<f64>,
-    /// Native: pour the grains at a tenth of their modulus and stiffen them: what the trade-off study recommends with
-    /// `--mode free` and the scene of `scene paper --free`
+    /// Native: reduced-stiffness deposition, the grains poured at a tenth of their modulus and stiffened: what the trade-off
+    /// study recommends with `--mode free` and the scene of `scene paper --free`
     #[arg(long)]
-    soft_pour: bool,
+    reduced_stiffness: bool,
     #[command(flatten)]
     yade: YadeArguments,
     /// No progress
@@ -175,7 +175,7 @@ impl Arguments {
         };
         let display = Display::new(self.quiet);
         let choice = self.choose_step(&mut scene, &display)?;
-        let (softened, engine) = self.pour_softly(&scene, engine)?;
+        let (softened, engine) = self.deposit(&scene, engine)?;
         let preparation = Preparation {
             step_choice: choice,
             softened,
@@ -207,15 +207,15 @@ impl Arguments {
     }
 
     /// Pours the grains softened and stiffens them, if that was asked for.
-    fn pour_softly(
+    fn deposit(
         &self,
         scene: &Scene,
         engine: Engine,
     ) -> Result<(Option<(Softened, Bodies)>, Engine), Error> {
-        if !self.soft_pour {
+        if !self.reduced_stiffness {
             return Ok((None, engine));
         }
-        let usage = |reason: &str| Err(Error::Usage(format!("--soft-pour {reason}")));
+        let usage = |reason: &str| Err(Error::Usage(format!("--reduced-stiffness {reason}")));
         let Engine::Native(options) = engine else {
             return usage("is of the native engine; others pour at the scene's modulus");
         };

@@ -45,8 +45,43 @@ pub enum Cell {
     Outcome(Outcome),
 }
 
+/// A table that gets its columns one after the other, each with what it shows of an item; an item is a row.
+#[derive(Debug, Clone)]
+pub struct Columns<T> {
+    items: Vec<T>,
+    table: Table,
+}
+
+impl<T: Copy> Columns<T> {
+    /// With another column; its heading is `title` or `title, unit` after the last comma and a space.
+    #[must_use]
+    pub fn column<C: Into<Cell>>(mut self, heading: &str, cell: impl Fn(T) -> C) -> Self {
+        self.table.columns.push(Column::parse(heading));
+        for (row, item) in self.table.rows.iter_mut().zip(&self.items) {
+            row.push(cell(*item).into());
+        }
+        self
+    }
+}
+
+impl<T> From<Columns<T>> for Table {
+    fn from(columns: Columns<T>) -> Self {
+        columns.table
+    }
+}
+
 impl Table {
-    /// With columns, each as `title` or `title, unit` after the last comma and a space.
+    /// Of these items, a row each.
+    pub fn of<T: Copy>(name: &str, title: &str, items: impl IntoIterator<Item = T>) -> Columns<T> {
+        let items: Vec<T> = items.into_iter().collect();
+        let table = Table {
+            rows: vec![Vec::new(); items.len()],
+            ..Table::new(name, title, &[])
+        };
+        Columns { items, table }
+    }
+
+    /// With columns, headed as in [`Columns::column`], and no rows yet.
     pub fn new(name: &str, title: &str, columns: &[&str]) -> Self {
         Table {
             name: name.to_owned(),
@@ -78,6 +113,12 @@ impl From<&str> for Cell {
     }
 }
 
+impl From<&String> for Cell {
+    fn from(text: &String) -> Self {
+        Cell::Text(text.clone())
+    }
+}
+
 impl From<String> for Cell {
     fn from(text: String) -> Self {
         Cell::Text(text)
@@ -87,6 +128,12 @@ impl From<String> for Cell {
 impl From<f64> for Cell {
     fn from(value: f64) -> Self {
         Cell::Number(value)
+    }
+}
+
+impl From<u32> for Cell {
+    fn from(count: u32) -> Self {
+        Cell::Count(count.into())
     }
 }
 
@@ -223,8 +270,15 @@ mod tests {
 
     #[test]
     fn a_column_with_a_unit() {
-        let table = Table::new("t", "", &["force, N", "of, or not, in", "name"]);
+        let table = Table::from(
+            Table::of("t", "", [1.0])
+                .column("force, N", |force| 2.0 * force)
+                .column("of, or not, in", |_| Cell::Missing)
+                .column("name", |_| "weight"),
+        );
         let units: Vec<&str> = table.columns.iter().map(|of| of.unit.as_str()).collect();
         assert_eq!(units, ["N", "in", ""]);
+        let row = vec![2.0.into(), Cell::Missing, "weight".into()];
+        assert_eq!(table.rows, [row]);
     }
 }

@@ -634,7 +634,7 @@ fn end_of_stage(line: &str) -> Result<StageReport, String> {
     let stop = match of.stop.as_str() {
         "settled" => StopReason::Settled,
         "reached" => StopReason::Reached,
-        "sank_to_give_up_depth" => StopReason::SankToGiveUpDepth,
+        "target_load_not_reached" => StopReason::TargetLoadNotReached,
         "steps_done" => StopReason::StepsDone,
         "max_steps" => StopReason::MaxSteps,
         "not_finite" => {
@@ -728,7 +728,7 @@ fn first_step(task: &Task, stage: Stage) -> u64 {
 
 /// The stages are those asked for, each ended by a rule of its own.
 fn check_stages(task: &Task, stages: &[StageReport]) -> Result<(), String> {
-    use StopReason::{MaxSteps, Reached, SankToGiveUpDepth, Settled, StepsDone};
+    use StopReason::{MaxSteps, Reached, TargetLoadNotReached, Settled, StepsDone};
     let ends: Vec<(Stage, StopReason)> = stages.iter().map(|of| (of.stage, of.stop)).collect();
     let fits = match (task.until, task.start.stage, ends.as_slice()) {
         (Until::Step(step), stage, [(end, StepsDone)]) => {
@@ -747,10 +747,10 @@ fn check_stages(task: &Task, stages: &[StageReport]) -> Result<(), String> {
             Stage::Settle,
             [
                 (Stage::Settle, Settled),
-                (Stage::Load, Reached | SankToGiveUpDepth),
+                (Stage::Load, Reached | TargetLoadNotReached),
             ],
         )
-        | (Until::EndOfLoading, Stage::Load, [(Stage::Load, Reached | SankToGiveUpDepth)]) => true,
+        | (Until::EndOfLoading, Stage::Load, [(Stage::Load, Reached | TargetLoadNotReached)]) => true,
         _ => false,
     };
     if fits {

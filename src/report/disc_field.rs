@@ -45,17 +45,12 @@ pub fn inside_a_disc(name: &str, field: &DiscField) -> (Drawing, Plot) {
         colour_bar(&scale),
         map_key(field, &scale),
     ];
-    let mut table = Table::new(name, "", &["kind", "x, m", "z, m", "stress zz, Pa"]);
     let radius = field.radius();
-    for [x, z] in within_the_disc() {
-        let value = compression(field, [x, z]);
-        table.row([
-            "map".into(),
-            (radius * x).into(),
-            (radius * z).into(),
-            value.into(),
-        ]);
-    }
+    let table = Table::of(name, "", within_the_disc())
+        .column("kind", |_| "map")
+        .column("x, m", |[x, _]| radius * x)
+        .column("z, m", |[_, z]| radius * z)
+        .column("stress zz, Pa", |at| compression(field, at));
     let drawing = Drawing {
         name: name.to_owned(),
         caption: "The stress inside a grain".to_owned(),
@@ -64,7 +59,7 @@ pub fn inside_a_disc(name: &str, field: &DiscField) -> (Drawing, Plot) {
             "Vertical stress inside a disc under forces on its rim",
             &parts.concat(),
         ),
-        table,
+        table: table.into(),
     };
     (
         drawing,

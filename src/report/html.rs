@@ -349,55 +349,32 @@ pub fn check_lines(checks: &[Check], all: bool) -> String {
 
 /// Checks by their names and sentences.
 fn short_table(checks: &[&Check]) -> Table {
-    let mut table = Table::new("", "", &["check", "found"]);
-    for check in checks {
-        table.row([Cell::Code(check.id.clone()), check.in_a_line().into()]);
-    }
-    table
+    Table::of("", "", checks.iter().copied())
+        .column("check", |of| Cell::Code(of.id.clone()))
+        .column("found", Check::in_a_line)
+        .into()
 }
 
 impl Table {
     /// All that is known of checks, a row each.
     pub fn of_checks(name: &str, checks: &[Check]) -> Table {
-        let columns = [
-            "outcome",
-            "id",
-            "quantity",
-            "unit",
-            "value",
-            "expected",
-            "lower",
-            "upper",
-            "n",
-            "interval_low",
-            "interval_high",
-            "method",
-            "basis",
-            "found",
-        ];
-        let mut table = Table::new(name, "", &columns);
-        let number = |of: Option<f64>| Cell::from(of);
-        let text = |of: &str| Some(of.to_owned()).filter(|of| !of.is_empty()).into();
-        for check in checks {
-            let [low, high] = check.interval.map_or([None; 2], |ends| ends.map(Some));
-            table.row([
-                check.outcome.into(),
-                Cell::Code(check.id.clone()),
-                text(&check.quantity),
-                text(&check.unit),
-                number(check.value),
-                number(check.expected),
-                number(check.lower),
-                number(check.upper),
-                check.n.into(),
-                number(low),
-                number(high),
-                text(&check.method),
-                text(&check.basis),
-                text(&check.found),
-            ]);
-        }
-        table
+        let text = |of: &str| Some(of.to_owned()).filter(|of| !of.is_empty());
+        Table::of(name, "", checks)
+            .column("outcome", |of| of.outcome)
+            .column("id", |of| Cell::Code(of.id.clone()))
+            .column("quantity", |of| text(&of.quantity))
+            .column("unit", |of| text(&of.unit))
+            .column("value", |of| of.value)
+            .column("expected", |of| of.expected)
+            .column("lower", |of| of.lower)
+            .column("upper", |of| of.upper)
+            .column("n", |of| of.n)
+            .column("interval_low", |of| of.interval.map(|[low, _]| low))
+            .column("interval_high", |of| of.interval.map(|[_, high]| high))
+            .column("method", |of| text(&of.method))
+            .column("basis", |of| text(&of.basis))
+            .column("found", |of| text(&of.found))
+            .into()
     }
 }
 
@@ -408,8 +385,7 @@ mod tests {
 
     fn document() -> Document {
         let check = |id: &str, outcome| Check::of_words(id.to_owned(), "height", outcome, "<it>");
-        let mut table = Table::new("heights", "Heights", &["height, m"]);
-        table.row([1.0.into()]);
+        let table = Table::of("heights", "Heights", [1.0]).column("height, m", |height| height);
         let plot = Plot::new(
             "fall",
             "It falls",

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::svg::{Area, INK, line, text, whole};
-use crate::document::{Cell, Colour, Drawing, Table};
+use crate::document::{Colour, Drawing, Table};
 use crate::error::Error;
 use crate::study::figures::LoadedBed;
 use crate::study::realization::bed_of;
@@ -29,7 +29,7 @@ pub fn pictures(scene: &Scene, beds: &[(Bed<'_>, Option<f64>, String)]) -> Vec<D
         Drawing {
             svg: whole(size, caption, &contents),
             caption: format!("{caption}; the thickest lines bear {strong:.0} N or more."),
-            table: table_of(&name, *bed),
+            table: table_of(&name, *bed, std::iter::empty()),
             name,
         }
     };
@@ -149,16 +149,25 @@ pub fn force_chains(bed: &LoadedBed) -> Result<Drawing, Error> {
         svg += &window(bed, area, shown, top);
     }
     let size = [WIDTH, second[1] + second[3] + MARGIN];
-    let mut table = table_of("figure-2", of);
-    for (name, place) in bed.places() {
-        table.row(row(format!("point {name}"), place, [None; 2], [None, None]));
-    }
-    if let Some(punch) = &bed.last.punch {
+    let points: Vec<_> = bed
+        .places()
+        .map(|(name, at)| (format!("point {name}"), at))
+        .collect();
+    let points = points
+        .iter()
+        .map(|(name, at)| (name.as_str(), *at, None, None, None));
+    let base = bed.last.punch.iter().map(|punch| {
         let [x, half, bottom] = [punch.centre[0], punch.half_extents[0], punch.bottom()];
-        let to = [x + half, bottom].map(Some);
-        let base = "base of the punch".to_owned();
-        table.row(row(base, [x - half, bottom], to, [None, Some(punch.force)]));
-    }
+        let to = Some([x + half, bottom]);
+        (
+            "base of the punch",
+            [x - half, bottom],
+            to,
+            None,
+            Some(punch.force),
+        )
+    });
+    let table = table_of("figure-2", of, points.chain(base));
     Ok(Drawing {
         name: "figure-2".to_owned(),
         caption: "Force chains under the load".to_owned(),
@@ -195,38 +204,31 @@ fn window(bed: &LoadedBed, area: Area, [left, right, upper, lower]: [f64; 4], to
     svg + "</g>\n"
 }
 
-/// Grains and forces as they are drawn.
-fn table_of(name: &str, bed: Bed<'_>) -> Table {
-    let columns = [
-        "kind",
-        "x1, m",
-        "z1, m",
-        "x2, m",
-        "z2, m",
-        "radius, m",
-        "normal force, N",
-    ];
-    let mut table = Table::new(name, "", &columns);
-    let Bodies { x, z, radius, .. } = bed.bodies;
-    for ((x, z), radius) in x.iter().zip(z).zip(radius) {
-        let rest = [Some(*radius), None];
-        table.row(row("grain".to_owned(), [*x, *z], [None; 2], rest));
-    }
-    for contact in bed.contacts {
-        let [from, to] = ends(bed.bodies, contact);
-        let rest = [None, Some(contact.normal_force)];
-        table.row(row("force".to_owned(), from, to.map(Some), rest));
-    }
-    table
-}
+/// What, from where to where, m, its radius, m, and force, N.
+type Row<'a> = (
+    &'a str,
+    [f64; 2],
+    Option<[f64; 2]>,
+    Option<f64>,
+    Option<f64>,
+);
 
-/// From where to where, m, then radius, m, and force, N.
-fn row(
-    kind: String,
-    from: [f64; 2],
-    to: [Option<f64>; 2],
-    rest: [Option<f64>; 2],
-) -> impl Iterator<Item = Cell> {
-    let numbers = from.map(Some).into_iter().chain(to).chain(rest);
-    std::iter::once(kind.into()).chain(numbers.map(Cell::from))
+/// Grains and forces as they are drawn, and more.
+fn table_of<'a>(name: &str, bed: Bed<'_>, more: impl Iterator<Item = Row<'a>>) -> Table {
+    let Bodies { x, z, radius, .. } = bed.bodies;
+    let grains = x.iter().zip(z).zip(radius);
+    let grains = grains.map(|((x, z), radius)| ("grain", [*x, *z], None, Some(*radius), None));
+    let forces = bed.contacts.iter().map(|contact| {
+        let [from, to] = ends(bed.bodies, contact);
+        ("force", from, Some(to), None, Some(contact.normal_force))
+    });
+    Table::of(name, "", grains.chain(forces).chain(more))
+        .column("kind", |(kind, ..)| kind)
+        .column("x1, m", |(_, from, ..)| from[0])
+        .column("z1, m", |(_, from, ..)| from[1])
+        .column("x2, m", |(_, _, to, ..)| to.map(|to| to[0]))
+        .column("z2, m", |(_, _, to, ..)| to.map(|to| to[1]))
+        .column("radius, m", |(.., radius, _)| radius)
+        .column("normal force, N", |(.., force)| force)
+        .into()
 }

@@ -122,45 +122,30 @@ impl Reproduction {
     fn faults(&self) -> Section {
         let answer = "Each fault is put into the native engine alone and compared with the sound one; the comparison has to find it \
                       within the first steps of pouring, and names the first step and grain.";
-        let mut table = Table::new("faults", "", &["outcome", "fault", "first difference"]);
-        for fault in &self.faults {
-            let found = fault.found.as_str().into();
-            table.row([fault.verdict.into(), Cell::Code(fault.fault.clone()), found]);
-        }
+        let table = Table::of("faults", "", &self.faults)
+            .column("outcome", |of| of.verdict)
+            .column("fault", |of| Cell::Code(of.fault.clone()))
+            .column("first difference", |of| &of.found);
         Section::new("Would it notice?", answer).with(table)
     }
 
     fn skipped(&self) -> Option<Section> {
-        let mut table = Table::new("skipped", "", &["skipped", "why"]);
-        for of in &self.skipped {
-            table.row([of.what.as_str(), of.why.as_str()].map(Cell::from));
-        }
+        let table = Table::of("skipped", "", &self.skipped)
+            .column("skipped", |of| &of.what)
+            .column("why", |of| &of.why);
         let section = Section::new("Skipped", "These count for nothing.");
         (!self.skipped.is_empty()).then(|| section.with(table))
     }
 
     fn parameters(&self) -> Option<Section> {
-        let columns = [
-            "of",
-            "symbol",
-            "native",
-            "YADE",
-            "relative difference",
-            "unit",
-        ];
         let title = "Parameters of a few grains in contact, asked before anything was run";
-        let mut table = Table::new("parameters", title, &columns);
-        for pair in &self.facts {
-            let of = &pair.native;
-            table.row([
-                of.of.as_str().into(),
-                of.symbol.into(),
-                of.value.into(),
-                pair.yade.into(),
-                pair.difference.into(),
-                of.unit.into(),
-            ]);
-        }
+        let table = Table::of("parameters", title, &self.facts)
+            .column("of", |pair| &pair.native.of)
+            .column("symbol", |pair| pair.native.symbol)
+            .column("native", |pair| pair.native.value)
+            .column("YADE", |pair| pair.yade)
+            .column("relative difference", |pair| pair.difference)
+            .column("unit", |pair| pair.native.unit);
         let section = Section::new("Parameters: what each engine says that it uses", "");
         (!self.facts.is_empty()).then(|| section.with(table).as_details())
     }
@@ -201,45 +186,27 @@ impl Reproduction {
             let answer = "This is not the paper's scene, so the paper says nothing of it.";
             return Section::new(title, answer);
         }
-        let columns = ["figure", "published", "±", "here", "unit", "reading"];
-        let mut table = Table::new("realization", "", &columns);
-        for claim in &self.claims {
-            table.row([
-                claim.what.as_str().into(),
-                claim.published.into(),
-                claim.scatter.into(),
-                claim.ours.into(),
-                claim.unit.as_str().into(),
-                claim.reading.as_str().into(),
-            ]);
-        }
+        let table = Table::of("realization", "", &self.claims)
+            .column("figure", |claim| &claim.what)
+            .column("published", |claim| claim.published)
+            .column("±", |claim| claim.scatter)
+            .column("here", |claim| claim.ours)
+            .column("unit", |claim| &claim.unit)
+            .column("reading", |claim| &claim.reading);
         let answer = "One realization is one draw: it can show a height or a porosity that is out of reach, it cannot decide a mean \
                       stress or a distribution. These are findings, not checks.";
         Section::new(title, answer).with(table)
     }
 
     fn runs(&self) -> Section {
-        let columns = [
-            "folder",
-            "engine",
-            "stages",
-            "time a step, µs",
-            "times native",
-            "wall time, s",
-            "command",
-        ];
-        let mut table = Table::new("runs", "", &columns);
-        for run in &self.runs {
-            table.row([
-                Cell::Code(run.folder.clone()),
-                run.engine.as_str().into(),
-                run.stages.as_str().into(),
-                run.microseconds_per_step.into(),
-                run.times_native.into(),
-                run.wall_seconds.into(),
-                Cell::Code(run.command.clone()),
-            ]);
-        }
+        let table = Table::of("runs", "", &self.runs)
+            .column("folder", |run| Cell::Code(run.folder.clone()))
+            .column("engine", |run| &run.engine)
+            .column("stages", |run| &run.stages)
+            .column("time a step, µs", |run| run.microseconds_per_step)
+            .column("times native", |run| run.times_native)
+            .column("wall time, s", |run| run.wall_seconds)
+            .column("command", |run| Cell::Code(run.command.clone()));
         let answer = format!(
             "`{}`, crossgrain {}, {} s. Scene with digest `{}`. A run without times native was made on another machine.",
             self.command,
@@ -307,17 +274,15 @@ fn part((stated, document): &(Stated, Document)) -> Section {
 
 fn choices(run: &RunFolder) -> Section {
     let scene = serde_json::to_value(&run.scene).unwrap_or_default();
-    let mut table = Table::new("choices", "", &["key of the scene", "chosen", "why"]);
-    for (key, reason) in &run.scene.choices {
-        let value = scene
+    let chosen = |key: &str| {
+        scene
             .pointer(key)
-            .map_or(String::new(), |of| of.to_string());
-        table.row([
-            Cell::Code(key.clone()),
-            Cell::Code(value),
-            reason.as_str().into(),
-        ]);
-    }
+            .map_or(String::new(), ToString::to_string)
+    };
+    let table = Table::of("choices", "", &run.scene.choices)
+        .column("key of the scene", |(key, _)| Cell::Code(key.clone()))
+        .column("chosen", |(key, _)| Cell::Code(chosen(key)))
+        .column("why", |(_, reason)| reason);
     Section::new("What the paper leaves open, and what was chosen", "").with(table)
 }
 

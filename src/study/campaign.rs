@@ -152,25 +152,17 @@ impl Study for Campaign {
                 measured.entry(key).or_default().add(value);
             }
         })?;
-        let mut of_endings = Table::new("endings", "How the members ended", &["ending", "members"]);
-        for (ending, count) in &endings {
-            of_endings.row([Cell::from(*ending), Cell::from(*count)]);
-        }
-        let columns = ["quantity", "members", "mean, SI", "standard deviation, SI"];
-        let mut table = Table::new(
-            "measured",
-            "Every measured quantity over the members that have it",
-            &columns,
-        );
-        for (key, sums) in &measured {
-            let deviation = (sums.count > 1).then(|| sums.deviation());
-            table.row([
-                Cell::Code(key.clone()),
-                sums.count.into(),
-                sums.mean.into(),
-                deviation.into(),
-            ]);
-        }
+        let of_endings = Table::of("endings", "How the members ended", &endings)
+            .column("ending", |(ending, _)| *ending)
+            .column("members", |(_, count)| *count);
+        let title = "Every measured quantity over the members that have it";
+        let table = Table::of("measured", title, &measured)
+            .column("quantity", |(key, _)| Cell::Code(key.clone()))
+            .column("members", |(_, sums)| sums.count)
+            .column("mean, SI", |(_, sums)| sums.mean)
+            .column("standard deviation, SI", |(_, sums)| {
+                (sums.count > 1).then(|| sums.deviation())
+            });
         let Campaign {
             members,
             seed,
@@ -244,7 +236,7 @@ pub struct Member {
     /// Digest of all bits of the settled bed, its contacts included.
     pub settled_state: Option<String>,
     /// The same of the last moment, punch included.
-    pub last_state: Option<String>,
+    pub loaded_state: Option<String>,
     /// See [`realization::measured`].
     pub measured: BTreeMap<String, f64>,
     /// Around the control points under gravity alone; none where the bed did not settle.
@@ -287,7 +279,7 @@ impl Member {
             pour_steps: 0,
             load_steps: 0,
             settled_state: None,
-            last_state: None,
+            loaded_state: None,
             measured: BTreeMap::new(),
             settled: None,
             loaded: None,
@@ -309,7 +301,7 @@ impl Member {
             pour_steps: run.pour_steps,
             load_steps: run.load_steps,
             settled_state: settled.map(Snapshot::digest),
-            last_state: Some(last.digest()),
+            loaded_state: Some(last.digest()),
             measured: realization::measured(scene, run),
             settled: settled.and_then(fields),
             loaded: reached.then(|| fields(last)).flatten(),

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use crate::document::plot::Point as DataPoint;
-use crate::document::{Axis, Cell, Colour, Mark, Plot, Table};
+use crate::document::{Axis, Colour, Mark, Plot, Table};
 use crate::paper::continuum::table::{Point, Setup};
 use crate::paper::continuum::{Field, Load, Model, Spread, weight};
 use crate::paper::recomputed::piles::{Counted, chance_of_at_least_of_five, table_1};
@@ -125,24 +125,22 @@ pub fn distributions(campaign: &Merged) -> Result<Vec<Distribution>, StudyError>
 pub fn sharings() -> (Table, Plot) {
     let subclasses = table_1();
     let all: u32 = subclasses.iter().map(|subclass| subclass.cases).sum();
-    let heads = [
-        "loads", "name", "bear 0", "bear 1", "bear 2", "bear 3", "bear 4", "bear 5", "cases",
-        "chance",
-    ];
     let title = "Five piles share five units of force (FU): how many piles bear 0, 1, … 5 of them";
-    let mut table = Table::new("table-1", title, &heads);
-    for Counted { name, piles, cases } in subclasses {
-        // One case of it, the largest loads first.
-        let loads: Vec<String> = (0..6)
-            .rev()
-            .flat_map(|force| vec![force.to_string(); piles[force] as usize])
-            .collect();
-        let head = [Cell::Text(loads.join(" ")), name.into()];
-        let counts = piles.map(|piles| Cell::Count(piles.into()));
-        let chance = f64::from(cases) / f64::from(all);
-        let last = [Cell::Count(cases.into()), chance.into()];
-        table.row(head.into_iter().chain(counts).chain(last));
-    }
+    // One case of it, the largest loads first.
+    let loads = |of: &Counted| {
+        let forces = (0..6).rev();
+        let loads = forces.flat_map(|force| vec![force.to_string(); of.piles[force] as usize]);
+        loads.collect::<Vec<String>>().join(" ")
+    };
+    let table = Table::of("table-1", title, &subclasses)
+        .column("loads", loads)
+        .column("name", |of| of.name);
+    let table = (0..6).fold(table, |table, force| {
+        table.column(&format!("bear {force}"), |of| of.piles[force])
+    });
+    let table = table
+        .column("cases", |of| of.cases)
+        .column("chance", |of| f64::from(of.cases) / f64::from(all));
     let forces = || (0..6u32).map(|force| (force, f64::from(force)));
     let plot = Plot::new(
         "figure-3",
@@ -170,7 +168,7 @@ pub fn sharings() -> (Table, Plot) {
             [force, (-force).exp()]
         }),
     );
-    (table, plot)
+    (table.into(), plot)
 }
 
 /// A bin is so wide, in means of the sample; for a law of both signs twice that, in its scales.

@@ -35,7 +35,7 @@ pub struct Member {
     pub cost: Option<Cost>,
     /// Digest of all bits of the last moment.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub last_state: Option<String>,
+    pub loaded_state: Option<String>,
     /// The quantities that the study asks for, SI units; those of the loaded bed only where the force was reached.
     pub measured: BTreeMap<String, f64>,
 }
@@ -142,7 +142,7 @@ impl Member {
         Member {
             pour_steps: run.pour_steps,
             load_steps: run.load_steps,
-            last_state: Some(run.outcome.last.digest()),
+            loaded_state: Some(run.outcome.last.digest()),
             measured,
             ..Member::without(of, scene.realization, run.ending.clone())
         }
@@ -157,7 +157,7 @@ impl Member {
             pour_steps: 0,
             load_steps: 0,
             cost: None,
-            last_state: None,
+            loaded_state: None,
             measured: BTreeMap::new(),
         }
     }

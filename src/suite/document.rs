@@ -49,40 +49,33 @@ impl Verification {
              code.{}",
             skipped.unwrap_or_default()
         );
-        let columns = [
-            "case",
-            "tested",
-            "reference",
-            "cross-code",
-            "what it shows",
-            "why",
-        ];
-        let mut table = Table::new("cases", "Cases", &columns);
-        let mut seen: Vec<&str> = Vec::new();
+        let mut cases: Vec<&CaseResult> = Vec::new();
         for case in &self.cases {
-            if seen.contains(&case.id.as_str()) {
-                continue;
+            if cases.iter().all(|of| of.id != case.id) {
+                cases.push(case);
             }
-            seen.push(&case.id);
-            let of: Vec<&CaseResult> = self.cases.iter().filter(|of| of.id == case.id).collect();
-            let by = |role: Role| of.iter().find(|of| of.role == role);
-            // What is missing for many is said once, above.
-            let own = of
-                .iter()
-                .filter(|of| of.inapplicable || of.outcome == Outcome::Fail);
-            let reasons: Vec<&str> = own.map(|of| of.reason.as_str()).collect();
-            table.row([
-                Cell::Code(case.id.clone()),
-                by(Role::Tested).map(|of| of.outcome).into(),
-                by(Role::Reference).map(|of| of.outcome).into(),
-                by(Role::CrossCode)
-                    .or(by(Role::Suite))
-                    .map(|of| of.outcome)
-                    .into(),
-                case.title.as_str().into(),
-                reasons.join(" ").into(),
-            ]);
         }
+        let by = |case: &CaseResult, role: Role| {
+            let mut all = self.cases.iter();
+            all.find(|of| of.id == case.id && of.role == role)
+                .map(|of| of.outcome)
+        };
+        // What is missing for many is said once, above.
+        let reasons = |case: &CaseResult| {
+            let own = self.cases.iter().filter(|of| of.id == case.id);
+            let own = own.filter(|of| of.inapplicable || of.outcome == Outcome::Fail);
+            let reasons: Vec<&str> = own.map(|of| of.reason.as_str()).collect();
+            reasons.join(" ")
+        };
+        let table = Table::of("cases", "Cases", cases)
+            .column("case", |case| Cell::Code(case.id.clone()))
+            .column("tested", |case| by(case, Role::Tested))
+            .column("reference", |case| by(case, Role::Reference))
+            .column("cross-code", |of| {
+                by(of, Role::CrossCode).or(by(of, Role::Suite))
+            })
+            .column("what it shows", |case| &case.title)
+            .column("why", reasons);
         Section::new("Cases", answer).with(table)
     }
 
@@ -95,13 +88,7 @@ impl Verification {
     }
 
     fn disc(&self) -> Section {
-        let columns = ["stress", "σ_xx, Pa", "σ_zz, Pa", "σ_xz, Pa"];
-        let mut table = Table::new(
-            "disc",
-            "Stresses of Figure 4's disc, tension positive",
-            &columns,
-        );
-        for (name, stress) in [
+        let stresses = [
             ("Σ/V of the contact forces", self.disc.contact),
             (
                 "field averaged over the disc, by quadrature",
@@ -112,10 +99,13 @@ impl Verification {
                 self.disc.square,
             ),
             ("Σ over the cell of side 2R: Table 3", self.disc.cell),
-        ] {
-            let name = Cell::from(name);
-            table.row([name].into_iter().chain(stress.map(Cell::from)));
-        }
+        ];
+        let title = "Stresses of Figure 4's disc, tension positive";
+        let table = Table::of("disc", title, stresses)
+            .column("stress", |(name, _)| name)
+            .column("σ_xx, Pa", |(_, stress)| stress[0])
+            .column("σ_zz, Pa", |(_, stress)| stress[1])
+            .column("σ_xz, Pa", |(_, stress)| stress[2]);
         Section::new(
             "Inside a grain: the disc of Figure 4",
             "The paper computes a grain's stress from its contact forces and gives it to control volumes around it (section 3.3, \
@@ -129,34 +119,28 @@ impl Verification {
 }
 
 fn detection(limits: &Limits) -> Section {
-    let faults = limits.faults.iter().map(String::as_str);
-    let columns: Vec<&str> = ["case"]
-        .into_iter()
-        .chain(faults)
-        .chain(["false positives", "varied"])
-        .collect();
-    let mut table = Table::new(
-        "detection-limits",
-        "Smallest relative size detected",
-        &columns,
-    );
-    for row in &limits.cases {
-        let cell = |limit: &Limit| match limit {
-            Limit::Unaffected => Cell::Missing,
-            Limit::NotDetected => "not detected".into(),
-            Limit::Detected => "detected".into(),
-            Limit::From { size } => Cell::Number(*size),
-        };
-        let varied = match row.varied {
+    let cell = |limit: &Limit| match limit {
+        Limit::Unaffected => Cell::Missing,
+        Limit::NotDetected => "not detected".into(),
+        Limit::Detected => "detected".into(),
+        Limit::From { size } => Cell::Number(*size),
+    };
+    let title = "Smallest relative size detected";
+    let table = Table::of("detection-limits", title, &limits.cases)
+        .column("case", |row| Cell::Code(row.case.clone()));
+    let faults = limits.faults.iter().enumerate();
+    let table = faults.fold(table, |table, (at, fault)| {
+        table.column(fault, |row| row.limits.get(at).map(cell))
+    });
+    let table = table
+        .column("false positives", |row| {
+            format!("{} of {}", row.false_positives, row.sound_runs)
+        })
+        .column("varied", |row| match row.varied {
             Varied::Starts => "last bits at the start",
             Varied::Stiffness => "stiffness",
             Varied::Lists => "neighbour lists",
-        };
-        let positives = format!("{} of {}", row.false_positives, row.sound_runs);
-        let cells = [Cell::Code(row.case.clone())].into_iter();
-        let cells = cells.chain(row.limits.iter().map(cell));
-        table.row(cells.chain([positives.into(), varied.into()]));
-    }
+        });
     Section::new(
         "Detection limits",
         "For each deliberate fault the smallest relative size at which each case fails, found by halving. No value: the fault changes \

@@ -188,7 +188,7 @@ pub fn members(scene: &Scene, truth: &Truth) -> Vec<Member> {
                 pour_steps: 1,
                 load_steps: 1,
                 settled_state: None,
-                last_state: None,
+                loaded_state: None,
                 measured,
                 settled: Some(fields(truth, Moment::Settled, &tables[1], &mut source)),
                 loaded: (!missed).then(|| fields(truth, Moment::Loaded, &tables[0], &mut source)),

@@ -24,7 +24,7 @@ fn every_end_of_loading_is_typed() {
     scene.loading.give_up_depth = 0.02;
     let (outcome, _) = native_outcome(&scene, &task, None);
     let last = outcome.stages.last().expect("a stage");
-    assert_eq!(last.stop, StopReason::SankToGiveUpDepth);
+    assert_eq!(last.stop, StopReason::TargetLoadNotReached);
     let depth = outcome.last.punch.expect("the punch").depth();
     assert!((0.02..0.0201).contains(&depth), "{depth}");
 

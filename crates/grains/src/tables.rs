@@ -280,7 +280,7 @@ pub enum StopReason {
     /// The punch bears the force 2ap.
     Reached,
     /// The punch went to the give-up depth without the force.
-    SankToGiveUpDepth,
+    TargetLoadNotReached,
     /// The steps asked for are done; no rule was applied.
     StepsDone,
     /// The most steps that the scene allows are done and the rule does not hold.

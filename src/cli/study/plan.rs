@@ -54,9 +54,9 @@ pub struct CampaignArguments {
     /// Native: which promise it keeps
     #[arg(long, default_value = "exact")]
     mode: Mode,
-    /// Native: pour at a tenth of the modulus and stiffen, as in `crossgrain run --soft-pour`
+    /// Native: reduced-stiffness deposition, as in `crossgrain run --reduced-stiffness`
     #[arg(long)]
-    soft_pour: bool,
+    reduced_stiffness: bool,
     /// YADE: order in which interactions are visited
     #[arg(long = "loop", value_enum, default_value = "ordinary")]
     order: LoopOrder,
@@ -274,9 +274,9 @@ impl CampaignArguments {
             )));
         }
         let is_native = matches!(self.engine, Chosen::Native);
-        if !is_native && (!self.mode.is_exact() || self.soft_pour) {
+        if !is_native && (!self.mode.is_exact() || self.reduced_stiffness) {
             return Err(Error::Usage(
-                "--mode and --soft-pour are of the native engine".to_owned(),
+                "--mode and --reduced-stiffness are of the native engine".to_owned(),
             ));
         }
         let (runner, program) = match (&self.engine, self.order) {
@@ -288,9 +288,9 @@ impl CampaignArguments {
                 Some(Program::of(&self.limits.external(path)?)?),
             ),
         };
-        let phases = if self.soft_pour {
+        let phases = if self.reduced_stiffness {
             let softly = Softly::tested(&scene).ok_or_else(|| {
-                Error::Usage("--soft-pour needs /time_step as a fraction".to_owned())
+                Error::Usage("--reduced-stiffness needs /time_step as a fraction".to_owned())
             })?;
             softly.phases(&scene)
         } else {

@@ -7,10 +7,10 @@ use super::contender::{Contender, Contest, LAMMPS_OVER_EXACT, NATIVE, YADE_OVER_
 use super::instructions::Instructions;
 use super::scaling::Point as Size;
 use super::timing::Spread;
-use super::{BedRecord, Bench, Distance};
+use super::{BedRecord, Bench};
 use crate::checks::{Check, Outcome, Speed, slug, verdict};
 use crate::document::plot::Point;
-use crate::document::{Axis, Cell, Colour, Document, Plot, Section, Table, rounded};
+use crate::document::{Axis, Colour, Document, Plot, Section, Table, rounded};
 
 /// A goal and what was measured of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -187,40 +187,25 @@ impl Bench {
     }
 
     fn side_by_side(&self) -> Section {
-        let columns = [
-            "engine",
-            "time a step, median, µs",
-            "least, µs",
-            "most, µs",
-            "steps",
-            "least share of the processor",
-            "times native exact",
-            "times native free",
-            "contacts",
-            "moved, R",
-            "kinetic energy, mJ",
-            "bed",
-        ];
-        let mut table = Table::new("engines", "", &columns);
-        for of in &self.contests {
-            let (time, sanity) = (&of.seconds_per_step, &of.sanity);
-            let [median, least, most] =
-                [time.median, time.least, time.most].map(|of| Cell::from(1e6 * of));
-            table.row([
-                of.name.as_str().into(),
-                median,
-                least,
-                most,
-                of.steps.into(),
-                of.processor_share.into(),
-                of.over_exact.as_ref().map(|over| over.median).into(),
-                of.over_free.as_ref().map(|over| over.median).into(),
-                sanity.contacts.into(),
-                sanity.displacement.into(),
-                (1e3 * sanity.energy).into(),
-                Outcome::pass_if(sanity.holds).into(),
-            ]);
-        }
+        let table = Table::of("engines", "", &self.contests)
+            .column("engine", |of| &of.name)
+            .column("time a step, median, µs", |of| {
+                1e6 * of.seconds_per_step.median
+            })
+            .column("least, µs", |of| 1e6 * of.seconds_per_step.least)
+            .column("most, µs", |of| 1e6 * of.seconds_per_step.most)
+            .column("steps", |of| of.steps)
+            .column("least share of the processor", |of| of.processor_share)
+            .column("times native exact", |of| {
+                of.over_exact.as_ref().map(|over| over.median)
+            })
+            .column("times native free", |of| {
+                of.over_free.as_ref().map(|over| over.median)
+            })
+            .column("contacts", |of| of.sanity.contacts)
+            .column("moved, R", |of| of.sanity.displacement)
+            .column("kinetic energy, mJ", |of| 1e3 * of.sanity.energy)
+            .column("bed", |of| Outcome::pass_if(of.sanity.holds));
         let answer = "Every engine takes a turn in every round, on one thread, from the same bed; every second round goes backwards. \
                       Times are processor time of steps alone, without start, reading and tables.";
         let title = format!(
@@ -287,10 +272,9 @@ impl Bench {
     }
 
     fn stages(&self) -> Section {
-        let mut table = Table::new("stages", "", &["part of a native exact step", "share"]);
-        for of in &self.stages {
-            table.row([of.stage.as_str().into(), of.share.into()]);
-        }
+        let table = Table::of("stages", "", &self.stages)
+            .column("part of a native exact step", |of| &of.stage)
+            .column("share", |of| of.share);
         let BedRecord {
             listed_pairs,
             touching_pairs,
@@ -310,51 +294,39 @@ impl Bench {
     }
 
     fn limits(&self) -> Section {
-        let columns = [
-            "grains",
-            "measured, µs",
-            "limit",
-            "at least, µs",
-            "measured over it",
-        ];
-        let mut table = Table::new("limits", "", &columns);
-        for Distance {
-            grains,
-            seconds_per_step,
-            bounds,
-            ..
-        } in &self.distances
-        {
-            for bound in bounds {
-                table.row([
-                    u64::from(*grains).into(),
-                    (1e6 * seconds_per_step).into(),
-                    bound.resource.as_str().into(),
-                    (1e6 * bound.seconds).into(),
-                    bound.distance.into(),
-                ]);
-            }
-        }
+        let bounds = self.distances.iter();
+        let bounds = bounds.flat_map(|of| of.bounds.iter().map(move |bound| (of, bound)));
+        let table = Table::of("limits", "", bounds)
+            .column("grains", |(of, _)| of.grains)
+            .column("measured, µs", |(of, _)| 1e6 * of.seconds_per_step)
+            .column("limit", |(_, bound)| &bound.resource)
+            .column("at least, µs", |(_, bound)| 1e6 * bound.seconds)
+            .column("measured over it", |(_, bound)| bound.distance);
         let of = &self.throughput;
-        let mut rates = Table::new("throughput", "", &["of this machine", "value", "unit"]);
         let times = [
             ("a division", of.division),
             ("a square root", of.square_root),
             ("an addition or multiplication", of.arithmetic),
         ];
-        for (what, seconds) in times {
-            rates.row([what.into(), (1e9 * seconds).into(), "ns".into()]);
-        }
+        let times = times.map(|(what, seconds)| (what.to_owned(), 1e9 * seconds, "ns"));
         let sets = ["16 KiB", "512 KiB", "8 MiB", "256 MiB"].map(str::to_owned);
         let read = sets.into_iter().zip(of.read.iter().copied());
         let steps = self.distances.iter().map(|of| {
             let what = format!("a step of {} grains, {:.1} MB", of.grains, of.bytes / 1e6);
             (what, of.read_rate)
         });
-        for (what, rate) in read.chain(steps) {
-            let what = format!("reading a working set of {what}");
-            rates.row([what.into(), (rate / 1e9).into(), "GB/s".into()]);
-        }
+        let rates = read.chain(steps).map(|(what, rate)| {
+            (
+                format!("reading a working set of {what}"),
+                rate / 1e9,
+                "GB/s",
+            )
+        });
+        let rates: Vec<(String, f64, &str)> = times.into_iter().chain(rates).collect();
+        let rates = Table::of("throughput", "", &rates)
+            .column("of this machine", |(what, ..)| what)
+            .column("value", |(_, value, _)| *value)
+            .column("unit", |(.., unit)| *unit);
         let answer = "What a step with these bits cannot do without: two divisions and a root for each listed pair, two divisions for \
                       each grain, the other arithmetic, and passing over pairs and grains once. Each is multiplied by the throughput \
                       measured here on one thread, in vectors of doubles. What no limit of throughput shows: gathering positions by \
@@ -402,21 +374,14 @@ impl Bench {
             "peak memory, MB",
             |point| Some(point.peak_memory? as f64 / 1e6),
         );
-        let columns = [
-            "engine",
-            "grains",
-            "time a step and grain, ns",
-            "memory, MB",
-        ];
-        let mut table = Table::new("sizes", "", &columns);
-        for point in &self.scaling {
-            table.row([
-                point.name.as_str().into(),
-                u64::from(point.grains).into(),
-                (1e9 * point.seconds_per_grain).into(),
-                point.peak_memory.map(|of| of as f64 / 1e6).into(),
-            ]);
-        }
+        let megabytes = |bytes: u64| bytes as f64 / 1e6;
+        let table = Table::of("sizes", "", &self.scaling)
+            .column("engine", |point| &point.name)
+            .column("grains", |point| point.grains)
+            .column("time a step and grain, ns", |point| {
+                1e9 * point.seconds_per_grain
+            })
+            .column("memory, MB", |point| point.peak_memory.map(megabytes));
         let answer = "Beds up to 5,000 grains are poured and settled, as deep as the paper's and as wide as they need. Larger ones are \
                       copies of the settled bed side by side, every second one mirrored, and some steps of rest. Grains are numbered \
                       row by row across the whole width, as a poured cloud is; shuffled ones without any order, the worst case.";
@@ -500,51 +465,37 @@ fn of_bed(contest: &Contest) -> [Check; 3] {
 }
 
 fn goal_table(goals: &[Goal]) -> Section {
-    let columns = ["met", "goal", "bound", "median", "least", "most"];
-    let mut table = Table::new("goals", "", &columns);
-    for of in goals {
-        let met = match of.met {
+    let table = Table::of("goals", "", goals)
+        .column("met", |of| match of.met {
             Some(true) => "met",
             Some(false) => "not met",
             None => "skipped",
-        };
-        let bound = if of.at_least { "at least" } else { "at most" };
-        let [least, most] = of.range.map_or([None; 2], |ends| ends.map(Some));
-        table.row([
-            met.into(),
-            of.goal.as_str().into(),
-            format!("{bound} {}", of.bound).into(),
-            of.measured.into(),
-            least.into(),
-            most.into(),
-        ]);
-    }
+        })
+        .column("goal", |of| &of.goal)
+        .column("bound", |of| {
+            let bound = if of.at_least { "at least" } else { "at most" };
+            format!("{bound} {}", of.bound)
+        })
+        .column("median", |of| of.measured)
+        .column("least", |of| of.range.map(|[least, _]| least))
+        .column("most", |of| of.range.map(|[_, most]| most));
     let answer = "Findings, no checks: another machine gives other times.";
     Section::new("Goals", answer).with(table)
 }
 
 fn instructions(all: &[Instructions]) -> Option<Section> {
-    let columns = [
-        "engine",
-        "instructions a step",
-        "a listed pair",
-        "times native exact",
-        "mostly in",
-    ];
-    let mut table = Table::new("instructions", "", &columns);
-    for of in all {
+    let mostly_in = |of: &Instructions| {
         let functions = of.functions.iter().take(4);
         let functions =
             functions.map(|(name, share)| format!("`{}` {:.0} %", short_name(name), 100.0 * share));
-        let functions: Vec<String> = functions.collect();
-        table.row([
-            of.name.as_str().into(),
-            of.per_step.into(),
-            of.per_listed_pair.into(),
-            of.over_exact.into(),
-            functions.join(", ").into(),
-        ]);
-    }
+        functions.collect::<Vec<_>>().join(", ")
+    };
+    let table = Table::of("instructions", "", all)
+        .column("engine", |of| &of.name)
+        .column("instructions a step", |of| of.per_step)
+        .column("a listed pair", |of| of.per_listed_pair)
+        .column("times native exact", |of| of.over_exact)
+        .column("mostly in", mostly_in);
     let answer = "Counted by valgrind, the same at any time of day. Valgrind shows no AVX-512, so the native engine's are those of its \
                   AVX2 code; the AVX-512 code, where the machine has it, needs fewer. An instruction is no unit of time: a vector's \
                   division takes many times as long as an addition.";

@@ -90,94 +90,58 @@ impl Map {
     fn limits_table(&self) -> Table {
         let name = self.external_name();
         let [plain, damped] = ["", " with damping"].map(|with| format!("{name}{with}"));
-        let columns = [
-            "scene",
-            "what it is",
-            "grains",
-            "contacts",
-            "limit, s",
-            "closed form",
-            "native",
-            &plain,
-            "native with damping",
-            &damped,
-            "at random with damping",
-            "remark",
-        ];
-        let mut table = Table::new("stability-limits", "Limits over predicted limits", &columns);
-        for row in &self.rows {
-            let predicted = row.undamped.predicted;
-            let remark = row.skipped.as_ref().unwrap_or(&row.remark);
-            table.row([
-                Cell::Code(row.name.clone()),
-                row.title.as_str().into(),
-                row.grains.into(),
-                row.contacts.into(),
-                predicted.into(),
-                row.closed
-                    .as_ref()
-                    .map(|closed| closed.dt / predicted)
-                    .into(),
-                over(&row.undamped, row.undamped.native).into(),
-                over(&row.undamped, row.undamped.external).into(),
-                over(&row.damped, row.damped.native).into(),
-                over(&row.damped, row.damped.external).into(),
-                over(&row.damped, row.damped_at_random).into(),
-                remark.as_str().into(),
-            ]);
-        }
-        table.without_empty_columns()
+        let table = Table::of(
+            "stability-limits",
+            "Limits over predicted limits",
+            &self.rows,
+        )
+        .column("scene", |row| Cell::Code(row.name.clone()))
+        .column("what it is", |row| &row.title)
+        .column("grains", |row| row.grains)
+        .column("contacts", |row| row.contacts)
+        .column("limit, s", |row| row.undamped.predicted)
+        .column("closed form", |row| {
+            row.closed
+                .as_ref()
+                .map(|closed| closed.dt / row.undamped.predicted)
+        })
+        .column("native", |row| over(&row.undamped, row.undamped.native))
+        .column(&plain, |row| over(&row.undamped, row.undamped.external))
+        .column("native with damping", |row| {
+            over(&row.damped, row.damped.native)
+        })
+        .column(&damped, |row| over(&row.damped, row.damped.external))
+        .column("at random with damping", |row| {
+            over(&row.damped, row.damped_at_random)
+        })
+        .column("remark", |row| row.skipped.as_ref().unwrap_or(&row.remark));
+        Table::from(table).without_empty_columns()
     }
 
     fn choices_table(&self) -> Table {
-        let columns = [
-            "scene",
-            "PWave",
-            "GlobalStiffness",
-            "the same with viscEl",
-            "closed form",
-        ];
         let title = "Steps that YADE would choose, over the limit without damping";
-        let mut table = Table::new("stability-choices", title, &columns);
-        for row in &self.rows {
-            let [p_wave, global, viscous] =
-                CHOICES.map(|(_, of)| of(row.choice()) / row.undamped.predicted);
-            let formula = row.closed.as_ref().map(|closed| closed.formula.as_str());
-            table.row([
-                Cell::Code(row.name.clone()),
-                p_wave.into(),
-                global.into(),
-                viscous.into(),
-                formula.into(),
-            ]);
-        }
-        table
+        let over =
+            |of: fn(&Proposal) -> f64| move |row: &Row| of(row.choice()) / row.undamped.predicted;
+        Table::of("stability-choices", title, &self.rows)
+            .column("scene", |row| Cell::Code(row.name.clone()))
+            .column("PWave", over(CHOICES[0].1))
+            .column("GlobalStiffness", over(CHOICES[1].1))
+            .column("the same with viscEl", over(CHOICES[2].1))
+            .column("closed form", |row| {
+                row.closed.as_ref().map(|closed| &closed.formula)
+            })
+            .into()
     }
 
     fn failures_table(&self) -> Table {
-        let columns = [
-            "",
-            "what is done",
-            "what happens",
-            "who notices",
-            "what is said",
-            "in YADE",
-        ];
-        let mut table = Table::new("stability-failures", "Failure modes", &columns);
-        for of in &self.failures {
-            let words =
-                [&of.title, &of.happened, &of.noticed, &of.says].map(|of| of.as_str().into());
-            let [title, happened, noticed, says] = words;
-            table.row([
-                of.outcome.into(),
-                title,
-                happened,
-                noticed,
-                says,
-                of.yade.as_deref().into(),
-            ]);
-        }
-        table.without_empty_columns()
+        let table = Table::of("stability-failures", "Failure modes", &self.failures)
+            .column("", |of| of.outcome)
+            .column("what is done", |of| &of.title)
+            .column("what happens", |of| &of.happened)
+            .column("who notices", |of| &of.noticed)
+            .column("what is said", |of| &of.says)
+            .column("in YADE", |of| of.yade.as_ref());
+        Table::from(table).without_empty_columns()
     }
 
     fn limits_plot(&self) -> Plot {

@@ -228,7 +228,7 @@ pub const MODES: [Mode; 10] = [
         judge: |run, _| {
             let happens = "the grains give way and the punch goes on down";
             (
-                run.stop() == Some(StopReason::SankToGiveUpDepth),
+                run.stop() == Some(StopReason::TargetLoadNotReached),
                 happens.to_owned(),
             )
         },

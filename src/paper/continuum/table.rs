@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use crate::checks::Outcome;
-use crate::document::{Cell, Column, Document, Section, Table};
+use crate::document::{Document, Section, Table};
 use crate::paper::published::{HEIGHT, POINTS, POROSITY, PRESSURE};
 use crate::paper::recomputed::{DENSITY, DEPTH, GRAVITY, HALF_WIDTH};
 
@@ -195,39 +195,37 @@ impl Continuum {
     /// A row a case, the control points side by side.
     pub fn document(&self) -> Document {
         let setup = &self.setup;
-        let mut table = Table::new("continuum", "Vertical stress at the control points", &[]);
-        let column = |title: String, unit: &str| Column {
-            title,
-            unit: unit.to_owned(),
-        };
-        table.columns.push(column("ground and load".to_owned(), ""));
-        for Point { name, offset, .. } in &setup.points {
-            table.columns.extend([
-                column(format!("load at {name} (x = {offset} m)"), "kPa"),
-                column(format!("change at {name}"), "%"),
-                column(format!("with weight at {name}"), "kPa"),
-                column(format!("change with weight at {name}"), "%"),
-            ]);
-        }
         // The rows of a case stand together.
         let case = |row: &Row| (row.model, row.spread, row.sunk, row.above);
-        for rows in self.rows.chunk_by(|a, b| case(a) == case(b)) {
-            let mut cells = vec![Cell::Text(name(&rows[0]))];
-            for point in &setup.points {
-                let row = rows.iter().find(|row| row.point == point.name);
-                let values = row.map(|row| {
-                    let kilopascals = [1e-3 * row.load, 1e-3 * row.stress];
-                    [
-                        kilopascals[0],
-                        row.change_of_load,
-                        kilopascals[1],
-                        row.change,
-                    ]
-                });
-                cells.extend((0..4).map(|index| values.map(|values| values[index]).into()));
-            }
-            table.row(cells);
-        }
+        let cases = self.rows.chunk_by(|a, b| case(a) == case(b));
+        let title = "Vertical stress at the control points";
+        let table =
+            Table::of("continuum", title, cases).column("ground and load", |rows| name(&rows[0]));
+        let table = setup
+            .points
+            .iter()
+            .fold(table, |table, Point { name, offset, .. }| {
+                let at = |of: fn(&Row) -> f64| {
+                    move |rows: &[Row]| rows.iter().find(|row| row.point == *name).map(of)
+                };
+                table
+                    .column(
+                        &format!("load at {name} (x = {offset} m), kPa"),
+                        at(|row| 1e-3 * row.load),
+                    )
+                    .column(
+                        &format!("change at {name}, %"),
+                        at(|row| row.change_of_load),
+                    )
+                    .column(
+                        &format!("with weight at {name}, kPa"),
+                        at(|row| 1e-3 * row.stress),
+                    )
+                    .column(
+                        &format!("change with weight at {name}, %"),
+                        at(|row| row.change),
+                    )
+            });
         Document {
             title: "The continuum under the punch".to_owned(),
             verdict: Outcome::Pass,

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::Member;
 use super::Merged;
 use crate::checks::{Check, Outcome};
-use crate::document::{Cell, Document, Section, Table};
+use crate::document::{Document, Section, Table};
 use crate::study::StudyError;
 use crate::study::realization::Ending;
 use crate::study::tradeoff::judge::{QUANTITIES, Quantity};
@@ -141,13 +141,13 @@ pub fn compare(first: &Merged, second: &Merged) -> Result<Comparison, StudyError
 fn bits(first: &[Member], second: &[Member]) -> Bits {
     let second: BTreeMap<u64, &Member> = second.iter().map(|of| (of.realization, of)).collect();
     let mut bits = Bits::default();
-    for of in first.iter().filter(|of| of.last_state.is_some()) {
+    for of in first.iter().filter(|of| of.loaded_state.is_some()) {
         let other = second.get(&of.realization);
-        if let Some(other) = other.filter(|other| other.last_state.is_some()) {
+        if let Some(other) = other.filter(|other| other.loaded_state.is_some()) {
             bits.common += 1;
             bits.settled += usize::from(of.settled_state == other.settled_state);
             bits.last +=
-                usize::from(of.last_state == other.last_state && of.ending == other.ending);
+                usize::from(of.loaded_state == other.loaded_state && of.ending == other.ending);
         }
     }
     bits
@@ -275,66 +275,41 @@ impl Comparison {
 
     /// For people.
     pub fn document(&self) -> Document {
-        let mut both = Table::new("campaigns", "The campaigns", &["", "engine", "packings"]);
-        for (name, index) in [("first", 0), ("second", 1)] {
-            both.row([
-                name.into(),
-                self.engines[index].as_str().into(),
-                self.packings[index].into(),
-            ]);
-        }
-        let Bits {
-            common,
-            settled,
-            last,
-        } = self.bits;
-        let mut bits = Table::new(
-            "bits",
-            "Realizations that both have run",
-            &["", "realizations"],
-        );
-        bits.row(["in both".into(), common.into()]);
-        bits.row(["settled beds with the same bits".into(), settled.into()]);
-        bits.row(["last moments with the same bits".into(), last.into()]);
-        let columns = [
-            "quantity",
-            "unit",
-            "first",
-            "second",
-            "packings of the first",
-            "packings of the second",
-            "second − first (95 %)",
-            "margin",
-            "share, second − first (90 %)",
-            "finding",
-            "p of equivalence",
-            "p of a difference (Holm)",
-            "p of one distribution (Holm), judges nothing",
+        let both = Table::of("campaigns", "The campaigns", [("first", 0), ("second", 1)])
+            .column("", |(name, _)| name)
+            .column("engine", |(_, index)| &self.engines[index])
+            .column("packings", |(_, index)| self.packings[index]);
+        let counts = [
+            ("in both", self.bits.common),
+            ("settled beds with the same bits", self.bits.settled),
+            ("last moments with the same bits", self.bits.last),
         ];
-        let mut table = Table::new("quantities", "Means over packings", &columns);
-        for of in &self.quantities {
-            let finding = match of.finding {
+        let bits = Table::of("bits", "Realizations that both have run", counts)
+            .column("", |(words, _)| words)
+            .column("realizations", |(_, count)| count);
+        let table = Table::of("quantities", "Means over packings", &self.quantities)
+            .column("quantity", |of| &of.title)
+            .column("unit", |of| &of.unit)
+            .column("first", |of| of.moments[0][0])
+            .column("second", |of| of.moments[1][0])
+            .column("packings of the first", |of| of.packings[0])
+            .column("packings of the second", |of| of.packings[1])
+            .column("second − first (95 %)", |of| {
+                of.unpaired.map(|of| of.difference)
+            })
+            .column("margin", |of| of.margin)
+            .column("share, second − first (90 %)", |of| of.share)
+            .column("finding", |of| match of.finding {
                 Some(Finding::Equivalent) => "equivalent",
                 Some(Finding::Different) => "different",
                 Some(Finding::Undecided) => "undecided",
                 None => "not judged",
-            };
-            table.row([
-                of.title.as_str().into(),
-                of.unit.as_str().into(),
-                of.moments[0][0].into(),
-                of.moments[1][0].into(),
-                of.packings[0].into(),
-                of.packings[1].into(),
-                of.unpaired.map(|of| of.difference).into(),
-                of.margin.into(),
-                of.share.into(),
-                finding.into(),
-                of.equivalence_p.into(),
-                of.difference_p.into(),
-                of.distribution_p.into(),
-            ]);
-        }
+            })
+            .column("p of equivalence", |of| of.equivalence_p)
+            .column("p of a difference (Holm)", |of| of.difference_p)
+            .column("p of one distribution (Holm), judges nothing", |of| {
+                of.distribution_p
+            });
         let (answer, verdict) = match self.verdict {
             Verdict::SameBits => ("SAME BITS", Outcome::Pass),
             Verdict::Equivalent => ("EQUIVALENT", Outcome::Pass),
@@ -344,12 +319,8 @@ impl Comparison {
                 Outcome::Skipped,
             ),
         };
-        let mut forces = Table::new(
-            "missed",
-            "Punches that missed the force",
-            &["share, second − first (95 %)"],
-        );
-        forces.row([Cell::from(self.missed)]);
+        let forces = Table::of("missed", "Punches that missed the force", [self.missed])
+            .column("share, second − first (95 %)", |share| share);
         let mut sections = vec![
             Section::new("Campaigns", "")
                 .with(both)

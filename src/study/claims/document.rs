@@ -246,94 +246,64 @@ impl Claims {
 
     /// A row a claim with the first number that decides.
     fn table(&self) -> Table {
-        let mut table = Table::new(
-            "claims",
-            "",
-            &[
-                "claim",
-                "verdict",
-                "first number that decides",
-                "published",
-                "ours (95 %)",
-                "unit",
-            ],
-        );
-        for claim in &self.claims {
-            let row = claim.rows.iter().find(|row| row.judged.is_some());
-            table.row([
-                Cell::Code(claim.id.to_string()),
-                claim.word().into(),
-                row.map(|row| row.what.as_str()).into(),
-                row.and_then(|row| row.published).into(),
-                row.and_then(|row| row.ours).into(),
-                row.map(|row| row.unit.as_ref()).into(),
-            ]);
+        fn decisive(claim: &Claim) -> Option<&Row> {
+            claim.rows.iter().find(|row| row.judged.is_some())
         }
-        table
+        Table::of("claims", "", &self.claims)
+            .column("claim", |claim| Cell::Code(claim.id.to_string()))
+            .column("verdict", |claim| claim.word())
+            .column("first number that decides", |claim| {
+                decisive(claim).map(|row| &row.what)
+            })
+            .column("published", |claim| {
+                decisive(claim).and_then(|row| row.published)
+            })
+            .column("ours (95 %)", |claim| {
+                decisive(claim).and_then(|row| row.ours)
+            })
+            .column("unit", |claim| decisive(claim).map(|row| row.unit.as_ref()))
+            .into()
     }
 
     fn readings(&self) -> Table {
-        let heads = ["claim", "the paper says", "where", "found"];
-        let mut table = Table::new("readings", "", &heads);
-        for claim in &self.claims {
-            table.row([
-                Cell::Code(claim.id.to_string()),
-                claim.statement.as_str().into(),
-                claim.place.as_ref().into(),
-                claim.reading.as_str().into(),
-            ]);
-        }
-        table
+        Table::of("readings", "", &self.claims)
+            .column("claim", |claim| Cell::Code(claim.id.to_string()))
+            .column("the paper says", |claim| &claim.statement)
+            .column("where", |claim| claim.place.as_ref())
+            .column("found", |claim| &claim.reading)
+            .into()
     }
 
     fn numbers(&self) -> Table {
-        let mut table = Table::new(
-            "numbers",
-            "Every number of every claim",
-            &[
-                "claim",
-                "number",
-                "published",
-                "ours (95 %)",
-                "unit",
-                "ours over published",
-                "realizations",
-                "limits",
-                "outcome",
-            ],
-        );
-        for (claim, row) in self.rows() {
-            table.row([
-                Cell::Code(claim.id.to_string()),
-                row.what.as_str().into(),
-                row.published.into(),
-                row.ours.into(),
-                row.unit.as_ref().into(),
-                row.ratio.into(),
-                row.packings.into(),
-                row.judged.map_or("shown only".to_owned(), limits).into(),
-                row.judged.map(|judged| judged.outcome).into(),
-            ]);
-        }
-        table
+        let shown = |row: &Row| row.judged.map_or("shown only".to_owned(), limits);
+        Table::of("numbers", "Every number of every claim", self.rows())
+            .column("claim", |(claim, _)| Cell::Code(claim.id.to_string()))
+            .column("number", |(_, row)| &row.what)
+            .column("published", |(_, row)| row.published)
+            .column("ours (95 %)", |(_, row)| row.ours)
+            .column("unit", |(_, row)| row.unit.as_ref())
+            .column("ours over published", |(_, row)| row.ratio)
+            .column("realizations", |(_, row)| row.packings)
+            .column("limits", |(_, row)| shown(row))
+            .column("outcome", |(_, row)| {
+                row.judged.map(|judged| judged.outcome)
+            })
+            .into()
     }
 
     fn tests(&self) -> Table {
-        let heads = ["claim", "number", "test", "statistic", "p", "adjusted p"];
-        let mut table = Table::new("tests", "Every test, adjusted by Holm", &heads);
-        for (claim, row) in self.rows() {
-            for one in &row.probabilities {
-                table.row([
-                    Cell::Code(claim.id.to_string()),
-                    row.what.as_str().into(),
-                    one.test.as_str().into(),
-                    one.statistic.into(),
-                    one.p.into(),
-                    one.adjusted.into(),
-                ]);
-            }
-        }
-        table
+        let tests = self.rows().flat_map(|(claim, row)| {
+            let all = row.probabilities.iter();
+            all.map(move |test| (claim, row, test))
+        });
+        Table::of("tests", "Every test, adjusted by Holm", tests)
+            .column("claim", |(claim, ..)| Cell::Code(claim.id.to_string()))
+            .column("number", |(_, row, _)| &row.what)
+            .column("test", |(.., test)| &test.test)
+            .column("statistic", |(.., test)| test.statistic)
+            .column("p", |(.., test)| test.p)
+            .column("adjusted p", |(.., test)| test.adjusted)
+            .into()
     }
 
     fn rows(&self) -> impl Iterator<Item = (&Claim, &Row)> {

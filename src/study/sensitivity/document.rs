@@ -3,9 +3,9 @@
 use super::bearing::{Bearing, Curve, distinct};
 use super::judge::{Judged, Verdict};
 use super::plan::{AXES, COMBINED, FRICTION, SPEED_AND_DAMPING};
-use super::{Figure, Joint, Point, Sensitivity};
+use super::{Figure, Point, Sensitivity};
 use crate::checks::Outcome;
-use crate::document::{Axis, Cell, Colour, Document, Mark, Plot, Section, Table, plot};
+use crate::document::{Axis, Colour, Document, Mark, Plot, Section, Table, plot};
 use evidence::Interval;
 
 /// Pressures below this are as good as none, kPa.
@@ -147,7 +147,7 @@ impl Sensitivity {
     }
 
     /// What settings are called away from their axes.
-    fn names(&self, ids: &[String]) -> Cell {
+    fn names(&self, ids: &[String]) -> String {
         let own = self.points.iter().filter(|of| ids.contains(&of.setting.id));
         let names = own.map(|point| {
             let setting = &point.setting;
@@ -158,64 +158,29 @@ impl Sensitivity {
         });
         let names: Vec<String> = names.collect();
         if names.is_empty() {
-            "none".into()
+            "none".to_owned()
         } else {
-            names.join("; ").into()
+            names.join("; ")
         }
     }
 
     fn where_figures_come_out(&self) -> Section {
-        let mut table = Table::new(
-            "figures",
-            "Each published figure",
-            &[
-                "figure",
-                "published",
-                "comes out",
-                "undecided",
-                "does not",
-                "too few members",
-                "comes out in",
-                "tolerance",
-            ],
-        );
-        for figure in &self.figures {
-            table.row([
-                figure.title.as_str().into(),
-                published(figure).into(),
-                figure.comes_out.len().into(),
-                figure.undecided.len().into(),
-                figure.does_not.len().into(),
-                figure.skipped.len().into(),
-                self.names(&figure.comes_out),
-                figure.reason.as_str().into(),
-            ]);
-        }
-        let mut together = Table::new(
-            "together",
-            "Figures together",
-            &[
-                "figures",
-                "all come out in",
-                "none is excluded in",
-                "all estimates are within in",
-            ],
-        );
-        for Joint {
-            title,
-            comes_out,
-            possible,
-            near,
-            ..
-        } in &self.joint
-        {
-            together.row([
-                title.as_str().into(),
-                self.names(comes_out),
-                self.names(possible),
-                self.names(near),
-            ]);
-        }
+        let table = Table::of("figures", "Each published figure", &self.figures)
+            .column("figure", |figure| &figure.title)
+            .column("published", published)
+            .column("comes out", |figure| figure.comes_out.len())
+            .column("undecided", |figure| figure.undecided.len())
+            .column("does not", |figure| figure.does_not.len())
+            .column("too few members", |figure| figure.skipped.len())
+            .column("comes out in", |figure| self.names(&figure.comes_out))
+            .column("tolerance", |figure| &figure.reason);
+        let together = Table::of("together", "Figures together", &self.joint)
+            .column("figures", |joint| &joint.title)
+            .column("all come out in", |joint| self.names(&joint.comes_out))
+            .column("none is excluded in", |joint| self.names(&joint.possible))
+            .column("all estimates are within in", |joint| {
+                self.names(&joint.near)
+            });
         Section::new("Where each figure comes out", "")
             .with(table)
             .with(together)
@@ -281,61 +246,45 @@ impl Sensitivity {
 
     fn every_setting(&self) -> Section {
         let mut section = Section::new("Every setting", "").as_details();
-        let ids = self.figures.iter().map(|of| of.id.as_str());
-        let ids: Vec<&str> = ids.collect();
-        let mut head = vec![
-            "setting",
-            "clouds",
-            "got the force",
-            "of",
-            "depth at the force, m",
-        ];
-        head.extend(&ids);
-        head.push("remarks");
         for (index, (axis, why)) in AXES.iter().enumerate() {
-            if self.of_axis(axis).next().is_none() {
+            let points: Vec<&Point> = self.of_axis(axis).collect();
+            if points.is_empty() {
                 continue;
             }
-            let mut verdicts = Table::new(&format!("verdicts-{index}"), axis, &head);
-            let mut values = Table::new(&format!("values-{index}"), axis, &[]);
-            let mut changes = values.clone();
-            for (table, title) in [
-                (&mut values, "ours, SI units"),
-                (&mut changes, "more than in the base, same clouds, SI units"),
-            ] {
-                let mut head = vec!["setting"];
-                head.extend(&ids);
-                *table = Table::new(&table.name, &format!("{axis}: {title}"), &head);
-            }
-            changes.name = format!("changes-{index}");
-            for point in self.of_axis(axis) {
-                let name = || Cell::from(point.setting.name.as_str());
-                let judged = point.figures.iter();
-                let remarks: Vec<String> = point.endings.remarks().collect();
-                let mut row = vec![
-                    name(),
-                    point.made.into(),
-                    point.endings.reached.into(),
-                    point.endings.all().into(),
-                    point.depth.into(),
-                ];
-                row.extend(judged.clone().map(|of| {
-                    let star = if of.conditional { "*" } else { "" };
-                    Cell::from(format!("{}{star}", VERDICTS[class(of)].0))
-                }));
-                row.push((!remarks.is_empty()).then(|| remarks.join("; ")).into());
-                verdicts.row(row);
-                values.row(
-                    [name()]
-                        .into_iter()
-                        .chain(judged.clone().map(|of| of.value.into())),
-                );
-                changes.row(
-                    [name()]
-                        .into_iter()
-                        .chain(judged.map(|of| of.change.into())),
-                );
-            }
+            let table = |name: &str, title: &str| {
+                Table::of(&format!("{name}-{index}"), title, points.iter().copied())
+                    .column("setting", |of| &of.setting.name)
+            };
+            let verdicts = table("verdicts", axis)
+                .column("clouds", |of| of.made)
+                .column("got the force", |of| of.endings.reached)
+                .column("of", |of| of.endings.all())
+                .column("depth at the force, m", |of| of.depth);
+            let values = table("values", &format!("{axis}: ours, SI units"));
+            let changes = "more than in the base, same clouds, SI units";
+            let tables = [
+                verdicts,
+                values,
+                table("changes", &format!("{axis}: {changes}")),
+            ];
+            let figures = self.figures.iter().enumerate();
+            let [verdicts, values, changes] =
+                figures.fold(tables, |[verdicts, values, changes], (at, figure)| {
+                    let verdict = |of: &Point| {
+                        let judged = &of.figures[at];
+                        let star = if judged.conditional { "*" } else { "" };
+                        format!("{}{star}", VERDICTS[class(judged)].0)
+                    };
+                    [
+                        verdicts.column(&figure.id, verdict),
+                        values.column(&figure.id, |of| of.figures[at].value),
+                        changes.column(&figure.id, |of| of.figures[at].change),
+                    ]
+                });
+            let verdicts = verdicts.column("remarks", |of| {
+                let remarks: Vec<String> = of.endings.remarks().collect();
+                (!remarks.is_empty()).then(|| remarks.join("; "))
+            });
             section = section.with(format!("{axis}: {why}.")).with(verdicts);
             section = section.with(values).with(changes);
         }
@@ -476,65 +425,47 @@ impl Bearing {
     }
 
     fn rest_table(&self) -> Table {
-        let curves: Vec<&Curve> = self.like_base().collect();
-        let speeds = curves.iter();
-        let speeds: Vec<String> = speeds
-            .map(|of| format!("at {} m/s, kPa", of.speed))
-            .collect();
-        let mut head = vec![
-            "depth, m",
-            "theory, kPa",
-            "extrapolated to rest, kPa",
-            "angle that bears it, degrees",
-        ];
-        head.extend(speeds.iter().map(String::as_str));
         let title = "Pressure at rest, extrapolated from the slowest punches";
-        let mut table = Table::new("at-rest", title, &head);
-        for row in &self.at_rest {
-            let mut cells: Vec<Cell> = vec![
-                row.depth.into(),
-                (1.0e-3 * row.theory).into(),
-                kilopascal(row.pressure).into(),
-                row.angle.into(),
-            ];
-            cells.extend(curves.iter().map(|curve| {
-                let mut levels = curve.levels.iter();
-                let level = levels.find(|level| (level.at - row.depth).abs() < 1.0e-9);
-                Cell::from(kilopascal(level.and_then(|level| level.pressure)))
-            }));
-            table.row(cells);
-        }
-        table
+        let table = Table::of("at-rest", title, &self.at_rest)
+            .column("depth, m", |row| row.depth)
+            .column("theory, kPa", |row| 1.0e-3 * row.theory)
+            .column("extrapolated to rest, kPa", |row| kilopascal(row.pressure))
+            .column("angle that bears it, degrees", |row| row.angle);
+        let pressure = |curve: &Curve, depth: f64| {
+            let mut levels = curve.levels.iter();
+            levels
+                .find(|level| (level.at - depth).abs() < 1.0e-9)?
+                .pressure
+        };
+        let at_speed = |curve: &Curve| format!("at {} m/s, kPa", curve.speed);
+        self.like_base()
+            .fold(table, |table, curve| {
+                table.column(&at_speed(curve), |row| {
+                    kilopascal(pressure(curve, row.depth))
+                })
+            })
+            .into()
     }
 
     fn standing_table(&self) -> Table {
-        let mut table = Table::new(
+        let curves = self.standing.iter();
+        let levels = curves.flat_map(|curve| curve.levels.iter().map(move |level| (curve, level)));
+        Table::of(
             "relaxation",
             "Punches that stop when the force is reached",
-            &[
-                "punch",
-                "got the force",
-                "of",
-                "depth at the force, m",
-                "time after the stop, s",
-                "on the punch, kPa",
-                "more on the floor over the punch's width, kPa",
-            ],
-        );
-        for curve in &self.standing {
-            for level in &curve.levels {
-                table.row([
-                    curve.name.as_str().into(),
-                    curve.reached.into(),
-                    curve.clouds.into(),
-                    curve.depth.into(),
-                    level.at.into(),
-                    kilopascal(level.pressure).into(),
-                    kilopascal(level.on_floor).into(),
-                ]);
-            }
-        }
-        table
+            levels,
+        )
+        .column("punch", |(curve, _)| &curve.name)
+        .column("got the force", |(curve, _)| curve.reached)
+        .column("of", |(curve, _)| curve.clouds)
+        .column("depth at the force, m", |(curve, _)| curve.depth)
+        .column("time after the stop, s", |(_, level)| level.at)
+        .column("on the punch, kPa", |(_, level)| kilopascal(level.pressure))
+        .column(
+            "more on the floor over the punch's width, kPa",
+            |(_, level)| kilopascal(level.on_floor),
+        )
+        .into()
     }
 }
 

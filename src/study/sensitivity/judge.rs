@@ -134,7 +134,7 @@ mod tests {
             pour_steps: 1,
             load_steps: 1,
             cost: None,
-            last_state: None,
+            loaded_state: None,
             measured: measured
                 .iter()
                 .map(|(key, value)| ((*key).to_owned(), *value))

@@ -1,10 +1,9 @@
 //! What the comparison of cost and error says.
 
-use super::convergence::Convergence;
 use super::judge::{Judgement, MISSED_KEY, MISSED_TITLE, Worst, word};
 use super::{Point, Tradeoff};
 use crate::checks::Outcome;
-use crate::document::{Axis, Block, Cell, Colour, Document, Mark, Plot, Section, Table, plot};
+use crate::document::{Axis, Block, Colour, Document, Mark, Plot, Section, Table, plot};
 use crate::study::realization::Runner;
 use evidence::Interval;
 use evidence::t_test::Finding;
@@ -150,25 +149,6 @@ impl Tradeoff {
     }
 
     fn by_cost(&self) -> Table {
-        let mut table = Table::new(
-            "methods",
-            "Every method, by cost",
-            &[
-                "method",
-                "what is changed",
-                "processor time, median, s",
-                "steps of pouring",
-                "steps of loading",
-                "missed the load",
-                "of",
-                "error of the settled bed over margin",
-                "largest in",
-                "error of the loaded bed over margin",
-                "largest in the loaded bed",
-                "dominated by",
-                "remarks",
-            ],
-        );
         let null = Point {
             screened: self.null_comparison.clone(),
             ..self.reference.clone()
@@ -181,50 +161,53 @@ impl Tradeoff {
             },
             ..self.reference.clone()
         };
-        table.row(self.row("the reference", &reference));
-        table.row(self.row("the reference on other clouds: null comparison", &null));
         let mut points: Vec<&Point> = self.points.iter().collect();
         let cost = |point: &Point| seconds(point).unwrap_or(f64::INFINITY);
         points.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
-        for point in points {
-            table.row(self.row(&point.method.name, point));
-        }
-        table
-    }
-
-    fn row(&self, name: &str, point: &Point) -> Vec<Cell> {
-        let judged = &point.screened;
-        let costs = point.costs;
-        let error = |worst: &Option<Worst>| -> [Cell; 2] {
-            let worst = worst.as_ref();
-            [
-                worst.map(|of| of.error).into(),
-                worst.map(|of| self.title(&of.key)).into(),
-            ]
-        };
-        let by = point.dominated_by.as_ref().map(|id| {
+        let words = "the reference on other clouds: null comparison";
+        let rows = [("the reference", &reference), (words, &null)].into_iter();
+        let rows = rows.chain(points.into_iter().map(|of| (of.method.name.as_str(), of)));
+        let error = |worst: &Option<Worst>| worst.as_ref().map(|of| of.error);
+        let largest =
+            |worst: &Option<Worst>| worst.as_ref().map(|of| self.title(&of.key).to_owned());
+        let made = |of: &Point| Some(of.screened.endings.all()).filter(|all| *all > 0);
+        let by = |point: &Point| {
+            let id = point.dominated_by.as_ref()?;
             let name = self.point(id).map_or(id.as_str(), |of| &of.method.name);
-            format!("{}{name}", if point.clearly { "" } else { "perhaps " })
-        });
-        let all = judged.endings.all();
-        let missed = (all > 0).then(|| judged.endings.missed());
-        let remarks = remarks(point);
-        let mut row: Vec<Cell> = vec![
-            name.into(),
-            point.method.axis.as_str().into(),
-            costs.map(|of| of.cpu_seconds).into(),
-            costs.map(|of| of.pour_steps).into(),
-            costs.map(|of| of.load_steps).into(),
-            missed.into(),
-            (all > 0).then_some(all).into(),
-        ];
-        row.extend(error(&judged.bed));
-        row.extend(error(&judged.load));
-        row.extend([
-            by.into(),
-            (!remarks.is_empty()).then(|| remarks.join("; ")).into(),
-        ]);
-        row
+            Some(format!(
+                "{}{name}",
+                if point.clearly { "" } else { "perhaps " }
+            ))
+        };
+        Table::of("methods", "Every method, by cost", rows)
+            .column("method", |(name, _)| name)
+            .column("what is changed", |(_, of)| &of.method.axis)
+            .column("processor time, median, s", |(_, of)| seconds(of))
+            .column("steps of pouring", |(_, of)| {
+                of.costs.map(|of| of.pour_steps)
+            })
+            .column("steps of loading", |(_, of)| {
+                of.costs.map(|of| of.load_steps)
+            })
+            .column("missed the load", |(_, of)| {
+                made(of).map(|_| of.screened.endings.missed())
+            })
+            .column("of", |(_, of)| made(of))
+            .column("error of the settled bed over margin", |(_, of)| {
+                error(&of.screened.bed)
+            })
+            .column("largest in", |(_, of)| largest(&of.screened.bed))
+            .column("error of the loaded bed over margin", |(_, of)| {
+                error(&of.screened.load)
+            })
+            .column("largest in the loaded bed", |(_, of)| {
+                largest(&of.screened.load)
+            })
+            .column("dominated by", |(_, of)| by(of))
+            .column("remarks", |(_, of)| {
+                Some(remarks(of).join("; ")).filter(|of| !of.is_empty())
+            })
+            .into()
     }
 
     fn title<'a>(&'a self, key: &'a str) -> &'a str {
@@ -246,37 +229,27 @@ impl Tradeoff {
         let words = "Candidates for a faster protocol were run on clouds that did not help to choose them. A candidate is \
                      equivalent if the 90 % interval of every bias with a margin lies within the margin (two one-sided t \
                      tests at 5 %), and so does the share of missed loads. The unit is the packing, never the grain.";
-        let mut table = Table::new(
-            "candidates",
-            "Tests of equivalence",
-            &[
-                "candidate",
-                "finding",
-                "clouds",
-                "processor time, median, s",
-                "missed the load",
-                "least correlation of the pairs",
-                "largest correlation of the pairs",
-                "not shown",
-            ],
-        );
-        for (point, judged) in tested() {
-            let correlations = judged.differences.iter();
-            let correlations: Vec<f64> = correlations
-                .filter_map(|of| of.paired.correlation)
-                .collect();
-            let not_shown = judged.not_shown();
-            table.row([
-                point.method.name.as_str().into(),
-                word(judged.finding()).into(),
-                judged.clouds.into(),
-                seconds(point).into(),
-                judged.endings.missed().into(),
-                correlations.iter().copied().reduce(f64::min).into(),
-                correlations.iter().copied().reduce(f64::max).into(),
-                (!not_shown.is_empty()).then(|| not_shown.join(", ")).into(),
-            ]);
-        }
+        let correlations = |judged: &Judgement, least: fn(f64, f64) -> f64| {
+            let all = judged.differences.iter();
+            all.filter_map(|of| of.paired.correlation).reduce(least)
+        };
+        let not_shown = |judged: &Judgement| {
+            let all = judged.not_shown();
+            (!all.is_empty()).then(|| all.join(", "))
+        };
+        let table = Table::of("candidates", "Tests of equivalence", tested())
+            .column("candidate", |(point, _)| &point.method.name)
+            .column("finding", |(_, judged)| word(judged.finding()))
+            .column("clouds", |(_, judged)| judged.clouds)
+            .column("processor time, median, s", |(point, _)| seconds(point))
+            .column("missed the load", |(_, judged)| judged.endings.missed())
+            .column("least correlation of the pairs", |(_, judged)| {
+                correlations(judged, f64::min)
+            })
+            .column("largest correlation of the pairs", |(_, judged)| {
+                correlations(judged, f64::max)
+            })
+            .column("not shown", |(_, judged)| not_shown(judged));
         let section = Section::new("Equivalence", words).with(table);
         tested().fold(section, |section, (point, judged)| {
             let quantities = self.quantities.iter().filter(|of| of.margin.is_some());
@@ -293,30 +266,17 @@ impl Tradeoff {
     }
 
     fn compared(&self) -> Section {
-        let mut table = Table::new(
-            "quantities",
-            "Quantities and their margins",
-            &[
-                "quantity",
-                "unit",
-                "mean of the reference",
-                "standard deviation",
-                "packings",
-                "margin",
-                "reason",
-            ],
-        );
-        for of in &self.quantities {
-            table.row([
-                of.title.as_ref().into(),
-                of.unit.as_ref().into(),
-                of.reference.map(|of| of.mean).into(),
-                of.reference.map(|of| of.deviation).into(),
-                of.reference.map(|of| of.count).into(),
-                of.margin.into(),
-                of.reason.as_ref().into(),
-            ]);
-        }
+        let title = "Quantities and their margins";
+        let table = Table::of("quantities", title, &self.quantities)
+            .column("quantity", |of| of.title.as_ref())
+            .column("unit", |of| of.unit.as_ref())
+            .column("mean of the reference", |of| of.reference.map(|of| of.mean))
+            .column("standard deviation", |of| {
+                of.reference.map(|of| of.deviation)
+            })
+            .column("packings", |of| of.reference.map(|of| of.count))
+            .column("margin", |of| of.margin)
+            .column("reason", |of| of.reason.as_ref());
         Section::new("What is compared, and the margins", "").with(table)
     }
 
@@ -341,31 +301,20 @@ impl Tradeoff {
     }
 
     fn orders(&self) -> Section {
-        let mut table = Table::new(
-            "orders",
-            "Order of convergence, fitted up to the paper's step of 0.45",
-            &["case", "error of", "order", "theory"],
-        );
+        let title = "Order of convergence, fitted up to the paper's step of 0.45";
+        let table = Table::of("orders", title, &self.convergence)
+            .column("case", |of| &of.title)
+            .column("error of", |of| &of.error_of)
+            .column("order", |of| of.order)
+            .column("theory", |of| of.expected);
         let x = Axis::logarithmic("time step over √(m/k)");
         let y = Axis::logarithmic("error");
         let caption = "Errors of exact cases over the time step.";
         let mut plot = Plot::new("order-of-convergence", caption, x, y);
         let colours = [Colour::Blue, Colour::Vermilion, Colour::Green];
         for (case, colour) in self.convergence.iter().zip(colours) {
-            let Convergence {
-                title,
-                error_of,
-                points,
-                order,
-                expected,
-            } = case;
-            table.row([
-                title.as_str().into(),
-                error_of.as_str().into(),
-                (*order).into(),
-                (*expected).into(),
-            ]);
-            plot = plot.line(title, colour, points.iter().map(|(x, y)| [*x, *y]));
+            let points = case.points.iter().map(|(x, y)| [*x, *y]);
+            plot = plot.line(&case.title, colour, points);
         }
         let words = "Where nothing is chaotic the error falls with the square of the time step.";
         let section = Section::new("Order of convergence", words).with(table);

@@ -419,7 +419,7 @@ mod tests {
                     pour_steps: 1,
                     load_steps: 1,
                     cost: None,
-                    last_state: None,
+                    loaded_state: None,
                 }
             })
             .collect()

@@ -33,7 +33,7 @@ pub struct Plan {
 /// The clouds of a test are none that helped to choose what is tested.
 pub const FIRST_CONFIRMATORY: u64 = 1001;
 
-/// The candidate that is the free mode's default: `run --mode free --soft-pour` (`docs/tradeoff.md`).
+/// The candidate that is the free mode's default: `run --mode free --reduced-stiffness` (`docs/tradeoff.md`).
 pub const DEFAULT: &str = "free-0.65-soft-10-1e-3";
 
 /// α of the paper's scene.

@@ -231,7 +231,7 @@ impl Runner<'_> {
             return Ok(None);
         }
         let too_deep = punch.depth() >= self.scene.loading.give_up_depth;
-        Ok(too_deep.then_some(StopReason::SankToGiveUpDepth))
+        Ok(too_deep.then_some(StopReason::TargetLoadNotReached))
     }
 
     /// Sets the punch on the highest grain below it, moving down at its constant speed.
