@@ -9,6 +9,7 @@ mod readers;
 mod architecture;
 mod scene;
 
+mod corpus;
 mod generate;
 
 mod native;

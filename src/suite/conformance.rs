@@ -4,7 +4,7 @@
 mod first_steps;
 mod jobs;
 
-pub use first_steps::first_steps;
+pub use first_steps::{first_steps, from_bed};
 use jobs::Job;
 use serde::Serialize;
 
@@ -99,6 +99,16 @@ pub fn conformance(
     progress: &mut dyn FnMut(&str),
 ) -> Result<Conformance, EngineError> {
     let engine = exec::describe(options)?;
+    let first_steps = if engine.has(Part::Cases) {
+        first_steps::first_steps(&engine, options, grains, progress)
+    } else {
+        Err(Trouble::Skipped(
+            "the engine says that it has no lists of small experiments (cases)".to_owned(),
+        ))
+    };
+    // The jobs allow what double precision needs.
+    let resolution = first_steps.as_ref().map(|of| of.resolution);
+    let single = resolution.is_ok_and(|of| !of.is_double());
     let mut found = Conformance {
         engine,
         checks: Vec::new(),
@@ -107,6 +117,7 @@ pub fn conformance(
     };
     for job in jobs::all() {
         progress(job.id);
+        let job = Job { single, ..job };
         let said = against_native(&found.engine, options, &job);
         found.add(job.id, job.what, said)?;
     }
@@ -114,18 +125,15 @@ pub fn conformance(
     let said = again(&found.engine, options);
     found.add("again", "the small bed once more", said)?;
     progress("cases");
-    let said = cases(&found.engine, options);
+    let said = cases(&found.engine, options, single);
     let what = "two lists of grains in one start, each looked at three times";
     found.add("cases", what, said)?;
-    if !found.engine_failed && found.engine.has(Part::Cases) {
-        match first_steps::first_steps(&found.engine, options, grains, progress) {
-            Ok(of) => {
-                found.checks.extend(first_steps::checks(&of));
-                found.first_steps = Some(of);
-            }
-            Err(Trouble::Native(error)) => return Err(error.into()),
-            Err(trouble) => found.add("first-steps", "its first steps from a bed", Err(trouble))?,
+    match first_steps {
+        Ok(of) => {
+            found.checks.extend(first_steps::checks(&of));
+            found.first_steps = Some(of);
         }
+        Err(trouble) => found.add("first-steps", "its first steps from a bed", Err(trouble))?,
     }
     Ok(found)
 }
@@ -257,7 +265,7 @@ fn again(engine: &Description, options: &Options) -> Result<String, Trouble> {
 }
 
 /// A list of two small experiments in one start.
-fn cases(engine: &Description, options: &Options) -> Result<String, Trouble> {
+fn cases(engine: &Description, options: &Options, single: bool) -> Result<String, Trouble> {
     let cases = jobs::cases();
     let missing = cases
         .iter()
@@ -272,22 +280,19 @@ fn cases(engine: &Description, options: &Options) -> Result<String, Trouble> {
         let refused = |reason| format!("the engine refused {}: {reason}", case.name);
         let theirs = result.map_err(|reason| Trouble::Skipped(refused(reason)))?;
         let native = native::run_case(case, None)?;
-        moments_agree(&theirs, &native, jobs::ROUNDING)
+        moments_agree(&theirs, &native, jobs::rounding(single))
             .map_err(|said| Trouble::Wrong(format!("{}: {said}", case.name)))?;
     }
     Ok("both as they should be".to_owned())
 }
 
 /// Nearer than this, over what the step changes, two numbers are one.
-const SAME: f64 = 1.0e-9;
-
-/// Relative to the larger one.
-fn near(a: f64, b: f64, scale: f64) -> bool {
-    (a - b).abs() <= SAME * scale
+fn near(a: f64, b: f64, scale: f64, single: bool) -> bool {
+    (a - b).abs() <= jobs::rounding(single) * scale
 }
 
 /// The contacts of one moment.
-fn contacts_agree(theirs: &Snapshot, native: &Snapshot) -> Result<(), String> {
+fn contacts_agree(theirs: &Snapshot, native: &Snapshot, single: bool) -> Result<(), String> {
     let pairs = |of: &Snapshot| -> Vec<(u32, u32)> {
         of.contacts.iter().map(|of| (of.id1, of.id2)).collect()
     };
@@ -304,12 +309,13 @@ fn contacts_agree(theirs: &Snapshot, native: &Snapshot) -> Result<(), String> {
         ));
     }
     for (their, own) in theirs.contacts.iter().zip(&native.contacts) {
-        contact_agrees(their, own)?;
+        contact_agrees(their, own, single)?;
     }
     Ok(())
 }
 
-fn contact_agrees(their: &Contact, own: &Contact) -> Result<(), String> {
+fn contact_agrees(their: &Contact, own: &Contact, single: bool) -> Result<(), String> {
+    let near = |a, b, scale| near(a, b, scale, single);
     let of = format!("contact of bodies {} and {}", own.id1, own.id2);
     // Lengths against the size of a grain, about a hundred times an overlap at most.
     let length = 1.0e-2;
@@ -415,7 +421,8 @@ fn flight(job: &Job, theirs: &Story, native: &Story) -> Result<String, String> {
     let (their, own) = (&theirs.moments[1].bodies, &native.moments[1].bodies);
     let (z, v) = (given.z[0], given.vz[0]);
     let (fallen, gained) = (their.z[0] - z, their.vz[0] - v);
-    let is = |value: f64, expected: f64, scale: f64| (value - expected).abs() <= 1.0e-6 * scale;
+    let is =
+        |value: f64, expected: f64, scale: f64| near(value, expected, 1.0e3 * scale, job.single);
     if is(gained, 0.0, g * dt) {
         return Err("after a step the velocity is the one of the start: gravity is missing, or velocities are written before \
                     the step"
@@ -443,7 +450,7 @@ fn flight(job: &Job, theirs: &Story, native: &Story) -> Result<String, String> {
             own.vz[0] - v
         ));
     }
-    moments_agree(&theirs.moments, &native.moments, jobs::ROUNDING)?;
+    moments_agree(&theirs.moments, &native.moments, jobs::rounding(job.single))?;
     Ok("gravity and the order of a step are right".to_owned())
 }
 
@@ -459,7 +466,7 @@ fn damping(job: &Job, theirs: &Story, native: &Story) -> Result<String, String> 
     let names = ["falls", "rises", "turns round in the step"];
     for (id, name) in names.iter().enumerate() {
         let (gained, wanted) = (their.vz[id] - given.vz[id], own.vz[id] - given.vz[id]);
-        let is = |expected: f64| (gained - expected).abs() <= 1.0e-6 * g * dt;
+        let is = |expected: f64| near(gained, expected, 1.0e3 * g * dt, job.single);
         if is(wanted) {
             continue;
         }
@@ -476,12 +483,12 @@ fn damping(job: &Job, theirs: &Story, native: &Story) -> Result<String, String> 
             "the grain that {name}: vz changes by {gained:e} m/s and should by {wanted:e} m/s (α = {alpha}): {why}"
         ));
     }
-    moments_agree(&theirs.moments, &native.moments, jobs::ROUNDING)?;
+    moments_agree(&theirs.moments, &native.moments, jobs::rounding(job.single))?;
     Ok("what speeds up is damped, what slows down is helped, by the right amount".to_owned())
 }
 
 /// The settle rule ended the run where it should.
-fn rules(_: &Job, theirs: &Story, native: &Story) -> Result<String, String> {
+fn rules(job: &Job, theirs: &Story, native: &Story) -> Result<String, String> {
     let end = |story: &Story| {
         let stage = story.outcome.stages.last();
         stage.map(|stage| (stage.steps, stage.stop))
@@ -494,7 +501,7 @@ fn rules(_: &Job, theirs: &Story, native: &Story) -> Result<String, String> {
              largest that was seen at such a step, this one included"
         ));
     }
-    moments_agree(&theirs.moments, &native.moments, jobs::ROUNDING)?;
+    moments_agree(&theirs.moments, &native.moments, jobs::rounding(job.single))?;
     Ok(format!(
         "it ended after {} steps, as it should",
         wanted.map_or(0, |(steps, _)| steps)
@@ -502,7 +509,8 @@ fn rules(_: &Job, theirs: &Story, native: &Story) -> Result<String, String> {
 }
 
 /// The punch, its force and the grains below it.
-fn punch(_: &Job, theirs: &Story, native: &Story) -> Result<String, String> {
+fn punch(job: &Job, theirs: &Story, native: &Story) -> Result<String, String> {
+    let near = |a, b, scale| near(a, b, scale, job.single);
     for (their, own) in theirs.moments.iter().zip(&native.moments) {
         let (Some(found), Some(wanted)) = (their.punch, own.punch) else {
             return Err(format!(
@@ -520,13 +528,17 @@ fn punch(_: &Job, theirs: &Story, native: &Story) -> Result<String, String> {
             ));
         }
         // Rounding of overlaps, times a stiffness.
-        if (found.force - wanted.force).abs() > 1.0e-6 * wanted.force.abs().max(1.0) {
+        if !near(
+            found.force,
+            wanted.force,
+            1.0e3 * wanted.force.abs().max(1.0),
+        ) {
             return Err(format!(
                 "step {}: the force on the punch is {:e} N and should be {:e} N: what grains push it up with, positive upwards",
                 own.step, found.force, wanted.force
             ));
         }
     }
-    moments_agree(&theirs.moments, &native.moments, jobs::ROUNDING)?;
+    moments_agree(&theirs.moments, &native.moments, jobs::rounding(job.single))?;
     Ok("the punch goes down and bears what it should".to_owned())
 }

@@ -132,11 +132,17 @@ pub fn watch_case(
     let mut step = 0;
     for &moment in &case.moments {
         while step < moment {
+            let mut shake = |dynamics: &mut Dynamics| {
+                if let Some(noise) = &mut noise {
+                    noise.shake(&mut dynamics.state, &dynamics.constants);
+                }
+            };
+            if step == 0 {
+                shake(&mut dynamics);
+            }
             step += 1;
             dynamics.step().map_err(failed(step))?;
-            if let Some(noise) = &mut noise {
-                noise.shake(&mut dynamics.state, &dynamics.constants);
-            }
+            shake(&mut dynamics);
         }
         health::check(&dynamics.state, &dynamics.constants).map_err(failed(step))?;
         if !watcher(dynamics.snapshot(Stage::Settle, step)) {

@@ -40,11 +40,15 @@ pub enum Constant {
     Inertia,
     /// Every radius, at contacts.
     Radius,
+    /// Where the wall with this index is, over the mean radius.
+    WallPlace(usize),
+    /// The punch's velocity.
+    PunchSpeed,
 }
 
 impl Constant {
     /// All of them.
-    pub const ALL: [Constant; 13] = [
+    pub const ALL: [Constant; 17] = [
         Constant::GrainStiffness,
         Constant::WallStiffness,
         Constant::PunchStiffness,
@@ -58,6 +62,10 @@ impl Constant {
         Constant::Mass,
         Constant::Inertia,
         Constant::Radius,
+        Constant::WallPlace(0),
+        Constant::WallPlace(1),
+        Constant::WallPlace(2),
+        Constant::PunchSpeed,
     ];
 
     /// Its symbol, and of what.
@@ -76,6 +84,10 @@ impl Constant {
             Constant::Mass => "mass",
             Constant::Inertia => "moment of inertia",
             Constant::Radius => "radius",
+            Constant::WallPlace(0) => "place of the first wall",
+            Constant::WallPlace(1) => "place of the second wall",
+            Constant::WallPlace(_) => "place of the third wall",
+            Constant::PunchSpeed => "velocity of the punch",
         }
     }
 
@@ -87,7 +99,8 @@ impl Constant {
                 true
             }
             Constant::WallStiffness => !model.walls.is_empty(),
-            Constant::PunchStiffness => case.punch.is_some(),
+            Constant::PunchStiffness | Constant::PunchSpeed => case.punch.is_some(),
+            Constant::WallPlace(index) => index < model.walls.len(),
             Constant::ShearStiffness | Constant::Friction => model.law.has_friction(),
             Constant::Dashpot => model.law.has_dashpots(),
             Constant::Damping => model.alpha != 0.0,
@@ -108,8 +121,10 @@ pub enum Form {
     MovedInMiddleOfKick,
     /// The sign in the damping is that of a·(v + share·Δt·a); ½ is right.
     DampingVelocity(f64),
-    /// Gravity is not damped.
+    /// Gravity is not damped: contact forces alone are, by the sign of their own power.
     GravityUndamped,
+    /// Both components are damped by the sign of the whole power a·v.
+    DampingByWholePower,
     /// The damping force has the velocity's direction: α|F|, not component by component.
     DampingAlongVelocity,
     /// k = E(R₁ + R₂)/2.
@@ -154,6 +169,14 @@ pub enum Form {
     OtherNewContact,
     /// Clipped and unclipped tension change places.
     OtherClipping,
+    /// Spins are not damped.
+    SpinUndamped,
+    /// Spins do not change.
+    SpinsKept,
+    /// The slip is that of the centres, whatever the spins.
+    SlipOfCentres,
+    /// Walls and punch do not turn grains.
+    NoTorqueOfFlatBodies,
 }
 
 /// What an engine has otherwise than the model.
@@ -250,7 +273,15 @@ impl<'a> Stepper<'a> {
         for form in &variant.forms {
             change(*form, &mut rules);
         }
-        let mut state = State::new(&bodies, case.punch, constants.kernel());
+        let mean = bodies.radius.iter().sum::<f64>() / bodies.radius.len().max(1) as f64;
+        for (index, wall) in constants.walls.iter_mut().enumerate() {
+            wall.place += mean * (variant.factor(Constant::WallPlace(index)) - 1.0);
+        }
+        let punch = case.punch.map(|of| Punch {
+            velocity: of.velocity * variant.factor(Constant::PunchSpeed),
+            ..of
+        });
+        let mut state = State::new(&bodies, punch, constants.kernel());
         scale(&mut state.radius, variant.factor(Constant::Radius));
         // Both kernels are written as one here, and one of them has no room for spins.
         state.spin.resize(bodies.len(), 0.0);
@@ -306,13 +337,18 @@ impl<'a> Stepper<'a> {
                     a[axis] -= alpha * size * before[axis] / speed.max(f64::MIN_POSITIVE);
                 }
             } else if alpha != 0.0 {
+                let contact = [0, 1].map(|axis| force[id][axis] / mass[id]);
+                let undamped = self.variant.has(Form::GravityUndamped);
+                let acting = if undamped { contact } else { a };
+                let mut power =
+                    [0, 1].map(|axis| acting[axis] * (before[axis] + judged_at * dt * a[axis]));
+                if self.variant.has(Form::DampingByWholePower) {
+                    power = [power[0] + power[1]; 2];
+                }
                 for axis in 0..2 {
-                    let power = a[axis] * (before[axis] + judged_at * dt * a[axis]);
-                    let factor = 1.0 - alpha * sign(power);
-                    if self.variant.has(Form::GravityUndamped) {
-                        a[axis] = force[id][axis] / mass[id] * factor + gravity[axis];
-                    } else {
-                        a[axis] *= factor;
+                    a[axis] = acting[axis] * (1.0 - alpha * sign(power[axis]));
+                    if undamped {
+                        a[axis] += gravity[axis];
                     }
                 }
             }
@@ -339,7 +375,15 @@ impl<'a> Stepper<'a> {
             for ((spin, torque), inertia) in spin.iter_mut().zip(torque).zip(inertia) {
                 let undamped = *torque / *inertia;
                 let power = undamped * (*spin + 0.5 * dt * undamped);
-                *spin += dt * (undamped * (1.0 - alpha * sign(power))) * kick;
+                if self.variant.has(Form::SpinsKept) {
+                    continue;
+                }
+                let damped = if self.variant.has(Form::SpinUndamped) {
+                    undamped
+                } else {
+                    undamped * (1.0 - alpha * sign(power))
+                };
+                *spin += dt * damped * kick;
             }
         }
     }
@@ -476,7 +520,16 @@ impl<'a> Stepper<'a> {
         if self.variant.has(Form::HistoryNotTurned) {
             memory.normal = touch.normal;
         }
-        let mut action = self.rules.act(&touch, &of, one, two, &mut memory);
+        let still = |of: &Motion| Motion { spin: 0.0, ..*of };
+        let mut action = if self.variant.has(Form::SlipOfCentres) {
+            self.rules
+                .act(&touch, &of, &still(one), &still(two), &mut memory)
+        } else {
+            self.rules.act(&touch, &of, one, two, &mut memory)
+        };
+        if self.variant.has(Form::NoTorqueOfFlatBodies) && touch.pair != contact::Pair::Grains {
+            action.torques = [0.0; 2];
+        }
         if self.variant.has(Form::WholeArms) && self.rules.rotates {
             let [r1, r2] = touch.radii;
             let turn = touch.normal[0] * action.force[1] - touch.normal[1] * action.force[0];

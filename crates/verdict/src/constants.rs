@@ -69,8 +69,10 @@ const CHANGE: f64 = 1.0e-6;
 /// From the constants found the fit is made again, so often at most; the responses themselves the first few times.
 const ROUNDS: usize = 12;
 const ROUNDS_WITH_RESPONSES: usize = 3;
-/// Weights are made anew so often in each fit.
-const REWEIGHTED: usize = 20;
+/// Weights are made anew so often in each round, at most, or until what is found changes by less than this share: the next
+/// round goes on.
+const REWEIGHTED: usize = 12;
+const SETTLED: f64 = 1.0e-6;
 /// A direction that changes the data by less than this share of the largest cannot be told.
 const TOLD: f64 = 1.0e-9;
 
@@ -201,8 +203,13 @@ impl Data {
     }
 }
 
+/// Touching nothing; after it come touching grains only, a wall, the punch.
+pub(crate) const FLYING: usize = 0;
+/// So many situations there are.
+pub(crate) const KINDS: usize = 4;
+
 /// Whether each grain flies, touches grains only, a wall, or the punch.
-fn situations(case: &Case, own: &[Snapshot]) -> Vec<usize> {
+pub(crate) fn situations(case: &Case, own: &[Snapshot]) -> Vec<usize> {
     let mut all = vec![0; case.bodies.len()];
     let wall = case.bodies.len() as u32;
     let punch = wall + case.model.walls.len() as u32;
@@ -414,7 +421,11 @@ fn unfitted(constant: Constant) -> Fitted {
 /// Which columns to leave out so that the others can be told, highest index first: of constants that cannot be told apart
 /// the one that is named later in this list stays.
 fn untold(responses: &DMatrix<f64>, free: &[Constant]) -> Vec<usize> {
-    const GIVEN_UP_FIRST: [Constant; 13] = [
+    const GIVEN_UP_FIRST: [Constant; 17] = [
+        Constant::WallPlace(0),
+        Constant::WallPlace(1),
+        Constant::WallPlace(2),
+        Constant::PunchSpeed,
         Constant::Radius,
         Constant::Mass,
         Constant::Inertia,
@@ -495,19 +506,25 @@ fn weighted(
             sum.sqrt().max(f64::MIN_POSITIVE)
         })
         .collect();
-    let rows: Vec<usize> = (0..differences.len())
-        .filter(|row| {
-            differences[*row].is_finite() && responses.row(*row).iter().all(|of| of.is_finite())
-        })
-        .collect();
+    // Row by row in memory, as they are walked through.
+    let mut rows: Vec<usize> = Vec::new();
+    let mut scaled: Vec<f64> = Vec::new();
+    for (row, difference) in differences.iter().enumerate() {
+        let of = (0..columns).map(|at| responses[(row, at)] / scale[at]);
+        if difference.is_finite() && of.clone().all(f64::is_finite) {
+            rows.push(row);
+            scaled.extend(of);
+        }
+    }
     let mut found = DVector::<f64>::zeros(columns);
     let mut errors = Vec::new();
     for _ in 0..REWEIGHTED {
         let left: Vec<f64> = rows
             .iter()
-            .map(|row| {
-                let by = (0..columns).map(|at| responses[(*row, at)] / scale[at] * found[at]);
-                differences[*row] - by.sum::<f64>()
+            .zip(scaled.chunks_exact(columns))
+            .map(|(row, of)| {
+                let by: f64 = of.iter().zip(&found).map(|(of, found)| of * found).sum();
+                differences[*row] - by
             })
             .collect();
         let mut by_kind: Vec<Vec<f64>> = vec![Vec::new(); data.floors.len()];
@@ -522,23 +539,24 @@ fn weighted(
         let mut normal = DMatrix::<f64>::zeros(columns, columns);
         let mut right = DVector::<f64>::zeros(columns);
         let mut spread = DMatrix::<f64>::zeros(columns, columns);
-        for (row, left) in rows.iter().zip(&left) {
+        for ((row, left), of) in rows.iter().zip(&left).zip(scaled.chunks_exact(columns)) {
             let s = scales[data.kinds[*row]];
             let weight = 1.0 / (1.0 + (left / s) * (left / s)) / (s * s);
             for a in 0..columns {
-                let of_a = responses[(*row, a)] / scale[a];
-                if of_a == 0.0 {
+                if of[a] == 0.0 {
                     continue;
                 }
-                right[a] += weight * of_a * left;
-                for b in 0..columns {
-                    let product = of_a * responses[(*row, b)] / scale[b];
-                    normal[(a, b)] += weight * product;
-                    spread[(a, b)] += weight * weight * left * left * product;
+                right[a] += weight * of[a] * left;
+                for b in 0..=a {
+                    let product = weight * of[a] * of[b];
+                    normal[(a, b)] += product;
+                    spread[(a, b)] += product * weight * left * left;
                 }
             }
         }
-        let inverse = normal.clone().try_inverse()?;
+        normal.fill_upper_triangle_with_lower_triangle();
+        spread.fill_upper_triangle_with_lower_triangle();
+        let inverse = normal.try_inverse()?;
         let step = &inverse * right;
         found += &step;
         // The sandwich: weights that depend on the differences, and differences of many sizes.
@@ -546,7 +564,7 @@ fn weighted(
         errors = (0..columns)
             .map(|at| covariance[(at, at)].max(0.0).sqrt() / scale[at])
             .collect();
-        if step.norm() <= 1.0e-14 * found.norm() {
+        if step.norm() <= SETTLED * found.norm() {
             break;
         }
     }

@@ -259,6 +259,15 @@ fn with_larger(case: &Case, constant: Constant, larger: f64) -> Option<Case> {
             model.law.stiffness_ratio /= factor;
         }
         Constant::WallStiffness | Constant::PunchStiffness => return None,
+        Constant::WallPlace(index) => {
+            let mean = bodies.radius.iter().sum::<f64>() / bodies.radius.len() as f64;
+            model.walls[index].place += larger * mean;
+        }
+        Constant::PunchSpeed => {
+            if let Some(punch) = &mut faulty.punch {
+                punch.velocity *= factor;
+            }
+        }
         Constant::ShearStiffness => model.law.stiffness_ratio *= factor,
         Constant::Friction => {
             model.law.friction_angle = (model.law.friction_angle.tan() * factor).atan();

@@ -18,6 +18,7 @@ pub fn candidates(case: &Case) -> Vec<Form> {
             Form::DampingVelocity(1.0),
             Form::GravityUndamped,
             Form::DampingAlongVelocity,
+            Form::DampingByWholePower,
         ]);
     }
     forms.extend([
@@ -43,7 +44,17 @@ pub fn candidates(case: &Case) -> Vec<Form> {
         ]);
     }
     if law.rotates() {
-        forms.extend([Form::OtherTorqueArms, Form::WholeArms, Form::TorqueSign]);
+        forms.extend([
+            Form::OtherTorqueArms,
+            Form::WholeArms,
+            Form::TorqueSign,
+            Form::SpinsKept,
+            Form::SlipOfCentres,
+            Form::NoTorqueOfFlatBodies,
+        ]);
+        if case.model.alpha != 0.0 {
+            forms.push(Form::SpinUndamped);
+        }
     }
     if law.has_dashpots() {
         forms.push(Form::OtherClipping);
@@ -69,6 +80,9 @@ pub fn in_words(form: Form) -> String {
         ),
         Form::GravityUndamped => {
             "damping leaves gravity out: the whole acceleration is multiplied by 1 − α·sign".into()
+        }
+        Form::DampingByWholePower => {
+            "damping goes by the sign of the whole power a·v: it is to judge each component by itself".into()
         }
         Form::DampingAlongVelocity => {
             "damping acts along the velocity: it is to act on each component by itself".into()
@@ -99,6 +113,10 @@ pub fn in_words(form: Form) -> String {
         Form::OtherNewContact => {
             "the slip of a new contact is not that of law.contact.new_contact_slip".into()
         }
+        Form::SpinUndamped => "spins are not damped: 1 − α·sign acts on them as on velocities".into(),
+        Form::SpinsKept => "spins do not change".into(),
+        Form::SlipOfCentres => "the slip leaves the spins out".into(),
+        Form::NoTorqueOfFlatBodies => "walls and punch do not turn grains".into(),
         Form::OtherClipping => "dashpots pull where they must not, or do not where they may: law.contact.viscosity.tension".into(),
     }
 }

@@ -134,6 +134,7 @@ impl Cause {
             .filter(|of| stiffnesses.contains(&of.constant))
             .collect();
         let one_factor = of_springs.len() > 1
+            && of_springs[0].constant == Constant::GrainStiffness
             && of_springs.iter().all(|of| {
                 let apart = (of.larger - of_springs[0].larger).abs();
                 apart <= 6.0 * (of.error + of_springs[0].error) + 1.0e-12
@@ -151,6 +152,9 @@ impl Cause {
             with.push(match of.constant {
                 Constant::GravityAcross => {
                     format!("g_x = {:.3e}·|g| ± {:.0e}", of.larger, of.error)
+                }
+                Constant::WallPlace(_) => {
+                    format!("{symbol} off by {:.3e} R ± {:.0e}", of.larger, of.error)
                 }
                 _ => {
                     let error = of.error.max(f64::EPSILON);
@@ -187,14 +191,19 @@ impl Cause {
                 "no constant and no form of a term that this program knows explains it".to_owned();
         }
         if !self.explained {
-            let share = self.left.len();
-            let which: Vec<String> = self.left.iter().take(8).map(usize::to_string).collect();
-            let more = if share > 8 { ", …" } else { "" };
-            said = format!(
-                "{said}. That is not all: in {} {share} grains are still farther off than rounding takes them ({}{more})",
-                self.left_in.name(),
-                which.join(", ")
-            );
+            let some: Vec<String> = self.left.iter().take(8).map(usize::to_string).collect();
+            let (of_grains, state) = (some.join(", "), self.left_in.name());
+            said = match self.left.len() {
+                0 => format!("{said}. That is not all: it parts from this later, in {state}"),
+                1..=3 => format!(
+                    "{said}. In {state} it sits on grain {of_grains} alone: look at its mass, its radius and its contacts"
+                ),
+                count => format!(
+                    "{said}. That is not all: in {state} {count} grains are still farther off than rounding takes them \
+                     ({of_grains}{})",
+                    if count > 8 { ", …" } else { "" }
+                ),
+            };
         }
         let tied: Vec<&str> = self.tied.iter().map(|of| of.symbol()).collect();
         if !tied.is_empty() {
@@ -221,6 +230,8 @@ fn look_at_for(constant: Constant) -> &'static str {
         Constant::Mass => "the masses in initial.csv",
         Constant::Inertia => "the moments of inertia in initial.csv",
         Constant::Radius => "the radii in initial.csv",
+        Constant::WallPlace(_) => "model.walls",
+        Constant::PunchSpeed => "punch.velocity, and when the punch moves: before the forces",
     }
 }
 
@@ -353,14 +364,26 @@ impl Reference {
                 }
             }
         }
-        let probed = cases.iter().find(|of| of.1 == Start::Pouring);
-        let probes = probed.map_or(Vec::new(), |(_, _, case)| resolution::cases(case));
+        // The punch is large, so that numbers that are small differences of its own are coarser there.
+        let probed: Vec<&Case> = cases
+            .iter()
+            .filter(|of| {
+                of.0 == LawKind::Springs && [Start::Pouring, Start::UnderPunch].contains(&of.1)
+            })
+            .map(|of| &of.2)
+            .collect();
+        let probes: Vec<Vec<Case>> = probed.iter().map(|case| resolution::cases(case)).collect();
         progress("the engine runs");
-        let asked: Vec<&Case> = probes.iter().chain(cases.iter().map(|of| &of.2)).collect();
-        let mut answers = engine(&asked).map_err(Failure::Engine)?;
-        let of_cases = answers.split_off(probes.len().min(answers.len()));
-        let measured = probed.and_then(|(_, _, case)| resolution::measured(case, &answers));
-        let resolution = measured.unwrap_or(Resolution::DOUBLE);
+        let of_probes = probes.iter().flatten();
+        let asked: Vec<&Case> = of_probes.chain(cases.iter().map(|of| &of.2)).collect();
+        let mut of_cases = engine(&asked).map_err(Failure::Engine)?;
+        let mut resolution = Resolution::DOUBLE;
+        for (case, probes) in probed.iter().zip(&probes) {
+            let rest = of_cases.split_off(probes.len().min(of_cases.len()));
+            let answers = std::mem::replace(&mut of_cases, rest);
+            let measured = resolution::measured(case, &answers);
+            resolution = measured.map_or(resolution, |of| resolution.coarser(of));
+        }
         let natives = if resolution == Resolution::DOUBLE {
             double
         } else {

@@ -6,6 +6,7 @@ use grains::task::Case;
 use serde::Serialize;
 
 use crate::Answer;
+use crate::constants::{FLYING, KINDS, situations};
 
 /// The smallest change, over a metre or over a velocity: about the last bit of a number in double precision.
 const SMALLEST: f64 = 1.0 / (1u64 << 52) as f64;
@@ -64,19 +65,19 @@ impl Resolution {
 /// The case as it is, then with ever larger changes, each looked at after one step. Of a grain in contact the place is
 /// changed, of one in flight the velocity too: nothing but its own velocity can answer there.
 pub fn cases(case: &Case) -> Vec<Case> {
-    let flying = flying(case);
+    let situations = at_start(case);
     let changed = |change: f64| {
         let mut of = Case {
             moments: vec![1],
             ..case.clone()
         };
         let bodies = &mut of.bodies;
-        for (id, flies) in flying.iter().enumerate() {
+        for (id, situation) in situations.iter().enumerate() {
             // Each by another length, so that neighbours do not move together.
             let length = change * (1.0 + (id as f64 * 0.618).fract());
             bodies.x[id] += length;
             bodies.z[id] -= length;
-            if *flies {
+            if *situation == FLYING {
                 bodies.vx[id] *= 1.0 + change;
                 bodies.vz[id] *= 1.0 + change;
             }
@@ -88,23 +89,13 @@ pub fn cases(case: &Case) -> Vec<Case> {
     all
 }
 
-/// Grains that touch nothing.
-fn flying(case: &Case) -> Vec<bool> {
+/// The kind of place that each grain is in at the start.
+fn at_start(case: &Case) -> Vec<usize> {
     let start = Case {
         moments: vec![0],
         ..case.clone()
     };
-    let mut flying = vec![true; case.bodies.len()];
-    for moment in grains::variant::run(&start, &Default::default()) {
-        for contact in &moment.contacts {
-            for id in [contact.id1, contact.id2] {
-                if let Some(of) = flying.get_mut(id as usize) {
-                    *of = false;
-                }
-            }
-        }
-    }
-    flying
+    situations(case, &grains::variant::run(&start, &Default::default()))
 }
 
 /// From the answers to [`cases`]; none if the engine refused one of them.
@@ -114,11 +105,11 @@ pub fn measured(case: &Case, answers: &[Answer]) -> Option<Resolution> {
         .map(|of| bodies(of.as_deref().ok()?))
         .collect();
     let (base, changed) = last.as_deref()?.split_first()?;
-    let flying = flying(case);
+    let situations = at_start(case);
     // The smallest change that enough of these grains notice.
     let noticed = |answers: &dyn Fn(&Bodies, usize) -> bool, among: &dyn Fn(usize) -> bool| {
         let at_all = |id: &usize| among(*id) && changed.last().is_some_and(|of| answers(of, *id));
-        let ids: Vec<usize> = (0..flying.len()).filter(at_all).collect();
+        let ids: Vec<usize> = (0..situations.len()).filter(at_all).collect();
         let mut level = SMALLEST;
         for of in changed {
             let share = ids.iter().filter(|id| answers(of, **id)).count() as f64;
@@ -133,9 +124,23 @@ pub fn measured(case: &Case, answers: &[Answer]) -> Option<Resolution> {
     let sped = |of: &Bodies, id: usize| of.vx[id] != base.vx[id] || of.vz[id] != base.vz[id];
     Some(Resolution {
         position: noticed(&moved, &|_| true),
-        velocity: noticed(&sped, &|id| flying[id]),
-        overlap: noticed(&sped, &|id| !flying[id]),
+        velocity: noticed(&sped, &|id| situations[id] == FLYING),
+        // A force on a grain at a wall or the punch may be coarser than one between grains.
+        overlap: (FLYING + 1..KINDS)
+            .map(|kind| noticed(&sped, &|id| situations[id] == kind))
+            .fold(0.0, f64::max),
     })
+}
+
+impl Resolution {
+    /// The coarser of two, number by number.
+    pub fn coarser(self, other: Resolution) -> Resolution {
+        Resolution {
+            position: self.position.max(other.position),
+            velocity: self.velocity.max(other.velocity),
+            overlap: self.overlap.max(other.overlap),
+        }
+    }
 }
 
 fn bodies(moments: &[Snapshot]) -> Option<&Bodies> {

@@ -6,8 +6,9 @@ use rand_core::SeedableRng;
 use super::state::{Constants, State};
 use crate::generate::symmetric;
 
-/// How coarsely an engine computes. After each step every position and velocity is off by up to so much, and every grain that
-/// bears a force is kicked by what its contacts are off.
+/// How coarsely an engine computes. At the start and after each step every position and velocity is off by up to so much, and
+/// every grain that bears a force is kicked by what its contacts are off. A replica with an odd number makes the same errors in
+/// each step: a number that grows by the same amount in each step is rounded the same way, for a while.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
     /// Of positions, over their size.
@@ -30,18 +31,25 @@ const KEY: &[u8; 32] = b"crossgrain: rounding of replicas";
 
 impl Noise {
     pub(super) fn begin(self) -> Shaker {
-        let mut random = ChaCha8Rng::from_seed(*KEY);
-        random.set_stream(self.replica);
         Shaker {
             noise: self,
-            random,
+            random: self.random(),
         }
+    }
+
+    fn random(self) -> ChaCha8Rng {
+        let mut random = ChaCha8Rng::from_seed(*KEY);
+        random.set_stream(self.replica);
+        random
     }
 }
 
 impl Shaker {
-    /// After a step.
+    /// Before the first step or after one.
     pub(super) fn shake(&mut self, state: &mut State, constants: &Constants) {
+        if self.noise.replica % 2 == 1 {
+            self.random = self.noise.random();
+        }
         let Noise {
             position,
             velocity,
