@@ -287,7 +287,10 @@ pub fn prepared(
     };
     run.record.step_choice = preparation.step_choice;
     if softened.is_some() {
-        run.record.command = run.record.command.replace(" --out ", " --reduced-stiffness --out ");
+        run.record.command = run
+            .record
+            .command
+            .replace(" --out ", " --reduced-stiffness --out ");
     }
     run.record.softened = softened;
     run.write(out)?;

@@ -728,7 +728,7 @@ fn first_step(task: &Task, stage: Stage) -> u64 {
 
 /// The stages are those asked for, each ended by a rule of its own.
 fn check_stages(task: &Task, stages: &[StageReport]) -> Result<(), String> {
-    use StopReason::{MaxSteps, Reached, TargetLoadNotReached, Settled, StepsDone};
+    use StopReason::{MaxSteps, Reached, Settled, StepsDone, TargetLoadNotReached};
     let ends: Vec<(Stage, StopReason)> = stages.iter().map(|of| (of.stage, of.stop)).collect();
     let fits = match (task.until, task.start.stage, ends.as_slice()) {
         (Until::Step(step), stage, [(end, StepsDone)]) => {
@@ -750,7 +750,9 @@ fn check_stages(task: &Task, stages: &[StageReport]) -> Result<(), String> {
                 (Stage::Load, Reached | TargetLoadNotReached),
             ],
         )
-        | (Until::EndOfLoading, Stage::Load, [(Stage::Load, Reached | TargetLoadNotReached)]) => true,
+        | (Until::EndOfLoading, Stage::Load, [(Stage::Load, Reached | TargetLoadNotReached)]) => {
+            true
+        }
         _ => false,
     };
     if fits {

@@ -87,6 +87,8 @@ impl From<BenchError> for Error {
 /// A part that was not made, or went wrong.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Missed {
+    /// In the id of its check, unique.
+    pub id: String,
     /// The part.
     pub what: String,
     /// Why.
@@ -99,7 +101,7 @@ pub struct Missed {
 
 impl Missed {
     /// Of this error; a signal and a full disk end the benchmark instead.
-    pub fn of(what: &str, needed: bool, error: BenchError) -> Result<Self, BenchError> {
+    pub fn of(id: &str, what: &str, needed: bool, error: BenchError) -> Result<Self, BenchError> {
         let full_disk = matches!(
             error,
             BenchError::File(_) | BenchError::Engine(ProgramError::File(_))
@@ -118,6 +120,7 @@ impl Missed {
                 )
         );
         Ok(Missed {
+            id: id.to_owned(),
             what: what.to_owned(),
             why: error.to_string(),
             failed: !missing,

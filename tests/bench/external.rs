@@ -85,7 +85,13 @@ fn what_it_says_of_itself_widens_what_is_allowed() {
 fn a_bed_that_it_cannot_take_is_not_made_with_its_reason() {
     let missed = |external: &ExternalEngine, grains| {
         let error = turn(&small_bed(grains), external).expect_err("not made");
-        Missed::of("exec:toy", Contender::External.is_needed(), error).expect("no interruption")
+        Missed::of(
+            "external",
+            "exec:toy",
+            Contender::External.is_needed(),
+            error,
+        )
+        .expect("no interruption")
     };
     let sound = ExternalEngine::ask(Options::new(adapter_path("toy.py"))).expect("the toy");
     let refused = missed(&sound, 250);

@@ -143,6 +143,8 @@ pub const LAMMPS_OVER_EXACT: f64 = 7.0;
 
 /// What is known of a contender beforehand.
 struct Known {
+    /// In ids of checks.
+    id: &'static str,
     name: &'static str,
     /// Of a native engine.
     mode: Option<Mode>,
@@ -155,7 +157,8 @@ struct Known {
 
 impl Contender {
     fn known(self) -> Known {
-        let of = |name, mode, tolerance| Known {
+        let of = |id, name, mode, tolerance| Known {
+            id,
             name,
             mode,
             tolerance,
@@ -163,25 +166,60 @@ impl Contender {
             goal: None,
         };
         match self {
-            Contender::Exact => of("native exact", Some(Mode::Exact), Tolerance::ROUNDING),
-            Contender::Free => of("native free", Some(Mode::Free), Tolerance::FREE),
-            Contender::Single => of("native single", Some(Mode::Single), Tolerance::SINGLE),
+            Contender::Exact => of(
+                "exact",
+                "native exact",
+                Some(Mode::Exact),
+                Tolerance::ROUNDING,
+            ),
+            Contender::Free => of("free", "native free", Some(Mode::Free), Tolerance::FREE),
+            Contender::Single => of(
+                "single",
+                "native single",
+                Some(Mode::Single),
+                Tolerance::SINGLE,
+            ),
             Contender::YadeOrdinary => Known {
                 goal: Some(YADE_OVER_EXACT),
-                ..of("YADE -j1, ordinary loop", None, Tolerance::ROUNDING)
+                ..of(
+                    "ordinary-loop",
+                    "YADE -j1, ordinary loop",
+                    None,
+                    Tolerance::ROUNDING,
+                )
             },
-            Contender::YadeSorted => of("YADE -j1, sorted loop", None, Tolerance::ROUNDING),
+            Contender::YadeSorted => of(
+                "sorted-loop",
+                "YADE -j1, sorted loop",
+                None,
+                Tolerance::ROUNDING,
+            ),
             Contender::Lammps => Known {
                 needed: false,
                 goal: Some(LAMMPS_OVER_EXACT),
-                ..of("LAMMPS gran/hooke", None, Tolerance::OTHER_LAW)
+                ..of(
+                    "gran-hooke",
+                    "LAMMPS gran/hooke",
+                    None,
+                    Tolerance::OTHER_LAW,
+                )
             },
             Contender::Liggghts => Known {
                 needed: false,
-                ..of("LIGGGHTS hooke/stiffness", None, Tolerance::OTHER_LAW)
+                ..of(
+                    "hooke-stiffness",
+                    "LIGGGHTS hooke/stiffness",
+                    None,
+                    Tolerance::OTHER_LAW,
+                )
             },
-            Contender::External => of("exec", None, Tolerance::FREE),
+            Contender::External => of("external", "exec", None, Tolerance::FREE),
         }
+    }
+
+    /// In ids of checks, unique.
+    pub fn id(self) -> &'static str {
+        self.known().id
     }
 
     /// For tables.
@@ -538,14 +576,14 @@ pub fn rounds(
             );
             match contender.run(bed, plan, programs, work) {
                 Ok(turn) => of.push(turn),
-                Err(error) => missed.push(Missed::of(&name, contender.is_needed(), error)?),
+                Err(error) => {
+                    let needed = contender.is_needed();
+                    missed.push(Missed::of(contender.id(), &name, needed, error)?);
+                }
             }
         }
         // What has failed once does not run again.
-        turns.retain(|(contender, _)| {
-            let name = programs.name_of(*contender);
-            missed.iter().all(|of| of.what != name)
-        });
+        turns.retain(|(contender, _)| missed.iter().all(|of| of.id != contender.id()));
     }
     let exact_bed = timing::after(bed, Mode::Exact, plan.compared_after())?;
     let spread_of = |wanted: Contender| {

@@ -76,11 +76,12 @@ impl Counting<'_> {
                     all.push(counted);
                 }
                 Err(error) => {
+                    let id = format!("instructions/{}", contender.id());
                     let what = format!("instructions of {}", contender.name());
                     // The counter's failure is none of the engine's.
                     missed.push(Missed {
                         failed: false,
-                        ..Missed::of(&what, false, error)?
+                        ..Missed::of(&id, &what, false, error)?
                     });
                 }
             }

@@ -90,6 +90,7 @@ pub fn measure(
             Ok(point) => points.push(point),
             Err(error) => {
                 missed.push(Missed::of(
+                    "sizes",
                     "cost against the number of grains in YADE",
                     true,
                     error,
