@@ -5,6 +5,7 @@ mod external;
 
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use crossgrain::checks::Outcome;
@@ -15,7 +16,7 @@ use crossgrain::limits::bench::bed::{self, Bed};
 use crossgrain::limits::bench::contender::{self, Contender, Sanity, Tolerance, between_grains};
 use crossgrain::limits::bench::machine::{Machine, Throughput, Work};
 use crossgrain::limits::bench::scaling::Point;
-use crossgrain::limits::bench::{BedRecord, Bench, BenchError, Distance, Missed, timing};
+use crossgrain::limits::bench::{BedRecord, Bench, Distance, Missed, timing};
 use crossgrain::progress::Display;
 use crossgrain::report::page;
 use crossgrain::tables::write_bodies;
@@ -190,7 +191,7 @@ const LOG: &str = "LAMMPS (29 Sep 2021 - Update 2)\nStep KinEng c_contacts \n   
 /// What Python makes of this, with the adapters to import; or how it failed.
 fn in_python(script: &str, arguments: &[&Path]) -> Result<String, String> {
     let adapters = Path::new(env!("CARGO_MANIFEST_DIR")).join("adapters");
-    let output = std::process::Command::new("python3")
+    let output = Command::new("python3")
         .args(["-B", "-c", script])
         .args(arguments)
         .env("PYTHONPATH", adapters)
@@ -283,7 +284,7 @@ fn programs_that_fail_or_hang_are_named_and_ended() {
     let sh = on_path("sh").expect("a shell");
     let run = |script: &str, limit: u64| {
         let limit = Duration::from_millis(limit);
-        timing::run(&sh, &["-c", script], folder.path(), limit)
+        timing::run(Command::new(&sh).args(["-c", script]), folder.path(), limit)
     };
     assert_eq!(run("echo hello", 10_000).expect("a log"), "hello\n");
     let failed = run("echo no such bed >&2; exit 3", 10_000).expect_err("a failure");
@@ -304,8 +305,15 @@ fn what_is_not_installed_is_not_a_failure_and_what_crashes_is() {
         package: "lammps",
     };
     assert!(!of(missing.into()).failed);
-    assert!(of(BenchError::Failed("lmp: signal 11".to_owned())).failed);
-    assert!(Missed::of("x", "x", false, BenchError::Interrupted).is_err());
+    assert!(
+        of(ProgramError::Crashed {
+            status: "signal 11".to_owned(),
+            log: String::new()
+        }
+        .into())
+        .failed
+    );
+    assert!(Missed::of("x", "x", false, ProgramError::Interrupted.into()).is_err());
     assert!(Contender::YadeOrdinary.is_needed() && !Contender::Lammps.is_needed());
 }
 

@@ -2,9 +2,10 @@
 
 use crossgrain::engine::exec::{ExternalEngine, Options};
 use crossgrain::engine::yade;
+use crossgrain::error::Error;
 use crossgrain::limits::bench::bed::{self, Bed};
 use crossgrain::limits::bench::contender::{Contender, Plan, Programs, Sanity, Turn};
-use crossgrain::limits::bench::{BenchError, Missed, timing};
+use crossgrain::limits::bench::{Missed, timing};
 use grains::native::Mode;
 
 use crate::support::engines::{adapter_path, changed_toy, program};
@@ -17,7 +18,7 @@ const PLAN: Plan = Plan {
 };
 
 /// A turn of the engine on this bed.
-fn turn(bed: &Bed, external: &ExternalEngine) -> Result<(Turn, Sanity, String), BenchError> {
+fn turn(bed: &Bed, external: &ExternalEngine) -> Result<(Turn, Sanity, String), Error> {
     let yade = yade::Options::default();
     let programs = Programs {
         yade: &yade,

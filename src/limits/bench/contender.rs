@@ -7,11 +7,12 @@ use serde::Serialize;
 
 use super::bed::{Bed, start};
 use super::timing::{self, Spread};
-use super::{BenchError, Missed};
+use super::{Missed, nonsense};
 use crate::compare::bits::{self, TableBits};
 use crate::engine::exec::{self, Adapter, ExecRun, ExternalEngine, run_external};
 use crate::engine::read::{Timed, TimedSteps};
-use crate::engine::yade;
+use crate::engine::{ProgramError, yade};
+use crate::error::Error;
 use crate::progress;
 use grains::measure::equilibrium::kinetic_energy;
 use grains::model::Model;
@@ -249,7 +250,7 @@ impl Contender {
         plan: &Plan,
         programs: Programs<'_>,
         work: &Path,
-    ) -> Result<Turn, BenchError> {
+    ) -> Result<Turn, Error> {
         let folder = timing::folder(work, "turn")?;
         if let Some(mode) = self.mode() {
             return Ok(Turn {
@@ -262,7 +263,7 @@ impl Contender {
         }
         if self == Contender::External {
             let engine = programs.external.ok_or_else(|| {
-                BenchError::Missing("no external engine was named: --engine exec:PATH".to_owned())
+                ProgramError::Refused("none was named: --engine exec:PATH".to_owned())
             })?;
             return by_two_runs(bed, plan, engine, &folder);
         }
@@ -291,7 +292,7 @@ impl Contender {
         programs: Programs<'_>,
         bed: &Bed,
         exact: &Snapshot,
-    ) -> Result<Sanity, BenchError> {
+    ) -> Result<Sanity, Error> {
         let own;
         let (bodies, contacts) = match &turn.bed {
             Some((bodies, contacts)) => (bodies, *contacts),
@@ -314,7 +315,7 @@ pub fn timed(
     steps: TimedSteps,
     options: &yade::Options,
     work: &Path,
-) -> Result<(Timed, String), BenchError> {
+) -> Result<(Timed, String), Error> {
     let model = Model::of(&bed.scene);
     let options = yade::Options {
         sorted: contender == Contender::YadeSorted,
@@ -344,7 +345,7 @@ fn by_two_runs(
     plan: &Plan,
     engine: &ExternalEngine,
     work: &Path,
-) -> Result<Turn, BenchError> {
+) -> Result<Turn, Error> {
     let mut steps = plan.compared_after();
     let first = run(bed, steps, engine, work)?;
     let mut before = first.took;
@@ -375,12 +376,12 @@ fn by_two_runs(
         steps *= longer.ceil().clamp(2.0, MOST_LONGER) as u64;
         before = run(bed, steps, engine, work)?.took;
     }
-    Err(BenchError::Nonsense(format!(
+    Err(nonsense(format!(
         "{steps} steps take no longer than half of them"
     )))
 }
 
-fn run(bed: &Bed, steps: u64, engine: &ExternalEngine, work: &Path) -> Result<ExecRun, BenchError> {
+fn run(bed: &Bed, steps: u64, engine: &ExternalEngine, work: &Path) -> Result<ExecRun, Error> {
     let mut scene = bed.scene.clone();
     // Its first moment and its last.
     scene.measurement.history_every = u64::from(u32::MAX);
@@ -556,7 +557,7 @@ pub fn rounds(
     programs: Programs<'_>,
     work: &Path,
     progress: &progress::Task,
-) -> Result<Rounds, BenchError> {
+) -> Result<Rounds, Error> {
     let mut turns: Vec<(Contender, Vec<Turn>)> = ALL.map(|of| (of, Vec::new())).into();
     turns.extend(programs.external.map(|_| (Contender::External, Vec::new())));
     let mut missed: Vec<Missed> = Vec::new();
