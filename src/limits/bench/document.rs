@@ -248,10 +248,10 @@ impl Bench {
             let points = over.all.iter();
             points.map(move |ratio| Point::at(*ratio, row as f64))
         });
-        let medians = rows.iter().enumerate().map(|(row, (_, over))| Point {
-            interval: Some([over.low_quartile, over.high_quartile]),
-            label: format!("{} ×", rounded(over.median, 3)),
-            ..Point::at(over.median, row as f64)
+        let medians = rows.iter().enumerate().map(|(row, (_, over))| {
+            Point::at(over.median, row as f64)
+                .between(over.low_quartile, over.high_quartile)
+                .labelled(format!("{} ×", rounded(over.median, 3)))
         });
         let goals = rows.iter().enumerate().filter_map(|(row, (contest, _))| {
             let goal = contest.contender.goal()?;
