@@ -1,12 +1,11 @@
 //! Programs that are started: each in a process group of its own, ended with whatever it has started
 //! when nobody waits for it any more.
 
-use std::env;
-use std::io;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::Duration;
+use std::{env, io};
 
 use rustix::param::clock_ticks_per_second;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};

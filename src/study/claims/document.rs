@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::means::POINTS;
 use super::sample::{Moment, positive, stress};
-use super::{Claim, Judged, Row, Verdict};
-use super::{Claims, Volume, Volumes};
+use super::{Claim, Claims, Judged, Row, Verdict, Volume, Volumes};
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::plot::Point;
 use crate::document::table::rounded;
