@@ -41,15 +41,6 @@ impl Outcome {
         }
     }
 
-    /// The verdict of a job, for people.
-    pub fn verdict_word(self) -> &'static str {
-        match self {
-            Outcome::Pass => "AGREED",
-            Outcome::Fail => "DIFFERENT",
-            Outcome::Skipped | Outcome::ExpectedFailure => "INCOMPLETE",
-        }
-    }
-
     /// What a job with this verdict tells a script.
     pub fn exit_code(self) -> u8 {
         match self {

@@ -1,18 +1,14 @@
 //! Programs that are started: each in a process group of its own, ended with whatever it has started
 //! when nobody waits for it any more.
 
-use std::env;
-use std::io;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use std::{env, io};
 
 use rustix::param::clock_ticks_per_second;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
-
-use crate::interrupt::asked_to_end;
 
 /// How often a child is looked at.
 pub const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -25,17 +21,6 @@ pub struct Group {
     seen: bool,
     /// What it took, once it has ended.
     processor_seconds: Option<f64>,
-}
-
-/// Why a child's end was not waited for.
-#[derive(Debug, thiserror::Error)]
-pub enum Unfinished {
-    #[error("it was asked to end")]
-    Interrupted,
-    #[error("it was not done within {0:?} and was ended")]
-    TooLong(Duration),
-    #[error("it cannot be waited for: {0}")]
-    Io(#[from] io::Error),
 }
 
 /// The program of this name on the path.
@@ -95,23 +80,6 @@ impl Group {
             size.split_whitespace().nth(1)?.parse::<u64>().ok()
         });
         pages.sum::<u64>() * rustix::param::page_size() as u64
-    }
-
-    /// Waits for its end, but no longer than `limit`; whatever does not end is ended.
-    pub fn wait(mut self, limit: Duration) -> Result<ExitStatus, Unfinished> {
-        let began = Instant::now();
-        loop {
-            if let Some(status) = self.status()? {
-                return Ok(status);
-            }
-            if asked_to_end() {
-                return Err(Unfinished::Interrupted);
-            }
-            if began.elapsed() > limit {
-                return Err(Unfinished::TooLong(limit));
-            }
-            thread::sleep(LOOK_EVERY);
-        }
     }
 }
 

@@ -2,13 +2,14 @@
 
 use crate::checks::record::RecordError;
 use crate::compare::baseline::BaselineError;
-use crate::engine::EngineError;
+use crate::engine::{EngineError, ProgramError};
 use crate::files::FileError;
 use crate::run::KeptError;
-use crate::run::folder::FolderError;
-use crate::run::folder::SceneFileError;
+use crate::run::folder::{FolderError, SceneFileError};
 use crate::study::StudyError;
 use crate::suite::run::VerifyError;
+use crate::tables::TableError;
+use grains::native::NativeError;
 
 pub use crate::exit;
 
@@ -29,15 +30,33 @@ pub enum Error {
     Usage(String),
     #[error("asked to end; start the command again")]
     Interrupted,
-    /// Another program than an engine of a run.
-    #[error("{0}")]
-    Program(String),
     #[error("the report cannot be made: {0}")]
     Report(String),
     #[error(transparent)]
     Study(#[from] StudyError),
     #[error(transparent)]
     Record(#[from] RecordError),
+}
+
+impl From<NativeError> for Error {
+    fn from(error: NativeError) -> Self {
+        Error::Engine(error.into())
+    }
+}
+
+impl From<ProgramError> for Error {
+    fn from(error: ProgramError) -> Self {
+        Error::Engine(error.into())
+    }
+}
+
+impl From<TableError> for Error {
+    fn from(error: TableError) -> Self {
+        match error {
+            TableError::File(error) => Error::File(error),
+            other => ProgramError::Nonsense(other.to_string()).into(),
+        }
+    }
 }
 
 impl From<KeptError> for Error {
@@ -80,7 +99,6 @@ impl Error {
             Error::Folder(error) => error.exit_code(),
             Error::Engine(error) => error.exit_code(),
             Error::File(error) => error.exit_code(),
-            Error::Program(_) => exit::ENGINE_FAILED,
             Error::Output(_) | Error::Report(_) | Error::Interrupted => exit::TRY_AGAIN,
         }
     }

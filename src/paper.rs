@@ -247,22 +247,3 @@ pub fn text_faults() -> Vec<TextFault> {
         ),
     ]
 }
-
-/// Six significant digits, without trailing noise.
-pub fn short(value: f64) -> String {
-    if value == 0.0 || (1e-4..1e7).contains(&value.abs()) {
-        let digits = if value == 0.0 {
-            0
-        } else {
-            (5 - value.abs().log10().floor() as i32).max(0) as usize
-        };
-        let text = format!("{value:.digits$}");
-        if text.contains('.') {
-            text.trim_end_matches('0').trim_end_matches('.').to_owned()
-        } else {
-            text
-        }
-    } else {
-        format!("{value:.3e}")
-    }
-}

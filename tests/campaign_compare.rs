@@ -3,10 +3,8 @@
 use std::collections::BTreeMap;
 
 use crossgrain::checks::Outcome;
-use crossgrain::study::campaign::Campaign;
-use crossgrain::study::campaign::Member;
-use crossgrain::study::campaign::Merged;
 use crossgrain::study::campaign::compare::{Comparison, Verdict, compare};
+use crossgrain::study::campaign::{Campaign, Member, Merged};
 use crossgrain::study::machine::Summary;
 use crossgrain::study::realization::{Ending, Runner};
 use crossgrain::study::tradeoff::judge::QUANTITIES;

@@ -1,10 +1,8 @@
 //! The comparison: agrees where it should, and can fail.
 
 use crossgrain::checks::Outcome;
-use crossgrain::compare::divergence::Divergence;
-use crossgrain::compare::divergence::{Scatter, of_replicas, quantities};
-use crossgrain::compare::first_difference::CommonStart;
-use crossgrain::compare::first_difference::Locator;
+use crossgrain::compare::divergence::{Divergence, Scatter, of_replicas, quantities};
+use crossgrain::compare::first_difference::{CommonStart, Locator};
 use crossgrain::compare::{Comparison, ReferenceScatter, compare};
 use crossgrain::run::folder::RunFolder;
 use crossgrain::run::folder::record::Protocol;

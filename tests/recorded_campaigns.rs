@@ -10,9 +10,8 @@ use crossgrain::study::claims::{self, Claims};
 use crossgrain::study::machine::{Folder, Machine};
 use crossgrain::study::member::Member;
 use crossgrain::study::realization::{Ending, Engines, Runner};
-use crossgrain::study::sensitivity::Sensitivity;
 use crossgrain::study::sensitivity::plan::Plan;
-use crossgrain::study::sensitivity::{Row, load_all};
+use crossgrain::study::sensitivity::{Row, Sensitivity, load_all};
 use grains::scene::paper_scene;
 
 fn recorded(name: &str) -> Merged {

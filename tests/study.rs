@@ -14,13 +14,12 @@ use crossgrain::engine::{EngineError, ProgramError};
 use crossgrain::error::Error;
 use crossgrain::files::{FolderLock, file_digest};
 use crossgrain::progress::Display;
-use crossgrain::study::Judged;
 use crossgrain::study::machine::{Done, Folder, Job, Machine};
 use crossgrain::study::plan::Plan;
 use crossgrain::study::realization::{Engines, Runner};
 use crossgrain::study::shard::Shard;
 use crossgrain::study::store::{Writer, records_folder};
-use crossgrain::study::{Outline, Study, StudyError, create};
+use crossgrain::study::{Judged, Outline, Study, StudyError, create};
 use grains::native::Mode;
 
 use crate::support::engines::{adapter_path, program, ran_in, run_in};

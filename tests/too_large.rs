@@ -10,8 +10,7 @@ use allocation_counter::measure;
 
 use crossgrain::checks::record;
 use crossgrain::files::read_text;
-use crossgrain::run::folder::RunFolder;
-use crossgrain::run::folder::read_scene;
+use crossgrain::run::folder::{RunFolder, read_scene};
 use grains::scene::parse_scene;
 
 use crate::support::{crossgrain, folder_with, native_run, sound, tiny_scene, told};

@@ -5,16 +5,14 @@ mod external;
 use std::path::Path;
 
 use crossgrain::report;
-use crossgrain::study::Study;
-use crossgrain::study::create;
 use crossgrain::study::machine::{Folder, Job, Machine};
 use crossgrain::study::member::{Member, Members};
 use crossgrain::study::realization::Change::{Modulus, Settled, Size, Step};
-use crossgrain::study::realization::{Change, Specification, changed};
-use crossgrain::study::realization::{Engines, Runner};
+use crossgrain::study::realization::{Change, Engines, Runner, Specification, changed};
 use crossgrain::study::shard::Shard;
 use crossgrain::study::tradeoff::Tradeoff;
 use crossgrain::study::tradeoff::plan::{FIRST_CONFIRMATORY, Plan};
+use crossgrain::study::{Study, create};
 use grains::generate::initial_bodies;
 use grains::native::pouring::{End, Phase, pour};
 use grains::native::{self, Mode};

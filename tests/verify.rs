@@ -5,10 +5,9 @@ use std::path::PathBuf;
 use crossgrain::checks::Outcome;
 use crossgrain::engine::yade;
 use crossgrain::progress::Display;
-use crossgrain::suite::Evidence;
 use crossgrain::suite::detection::{FromYade, Limit, limits};
-use crossgrain::suite::parameters;
 use crossgrain::suite::run::{Engines, Options, Role, Suite, verify};
+use crossgrain::suite::{Evidence, parameters};
 use grains::scene::{ContactLaw, NewContactSlip, Scene, Tension, Viscosity};
 use serde_json::Value;
 

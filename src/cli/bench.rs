@@ -1,6 +1,6 @@
 //! `crossgrain bench`: all engines side by side on one bed.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -11,6 +11,7 @@ use super::run::YadeLimits;
 use super::{print, tell};
 use crate::checks::record::{self, Found};
 use crate::error::{Error, exit};
+use crate::files::failed;
 use crate::limits::bench::{self, Options, timing};
 use crate::progress::Display;
 use crate::report::{page, terminal};
@@ -68,8 +69,8 @@ impl Arguments {
             None => None,
         };
         let (out, _lock) = FOLDER.open(self.out.as_deref())?;
-        let crossgrain = std::env::current_exe()
-            .map_err(|error| Error::Program(format!("this program cannot be found: {error}")))?;
+        let crossgrain =
+            std::env::current_exe().map_err(failed("find", Path::new("this program")))?;
         let options = Options {
             out: out.clone(),
             quick: self.quick,

@@ -9,7 +9,6 @@ use super::{json, print};
 use crate::document::Table;
 use crate::error::{Error, exit};
 use crate::files::work_folder;
-use crate::run::EngineError;
 use crate::run::folder::read_scene;
 use crate::suite::parameters::{self, Parameter, ParameterPair};
 use grains::scene::Scene;
@@ -44,24 +43,23 @@ pub struct Arguments {
 impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
         let scene = read_scene(&self.scene)?;
-        let native = || {
-            let found = parameters::of_native(&scene);
-            found.map_err(|error| Error::Engine(EngineError::Native(error)))
-        };
         match self.engine {
-            Asked::Native => self.show(&native()?),
+            Asked::Native => self.show(&parameters::of_native(&scene)?),
             Asked::Yade => self.show(&self.of_yade(&scene)?),
             Asked::Both => {
-                let pairs = parameters::side_by_side(native()?, &self.of_yade(&scene)?);
-                self.compare(&pairs)
+                let native = parameters::of_native(&scene)?;
+                self.compare(&parameters::side_by_side(native, &self.of_yade(&scene)?))
             }
         }
     }
 
     fn of_yade(&self, scene: &Scene) -> Result<Vec<Parameter>, Error> {
         let work = work_folder()?;
-        let found = parameters::of_yade(scene, &self.limits.options(), work.path());
-        found.map_err(|error| Error::Engine(error.into()))
+        Ok(parameters::of_yade(
+            scene,
+            &self.limits.options(),
+            work.path(),
+        )?)
     }
 
     fn show(&self, parameters: &[Parameter]) -> Result<u8, Error> {

@@ -15,14 +15,11 @@ use crate::error::{Error, exit};
 use crate::files::refuse_existing;
 use crate::limits::stability::time_step;
 use crate::progress::Display;
-use crate::run::folder::RunFolder;
-use crate::run::folder::read_scene;
 use crate::run::folder::record::{Protocol, Softened, StepChoice};
-use crate::run::{Engine, EngineError};
-use crate::run::{Preparation, prepared};
+use crate::run::folder::{RunFolder, read_scene};
+use crate::run::{Engine, EngineError, Preparation, prepared};
 use grains::generate::initial_bodies;
-use grains::model::Kernel;
-use grains::model::Model;
+use grains::model::{Kernel, Model};
 use grains::native::pouring::{Softly, pour};
 use grains::native::{self, Perturbation, Trouble};
 use grains::scene::Scene;
@@ -199,8 +196,7 @@ impl Arguments {
             return Ok(None);
         };
         let task = display.task("probe for the time step");
-        let choice = time_step::choose(scene, share)
-            .map_err(|error| Error::Engine(EngineError::Native(error)))?;
+        let choice = time_step::choose(scene, share)?;
         task.done(&format!("{:.4e} s", choice.time_step));
         *scene = time_step::with_step(scene, &choice);
         Ok(Some(choice))
@@ -233,8 +229,7 @@ impl Arguments {
         let mut phases = softly.phases(scene);
         phases.pop();
         let began = ThreadTime::now();
-        let poured = pour(scene, &phases, &options, cloud)
-            .map_err(|error| Error::Engine(EngineError::Native(error)))?;
+        let poured = pour(scene, &phases, &options, cloud)?;
         let Some(poured) = poured else {
             return usage("has no phases");
         };
@@ -293,8 +288,7 @@ fn share(text: &str) -> Result<f64, String> {
 /// Says so if the step was beyond the limit of the bed, or near it.
 fn step_in_words(run: &RunFolder) -> Result<String, Error> {
     let bed = run.settled.as_ref().unwrap_or(&run.last);
-    let share = time_step::share_of_limit(&run.scene, &bed.bodies)
-        .map_err(|error| Error::Engine(EngineError::Native(error)))?;
+    let share = time_step::share_of_limit(&run.scene, &bed.bodies)?;
     Ok(match share {
         Some(share) if share > 1.0 => format!(
             "the time step is {share:.3} of the largest stable step of this bed: do not rely on it; take a smaller \

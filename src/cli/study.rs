@@ -16,13 +16,12 @@ use crate::files::{failed, write_whole};
 use crate::limits::stability::Stability;
 use crate::progress::Display;
 use crate::report::{page, terminal};
-use crate::study::RECORD;
 use crate::study::campaign::compare::compare;
 use crate::study::campaign::{Campaign, merged};
 use crate::study::machine::{Folder, Job, Machine, Status, Summary};
 use crate::study::realization::Engines;
 use crate::study::shard::{self, Shard};
-use crate::study::{Study, StudyError, plan as stored, sensitivity, tradeoff};
+use crate::study::{RECORD, Study, StudyError, plan as stored, sensitivity, tradeoff};
 use crate::workers::cores;
 
 #[derive(Debug, Subcommand)]

@@ -127,6 +127,21 @@ impl Axis {
 }
 
 impl Point {
+    /// With the ends of an interval, of y or where y has names of x.
+    #[must_use]
+    pub fn between(self, low: f64, high: f64) -> Self {
+        Point {
+            interval: Some([low, high]),
+            ..self
+        }
+    }
+
+    /// With words beside it.
+    #[must_use]
+    pub fn labelled(self, label: String) -> Self {
+        Point { label, ..self }
+    }
+
     /// Without interval and label.
     pub fn at(x: f64, y: f64) -> Self {
         Point {
@@ -167,21 +182,74 @@ impl Plot {
         self
     }
 
-    /// With points on top.
+    /// With points on top, if there are any.
     #[must_use]
     pub fn points(
-        mut self,
+        self,
         name: &str,
         colour: Colour,
         points: impl IntoIterator<Item = Point>,
     ) -> Self {
-        self.marks.push(Mark::Points {
+        self.group(name, colour, false, points)
+    }
+
+    /// With filled or hollow points on top, if there are any.
+    #[must_use]
+    pub fn group(
+        mut self,
+        name: &str,
+        colour: Colour,
+        hollow: bool,
+        points: impl IntoIterator<Item = Point>,
+    ) -> Self {
+        let points: Vec<Point> = points.into_iter().collect();
+        if !points.is_empty() {
+            let name = name.to_owned();
+            self.marks.push(Mark::Points {
+                name,
+                colour,
+                hollow,
+                points,
+            });
+        }
+        self
+    }
+
+    /// With the area between two lines, x, lower, upper, on top.
+    #[must_use]
+    pub fn band(
+        self,
+        name: &str,
+        colour: Colour,
+        points: impl IntoIterator<Item = [f64; 3]>,
+    ) -> Self {
+        self.with(Mark::Band {
             name: name.to_owned(),
             colour,
-            hollow: false,
             points: points.into_iter().collect(),
-        });
-        self
+        })
+    }
+
+    /// With boxes from the floor, left, right, height, on top.
+    #[must_use]
+    pub fn bars(
+        self,
+        name: &str,
+        colour: Colour,
+        bars: impl IntoIterator<Item = [f64; 3]>,
+    ) -> Self {
+        self.with(Mark::Bars {
+            name: name.to_owned(),
+            colour,
+            bars: bars.into_iter().collect(),
+        })
+    }
+
+    /// With a value across the whole plot.
+    #[must_use]
+    pub fn level(self, name: impl Into<String>, colour: Colour, y: f64) -> Self {
+        let name = name.into();
+        self.with(Mark::Level { name, colour, y })
     }
 
     /// With another mark on top.

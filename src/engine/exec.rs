@@ -271,7 +271,7 @@ pub fn time(
 }
 
 /// What the engine prints goes here, in the job's folder; of `describe` its standard output alone.
-pub(super) const SAID: &str = "engine.log";
+pub const SAID: &str = "engine.log";
 /// Standard error of `describe`.
 const COMPLAINED: &str = "engine-errors.log";
 
@@ -325,7 +325,7 @@ fn program(options: &Options) -> Result<Command, ProgramError> {
 
 /// Starts an engine in `work`, without a display, and waits for its end; standard error goes to the file `errors`.
 /// `fits` is asked now and then whether what the engine says of itself still lets it go on.
-pub(super) fn finish(
+pub fn finish(
     command: &mut Command,
     errors: &str,
     limits: &Limits,

@@ -16,13 +16,11 @@ use serde::Serialize;
 
 use crate::compare::bits::TableBits;
 use crate::engine::exec::ExternalEngine;
-use crate::engine::{ProgramError, yade};
+use crate::engine::{EngineError, ProgramError, yade};
 use crate::error::Error;
-use crate::files::{FileError, work_folder};
+use crate::files::work_folder;
 use crate::progress::{Display, StageObserver};
-use crate::tables::TableError;
 use grains::native::timing::Share;
-use grains::native::{NativeError, Trouble};
 
 use bed::PAPER;
 use contender::{Contest, Plan, Programs};
@@ -34,59 +32,16 @@ use scaling::Point;
 /// The version of `bench.json`.
 pub const BENCH_VERSION: u32 = 1;
 
-/// A benchmark could not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum BenchError {
-    #[error("{0}")]
-    Missing(String),
-    #[error("{0}")]
-    Failed(String),
-    #[error("what came back makes no sense: {0}")]
-    Nonsense(String),
-    #[error("asked to end; start the command again")]
-    Interrupted,
-    #[error(transparent)]
-    Native(#[from] NativeError),
-    #[error(transparent)]
-    Engine(#[from] ProgramError),
-    #[error(transparent)]
-    File(#[from] FileError),
-    #[error(transparent)]
-    Table(#[from] TableError),
-}
-
-impl BenchError {
-    /// Whether it was a signal that ended it.
-    pub fn is_interruption(&self) -> bool {
-        matches!(
-            self,
-            BenchError::Interrupted
-                | BenchError::Engine(ProgramError::Interrupted)
-                | BenchError::Native(NativeError {
-                    trouble: Trouble::Interrupted,
-                    ..
-                })
-        )
-    }
-}
-
-impl From<BenchError> for Error {
-    fn from(error: BenchError) -> Self {
-        match error {
-            BenchError::Interrupted => Error::Interrupted,
-            BenchError::Native(error) => Error::Engine(error.into()),
-            BenchError::Engine(error) => Error::Engine(error.into()),
-            BenchError::File(error) | BenchError::Table(TableError::File(error)) => {
-                Error::File(error)
-            }
-            other => Error::Program(other.to_string()),
-        }
-    }
+/// What came back makes no sense.
+fn nonsense(what: impl ToString) -> Error {
+    ProgramError::Nonsense(what.to_string()).into()
 }
 
 /// A part that was not made, or went wrong.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Missed {
+    /// In the id of its check, unique.
+    pub id: String,
     /// The part.
     pub what: String,
     /// Why.
@@ -99,25 +54,19 @@ pub struct Missed {
 
 impl Missed {
     /// Of this error; a signal and a full disk end the benchmark instead.
-    pub fn of(what: &str, needed: bool, error: BenchError) -> Result<Self, BenchError> {
-        let full_disk = matches!(
-            error,
-            BenchError::File(_) | BenchError::Engine(ProgramError::File(_))
-        );
-        if error.is_interruption() || full_disk {
-            return Err(error);
-        }
-        let missing = matches!(
-            error,
-            BenchError::Missing(_)
-                | BenchError::Engine(
-                    ProgramError::Missing { .. }
-                        | ProgramError::TooOld { .. }
-                        | ProgramError::Unsupported { .. }
-                        | ProgramError::Refused(_)
-                )
-        );
+    pub fn of(id: &str, what: &str, needed: bool, error: Error) -> Result<Self, Error> {
+        use ProgramError::{File, Missing, Refused, TooOld, Unsupported};
+        let missing = match &error {
+            Error::File(_) | Error::Engine(EngineError::Program(File(_))) => return Err(error),
+            Error::Engine(of) if of.is_interruption() => return Err(error),
+            Error::Engine(EngineError::Program(of)) => matches!(
+                of,
+                Missing { .. } | TooOld { .. } | Unsupported { .. } | Refused(_)
+            ),
+            _ => false,
+        };
         Ok(Missed {
+            id: id.to_owned(),
             what: what.to_owned(),
             why: error.to_string(),
             failed: !missing,
@@ -256,7 +205,7 @@ impl Bench {
 const CLOCKED_STEPS: u64 = 4000;
 
 /// Makes the benchmark.
-pub fn bench(options: &Options, display: &Display) -> Result<Bench, BenchError> {
+pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
     let began = std::time::Instant::now();
     let machine = Machine::this();
     let work = work_folder()?;

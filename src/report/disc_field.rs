@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use super::fields::{Grid, VIRIDIS, colour};
 use super::svg::{Area, INK, key, line, printed, round_step, text, whole};
-use crate::document::{self, Colour, Drawing, Mark, Plot, Section, Table};
+use crate::document::{self, Colour, Drawing, Plot, Section, Table};
 use crate::error::Error;
 use crate::paper::disc_field::{DiscField, PointForce, figure_4};
 
@@ -101,7 +101,7 @@ fn profiles(name: &str, field: &DiscField, scale: &Scale) -> Plot {
     ];
     for (name, colour, y) in averages {
         let name = format!("average, {name}: {}", printed(y, 4));
-        plot = plot.with(Mark::Level { name, colour, y });
+        plot = plot.level(name, colour, y);
     }
     plot
 }

@@ -72,25 +72,19 @@ pub fn page_against(document: &Document, diff: Option<&Diff>) -> Page {
         html: String::new(),
         files: Vec::new(),
     };
-    let Document {
-        title,
-        verdict,
-        answer,
-        sections,
-        checks,
-    } = document;
+    let (sections, checks) = (&document.sections, &document.checks);
     let worse = diff.filter(|diff| diff.verdict == Outcome::Fail);
-    let class = match verdict {
+    let class = match document.verdict {
         Outcome::Fail => "bad",
         _ if worse.is_some() => "bad",
         Outcome::Pass => "good",
         Outcome::Skipped | Outcome::ExpectedFailure => "open",
     };
-    let title = words(title);
+    let title = words(&document.title);
     let named = |text: &str| format!("<span class=\"named\">{}</span>\n", words(text));
     let mut body = format!(
         "<h1>{title}</h1>\n<div class=\"verdict {class}\"><strong>{}",
-        verdict.verdict()
+        document.verdict.verdict()
     );
     if let Some(worse) = worse {
         body += &format!(", and worse than {}", words(&worse.baseline));
@@ -99,7 +93,7 @@ pub fn page_against(document: &Document, diff: Option<&Diff>) -> Page {
     for line in worse.map(Diff::worse).unwrap_or_default() {
         body += &named(&line);
     }
-    body += &named(answer);
+    body += &named(&document.answer);
     if !checks.is_empty() {
         body += &format!("{}.", Tally::of(checks));
     }
@@ -144,7 +138,7 @@ pub fn page_against(document: &Document, diff: Option<&Diff>) -> Page {
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}: {}</title>\n\
          <style>\n{STYLE}</style>\n</head>\n<body>\n{body}<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
-        verdict.verdict()
+        document.verdict.verdict()
     );
     page
 }
@@ -262,18 +256,12 @@ pub fn terminal(document: &Document) -> String {
 
 /// A document as the summary of a job in Markdown: verdict and answer, the sections' tables, and the checks that did not pass.
 pub fn markdown(document: &Document) -> String {
-    let Document {
-        title,
-        verdict,
-        answer,
-        sections,
-        checks,
-    } = document;
+    let (sections, checks) = (&document.sections, &document.checks);
     let mut text = format!(
         "## {}: {}\n\n{}\n",
-        in_markdown(title),
-        verdict.verdict(),
-        in_markdown(answer)
+        in_markdown(&document.title),
+        document.verdict.verdict(),
+        in_markdown(&document.answer)
     );
     if !checks.is_empty() {
         let _ = write!(text, "\n{}.\n", Tally::of(checks));

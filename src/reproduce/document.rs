@@ -9,7 +9,7 @@ use crate::checks::Outcome;
 use crate::compare::QuantityPair;
 use crate::compare::baseline::diff::Diff;
 use crate::compare::divergence::Separation;
-use crate::document::{Axis, Block, Cell, Colour, Document, Mark, Plot, Point, Section, Table};
+use crate::document::{Axis, Block, Cell, Colour, Document, Plot, Point, Section, Table};
 use crate::error::Error;
 use crate::paper;
 use crate::report::disc_field::of_figure_4;
@@ -322,12 +322,8 @@ fn histories(runs: &Runs) -> Section {
         if let Some(yade) = &runs.yade {
             let every = if stage == Stage::Settle { 4 } else { 1 };
             let points = points(yade, every).into_iter();
-            plot = plot.with(Mark::Points {
-                name: "YADE, sorted loop".to_owned(),
-                colour: Colour::Vermilion,
-                hollow: true,
-                points: points.map(|[x, y]| Point::at(x, y)).collect(),
-            });
+            let points = points.map(|[x, y]| Point::at(x, y));
+            plot = plot.group("YADE, sorted loop", Colour::Vermilion, true, points);
         }
         if let Some(ordinary) = &runs.ordinary {
             plot = plot.line("YADE, ordinary loop", Colour::Green, points(ordinary, 1));
@@ -407,11 +403,7 @@ fn differences(named: &NamedComparison) -> Option<Plot> {
             .points("within the control pair", Colour::Grey, control)
             .points("A − B", Colour::Blue, within)
             .points("more than is allowed", Colour::Vermilion, beyond)
-            .with(Mark::Level {
-                name: "all that is allowed".to_owned(),
-                colour: Colour::Grey,
-                y: 1.0,
-            }),
+            .level("all that is allowed", Colour::Grey, 1.0),
     )
 }
 

@@ -97,14 +97,17 @@ impl Reproduction {
     /// YADE's time a step over the native engine's, of the runs that were made live, one each.
     pub fn speeds(&self) -> Vec<Speed> {
         let of = |run: &RunSummary| {
-            let value = run
-                .times_native
-                .filter(|_| run.folder.starts_with("yade"))?;
+            let id = match run.folder.as_str() {
+                "yade" => "time/sorted-loop",
+                "yade-ordinary" => "time/ordinary-loop",
+                "yade-ordinary-control" => "time/ordinary-loop-control",
+                _ => return None,
+            };
             Some(Speed {
-                id: format!("time/{}", run.folder),
+                id: id.to_owned(),
                 what: format!("time a step of {} over native exact", run.engine),
                 unit: "times native".to_owned(),
-                value,
+                value: run.times_native?,
                 range: None,
                 less_is_better: false,
             })
@@ -192,7 +195,7 @@ impl RunSummary {
 /// Everything that was measured in a run, for baselines to hold later runs against.
 pub fn measured(run: &RunFolder) -> Vec<Measured> {
     let of = |quantity: grains::measure::Quantity| Measured {
-        id: format!("native/{}", quantity.key),
+        id: quantity.key,
         unit: quantity.unit,
         value: quantity.value,
     };

@@ -389,6 +389,48 @@ pub struct Claim {
     pub figure: Cow<'static, str>,
 }
 
+impl Claim {
+    fn of(id: impl Into<Cow<'static, str>>, place: &'static str, figure: &'static str) -> Self {
+        Claim {
+            id: id.into(),
+            place: place.into(),
+            statement: String::new(),
+            rows: Vec::new(),
+            decided_by: String::new(),
+            verdict: None,
+            reading: String::new(),
+            figure: figure.into(),
+        }
+    }
+
+    fn says(mut self, statement: impl Into<String>) -> Self {
+        self.statement = statement.into();
+        self
+    }
+
+    fn found(mut self, reading: impl Into<String>) -> Self {
+        self.reading = reading.into();
+        self
+    }
+
+    fn decided_by(mut self, limits: impl Into<String>) -> Self {
+        self.decided_by = limits.into();
+        self
+    }
+
+    fn with(self, verdict: Option<Verdict>, rows: Vec<Row>) -> Self {
+        Claim {
+            verdict,
+            rows,
+            ..self
+        }
+    }
+
+    fn by(self, rule: Rule, rows: Vec<Row>) -> Self {
+        self.with(verdict(&rows, rule), rows)
+    }
+}
+
 /// How the judged rows make a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rule {

@@ -10,12 +10,10 @@ use crate::paper::continuum::{Field, Load, Model, Spread, weight};
 use crate::paper::recomputed::piles::{Counted, chance_of_at_least_of_five, table_1};
 use crate::study::StudyError;
 use crate::study::campaign::Merged;
-use crate::study::realization::Specification;
-use crate::study::realization::{Engines, Realization};
+use crate::study::realization::{Engines, Realization, Specification};
 use evidence::distribution::{Distribution as Law, Family};
 use evidence::moments::{mean, standard_deviation};
-use evidence::proportion::Bins;
-use evidence::proportion::wilson;
+use evidence::proportion::{Bins, wilson};
 use grains::measure;
 use grains::native::Mode;
 use grains::scene::Scene;
@@ -148,13 +146,11 @@ pub fn sharings() -> (Table, Plot) {
         Axis::linear("force F, FU (the mean is 1)").within(-0.3, 5.3),
         Axis::linear("share of piles with F or more").within(0.0, 1.0),
     )
-    .with(Mark::Bars {
-        name: "five piles, counted".to_owned(),
-        colour: Colour::Sky,
-        bars: forces()
-            .map(|(force, at)| [at - 0.15, at + 0.15, chance_of_at_least_of_five(force)])
-            .collect(),
-    })
+    .bars(
+        "five piles, counted",
+        Colour::Sky,
+        forces().map(|(force, at)| [at - 0.15, at + 0.15, chance_of_at_least_of_five(force)]),
+    )
     .points(
         "many, whole units",
         Colour::Green,
@@ -264,26 +260,18 @@ impl Distribution {
         let across = format!("{}, {}", self.quantity, self.unit);
         let densities = bins.densities(&self.values, LEVEL);
         let middle = |index: usize| 0.5 * (bins.edge(index) + bins.edge(index + 1));
-        let bars = Mark::Bars {
-            name: "realizations, 95 %".to_owned(),
-            colour: Colour::Sky,
-            bars: densities
-                .iter()
-                .enumerate()
-                .map(|(index, of)| [bins.edge(index), bins.edge(index + 1), of.estimate])
-                .collect(),
-        };
-        let ends = densities.iter().enumerate().map(|(index, of)| DataPoint {
-            interval: Some([of.low, of.high]),
-            ..DataPoint::at(middle(index), of.estimate)
-        });
+        let bars = densities.iter().enumerate();
+        let bars = bars.map(|(index, of)| [bins.edge(index), bins.edge(index + 1), of.estimate]);
+        let ends = densities.iter().enumerate();
+        let ends = ends
+            .map(|(index, of)| DataPoint::at(middle(index), of.estimate).between(of.low, of.high));
         let mut histogram = Plot::new(
             &name,
             self.caption(),
             Axis::linear(&across),
             Axis::linear(&format!("probability density, 1/{}", self.unit)),
         )
-        .with(bars)
+        .bars("realizations, 95 %", Colour::Sky, bars)
         .points("", Colour::Blue, ends);
         let curve = |law: Law, of: fn(&Law, f64) -> f64| -> Vec<[f64; 2]> {
             let from = match law {
@@ -315,10 +303,8 @@ impl Distribution {
             let at = bins.edge(index);
             let above = self.values.iter().filter(|value| **value > at).count();
             let share = wilson(above, count, LEVEL)?;
-            (above > 0).then_some(DataPoint {
-                interval: Some([share.low, share.high]),
-                ..DataPoint::at(at, share.estimate)
-            })
+            let point = DataPoint::at(at, share.estimate).between(share.low, share.high);
+            (above > 0).then_some(point)
         });
         let mut survival = Plot::new(
             &format!("{name}-share"),

@@ -6,8 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::Outline;
-use super::realization::{self, Ending, Engines, Realization, went_wrong};
-use super::realization::{Setting, Specification};
+use super::realization::{self, Ending, Engines, Realization, Setting, Specification, went_wrong};
 use crate::engine::EngineError;
 use grains::generate::initial_bodies;
 use grains::native::timing::ThreadTime;

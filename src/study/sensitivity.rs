@@ -11,16 +11,14 @@ use std::path::Path;
 
 use crate::engine::EngineError;
 use crate::paper::published::{Of, PUBLISHED, Published};
-use crate::study::Judged;
 use crate::study::machine::Folder;
 use crate::study::member::{Endings, Member, Members, Poured};
-use crate::study::realization::{Engines, Runner};
-use crate::study::realization::{Setting, sound};
+use crate::study::realization::{Engines, Runner, Setting, sound};
 use crate::study::sensitivity::bearing::{Bearing, bearing};
 use crate::study::sensitivity::judge::{Verdict, judge, share_reached};
 use crate::study::sensitivity::penetration::Watched;
 use crate::study::sensitivity::plan::{COMBINED, Plan, Task, can_share_beds};
-use crate::study::{Outline, Study, StudyError};
+use crate::study::{Judged, Outline, Study, StudyError};
 use evidence::Interval;
 use evidence::moments::{mean, mean_interval};
 use grains::native::Mode;

@@ -9,8 +9,7 @@ use rand_core::{Rng, SeedableRng};
 use serde::Serialize;
 
 use super::cross_code::{self, CrossCase, InYade};
-use super::parameters::Precisions;
-use super::parameters::{self, Answer};
+use super::parameters::{self, Answer, Precisions};
 use super::run::{Suite, native_tracks};
 use super::{CaseGroup, Evidence, Figures, Track, outcome};
 use crate::checks::{Check, Outcome};

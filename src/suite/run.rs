@@ -4,8 +4,7 @@ use serde::Serialize;
 
 use super::cross_code::{self, CrossCase, InYade};
 use super::detection::{FromYade, Limits, limits};
-use super::parameters::{self, Answer};
-use super::parameters::{Errors, Precisions};
+use super::parameters::{self, Answer, Errors, Precisions};
 use super::{CaseGroup, Evidence, Track, outcome};
 use crate::checks::{Check, Outcome, verdict};
 use crate::engine::ProgramError;
@@ -16,8 +15,7 @@ use crate::paper::disc_field::{DiscField, DiscFieldError, figure_4};
 use crate::progress::{Display, StageObserver};
 use crate::run::EngineError;
 use grains::native::{CaseOptions, loads, run_case};
-use grains::task::Case;
-use grains::task::Observer;
+use grains::task::{Case, Observer};
 
 /// The suite could not be run.
 #[derive(Debug, thiserror::Error)]

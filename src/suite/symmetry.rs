@@ -6,9 +6,8 @@
 
 use std::collections::BTreeMap;
 
-use super::build;
 use super::conservation::crowd;
-use super::{CaseGroup, Evidence, Track, furthest};
+use super::{CaseGroup, Evidence, Track, build, furthest};
 use grains::model::{Axis, Law, Model, Wall};
 use grains::tables::{Bodies, Contact, Punch, Snapshot};
 use grains::task::Case;

@@ -2,9 +2,10 @@
 
 use crossgrain::engine::exec::{ExternalEngine, Options};
 use crossgrain::engine::yade;
+use crossgrain::error::Error;
 use crossgrain::limits::bench::bed::{self, Bed};
 use crossgrain::limits::bench::contender::{Contender, Plan, Programs, Sanity, Turn};
-use crossgrain::limits::bench::{BenchError, Missed, timing};
+use crossgrain::limits::bench::{Missed, timing};
 use grains::native::Mode;
 
 use crate::support::engines::{adapter_path, changed_toy, program};
@@ -17,7 +18,7 @@ const PLAN: Plan = Plan {
 };
 
 /// A turn of the engine on this bed.
-fn turn(bed: &Bed, external: &ExternalEngine) -> Result<(Turn, Sanity, String), BenchError> {
+fn turn(bed: &Bed, external: &ExternalEngine) -> Result<(Turn, Sanity, String), Error> {
     let yade = yade::Options::default();
     let programs = Programs {
         yade: &yade,
@@ -85,7 +86,13 @@ fn what_it_says_of_itself_widens_what_is_allowed() {
 fn a_bed_that_it_cannot_take_is_not_made_with_its_reason() {
     let missed = |external: &ExternalEngine, grains| {
         let error = turn(&small_bed(grains), external).expect_err("not made");
-        Missed::of("exec:toy", Contender::External.is_needed(), error).expect("no interruption")
+        Missed::of(
+            "external",
+            "exec:toy",
+            Contender::External.is_needed(),
+            error,
+        )
+        .expect("no interruption")
     };
     let sound = ExternalEngine::ask(Options::new(adapter_path("toy.py"))).expect("the toy");
     let refused = missed(&sound, 250);

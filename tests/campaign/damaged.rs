@@ -3,13 +3,11 @@
 use std::fs;
 use std::path::Path;
 
-use crossgrain::study::campaign::Campaign;
-use crossgrain::study::campaign::Member;
+use crossgrain::study::campaign::{Campaign, Member};
 use crossgrain::study::plan::Plan;
 use crossgrain::study::store;
 
-use super::plan;
-use super::{Chance, MEMBERS, campaign, expected, finishes_as_expected, merged_bytes, must};
+use super::{Chance, MEMBERS, campaign, expected, finishes_as_expected, merged_bytes, must, plan};
 use crate::support::tiny_scene;
 
 const FILE: &str = "records/shard-1-of-1.jsonl";

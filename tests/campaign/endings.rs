@@ -4,8 +4,7 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
-use crossgrain::study::campaign::Campaign;
-use crossgrain::study::campaign::{Merged, merged};
+use crossgrain::study::campaign::{Campaign, Merged, merged};
 use crossgrain::study::realization::{Ending, Runner};
 use grains::scene::{Scene, TimeStep};
 

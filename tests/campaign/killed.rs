@@ -6,8 +6,10 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use super::{Chance, MEMBERS, Running, campaign, expected, finishes_as_expected, lines};
-use super::{merged_bytes, must, plan, records, undisturbed_in};
+use super::{
+    Chance, MEMBERS, Running, campaign, expected, finishes_as_expected, lines, merged_bytes, must,
+    plan, records, undisturbed_in,
+};
 use crate::support::{tiny_scene, told};
 use crossgrain::study::create;
 use crossgrain::study::realization::Change::Settled;

@@ -7,12 +7,10 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use crossgrain::study::campaign::Campaign;
-use crossgrain::study::campaign::Member;
+use crossgrain::study::campaign::{Campaign, Member};
 use crossgrain::study::machine::Folder;
 use crossgrain::study::plan::Plan;
-use crossgrain::study::realization::Ending;
-use crossgrain::study::realization::Engines;
+use crossgrain::study::realization::{Ending, Engines};
 use crossgrain::study::store;
 use grains::scene::paper_scene;
 

@@ -1,7 +1,6 @@
 //! The merged bytes are the same for any number of shards, threads and processes, in any order.
 
-use super::plan;
-use super::{MEMBERS, Running, campaign, expected, finishes_as_expected, merged_bytes, must};
+use super::{MEMBERS, Running, campaign, expected, finishes_as_expected, merged_bytes, must, plan};
 use crate::support::tiny_scene;
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::machine::Folder;

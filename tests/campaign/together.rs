@@ -5,8 +5,10 @@ use std::fs;
 use crossgrain::study::shard::Shard;
 use crossgrain::study::store::Writer;
 
-use super::{MEMBERS, Running, campaign, expected, finishes_as_expected, lines, merged_bytes};
-use super::{must, plan, records};
+use super::{
+    MEMBERS, Running, campaign, expected, finishes_as_expected, lines, merged_bytes, must, plan,
+    records,
+};
 use crate::support::tiny_scene;
 
 #[test]

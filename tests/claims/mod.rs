@@ -5,8 +5,7 @@ mod stresses;
 mod truth;
 mod verb;
 
-use crossgrain::study::claims::Verdict;
-use crossgrain::study::claims::{self, Claims, Origin};
+use crossgrain::study::claims::{self, Claims, Origin, Verdict};
 use grains::scene::paper_scene;
 
 use truth::{Truth, members};

@@ -6,8 +6,7 @@ use grains::model::Model;
 use grains::native::{self, CaseOptions, contact};
 use grains::scene::{NewContactSlip, Rotation, Scene, Shape, SlipVelocity, TimeStep, TorqueArms};
 use grains::tables::{Bodies, Snapshot, Stage};
-use grains::task::Case;
-use grains::task::{Start, Task, Until};
+use grains::task::{Case, Start, Task, Until};
 use proptest::prelude::*;
 
 use crate::support::all_pairs::AllPairs;

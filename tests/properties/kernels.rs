@@ -1,8 +1,7 @@
 //! The two kernels: the same bits where both apply, and what the cheap one saves.
 
 use grains::generate::initial_bodies;
-use grains::model::Kernel;
-use grains::model::Model;
+use grains::model::{Kernel, Model};
 use grains::scene::{Scene, paper_scene};
 use grains::tables::{Bodies, Stage};
 use grains::task::{Start, Task, Until};

@@ -15,8 +15,7 @@ use crate::report::packing::force_chains;
 use crate::report::{page, terminal};
 use crate::study::campaign::merged;
 use crate::study::claims::{self, Origin};
-use crate::study::figures::Distribution;
-use crate::study::figures::{distributions, loaded_bed, setup_of, sharings};
+use crate::study::figures::{Distribution, distributions, loaded_bed, setup_of, sharings};
 use grains::native::Mode;
 use grains::scene::paper_scene;
 

@@ -15,8 +15,7 @@ use crate::study::plan::Program;
 use crate::study::realization::Runner;
 use crate::study::{Study, create, sensitivity, tradeoff};
 use crate::suite::run::Engines;
-use grains::model::Kernel;
-use grains::model::Model;
+use grains::model::{Kernel, Model};
 use grains::native::Mode;
 use grains::native::pouring::Softly;
 

@@ -5,6 +5,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::nonsense;
+use crate::error::Error;
 use crate::files::write_whole;
 use crate::tables::{read_bodies, write_bodies};
 use grains::generate::initial_bodies;
@@ -64,7 +66,7 @@ pub fn settled_or_kept(
     folder: &Path,
     grains: u32,
     observer: &mut dyn Observer,
-) -> Result<Bed, super::BenchError> {
+) -> Result<Bed, Error> {
     let table = folder.join(format!("bed-{grains}.csv"));
     let note = folder.join(format!("bed-{grains}.json"));
     let scene = scene_of(grains);
@@ -84,8 +86,7 @@ pub fn settled_or_kept(
     }
     let bed = settled(grains, observer)?;
     write_bodies(&table, &bed.bodies)?;
-    let text = serde_json::to_string(&kept(&bed.bodies))
-        .map_err(|error| super::BenchError::Nonsense(error.to_string()))?;
+    let text = serde_json::to_string(&kept(&bed.bodies)).map_err(nonsense)?;
     write_whole(&note, text.as_bytes())?;
     Ok(bed)
 }

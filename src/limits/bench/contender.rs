@@ -7,11 +7,12 @@ use serde::Serialize;
 
 use super::bed::{Bed, start};
 use super::timing::{self, Spread};
-use super::{BenchError, Missed};
+use super::{Missed, nonsense};
 use crate::compare::bits::{self, TableBits};
 use crate::engine::exec::{self, Adapter, ExecRun, ExternalEngine, run_external};
 use crate::engine::read::{Timed, TimedSteps};
-use crate::engine::yade;
+use crate::engine::{ProgramError, yade};
+use crate::error::Error;
 use crate::progress;
 use grains::measure::equilibrium::kinetic_energy;
 use grains::model::Model;
@@ -143,6 +144,8 @@ pub const LAMMPS_OVER_EXACT: f64 = 7.0;
 
 /// What is known of a contender beforehand.
 struct Known {
+    /// In ids of checks.
+    id: &'static str,
     name: &'static str,
     /// Of a native engine.
     mode: Option<Mode>,
@@ -155,7 +158,8 @@ struct Known {
 
 impl Contender {
     fn known(self) -> Known {
-        let of = |name, mode, tolerance| Known {
+        let of = |id, name, mode, tolerance| Known {
+            id,
             name,
             mode,
             tolerance,
@@ -163,25 +167,60 @@ impl Contender {
             goal: None,
         };
         match self {
-            Contender::Exact => of("native exact", Some(Mode::Exact), Tolerance::ROUNDING),
-            Contender::Free => of("native free", Some(Mode::Free), Tolerance::FREE),
-            Contender::Single => of("native single", Some(Mode::Single), Tolerance::SINGLE),
+            Contender::Exact => of(
+                "exact",
+                "native exact",
+                Some(Mode::Exact),
+                Tolerance::ROUNDING,
+            ),
+            Contender::Free => of("free", "native free", Some(Mode::Free), Tolerance::FREE),
+            Contender::Single => of(
+                "single",
+                "native single",
+                Some(Mode::Single),
+                Tolerance::SINGLE,
+            ),
             Contender::YadeOrdinary => Known {
                 goal: Some(YADE_OVER_EXACT),
-                ..of("YADE -j1, ordinary loop", None, Tolerance::ROUNDING)
+                ..of(
+                    "ordinary-loop",
+                    "YADE -j1, ordinary loop",
+                    None,
+                    Tolerance::ROUNDING,
+                )
             },
-            Contender::YadeSorted => of("YADE -j1, sorted loop", None, Tolerance::ROUNDING),
+            Contender::YadeSorted => of(
+                "sorted-loop",
+                "YADE -j1, sorted loop",
+                None,
+                Tolerance::ROUNDING,
+            ),
             Contender::Lammps => Known {
                 needed: false,
                 goal: Some(LAMMPS_OVER_EXACT),
-                ..of("LAMMPS gran/hooke", None, Tolerance::OTHER_LAW)
+                ..of(
+                    "gran-hooke",
+                    "LAMMPS gran/hooke",
+                    None,
+                    Tolerance::OTHER_LAW,
+                )
             },
             Contender::Liggghts => Known {
                 needed: false,
-                ..of("LIGGGHTS hooke/stiffness", None, Tolerance::OTHER_LAW)
+                ..of(
+                    "hooke-stiffness",
+                    "LIGGGHTS hooke/stiffness",
+                    None,
+                    Tolerance::OTHER_LAW,
+                )
             },
-            Contender::External => of("exec", None, Tolerance::FREE),
+            Contender::External => of("external", "exec", None, Tolerance::FREE),
         }
+    }
+
+    /// In ids of checks, unique.
+    pub fn id(self) -> &'static str {
+        self.known().id
     }
 
     /// For tables.
@@ -211,7 +250,7 @@ impl Contender {
         plan: &Plan,
         programs: Programs<'_>,
         work: &Path,
-    ) -> Result<Turn, BenchError> {
+    ) -> Result<Turn, Error> {
         let folder = timing::folder(work, "turn")?;
         if let Some(mode) = self.mode() {
             return Ok(Turn {
@@ -224,7 +263,7 @@ impl Contender {
         }
         if self == Contender::External {
             let engine = programs.external.ok_or_else(|| {
-                BenchError::Missing("no external engine was named: --engine exec:PATH".to_owned())
+                ProgramError::Refused("none was named: --engine exec:PATH".to_owned())
             })?;
             return by_two_runs(bed, plan, engine, &folder);
         }
@@ -253,7 +292,7 @@ impl Contender {
         programs: Programs<'_>,
         bed: &Bed,
         exact: &Snapshot,
-    ) -> Result<Sanity, BenchError> {
+    ) -> Result<Sanity, Error> {
         let own;
         let (bodies, contacts) = match &turn.bed {
             Some((bodies, contacts)) => (bodies, *contacts),
@@ -276,7 +315,7 @@ pub fn timed(
     steps: TimedSteps,
     options: &yade::Options,
     work: &Path,
-) -> Result<(Timed, String), BenchError> {
+) -> Result<(Timed, String), Error> {
     let model = Model::of(&bed.scene);
     let options = yade::Options {
         sorted: contender == Contender::YadeSorted,
@@ -306,7 +345,7 @@ fn by_two_runs(
     plan: &Plan,
     engine: &ExternalEngine,
     work: &Path,
-) -> Result<Turn, BenchError> {
+) -> Result<Turn, Error> {
     let mut steps = plan.compared_after();
     let first = run(bed, steps, engine, work)?;
     let mut before = first.took;
@@ -337,12 +376,12 @@ fn by_two_runs(
         steps *= longer.ceil().clamp(2.0, MOST_LONGER) as u64;
         before = run(bed, steps, engine, work)?.took;
     }
-    Err(BenchError::Nonsense(format!(
+    Err(nonsense(format!(
         "{steps} steps take no longer than half of them"
     )))
 }
 
-fn run(bed: &Bed, steps: u64, engine: &ExternalEngine, work: &Path) -> Result<ExecRun, BenchError> {
+fn run(bed: &Bed, steps: u64, engine: &ExternalEngine, work: &Path) -> Result<ExecRun, Error> {
     let mut scene = bed.scene.clone();
     // Its first moment and its last.
     scene.measurement.history_every = u64::from(u32::MAX);
@@ -518,7 +557,7 @@ pub fn rounds(
     programs: Programs<'_>,
     work: &Path,
     progress: &progress::Task,
-) -> Result<Rounds, BenchError> {
+) -> Result<Rounds, Error> {
     let mut turns: Vec<(Contender, Vec<Turn>)> = ALL.map(|of| (of, Vec::new())).into();
     turns.extend(programs.external.map(|_| (Contender::External, Vec::new())));
     let mut missed: Vec<Missed> = Vec::new();
@@ -538,14 +577,14 @@ pub fn rounds(
             );
             match contender.run(bed, plan, programs, work) {
                 Ok(turn) => of.push(turn),
-                Err(error) => missed.push(Missed::of(&name, contender.is_needed(), error)?),
+                Err(error) => {
+                    let needed = contender.is_needed();
+                    missed.push(Missed::of(contender.id(), &name, needed, error)?);
+                }
             }
         }
         // What has failed once does not run again.
-        turns.retain(|(contender, _)| {
-            let name = programs.name_of(*contender);
-            missed.iter().all(|of| of.what != name)
-        });
+        turns.retain(|(contender, _)| missed.iter().all(|of| of.id != contender.id()));
     }
     let exact_bed = timing::after(bed, Mode::Exact, plan.compared_after())?;
     let spread_of = |wanted: Contender| {

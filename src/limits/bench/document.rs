@@ -8,7 +8,7 @@ use super::instructions::Instructions;
 use super::scaling::Point as Size;
 use super::timing::Spread;
 use super::{BedRecord, Bench};
-use crate::checks::{Check, Outcome, Speed, slug, verdict};
+use crate::checks::{Check, Outcome, Speed, verdict};
 use crate::document::plot::Point;
 use crate::document::{Axis, Colour, Document, Plot, Section, Table, rounded};
 
@@ -114,7 +114,7 @@ impl Bench {
                 true => Outcome::Fail,
                 false => Outcome::Skipped,
             };
-            let id = format!("bench/missed/{}", slug(&missed.what));
+            let id = format!("bench/missed/{}", missed.id);
             Check {
                 required: missed.needed,
                 ..Check::of_words(id, &missed.what, outcome, &missed.why)
@@ -131,7 +131,7 @@ impl Bench {
             let over = contest.over_exact.as_ref()?;
             // Of the native engine's own modes less is better; what others take longer is to its credit.
             Some(Speed {
-                id: format!("time/{}", slug(&contest.name)),
+                id: format!("time/{}", contest.contender.id()),
                 what: format!("time a step of {} over native exact", contest.name),
                 unit: "times native exact".to_owned(),
                 value: over.median,
@@ -140,7 +140,7 @@ impl Bench {
             })
         });
         let instructions = self.instructions.iter().map(|of| Speed {
-            id: format!("instructions/{}", slug(&of.name)),
+            id: format!("instructions/{}", of.contender.id()),
             what: format!("instructions a step of {}", of.name),
             unit: "instructions a step".to_owned(),
             value: of.per_step,
@@ -248,10 +248,10 @@ impl Bench {
             let points = over.all.iter();
             points.map(move |ratio| Point::at(*ratio, row as f64))
         });
-        let medians = rows.iter().enumerate().map(|(row, (_, over))| Point {
-            interval: Some([over.low_quartile, over.high_quartile]),
-            label: format!("{} ×", rounded(over.median, 3)),
-            ..Point::at(over.median, row as f64)
+        let medians = rows.iter().enumerate().map(|(row, (_, over))| {
+            Point::at(over.median, row as f64)
+                .between(over.low_quartile, over.high_quartile)
+                .labelled(format!("{} ×", rounded(over.median, 3)))
         });
         let goals = rows.iter().enumerate().filter_map(|(row, (contest, _))| {
             let goal = contest.contender.goal()?;
@@ -428,26 +428,29 @@ fn of_bed(contest: &Contest) -> [Check; 3] {
     let share = tolerance.contacts;
     let ways = [
         (
+            "displacement",
             "largest displacement over the mean radius",
             sanity.displacement,
             [0.0, 0.0, tolerance.displacement],
             "1",
         ),
         (
+            "contacts",
             "contacts between grains",
             sanity.contacts as f64,
             [contacts, contacts * (1.0 - share), contacts * (1.0 + share)],
             "1",
         ),
         (
+            "kinetic-energy",
             "kinetic energy",
             sanity.energy,
             [exact, exact / tolerance.energy, exact * tolerance.energy],
             "J",
         ),
     ];
-    ways.map(|(quantity, value, [expected, lower, upper], unit)| {
-        let id = format!("bench/bed/{}/{}", slug(&contest.name), slug(quantity));
+    ways.map(|(part, quantity, value, [expected, lower, upper], unit)| {
+        let id = format!("bench/bed/{}/{part}", contest.contender.id());
         let what = format!("{quantity} of the bed of {}", contest.name);
         let outcome = Outcome::pass_if(lower <= value && value <= upper);
         Check {

@@ -5,15 +5,17 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::process::Command;
 
 use serde::Serialize;
 
 use super::bed::Bed;
 use super::contender::{self, Contender};
-use super::{BenchError, Missed, timing};
+use super::{Missed, nonsense, timing};
 use crate::child::on_path;
 use crate::engine::read::TimedSteps;
-use crate::engine::yade;
+use crate::engine::{ProgramError, yade};
+use crate::error::Error;
 use crate::files::read_text;
 use crate::progress::Task;
 
@@ -60,7 +62,7 @@ impl Counting<'_> {
         of: &[Contender],
         progress: &Task,
         missed: &mut Vec<Missed>,
-    ) -> Result<Vec<Instructions>, BenchError> {
+    ) -> Result<Vec<Instructions>, Error> {
         let mut all: Vec<Instructions> = Vec::new();
         for (index, contender) in of.iter().enumerate() {
             progress.share(index as f64 / of.len() as f64, contender.name());
@@ -76,11 +78,12 @@ impl Counting<'_> {
                     all.push(counted);
                 }
                 Err(error) => {
+                    let id = format!("instructions/{}", contender.id());
                     let what = format!("instructions of {}", contender.name());
                     // The counter's failure is none of the engine's.
                     missed.push(Missed {
                         failed: false,
-                        ..Missed::of(&what, false, error)?
+                        ..Missed::of(&id, &what, false, error)?
                     });
                 }
             }
@@ -89,9 +92,12 @@ impl Counting<'_> {
     }
 
     /// Counts the instructions of a step of this engine.
-    fn count(&self, contender: Contender) -> Result<Instructions, BenchError> {
-        let valgrind =
-            on_path("valgrind").ok_or_else(|| timing::missing("valgrind", "valgrind"))?;
+    fn count(&self, contender: Contender) -> Result<Instructions, Error> {
+        let valgrind = on_path("valgrind").ok_or_else(|| ProgramError::Missing {
+            engine: "valgrind",
+            reason: "there is no such program on the path".to_owned(),
+            package: "valgrind",
+        })?;
         let [few, many] = match contender.mode() {
             Some(_) => NATIVE_STEPS,
             None => OTHER_STEPS,
@@ -105,7 +111,7 @@ impl Counting<'_> {
         };
         let total = of_many.total() as f64 - of_few.total() as f64;
         if !(total > 0.0 && steps > 0.0) {
-            return Err(BenchError::Nonsense("callgrind counted nothing".to_owned()));
+            return Err(nonsense("callgrind counted nothing"));
         }
         let names = of_many.functions.keys();
         let mut functions: Vec<(String, f64)> = names
@@ -129,7 +135,7 @@ impl Counting<'_> {
         valgrind: &Path,
         contender: Contender,
         steps: u64,
-    ) -> Result<(Profile, u64), BenchError> {
+    ) -> Result<(Profile, u64), Error> {
         let folder = timing::folder(self.work, "counted")?;
         let out = folder.join("callgrind.out");
         let under = [
@@ -137,24 +143,19 @@ impl Counting<'_> {
             format!("--callgrind-out-file={}", out.display()),
         ];
         let limit = self.yade.limits.time;
-        let run = |program: &Path, more: &[String]| {
-            let arguments: Vec<String> =
-                [&under[..], &[program.display().to_string()], more].concat();
-            let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-            timing::run(valgrind, &arguments, &folder, limit)
-        };
         let done = match contender {
             Contender::Exact | Contender::Free | Contender::Single => {
                 timing::write_bed(self.bed, &folder)?;
                 let mode = contender.mode().unwrap_or_default();
-                let log = run(self.crossgrain, &timing::arguments(&folder, mode, steps))?;
-                timing::said(&log)?.steps
+                let mut command = Command::new(valgrind);
+                let command = command.args(&under).arg(self.crossgrain);
+                let command = command.args(timing::arguments(&folder, mode, steps));
+                timing::said(&timing::run(command, &folder, limit)?)?.steps
             }
             // Its start would be counted, and whatever starts it.
             Contender::External => {
-                return Err(BenchError::Missing(
-                    "instructions of an external engine are not counted".to_owned(),
-                ));
+                let why = "instructions of an external engine are not counted";
+                return Err(ProgramError::Refused(why.to_owned()).into());
             }
             Contender::YadeOrdinary
             | Contender::YadeSorted

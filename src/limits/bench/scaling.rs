@@ -7,9 +7,10 @@ use serde::Serialize;
 use super::bed::{self, Bed, PAPER};
 use super::contender::{self, Contender};
 use super::timing::{self, Spread};
-use super::{BenchError, Missed};
+use super::{Missed, nonsense};
 use crate::engine::read::TimedSteps;
 use crate::engine::yade;
+use crate::error::Error;
 use crate::progress::Task;
 use grains::native::Mode;
 
@@ -71,7 +72,7 @@ pub fn measure(
     plan: &Plan<'_>,
     paper: &Bed,
     progress: &Task,
-) -> Result<(Vec<Point>, Vec<Missed>), BenchError> {
+) -> Result<(Vec<Point>, Vec<Missed>), Error> {
     let mut beds = Vec::new();
     for &size in plan.sizes {
         progress.share(0.0, &format!("a bed of {size} grains"));
@@ -90,6 +91,7 @@ pub fn measure(
             Ok(point) => points.push(point),
             Err(error) => {
                 missed.push(Missed::of(
+                    "sizes",
                     "cost against the number of grains in YADE",
                     true,
                     error,
@@ -102,7 +104,7 @@ pub fn measure(
 }
 
 /// Repeats go round all sizes, so that a busy minute does not fall on one of them alone.
-fn native_points(plan: &Plan<'_>, beds: &[Bed], progress: &Task) -> Result<Vec<Point>, BenchError> {
+fn native_points(plan: &Plan<'_>, beds: &[Bed], progress: &Task) -> Result<Vec<Point>, Error> {
     let mut folders = Vec::new();
     for bed in beds {
         let grains = bed.bodies.len();
@@ -150,7 +152,7 @@ fn native_points(plan: &Plan<'_>, beds: &[Bed], progress: &Task) -> Result<Vec<P
     Ok(points.collect())
 }
 
-fn in_yade(plan: &Plan<'_>, bed: &Bed) -> Result<Point, BenchError> {
+fn in_yade(plan: &Plan<'_>, bed: &Bed) -> Result<Point, Error> {
     let grains = bed.bodies.len() as u32;
     let timed = (YADE_GRAIN_STEPS / u64::from(grains)).max(FEWEST_STEPS);
     let steps = TimedSteps {
@@ -161,7 +163,7 @@ fn in_yade(plan: &Plan<'_>, bed: &Bed) -> Result<Point, BenchError> {
     let folder = timing::folder(plan.work, "yade")?;
     let (run, _) = contender::timed(Contender::YadeOrdinary, bed, steps, plan.yade, &folder)?;
     let all = vec![run.window.seconds_per_step()];
-    let spread = Spread::of(all).ok_or_else(|| BenchError::Nonsense("no time".to_owned()))?;
+    let spread = Spread::of(all).ok_or_else(|| nonsense("no time"))?;
     Ok(point(YADE, grains, spread, run.peak_memory))
 }
 

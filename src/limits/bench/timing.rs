@@ -1,16 +1,18 @@
 //! Steps of the native engine, timed from outside: by what it tells its observer, here or in a process of its own, so that
 //! its memory is its own and its instructions can be counted. And what repeated measurements come to.
 
-use std::fs::{self, File};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
-use super::BenchError;
 use super::bed::{Bed, start};
-use crate::child::{Group, Unfinished};
+use super::nonsense;
+use crate::engine::exec;
+use crate::engine::watch::Limits;
+use crate::error::Error;
 use crate::files::{failed, read_text, write_whole};
 use crate::tables::{read_bodies, write_bodies};
 use grains::native::timing::{ThreadTime, Window};
@@ -23,7 +25,7 @@ use grains::task::{Observer, Task, Until};
 const PARTS: u64 = 5;
 
 /// Times about `steps` steps of this bed, after a quarter as many to warm up.
-pub fn time(bed: &Bed, mode: Mode, steps: u64) -> Result<Window, BenchError> {
+pub fn time(bed: &Bed, mode: Mode, steps: u64) -> Result<Window, Error> {
     let part = part(steps);
     let mut scene = bed.scene.clone();
     scene.measurement.history_every = u64::from(u32::MAX);
@@ -46,9 +48,7 @@ pub fn time(bed: &Bed, mode: Mode, steps: u64) -> Result<Window, BenchError> {
             wall_seconds: (wall1 - wall0).as_secs_f64(),
             cpu_seconds: Some(cpu1.duration_since(cpu0).as_secs_f64()),
         }),
-        _ => Err(BenchError::Nonsense(
-            "the native engine did not tell how far it was".to_owned(),
-        )),
+        _ => Err(nonsense("the native engine did not tell how far it was")),
     }
 }
 
@@ -73,18 +73,18 @@ pub fn after(bed: &Bed, mode: Mode, steps: u64) -> Result<Snapshot, NativeError>
 }
 
 /// Where the exact mode's time goes in so many steps, and what it was spent on.
-pub fn clocked(bed: &Bed, steps: u64) -> Result<native::timing::Clocked, BenchError> {
+pub fn clocked(bed: &Bed, steps: u64) -> Result<native::timing::Clocked, Error> {
     let model = grains::model::Model::of(&bed.scene);
     let mean_radius = 0.5 * bed.scene.particles.mean_diameter;
     let mode = Mode::Exact;
     let clocked = native::timing::parts_of_a_step(&model, &bed.bodies, mean_radius, mode, steps)
-        .map_err(|trouble| BenchError::Nonsense(trouble.to_string()))?;
+        .map_err(nonsense)?;
     let plain: Bodies = after(bed, Mode::Exact, steps)?.bodies;
     if plain.digest() == clocked.bodies.digest() {
         Ok(clocked)
     } else {
-        Err(BenchError::Nonsense(
-            "the step with clocks in it has other bits than the engine's".to_owned(),
+        Err(nonsense(
+            "the step with clocks in it has other bits than the engine's",
         ))
     }
 }
@@ -130,19 +130,17 @@ pub struct One {
 }
 
 /// Puts a bed where [`one`] finds it.
-pub fn write_bed(bed: &Bed, folder: &Path) -> Result<(), BenchError> {
-    let text = serde_json::to_string(&bed.scene)
-        .map_err(|error| BenchError::Nonsense(error.to_string()))?;
+pub fn write_bed(bed: &Bed, folder: &Path) -> Result<(), Error> {
+    let text = serde_json::to_string(&bed.scene).map_err(nonsense)?;
     write_whole(&folder.join("scene.json"), text.as_bytes())?;
     Ok(write_bodies(&folder.join("bed.csv"), &bed.bodies)?)
 }
 
 /// Inside the process: times the bed in this folder.
-pub fn one(folder: &Path, mode: Mode, steps: u64) -> Result<One, BenchError> {
+pub fn one(folder: &Path, mode: Mode, steps: u64) -> Result<One, Error> {
     let text = read_text(&folder.join("scene.json"), 1 << 20)?;
     // Not through the check of scenes: a narrow box has no room for the paper's control points.
-    let scene: Scene =
-        serde_json::from_str(&text).map_err(|error| BenchError::Nonsense(error.to_string()))?;
+    let scene: Scene = serde_json::from_str(&text).map_err(nonsense)?;
     let bodies = read_bodies(&folder.join("bed.csv"), scene.particles.count)?;
     let window = time(&Bed { scene, bodies }, mode, steps)?;
     Ok(One {
@@ -154,16 +152,18 @@ pub fn one(folder: &Path, mode: Mode, steps: u64) -> Result<One, BenchError> {
 }
 
 /// The arguments that make the program `crossgrain` do [`one`].
-pub fn arguments(folder: &Path, mode: Mode, steps: u64) -> Vec<String> {
-    vec![
-        "bench".to_owned(),
-        "--one".to_owned(),
-        folder.display().to_string(),
-        "--one-mode".to_owned(),
-        mode.name().to_owned(),
-        "--one-steps".to_owned(),
-        steps.to_string(),
+pub fn arguments(folder: &Path, mode: Mode, steps: u64) -> [String; 7] {
+    let (folder, steps) = (folder.display().to_string(), steps.to_string());
+    [
+        "bench",
+        "--one",
+        &folder,
+        "--one-mode",
+        mode.name(),
+        "--one-steps",
+        &steps,
     ]
+    .map(str::to_owned)
 }
 
 /// Outside: starts the process on the bed in `folder` and waits for it.
@@ -173,67 +173,36 @@ pub fn in_a_process(
     mode: Mode,
     steps: u64,
     limit: Duration,
-) -> Result<One, BenchError> {
-    let arguments = arguments(folder, mode, steps);
-    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    said(&run(crossgrain, &arguments, folder, limit)?)
+) -> Result<One, Error> {
+    let mut command = Command::new(crossgrain);
+    said(&run(
+        command.args(arguments(folder, mode, steps)),
+        folder,
+        limit,
+    )?)
 }
 
 /// The line that the process printed, among others.
-pub fn said(log: &str) -> Result<One, BenchError> {
+pub fn said(log: &str) -> Result<One, Error> {
     log.lines()
         .find(|line| line.starts_with('{'))
         .and_then(|line| serde_json::from_str(line).ok())
-        .ok_or_else(|| BenchError::Nonsense("the timing process said nothing".to_owned()))
+        .ok_or_else(|| nonsense("the timing process said nothing"))
 }
 
-/// The most of a log or table that is read, bytes.
-const LARGEST: u64 = 1 << 28;
-
-/// Runs a program in `work` and returns what it wrote on both outputs.
-pub fn run(
-    program: &Path,
-    arguments: &[&str],
-    work: &Path,
-    limit: Duration,
-) -> Result<String, BenchError> {
-    let path = work.join("program.log");
-    let output = File::create(&path).map_err(failed("create", &path))?;
-    let errors = output.try_clone().map_err(failed("create", &path))?;
-    let mut command = Command::new(program);
-    command
-        .args(arguments)
-        .current_dir(work)
-        .env("OMP_NUM_THREADS", "1")
-        .env_remove("DISPLAY")
-        .stdout(output)
-        .stderr(errors);
-    let name = program.file_name().unwrap_or_default().to_string_lossy();
-    let group = Group::spawn(&mut command)
-        .map_err(|error| BenchError::Failed(format!("{name} cannot be started: {error}")))?;
-    let status = group.wait(limit).map_err(|error| match error {
-        Unfinished::Interrupted => BenchError::Interrupted,
-        other => BenchError::Failed(format!("{name}: {other}")),
-    })?;
-    let log = read_text(&path, LARGEST)?;
-    if status.success() {
-        return Ok(log);
-    }
-    let lines: Vec<&str> = log.lines().collect();
-    let end = lines[lines.len().saturating_sub(8)..].join("\n");
-    Err(BenchError::Failed(format!("{name}: {status}; {end}")))
-}
-
-/// Where a program of this name may have failed to be found.
-pub fn missing(name: &str, package: &str) -> BenchError {
-    BenchError::Missing(format!(
-        "there is no program `{name}` on the path; on Debian install it with \
-         `apt-get install --no-install-recommends {package}`"
-    ))
+/// Runs a program in `work`, which it may do without a sign of life, and returns what it wrote on both outputs.
+pub fn run(command: &mut Command, work: &Path, limit: Duration) -> Result<String, Error> {
+    let limits = Limits {
+        time: limit,
+        stall: limit,
+        ..exec::usual_limits()
+    };
+    exec::finish(command, exec::SAID, &limits, work, &mut (), &mut || true)?;
+    Ok(exec::log(work))
 }
 
 /// A folder inside `work` for one run.
-pub fn folder(work: &Path, name: &str) -> Result<PathBuf, BenchError> {
+pub fn folder(work: &Path, name: &str) -> Result<PathBuf, Error> {
     let folder = work.join(name);
     if folder.exists() {
         fs::remove_dir_all(&folder).map_err(failed("remove", &folder))?;

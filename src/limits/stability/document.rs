@@ -1,7 +1,7 @@
 //! The map for people.
 
 use super::{ALLOWED, Limits, Map, Row};
-use crate::document::{Axis, Cell, Colour, Document, Mark, Plot, Point, Section, Table};
+use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
 use crate::engine::yade::Proposal;
 
 use super::trials::Found;
@@ -151,18 +151,14 @@ impl Map {
             let undamped = self.points(|row| percent(&row.undamped));
             [undamped, self.points(|row| percent(&row.damped))].concat()
         };
-        let level = |name: &str, sign: f64| Mark::Level {
-            name: name.to_owned(),
-            colour: Colour::Grey,
-            y: sign * 100.0 * ALLOWED,
-        };
+        let allowed = 100.0 * ALLOWED;
         self.plot(
             "stability-limits",
             "Found limits against predicted ones, with and without damping; between the lines is allowed.",
             "found over predicted, % apart",
         )
-        .with(level("allowed", 1.0))
-        .with(level("", -1.0))
+        .level("allowed", Colour::Grey, allowed)
+        .level("", Colour::Grey, -allowed)
         .points("native", Colour::Vermilion, points(|of| of.native))
         .points(self.external_name(), Colour::Green, points(|of| of.external))
     }
@@ -174,11 +170,7 @@ impl Map {
                 "What YADE would choose, over the largest stable step without damping. Above the line it would be unstable.",
                 "step over the limit",
             )
-            .with(Mark::Level {
-                name: "the limit".to_owned(),
-                colour: Colour::Blue,
-                y: 1.0,
-            });
+            .level("the limit", Colour::Blue, 1.0);
         for ((name, of), colour) in CHOICES.into_iter().zip([Colour::Vermilion, Colour::Green]) {
             let points = self.points(|row| Some(of(row.choice()) / row.undamped.predicted));
             plot = plot.points(name, colour, points);

@@ -12,8 +12,7 @@ use grains::model::{Axis, Law, Model};
 use grains::native::{self, CaseOptions, NativeError, Options, Trouble, watch_case};
 use grains::scene::{Cloud, Scene, Tension, Viscosity, paper_scene};
 use grains::tables::{Bodies, Punch, Snapshot, Stage};
-use grains::task::Case;
-use grains::task::Task;
+use grains::task::{Case, Task};
 
 /// Radius of the ordinary grain, m.
 const RADIUS: f64 = 0.005;

@@ -14,8 +14,7 @@ use grains::model::{Law, Model, damping_ratio};
 use grains::native::{self, NativeError, Options, Trouble, effective, run_case};
 use grains::scene::{ContactLaw, Scene, TimeStep, Viscosity};
 use grains::tables::{Bodies, BodyIds, Punch, Snapshot, Stage};
-use grains::task::Case;
-use grains::task::{Observer, Task};
+use grains::task::{Case, Observer, Task};
 
 /// The share of the limit that is taken if none is named; `docs/stability.md` has the evidence.
 pub const DEFAULT_SHARE: f64 = 0.8;

@@ -10,8 +10,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::Member;
-use super::Merged;
+use super::{Member, Merged};
 use crate::checks::{Check, Outcome};
 use crate::document::{Document, Section, Table};
 use crate::study::StudyError;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::means::POINTS;
 use super::sample::{self, Moment, Number, nearest, positive, together};
-use super::{Claim, FEWEST, LEVEL, Row, Rule, verdict};
+use super::{Claim, FEWEST, LEVEL, Row, Rule};
 use crate::paper::continuum::{Field, Load, Model, Spread};
 use crate::paper::published::POROSITY;
 use crate::study::campaign::Member;
@@ -259,22 +259,17 @@ pub fn independence(members: &[Member]) -> Claim {
             rows.push(of_eight);
         }
     }
-    Claim {
-        id: "independence".into(),
-        place: "section 5, which sums independent cells".into(),
-        statement: "The stresses of neighbouring cells are independent.".to_owned(),
-        verdict: verdict(&rows, Rule::All),
-        reading: format!(
+    Claim::of("independence", "section 5, which sums independent cells", "correlations")
+        .says("The stresses of neighbouring cells are independent.")
+        .found(format!(
             "Correlations of the two nearest cells' Σ_zz over packings: {}.",
             found.join(", ")
-        ),
-        decided_by: format!(
+        ))
+        .decided_by(format!(
             "Pearson's correlation over packings of the two cells nearest to each point within ± {TOLERANCE}; eight cells with \
              more would vary by a third more, or fewer, than independent ones."
-        ),
-        rows,
-        figure: "correlations".into(),
-    }
+        ))
+        .by(Rule::All, rows)
 }
 
 fn pair(first: &[f64], second: &[f64], level: f64) -> Option<Interval> {
@@ -355,27 +350,21 @@ pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Cl
             ));
         }
     }
-    Claim {
-        id: match moment {
+    Claim::of(match moment {
             Moment::Loaded => "variation.load",
             Moment::Settled => "variation.gravity",
-        }
-        .into(),
-        place: "section 5".into(),
-        statement: format!(
+        }, "section 5", "volumes")
+        .says(format!(
             "The coefficient of variation of N cells together is 1/√N ({}).",
             moment.words()
-        ),
-        verdict: verdict(&rows, Rule::All),
-        reading: format!("{}.", found.join("; ")),
-        decided_by: format!(
+        ))
+        .found(format!("{}.", found.join("; ")))
+        .decided_by(format!(
             "At every point the exponent within {EXPONENT} of −½ and CV·√N within a factor of {FACTOR} of 1 at 1, 16 and 256 \
              cells. Neighbours that carry what the next one does not make the variation fall faster than 1/√N, a load that \
              differs from packing to packing makes it fall slower."
-        ),
-        rows,
-        figure: "volumes".into(),
-    }
+        ))
+        .by(Rule::All, rows)
 }
 
 /// Erlang(N).
@@ -407,19 +396,14 @@ pub fn erlang(members: &[Member], series: &[Volumes]) -> Claim {
             found.push(format!("{} {} {shape:.2}", of.point, moment.words()));
         }
     }
-    Claim {
-        id: "erlang".into(),
-        place: "section 5".into(),
-        statement: "Σ_zz of N cells together follows an Erlang law of shape N.".to_owned(),
-        verdict: verdict(&rows, Rule::All),
-        reading: format!("Gamma shape over N at 64 cells: {}.", found.join(", ")),
-        decided_by: format!(
+    Claim::of("erlang", "section 5", "shapes")
+        .says("Σ_zz of N cells together follows an Erlang law of shape N.")
+        .found(format!("Gamma shape over N at 64 cells: {}.", found.join(", ")))
+        .decided_by(format!(
             "Gamma shape over N within a factor of {FACTOR}² of 1 at 4, 16 and 64 cells, which is a factor of {FACTOR} in the \
              variation."
-        ),
-        rows,
-        figure: "shapes".into(),
-    }
+        ))
+        .by(Rule::All, rows)
 }
 
 /// For large N the continuum.
@@ -466,18 +450,12 @@ pub fn good_enough(members: &[Member], series: &[Volumes]) -> Claim {
             ));
         }
     }
-    Claim {
-        id: "large_scale".into(),
-        place: "section 5".into(),
-        statement: "For many particles the variation tends to 0 and Σ_zz equals V σ_zz in every realization.".to_owned(),
-        verdict: verdict(&rows, Rule::All),
-        reading: format!("CV below 10 %, and mean against the continuum at the most cells: {}.", found.join("; ")),
-        decided_by: "At every point, under gravity and under the load, with the most cells looked at: CV below 10 % and mean within \
-                     10 % of the continuum's mean over a disc of the same area and mean depth."
-            .to_owned(),
-        rows,
-        figure: "volumes".into(),
-    }
+    Claim::of("large_scale", "section 5", "volumes")
+        .says("For many particles the variation tends to 0 and Σ_zz equals V σ_zz in every realization.")
+        .found(format!("CV below 10 %, and mean against the continuum at the most cells: {}.", found.join("; ")))
+        .decided_by("At every point, under gravity and under the load, with the most cells looked at: CV below 10 % and mean within \
+                     10 % of the continuum's mean over a disc of the same area and mean depth.")
+        .by(Rule::All, rows)
 }
 
 #[cfg(test)]

@@ -6,12 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use super::means::POINTS;
 use super::sample::{Moment, positive, stress};
-use super::{Claim, Judged, Row, Verdict};
-use super::{Claims, Volume, Volumes};
+use super::{Claim, Claims, Judged, Row, Verdict, Volume, Volumes};
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::plot::Point;
 use crate::document::table::rounded;
-use crate::document::{Axis, Cell, Colour, Document, Mark, Plot, Section, Table};
+use crate::document::{Axis, Cell, Colour, Document, Plot, Section, Table};
 use crate::paper::published::{HEIGHTS, POROSITIES, published, table_4};
 use crate::study::campaign::Member;
 use crate::study::figures::Distribution;
@@ -350,11 +349,7 @@ impl Claims {
             Axis::of_names("", names),
         );
         for y in [0.9, 1.0, 1.1] {
-            plot = plot.with(Mark::Level {
-                name: String::new(),
-                colour: Colour::Grey,
-                y,
-            });
+            plot = plot.level("", Colour::Grey, y);
         }
         let kinds = [
             ("within", Colour::Green, Some(Outcome::Pass)),
@@ -365,14 +360,10 @@ impl Claims {
         for (name, colour, kind) in kinds {
             let places = rows.iter().enumerate();
             let of_kind = places.filter(|(_, (_, _, outcome))| *outcome == kind);
-            let points = of_kind.map(|(index, (_, ratio, _))| Point {
-                interval: Some([ratio.low, ratio.high]),
-                ..Point::at(ratio.estimate, index as f64)
+            let points = of_kind.map(|(index, (_, ratio, _))| {
+                Point::at(ratio.estimate, index as f64).between(ratio.low, ratio.high)
             });
-            let points: Vec<Point> = points.collect();
-            if !points.is_empty() {
-                plot = plot.points(name, colour, points);
-            }
+            plot = plot.points(name, colour, points);
         }
         section.with(plot)
     }
@@ -400,11 +391,11 @@ impl Claims {
             Axis::linear("height H, m").within(x[0], x[1]),
             Axis::linear("porosity n"),
         )
-        .with(Mark::Band {
-            name: "printed".to_owned(),
-            colour: Colour::Ochre,
-            points: height.limits().map(|height| [height, low, high]).into(),
-        })
+        .band(
+            "printed",
+            Colour::Ochre,
+            height.limits().map(|height| [height, low, high]),
+        )
         .line(
             "area of the grains",
             Colour::Grey,
@@ -491,10 +482,8 @@ impl Claims {
                 for (of, colour) in series.iter().zip(colours) {
                     let points = of.volumes.iter().filter_map(|one| {
                         let value = shown(one)?;
-                        Some(Point {
-                            interval: Some([value.low, value.high]),
-                            ..Point::at(one.cells as f64, value.estimate)
-                        })
+                        let point = Point::at(one.cells as f64, value.estimate);
+                        Some(point.between(value.low, value.high))
                     });
                     plot = plot.points(&of.point, colour, points);
                 }

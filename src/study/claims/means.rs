@@ -2,9 +2,8 @@
 
 use crate::paper::published::{HEIGHTS, POROSITIES, Published, published, table_4};
 use crate::study::campaign::Member;
-use crate::study::claims::sample;
 use crate::study::claims::sample::{Moment, Number, measured, stress};
-use crate::study::claims::{Claim, Row, Rule, Verdict, verdict};
+use crate::study::claims::{Claim, Row, Rule, Verdict, sample, verdict};
 use crate::study::realization::Ending;
 use evidence::distribution::Distribution;
 use evidence::goodness;
@@ -56,26 +55,21 @@ pub fn at_point(members: &[Member], point: &str) -> Option<Claim> {
     let verdict = verdict(&rows, Rule::AnyReading);
     let percent = |row: &Row| 100.0 * (row.estimate() / of.value - 1.0);
     let load = 100.0 * (rows[2].estimate() / parts.load - 1.0);
-    Some(Claim {
-        id: format!("mean.{point}").into(),
-        place: of.place.into(),
-        statement: format!(
+    Some(Claim::of(format!("mean.{point}"), of.place, "means")
+        .says(format!(
             "The mean of σ_zz at {point} over the realizations is the continuum's, {:.1} kPa.",
             of.value / 1e3
-        ),
-        reading: format!(
+        ))
+        .found(format!(
             "The nearest grain's mean is {:+.0} % off, the local mean {:+.0} %; the load's part alone {load:+.0} %.",
             percent(&rows[0]),
             percent(&rows[1])
-        ),
-        decided_by: format!(
+        ))
+        .decided_by(format!(
             "Mean over members that got the force within {:.0} Pa: {}.",
             of.tolerance, of.reason
-        ),
-        rows,
-        verdict,
-        figure: "means".into(),
-    })
+        ))
+        .with(verdict, rows))
 }
 
 /// σ_g,zz = ρ_s g (1 − n) z under gravity alone.
@@ -101,18 +95,12 @@ pub fn gravity(members: &[Member]) -> Option<Claim> {
             100.0 * (local.estimate() / weight - 1.0)
         ));
     }
-    Some(Claim {
-        id: "gravity".into(),
-        place: "Table 4".into(),
-        statement: "Before loading the mean of σ_zz at O, A and B is the weight above, σ_g,zz = 2.3 kPa.".to_owned(),
-        verdict: verdict(&rows, Rule::All),
-        reading: format!("Local means of settled beds are off by: {}.", ratios.join(", ")),
-        decided_by: "Local mean over all settled members within a tenth of 2.3 kPa at each point; the single grain's mean \
-                     is shown beside it."
-            .to_owned(),
-        rows,
-        figure: "means".into(),
-    })
+    Some(Claim::of("gravity", "Table 4", "means")
+        .says("Before loading the mean of σ_zz at O, A and B is the weight above, σ_g,zz = 2.3 kPa.")
+        .found(format!("Local means of settled beds are off by: {}.", ratios.join(", ")))
+        .decided_by("Local mean over all settled members within a tenth of 2.3 kPa at each point; the single grain's mean \
+                     is shown beside it.")
+        .by(Rule::All, rows))
 }
 
 /// E[Σ_zz] = V_c σ_zz.
@@ -133,16 +121,11 @@ pub fn extensive(members: &[Member]) -> Option<Claim> {
         .iter()
         .filter_map(|row| Some(format!("{} {:.3} J", row.what, row.ours?.estimate)))
         .collect();
-    Some(Claim {
-        id: "extensive".into(),
-        place: "Table 4, section 5".into(),
-        statement: "E[Σ_zz] = V_c σ_zz: 0.34, 0.18 and 0.09 J at O, A and B for the control volume of side R.".to_owned(),
-        verdict: verdict(&rows, Rule::All),
-        reading: format!("Means here: {}.", off.join(", ")),
-        decided_by: "Mean of the nearest grain's Σ_zz V_c/V_p within a tenth of the printed one at every point.".to_owned(),
-        rows,
-        figure: "means".into(),
-    })
+    Some(Claim::of("extensive", "Table 4, section 5", "means")
+        .says("E[Σ_zz] = V_c σ_zz: 0.34, 0.18 and 0.09 J at O, A and B for the control volume of side R.")
+        .found(format!("Means here: {}.", off.join(", ")))
+        .decided_by("Mean of the nearest grain's Σ_zz V_c/V_p within a tenth of the printed one at every point.")
+        .by(Rule::All, rows))
 }
 
 /// The law with the theory's rate: mean and form at once, and the interval estimate of section 5.
@@ -188,21 +171,15 @@ pub fn with_theorys_rate(members: &[Member]) -> Option<Claim> {
             100.0 * above as f64 / values.len() as f64
         ));
     }
-    Some(Claim {
-        id: "exponential.theory".into(),
-        place: "Eq. 7, section 5".into(),
-        statement: "Σ_zz ~ Exp(1/(V_c σ_zz)) with σ_zz of Table 4 gives interval estimates of the stress at a point.".to_owned(),
-        verdict: verdict(&rows, Rule::All),
-        reading: format!(
+    Some(Claim::of("exponential.theory", "Eq. 7, section 5", "figure5")
+        .says("Σ_zz ~ Exp(1/(V_c σ_zz)) with σ_zz of Table 4 gives interval estimates of the stress at a point.")
+        .found(format!(
             "Above the value that the theory lets one in twenty exceed are: {}.",
             shares.join(", ")
-        ),
-        decided_by: "Both parameters of the statement at every point: mean within a tenth of V_c σ_zz, and coefficient of \
-                     variation within a tenth of 1. The p-values are for the exact statement, which no real packing meets."
-            .to_owned(),
-        rows,
-        figure: "figure5".into(),
-    })
+        ))
+        .decided_by("Both parameters of the statement at every point: mean within a tenth of V_c σ_zz, and coefficient of \
+                     variation within a tenth of 1. The p-values are for the exact statement, which no real packing meets.")
+        .by(Rule::All, rows))
 }
 
 /// Above this share of members that do not get the force, what becomes of them matters to every mean.
@@ -238,40 +215,28 @@ fn spread(members: &[Member], key: &str) -> f64 {
 pub fn height(members: &[Member]) -> Option<Claim> {
     let of = published("height")?;
     let rows = definitions(members, of, &HEIGHTS);
-    Some(Claim {
-        id: "height".into(),
-        place: of.place.into(),
-        statement: "The height of the packing after pouring is H = 0.46 ± 0.01 m.".to_owned(),
-        verdict: verdict(&rows, Rule::AnyReading),
-        reading: format!(
+    Some(Claim::of("height", of.place, "plane")
+        .says("The height of the packing after pouring is H = 0.46 ± 0.01 m.")
+        .found(format!(
             "Mean height within the printed ± 0.01 m by: {}; from bed to bed it varies by {:.4} m.",
             which_hold(&rows),
             spread(members, HEIGHTS[0].0)
-        ),
-        decided_by: "Mean over settled members within the printed ± 0.01 m. The paper does not say how a height is \
-                     taken, so each definition is a reading."
-            .to_owned(),
-        rows,
-        figure: "plane".into(),
-    })
+        ))
+        .decided_by("Mean over settled members within the printed ± 0.01 m. The paper does not say how a height is \
+                     taken, so each definition is a reading.")
+        .by(Rule::AnyReading, rows))
 }
 
 /// n = 0.17 ± 0.01.
 pub fn porosity(members: &[Member]) -> Option<Claim> {
     let of = published("porosity")?;
     let rows = definitions(members, of, &POROSITIES);
-    Some(Claim {
-        id: "porosity".into(),
-        place: of.place.into(),
-        statement: "That height corresponds to an average porosity of n = 0.17 ± 0.01.".to_owned(),
-        verdict: verdict(&rows, Rule::AnyReading),
-        reading: format!("Mean porosity within the printed ± 0.01 by: {}.", which_hold(&rows)),
-        decided_by: "Mean over settled members within the printed ± 0.01. The paper does not say where a porosity is \
-                     taken, so each definition is a reading."
-            .to_owned(),
-        rows,
-        figure: "plane".into(),
-    })
+    Some(Claim::of("porosity", of.place, "plane")
+        .says("That height corresponds to an average porosity of n = 0.17 ± 0.01.")
+        .found(format!("Mean porosity within the printed ± 0.01 by: {}.", which_hold(&rows)))
+        .decided_by("Mean over settled members within the printed ± 0.01. The paper does not say where a porosity is \
+                     taken, so each definition is a reading.")
+        .by(Rule::AnyReading, rows))
 }
 
 /// Both at once: they are tied by the area of the grains, n = 1 − S/(L·H).
@@ -311,12 +276,9 @@ pub fn both(scene: &Scene, members: &[Member]) -> Option<Claim> {
         Verdict::DoesNotHold if mixed.is_empty() => Verdict::DoesNotHold,
         _ => Verdict::HoldsUnderStatedChoices,
     });
-    Some(Claim {
-        id: "height_and_porosity".into(),
-        place: height.place.into(),
-        statement: "H = 0.46 ± 0.01 m and n = 0.17 ± 0.01 belong to the same beds.".to_owned(),
-        verdict: same,
-        reading: format!(
+    Some(Claim::of("height_and_porosity", height.place, "plane")
+        .says("H = 0.46 ± 0.01 m and n = 0.17 ± 0.01 belong to the same beds.")
+        .found(format!(
             "The grains' area ties them: n = 1 − {solid:.5} m/H is {:.3} at H = {} m, and n = {} would need H = {:.4} m; \
              means that meet both: {}.",
             1.0 - solid / height.value,
@@ -324,13 +286,10 @@ pub fn both(scene: &Scene, members: &[Member]) -> Option<Claim> {
             porosity.value,
             solid / (1.0 - porosity.value),
             if mixed.is_empty() { "none".to_owned() } else { mixed.join("; ") }
-        ),
-        decided_by: "With one definition for both, half of the beds or more within both printed ± 0.01; a mean height and \
-                     a mean porosity of different definitions count as a reading."
-            .to_owned(),
-        rows,
-        figure: "plane".into(),
-    })
+        ))
+        .decided_by("With one definition for both, half of the beds or more within both printed ± 0.01; a mean height and \
+                     a mean porosity of different definitions count as a reading.")
+        .with(same, rows))
 }
 
 /// Area of all grains over the width, m: n = 1 − this/H.
@@ -381,23 +340,18 @@ pub fn reached(members: &[Member]) -> Claim {
             )
         }
     };
-    Claim {
-        id: "reached".into(),
-        place: "section 3.2.2".into(),
-        statement: "In each of about one thousand experiments the punch is moved until its force equals 2ap.".to_owned(),
-        verdict,
-        reading: format!(
+    Claim::of("reached", "section 3.2.2", "means")
+        .says("In each of about one thousand experiments the punch is moved until its force equals 2ap.")
+        .found(format!(
             "{reached} of {} got the force, in {missed} the target load was not reached, and {others} did not settle or failed; {left_out}.",
             members.len()
-        ),
-        decided_by: format!(
+        ))
+        .decided_by(format!(
             "Holds where at most {} % do not get it. Otherwise it cannot be decided: the paper prints neither the \
              punch's speed nor whether experiments were dropped.",
             100.0 * NEGLIGIBLE
-        ),
-        rows,
-        figure: "means".into(),
-    }
+        ))
+        .with(verdict, rows)
 }
 
 /// What leaving out members without the force does to means that all settled members have: (kept − all)/all.

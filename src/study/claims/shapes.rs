@@ -3,7 +3,7 @@
 
 use super::means::POINTS;
 use super::sample::{self, Moment, Number, positive, stress};
-use super::{Claim, Row, Rule, Verdict, verdict};
+use super::{Claim, Row, Rule, Verdict};
 use crate::paper::published::E_TO_MINUS_2;
 use crate::study::campaign::Member;
 use evidence::distribution::{Distribution, Family};
@@ -92,23 +92,18 @@ fn distance(rows: &[Row]) -> f64 {
 pub fn at_point(members: &[Member], point: &str) -> Claim {
     let values = stress(members, Moment::Loaded, point, "grain_zz");
     let rows = rows_of("Σ_zz", &values);
-    Claim {
-        id: format!("exponential.{point}").into(),
-        place: "section 4.2, Figure 5".into(),
-        statement: format!("At {point} the measured distribution of Σ_zz matches an exponential."),
-        verdict: verdict(&rows, Rule::All),
-        reading: format!(
+    Claim::of(format!("exponential.{point}"), "section 4.2, Figure 5", "figure5")
+        .says(format!("At {point} the measured distribution of Σ_zz matches an exponential."))
+        .found(format!(
             "Variation {:.2} instead of 1, gamma shape {:.2} instead of 1, {:.1} % above two means instead of 13.5 %; D from the \
              fitted exponential {:.3}.",
             rows[0].estimate(),
             rows[1].estimate(),
             100.0 * rows[2].estimate(),
             distance(&rows)
-        ),
-        decided_by: DECIDED_BY.to_owned(),
-        rows,
-        figure: "figure5".into(),
-    }
+        ))
+        .decided_by(DECIDED_BY)
+        .by(Rule::All, rows)
 }
 
 /// The same for settled beds, where no load stands near: what the theory says of gravity alone.
@@ -150,20 +145,18 @@ fn several(
         found.push(format!("{point} {:.2}", of_point[1].estimate()));
         rows.extend(of_point);
     }
-    Claim {
-        id: id.into(),
-        place: place.into(),
-        statement: statement.to_owned(),
-        verdict: verdict(&rows, Rule::All),
-        reading: format!("Gamma shapes instead of 1: {}.", found.join(", ")),
-        decided_by: format!("At every point: {DECIDED_BY}"),
-        rows,
-        figure: match moment {
+    Claim::of(
+        id,
+        place,
+        match moment {
             Moment::Settled => "figure5.gravity",
             Moment::Loaded => "figure5.xx",
-        }
-        .into(),
-    }
+        },
+    )
+    .says(statement)
+    .found(format!("Gamma shapes instead of 1: {}.", found.join(", ")))
+    .decided_by(format!("At every point: {DECIDED_BY}"))
+    .by(Rule::All, rows)
 }
 
 /// Whether all of Figure 5 is one verdict: the paper's conclusion.
@@ -203,16 +196,11 @@ pub fn conclusion(claims: &[Claim]) -> Claim {
             )
         })
         .collect();
-    Claim {
-        id: "conclusion".into(),
-        place: "sections 5 and 6".into(),
-        statement: "The mean stress over the realizations is the continuum's, and its distribution is exponential.".to_owned(),
-        rows: Vec::new(),
-        decided_by: "Holds where it holds at O, A and B in mean and form.".to_owned(),
-        verdict,
-        reading: format!("{}.", said.join("; ")),
-        figure: "figure5".into(),
-    }
+    Claim::of("conclusion", "sections 5 and 6", "figure5")
+        .says("The mean stress over the realizations is the continuum's, and its distribution is exponential.")
+        .found(format!("{}.", said.join("; ")))
+        .decided_by("Holds where it holds at O, A and B in mean and form.")
+        .with(verdict, Vec::new())
 }
 
 /// Positive only.
@@ -250,22 +238,17 @@ pub fn positive_only(members: &[Member]) -> Claim {
         .take(6)
         .map(Row::estimate)
         .collect();
-    Claim {
-        id: "positive".into(),
-        place: "section 3.3".into(),
-        statement: "Particles may take any positive value of the extensive stress; negative ones are impossible.".to_owned(),
-        verdict: verdict(&rows, Rule::All),
-        reading: format!(
+    Claim::of("positive", "section 3.3", "figure5")
+        .says("Particles may take any positive value of the extensive stress; negative ones are impossible.")
+        .found(format!(
             "At most {:.1} % at any point are negative; {:.1} % to {:.1} % of the grains at the points carry nothing at all, which a \
              continuous law has no place for.",
             100.0 * negative,
             100.0 * zeros.iter().copied().fold(f64::INFINITY, f64::min),
             100.0 * zeros.iter().copied().fold(0.0, f64::max),
-        ),
-        decided_by: "At most one in a hundred below zero at each point.".to_owned(),
-        rows,
-        figure: "figure5".into(),
-    }
+        ))
+        .decided_by("At most one in a hundred below zero at each point.")
+        .by(Rule::All, rows)
 }
 
 /// Mean absolute deviation from the median over standard deviation: 1/√2 for Laplace, √(2/π) for a normal law.
@@ -307,22 +290,15 @@ pub fn laplace(members: &[Member]) -> Claim {
         rows.push(row);
         rows.push(Row::shown(format!("{point}: mean"), sample::mean(&values)).in_unit("Pa"));
     }
-    Claim {
-        id: "laplace".into(),
-        place: "section 3.3 and the same theory elsewhere".into(),
-        statement: "Shear components can be positive or negative and do not follow an exponential; the theory gives them a \
-                    Laplace law."
-            .to_owned(),
-        verdict: verdict(&rows, Rule::All),
-        reading: format!(
+    Claim::of("laplace", "section 3.3 and the same theory elsewhere", "shear")
+        .says("Shear components can be positive or negative and do not follow an exponential; the theory gives them a \
+                    Laplace law.")
+        .found(format!(
             "Mean absolute over standard deviation, {laplace:.3} for Laplace and {normal:.3} for a normal law: {}.",
             found.join(", ")
-        ),
-        decided_by: "Mean absolute over standard deviation nearer to Laplace's than half the way to the normal law's, at every \
+        ))
+        .decided_by("Mean absolute over standard deviation nearer to Laplace's than half the way to the normal law's, at every \
                      point. Components are taken along x and z, the theory's along the principal axes of the mean stress, \
-                     which differ from them at A and B."
-            .to_owned(),
-        rows,
-        figure: "shear".into(),
-    }
+                     which differ from them at A and B.")
+        .by(Rule::All, rows)
 }

@@ -109,10 +109,7 @@ impl Sensitivity {
                     continue;
                 };
                 let (class, label) = show(point);
-                points[class].push(plot::Point {
-                    label,
-                    ..plot::Point::at(x as f64, y as f64)
-                });
+                points[class].push(plot::Point::at(x as f64, y as f64).labelled(label));
             }
             with_classes(
                 Plot::new(name, caption, x, y),
@@ -302,17 +299,9 @@ impl Sensitivity {
 fn with_classes(mut plot: Plot, points: [(Vec<plot::Point>, Vec<plot::Point>); 5]) -> Plot {
     for ((filled, hollow), (_, name, colour)) in points.into_iter().zip(VERDICTS) {
         let named = filled.is_empty();
-        for (points, hollow) in [(filled, false), (hollow, true)] {
-            if !points.is_empty() {
-                let name = if hollow && !named { "" } else { name };
-                plot.marks.push(Mark::Points {
-                    name: name.to_owned(),
-                    colour,
-                    hollow,
-                    points,
-                });
-            }
-        }
+        let of_hollow = if named { name } else { "" };
+        plot = plot.group(name, colour, false, filled);
+        plot = plot.group(of_hollow, colour, true, hollow);
     }
     plot
 }
@@ -340,31 +329,22 @@ fn column(points: &[&Point], index: usize, figure: &Figure) -> Plot {
     let x = Axis::linear("ours over published").within(low, high);
     let name = format!("choices-{}", figure.id.replace('.', "-"));
     let caption = format!("{}, {}.", figure.title, published(figure));
-    let mut plot = Plot::new(&name, caption, x, Axis::of_names("", names));
+    let plot = Plot::new(&name, caption, x, Axis::of_names("", names));
     let tolerance = figure.tolerance / figure.value;
     let last = points.len() as f64 - 0.5;
-    plot.marks.push(Mark::Band {
-        name: "counts as the same".to_owned(),
-        colour: Colour::Green,
-        points: [1.0 - tolerance, 1.0 + tolerance]
-            .map(|x| [x, -0.5, last])
-            .into(),
-    });
+    let band = [1.0 - tolerance, 1.0 + tolerance].map(|x| [x, -0.5, last]);
+    let plot = plot.band("counts as the same", Colour::Green, band);
     let mut classes: [(Vec<plot::Point>, Vec<plot::Point>); 5] = Default::default();
     for (row, point) in points.iter().enumerate() {
         let judged = &point.figures[index];
         let Some(value) = judged.value else { continue };
         let ours = value.over(figure.value);
         let within = |of: f64| of.clamp(low, high);
-        let shown = plot::Point {
-            x: within(ours.estimate),
-            y: row as f64,
-            interval: Some([within(ours.low), within(ours.high)]),
-            label: if (low..=high).contains(&ours.estimate) {
-                String::new()
-            } else {
-                format!("{:.2}", ours.estimate)
-            },
+        let shown = plot::Point::at(within(ours.estimate), row as f64);
+        let shown = shown.between(within(ours.low), within(ours.high));
+        let shown = match (low..=high).contains(&ours.estimate) {
+            true => shown,
+            false => shown.labelled(format!("{:.2}", ours.estimate)),
         };
         let (filled, hollow) = &mut classes[class(judged)];
         if judged.conditional { hollow } else { filled }.push(shown);
@@ -395,11 +375,7 @@ impl Bearing {
             let levels = curve.levels.iter();
             deepest = levels.map(|level| level.at).fold(deepest, f64::max);
         }
-        plot.marks.push(Mark::Level {
-            name: "published load".to_owned(),
-            colour: Colour::Ochre,
-            y: 1.0e-3 * self.wanted,
-        });
+        let plot = plot.level("published load", Colour::Ochre, 1.0e-3 * self.wanted);
         let depths = (1..=40).map(|index| deepest * f64::from(index) / 40.0);
         let borne = depths.map(|depth| [depth, 1.0e-3 * self.soil.bears(depth, self.angle)]);
         plot.with(Mark::Line {
@@ -475,13 +451,9 @@ fn with_curve(plot: Plot, curve: &Curve, name: &str, colour: Colour) -> Plot {
         .iter()
         .filter_map(|level| {
             let pressure = kilopascal(level.pressure)?;
-            let ends = [pressure.low, pressure.high];
-            Some(plot::Point {
-                x: level.at,
-                y: pressure.estimate.max(FAINT),
-                interval: Some(ends.map(|end| end.max(FAINT))),
-                label: String::new(),
-            })
+            let [middle, low, high] = [pressure.estimate, pressure.low, pressure.high];
+            let [middle, low, high] = [middle, low, high].map(|of| of.max(FAINT));
+            Some(plot::Point::at(level.at, middle).between(low, high))
         })
         .collect();
     plot.line(name, colour, points.iter().map(|of| [of.x, of.y]))

@@ -113,39 +113,25 @@ impl Tradeoff {
                     .filter(|point| kind(point) == group && point.dominated_by.is_some() == hollow);
                 let points = own.filter_map(|point| {
                     let error = worst(&point.screened)?.error;
+                    let [y, low, high] =
+                        [error.estimate, error.low, error.high].map(|of| of.max(LOWEST));
+                    let shown = plot::Point::at(seconds(point)?, y).between(low, high);
                     let named = !hollow || point.confirmed.is_some();
-                    Some(plot::Point {
-                        x: seconds(point)?,
-                        y: error.estimate.max(LOWEST),
-                        interval: Some([error.low.max(LOWEST), error.high.max(LOWEST)]),
-                        label: if named {
-                            point.method.name.clone()
-                        } else {
-                            String::new()
-                        },
+                    Some(match named {
+                        true => shown.labelled(point.method.name.clone()),
+                        false => shown,
                     })
                 });
-                let points: Vec<plot::Point> = points.collect();
-                if !points.is_empty() {
-                    plot.marks.push(Mark::Points {
-                        name: if hollow {
-                            format!("{name}, dominated")
-                        } else {
-                            name.to_owned()
-                        },
-                        colour,
-                        hollow,
-                        points,
-                    });
-                }
+                let dominated = if hollow { ", dominated" } else { "" };
+                plot = plot.group(&format!("{name}{dominated}"), colour, hollow, points);
             }
         }
-        plot.marks.push(level("margin", 1.0));
-        if let Some(null) = worst(&self.null_comparison) {
-            let words = "null comparison: the reference on other clouds";
-            plot.marks.push(level(words, null.error.estimate));
-        }
-        plot
+        let plot = plot.level("margin", Colour::Ochre, 1.0);
+        let Some(null) = worst(&self.null_comparison) else {
+            return plot;
+        };
+        let words = "null comparison: the reference on other clouds";
+        plot.level(words, Colour::Ochre, null.error.estimate)
     }
 
     fn by_cost(&self) -> Table {
@@ -326,14 +312,6 @@ impl Tradeoff {
     }
 }
 
-fn level(name: &str, y: f64) -> Mark {
-    Mark::Level {
-        name: name.to_owned(),
-        colour: Colour::Ochre,
-        y,
-    }
-}
-
 fn seconds(point: &Point) -> Option<f64> {
     point.costs.map(|costs| costs.cpu_seconds)
 }
@@ -368,13 +346,9 @@ fn forest(name: &str, caption: &str, rows: Vec<(String, &Judgement, &str)>) -> P
     const REACH: f64 = 4.0;
     let x = Axis::linear("bias over margin, 90 % interval").within(-REACH, REACH);
     let y = Axis::of_names("", rows.iter().map(|row| row.0.clone()));
-    let mut plot = Plot::new(name, caption, x, y);
     let last = rows.len() as f64 - 0.5;
-    plot.marks.push(Mark::Band {
-        name: "within the margin".to_owned(),
-        colour: Colour::Grey,
-        points: vec![[-1.0, -0.5, last], [1.0, -0.5, last]],
-    });
+    let band = [[-1.0, -0.5, last], [1.0, -0.5, last]];
+    let mut plot = Plot::new(name, caption, x, y).band("within the margin", Colour::Grey, band);
     let groups = [
         (Some(Finding::Equivalent), Colour::Green),
         (Some(Finding::Different), Colour::Vermilion),
@@ -388,21 +362,16 @@ fn forest(name: &str, caption: &str, rows: Vec<(String, &Judgement, &str)>) -> P
             .filter_map(|(row, (_, judged, key))| {
                 let of = judged.of(key)?;
                 let bias: Interval = of.paired.difference_90.over(of.margin?);
-                (of.finding == finding).then(|| plot::Point {
-                    x: bias.estimate.clamp(-REACH, REACH),
-                    y: row as f64,
-                    interval: Some([bias.low, bias.high].map(|end| end.clamp(-REACH, REACH))),
-                    label: if bias.estimate.abs() > REACH {
-                        format!("{:.1}", bias.estimate)
-                    } else {
-                        String::new()
-                    },
-                })
+                let within = |of: f64| of.clamp(-REACH, REACH);
+                let shown = plot::Point::at(within(bias.estimate), row as f64)
+                    .between(within(bias.low), within(bias.high));
+                let shown = match bias.estimate.abs() > REACH {
+                    true => shown.labelled(format!("{:.1}", bias.estimate)),
+                    false => shown,
+                };
+                (of.finding == finding).then_some(shown)
             });
-        let points: Vec<plot::Point> = points.collect();
-        if !points.is_empty() {
-            plot = plot.points(finding.map_or("too few pairs", word), colour, points);
-        }
+        plot = plot.points(finding.map_or("too few pairs", word), colour, points);
     }
     plot
 }

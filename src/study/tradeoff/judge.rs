@@ -1,8 +1,7 @@
 //! A method's members against the reference's, paired by cloud.
 
 use crate::study::member::{Endings, Member};
-use evidence::t_test::Finding;
-use evidence::t_test::{Paired, paired};
+use evidence::t_test::{Finding, Paired, paired};
 use evidence::{Interval, proportion, t_test};
 use serde::{Deserialize, Serialize};
 

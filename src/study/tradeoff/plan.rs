@@ -6,9 +6,8 @@ use std::sync::OnceLock;
 use serde::{Deserialize, Serialize};
 
 use crate::study::realization::Change::{Alpha, CloudSpeed, Columns, Modulus, Settled, Size, Step};
-use crate::study::realization::Runner;
 use crate::study::realization::{
-    Change, FREE_MODE_STEP, Setting, Specification, changed, small_scene, whole_scene,
+    Change, FREE_MODE_STEP, Runner, Setting, Specification, changed, small_scene, whole_scene,
 };
 use grains::native::Mode;
 use grains::native::pouring::{End, Phase, Softly};
