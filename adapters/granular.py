@@ -16,6 +16,8 @@ from exchange import Clock, Refused, progress, serve
 
 # The most classes of radii; LAMMPS has 32 groups, and LIGGGHTS a square table of classes in one line.
 MOST_CLASSES = 20
+# The most steps between two signs of life.
+MOST_STEPS = 1000
 # Distance within which neighbours are listed, beyond touching, over the largest radius.
 SKIN = 0.2
 # Between a force that a program says and the one of the law, over the stiffness times the distance of the centres.
@@ -225,19 +227,20 @@ def push(job):
     places = (number(punch["centre"][0]), "y[%d]" % (count + 1))
     for axis, place, half in zip("xy", places, map(number, punch["half_extents"])):
         commands += [
-            'variable from_%s atom "%s - %s"' % (axis, axis, place),
+            'variable from_%s atom "%s - (%s)"' % (axis, axis, place),
             'variable past_%s atom "abs(v_from_%s) - %s"' % (axis, axis, half),
             'variable out_%s atom "v_past_%s*(v_past_%s > 0.0)"' % (axis, axis, axis),
         ]
-    commands.append('variable nearest atom "v_past_x >= v_past_y"')
+    # Which face is nearest for a grain inside: 1 across, 0 up.
+    commands.append('variable across atom "v_past_x >= v_past_y"')
     commands.append(
         'variable apart atom "sqrt(v_out_x*v_out_x + v_out_y*v_out_y)'
-        ' + (v_past_x <= 0.0)*(v_past_y <= 0.0)*(v_nearest*v_past_x + (1.0 - v_nearest)*v_past_y)"'
+        ' + (v_past_x <= 0.0)*(v_past_y <= 0.0)*(v_across*v_past_x + (1.0 - v_across)*v_past_y)"'
     )
-    # The force over the part of the normal that the distance is divided by outside.
+    # Outside the force over the distance, which makes a unit vector of `out`; inside the force.
     modulus = number(job.model["law"]["modulus"])
     commands.append('variable strength atom "(fz < c_radius)*%s*c_radius*(c_radius - fz)/(fz + (fz <= 0.0)*(1.0 - fz))"' % modulus)
-    for axis, here in zip("xy", ("v_nearest", "(1.0 - v_nearest)")):
+    for axis, here in zip("xy", ("v_across", "(1.0 - v_across)")):
         commands.append(
             'variable push_%s atom "v_strength*((v_from_%s > 0.0) - (v_from_%s <= 0.0))*(v_out_%s + (fz <= 0.0)*%s)"'
             % (axis, axis, axis, axis, here)
@@ -461,7 +464,7 @@ def follow(job, rule, start):
     run, stop = start(job), None
     run.show()
     while stop is None and run.step != until:
-        to = (run.step // every + 1) * every
+        to = min((run.step // every + 1) * every, run.step + MOST_STEPS)
         stop = rule.go(run, to if until is None else min(to, until))
         if until is not None:
             stop = None
