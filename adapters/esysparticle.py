@@ -1,0 +1,265 @@
+#!/usr/bin/env python3
+"""ESyS-Particle as an engine of crossgrain: spheres that do not turn, in one plane.
+
+Its step is the leapfrog, with velocities of the half step before the positions, as crossgrain has it. It is an MPI job
+of two processes, and `mpirun` listens on all addresses, so both have a network of their own, which nobody else sees.
+The master of the two runs this file anew.
+"""
+import fcntl
+import json
+import math
+import os
+import shutil
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+
+from exchange import Clock, Job, Refused, progress, serve
+
+HERE = os.path.abspath(sys.argv[0])
+# Tells the master the folder of its job.
+INSIDE = "CROSSGRAIN_ESYSPARTICLE_JOB"
+# What the master answers, in that folder.
+ANSWER = "answer.json"
+NEEDED = {"esysparticle": "esys-particle", "mpirun": "openmpi-bin", "unshare": "util-linux"}
+PARTS = ["normal_spring", "local_damping", "gravity", "walls", "stop_rules", "cases"]
+APPROXIMATIONS = [
+    "in a bed of more than 20 radii the spring of two grains has the mean of both stiffnesses, E·(R1 + R2)/2, not both in series",
+    "local damping goes by the sign of the velocity before the kick, not of that halfway through it, and spares what is at rest",
+]
+# As the program has it, which multiplies the stiffness of a wall by it and the radius.
+PI = 3.141592654
+# The most radii whose pairs have a spring each.
+MOST_RADII = 20
+# Distance within which neighbours are listed, beyond touching, over the largest radius.
+SKIN = 0.2
+# The most cells of its grid along an axis.
+MOST_CELLS = 1000
+# The most steps between two signs of life.
+MOST_STEPS = 1000
+
+
+def alone(command):
+    """The command, in a network of its own with a loopback to talk over, and ended with all that it starts."""
+    return ["unshare", "--map-root-user", "--net", "--pid", "--fork", "--kill-child", sys.executable, HERE, "with-loopback", *command]
+
+
+def with_loopback(command):
+    set_flags, up = 0x8914, 1
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as handle:
+        fcntl.ioctl(handle, set_flags, struct.pack("16sH14x", b"lo", up))
+    os.execvp(command[0], command)
+
+
+def in_program(folder):
+    """Have the program do the job in this folder, apart from the line that ends it; what it answers."""
+    environment = dict(
+        os.environ, OMP_NUM_THREADS="1", OMPI_MCA_btl="self,vader", OMPI_MCA_orte_tmpdir_base=folder, HWLOC_COMPONENTS="-gl",
+        OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", PYTHONPATH=os.path.dirname(HERE), **{INSIDE: folder},
+    )  # fmt: skip
+    command = alone(["mpirun", "-np", "2", "--oversubscribe", "--bind-to", "none", "esysparticle", HERE])
+    subprocess.run(command, env=environment, stdin=subprocess.DEVNULL, stdout=sys.stderr, check=True)
+    with open(os.path.join(folder, ANSWER), encoding="utf-8") as file:
+        return json.load(file)
+
+
+def refuse(job):
+    if job.model["law"]["friction_angle"] > 0.0:
+        raise Refused("friction")
+    if job.model["law"]["contact"]["viscosity"]["kind"] != "none":
+        raise Refused("dashpots")
+    for wall in job.model["walls"]:
+        if len({grain[wall["axis"]] > wall["place"] for grain in job.grains}) > 1:
+            raise Refused("grains on both sides of a wall")
+
+
+class Springs:
+    """The springs of pairs: one for each pair of radii where they are few."""
+
+    def __init__(self, job):
+        self.modulus, self.radii = job.model["law"]["modulus"], sorted({grain["radius"] for grain in job.grains})
+        self.exact = len(self.radii) <= MOST_RADII
+
+    def between(self, radius1, radius2):
+        """Stiffness in the program."""
+        a, b = self.modulus * radius1, self.modulus * radius2
+        return 2.0 * a * b / (a + b) if self.exact else 0.5 * (a + b)
+
+
+class Bed:
+    """The grains in the program."""
+
+    def __init__(self, job, program):
+        from esys.lsm import GravityPrms, LocalDampingPrms, NRotElasticPrms, NRotElasticWallPrms, NRotSphere
+        from esys.lsm.util import BoundingBox, Vec3
+
+        self.job, self.program, self.step, model = job, program, job.first, job.model
+        springs = self.springs = Springs(job)
+        largest = springs.radii[-1]
+        low, high = domain(job, 4.0 * largest)
+        cell = max(2.0 * (1.0 + SKIN) * largest, *((above - below) / MOST_CELLS for below, above in zip(low, high)))
+        program.initNeighbourSearch("NRotSphere", cell, SKIN * largest)
+        program.setNumTimeSteps(2**31 - 1)
+        program.setTimeStepSize(model["dt"])
+        program.setSpatialDomain(BoundingBox(Vec3(*low, -2.0 * cell), Vec3(*high, 2.0 * cell)))
+        spheres = []
+        for index, grain in enumerate(job.grains):
+            spheres.append(NRotSphere(index, Vec3(grain["x"], grain["z"], 0.0), grain["radius"], grain["mass"]))
+            spheres[-1].setLinearVelocity(Vec3(grain["vx"], grain["vz"], 0.0))
+            spheres[-1].setTag(springs.radii.index(grain["radius"]) if springs.exact else 0)
+        program.createParticles(spheres)
+        groups, every_bit = [], -1
+        if springs.exact:
+            pairs = [(one, two) for two in range(len(springs.radii)) for one in range(two + 1)]
+            for one, two in pairs:
+                k = springs.between(springs.radii[one], springs.radii[two])
+                group = NRotElasticPrms("springs %d %d" % (one, two), k, False)
+                program.createInteractionGroupTagged(group, one, every_bit, two, every_bit)
+        else:
+            # Scaled by a quarter of the sum of both radii.
+            groups.append(NRotElasticPrms("springs", 2.0 * springs.modulus, True))
+        groups.append(GravityPrms("gravity", Vec3(*model["gravity"], 0.0)))
+        for index, wall in enumerate(model["walls"]):
+            name, axis = "wall %d" % index, "xz".index(wall["axis"])
+            side = 1.0 if job.grains[0][wall["axis"]] > wall["place"] else -1.0
+            place, normal = [0.0] * 3, [0.0] * 3
+            place[axis], normal[axis] = wall["place"], side
+            program.createWall(name, Vec3(*place), Vec3(*normal))
+            groups.append(NRotElasticWallPrms("springs of " + name, name, springs.modulus / PI))
+        if model["alpha"] != 0.0:
+            groups.append(LocalDampingPrms("damping", model["alpha"]))
+        for group in groups:
+            program.createInteractionGroup(group)
+
+    def to(self, step):
+        while self.step < step:
+            self.program.runTimeStep()
+            self.step += 1
+
+    def motion(self):
+        grains = sorted(self.program.getParticleList(), key=lambda grain: grain.getId())
+        if len(grains) != len(self.job.grains):
+            raise RuntimeError("grains were lost: %d of %d are left" % (len(grains), len(self.job.grains)))
+        both = ((grain.getPosn(), grain.getVelocity()) for grain in grains)
+        return [(place[0], place[1], velocity[0], velocity[1]) for place, velocity in both]
+
+    def show(self, motion):
+        self.job.moment("settle", self.step, motion, contacts(self.job, self.springs, [of[:2] for of in motion]))
+
+
+def domain(job, margin):
+    """Where grains may go: lower and upper corner."""
+    (across, up), fastest = job.model["gravity"], max(math.hypot(grain["vx"], grain["vz"]) for grain in job.grains)
+    if job.kind == "case":
+        time = job.asked["moments"][-1] * job.model["dt"]
+        margin += fastest * time + 0.5 * math.hypot(across, up) * time * time
+    else:
+        margin += 0.5 * fastest * fastest / max(-up, 1.0e-3)
+    places = {"x": [grain["x"] for grain in job.grains], "z": [grain["z"] for grain in job.grains]}
+    for wall in job.model["walls"]:
+        places[wall["axis"]].append(wall["place"])
+    return [min(places[axis]) - margin for axis in "xz"], [max(places[axis]) + margin for axis in "xz"]
+
+
+def contacts(job, springs, places):
+    """Rows of what touches, with the forces of the program's law: it tells those of pairs in files alone."""
+    grains, rows, cells = job.grains, [], {}
+    size = 2.0 * springs.radii[-1]
+    for two, (x, z) in enumerate(places):
+        across, up = math.floor(x / size), math.floor(z / size)
+        for one in (one for i in (-1, 0, 1) for k in (-1, 0, 1) for one in cells.get((across + i, up + k), ())):
+            dx, dz = x - places[one][0], z - places[one][1]
+            distance, radii = math.sqrt(dx * dx + dz * dz), (grains[one]["radius"], grains[two]["radius"])
+            overlap = radii[0] + radii[1] - distance
+            if overlap >= 0.0:
+                normal, arm = (dx / distance, dz / distance), radii[0] - 0.5 * overlap
+                force = springs.between(*radii) * overlap
+                point = [place + arm * of for place, of in zip(places[one], normal)]
+                rows.append((one, two, overlap, force, 0.0, *normal, *point))
+        cells.setdefault((across, up), []).append(two)
+        for index, wall in enumerate(job.model["walls"]):
+            axis, radius = "xz".index(wall["axis"]), grains[two]["radius"]
+            distance = places[two][axis] - wall["place"]
+            overlap = radius - abs(distance)
+            if overlap >= 0.0:
+                normal, point = [0.0, 0.0], list(places[two])
+                normal[axis], point[axis] = math.copysign(1.0, distance), wall["place"]
+                rows.append((len(grains) + index, two, overlap, springs.modulus * radius * overlap, 0.0, *normal, *point))
+    return rows
+
+
+def settle(job, bed):
+    """Show a scene's moments until settling ends; why it ended."""
+    asked, memory = job.asked, {}
+    every, until, check = asked["moments_every"], asked["until_step"], asked["settle"]["check_every"]
+    stop, motion = None, bed.motion()
+    bed.show(motion)
+    while stop is None and bed.step != until:
+        last = max(asked["settle"]["max_steps"], bed.step + 1) if until is None else until
+        bed.to(min((bed.step // every + 1) * every, (bed.step // check + 1) * check, bed.step + MOST_STEPS, last))
+        motion = bed.motion()
+        stop = job.settle_rule(bed.step, motion, memory) if until is None else None
+        if stop is not None or bed.step % every == 0 or bed.step == until:
+            bed.show(motion)
+        progress("settle", bed.step, bed.step / until if until else memory.get("share", 0.0))
+    return stop or "steps_done"
+
+
+def master(folder):
+    """The job, in the master; of a folder without one the version."""
+    from esys.lsm import LsmMpi
+    from esys.lsm.util import InstallInfo
+
+    answer = InstallInfo.version
+    program = LsmMpi(1, [1, 1, 1])
+    if os.path.exists(os.path.join(folder, "job.json")):
+        job = Job(folder)
+        bed, stop = Bed(job, program), None
+        if job.kind == "scene":
+            stop = settle(job, bed)
+        else:
+            for step in job.asked["moments"]:
+                bed.to(step)
+                bed.show(bed.motion())
+        answer = [bed.step, stop]
+    program.exit()
+    with open(os.path.join(folder, ANSWER), "w", encoding="utf-8") as file:
+        json.dump(answer, file)
+
+
+def description():
+    for name, package in NEEDED.items():
+        if shutil.which(name) is None:
+            raise SystemExit(
+                "there is no program `%s` on the path; on Debian: apt-get install --no-install-recommends %s" % (name, package)
+            )
+    if subprocess.run(alone(["true"]), stdin=subprocess.DEVNULL).returncode != 0:
+        raise SystemExit("a program may have no network of its own here, and its MPI would listen on all addresses")
+    with tempfile.TemporaryDirectory() as folder:
+        version = in_program(folder)
+    return {"name": "ESyS-Particle", "version": version, "parts": PARTS, "approximations": APPROXIMATIONS}
+
+
+def run_scene(job):
+    refuse(job)
+    clock = Clock()
+    step, stop = in_program(job.folder)
+    job.index = open(job.place("moments.jsonl"), "a", encoding="utf-8")
+    job.line(clock.end("settle", step, stop))
+    return step - job.first
+
+
+def run_case(job):
+    refuse(job)
+    return in_program(job.folder)[0]
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["with-loopback"]:
+        with_loopback(sys.argv[2:])
+    elif INSIDE in os.environ:
+        master(os.environ[INSIDE])
+    else:
+        serve(description, run_scene, run_case)
