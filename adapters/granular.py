@@ -280,10 +280,11 @@ def read_rows(path):
 
 def dumps(pairs, form, velocity="v_half_"):
     """Commands that write a moment: the atoms, and `pairs`, the columns of two ids and the force between them."""
-    of = ["id x y %sx %sy" % (velocity, velocity), pairs]
-    forms = ["%d" + " %.17g" * 4, " ".join(["%.17g"] * len(pairs.split()))]
-    kinds = ["custom grains", "local pairs"]
-    return ['write_dump all %s %s modify %s "%s"' % (kind, *of) for kind, *of in zip(kinds, of, [form, form], forms)]
+    atoms, of_pairs = "id x y %sx %sy" % (velocity, velocity), " ".join(["%.17g"] * len(pairs.split()))
+    return [
+        'write_dump all custom grains %s modify %s "%%d%s"' % (atoms, form, " %.17g" * 4),
+        'write_dump all local pairs %s modify %s "%s"' % (pairs, form, of_pairs),
+    ]
 
 
 def read_moment(job, folder):

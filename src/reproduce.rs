@@ -226,9 +226,8 @@ impl Job<'_> {
             return Ok(());
         }
         let (scene, work) = (&self.options.scene, work_folder()?);
-        let native = parameters::of_native(scene).map_err(EngineError::from)?;
-        let in_yade = parameters::of_yade(scene, &self.options.yade, work.path())
-            .map_err(EngineError::from)?;
+        let native = parameters::of_native(scene)?;
+        let in_yade = parameters::of_yade(scene, &self.options.yade, work.path())?;
         self.facts = parameters::side_by_side(native, &in_yade);
         Ok(())
     }

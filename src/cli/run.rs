@@ -17,7 +17,7 @@ use crate::limits::stability::time_step;
 use crate::progress::Display;
 use crate::run::folder::record::{Protocol, Softened, StepChoice};
 use crate::run::folder::{RunFolder, read_scene};
-use crate::run::{Engine, EngineError, Preparation, prepared};
+use crate::run::{Engine, Preparation, prepared};
 use grains::generate::initial_bodies;
 use grains::model::{Kernel, Model};
 use grains::native::pouring::{Softly, pour};
@@ -146,8 +146,7 @@ impl YadeLimits {
 
     /// The program at this path, asked what it is before anything that takes long.
     pub fn external(&self, program: &Path) -> Result<ExternalEngine, Error> {
-        let asked = ExternalEngine::ask(self.exec(program.to_owned()));
-        Ok(asked.map_err(EngineError::from)?)
+        Ok(ExternalEngine::ask(self.exec(program.to_owned()))?)
     }
 }
 

@@ -97,14 +97,9 @@ impl Reproduction {
     /// YADE's time a step over the native engine's, of the runs that were made live, one each.
     pub fn speeds(&self) -> Vec<Speed> {
         let of = |run: &RunSummary| {
-            let id = match run.folder.as_str() {
-                "yade" => "time/sorted-loop",
-                "yade-ordinary" => "time/ordinary-loop",
-                "yade-ordinary-control" => "time/ordinary-loop-control",
-                _ => return None,
-            };
+            let way = run.folder.strip_prefix("yade-")?;
             Some(Speed {
-                id: id.to_owned(),
+                id: format!("time/{way}"),
                 what: format!("time a step of {} over native exact", run.engine),
                 unit: "times native".to_owned(),
                 value: run.times_native?,

@@ -18,7 +18,7 @@ use grains::measure::{Bed, HistoryRow};
 use grains::model::Model;
 use grains::scene::{Scene, SceneError, parse_scene};
 use grains::tables::{Bodies, BodyIds, Contact, Snapshot, Stage};
-use grains::task::moments;
+use grains::task::{StageReport, moments};
 
 /// Grains and contacts at one moment.
 #[derive(Debug, Clone, PartialEq)]
@@ -118,13 +118,7 @@ impl RunFolder {
 
     /// `settle 42000 steps (settled), load 6435 steps (reached)`
     pub fn stages_in_words(&self) -> String {
-        let of = |stage: &grains::task::StageReport| {
-            let stop = serde_json::to_value(stage.stop).unwrap_or_default();
-            let stop = stop.as_str().unwrap_or_default().replace('_', " ");
-            format!("{} {} steps ({stop})", stage.stage.name(), stage.steps)
-        };
-        let stages: Vec<String> = self.record.stages.iter().map(of).collect();
-        stages.join(", ")
+        stages_in_words(&self.record.stages)
     }
 
     fn fill(&self, folder: &Path) -> Result<(), FolderError> {
@@ -411,4 +405,15 @@ pub fn is_recorded(folder: &Path) -> bool {
         let path = folder.join(name);
         path.is_file() && std::fs::read(path).is_ok_and(|found| found == *bytes)
     })
+}
+
+/// `settle 42000 steps (settled), load 6435 steps (reached)`.
+pub fn stages_in_words(stages: &[StageReport]) -> String {
+    let of = |stage: &StageReport| {
+        let stop = serde_json::to_value(stage.stop).unwrap_or_default();
+        let stop = stop.as_str().unwrap_or_default().replace('_', " ");
+        format!("{} {} steps ({stop})", stage.stage.name(), stage.steps)
+    };
+    let stages: Vec<String> = stages.iter().map(of).collect();
+    stages.join(", ")
 }

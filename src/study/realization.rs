@@ -150,7 +150,7 @@ impl Specification {
                 let engine = format!("YADE {}", run.version);
                 Ok(whole(run.outcome, seconds, engine))
             }
-            Runner::External => Ok(in_brought(&scene, engines.external()?, work)?),
+            Runner::External => Ok(in_external(&scene, engines.external()?, work)?),
         }
     }
 }
@@ -163,7 +163,7 @@ pub fn unobserved(scene: &Scene) -> Scene {
 }
 
 /// Pours and loads in an external engine. One that has everything but a punch pours and settles.
-fn in_brought(
+fn in_external(
     scene: &Scene,
     engine: &ExternalEngine,
     work: &Path,
@@ -189,13 +189,9 @@ fn in_brought(
 /// left the box; any other failure – an interrupt, a missing or broken YADE, a full disk – is handed back.
 pub fn went_wrong(error: EngineError) -> Result<String, EngineError> {
     match error {
-        EngineError::Native(NativeError {
-            trouble: Trouble::Interrupted,
-            ..
-        }) => Err(error),
-        EngineError::Native(error) => Ok(error.to_string()),
+        EngineError::Native(of) if of.trouble != Trouble::Interrupted => Ok(of.to_string()),
         EngineError::Program(error @ ProgramError::WentWrong { .. }) => Ok(error.to_string()),
-        error @ EngineError::Program(_) => Err(error),
+        error => Err(error),
     }
 }
 

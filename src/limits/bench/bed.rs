@@ -6,11 +6,13 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::nonsense;
+use super::timing::after;
 use crate::error::Error;
 use crate::files::write_whole;
+use crate::study::realization::unobserved;
 use crate::tables::{read_bodies, write_bodies};
 use grains::generate::initial_bodies;
-use grains::native::{self, NativeError};
+use grains::native::{self, Mode, NativeError};
 use grains::scene::{Cloud, Scene, paper_scene};
 use grains::tables::{Bodies, Stage};
 use grains::task::{Observer, Start, Task, Until};
@@ -42,8 +44,7 @@ pub fn scene_of(grains: u32) -> Scene {
 
 /// Pours and settles so many grains in the native engine.
 pub fn settled(grains: u32, observer: &mut dyn Observer) -> Result<Bed, NativeError> {
-    let mut scene = scene_of(grains);
-    scene.measurement.history_every = u64::from(u32::MAX);
+    let scene = unobserved(&scene_of(grains));
     let task = Task::settle(initial_bodies(&scene));
     let outcome = native::run(&scene, &task, &native::Options::default(), observer)?;
     Ok(Bed {
@@ -99,26 +100,24 @@ pub fn laid_out(of: &Bed, copies: u32) -> Result<Bed, NativeError> {
     let scene = scene_of(grains);
     let Cloud::JitteredLattice { columns, .. } = of.scene.cloud;
     let bodies = side_by_side(&of.bodies, of.scene.container.width, columns, copies);
-    let task = Task {
-        start: start(bodies),
-        until: Until::Step(RELAXING),
-    };
-    let mut quiet = scene.clone();
-    quiet.measurement.history_every = u64::from(u32::MAX);
-    let outcome = native::run(&quiet, &task, &native::Options::default(), &mut ())?;
-    Ok(Bed {
-        scene,
-        bodies: outcome.last.bodies,
-    })
+    let restless = Bed { scene, bodies };
+    let bodies = after(&restless, Mode::Exact, RELAXING)?.bodies;
+    Ok(Bed { bodies, ..restless })
 }
 
-/// The start of a run from a bed.
-pub fn start(bodies: Bodies) -> Start {
-    Start {
-        stage: Stage::Settle,
-        step: 0,
-        bodies,
-        punch: None,
+impl Bed {
+    /// So many steps from it.
+    pub fn task(&self, steps: u64) -> Task {
+        let start = Start {
+            stage: Stage::Settle,
+            step: 0,
+            bodies: self.bodies.clone(),
+            punch: None,
+        };
+        Task {
+            start,
+            until: Until::Step(steps),
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::bed::{Bed, start};
+use super::bed::Bed;
 use super::timing::{self, Spread};
 use super::{Missed, nonsense};
 use crate::compare::bits::{self, TableBits};
@@ -14,12 +14,12 @@ use crate::engine::read::{Timed, TimedSteps};
 use crate::engine::{ProgramError, yade};
 use crate::error::Error;
 use crate::progress;
+use crate::study::realization::unobserved;
 use grains::measure::equilibrium::kinetic_energy;
 use grains::model::Model;
 use grains::native::Mode;
 use grains::native::timing::{Share, Window};
 use grains::tables::{Bodies, Snapshot};
-use grains::task::{Task, Until};
 
 /// An engine in one of its ways of working.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -382,13 +382,8 @@ fn by_two_runs(
 }
 
 fn run(bed: &Bed, steps: u64, engine: &ExternalEngine, work: &Path) -> Result<ExecRun, Error> {
-    let mut scene = bed.scene.clone();
     // Its first moment and its last.
-    scene.measurement.history_every = u64::from(u32::MAX);
-    let task = Task {
-        start: start(bed.bodies.clone()),
-        until: Until::Step(steps),
-    };
+    let (scene, task) = (unobserved(&bed.scene), bed.task(steps));
     let folder = timing::folder(work, "job")?;
     Ok(run_external(&scene, &task, engine, &folder, &mut ())?)
 }

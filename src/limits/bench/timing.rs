@@ -8,18 +8,19 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
-use super::bed::{Bed, start};
+use super::bed::Bed;
 use super::nonsense;
 use crate::engine::exec;
 use crate::engine::watch::Limits;
 use crate::error::Error;
 use crate::files::{failed, read_text, write_whole};
+use crate::study::realization::unobserved;
 use crate::tables::{read_bodies, write_bodies};
 use grains::native::timing::{ThreadTime, Window};
 use grains::native::{self, Mode, NativeError};
 use grains::scene::Scene;
 use grains::tables::{Bodies, Snapshot, Stage};
-use grains::task::{Observer, Task, Until};
+use grains::task::Observer;
 
 /// Parts of a timed run: the first warms up, the others are the window.
 const PARTS: u64 = 5;
@@ -27,18 +28,13 @@ const PARTS: u64 = 5;
 /// Times about `steps` steps of this bed, after a quarter as many to warm up.
 pub fn time(bed: &Bed, mode: Mode, steps: u64) -> Result<Window, Error> {
     let part = part(steps);
-    let mut scene = bed.scene.clone();
-    scene.measurement.history_every = u64::from(u32::MAX);
+    let mut scene = unobserved(&bed.scene);
     // The engine tells how far it is whenever it looks whether the bed has settled: once a part. The looks cost
     // one sum over the grains each. No bed is ever settled by this rule.
     scene.settle.check_every = part;
     scene.settle.kinetic_energy_fraction = f64::MIN_POSITIVE;
-    let task = Task {
-        start: start(bed.bodies.clone()),
-        until: Until::Step(PARTS * part),
-    };
     let mut watch = Watch::default();
-    native::run(&scene, &task, &options(mode), &mut watch)?;
+    native::run(&scene, &bed.task(PARTS * part), &options(mode), &mut watch)?;
     match watch {
         Watch {
             began: Some((step0, wall0, cpu0)),
@@ -63,13 +59,8 @@ fn part(steps: u64) -> u64 {
 
 /// The bed after exactly so many steps.
 pub fn after(bed: &Bed, mode: Mode, steps: u64) -> Result<Snapshot, NativeError> {
-    let mut scene = bed.scene.clone();
-    scene.measurement.history_every = u64::from(u32::MAX);
-    let task = Task {
-        start: start(bed.bodies.clone()),
-        until: Until::Step(steps),
-    };
-    Ok(native::run(&scene, &task, &options(mode), &mut ())?.last)
+    let scene = unobserved(&bed.scene);
+    Ok(native::run(&scene, &bed.task(steps), &options(mode), &mut ())?.last)
 }
 
 /// Where the exact mode's time goes in so many steps, and what it was spent on.

@@ -9,6 +9,7 @@ use super::time_step;
 use crate::checks::Outcome;
 use crate::engine::{ProgramError, yade};
 use crate::interrupt::asked_to_end;
+use crate::run::folder::stages_in_words;
 use grains::generate::initial_bodies;
 use grains::measure::{Bed, equilibrium};
 use grains::native::{self, NativeError, Options, Trouble};
@@ -296,7 +297,7 @@ impl Run {
     /// What the command line prints.
     fn says(&self) -> String {
         match self {
-            Run::Ended(outcome) => stages_in_words(outcome),
+            Run::Ended(outcome) => stages_in_words(&outcome.stages),
             Run::Troubled(error) => error.to_string(),
             Run::Refused(why) => why.clone(),
         }
@@ -311,15 +312,6 @@ impl Run {
                 .all(|(_, column)| column.iter().all(|value| value.is_finite()))
         })
     }
-}
-
-fn stages_in_words(outcome: &task::Outcome) -> String {
-    let stages = outcome.stages.iter().map(|stage| {
-        let stop = serde_json::to_value(stage.stop).unwrap_or_default();
-        let stop = stop.as_str().unwrap_or_default().replace('_', " ");
-        format!("{} {} steps ({stop})", stage.stage.name(), stage.steps)
-    });
-    stages.collect::<Vec<_>>().join(", ")
 }
 
 impl Mode {
@@ -363,7 +355,7 @@ impl Mode {
         let scene = self.scene();
         let task = Task::whole(initial_bodies(&scene));
         match yade::run(&scene, &task, options, work, &mut ()) {
-            Ok(run) => Ok(stages_in_words(&run.outcome)),
+            Ok(run) => Ok(stages_in_words(&run.outcome.stages)),
             Err(error @ (Nonsense(_) | WentWrong { .. } | Crashed { .. } | Hung { .. })) => {
                 Ok(error.to_string())
             }
