@@ -10,7 +10,8 @@ use crate::checks::Outcome;
 use crate::error::{Error, exit};
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
-use crate::suite::conformance::conformance;
+use crate::suite::conformance::{OfBed, conformance};
+use verdict::starts::DISPERSION;
 
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Example:\n  crossgrain engine check exec:adapters/toy.py")]
@@ -30,10 +31,21 @@ pub struct Arguments {
     /// Grains of the bed whose first steps are judged
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(50..=100_000))]
     grains: u32,
+    /// How much the radii of the bed differ, as a share of their mean; 0 for an engine that has one radius
+    #[arg(long, default_value_t = DISPERSION, value_parser = dispersion)]
+    dispersion: f64,
     #[command(flatten)]
     output: Output,
     #[command(flatten)]
     limits: YadeLimits,
+}
+
+/// Grains of a bed that stays a bed.
+fn dispersion(text: &str) -> Result<f64, String> {
+    let of: f64 = text.parse().map_err(|_| "it is a number".to_owned())?;
+    let fits = (0.0..=0.3).contains(&of);
+    fits.then_some(of)
+        .ok_or_else(|| "it is 0 to 0.3".to_owned())
 }
 
 impl Verb {
@@ -55,7 +67,11 @@ impl Arguments {
         let display = Display::new(self.output.quiet);
         let task = display.task("engine check");
         let limits = self.limits.exec(program);
-        let found = conformance(&limits, self.grains, &mut |name| task.share(0.0, name))?;
+        let bed = OfBed {
+            grains: self.grains,
+            dispersion: self.dispersion,
+        };
+        let found = conformance(&limits, bed, &mut |name| task.share(0.0, name))?;
         task.done("done");
         if asked_to_end() {
             return Err(Error::Interrupted);

@@ -4,7 +4,7 @@
 mod first_steps;
 mod jobs;
 
-pub use first_steps::{first_steps, from_bed};
+pub use first_steps::{OfBed, from_bed};
 use jobs::Job;
 use serde::Serialize;
 
@@ -92,15 +92,15 @@ impl Conformance {
     }
 }
 
-/// Runs the small jobs, then the first steps from a bed of so many grains; `progress` hears the name of each.
+/// Runs the small jobs, then the first steps from a bed; `progress` hears the name of each.
 pub fn conformance(
     options: &Options,
-    grains: u32,
+    bed: OfBed,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Conformance, EngineError> {
     let engine = exec::describe(options)?;
     let first_steps = if engine.has(Part::Cases) {
-        first_steps::first_steps(&engine, options, grains, progress)
+        first_steps::first_steps(&engine, options, bed, progress)
     } else {
         Err(Trouble::Skipped(
             "the engine says that it has no lists of small experiments (cases)".to_owned(),

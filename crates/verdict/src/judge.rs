@@ -328,10 +328,14 @@ impl Native {
 }
 
 impl Reference {
-    /// Of a bed of so many grains; `progress` hears what is under way.
-    pub fn new(grains: u32, progress: &mut dyn FnMut(&str)) -> Result<Self, NativeError> {
+    /// Of a bed of so many grains whose radii differ by this share from their mean; `progress` hears what is under way.
+    pub fn new(
+        grains: u32,
+        dispersion: f64,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<Self, NativeError> {
         progress("pouring a bed");
-        let bed = Bed::new(grains)?;
+        let bed = Bed::new(grains, dispersion)?;
         let cases: Vec<(LawKind, Start, Case)> = LawKind::ALL
             .into_iter()
             .flat_map(|law| {

@@ -15,6 +15,9 @@ use serde::Serialize;
 /// The steps after which an engine is looked at; its contacts at the start as well.
 pub const MOMENTS: [u64; 6] = [0, 1, 3, 10, 30, 100];
 
+/// How much radii differ in the paper's scene, as a share of their mean.
+pub const DISPERSION: f64 = 0.05;
+
 /// A time in the life of the bed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -116,9 +119,10 @@ const SPIN: f64 = 5.0;
 const PRESSED: f64 = 6.0;
 
 impl Bed {
-    /// A bed of so many grains: the paper's box, narrower for fewer.
-    pub fn new(grains: u32) -> Result<Self, NativeError> {
+    /// A bed of so many grains whose radii differ by this share from their mean: the paper's box, narrower for fewer.
+    pub fn new(grains: u32, dispersion: f64) -> Result<Self, NativeError> {
         let mut scene = paper_scene(1, grains);
+        scene.particles.dispersion = dispersion;
         let share = (f64::from(grains) / ALL_GRAINS).sqrt();
         let Cloud::JitteredLattice { columns, .. } = &mut scene.cloud;
         let pitch = scene.container.width / f64::from(*columns);

@@ -26,15 +26,25 @@ impl From<Failure<ProgramError>> for Trouble {
     }
 }
 
-/// Judges the engine from a bed of so many grains, or of a few if it refuses so many.
+/// The bed that an engine starts from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OfBed {
+    /// How many grains.
+    pub grains: u32,
+    /// How much their radii differ, as a share of the mean radius.
+    pub dispersion: f64,
+}
+
+/// Judges the engine from a bed, or from a small one if it refuses so many grains.
 pub fn first_steps(
     engine: &Description,
     options: &Options,
-    grains: u32,
+    bed: OfBed,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Judgement, Trouble> {
+    let OfBed { grains, dispersion } = bed;
     let found = from_bed(
-        &Reference::new(grains, progress)?,
+        &Reference::new(grains, dispersion, progress)?,
         engine,
         options,
         progress,
@@ -43,7 +53,12 @@ pub fn first_steps(
     if !refused || grains <= SMALL {
         return Ok(found);
     }
-    from_bed(&Reference::new(SMALL, progress)?, engine, options, progress)
+    from_bed(
+        &Reference::new(SMALL, dispersion, progress)?,
+        engine,
+        options,
+        progress,
+    )
 }
 
 /// Judges the engine against what is known of a bed.

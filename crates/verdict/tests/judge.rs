@@ -1,0 +1,182 @@
+//! Engines made of the native one: what is right is called right, every constant and every form is named.
+
+use std::convert::Infallible;
+use std::sync::LazyLock;
+
+use grains::native::{CaseOptions, Mode, run_case};
+use grains::task::Case;
+use grains::variant::{self, Constant, Form, Variant};
+use verdict::envelope::in_parallel;
+use verdict::forms;
+use verdict::judge::{Judgement, Reference, Verdict};
+use verdict::starts::{Bed, DISPERSION, LawKind, Start};
+use verdict::{Answer, Engine};
+
+static REFERENCE: LazyLock<Reference> =
+    LazyLock::new(|| Reference::new(300, DISPERSION, &mut |_| ()).expect("a bed"));
+
+fn judged(engine: &mut Engine<'_, Infallible>) -> Judgement {
+    REFERENCE
+        .judge(&|_| None, engine, &mut |_| ())
+        .unwrap_or_else(|_| panic!("the native engine failed"))
+}
+
+fn of_variant(variant: &Variant) -> Judgement {
+    judged(&mut |cases| {
+        let run = |at: usize| -> Answer { Ok(variant::run(cases[at], variant)) };
+        Ok(in_parallel(cases.len(), run))
+    })
+}
+
+fn in_mode(mode: Mode) -> Judgement {
+    judged(&mut |cases| {
+        let options = CaseOptions {
+            mode,
+            ..CaseOptions::default()
+        };
+        let run = |case: &&Case| run_case(case, options).map_err(|error| error.to_string());
+        Ok(cases.iter().map(run).collect())
+    })
+}
+
+#[test]
+fn the_step_written_out_has_the_bits_of_the_fast_one() {
+    let bed = Bed::new(300, DISPERSION).expect("a bed");
+    for law in LawKind::ALL {
+        for (start, case) in bed.cases(law) {
+            let fast = run_case(&case, None).expect("a run");
+            let obvious = variant::run(&case, &Variant::default());
+            for (a, b) in obvious.iter().zip(&fast) {
+                assert_eq!(a.bodies, b.bodies, "{law:?} {start:?} step {}", b.step);
+                assert_eq!(a.contacts, b.contacts, "{law:?} {start:?} step {}", b.step);
+                assert_eq!(a.punch, b.punch, "{law:?} {start:?} step {}", b.step);
+            }
+            assert_eq!(obvious.len(), fast.len());
+        }
+    }
+}
+
+#[test]
+fn the_native_engine_is_identical_and_small_faults_would_have_been_seen() {
+    let of = of_variant(&Variant::default());
+    assert_eq!(of.verdict(), Verdict::Identical);
+    for constant in Constant::ALL {
+        // Those of walls and the punch alone have no limit of their own.
+        if [Constant::WallStiffness, Constant::PunchStiffness].contains(&constant) {
+            continue;
+        }
+        let limit = of.limits.iter().find(|of| of.constant == constant.symbol());
+        let smallest = limit.map_or(f64::NAN, |of| of.smallest);
+        assert!(smallest <= 1.0e-8, "{}: {smallest:e}", constant.symbol());
+    }
+}
+
+#[test]
+fn sums_in_another_order_are_rounding_and_forces_in_single_precision_are_said_to_be_single() {
+    // Friction has one order only, so that those states are refused and the whole is undecided.
+    for (mode, precision) in [
+        (Mode::Free, "double precision"),
+        (Mode::Single, "single precision"),
+    ] {
+        let of = in_mode(mode);
+        assert_eq!(of.resolution.name(), precision);
+        assert_eq!(of.verdict(), Verdict::Undecided, "{mode:?}");
+        for state in &of.starts {
+            let expected = match state.law {
+                LawKind::Springs => Verdict::EqualToRounding,
+                _ => Verdict::Undecided,
+            };
+            let found = state.verdict;
+            // In the loose cloud nothing touches at first, and bits may stay.
+            let bits = state.start == Start::Loose && found == Verdict::Identical;
+            assert!(found == expected || bits, "{mode:?} {state:?}");
+        }
+    }
+}
+
+#[test]
+fn an_engine_that_refuses_is_undecided() {
+    let refuses = |cases: &[&Case]| Ok(vec![Err("no".to_owned()); cases.len()]);
+    assert_eq!(judged(&mut { refuses }).verdict(), Verdict::Undecided);
+    let none = REFERENCE.judge(&|_| Some("walls".to_owned()), &mut { refuses }, &mut |_| ());
+    let none: Judgement = none.unwrap_or_else(|_| panic!("the native engine failed"));
+    assert_eq!(none.verdict(), Verdict::Undecided);
+    assert_eq!(none.not_asked.len(), 12);
+}
+
+#[test]
+fn an_engine_that_writes_other_moments_is_different() {
+    let of = judged(&mut |cases| {
+        let short = |case: &&Case| -> Answer {
+            let mut run = variant::run(case, &Variant::default());
+            run.pop();
+            Ok(run)
+        };
+        Ok(cases.iter().map(short).collect())
+    });
+    assert_eq!(of.verdict(), Verdict::Different);
+}
+
+#[test]
+fn several_wrong_constants_are_found_at_once() {
+    let wrong = [
+        (Constant::GrainStiffness, 0.05),
+        (Constant::Damping, -0.1),
+        (Constant::GravityUp, -0.001),
+        (Constant::TimeStep, 0.01),
+        (Constant::Friction, 1.0e-4),
+        (Constant::Inertia, 1.0e-6),
+        (Constant::Dashpot, 0.5),
+    ];
+    let variant = wrong
+        .iter()
+        .fold(Variant::default(), |variant, (constant, larger)| {
+            variant.and(*constant, *larger)
+        });
+    let of = of_variant(&variant);
+    let found: Vec<_> = of.causes.iter().flat_map(|of| &of.constants).collect();
+    assert_eq!(found.len(), wrong.len(), "{found:?}");
+    for (constant, larger) in wrong {
+        let of = found.iter().find(|of| of.constant == constant);
+        let apart = of.map_or(f64::NAN, |of| (of.larger - larger).abs());
+        assert!(apart < 1.0e-11, "{}: {apart:e}", constant.symbol());
+    }
+    assert!(of.causes.iter().all(|of| of.explained));
+}
+
+#[test]
+fn each_form_is_named() {
+    let bed = Bed::new(300, DISPERSION).expect("a bed");
+    let mut tried: Vec<Form> = Vec::new();
+    for law in LawKind::ALL {
+        for (_, case) in bed.cases(law) {
+            for form in forms::candidates(&case) {
+                if !tried.contains(&form) {
+                    tried.push(form);
+                }
+            }
+        }
+    }
+    tried.extend([Form::LostNear(0.0097), Form::LostFar(0.0103)]);
+    let mut unnamed = Vec::new();
+    for form in &tried {
+        let of = of_variant(&Variant::of(*form));
+        let named = of.causes.iter().any(|of| {
+            let forms = of.forms.iter().chain(&of.also);
+            let kind = std::mem::discriminant(form);
+            forms
+                .into_iter()
+                .any(|of| std::mem::discriminant(of) == kind)
+        });
+        if of.verdict() != Verdict::Different || !named {
+            let said: Vec<String> = of.causes.iter().map(|of| of.sentence()).collect();
+            unnamed.push(format!("{form:?}: {:?} {said:?}", of.verdict()));
+        }
+    }
+    assert!(
+        unnamed.is_empty(),
+        "{} of {}: {unnamed:#?}",
+        unnamed.len(),
+        tried.len()
+    );
+}
