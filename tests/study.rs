@@ -223,17 +223,17 @@ fn rows_of_another_source_are_never_mixed_in() {
         .status()
         .expect("a status");
     assert_eq!((status.finished, status.damaged.len()), (0, 4));
-    let larger = place.path().join("larger");
-    let reused = create(
-        &larger,
-        Squares {
-            count: 9,
-            breaks: None,
-        },
-        None,
-        Some(&other),
-    );
+    let reused = larger_plan(&place.path().join("larger"), &other);
     assert!(matches!(reused, Err(StudyError::OtherProgram { .. })));
+}
+
+/// Nine squares in a new folder, with what is made of them already.
+fn larger_plan(folder: &Path, made: &Path) -> Result<u64, StudyError> {
+    let squares = Squares {
+        count: 9,
+        breaks: None,
+    };
+    create(folder, squares, None, Some(made))
 }
 
 /// A larger plan takes over what a smaller one has.
@@ -243,15 +243,7 @@ fn a_larger_plan_goes_on_where_a_smaller_one_ended() {
     let path = place.path().join("s");
     run(&path, Shard::new(1, 2).expect("a shard")).expect("two rows");
     let larger = place.path().join("larger");
-    let reused = create(
-        &larger,
-        Squares {
-            count: 9,
-            breaks: None,
-        },
-        None,
-        Some(&path),
-    );
+    let reused = larger_plan(&larger, &path);
     assert_eq!(reused.expect("a new study"), 2);
     let done = run(&larger, Shard::WHOLE).expect("the rest");
     assert_eq!((done.wanted, done.before), (9, 2));

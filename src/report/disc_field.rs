@@ -70,12 +70,10 @@ pub fn inside_a_disc(name: &str, field: &DiscField) -> (Drawing, Plot) {
 /// Along both axes, within the scale of the map, and averages.
 fn profiles(name: &str, field: &DiscField, scale: &Scale) -> Plot {
     let radius = field.radius();
-    let mut plot = Plot::new(
-        name,
-        "σ_zz along the axes through the centre, and its averages",
-        document::Axis::linear("distance from the centre, m"),
-        document::Axis::linear("σ_zz, Pa").within(scale.low(), scale.high()),
-    );
+    let caption = "σ_zz along the axes through the centre, and its averages";
+    let x = document::Axis::linear("distance from the centre, m");
+    let y = document::Axis::linear("σ_zz, Pa").within(scale.low(), scale.high());
+    let mut plot = Plot::new(name, caption, x, y);
     let names = ["along the vertical axis", "along the horizontal axis"];
     for ((axis, name), colour) in AXES
         .into_iter()

@@ -374,12 +374,10 @@ mod tests {
     fn document() -> Document {
         let check = |id: &str, outcome| Check::of_words(id.to_owned(), "height", outcome, "<it>");
         let table = Table::of("heights", "Heights", [1.0]).column("height, m", |height| height);
-        let plot = Plot::new(
-            "fall",
-            "It falls",
-            Axis::linear("time, s"),
-            Axis::linear("height, m"),
-        );
+        let caption = "It falls";
+        let x = Axis::linear("time, s");
+        let y = Axis::linear("height, m");
+        let plot = Plot::new("fall", caption, x, y);
         let drawn = plot
             .clone()
             .line("ball", Colour::Blue, [[0.0, 1.0], [1.0, 0.0]]);

@@ -483,87 +483,83 @@ mod tests {
             label: name(label),
             ..Point::at(x, y)
         };
-        let linear = Plot::new(
-            "linear",
-            "Every mark",
-            Axis::linear("depth, mm"),
-            Axis::linear("force, N"),
-        )
-        .with(Mark::Band {
-            name: name("a band & <its> name"),
-            colour: Colour::Sky,
-            points: curve(f64::sin)
-                .map(|[x, y]| [x, 40.0 + 30.0 * y, 60.0 + 30.0 * y])
-                .collect(),
-        })
-        .with(Mark::Bars {
-            name: name("bars"),
-            colour: Colour::Grey,
-            bars: (0..9)
-                .map(|i| [f64::from(i), f64::from(i) + 1.0, f64::from(5 * i)])
-                .collect(),
-        })
-        .line(
-            "the first line with a long name",
-            Colour::Blue,
-            curve(|x| 10.0 * x),
-        )
-        .with(Mark::Line {
-            name: name("dashed"),
-            colour: Colour::Vermilion,
-            dashed: true,
-            points: curve(|x| if x < 5.0 { 90.0 - x * x } else { f64::NAN }).collect(),
-        })
-        .points(
-            "points",
-            Colour::Green,
-            [
-                labelled(1.0, 60.0, "one"),
-                labelled(1.1, 61.0, "two"),
-                labelled(1.2, 60.5, "three"),
-                labelled(9.9, 20.0, "at the edge"),
-                Point::at(f64::INFINITY, 1.0),
-            ],
-        )
-        .with(Mark::Points {
-            name: name("hollow"),
-            colour: Colour::Purple,
-            hollow: true,
-            points: vec![Point::at(5.0, 80.0)],
-        })
-        .with(Mark::Level {
-            name: name("a limit"),
-            colour: Colour::Ochre,
-            y: 75.0,
-        })
-        .with(Mark::Level {
-            name: name("another limit"),
-            colour: Colour::Vermilion,
-            y: 76.0,
-        });
-        let powers = Plot::new(
-            "powers",
-            "Powers of ten",
-            Axis::logarithmic("step"),
-            Axis::logarithmic("separation over R"),
-        )
-        .line(
-            "grows",
-            Colour::Blue,
-            (0..50).map(|i| [f64::from(1 + i), 1e-16 * 2f64.powi(i)]),
-        )
-        .with(Mark::Band {
-            name: name("between"),
-            colour: Colour::Grey,
-            points: (1..50)
-                .map(|i| [f64::from(i), 0.0, 1e-12 * f64::from(i)])
-                .collect(),
-        })
-        .points(
-            "zeros are left out",
-            Colour::Vermilion,
-            [Point::at(3.0, 1e-10), Point::at(3.0, 0.0)],
-        );
+        let caption = "Every mark";
+        let x = Axis::linear("depth, mm");
+        let y = Axis::linear("force, N");
+        let linear = Plot::new("linear", caption, x, y)
+            .with(Mark::Band {
+                name: name("a band & <its> name"),
+                colour: Colour::Sky,
+                points: curve(f64::sin)
+                    .map(|[x, y]| [x, 40.0 + 30.0 * y, 60.0 + 30.0 * y])
+                    .collect(),
+            })
+            .with(Mark::Bars {
+                name: name("bars"),
+                colour: Colour::Grey,
+                bars: (0..9)
+                    .map(|i| [f64::from(i), f64::from(i) + 1.0, f64::from(5 * i)])
+                    .collect(),
+            })
+            .line(
+                "the first line with a long name",
+                Colour::Blue,
+                curve(|x| 10.0 * x),
+            )
+            .with(Mark::Line {
+                name: name("dashed"),
+                colour: Colour::Vermilion,
+                dashed: true,
+                points: curve(|x| if x < 5.0 { 90.0 - x * x } else { f64::NAN }).collect(),
+            })
+            .points(
+                "points",
+                Colour::Green,
+                [
+                    labelled(1.0, 60.0, "one"),
+                    labelled(1.1, 61.0, "two"),
+                    labelled(1.2, 60.5, "three"),
+                    labelled(9.9, 20.0, "at the edge"),
+                    Point::at(f64::INFINITY, 1.0),
+                ],
+            )
+            .with(Mark::Points {
+                name: name("hollow"),
+                colour: Colour::Purple,
+                hollow: true,
+                points: vec![Point::at(5.0, 80.0)],
+            })
+            .with(Mark::Level {
+                name: name("a limit"),
+                colour: Colour::Ochre,
+                y: 75.0,
+            })
+            .with(Mark::Level {
+                name: name("another limit"),
+                colour: Colour::Vermilion,
+                y: 76.0,
+            });
+        let caption = "Powers of ten";
+        let x = Axis::logarithmic("step");
+        let y = Axis::logarithmic("separation over R");
+        let powers = Plot::new("powers", caption, x, y)
+            .line(
+                "grows",
+                Colour::Blue,
+                (0..50).map(|i| [f64::from(1 + i), 1e-16 * 2f64.powi(i)]),
+            )
+            .with(Mark::Band {
+                name: name("between"),
+                colour: Colour::Grey,
+                points: (1..50)
+                    .map(|i| [f64::from(i), 0.0, 1e-12 * f64::from(i)])
+                    .collect(),
+            })
+            .points(
+                "zeros are left out",
+                Colour::Vermilion,
+                [Point::at(3.0, 1e-10), Point::at(3.0, 0.0)],
+            );
         let engines = [
             "native exact",
             "native free",
@@ -577,14 +573,12 @@ mod tests {
                 ..Point::at(f64::from(i), of * f64::from(i + 2))
             })
         };
-        let below = Plot::new(
-            "below",
-            "Names below",
-            Axis::of_names("", engines),
-            Axis::linear("µs a step"),
-        )
-        .points("small", Colour::Blue, values(1.0))
-        .points("large", Colour::Vermilion, values(1.5));
+        let caption = "Names below";
+        let x = Axis::of_names("", engines);
+        let y = Axis::linear("µs a step");
+        let below = Plot::new("below", caption, x, y)
+            .points("small", Colour::Blue, values(1.0))
+            .points("large", Colour::Vermilion, values(1.5));
         let across = |of: f64| {
             values(of).map(|point| Point {
                 x: point.y,
@@ -592,25 +586,21 @@ mod tests {
                 ..point
             })
         };
-        let beside = Plot::new(
-            "beside",
-            "Names beside",
-            Axis::logarithmic("µs a step"),
-            Axis::of_names("", engines),
-        )
-        .points("small", Colour::Blue, across(1.0))
-        .points("large", Colour::Vermilion, across(1.5))
-        .with(Mark::Level {
-            name: name("goal"),
-            colour: Colour::Green,
-            y: 4.0,
-        });
-        let nothing = Plot::new(
-            "nothing",
-            "Nothing",
-            Axis::linear("x"),
-            Axis::logarithmic("y"),
-        );
+        let caption = "Names beside";
+        let x = Axis::logarithmic("µs a step");
+        let y = Axis::of_names("", engines);
+        let beside = Plot::new("beside", caption, x, y)
+            .points("small", Colour::Blue, across(1.0))
+            .points("large", Colour::Vermilion, across(1.5))
+            .with(Mark::Level {
+                name: name("goal"),
+                colour: Colour::Green,
+                y: 4.0,
+            });
+        let caption = "Nothing";
+        let x = Axis::linear("x");
+        let y = Axis::logarithmic("y");
+        let nothing = Plot::new("nothing", caption, x, y);
         let one = Plot::new("one", "One point", Axis::linear("x"), Axis::linear("y")).points(
             "",
             Colour::Blue,

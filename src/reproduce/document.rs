@@ -343,12 +343,10 @@ fn histories(runs: &Runs) -> Section {
         time(),
         Axis::logarithmic("unbalanced force"),
     );
-    let punch = Plot::new(
-        "punch-force",
-        "Loading: the force of the grains on the punch",
-        Axis::linear("punch depth, mm"),
-        Axis::linear("force on the punch, N"),
-    );
+    let caption = "Loading: the force of the grains on the punch";
+    let x = Axis::linear("punch depth, mm");
+    let y = Axis::linear("force on the punch, N");
+    let punch = Plot::new("punch-force", caption, x, y);
     let section = Section::new("Histories", "")
         .with(draw(energy, Stage::Settle, |row| {
             Some([row.time, row.kinetic_energy])
@@ -425,13 +423,14 @@ fn quantiles(runs: &Runs) -> Option<Plot> {
     runs.yade.as_ref().or(runs.ordinary.as_ref())?;
     // Below a ten-thousandth of the strongest there are but a few.
     let low = low.max(1.0e-4 * high);
-    let mut plot = Plot::new(
-        "force-quantiles",
-        "Normal forces of the last moment, quantile by quantile: the same distribution lies on the line, the same bits do so exactly.",
-        Axis::logarithmic("normal force in native, N"),
-        Axis::logarithmic("in YADE, N"),
-    )
-    .line("the same", Colour::Grey, [[low, low], [high, high]]);
+    let caption = "Normal forces of the last moment, quantile by quantile: the same distribution lies on the line, the same bits do so exactly.";
+    let x = Axis::logarithmic("normal force in native, N");
+    let y = Axis::logarithmic("in YADE, N");
+    let mut plot = Plot::new("force-quantiles", caption, x, y).line(
+        "the same",
+        Colour::Grey,
+        [[low, low], [high, high]],
+    );
     for (name, run, colour) in [
         ("YADE, sorted loop", &runs.yade, Colour::Vermilion),
         ("YADE, ordinary loop", &runs.ordinary, Colour::Blue),

@@ -140,30 +140,28 @@ pub fn sharings() -> (Table, Plot) {
         .column("cases", |of| of.cases)
         .column("chance", |of| f64::from(of.cases) / f64::from(all));
     let forces = || (0..6u32).map(|force| (force, f64::from(force)));
-    let plot = Plot::new(
-        "figure-3",
-        "What one pile bears when five piles share five units of force, and when many do",
-        Axis::linear("force F, FU (the mean is 1)").within(-0.3, 5.3),
-        Axis::linear("share of piles with F or more").within(0.0, 1.0),
-    )
-    .bars(
-        "five piles, counted",
-        Colour::Sky,
-        forces().map(|(force, at)| [at - 0.15, at + 0.15, chance_of_at_least_of_five(force)]),
-    )
-    .points(
-        "many, whole units",
-        Colour::Green,
-        forces().map(|(force, at)| DataPoint::at(at, 0.5f64.powi(force as i32))),
-    )
-    .line(
-        "many, fine steps: exp",
-        Colour::Vermilion,
-        (0..=100).map(|index| {
-            let force = 0.05 * f64::from(index);
-            [force, (-force).exp()]
-        }),
-    );
+    let caption = "What one pile bears when five piles share five units of force, and when many do";
+    let x = Axis::linear("force F, FU (the mean is 1)").within(-0.3, 5.3);
+    let y = Axis::linear("share of piles with F or more").within(0.0, 1.0);
+    let plot = Plot::new("figure-3", caption, x, y)
+        .bars(
+            "five piles, counted",
+            Colour::Sky,
+            forces().map(|(force, at)| [at - 0.15, at + 0.15, chance_of_at_least_of_five(force)]),
+        )
+        .points(
+            "many, whole units",
+            Colour::Green,
+            forces().map(|(force, at)| DataPoint::at(at, 0.5f64.powi(force as i32))),
+        )
+        .line(
+            "many, fine steps: exp",
+            Colour::Vermilion,
+            (0..=100).map(|index| {
+                let force = 0.05 * f64::from(index);
+                [force, (-force).exp()]
+            }),
+        );
     (table.into(), plot)
 }
 
@@ -265,14 +263,12 @@ impl Distribution {
         let ends = densities.iter().enumerate();
         let ends = ends
             .map(|(index, of)| DataPoint::at(middle(index), of.estimate).between(of.low, of.high));
-        let mut histogram = Plot::new(
-            &name,
-            self.caption(),
-            Axis::linear(&across),
-            Axis::linear(&format!("probability density, 1/{}", self.unit)),
-        )
-        .bars("realizations, 95 %", Colour::Sky, bars)
-        .points("", Colour::Blue, ends);
+        let caption = self.caption();
+        let x = Axis::linear(&across);
+        let y = Axis::linear(&format!("probability density, 1/{}", self.unit));
+        let mut histogram = Plot::new(&name, caption, x, y)
+            .bars("realizations, 95 %", Colour::Sky, bars)
+            .points("", Colour::Blue, ends);
         let curve = |law: Law, of: fn(&Law, f64) -> f64| -> Vec<[f64; 2]> {
             let from = match law {
                 Law::Laplace { .. } => bins.start,

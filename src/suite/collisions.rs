@@ -259,10 +259,8 @@ fn glass(id: impl Fn(&str) -> String) -> [HeadOn; 2] {
 /// e = √((1−α)/(1+α)): the grain is slowed down by 1+α times the spring's force and sped up by 1−α
 /// times it. Contact time ½T(1/√(1−α) + 1/√(1+α)) with T = π√(m/k).
 fn local_damping() -> CaseGroup {
-    let mut group = CaseGroup::new(
-        "bounce-local-damping",
-        "A spring with local damping gives back √((1−α)/(1+α)) of the speed",
-    );
+    let title = "A spring with local damping gives back √((1−α)/(1+α)) of the speed";
+    let mut group = CaseGroup::new("bounce-local-damping", title);
     for alpha in [0.0, 0.1, 0.3, 0.5, 0.7] {
         for plain in glass(|what| format!("{what}/alpha-{alpha}")) {
             let of = HeadOn { alpha, ..plain };
@@ -393,10 +391,8 @@ fn bodies_with_dashpots(mut group: CaseGroup, tension: Tension, ratios: &[f64]) 
 /// Collisions that are asked to have a restitution. Only the contact time needs the dashpot's constant:
 /// it is looked for by halving, on the closed form.
 fn restitutions() -> CaseGroup {
-    let mut group = CaseGroup::new(
-        "bounce-restitution",
-        "A restitution asked for is the one that comes out, pair and wall",
-    );
+    let title = "A restitution asked for is the one that comes out, pair and wall";
+    let mut group = CaseGroup::new("bounce-restitution", title);
     for (name, tension) in [
         ("clipped", Tension::Clipped),
         ("unclipped", Tension::Unclipped),
@@ -435,10 +431,9 @@ fn restitutions() -> CaseGroup {
 
 /// F = v√(k m_eff), δ = v√(m_eff/k), T = π√(m_eff/k) with the speed v of the approach.
 fn elastic() -> CaseGroup {
-    let mut group = CaseGroup::new(
-        "chung-ooi-1-2-elastic",
-        "Chung and Ooi 1 and 2: force, overlap and contact time of elastic impacts, pair and wall",
-    );
+    let title =
+        "Chung and Ooi 1 and 2: force, overlap and contact time of elastic impacts, pair and wall";
+    let mut group = CaseGroup::new("chung-ooi-1-2-elastic", title);
     for (id, pair, radius, modulus, density, approach) in [
         ("glass", true, 0.01, 4.8e10, 2800.0, 20.0),
         ("limestone", true, 0.01, 2.0e10, 2500.0, 20.0),

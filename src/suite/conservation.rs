@@ -113,10 +113,9 @@ fn sizes(grains: &[Grain]) -> [f64; 3] {
 
 fn momentum() -> CaseGroup {
     const STEPS: u64 = 1500;
-    let mut group = CaseGroup::new(
-        "momentum",
-        "Thirty grains with friction keep their momentum and their angular momentum with spins",
-    );
+    let title =
+        "Thirty grains with friction keep their momentum and their angular momentum with spins";
+    let mut group = CaseGroup::new("momentum", title);
     let [_, time] = crowd::modulus_and_time();
     for (id, law) in crowd::laws() {
         let grains = crowd::grains(6, 5, [0.0; 2]);
@@ -275,10 +274,8 @@ fn watched(
 
 /// Frictionless and undamped: what the grains have lost or won at most.
 fn elastic_energy() -> CaseGroup {
-    let group = CaseGroup::new(
-        "elastic-energy",
-        "Frictionless grains without damping keep their energy",
-    );
+    let title = "Frictionless grains without damping keep their energy";
+    let group = CaseGroup::new("elastic-energy", title);
     let [modulus, _] = crowd::modulus_and_time();
     let what = "energy: energy over that at the start where it is furthest from 1, 1";
     [0.1, 0.05, 0.025].into_iter().fold(group, |group, turn| {
@@ -290,10 +287,8 @@ fn elastic_energy() -> CaseGroup {
 
 /// With friction, dashpots and local damping: how much the energy has ever risen over its lowest before.
 fn lost_energy() -> CaseGroup {
-    let mut group = CaseGroup::new(
-        "lost-energy",
-        "Friction, dashpots and local damping only take energy",
-    );
+    let title = "Friction, dashpots and local damping only take energy";
+    let mut group = CaseGroup::new("lost-energy", title);
     let what = "rise: most that the energy rises over that at the start, 1";
     for alpha in [0.0, 0.3] {
         for (id, law) in crowd::laws() {
@@ -487,10 +482,8 @@ impl Couple {
 }
 
 fn gross_sliding() -> CaseGroup {
-    let mut group = CaseGroup::new(
-        "gross-sliding-pair",
-        "Chung and Ooi 5 and 8 for a linear spring: two grains slide on each other, momenta are kept",
-    );
+    let title = "Chung and Ooi 5 and 8 for a linear spring: two grains slide on each other, momenta are kept";
+    let mut group = CaseGroup::new("gross-sliding-pair", title);
     for (id, radii, across, spins) in [
         ("equal-oblique", EQUAL, [-2.0, 2.0], [0.0; 2]),
         ("equal-spins", EQUAL, [0.0; 2], [300.0, 300.0]),
@@ -516,10 +509,8 @@ fn gross_sliding() -> CaseGroup {
 
 /// Spins of opposite sign and equal surface speed.
 fn opposite_spins() -> CaseGroup {
-    let mut group = CaseGroup::new(
-        "opposite-spins",
-        "Chung and Ooi 7: surfaces that run alike do not rub, spins stay",
-    );
+    let title = "Chung and Ooi 7: surfaces that run alike do not rub, spins stay";
+    let mut group = CaseGroup::new("opposite-spins", title);
     for (id, radii, spins) in [
         ("equal", EQUAL, [300.0, -300.0]),
         ("one-twice-as-large", UNEQUAL, [300.0, -150.0]),

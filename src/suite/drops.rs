@@ -270,10 +270,8 @@ fn weight(ball: &Ball, count: usize) -> f64 {
 
 /// Some bounces on a soft floor and on one ten times as stiff.
 fn repeated_bounces() -> CaseGroup {
-    let mut group = CaseGroup::new(
-        "repeated-bounces",
-        "MFiX DEM02: how high a ball bounces, again and again",
-    );
+    let title = "MFiX DEM02: how high a ball bounces, again and again";
+    let mut group = CaseGroup::new("repeated-bounces", title);
     for (restitution, count) in [(1.0, 2), (0.8, 3), (0.6, 2)] {
         let floors = [5.0e4, 5.0e5].map(|k| Ball::new(k, restitution, Tension::Clipped, 1.0e-4));
         let case = |ball: &Ball| {
@@ -326,10 +324,8 @@ fn repeated_bounces() -> CaseGroup {
 /// taken 1−α fold, that against the spring 1+α fold, and back; with P = h − R + mg/2k, which measures from
 /// the middle of the static sinking, each bounce has exactly ((1−α)/(1+α))² of the P before, whatever k.
 fn damped_bounces() -> CaseGroup {
-    let mut group = CaseGroup::new(
-        "repeated-bounces-local-damping",
-        "Local damping: each bounce has ((1−α)/(1+α))² of the height",
-    );
+    let title = "Local damping: each bounce has ((1−α)/(1+α))² of the height";
+    let mut group = CaseGroup::new("repeated-bounces-local-damping", title);
     for (stiffness, alpha, count) in [
         (5.0e4, 0.1, 2),
         (5.0e5, 0.1, 2),
@@ -384,10 +380,9 @@ fn recurrence() -> CaseGroup {
     /// Height of the floor, m.
     const FLOOR: f64 = 0.05;
     const STEPS: u64 = 3000;
-    let mut group = CaseGroup::new(
-        "leapfrog-drop",
-        "Gravity, spring, dashpot and local damping together, over several bounces, to rounding",
-    );
+    let title =
+        "Gravity, spring, dashpot and local damping together, over several bounces, to rounding";
+    let mut group = CaseGroup::new("leapfrog-drop", title);
     for (id, alpha, ratio) in [
         ("elastic", 0.0, 0.0),
         ("local-damping", 0.2, 0.0),

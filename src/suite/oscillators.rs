@@ -174,10 +174,8 @@ fn off_middle(track: &Track, step: u64, axis: usize) -> f64 {
 
 fn oscillator() -> CaseGroup {
     const MOMENTS: [u64; 3] = [1, 137, 600];
-    let mut group = CaseGroup::new(
-        "oscillator",
-        "A grain that swings in contact follows the leapfrog solution, sin(θ/2) = ½ω dt",
-    );
+    let title = "A grain that swings in contact follows the leapfrog solution, sin(θ/2) = ½ω dt";
+    let mut group = CaseGroup::new("oscillator", title);
     let omegas = [OMEGA, (GRAVITY / OVERLAP).sqrt()];
     let dts = omegas.map(|omega| 0.1 / omega);
     let cases = [
@@ -513,10 +511,8 @@ fn sliding_spring() -> CaseGroup {
     use squeezed::{AMPLITUDE, DT, MOMENTS, OVERLAP, WAYS};
     let velocity = AMPLITUDE * OMEGA;
     let factors = [2.0 * RADIUS / (2.0 * RADIUS - OVERLAP), 1.0];
-    let mut group = CaseGroup::new(
-        "tangential-spring",
-        "A squeezed grain that cannot turn swings sideways with ω² = 2k_s/m",
-    );
+    let title = "A squeezed grain that cannot turn swings sideways with ω² = 2k_s/m";
+    let mut group = CaseGroup::new("tangential-spring", title);
     for ((id, way), factor) in WAYS.into_iter().zip(factors) {
         let grain = squeezed::grain().moving([velocity, 0.0]);
         let stiffness = grain.mass * OMEGA * OMEGA / (2.0 * factor);
@@ -546,10 +542,8 @@ fn turning_spring() -> CaseGroup {
         RADIUS * (RADIUS - 0.5 * OVERLAP),
         (RADIUS - OVERLAP) * (RADIUS - OVERLAP),
     ];
-    let mut group = CaseGroup::new(
-        "turning-spring",
-        "A squeezed grain turns to and fro with Iω² = 2k_s R r",
-    );
+    let title = "A squeezed grain turns to and fro with Iω² = 2k_s R r";
+    let mut group = CaseGroup::new("turning-spring", title);
     for ((id, way), square) in WAYS.into_iter().zip(squares) {
         let grain = squeezed::grain().spinning(spin);
         let stiffness = grain.inertia * OMEGA * OMEGA / (2.0 * square);

@@ -104,10 +104,8 @@ fn sliding() -> CaseGroup {
     let balls = [ball(0.0, SHAPES[0].1), ball(-10.0, SHAPES[1].1)];
     let grains = balls.map(|ball| ball.grain.moving([SPEED, 0.0]));
     let law = balls[0].law(1.0, FRICTION);
-    let mut group = CaseGroup::new(
-        "sliding-ball",
-        "Sliding friction slows a ball by μg dt a step and turns it by rμmg dt/I",
-    );
+    let title = "Sliding friction slows a ball by μg dt a step and turns it by rμmg dt/I";
+    let mut group = CaseGroup::new("sliding-ball", title);
     for (how, arm, law) in [
         ("half-overlap", balls[0].arm, law.clone()),
         (
@@ -142,10 +140,9 @@ fn slip_then_roll() -> CaseGroup {
     const SPEED: f64 = 0.1;
     /// Steps in a period of the spring that is left swinging when sliding ends.
     const PERIOD: u64 = 40;
-    let mut group = CaseGroup::new(
-        "slip-then-roll",
-        "MFiX DEM04: a ball slips until μg t/u_0 = 2/7 (disc 1/3) and rolls at 5/7 (2/3) of u_0",
-    );
+    let title =
+        "MFiX DEM04: a ball slips until μg t/u_0 = 2/7 (disc 1/3) and rolls at 5/7 (2/3) of u_0";
+    let mut group = CaseGroup::new("slip-then-roll", title);
     for (shape, share) in SHAPES {
         for friction in [0.2, 0.5, 1.0] {
             let radius = 0.5e-3;
@@ -248,10 +245,8 @@ impl Incline {
 /// MercuryDPM's InclinedPlaneUnitTest: a = g sinβ/(1 + I/(mR²)), 5/7 g sinβ for a sphere at 15°.
 fn rolling_incline() -> CaseGroup {
     const MOMENTS: [u64; 2] = [4000, 4000 + Incline::PERIOD / 2];
-    let mut group = CaseGroup::new(
-        "rolling-incline",
-        "A ball rolls down an incline with g sinβ/(1 + I/(mR²))",
-    );
+    let title = "A ball rolls down an incline with g sinβ/(1 + I/(mR²))";
+    let mut group = CaseGroup::new("rolling-incline", title);
     for (shape, share) in SHAPES {
         let of = Incline::new(share, PI / 12.0, 1000.0);
         group = group.with([of.case(0.5, &MOMENTS)], move |tracks, figures| {
@@ -289,10 +284,8 @@ fn rolling_incline() -> CaseGroup {
 fn sliding_incline() -> CaseGroup {
     const MOMENTS: [u64; 2] = [200, 1000];
     const FRICTION: f64 = 0.1;
-    let mut group = CaseGroup::new(
-        "sliding-incline",
-        "On a steeper incline it slides with g(sinβ − μ cosβ)",
-    );
+    let title = "On a steeper incline it slides with g(sinβ − μ cosβ)";
+    let mut group = CaseGroup::new("sliding-incline", title);
     for (shape, share) in SHAPES {
         // Soft, so that the rounding of the overlap is small against the overlap.
         let of = Incline::new(share, PI / 4.5, 64.0);

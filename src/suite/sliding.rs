@@ -229,10 +229,8 @@ fn at_angle(speed: f64, degrees: f64) -> [f64; 2] {
 fn mfix() -> CaseGroup {
     /// Steps in a contact time of the published runs: what MFiX takes where it is not told.
     const PUBLISHED_STEPS: f64 = 50.0;
-    let mut group = CaseGroup::new(
-        "oblique-impact",
-        "MFiX DEM05: oblique impacts that slide all through, ball and disc",
-    );
+    let title = "MFiX DEM05: oblique impacts that slide all through, ball and disc";
+    let mut group = CaseGroup::new("oblique-impact", title);
     for (angle, restitution, spin) in [
         (30.0, 0.6813, None),
         (45.0, 0.8160, Some(505.75)),
@@ -278,10 +276,9 @@ fn mfix() -> CaseGroup {
 /// Chung and Ooi, Granular Matter 13 (2011) 643: aluminium oxide, radius 2.5 mm, 3.9 m/s, e = 0.98 (nominal),
 /// μ = 0.092. Below 33° from the normal the contact sticks for a while and has no such closed form.
 fn chung_ooi_4() -> CaseGroup {
-    let mut group = CaseGroup::new(
-        "chung-ooi-4-oblique",
-        "Chung and Ooi 4: oblique impacts with a dashpot, for the angles that slide all through",
-    );
+    let title =
+        "Chung and Ooi 4: oblique impacts with a dashpot, for the angles that slide all through";
+    let mut group = CaseGroup::new("chung-ooi-4-oblique", title);
     for (what, shape) in SHAPES {
         for angle in [35.0, 45.0, 60.0, 75.0, 85.0] {
             let id = format!("{what}/{angle}-degrees");
@@ -319,10 +316,8 @@ fn spinning(mut group: CaseGroup, motions: &[(&str, f64, f64)]) -> CaseGroup {
 /// Sliding as the scheme has it: in every step the tangential force is tan φ of the normal one, so the changes of velocity are,
 /// whatever the step. ∫N dt and ∫u N dt are sums over its steps.
 fn recurrence() -> CaseGroup {
-    let mut group = CaseGroup::new(
-        "leapfrog-sliding",
-        "Sliding contacts push along by tan φ of what they push apart, to rounding",
-    );
+    let title = "Sliding contacts push along by tan φ of what they push apart, to rounding";
+    let mut group = CaseGroup::new("leapfrog-sliding", title);
     let ball = Grain::sphere([0.0; 2], 0.01, 5.0e4);
     let disc = Grain::disc([0.0; 2], 0.01, 2000.0);
     for (id, grain, arms, damping_ratio) in [
@@ -459,10 +454,9 @@ fn sticking() -> CaseGroup {
     const FLOOR: f64 = 0.005;
     const STEPS: u64 = 2000;
     const MOMENTS: [u64; 7] = [0, 1, 5, 40, 333, STEPS - 9, STEPS];
-    let mut group = CaseGroup::new(
-        "leapfrog-sticking",
-        "A tangential spring below Coulomb's limit swings as the leapfrog recurrence, to rounding",
-    );
+    let title =
+        "A tangential spring below Coulomb's limit swings as the leapfrog recurrence, to rounding";
+    let mut group = CaseGroup::new("leapfrog-sticking", title);
     let ball = Grain::sphere([0.0; 2], 0.01, 5.0e4);
     let disc = Grain::disc([0.0; 2], 0.01, 2000.0);
     for (what, grain) in [("ball", ball), ("disc", disc)] {

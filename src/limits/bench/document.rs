@@ -258,12 +258,10 @@ impl Bench {
             Some(Point::at(goal, row as f64))
         });
         let names = rows.iter().map(|(contest, _)| contest.name.as_str());
-        let plot = Plot::new(
-            "ratios",
-            "Time a step over native exact's in the same round: a dot a round, and the median with half of the rounds",
-            Axis::logarithmic("times native exact"),
-            Axis::of_names("", names),
-        );
+        let caption = "Time a step over native exact's in the same round: a dot a round, and the median with half of the rounds";
+        let x = Axis::logarithmic("times native exact");
+        let y = Axis::of_names("", names);
+        let plot = Plot::new("ratios", caption, x, y);
         (!rows.is_empty()).then(|| {
             plot.points("a round", Colour::Sky, rounds)
                 .points("median", Colour::Blue, medians)

@@ -342,12 +342,10 @@ impl Claims {
             return section;
         }
         let names = rows.iter().map(|(name, ..)| name.clone());
-        let mut plot = Plot::new(
-            "means-over-published",
-            "Means over published means",
-            Axis::linear("ours over published"),
-            Axis::of_names("", names),
-        );
+        let caption = "Means over published means";
+        let x = Axis::linear("ours over published");
+        let y = Axis::of_names("", names);
+        let mut plot = Plot::new("means-over-published", caption, x, y);
         for y in [0.9, 1.0, 1.1] {
             plot = plot.level("", Colour::Grey, y);
         }
@@ -385,25 +383,23 @@ impl Claims {
         }
         let [low, high] = porosity.limits();
         let at = |share: f64| x[0] + share * (x[1] - x[0]);
-        let mut plot = Plot::new(
-            "height-and-porosity",
-            "Height and porosity of settled beds",
-            Axis::linear("height H, m").within(x[0], x[1]),
-            Axis::linear("porosity n"),
-        )
-        .band(
-            "printed",
-            Colour::Ochre,
-            height.limits().map(|height| [height, low, high]),
-        )
-        .line(
-            "area of the grains",
-            Colour::Grey,
-            (0..=20).map(|index| {
-                let height = at(f64::from(index) / 20.0);
-                [height, 1.0 - self.figures.solid / height]
-            }),
-        );
+        let caption = "Height and porosity of settled beds";
+        let x = Axis::linear("height H, m").within(x[0], x[1]);
+        let y = Axis::linear("porosity n");
+        let mut plot = Plot::new("height-and-porosity", caption, x, y)
+            .band(
+                "printed",
+                Colour::Ochre,
+                height.limits().map(|height| [height, low, high]),
+            )
+            .line(
+                "area of the grains",
+                Colour::Grey,
+                (0..=20).map(|index| {
+                    let height = at(f64::from(index) / 20.0);
+                    [height, 1.0 - self.figures.solid / height]
+                }),
+            );
         let colours = [
             Colour::Blue,
             Colour::Vermilion,
