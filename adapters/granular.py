@@ -452,7 +452,7 @@ class Loading:
             self.since = run.step
             run.does(["velocity punch set NULL 0.0 NULL"])
             return None
-        return "reached" if reached else "sank_to_give_up_depth" if deep else None
+        return "reached" if reached else "target_load_not_reached" if deep else None
 
     def share(self):
         return self.force / self.asked["loading"]["target_force"]

@@ -559,8 +559,8 @@ fn weighted(
         let inverse = normal.try_inverse()?;
         let step = &inverse * right;
         found += &step;
-        // The sandwich: weights that depend on the differences, and differences of many sizes.
-        let covariance = &inverse * spread * &inverse;
+        // What rounding leaves open, and the sandwich: weights that depend on the differences, which are of many sizes.
+        let covariance = &inverse + &inverse * spread * &inverse;
         errors = (0..columns)
             .map(|at| covariance[(at, at)].max(0.0).sqrt() / scale[at])
             .collect();
