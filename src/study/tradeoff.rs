@@ -8,14 +8,14 @@ pub mod plan;
 use std::borrow::Cow;
 use std::path::Path;
 
-use crate::checks::{Check, Outcome};
+use crate::checks::Check;
 use crate::engine::EngineError;
 use crate::engine::exec::{Description, missing_for_scene};
 use crate::study::machine::Folder;
 use crate::study::member::{Cost, Member, Members};
 use crate::study::realization::{Engines, Runner, Setting, Specification, sound};
 use crate::study::tradeoff::convergence::Convergence;
-use crate::study::tradeoff::judge::{Judgement, QUANTITIES, judge};
+use crate::study::tradeoff::judge::{Judgement, QUANTITIES, judge, outcome};
 use crate::study::tradeoff::plan::{DEFAULT, FIRST_CONFIRMATORY, Plan};
 use crate::study::{Judged, Outline, Study, StudyError};
 use evidence::Interval;
@@ -224,11 +224,7 @@ impl Tradeoff {
         let Some(confirmed) = default.and_then(|point| point.confirmed.as_ref()) else {
             return Vec::new();
         };
-        let outcome = match confirmed.finding() {
-            Finding::Equivalent => Outcome::Pass,
-            Finding::Different => Outcome::Fail,
-            Finding::Undecided => Outcome::Skipped,
-        };
+        let outcome = outcome(confirmed.finding());
         let quantity = "the free mode's default against the reference";
         let open = confirmed.not_shown().join(", ");
         let id = "tradeoff/default-is-equivalent".to_owned();

@@ -2,7 +2,7 @@
 //! an engine has if it is not quite the model's. Without a difference it has the bits of [`crate::native`], whose obvious
 //! reference it is; it looks for all pairs anew in each step and is meant for a few steps.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::model::Model;
 use crate::native::contact::{self, Action, Memory, Motion, Parameters, Touch};
@@ -135,6 +135,8 @@ pub enum Form {
     SmallerStiffness,
     /// k = E·max(R₁, R₂).
     LargerStiffness,
+    /// k = E·R₁, of the grain with the lower id.
+    StiffnessOfFirst,
     /// The wall with this index is not there.
     WallMissing(usize),
     /// Grains beside the punch's faces do not touch its corners.
@@ -147,16 +149,28 @@ pub enum Form {
     LostFar(f64),
     /// A contact is found one step after it began.
     FoundLate,
+    /// Contacts that begin are not found, for as long as is looked at.
+    NotFound,
     /// Normals are those of the step before.
     OldNormals,
-    /// Only the second grain of a pair feels the force.
-    OneSided,
+    /// Forces are those of the positions before the step.
+    OldPositions,
+    /// Velocities are written for whole steps, half a kick after those that belong to the half step.
+    WrittenAtWholeSteps,
+    /// Only one grain of a pair feels the force: the first or the second.
+    OneSided(usize),
     /// The tangential spring forgets its force in each step.
     HistoryReset,
     /// The tangential force does not turn with the normal.
     HistoryNotTurned,
+    /// The tangential force turns against the normal.
+    HistoryTurnedBack,
     /// The tangential force is not limited.
     NoCoulombLimit,
+    /// Each component of the tangential force is limited by itself.
+    CoulombByComponent,
+    /// The dashpot brakes the tangential velocity as well.
+    DashpotOnWholeVelocity,
     /// Half overlap and contact point change places.
     OtherTorqueArms,
     /// The arms are the whole radii.
@@ -239,10 +253,16 @@ struct Stepper<'a> {
     memories: BTreeMap<(u32, u32), Memory>,
     /// Pairs that touched in the last step, for contacts that are found late.
     touched: BTreeMap<(u32, u32), [f64; 2]>,
+    /// Positions before the step, for forces that are those of them.
+    before: Vec<[f64; 2]>,
+    /// Pairs that touched at the start, for contacts that are not found.
+    listed: BTreeSet<(u32, u32)>,
     contacts: Vec<Contact>,
     /// Of the punch, one step late or not.
     punch_centre: [f64; 2],
     begun: bool,
+    /// tan φ.
+    tangent: f64,
     /// Whether a step depends on the one before by more than positions and velocities.
     remembers: bool,
 }
@@ -270,6 +290,7 @@ impl<'a> Stepper<'a> {
         let mut rules = constants.rules();
         let tangent = variant.factor(Constant::Friction);
         rules.tan_squared *= tangent * tangent;
+        let tangent = rules.tan_squared.sqrt();
         for form in &variant.forms {
             change(*form, &mut rules);
         }
@@ -290,11 +311,14 @@ impl<'a> Stepper<'a> {
             case,
             variant,
             state,
+            tangent,
             remembers: rules.friction || !variant.forms.is_empty(),
             rules,
             constants,
             memories: BTreeMap::new(),
             touched: BTreeMap::new(),
+            before: Vec::new(),
+            listed: BTreeSet::new(),
             contacts: Vec::new(),
             punch_centre: case.punch.map_or([0.0; 2], |punch| punch.centre),
             begun: false,
@@ -311,6 +335,9 @@ impl<'a> Stepper<'a> {
             if !self.variant.has(Form::PunchLate) {
                 self.punch_centre = punch.centre;
             }
+        }
+        if self.variant.has(Form::OldPositions) {
+            self.before.clone_from(&self.state.position);
         }
         let mut kick = 1.0;
         let mut judged_at = 0.5;
@@ -389,6 +416,16 @@ impl<'a> Stepper<'a> {
     }
 
     fn evaluate(&mut self) {
+        if self.variant.has(Form::OldPositions) && !self.before.is_empty() {
+            let new = std::mem::replace(&mut self.state.position, std::mem::take(&mut self.before));
+            self.evaluate_here();
+            self.state.position = new;
+        } else {
+            self.evaluate_here();
+        }
+    }
+
+    fn evaluate_here(&mut self) {
         self.state.force.fill([0.0; 2]);
         self.state.torque.fill(0.0);
         self.contacts.clear();
@@ -416,12 +453,14 @@ impl<'a> Stepper<'a> {
             if let Some(action) =
                 self.act((a as u32, b as u32), touch, of, &one, &two, &mut touched)
             {
-                if !self.variant.has(Form::OneSided) {
+                if !self.variant.has(Form::OneSided(1)) {
                     self.state.force[a][0] -= action.force[0];
                     self.state.force[a][1] -= action.force[1];
                     self.state.torque[a] += action.torques[0];
                 }
-                self.push(b, &action);
+                if !self.variant.has(Form::OneSided(0)) {
+                    self.push(b, &action);
+                }
             }
         }
         for (index, wall) in self.constants.walls.clone().iter().enumerate() {
@@ -508,6 +547,13 @@ impl<'a> Stepper<'a> {
         if self.begun && before.is_none() && self.variant.has(Form::FoundLate) {
             return None;
         }
+        if self.variant.has(Form::NotFound) {
+            if !self.begun {
+                self.listed.insert(ids);
+            } else if !self.listed.contains(&ids) {
+                return None;
+            }
+        }
         if self.variant.has(Form::OldNormals)
             && let Some(normal) = before
         {
@@ -520,6 +566,12 @@ impl<'a> Stepper<'a> {
         if self.variant.has(Form::HistoryNotTurned) {
             memory.normal = touch.normal;
         }
+        if self.variant.has(Form::HistoryTurnedBack) {
+            // Mirrored at the normal of now, it turns the other way.
+            let [[ox, oz], [nx, nz]] = [memory.normal, touch.normal];
+            let twice = 2.0 * (ox * nx + oz * nz);
+            memory.normal = [twice * nx - ox, twice * nz - oz];
+        }
         let still = |of: &Motion| Motion { spin: 0.0, ..*of };
         let mut action = if self.variant.has(Form::SlipOfCentres) {
             self.rules
@@ -527,6 +579,13 @@ impl<'a> Stepper<'a> {
         } else {
             self.rules.act(&touch, &of, one, two, &mut memory)
         };
+        if self.variant.has(Form::DashpotOnWholeVelocity) {
+            let apart = [0, 1].map(|axis| two.velocity[axis] - one.velocity[axis]);
+            let along = apart[0] * touch.normal[0] + apart[1] * touch.normal[1];
+            for axis in 0..2 {
+                action.force[axis] -= of.c_n * (apart[axis] - along * touch.normal[axis]);
+            }
+        }
         if self.variant.has(Form::NoTorqueOfFlatBodies) && touch.pair != contact::Pair::Grains {
             action.torques = [0.0; 2];
         }
@@ -537,6 +596,15 @@ impl<'a> Stepper<'a> {
         }
         if self.variant.has(Form::TorqueSign) {
             action.torques[1] = -action.torques[1];
+        }
+        if self.variant.has(Form::CoulombByComponent) {
+            let normal = self.rules.normal_force(&touch, &of, one, two);
+            let limit = normal[0].hypot(normal[1]) * self.tangent;
+            let shear = memory.shear;
+            memory.shear = shear.map(|of| of.clamp(-limit, limit));
+            for axis in 0..2 {
+                action.force[axis] += memory.shear[axis] - shear[axis];
+            }
         }
         self.memories.insert(ids, memory);
         self.contacts
@@ -572,6 +640,7 @@ impl<'a> Stepper<'a> {
             Form::GeometricMean => Some((r1 * r2).sqrt()),
             Form::SmallerStiffness => Some(r1.min(r2)),
             Form::LargerStiffness => Some(r1.max(r2)),
+            Form::StiffnessOfFirst => Some(r1),
             _ => None,
         });
         if let Some(mean) = mean {
@@ -583,6 +652,19 @@ impl<'a> Stepper<'a> {
     fn snapshot(&self, step: u64) -> Snapshot {
         let mut bodies = self.state.bodies();
         let given = &self.case.bodies;
+        if step > 0 && self.variant.has(Form::WrittenAtWholeSteps) {
+            let Constants {
+                dt, gravity, alpha, ..
+            } = self.constants;
+            for id in 0..bodies.len() {
+                let [x, z] = [0, 1].map(|axis| {
+                    let a = self.state.force[id][axis] / self.state.mass[id] + gravity[axis];
+                    let v = self.state.velocity[id][axis];
+                    v + 0.5 * dt * a * (1.0 - alpha * sign(a * (v + 0.5 * dt * a)))
+                });
+                (bodies.vx[id], bodies.vz[id]) = (x, z);
+            }
+        }
         bodies.radius.clone_from(&given.radius);
         bodies.mass.clone_from(&given.mass);
         bodies.inertia.clone_from(&given.inertia);
@@ -606,7 +688,7 @@ fn sign(of: f64) -> f64 {
 fn change(form: Form, rules: &mut contact::ContactRules) {
     match form {
         // Of a force that is finite, times this, nothing is larger.
-        Form::NoCoulombLimit => rules.tan_squared = 1.0e60,
+        Form::NoCoulombLimit | Form::CoulombByComponent => rules.tan_squared = 1.0e60,
         Form::OtherTorqueArms => {
             rules.torque_arms = match rules.torque_arms {
                 TorqueArms::HalfOverlap => TorqueArms::ContactPoint,

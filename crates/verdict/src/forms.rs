@@ -26,9 +26,14 @@ pub fn candidates(case: &Case) -> Vec<Form> {
         Form::GeometricMean,
         Form::SmallerStiffness,
         Form::LargerStiffness,
+        Form::StiffnessOfFirst,
         Form::FoundLate,
+        Form::NotFound,
         Form::OldNormals,
-        Form::OneSided,
+        Form::OldPositions,
+        Form::WrittenAtWholeSteps,
+        Form::OneSided(0),
+        Form::OneSided(1),
     ]);
     forms.extend((0..case.model.walls.len()).map(Form::WallMissing));
     if case.punch.is_some() {
@@ -38,7 +43,9 @@ pub fn candidates(case: &Case) -> Vec<Form> {
         forms.extend([
             Form::HistoryReset,
             Form::HistoryNotTurned,
+            Form::HistoryTurnedBack,
             Form::NoCoulombLimit,
+            Form::CoulombByComponent,
             Form::OtherSlip,
             Form::OtherNewContact,
         ]);
@@ -57,7 +64,7 @@ pub fn candidates(case: &Case) -> Vec<Form> {
         }
     }
     if law.has_dashpots() {
-        forms.push(Form::OtherClipping);
+        forms.extend([Form::OtherClipping, Form::DashpotOnWholeVelocity]);
     }
     forms
 }
@@ -102,7 +109,15 @@ pub fn in_words(form: Form) -> String {
         Form::LostFar(length) => format!("contacts of grains farther apart than {length:.6} m are lost"),
         Form::FoundLate => "contacts are found a step after they begin".into(),
         Form::OldNormals => "normals are those of the step before".into(),
-        Form::OneSided => "of a pair only the second grain feels the force".into(),
+        Form::StiffnessOfFirst => mean("E·R1, that of the grain with the lower id"),
+        Form::NotFound => "contacts that begin are not found for some steps: the search is made too seldom for its skin".into(),
+        Form::OldPositions => "forces are those of the positions before the step".into(),
+        Form::WrittenAtWholeSteps => "the velocities that are written belong to whole steps, and are to belong to the half step before the positions".into(),
+        Form::HistoryTurnedBack => "the tangential force turns against the normal, and is to turn with it".into(),
+        Form::CoulombByComponent => "each component of the tangential force is limited by itself: its size is to be limited".into(),
+        Form::DashpotOnWholeVelocity => "dashpots brake the tangential velocity too: they act along the normal alone".into(),
+        Form::OneSided(0) => "of a pair only the first grain feels the force".into(),
+        Form::OneSided(_) => "of a pair only the second grain feels the force".into(),
         Form::HistoryReset => "the tangential force is forgotten in each step".into(),
         Form::HistoryNotTurned => "the tangential force does not turn with the normal".into(),
         Form::NoCoulombLimit => "the tangential force is not limited by |N| tan φ".into(),

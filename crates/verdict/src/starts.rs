@@ -8,7 +8,7 @@ use grains::scene::{
     Cloud, NewContactSlip, Rotation, Scene, SlipVelocity, Tension, TorqueArms, Viscosity,
     paper_scene,
 };
-use grains::tables::{Bodies, Punch, Snapshot};
+use grains::tables::{Bodies, Contact, Punch, Snapshot};
 use grains::task::{Case, Task};
 use serde::Serialize;
 
@@ -64,11 +64,18 @@ pub enum LawKind {
     Friction,
     /// Springs and dashpots along the normal.
     Dashpots,
+    /// Both friction and dashpots.
+    FrictionAndDashpots,
 }
 
 impl LawKind {
     /// All of them.
-    pub const ALL: [LawKind; 3] = [LawKind::Springs, LawKind::Friction, LawKind::Dashpots];
+    pub const ALL: [LawKind; 4] = [
+        LawKind::Springs,
+        LawKind::Friction,
+        LawKind::Dashpots,
+        LawKind::FrictionAndDashpots,
+    ];
 
     /// In words.
     pub fn name(self) -> &'static str {
@@ -76,29 +83,34 @@ impl LawKind {
             LawKind::Springs => "springs",
             LawKind::Friction => "friction",
             LawKind::Dashpots => "dashpots",
+            LawKind::FrictionAndDashpots => "friction-and-dashpots",
         }
     }
 
     fn of(self, scene: &Scene) -> Law {
         let mut law = Model::of(scene).law;
-        match self {
-            LawKind::Springs => {}
-            LawKind::Friction => {
-                law.friction_angle = 0.5;
-                law.stiffness_ratio = 0.3;
-            }
-            LawKind::Dashpots => {
-                let radius = 0.5 * scene.particles.mean_diameter;
-                let critical = 2.0 * (0.5 * scene.grain_mass(radius) * law.modulus * radius).sqrt();
-                law.contact.viscosity = Viscosity::Dashpot {
+        let has = |one| [one, LawKind::FrictionAndDashpots].contains(&self);
+        if has(LawKind::Friction) {
+            law.friction_angle = 0.5;
+            law.stiffness_ratio = 0.3;
+        }
+        if has(LawKind::Dashpots) {
+            let radius = 0.5 * scene.particles.mean_diameter;
+            let critical = 2.0 * (0.5 * scene.grain_mass(radius) * law.modulus * radius).sqrt();
+            let tension = Tension::Clipped;
+            // One of the two ways to say how strong a dashpot is under each law.
+            law.contact.viscosity = if self == LawKind::Dashpots {
+                Viscosity::Dashpot {
                     c_n: 0.3 * critical,
-                    tension: Tension::Clipped,
-                };
-                law.contact.rotation = Rotation::Free;
-                law.contact.slip_velocity = SlipVelocity::ContactPoint;
-                law.contact.torque_arms = TorqueArms::ContactPoint;
-                law.contact.new_contact_slip = NewContactSlip::WholeStep;
-            }
+                    tension,
+                }
+            } else {
+                Viscosity::Restitution { e_n: 0.5, tension }
+            };
+            law.contact.rotation = Rotation::Free;
+            law.contact.slip_velocity = SlipVelocity::ContactPoint;
+            law.contact.torque_arms = TorqueArms::ContactPoint;
+            law.contact.new_contact_slip = NewContactSlip::WholeStep;
         }
         law
     }
@@ -115,8 +127,10 @@ pub struct Bed {
 const ALL_GRAINS: f64 = 5000.0;
 /// The largest speed of spins that grains are given, rad/s.
 const SPIN: f64 = 5.0;
-/// How far the punch has sunk, over the mean radius.
+/// How far the punch has sunk at least, over the mean radius; at most it is twice as far.
 const PRESSED: f64 = 6.0;
+/// Whether a corner of the punch touches a grain is looked at every so many steps.
+const LOOKED_AT: u64 = 50;
 
 impl Bed {
     /// A bed of so many grains whose radii differ by this share from their mean: the paper's box, narrower for fewer.
@@ -145,16 +159,18 @@ impl Bed {
             .bodies;
         let punch = first_contact_punch(&scene, &rest);
         let step = scene.loading.speed * scene.time_step_seconds();
-        let steps = PRESSED * 0.5 * scene.particles.mean_diameter / step;
+        let steps = (PRESSED * 0.5 * scene.particles.mean_diameter / step) as u64;
         let pressing = Case {
             name: "pressing".to_owned(),
             model: Model::of(&scene),
             bodies: rest.clone(),
             punch: Some(punch),
-            moments: vec![steps as u64],
+            moments: (steps..2 * steps).step_by(LOOKED_AT as usize).collect(),
         };
         let pressed = native::run_case(&pressing, None)?;
-        let pressed: Option<Snapshot> = pressed.into_iter().next_back();
+        // A corner at work, if there is one.
+        let at = pressed.iter().position(at_a_corner).unwrap_or(0);
+        let pressed = pressed.into_iter().nth(at);
         let mut states = vec![
             (Start::Loose, loose, None),
             (Start::Pouring, pouring, None),
@@ -195,4 +211,27 @@ impl Bed {
             })
             .collect()
     }
+}
+
+/// Whether a grain touches the punch with its centre neither below it nor beside it.
+fn at_a_corner(moment: &Snapshot) -> bool {
+    let Some(punch) = moment.punch else {
+        return false;
+    };
+    let of = &moment.bodies;
+    moment.contacts.iter().any(|contact| {
+        let id = contact.id2 as usize;
+        let outside = [of.x[id] - punch.centre[0], of.z[id] - punch.centre[1]];
+        let beyond = [0, 1].map(|axis| outside[axis].abs() > punch.half_extents[axis]);
+        contact.id1 as usize >= of.len()
+            && beyond == [true; 2]
+            && touches(contact, &outside, &punch)
+    })
+}
+
+/// Whether it is the punch that the contact is with: walls have a normal along an axis.
+fn touches(contact: &Contact, outside: &[f64; 2], punch: &Punch) -> bool {
+    let normal = contact.normal;
+    let near = [0, 1].map(|axis| outside[axis].abs() - punch.half_extents[axis]);
+    normal[0] != 0.0 && normal[1] != 0.0 && near[0].max(near[1]) < punch.half_extents[0]
 }

@@ -101,7 +101,7 @@ fn an_engine_that_refuses_is_undecided() {
     let none = REFERENCE.judge(&|_| Some("walls".to_owned()), &mut { refuses }, &mut |_| ());
     let none: Judgement = none.unwrap_or_else(|_| panic!("the native engine failed"));
     assert_eq!(none.verdict(), Verdict::Undecided);
-    assert_eq!(none.not_asked.len(), 12);
+    assert_eq!(none.not_asked.len(), 16);
 }
 
 #[test]

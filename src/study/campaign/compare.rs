@@ -15,7 +15,7 @@ use crate::checks::{Check, Outcome};
 use crate::document::{Document, Section, Table};
 use crate::study::StudyError;
 use crate::study::realization::Ending;
-use crate::study::tradeoff::judge::{QUANTITIES, Quantity};
+use crate::study::tradeoff::judge::{QUANTITIES, Quantity, outcome, word};
 use evidence::moments::{mean, standard_deviation};
 use evidence::t_test::{self, Finding, LEVEL, Welch};
 use evidence::two_samples::{self, TwoSamples};
@@ -247,11 +247,7 @@ impl Comparison {
         }
         let check =
             |of: &Compared| {
-                let outcome = match of.finding? {
-                    Finding::Equivalent => Outcome::Pass,
-                    Finding::Different => Outcome::Fail,
-                    Finding::Undecided => Outcome::Skipped,
-                };
+                let outcome = outcome(of.finding?);
                 let found = match outcome {
                     Outcome::Skipped => "too few packings, or packings without it",
                     _ => "",
@@ -298,12 +294,7 @@ impl Comparison {
             })
             .column("margin", |of| of.margin)
             .column("share, second − first (90 %)", |of| of.share)
-            .column("finding", |of| match of.finding {
-                Some(Finding::Equivalent) => "equivalent",
-                Some(Finding::Different) => "different",
-                Some(Finding::Undecided) => "undecided",
-                None => "not judged",
-            })
+            .column("finding", |of| of.finding.map_or("not judged", word))
             .column("p of equivalence", |of| of.equivalence_p)
             .column("p of a difference (Holm)", |of| of.difference_p)
             .column("p of one distribution (Holm), judges nothing", |of| {

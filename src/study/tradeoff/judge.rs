@@ -1,5 +1,6 @@
 //! A method's members against the reference's, paired by cloud.
 
+use crate::checks::Outcome;
 use crate::study::member::{Endings, Member};
 use evidence::t_test::{Finding, Paired, paired};
 use evidence::{Interval, proportion, t_test};
@@ -111,6 +112,15 @@ pub fn word(finding: Finding) -> &'static str {
         Finding::Equivalent => "equivalent",
         Finding::Different => "different",
         Finding::Undecided => "undecided",
+    }
+}
+
+/// As a check's: what was not shown is skipped.
+pub fn outcome(finding: Finding) -> Outcome {
+    match finding {
+        Finding::Equivalent => Outcome::Pass,
+        Finding::Different => Outcome::Fail,
+        Finding::Undecided => Outcome::Skipped,
     }
 }
 
