@@ -291,6 +291,11 @@ fn near(a: f64, b: f64, scale: f64, single: bool) -> bool {
     (a - b).abs() <= jobs::rounding(single) * scale
 }
 
+/// How much more is allowed where a number looks like another cause's.
+fn rough(single: bool) -> f64 {
+    if single { 1.0 } else { 1.0e3 }
+}
+
 /// The contacts of one moment.
 fn contacts_agree(theirs: &Snapshot, native: &Snapshot, single: bool) -> Result<(), String> {
     let pairs = |of: &Snapshot| -> Vec<(u32, u32)> {
@@ -421,8 +426,9 @@ fn flight(job: &Job, theirs: &Story, native: &Story) -> Result<String, String> {
     let (their, own) = (&theirs.moments[1].bodies, &native.moments[1].bodies);
     let (z, v) = (given.z[0], given.vz[0]);
     let (fallen, gained) = (their.z[0] - z, their.vz[0] - v);
-    let is =
-        |value: f64, expected: f64, scale: f64| near(value, expected, 1.0e3 * scale, job.single);
+    let is = |value: f64, expected: f64, scale: f64| {
+        near(value, expected, rough(job.single) * scale, job.single)
+    };
     if is(gained, 0.0, g * dt) {
         return Err("after a step the velocity is the one of the start: gravity is missing, or velocities are written before \
                     the step"
@@ -466,7 +472,7 @@ fn damping(job: &Job, theirs: &Story, native: &Story) -> Result<String, String> 
     let names = ["falls", "rises", "turns round in the step"];
     for (id, name) in names.iter().enumerate() {
         let (gained, wanted) = (their.vz[id] - given.vz[id], own.vz[id] - given.vz[id]);
-        let is = |expected: f64| near(gained, expected, 1.0e3 * g * dt, job.single);
+        let is = |expected: f64| near(gained, expected, rough(job.single) * g * dt, job.single);
         if is(wanted) {
             continue;
         }
@@ -531,7 +537,7 @@ fn punch(job: &Job, theirs: &Story, native: &Story) -> Result<String, String> {
         if !near(
             found.force,
             wanted.force,
-            1.0e3 * wanted.force.abs().max(1.0),
+            rough(job.single) * wanted.force.abs().max(1.0),
         ) {
             return Err(format!(
                 "step {}: the force on the punch is {:e} N and should be {:e} N: what grains push it up with, positive upwards",

@@ -169,6 +169,10 @@ pub enum Form {
     NoCoulombLimit,
     /// Each component of the tangential force is limited by itself.
     CoulombByComponent,
+    /// The limit is that of the spring without the dashpot.
+    CoulombOfSpring,
+    /// A dashpot that is made from a restitution has the mean of two masses in the place of the effective mass.
+    DashpotOfMeanMass,
     /// The dashpot brakes the tangential velocity as well.
     DashpotOnWholeVelocity,
     /// Half overlap and contact point change places.
@@ -449,6 +453,9 @@ impl<'a> Stepper<'a> {
             let (r1, r2) = (self.state.radius[a], self.state.radius[b]);
             let mut of = self.constants.parameters(r1, r2, m1 * m2 / (m1 + m2));
             self.other_mean(&mut of, r1, r2);
+            if self.variant.has(Form::DashpotOfMeanMass) {
+                of.c_n *= 0.5 * (m1 + m2) / (m1 * m2).sqrt() * std::f64::consts::SQRT_2;
+            }
             self.scale(&mut of, Constant::GrainStiffness);
             if let Some(action) =
                 self.act((a as u32, b as u32), touch, of, &one, &two, &mut touched)
@@ -579,11 +586,32 @@ impl<'a> Stepper<'a> {
         } else {
             self.rules.act(&touch, &of, one, two, &mut memory)
         };
+        let mut force = action.force;
         if self.variant.has(Form::DashpotOnWholeVelocity) {
             let apart = [0, 1].map(|axis| two.velocity[axis] - one.velocity[axis]);
             let along = apart[0] * touch.normal[0] + apart[1] * touch.normal[1];
-            for axis in 0..2 {
-                action.force[axis] -= of.c_n * (apart[axis] - along * touch.normal[axis]);
+            force = [0, 1]
+                .map(|axis| force[axis] - of.c_n * (apart[axis] - along * touch.normal[axis]));
+        }
+        if self.variant.has(Form::CoulombByComponent) {
+            let normal = self.rules.normal_force(&touch, &of, one, two);
+            let limit = normal[0].hypot(normal[1]) * self.tangent;
+            memory.shear = memory.shear.map(|of| of.clamp(-limit, limit));
+            force = [0, 1].map(|axis| normal[axis] + memory.shear[axis]);
+        }
+        if self.variant.has(Form::CoulombOfSpring) {
+            let normal = self.rules.normal_force(&touch, &of, one, two);
+            let limit = of.k_n * touch.overlap * self.tangent;
+            let ratio = limit / memory.shear[0].hypot(memory.shear[1]);
+            if ratio < 1.0 {
+                memory.shear = memory.shear.map(|of| of * ratio);
+            }
+            force = [0, 1].map(|axis| normal[axis] + memory.shear[axis]);
+        }
+        if force != action.force {
+            action.force = force;
+            if self.rules.rotates {
+                action.torques = self.rules.torques(&touch, force, one, two);
             }
         }
         if self.variant.has(Form::NoTorqueOfFlatBodies) && touch.pair != contact::Pair::Grains {
@@ -596,15 +624,6 @@ impl<'a> Stepper<'a> {
         }
         if self.variant.has(Form::TorqueSign) {
             action.torques[1] = -action.torques[1];
-        }
-        if self.variant.has(Form::CoulombByComponent) {
-            let normal = self.rules.normal_force(&touch, &of, one, two);
-            let limit = normal[0].hypot(normal[1]) * self.tangent;
-            let shear = memory.shear;
-            memory.shear = shear.map(|of| of.clamp(-limit, limit));
-            for axis in 0..2 {
-                action.force[axis] += memory.shear[axis] - shear[axis];
-            }
         }
         self.memories.insert(ids, memory);
         self.contacts
@@ -688,7 +707,9 @@ fn sign(of: f64) -> f64 {
 fn change(form: Form, rules: &mut contact::ContactRules) {
     match form {
         // Of a force that is finite, times this, nothing is larger.
-        Form::NoCoulombLimit | Form::CoulombByComponent => rules.tan_squared = 1.0e60,
+        Form::NoCoulombLimit | Form::CoulombByComponent | Form::CoulombOfSpring => {
+            rules.tan_squared = 1.0e60;
+        }
         Form::OtherTorqueArms => {
             rules.torque_arms = match rules.torque_arms {
                 TorqueArms::HalfOverlap => TorqueArms::ContactPoint,

@@ -331,7 +331,9 @@ impl<'a> Search<'a> {
             of.error = *error;
         }
         let steps = found.iter().zip(&errors);
-        steps.into_iter().any(|(by, error)| by.abs() > 0.1 * error)
+        steps
+            .into_iter()
+            .any(|(by, error)| by.abs() > 1.0e-3 * error)
     }
 
     /// How badly a variant fits, the less the better.

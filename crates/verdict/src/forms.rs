@@ -1,6 +1,7 @@
 //! Which term of another engine has another form: each form is tried in the native engine's written-out step, with the constants
 //! fitted anew.
 
+use grains::scene::Viscosity;
 use grains::task::Case;
 use grains::variant::Form;
 
@@ -65,6 +66,12 @@ pub fn candidates(case: &Case) -> Vec<Form> {
     }
     if law.has_dashpots() {
         forms.extend([Form::OtherClipping, Form::DashpotOnWholeVelocity]);
+        if law.has_friction() {
+            forms.push(Form::CoulombOfSpring);
+        }
+        if matches!(law.contact.viscosity, Viscosity::Restitution { .. }) {
+            forms.push(Form::DashpotOfMeanMass);
+        }
     }
     forms
 }
@@ -72,7 +79,7 @@ pub fn candidates(case: &Case) -> Vec<Form> {
 /// What an engine with this form does, and what is right.
 pub fn in_words(form: Form) -> String {
     match form {
-        Form::FirstKick(share) if share == 0.5 => {
+        Form::FirstKick(0.5) => {
             "the first kick is half of one: the velocities that are given belong to the half step before the start".into()
         }
         Form::FirstKick(share) => format!("the first kick is {share} of one, and is to be a whole one"),
@@ -115,6 +122,8 @@ pub fn in_words(form: Form) -> String {
         Form::WrittenAtWholeSteps => "the velocities that are written belong to whole steps, and are to belong to the half step before the positions".into(),
         Form::HistoryTurnedBack => "the tangential force turns against the normal, and is to turn with it".into(),
         Form::CoulombByComponent => "each component of the tangential force is limited by itself: its size is to be limited".into(),
+        Form::CoulombOfSpring => "the limit of the tangential force leaves the dashpot out: N is the whole normal force".into(),
+        Form::DashpotOfMeanMass => "c_n is made from the mean of two masses: the effective mass is m1·m2/(m1 + m2)".into(),
         Form::DashpotOnWholeVelocity => "dashpots brake the tangential velocity too: they act along the normal alone".into(),
         Form::OneSided(0) => "of a pair only the first grain feels the force".into(),
         Form::OneSided(_) => "of a pair only the second grain feels the force".into(),

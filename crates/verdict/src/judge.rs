@@ -8,7 +8,7 @@ use grains::variant::{self, Constant, Form, Variant};
 use serde::Serialize;
 
 use crate::constants::{Fit, Fitted, Observed, Search};
-use crate::envelope::{Envelope, FACTOR, Farthest, in_parallel};
+use crate::envelope::{Envelope, Farthest, in_parallel};
 use crate::forms;
 use crate::resolution::{self, Resolution};
 use crate::starts::{Bed, LawKind, Start};
@@ -691,9 +691,9 @@ impl Tried<'_> {
             Vec::new()
         } else {
             let (case, answer) = self.first_steps(at);
-            self.natives[at]
-                .envelope
-                .outside(&variant::run(&case, &fit.variant), answer)
+            let own = variant::run(&case, &fit.variant);
+            let both: Vec<Snapshot> = own.iter().chain(answer).cloned().collect();
+            around_one(self.natives[at].envelope.outside(&own, answer), &both)
         };
         Cause {
             law: self.law,
@@ -709,5 +709,19 @@ impl Tried<'_> {
     }
 }
 
-/// How far off rounding may take a run, for messages.
-pub const ALLOWED: f64 = FACTOR;
+/// Of grains that are one and those that it touches that one alone: what is wrong with it moves them.
+fn around_one(left: Vec<usize>, runs: &[Snapshot]) -> Vec<usize> {
+    let touch = |a: usize, b: usize| {
+        let mut contacts = runs.iter().flat_map(|of| &of.contacts);
+        contacts.any(|of| [(a, b), (b, a)].contains(&(of.id1 as usize, of.id2 as usize)))
+    };
+    let few = left.len() <= MOST_NEIGHBOURS;
+    let centre = left
+        .iter()
+        .copied()
+        .find(|one| few && left.iter().all(|other| other == one || touch(*one, *other)));
+    centre.map_or(left, |one| vec![one])
+}
+
+/// A disc and those that can touch it.
+const MOST_NEIGHBOURS: usize = 7;

@@ -370,7 +370,8 @@ impl ContactRules {
         })
     }
 
-    fn torques(&self, touch: &Touch, force: [f64; 2], one: &Motion, two: &Motion) -> [f64; 2] {
+    /// Torques of a force on body 2 and its opposite on body 1, N·m.
+    pub fn torques(&self, touch: &Touch, force: [f64; 2], one: &Motion, two: &Motion) -> [f64; 2] {
         let on_one = [-force[0], -force[1]];
         match self.torque_arms {
             TorqueArms::HalfOverlap => {
