@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::model::Model;
 use crate::native::contact::{self, Action, Memory, Motion, Parameters, Touch};
 use crate::native::state::{Constants, State, contact_row};
-use crate::scene::{NewContactSlip, SlipVelocity, Tension, TorqueArms};
+use crate::scene::{NewContactSlip, SlipVelocity, Tension, TorqueArms, Viscosity};
 use crate::tables::{Contact, Punch, Snapshot, Stage};
 use crate::task::Case;
 
@@ -647,9 +647,17 @@ impl<'a> Stepper<'a> {
     }
 
     fn scale(&self, of: &mut Parameters, stiffness: Constant) {
-        of.k_n *= self.variant.factor(stiffness);
+        let stiffer = self.variant.factor(stiffness);
+        of.k_n *= stiffer;
         of.k_s *= self.variant.factor(Constant::ShearStiffness);
         of.c_n *= self.variant.factor(Constant::Dashpot);
+        // A dashpot that is made from a restitution is made from the stiffness too: c_n ~ √k_n.
+        if matches!(
+            self.constants.law.contact.viscosity,
+            Viscosity::Restitution { .. }
+        ) {
+            of.c_n *= stiffer.max(0.0).sqrt();
+        }
     }
 
     fn other_mean(&self, of: &mut Parameters, r1: f64, r2: f64) {
