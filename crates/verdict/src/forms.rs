@@ -5,13 +5,14 @@ use grains::scene::Viscosity;
 use grains::task::Case;
 use grains::variant::Form;
 
-/// Forms whose place or size is searched for among these.
-const LAST_KICKS: [f64; 3] = [0.5, 1.5, 0.0];
+/// Shares of a whole kick that the first one may be.
+const FIRST_KICKS: [f64; 3] = [0.5, 1.5, 0.0];
 
-/// The forms that make a difference under this law; those with a length are added by [`lengths`].
+/// The forms that make a difference under this law; those with a length are found by
+/// [`lost_contacts`](crate::constants::Search::lost_contacts).
 pub fn candidates(case: &Case) -> Vec<Form> {
     let law = &case.model.law;
-    let mut forms: Vec<Form> = LAST_KICKS.map(Form::FirstKick).to_vec();
+    let mut forms: Vec<Form> = FIRST_KICKS.map(Form::FirstKick).to_vec();
     forms.extend([Form::MovedBeforeKick, Form::MovedInMiddleOfKick]);
     if case.model.alpha != 0.0 {
         forms.extend([
