@@ -184,13 +184,17 @@ fn with_many_radii_both_have_classes_of_them_and_say_so() {
     not(feature = "live"),
     ignore = "needs LAMMPS and LIGGGHTS: --features live"
 )]
-fn engine_check_finds_both_sound() {
+fn engine_check_finds_both_equal_to_rounding_in_all_states_of_a_bed_of_one_radius() {
     let (folder, _) = folder_with(&narrow_scene(0.0));
     for name in ADAPTERS {
-        let (code, text, errors) = told(&crossgrain(
-            &["engine", "check", &adapter(name), "--quiet"],
-            folder.path(),
-        ));
+        let engine = adapter(name);
+        let check = ["engine", "check", &engine, "--quiet", "--dispersion", "0"];
+        let (code, text, errors) = told(&crossgrain(&check, folder.path()));
         assert_eq!(code, 0, "{text}{errors}");
+        let states = text.matches("equal to rounding  ").count();
+        assert!(
+            states == 4 && text.contains("AGREED: equal to rounding"),
+            "{text}"
+        );
     }
 }
