@@ -1,6 +1,8 @@
 //! The verdict on an engine's first steps: how coarsely it computes, whether it stays among the replicas, which faults would have
 //! been seen, and what is wrong if it does not.
 
+use std::sync::OnceLock;
+
 use grains::native::NativeError;
 use grains::tables::Snapshot;
 use grains::task::Case;
@@ -301,8 +303,8 @@ const TRIED: usize = 3;
 #[derive(Debug, Clone)]
 pub struct Reference {
     cases: Vec<(LawKind, Start, Case)>,
-    /// For engines in double precision.
-    double: Vec<Native>,
+    /// For engines in double precision, made when the first engine has answered the case.
+    double: Vec<OnceLock<Native>>,
 }
 
 /// What is known of one case.
@@ -343,7 +345,7 @@ impl Reference {
                 of.map(move |(start, case)| (law, start, case))
             })
             .collect();
-        let double = natives(&cases, Resolution::DOUBLE, progress)?;
+        let double = vec![OnceLock::new(); cases.len()];
         Ok(Reference { cases, double })
     }
 
@@ -364,7 +366,7 @@ impl Reference {
                 }),
                 None => {
                     cases.push(of.clone());
-                    double.push(native.clone());
+                    double.push(native);
                 }
             }
         }
@@ -381,6 +383,10 @@ impl Reference {
         let of_probes = probes.iter().flatten();
         let asked: Vec<&Case> = of_probes.chain(cases.iter().map(|of| &of.2)).collect();
         let mut of_cases = engine(&asked).map_err(Failure::Engine)?;
+        if of_cases.iter().all(Result::is_err) {
+            let answers = of_cases.into_iter().skip(probes.iter().flatten().count());
+            return Ok(refused(cases, not_asked, answers.collect()));
+        }
         let mut resolution = Resolution::DOUBLE;
         for (case, probes) in probed.iter().zip(&probes) {
             let rest = of_cases.split_off(probes.len().min(of_cases.len()));
@@ -388,11 +394,18 @@ impl Reference {
             let measured = resolution::measured(case, &answers);
             resolution = measured.map_or(resolution, |of| resolution.coarser(of));
         }
-        let natives = if resolution == Resolution::DOUBLE {
-            double
-        } else {
-            natives(&cases, resolution, progress)?
-        };
+        let mut natives = Vec::with_capacity(cases.len());
+        for ((_, _, case), known) in cases.iter().zip(double) {
+            progress(&format!("replicas: {}", case.name));
+            natives.push(match known.get() {
+                Some(native) if resolution == Resolution::DOUBLE => native.clone(),
+                _ if resolution == Resolution::DOUBLE => {
+                    let native = Native::new(case, resolution)?;
+                    known.get_or_init(|| native).clone()
+                }
+                _ => Native::new(case, resolution)?,
+            });
+        }
         let starts: Vec<OfStart> = cases
             .iter()
             .zip(&natives)
@@ -416,16 +429,30 @@ impl Reference {
     }
 }
 
-fn natives(
-    cases: &[(LawKind, Start, Case)],
-    resolution: Resolution,
-    progress: &mut dyn FnMut(&str),
-) -> Result<Vec<Native>, NativeError> {
-    let native = |(_, _, case): &(LawKind, Start, Case)| {
-        progress(&format!("replicas: {}", case.name));
-        Native::new(case, resolution)
-    };
-    cases.iter().map(native).collect()
+/// Of an engine that has refused everything, for which nothing need be known.
+fn refused(
+    cases: Vec<(LawKind, Start, Case)>,
+    not_asked: Vec<NotAsked>,
+    answers: Vec<Answer>,
+) -> Judgement {
+    Judgement {
+        grains: cases.first().map_or(0, |of| of.2.bodies.len()),
+        resolution: Resolution::DOUBLE,
+        starts: cases
+            .into_iter()
+            .zip(answers)
+            .map(|((law, start, _), answer)| OfStart {
+                law,
+                start,
+                verdict: Verdict::Undecided,
+                skipped: answer.err(),
+                farthest: None,
+            })
+            .collect(),
+        not_asked,
+        limits: Vec::new(),
+        causes: Vec::new(),
+    }
 }
 
 /// For each constant the smallest fault that any of the states that were looked at shows.
