@@ -33,10 +33,18 @@ pub struct Conformance {
 }
 
 impl Conformance {
-    /// Different if a check failed, else what its first steps say.
+    /// Different if a check failed, undecided if one was refused, else what its first steps say.
     pub fn verdict(&self) -> Verdict {
         if self.checks.iter().any(|of| of.outcome == Outcome::Fail) {
             return Verdict::Different;
+        }
+        // Required and not made: it was refused.
+        if self
+            .checks
+            .iter()
+            .any(|of| of.required && of.outcome == Outcome::Skipped)
+        {
+            return Verdict::Undecided;
         }
         let first_steps = self.first_steps.as_ref();
         first_steps.map_or(Verdict::Undecided, Judgement::verdict)
@@ -142,8 +150,10 @@ pub fn conformance(
 pub enum Trouble {
     /// It is wrong.
     Wrong(String),
-    /// The engine has no such parts, or refused.
+    /// The engine has no such parts.
     Skipped(String),
+    /// The engine has the parts and refused.
+    Refused(String),
     /// The engine failed.
     Engine(ProgramError),
     /// The native engine failed.
@@ -170,19 +180,21 @@ impl Conformance {
         job: &str,
         said: Result<String, Trouble>,
     ) -> Result<(), EngineError> {
+        let mut refused = false;
         let (outcome, found) = match said {
             Ok(said) => (Outcome::Pass, said),
             Err(Trouble::Wrong(said)) => (Outcome::Fail, said),
             Err(Trouble::Skipped(why)) => (Outcome::Skipped, why),
+            Err(Trouble::Refused(reason) | Trouble::Engine(ProgramError::Refused(reason))) => {
+                refused = true;
+                (Outcome::Skipped, format!("the engine refused: {reason}"))
+            }
             Err(Trouble::Native(error)) => return Err(error.into()),
             Err(Trouble::Engine(
                 error @ (ProgramError::NotStarted { .. }
                 | ProgramError::Interrupted
                 | ProgramError::File(_)),
             )) => return Err(error.into()),
-            Err(Trouble::Engine(ProgramError::Refused(reason))) => {
-                (Outcome::Skipped, format!("the engine refused: {reason}"))
-            }
             Err(Trouble::Engine(error)) => {
                 let understood = matches!(
                     error,
@@ -193,7 +205,10 @@ impl Conformance {
             }
         };
         let check = Check::of_words(format!("engine/{id}"), job, outcome, &found);
-        self.checks.push(check);
+        self.checks.push(Check {
+            required: refused,
+            ..check
+        });
         Ok(())
     }
 }
@@ -277,8 +292,8 @@ fn cases(engine: &Description, options: &Options, single: bool) -> Result<String
     let asked: Vec<_> = cases.iter().collect();
     let results = exec::run_cases(&asked, engine, options, work.path(), &mut ())?;
     for (case, result) in cases.iter().zip(results) {
-        let refused = |reason| format!("the engine refused {}: {reason}", case.name);
-        let theirs = result.map_err(|reason| Trouble::Skipped(refused(reason)))?;
+        let refused = |reason| Trouble::Refused(format!("{}: {reason}", case.name));
+        let theirs = result.map_err(refused)?;
         let native = native::run_case(case, None)?;
         moments_agree(&theirs, &native, jobs::rounding(single))
             .map_err(|said| Trouble::Wrong(format!("{}: {said}", case.name)))?;

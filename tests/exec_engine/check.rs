@@ -85,6 +85,21 @@ fn engine_check_says_what_is_wrong() {
 }
 
 #[test]
+fn an_engine_that_refuses_one_job_is_undecided() {
+    let (folder, _) = folder_with(&narrow_scene(0.05));
+    let toy = changed_toy(
+        "if len(grains) > 200:",
+        "if len(grains) > 200 or len(grains) == 2:",
+    );
+    let engine = program(folder.path(), "choosy.py", &toy);
+    let engine = format!("exec:{}", engine.display());
+    let check = ["engine", "check", &engine, "--quiet"];
+    let (code, text, errors) = told(&crossgrain(&check, folder.path()));
+    assert_eq!(code, 3, "{text}{errors}");
+    assert!(text.contains("undecided"), "{text}");
+}
+
+#[test]
 fn engine_check_finds_what_changes_from_run_to_run() {
     let (folder, _) = folder_with(&narrow_scene(0.05));
     let toy = changed_toy(
