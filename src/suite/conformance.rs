@@ -94,7 +94,16 @@ impl Conformance {
                     check.found
                 )
             }
-            (None, Some(first)) => format!("{verdict}: {first}"),
+            (None, Some(first)) => match self
+                .checks
+                .iter()
+                .find(|of| of.required && of.outcome == Outcome::Skipped)
+            {
+                Some(of) => {
+                    format!("{verdict}: {}. Its first steps: {first}", of.found)
+                }
+                None => format!("{verdict}: {first}"),
+            },
             (None, None) => format!("{verdict}: its first steps were not looked at."),
         }
     }
