@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::exit;
+use verdict::judge::Verdict;
 
 /// What a check came to.
 #[derive(
@@ -47,6 +48,18 @@ impl Outcome {
             Outcome::Pass => exit::AGREED,
             Outcome::Fail => exit::CHECK_FAILED,
             Outcome::Skipped | Outcome::ExpectedFailure => exit::INCOMPLETE,
+        }
+    }
+}
+
+impl From<Verdict> for Outcome {
+    fn from(verdict: Verdict) -> Self {
+        match verdict {
+            Verdict::Identical | Verdict::EqualToRounding | Verdict::EqualInDistribution => {
+                Outcome::Pass
+            }
+            Verdict::Different => Outcome::Fail,
+            Verdict::Undecided => Outcome::Skipped,
         }
     }
 }

@@ -1,20 +1,24 @@
-//! Two run folders side by side: bits, the first difference, then every measured quantity.
+//! Two run folders side by side: bits, the first difference, and every measured quantity; where bits may differ, the first
+//! steps of both engines.
 
 pub mod baseline;
 pub mod bits;
-pub mod divergence;
 pub mod first_difference;
+pub mod first_steps;
 
 use serde::Serialize;
 
 use crate::checks::{self, Check, Outcome};
 use crate::document::{Cell, Document, Section, Table};
+use crate::engine::exec;
+use crate::run::Engine;
 use crate::run::folder::RunFolder;
-use crate::run::folder::record::EngineRecord;
 use bits::TableBits;
-use divergence::{Divergence, Divergences, REPLICAS, Scatter};
-use first_difference::{CommonStart, FirstDifference, Locator};
+use first_difference::{FirstDifference, Locator};
+use first_steps::{Asked, OfBed};
 use grains::measure::Quantity;
+use grains::native;
+use verdict::judge::{Judgement, Verdict};
 
 /// A measured quantity in both runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -29,11 +33,7 @@ pub struct QuantityPair {
     pub b: Option<f64>,
     /// |a − b|.
     pub difference: Option<f64>,
-    /// The difference within the control pair, if there is one.
-    pub control_difference: Option<f64>,
-    /// The most that |a − b| may be; none where nothing is judged.
-    pub allowed: Option<f64>,
-    /// What that amounts to.
+    /// Whether they are the same number; skipped where that is not expected.
     pub verdict: Outcome,
 }
 
@@ -50,23 +50,18 @@ pub struct Comparison {
     pub checks: Vec<Check>,
     /// The tables, number by number.
     pub tables: Vec<TableBits>,
+    /// Every bit of every table and moment is the same.
+    pub same_bits: bool,
     /// Where the runs diverge, if they should not and it was looked for.
     pub first_difference: Option<FirstDifference>,
-    /// How the runs diverge, if they may.
-    pub divergences: Option<Divergences>,
+    /// Where bits may differ: the first steps of the engine of run A or B, where it is not the native engine itself.
+    pub first_steps: Vec<(&'static str, Judgement)>,
     /// All measured quantities.
     pub quantities: Vec<QuantityPair>,
 }
 
-/// What a run in another order of sums is judged against.
-#[derive(Debug, Clone, Copy)]
-pub struct ReferenceScatter<'a> {
-    /// A run that differs from B only in the order of sums (YADE with another `verletDist`); without one the
-    /// replicas are the control.
-    pub control: Option<&'a RunFolder>,
-    /// How far runs diverge that differ in one last bit at the start.
-    pub scatter: &'a Scatter,
-}
+/// Grains of the bed from which the engines' first steps are judged.
+const GRAINS: u32 = 1000;
 
 impl Comparison {
     /// All checks, their ids beginning with this one.
@@ -82,20 +77,19 @@ impl Comparison {
         self.checks.iter().map(of).chain(quantities).collect()
     }
 
-    /// Skipped if no measured quantity could be judged, which is so when bits are not expected and there is no reference;
-    /// else that of all checks.
-    pub fn verdict(&self) -> Outcome {
-        let verdict = checks::verdict(&self.all_checks(""));
-        let judged = |pair: &QuantityPair| pair.verdict != Outcome::Skipped;
-        match verdict {
-            Outcome::Pass if !self.quantities.iter().any(judged) => Outcome::Skipped,
-            verdict => verdict,
+    /// By all checks; undecided where bits may differ and no first steps were looked at.
+    pub fn verdict(&self) -> Verdict {
+        match checks::verdict(&self.all_checks("")) {
+            Outcome::Fail => Verdict::Different,
+            Outcome::Pass if self.same_bits => Verdict::Identical,
+            Outcome::Pass => Verdict::EqualToRounding,
+            Outcome::Skipped | Outcome::ExpectedFailure => Verdict::Undecided,
         }
     }
 
     /// Whether the comparison was made and no check failed.
     pub fn agrees(&self) -> bool {
-        self.verdict() == Outcome::Pass
+        Outcome::from(self.verdict()) == Outcome::Pass
     }
 
     fn check(&mut self, id: &str, quantity: &str, outcome: Outcome, found: impl Into<String>) {
@@ -119,48 +113,64 @@ impl Comparison {
 
     /// Every measured quantity, as a table with this title.
     pub fn quantity_table(&self, title: &str) -> Table {
-        let heads = [
-            "outcome",
-            "quantity",
-            "unit",
-            "A",
-            "B",
-            "|A − B|",
-            "allowed",
-            "in the control pair",
-        ];
-        let mut table = Table::new("quantities", title, &heads);
-        for pair in &self.quantities {
-            table.row([
-                pair.verdict.into(),
-                Cell::Code(pair.key.clone()),
-                pair.unit.as_str().into(),
-                pair.a.into(),
-                pair.b.into(),
-                pair.difference.into(),
-                pair.allowed.into(),
-                pair.control_difference.into(),
-            ]);
-        }
-        table.without_empty_columns()
+        let table = Table::of("quantities", title, &self.quantities)
+            .column("outcome", |pair| pair.verdict)
+            .column("quantity", |pair| Cell::Code(pair.key.clone()))
+            .column("unit", |pair| &pair.unit)
+            .column("A", |pair| pair.a)
+            .column("B", |pair| pair.b)
+            .column("|A − B|", |pair| pair.difference);
+        Table::from(table)
     }
 
     /// The comparison for people.
     pub fn document(&self) -> Document {
-        let first = self.first_difference.as_ref();
-        let first = first.map_or(String::new(), |of| format!("; first difference: {of}"));
-        let quantities = self.quantity_table("");
+        let mut sections = vec![
+            Section::new("Checks", format!("A: {}\nB: {}", self.a, self.b))
+                .with(self.check_table()),
+        ];
+        for (run, of) in &self.first_steps {
+            let of = first_steps::sections(of).into_iter();
+            sections.extend(of.map(|section| Section {
+                title: format!("{run}: {}", section.title),
+                ..section
+            }));
+        }
+        let about = if self.bits_expected {
+            ""
+        } else {
+            "One realization each, and rounding has made them two: these numbers judge nothing. Whether their distributions are \
+             the same, two campaigns say (`crossgrain study compare`)."
+        };
+        sections.push(Section::new("Measured quantities", about).with(self.quantity_table("")));
         Document {
             title: "Two runs compared".to_owned(),
-            verdict: self.verdict(),
-            answer: format!("{} against {}{first}", self.a, self.b),
-            sections: vec![
-                Section::new("Checks", format!("A: {}\nB: {}", self.a, self.b))
-                    .with(self.check_table()),
-                Section::new("Measured quantities", "").with(quantities),
-            ],
+            verdict: self.verdict().into(),
+            answer: self.answer(),
+            sections,
             checks: self.all_checks("compare"),
         }
+    }
+
+    /// The verdict, and what it rests on.
+    pub fn answer(&self) -> String {
+        let mut said = format!(
+            "{}: {} against {}",
+            self.verdict().in_words(),
+            self.a,
+            self.b
+        );
+        if let Some(first) = &self.first_difference {
+            said += &format!("; first difference: {first}");
+        }
+        let not_made = self.checks.iter();
+        for check in not_made.filter(|of| of.required && of.outcome == Outcome::Skipped) {
+            said += &format!("; not looked at: {}: {}", check.quantity, check.found);
+        }
+        for (run, of) in &self.first_steps {
+            said += &format!(". {run}: {}", first_steps::answer(of));
+        }
+        said
     }
 }
 
@@ -171,7 +181,7 @@ impl QuantityPair {
     /// A is the value, B what is expected.
     fn check(&self, id: &str, bits_expected: bool) -> Check {
         let found = match (self.verdict, self.a, self.b) {
-            (Outcome::Skipped, Some(_), Some(_)) => "nothing to judge it by",
+            (Outcome::Skipped, Some(_), Some(_)) => "one realization each judges nothing",
             (_, None, _) => "run A does not have it",
             (_, _, None) => "run B does not have it",
             _ => "",
@@ -180,29 +190,23 @@ impl QuantityPair {
         let id = format!("{id}/quantity/{}", self.key);
         let check = Check {
             unit: self.unit.clone(),
-            ..Check::of_words(id, &self.key, self.verdict, found).with_limits(a, b, self.allowed)
+            ..Check::of_words(id, &self.key, self.verdict, found)
         };
         if bits_expected {
-            check.judged_by("the same number in both runs", SAME_OPERATIONS)
+            check
+                .with_limits(a, b, Some(0.0))
+                .judged_by("the same number in both runs", SAME_OPERATIONS)
         } else {
-            let basis = format!(
-                "the scatter of {REPLICAS} replicas that differ in a last bit at the start"
-            );
-            check.judged_by("A against B, one realization", &basis)
+            check.with_limits(a, b, None)
         }
     }
 }
 
-/// Compares two runs. Where bits are expected and differ, `locator` finds the first step and grain.
-/// Where they are not expected, the runs are judged by the reference, if there is one.
-pub fn compare(
-    a: &RunFolder,
-    b: &RunFolder,
-    reference: Option<ReferenceScatter<'_>>,
-    locator: Option<&Locator>,
-) -> Comparison {
+/// Compares two runs. With a locator the engines are run again: where bits are expected and differ, to find the first step and
+/// grain; where they may differ, to judge the engines' first steps.
+pub fn compare(a: &RunFolder, b: &RunFolder, locator: Option<&Locator>) -> Comparison {
     let bits_expected = a.record.engine.keeps_order() && b.record.engine.keeps_order();
-    compare_as(a, b, bits_expected, reference, locator)
+    compare_as(a, b, bits_expected, locator)
 }
 
 /// The same where somebody says whether bits are expected: of external engines nobody else knows.
@@ -210,7 +214,6 @@ pub fn compare_as(
     a: &RunFolder,
     b: &RunFolder,
     bits_expected: bool,
-    reference: Option<ReferenceScatter<'_>>,
     locator: Option<&Locator>,
 ) -> Comparison {
     let mut comparison = Comparison {
@@ -219,8 +222,9 @@ pub fn compare_as(
         bits_expected,
         checks: Vec::new(),
         tables: Vec::new(),
+        same_bits: false,
         first_difference: None,
-        divergences: None,
+        first_steps: Vec::new(),
         quantities: Vec::new(),
     };
     same_question(a, b, &mut comparison);
@@ -236,13 +240,14 @@ pub fn compare_as(
         return comparison;
     }
     comparison.tables = bits::tables(a, b);
+    comparison.same_bits =
+        comparison.tables.iter().all(TableBits::agrees) && bits::history(a, b).agrees();
     if bits_expected {
         expect_bits(a, b, locator, &mut comparison);
-        quantities(a, b, None, &mut comparison);
     } else {
-        expect_scatter(a, b, reference, locator, &mut comparison);
-        quantities(a, b, reference, &mut comparison);
+        expect_rounding(a, b, locator, &mut comparison);
     }
+    quantities(a, b, &mut comparison);
     comparison
 }
 
@@ -339,134 +344,68 @@ fn expect_bits(
     }
 }
 
-const GROWTH: &str = "growth of rounding differences";
-
-fn expect_scatter(
+fn expect_rounding(
     a: &RunFolder,
     b: &RunFolder,
-    reference: Option<ReferenceScatter<'_>>,
     locator: Option<&Locator>,
     comparison: &mut Comparison,
 ) {
-    let equal = comparison.tables.iter().all(TableBits::agrees);
-    let same_operations = [a, b]
-        .iter()
-        .all(|run| run.record.engine.keeps_operations());
-    comparison.check(
-        "bits",
-        "bits",
-        Outcome::Skipped,
-        match (equal, same_operations) {
-            (true, _) => "all bits agree, though the order of sums is not the same",
-            (false, true) => "not expected to agree: the order of sums is not the same",
-            (false, false) => "not expected to agree: the operations are not the same",
-        },
-    );
-    let common = if same_operations {
-        CommonStart::of(a, b, locator)
+    let (outcome, found) = if comparison.same_bits {
+        (Outcome::Pass, "all bits are the same")
     } else {
-        Err(
-            "one of them computes a force by other operations, so runs part at the first contact"
-                .to_owned(),
-        )
+        (Outcome::Skipped, "not expected to be the same")
     };
-    let (verdict, found) = match common {
-        Ok(common) => (common.verdict(), common.to_string()),
-        Err(reason) => (Outcome::Skipped, reason),
-    };
-    comparison.check(
-        "common-start",
-        "same bits before the order of sums can matter",
-        verdict,
-        found,
-    );
-    let Some(reference) = reference else {
-        comparison.check(
-            "control",
-            "trajectory divergence as the control pair's",
-            Outcome::Skipped,
-            "give a control run (--control) that differs from the second one only in verletDist, or --replicas",
-        );
+    comparison.check("bits", "bits", outcome, found);
+    if comparison.same_bits {
         return;
-    };
-    let Some(control) = reference.control else {
-        let divergence = Divergence::of(a, b);
-        let steps = divergence.e_folding_steps;
-        let settled = steps.map(|_| divergence.settled_median);
-        let scatter = reference.scatter;
-        let (outcome, found) = scatter.judge(divergence::GROWTH_KEY, steps);
-        comparison.check("growth", GROWTH, outcome, found);
-        let (outcome, found) = scatter.judge(divergence::SETTLED_KEY, settled);
-        comparison.check(
-            "final-separation",
-            "as far apart in the end as replicas",
-            outcome,
-            found,
-        );
-        return;
-    };
-    let wrong = unfit_control(b, control);
-    comparison.check(
-        "control",
-        "control differs from B in verletDist only",
-        Outcome::pass_if(wrong.is_none()),
-        wrong.unwrap_or_else(|| control.record.engine.label()),
-    );
-    let divergences = Divergences::of(a, b, control);
-    let (verdict, found) = divergences.growth(reference.scatter);
-    comparison.check("growth", GROWTH, verdict, found);
-    let (verdict, found) = divergences.settled(reference.scatter);
-    comparison.check(
-        "final-separation",
-        "as far apart in the end as the control pair",
-        verdict,
-        found,
-    );
-    comparison.divergences = Some(divergences);
-}
-
-/// Why a run is no control of B, if it is none.
-fn unfit_control(b: &RunFolder, control: &RunFolder) -> Option<String> {
-    let (of_b, of_control) = (&b.record, &control.record);
-    let same_question = of_b.scene_digest == of_control.scene_digest
-        && of_b.initial_digest == of_control.initial_digest
-        && of_b.protocol == of_control.protocol;
-    if !same_question {
-        return Some("it has another scene, start or protocol".to_owned());
     }
-    match (&of_b.engine, &of_control.engine) {
-        (
-            EngineRecord::Yade {
-                sorted: false,
-                verlet_distance: of_b,
-                ..
-            },
-            EngineRecord::Yade {
-                sorted: false,
-                verlet_distance: of_control,
-                ..
-            },
-        ) if of_b != of_control => None,
-        (of_b, of_control) => Some(format!(
-            "B is {}, the control {}",
-            of_b.label(),
-            of_control.label()
-        )),
+    for (name, run) in [("A", a), ("B", b)] {
+        let id = format!("first-steps-{}", name.to_lowercase());
+        let judged = match locator {
+            Some(locator) => of_first_steps(run, locator),
+            None => Err("the engines were not to be run again".to_owned()),
+        };
+        match judged {
+            Ok(None) => {}
+            Ok(Some(judgement)) => {
+                comparison
+                    .checks
+                    .extend(first_steps::checks(&judgement, &id));
+                comparison.first_steps.push((name, judgement));
+            }
+            Err(why) => {
+                let what = format!("the first steps of {name}'s engine");
+                let check = Check::of_words(id, &what, Outcome::Skipped, &why);
+                comparison.checks.push(check.required());
+            }
+        }
     }
 }
 
-/// Pairs the quantities of both runs; exact where bits are expected, else judged by the reference.
-fn quantities(
-    a: &RunFolder,
-    b: &RunFolder,
-    reference: Option<ReferenceScatter<'_>>,
-    comparison: &mut Comparison,
-) {
-    let exact = comparison.bits_expected;
-    let (of_a, of_b) = (divergence::quantities(a), divergence::quantities(b));
-    let of_control = reference
-        .and_then(|reference| reference.control)
-        .map(divergence::quantities);
+/// What the first steps of a run's engine say; nothing of the native engine as it is, which they are held against.
+fn of_first_steps(run: &RunFolder, locator: &Locator) -> Result<Option<Judgement>, String> {
+    let engine = locator.engine_of(run)?;
+    let described;
+    let asked = match &engine {
+        Engine::Native(options) if *options == native::Options::default() => return Ok(None),
+        Engine::Native(options) => Asked::Native(options),
+        Engine::Yade(options) => Asked::Yade(options),
+        Engine::Exec(options) => {
+            described = exec::describe(options).map_err(|error| error.to_string())?;
+            Asked::Exec(&described, options)
+        }
+    };
+    let bed = OfBed {
+        grains: GRAINS,
+        dispersion: run.scene.particles.dispersion,
+    };
+    let judged = first_steps::first_steps(asked, bed, &mut |_| ());
+    judged.map(Some).map_err(|error| error.to_string())
+}
+
+/// Pairs the quantities of both runs: the same number where bits are expected.
+fn quantities(a: &RunFolder, b: &RunFolder, comparison: &mut Comparison) {
+    let (of_a, of_b) = (a.quantities(), b.quantities());
     let find = |list: &[Quantity], key: &str| {
         list.iter()
             .find(|quantity| quantity.key == key)
@@ -478,27 +417,17 @@ fn quantities(
         let key = &quantity.key;
         let (in_a, in_b) = (find(&of_a, key), find(&of_b, key));
         let difference = in_a.zip(in_b).map(|(a, b)| (a - b).abs());
-        let in_control = of_control.as_deref().and_then(|of| find(of, key));
-        let allowed = if exact {
-            Some(0.0)
-        } else {
-            reference.and_then(|reference| reference.scatter.allowed(key))
-        };
-        let verdict = match (difference, allowed) {
-            (Some(difference), Some(allowed)) => Outcome::pass_if(difference <= allowed),
-            // Bits are expected, and one run has a measure that the other has not.
-            (None, Some(_)) => Outcome::Fail,
-            _ => Outcome::Skipped,
-        };
         comparison.quantities.push(QuantityPair {
             key: key.clone(),
             unit: quantity.unit.clone(),
             a: in_a,
             b: in_b,
             difference,
-            control_difference: in_b.zip(in_control).map(|(b, c)| (b - c).abs()),
-            allowed,
-            verdict,
+            verdict: if comparison.bits_expected {
+                Outcome::pass_if(difference == Some(0.0))
+            } else {
+                Outcome::Skipped
+            },
         });
     }
 }

@@ -16,12 +16,13 @@ pub struct Explanation {
 }
 
 /// All families.
-pub const EXPLANATIONS: [Explanation; 18] = [
+pub const EXPLANATIONS: [Explanation; 19] = [
     Explanation {
         pattern: "compare/*",
         meaning: "Two runs of one scene agree in what is named last in the id.",
-        formula: "Runs that add forces in the same order are held against each other bit by bit, others against the scatter of rounding: \
-            replicas of the native run that differ in one last bit at the start.",
+        formula: "Runs that add forces in the same order are held against each other bit by bit, others by the first \
+            hundred steps of their engines from four states of a bed: replicas of the native engine with rounding errors show how far \
+            rounding takes them.",
         source: "docs/determinism.md; src/compare/",
         breaks: "Any change of an operation or of the order of sums in one of the engines. Read `first difference` in the report: it names the first \
             step, grain and number.",
@@ -56,10 +57,18 @@ pub const EXPLANATIONS: [Explanation; 18] = [
     },
     Explanation {
         pattern: "compare/*/quantity/*",
-        meaning: "A measured quantity is the same in both runs: equal where bits are expected, else within what rounding alone scatters.",
+        meaning: "A measured quantity is the same in both runs: equal where bits are expected; else it judges nothing.",
         formula: "The key says what is measured: moment (settled or last), measure, definition. Each definition is one file with its formula.",
         source: "crates/grains/src/measure/; docs/architecture.md",
         breaks: "If bits differ too, the engines differ: begin with the bits. If bits agree and this does not, the measuring code saw different tables.",
+    },
+    Explanation {
+        pattern: "first-steps/*",
+        meaning: "The first hundred steps of an engine from one state of a bed are the native engine's: to the bit, or to rounding.",
+        formula: "The largest distance from the native run over that of replicas of it with rounding errors as coarse as the engine's in \
+            every step; three times as far is rounding. After 1, 3, 10, 30 and 100 steps.",
+        source: "crates/verdict; docs/bring-your-own-engine.md",
+        breaks: "A constant or a term of another form in one of the engines; `crossgrain engine check` names it.",
     },
     Explanation {
         pattern: "faults/*",

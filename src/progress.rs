@@ -108,12 +108,13 @@ impl Task {
                 if said.elapsed() >= LINE_EVERY {
                     *said = Instant::now();
                     let elapsed = self.began.elapsed().as_secs_f64();
-                    let left = elapsed * (1.0 / share.max(1e-3) - 1.0);
-                    say(&format!(
-                        "{}: {at}, {:.0} % done, about {left:.0} s left",
-                        self.name,
-                        100.0 * share
-                    ));
+                    let how_far = if share > 0.0 {
+                        let left = elapsed * (1.0 / share - 1.0);
+                        format!("{:.0} % done, about {left:.0} s left", 100.0 * share)
+                    } else {
+                        format!("{elapsed:.0} s so far")
+                    };
+                    say(&format!("{}: {at}, {how_far}", self.name));
                 }
             }
         }

@@ -6,11 +6,9 @@ mod live;
 pub mod record;
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use crate::checks::{Outcome, verdict};
-use crate::compare::divergence::{REPLICAS, Scatter, of_replicas};
 use crate::compare::first_difference::Locator;
 use crate::compare::{Comparison, compare};
 use crate::engine::yade;
@@ -32,8 +30,9 @@ use grains::native::{Perturbation, Trouble};
 use grains::scene::Scene;
 use grains::tables::StopReason;
 use record::{
-    FaultCheck, NamedComparison, REPRODUCTION_VERSION, Reproduction, RunSummary, Skipped,
+    FaultCheck, LoopSteps, NamedComparison, REPRODUCTION_VERSION, Reproduction, RunSummary, Skipped,
 };
+use verdict::judge::Verdict;
 
 /// Grains of the longest trajectories of the suite in this job; `crossgrain verify` has all.
 const SUITE_GRAINS: u32 = 500;
@@ -75,8 +74,6 @@ pub struct Runs {
     pub native: RunFolder,
     /// YADE in sorted mode: live if there is one, else recorded.
     pub yade: Option<RunFolder>,
-    /// YADE's ordinary loop, if it ran live.
-    pub ordinary: Option<RunFolder>,
 }
 
 /// Does the whole job; runs that `out` already holds are taken over.
@@ -88,6 +85,7 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         comparisons: Vec::new(),
         skipped: Vec::new(),
         runs: Vec::new(),
+        first_steps: Vec::new(),
         facts: Vec::new(),
     };
     job.compare_facts()?;
@@ -98,20 +96,16 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
             "compare/sorted-recorded",
             "native against YADE's sorted loop, recorded",
             &["native", RECORDED],
-            compare(&native, recorded, None, Some(&job.locator())),
+            compare(&native, recorded, Some(&job.locator())),
         );
     }
-    let live = job.live(&native)?;
+    let sorted = job.live(&native)?;
     let faults = faults(&options.scene, display)?;
     let suite = job.suite()?;
     if native.record.stop() == Some(StopReason::MaxSteps) {
         let why = "the bed did not settle within /settle/max_steps";
         job.skipped("run/loading", "loading", why).required = true;
     }
-    let (sorted, ordinary) = match live {
-        Some(live) => (Some(live.sorted), Some(live.ordinary)),
-        None => (None, None),
-    };
     let of_native = native.record.seconds_per_step();
     for run in job.runs.iter_mut().filter(|run| run.folder != RECORDED) {
         run.times_native = Some(run.microseconds_per_step / (1e6 * of_native));
@@ -125,6 +119,7 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         yade: version.map(str::to_owned),
         verdict: Outcome::Skipped,
         comparisons: job.comparisons,
+        first_steps: job.first_steps,
         faults,
         facts: job.facts,
         suite,
@@ -140,7 +135,6 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
     let runs = Runs {
         native,
         yade: sorted.or(recorded),
-        ordinary,
     };
     Ok((reproduction, runs))
 }
@@ -151,6 +145,7 @@ struct Job<'a> {
     comparisons: Vec<NamedComparison>,
     skipped: Vec<Skipped>,
     runs: Vec<RunSummary>,
+    first_steps: Vec<LoopSteps>,
     facts: Vec<ParameterPair>,
 }
 
@@ -292,21 +287,6 @@ fn run_or_take_over(
     Ok(run)
 }
 
-/// The scatter of perturbed replicas of the native run, with progress.
-pub fn rounding_scatter(native: &RunFolder, display: &Display) -> Result<Scatter, Error> {
-    let task = display.task("perturbed replicas");
-    let done = AtomicUsize::new(0);
-    let scatter = of_replicas(native, &|| {
-        let done = 1 + done.fetch_add(1, Ordering::Relaxed);
-        task.share(
-            done as f64 / REPLICAS as f64,
-            &format!("{done} of {REPLICAS}"),
-        );
-    })?;
-    task.done("done");
-    Ok(scatter)
-}
-
 /// Steps of pouring that a fault has to show itself in.
 const FAULT_STEPS: u64 = 6000;
 
@@ -363,8 +343,8 @@ fn find(scene: &Scene, sound: &RunFolder, fault: Perturbation) -> Result<(Outcom
         None => None,
     };
     let sound = shortened.as_ref().unwrap_or(sound);
-    let comparison = compare(sound, &faulty, None, Some(&Locator::default()));
-    let differs = comparison.verdict() == Outcome::Fail;
+    let comparison = compare(sound, &faulty, Some(&Locator::default()));
+    let differs = comparison.verdict() == Verdict::Different;
     let mut found = match &comparison.first_difference {
         Some(first) => first.to_string(),
         None if differs => "a check failed, the place was not found".to_owned(),

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crossgrain::compare::first_steps::{Asked, from_bed};
 use crossgrain::engine::exec::{self, Options};
-use crossgrain::suite::conformance::from_bed;
 use serde::Deserialize;
 use verdict::judge::{Judgement, Reference, Verdict};
 use verdict::starts::DISPERSION;
@@ -64,7 +64,7 @@ fn compiled(folder: &Path, name: &str, flags: &[String]) -> PathBuf {
 fn judged(reference: &Reference, program: PathBuf) -> Judgement {
     let options = Options::new(program);
     let engine = exec::describe(&options).expect("a description");
-    let of = from_bed(reference, &engine, &options, &mut |_| ());
+    let of = from_bed(reference, Asked::Exec(&engine, &options), &mut |_| ());
     of.unwrap_or_else(|_| panic!("{} failed", options.program.display()))
 }
 

@@ -46,7 +46,7 @@ fn free_and_single_are_labelled_repeatable_and_near() {
         );
 
         // Not a failure of either: their bits were never promised.
-        let comparison = compare(&exact, &one, None, None);
+        let comparison = compare(&exact, &one, None);
         assert!(!comparison.bits_expected);
         for check in &comparison.checks {
             assert_ne!(

@@ -45,13 +45,16 @@ def read_grains(name="initial.csv"):
         return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
 
 
-def case_in_yade(name):
+def case_in_yade(name, settings=None):
     """The job of the case in this folder, and its model in an empty YADE scene, forces at the start evaluated."""
     O.reset()
     job = read_json(os.path.join(name, "job.json"))
     grains = read_grains(os.path.join(name, "initial.csv"))
-    verlet_distance = VERLET_OVER_RADIUS * min(grain["radius"] for grain in grains)
-    model = ModelInYade(job["model"], grains, True, verlet_distance)
+    if settings is None or settings["sorted"]:
+        order = (True, VERLET_OVER_RADIUS * min(grain["radius"] for grain in grains))
+    else:
+        order = (False, settings["verlet_distance"])
+    model = ModelInYade(job["model"], grains, *order)
     if job["punch"] is not None:
         punch = job["punch"]
         model.add_punch(punch["centre"], punch["half_extents"], punch["velocity"], punch["start"])

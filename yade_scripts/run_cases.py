@@ -53,7 +53,7 @@ def loads(model):
 steps_done = 0
 last_beat = time.monotonic()
 for index, name in enumerate(job["folders"]):
-    case, grains, model = case_in_yade(name)
+    case, grains, model = case_in_yade(name, job["settings"])
     model.evaluate_at_start()
     write_json(os.path.join(name, "effective.json"), effective(model))
     tables = Tables(name)

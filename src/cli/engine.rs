@@ -5,28 +5,29 @@ use clap::{Args, Subcommand};
 use super::chosen::Chosen;
 use super::json;
 use super::report::Output;
-use super::run::YadeLimits;
+use super::run::YadeArguments;
 use crate::checks::Outcome;
+use crate::compare::first_steps::OfBed;
 use crate::error::{Error, exit};
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
-use crate::suite::conformance::{OfBed, conformance};
+use crate::suite::conformance::{conformance, of_yade};
 use verdict::starts::DISPERSION;
 
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Example:\n  crossgrain engine check exec:adapters/toy.py")]
 pub enum Verb {
-    /// Say whether exec:PATH is the model's engine to the bit or to rounding, and what is wrong if it is not
+    /// Say whether an engine is the model's engine to the bit or to rounding, and what is wrong if it is not
     Check(Arguments),
 }
 
 #[derive(Debug, Args)]
 #[command(
     after_help = "Exit codes: 0 identical or equal to rounding; 1 different; 2 usage; 3 undecided; 4 the engine failed (it crashed, hung or was not \
-    understood).\n\nExamples:\n  crossgrain engine check exec:adapters/toy.py\n  crossgrain engine check exec:./mine"
+    understood).\n\nExamples:\n  crossgrain engine check exec:adapters/toy.py\n  crossgrain engine check exec:./mine\n  crossgrain engine check yade --loop ordinary"
 )]
 pub struct Arguments {
-    /// exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
+    /// yade, or exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
     engine: Chosen,
     /// Grains of the bed whose first steps are judged
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(50..=100_000))]
@@ -37,7 +38,7 @@ pub struct Arguments {
     #[command(flatten)]
     output: Output,
     #[command(flatten)]
-    limits: YadeLimits,
+    yade: YadeArguments,
 }
 
 /// Grains of a bed that stays a bed.
@@ -58,20 +59,25 @@ impl Verb {
 
 impl Arguments {
     fn execute(self) -> Result<u8, Error> {
-        let Chosen::Exec(program) = self.engine else {
+        if matches!(self.engine, Chosen::Native) {
             return Err(Error::Usage(
-                "only an external engine is checked: exec:PATH; for the others there is `crossgrain verify`"
+                "the native engine is what others are held against: yade, or exec:PATH; `crossgrain verify` verifies it"
                     .to_owned(),
             ));
-        };
+        }
         let display = Display::new(self.output.quiet);
         let task = display.task("engine check");
-        let limits = self.limits.exec(program);
         let bed = OfBed {
             grains: self.grains,
             dispersion: self.dispersion,
         };
-        let found = conformance(&limits, bed, &mut |name| task.share(0.0, name))?;
+        let mut progress = |name: &str| task.share(0.0, name);
+        let found = match self.engine {
+            Chosen::Exec(program) => {
+                conformance(&self.yade.limits.exec(program), bed, &mut progress)
+            }
+            _ => of_yade(&self.yade.options()?, bed, &mut progress),
+        }?;
         task.done("done");
         if asked_to_end() {
             return Err(Error::Interrupted);

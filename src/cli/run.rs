@@ -117,6 +117,23 @@ pub struct YadeLimits {
     output_limit: u64,
 }
 
+impl YadeArguments {
+    /// As they are given.
+    pub fn options(&self) -> Result<yade::Options, Error> {
+        let distance = self.verlet_distance;
+        if !(distance.is_finite() && distance >= 0.0) {
+            return Err(Error::Usage(format!(
+                "--verlet-distance is {distance}, and must be a length of 0 or more"
+            )));
+        }
+        Ok(yade::Options {
+            sorted: self.order == LoopOrder::Sorted,
+            verlet_distance: distance,
+            ..self.limits.options()
+        })
+    }
+}
+
 impl YadeLimits {
     /// Options with these limits and the default order.
     pub fn options(&self) -> yade::Options {
@@ -259,19 +276,7 @@ impl Arguments {
                     .to_owned(),
             )),
             Chosen::Exec(program) => Ok(Engine::Exec(self.yade.limits.exec(program.clone()))),
-            Chosen::Yade => {
-                let distance = self.yade.verlet_distance;
-                if !(distance.is_finite() && distance >= 0.0) {
-                    return Err(Error::Usage(format!(
-                        "--verlet-distance is {distance}, and must be a length of 0 or more"
-                    )));
-                }
-                Ok(Engine::Yade(yade::Options {
-                    sorted: self.yade.order == LoopOrder::Sorted,
-                    verlet_distance: distance,
-                    ..self.yade.limits.options()
-                }))
-            }
+            Chosen::Yade => Ok(Engine::Yade(self.yade.options()?)),
         }
     }
 }

@@ -206,7 +206,7 @@ pub struct CaseInYade {
 /// Grains of the largest case whose summed forces and torques are written too.
 const MOST_LOADED: usize = 200;
 
-/// Runs the cases in one start of YADE, in sorted mode and in order; `work` is an empty folder.
+/// Runs the cases in one start of YADE, in order; `work` is an empty folder.
 pub fn run_cases(
     cases: &[&Case],
     options: &Options,
@@ -253,7 +253,9 @@ fn start_cases(
         can(&case.model)?;
     }
     let yade = find(options.program.as_deref())?;
-    exec::write_cases(work, cases, &json!({"loads_up_to": MOST_LOADED}))?;
+    let mut settings = options.settings();
+    settings["loads_up_to"] = MOST_LOADED.into();
+    exec::write_cases(work, cases, &settings)?;
     start(&yade, script, work, options, observer)
 }
 

@@ -2,88 +2,59 @@
 
 use std::thread;
 
-use super::record::RunSummary;
-use super::{Job, Options, rounding_scatter, run_or_take_over};
+use super::record::{LoopSteps, RunSummary};
+use super::{Job, Options, run_or_take_over};
 use crate::checks::Outcome;
-use crate::compare::{ReferenceScatter, compare};
-use crate::engine::yade;
+use crate::compare::compare;
+use crate::compare::first_steps::{Asked, from_bed};
+use crate::engine::{EngineError, yade};
 use crate::error::Error;
 use crate::progress::Display;
 use crate::run::Engine;
 use crate::run::folder::RunFolder;
 use crate::suite::parameters;
 use grains::scene::Scene;
+use verdict::judge::Reference;
+use verdict::starts::DISPERSION;
 
-/// Ways to run YADE: whether sorted, and `verletDist` over the usual one.
-const SORTED_LOOP: (bool, f64) = (true, 1.0);
-const ORDINARY_LOOP: (bool, f64) = (false, 1.0);
-const CONTROL: (bool, f64) = (false, 2.0);
-
-/// Ids of the comparisons with the live runs.
+/// Ids of what is done live.
 const SORTED: &str = "compare/sorted-live";
-const ORDINARY: &str = "compare/ordinary-live";
+const LOOPS: [(&str, &str, bool); 2] = [
+    ("first-steps/sorted", "YADE's sorted loop", true),
+    ("first-steps/ordinary", "YADE's ordinary loop", false),
+];
+/// Grains of the bed from which the loops' first steps are judged.
+const GRAINS: u32 = 1000;
 
 /// Realizations that `--full` adds.
 const FURTHER_REALIZATIONS: u64 = 2;
 
-/// The live runs of YADE.
-pub(super) struct Live {
-    pub sorted: RunFolder,
-    pub ordinary: RunFolder,
-}
-
 impl Job<'_> {
-    /// YADE live: sorted on one core; the ordinary pair and the reference on the other.
-    pub(super) fn live(&mut self, native: &RunFolder) -> Result<Option<Live>, Error> {
-        let sorted_title = "native against YADE's sorted loop, live";
-        let ordinary_title = "native against YADE's ordinary loop, live";
+    /// YADE live: the whole experiment in the sorted loop on one core, the first steps of both loops on the other.
+    pub(super) fn live(&mut self, native: &RunFolder) -> Result<Option<RunFolder>, Error> {
+        let title = "native against YADE's sorted loop, live";
         let differ = parameters::outcome(&self.facts) != Some(Outcome::Pass);
         let why_not = self.without_yade().or_else(|| {
             differ.then(|| "the two engines do not use the same parameters".to_owned())
         });
         if let Some(why) = why_not {
-            self.skipped(SORTED, sorted_title, &why);
-            self.skipped(ORDINARY, ordinary_title, &why);
+            self.skipped(SORTED, title, &why);
+            for (id, of, _) in LOOPS {
+                self.skipped(id, &format!("first steps of {of}"), &why);
+            }
             return Ok(None);
         }
         let (options, display, scene) = (self.options, self.display, &self.options.scene);
-        let run = |scene: &Scene, name: &str, way| yade_run(options, display, scene, name, way);
-        let (sorted, others) = thread::scope(|scope| {
-            let others = scope.spawn(|| {
-                let ordinary = run(scene, "yade-ordinary", ORDINARY_LOOP)?;
-                let control = run(scene, "yade-ordinary-control", CONTROL)?;
-                let scatter = rounding_scatter(native, display)?;
-                Ok::<_, Error>((ordinary, control, scatter))
-            });
-            let sorted = run(scene, "yade-sorted", SORTED_LOOP);
-            (sorted, joined(others))
+        let (sorted, loops) = thread::scope(|scope| {
+            let loops = scope.spawn(|| of_loops(options, display));
+            let sorted = yade_run(options, display, scene, "yade-sorted");
+            (sorted, joined(loops))
         });
         let sorted = sorted?;
-        let (ordinary, control, scatter) = others?;
-        for (name, run) in [
-            ("yade-sorted", &sorted),
-            ("yade-ordinary", &ordinary),
-            ("yade-ordinary-control", &control),
-        ] {
-            self.runs.push(RunSummary::of(name, run));
-        }
-        let locator = self.locator();
-        self.compare(
-            SORTED,
-            sorted_title,
-            &["native", "yade-sorted"],
-            compare(native, &sorted, None, Some(&locator)),
-        );
-        let reference = ReferenceScatter {
-            control: Some(&control),
-            scatter: &scatter,
-        };
-        self.compare(
-            ORDINARY,
-            ordinary_title,
-            &["native", "yade-ordinary", "yade-ordinary-control"],
-            compare(native, &ordinary, Some(reference), Some(&locator)),
-        );
+        self.first_steps = loops?;
+        self.runs.push(RunSummary::of("yade-sorted", &sorted));
+        let compared = compare(native, &sorted, Some(&self.locator()));
+        self.compare(SORTED, title, &["native", "yade-sorted"], compared);
         if options.full {
             self.further_realizations()?;
         } else {
@@ -93,7 +64,7 @@ impl Job<'_> {
                 "asked for with --full only",
             );
         }
-        Ok(Some(Live { sorted, ordinary }))
+        Ok(Some(sorted))
     }
 
     fn further_realizations(&mut self) -> Result<(), Error> {
@@ -111,7 +82,7 @@ impl Job<'_> {
                 .iter()
                 .map(|scene| {
                     let name = name("yade-sorted", scene);
-                    scope.spawn(move || yade_run(options, display, scene, &name, SORTED_LOOP))
+                    scope.spawn(move || yade_run(options, display, scene, &name))
                 })
                 .collect();
             handles.into_iter().map(joined).collect()
@@ -128,7 +99,7 @@ impl Job<'_> {
                     scene.realization
                 ),
                 &[&native_name, &sorted_name],
-                compare(&native, &sorted, None, Some(&self.locator())),
+                compare(&native, &sorted, Some(&self.locator())),
             );
         }
         Ok(())
@@ -143,17 +114,36 @@ fn joined<T>(handle: thread::ScopedJoinHandle<'_, T>) -> T {
     }
 }
 
-/// A whole run of YADE.
+/// The first steps of both loops of YADE, held against the same replicas.
+fn of_loops(options: &Options, display: &Display) -> Result<Vec<LoopSteps>, Error> {
+    let task = display.task("first steps of YADE's loops");
+    let mut progress = |words: &str| task.share(0.0, words);
+    let reference = Reference::new(GRAINS, DISPERSION, &mut progress).map_err(EngineError::from)?;
+    let mut found = Vec::new();
+    for (id, title, sorted) in LOOPS {
+        let yade = yade::Options {
+            sorted,
+            ..options.yade.clone()
+        };
+        found.push(LoopSteps {
+            id: id.to_owned(),
+            title: title.to_owned(),
+            judgement: from_bed(&reference, Asked::Yade(&yade), &mut progress)?,
+        });
+    }
+    task.done("done");
+    Ok(found)
+}
+
+/// A whole run in YADE's sorted loop.
 fn yade_run(
     options: &Options,
     display: &Display,
     scene: &Scene,
     name: &str,
-    (sorted, distance): (bool, f64),
 ) -> Result<RunFolder, Error> {
     let engine = Engine::Yade(yade::Options {
-        sorted,
-        verlet_distance: distance * options.yade.verlet_distance,
+        sorted: true,
         ..options.yade.clone()
     });
     run_or_take_over(options, display, scene, name, &engine)

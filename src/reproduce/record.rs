@@ -5,13 +5,14 @@ use serde::Serialize;
 use super::beside::Stated;
 use crate::checks::{Check, Measured, Outcome, Speed};
 use crate::compare::Comparison;
-use crate::compare::divergence::quantities;
+use crate::compare::first_steps;
 use crate::paper::published::{HEIGHTS, POROSITIES, Printed, printed};
 use crate::paper::{self, Number};
 use crate::run::folder::RunFolder;
 use crate::suite::parameters::{ParameterPair, pair_checks};
 use crate::suite::run::Verification;
 use grains::scene::paper_scene;
+use verdict::judge::Judgement;
 
 /// The version of the reproduction's `run.json`.
 pub const REPRODUCTION_VERSION: u32 = 1;
@@ -33,6 +34,8 @@ pub struct Reproduction {
     pub verdict: Outcome,
     /// All comparisons of two runs.
     pub comparisons: Vec<NamedComparison>,
+    /// What the first steps of YADE's loops say, if YADE ran live.
+    pub first_steps: Vec<LoopSteps>,
     /// Deliberate faults, each of which the comparison must find.
     pub faults: Vec<FaultCheck>,
     /// The parameters that both engines use, if YADE ran live.
@@ -69,6 +72,9 @@ impl Reproduction {
         let mut checks = vec![compared.required()];
         for named in &self.comparisons {
             checks.extend(named.comparison.all_checks(&named.id));
+        }
+        for of in &self.first_steps {
+            checks.extend(first_steps::checks(&of.judgement, &of.id));
         }
         for fault in &self.faults {
             let id = format!("faults/{}", fault.fault.replace('=', "-"));
@@ -122,6 +128,17 @@ pub struct NamedComparison {
     pub folders: Vec<String>,
     /// What came out.
     pub comparison: Comparison,
+}
+
+/// What the first steps of one of YADE's loops say.
+#[derive(Debug, Clone, Serialize)]
+pub struct LoopSteps {
+    /// The beginning of its checks' ids.
+    pub id: String,
+    /// Which loop.
+    pub title: String,
+    /// What was found.
+    pub judgement: Judgement,
 }
 
 /// A check that was skipped, and why.
@@ -194,7 +211,7 @@ pub fn measured(run: &RunFolder) -> Vec<Measured> {
         unit: quantity.unit,
         value: quantity.value,
     };
-    quantities(run).into_iter().map(of).collect()
+    run.quantities().into_iter().map(of).collect()
 }
 
 /// A published figure beside ours.
@@ -221,7 +238,7 @@ pub fn claims(run: &RunFolder) -> Vec<Claim> {
     if scene.digest() != paper_scene(scene.realization, 5000).digest() {
         return Vec::new();
     }
-    let measured = quantities(run);
+    let measured = run.quantities();
     let claim = |what: String, key: &str, id: &str| {
         let figure: &Printed = printed(id)?;
         let ours = measured.iter().find(|quantity| quantity.key == key)?.value;

@@ -14,7 +14,7 @@ use serde::Deserialize;
 use crate::exit;
 use crate::files::{FileError, read_text, unpacked, write_folder, write_whole};
 use crate::tables::{self as text, TableError, parse_rows};
-use grains::measure::{Bed, HistoryRow};
+use grains::measure::{self, Bed, HistoryRow, Quantity};
 use grains::model::Model;
 use grains::scene::{Scene, SceneError, parse_scene};
 use grains::tables::{Bodies, BodyIds, Contact, Snapshot, Stage};
@@ -111,6 +111,35 @@ struct Versioned {
 }
 
 impl RunFolder {
+    /// Its measures, made anew from its tables, and how long its stages took.
+    pub fn quantities(&self) -> Vec<Quantity> {
+        let settled = self.settled.as_ref().map(Moment::bed);
+        let mut quantities = measure::all(&self.scene, settled, self.last.bed());
+        let mut add = |key: String, value: f64, unit: &str| {
+            quantities.push(Quantity {
+                key,
+                value,
+                unit: unit.to_owned(),
+            });
+        };
+        for stage in &self.record.stages {
+            add(
+                format!("{}.steps", stage.stage.name()),
+                stage.steps as f64,
+                "1",
+            );
+        }
+        if let Some(last) = self.history.last() {
+            if let Some(depth) = last.punch_depth {
+                add("load.punch_depth".to_owned(), depth, "m");
+            }
+            if let Some(force) = last.punch_force {
+                add("load.punch_force".to_owned(), force, "N");
+            }
+        }
+        quantities
+    }
+
     /// Writes the folder aside and renames it into place; `path` must not exist.
     pub fn write(&self, path: &Path) -> Result<(), FolderError> {
         write_folder(path, |aside| self.fill(aside))

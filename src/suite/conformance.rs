@@ -1,23 +1,25 @@
 //! What is wrong with an external engine: tiny jobs, each held against the native engine, and what is
 //! found said in plain words.
 
-mod first_steps;
 mod jobs;
 
-pub use first_steps::{OfBed, from_bed};
 use jobs::Job;
 use serde::Serialize;
 
 use crate::checks::{Check, Outcome};
+use crate::compare::first_steps::{self, Asked, OfBed};
 use crate::document::{Document, Section};
-use crate::engine::ProgramError;
 use crate::engine::exec::{self, Description, Options, Part};
+use crate::engine::{ProgramError, yade};
 use crate::files::work_folder;
 use crate::run::EngineError;
 use grains::native::{self, NativeError};
 use grains::tables::{Contact, Snapshot};
 use grains::task::{Observer, Outcome as Ended};
 use verdict::judge::{Judgement, Verdict};
+
+/// The ids of the checks of first steps begin with this.
+const FIRST_STEPS: &str = "engine/first-steps";
 
 /// All checks of an engine.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -72,11 +74,7 @@ impl Conformance {
 
     /// The verdict as the outcome of a job.
     pub fn outcome(&self) -> Outcome {
-        match self.verdict() {
-            Verdict::Different => Outcome::Fail,
-            Verdict::Undecided => Outcome::Skipped,
-            _ => Outcome::Pass,
-        }
+        self.verdict().into()
     }
 
     fn answer(&self) -> String {
@@ -84,7 +82,7 @@ impl Conformance {
         let small = self
             .checks
             .iter()
-            .find(|of| of.outcome == Outcome::Fail && !of.id.starts_with(first_steps::CHECKS));
+            .find(|of| of.outcome == Outcome::Fail && !of.id.starts_with(FIRST_STEPS));
         let first = self.first_steps.as_ref().map(first_steps::answer);
         match (small, first) {
             (Some(check), first) => {
@@ -117,7 +115,8 @@ pub fn conformance(
 ) -> Result<Conformance, EngineError> {
     let engine = exec::describe(options)?;
     let first_steps = if engine.has(Part::Cases) {
-        first_steps::first_steps(&engine, options, bed, progress)
+        first_steps::first_steps(Asked::Exec(&engine, options), bed, progress)
+            .map_err(Trouble::from)
     } else {
         Err(Trouble::Skipped(
             "the engine says that it has no lists of small experiments (cases)".to_owned(),
@@ -147,12 +146,36 @@ pub fn conformance(
     found.add("cases", what, said)?;
     match first_steps {
         Ok(of) => {
-            found.checks.extend(first_steps::checks(&of));
+            found.checks.extend(first_steps::checks(&of, FIRST_STEPS));
             found.first_steps = Some(of);
         }
         Err(trouble) => found.add("first-steps", "its first steps from a bed", Err(trouble))?,
     }
     Ok(found)
+}
+
+/// The first steps of YADE, whose small experiments are the verification suite's.
+pub fn of_yade(
+    options: &yade::Options,
+    bed: OfBed,
+    progress: &mut dyn FnMut(&str),
+) -> Result<Conformance, EngineError> {
+    let work = work_folder().map_err(ProgramError::File)?;
+    let version = yade::run_cases(&[], options, work.path(), &mut ())?.version;
+    let order = if options.sorted { "sorted" } else { "ordinary" };
+    let judgement = first_steps::first_steps(Asked::Yade(options), bed, progress)?;
+    Ok(Conformance {
+        engine: Description {
+            protocol: exec::PROTOCOL,
+            name: "YADE".to_owned(),
+            version: format!("{version}, {order} loop"),
+            parts: Part::ALL.to_vec(),
+            approximations: Vec::new(),
+        },
+        checks: first_steps::checks(&judgement, FIRST_STEPS),
+        first_steps: Some(judgement),
+        engine_failed: false,
+    })
 }
 
 /// What a job came to if it is not right.
@@ -172,6 +195,15 @@ pub enum Trouble {
 impl From<ProgramError> for Trouble {
     fn from(error: ProgramError) -> Self {
         Trouble::Engine(error)
+    }
+}
+
+impl From<EngineError> for Trouble {
+    fn from(error: EngineError) -> Self {
+        match error {
+            EngineError::Native(error) => error.into(),
+            EngineError::Program(error) => error.into(),
+        }
     }
 }
 

@@ -112,7 +112,8 @@ pub struct CaseResult {
     pub outcome: Outcome,
     /// Why it was skipped, or what went wrong; empty otherwise.
     pub reason: String,
-    /// Skipped because the engine has no such option: nothing is missing.
+    /// Skipped because the engine says that it has no such option: nothing is missing. One that says that it has it and
+    /// refuses leaves the suite incomplete.
     pub inapplicable: bool,
     /// Its checks; the record has those of all cases as one list.
     #[serde(skip)]
@@ -461,7 +462,7 @@ impl Suite {
             results.push(match run {
                 Ok(run) => match run.into_iter().collect::<Result<Vec<Track>, String>>() {
                     Ok(tracks) => case.judged(Ok(group.judge(&tracks))),
-                    Err(reason) => case.skipped(&format!("{name} refused: {reason}"), true),
+                    Err(reason) => case.skipped(&format!("{name} refused: {reason}"), false),
                 },
                 Err(
                     error @ (ProgramError::NotStarted { .. }

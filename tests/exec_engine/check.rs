@@ -99,6 +99,21 @@ fn an_engine_that_refuses_one_job_is_undecided() {
     assert!(text.contains("undecided"), "{text}");
 }
 
+/// A refusal leaves the suite incomplete, whatever else passes.
+#[test]
+fn an_engine_that_refuses_some_cases_is_not_verified() {
+    let (folder, _) = folder_with(&narrow_scene(0.05));
+    let toy = changed_toy("if len(grains) > 200:", "if len(grains) > 1:");
+    let engine = program(folder.path(), "refuses.py", &toy);
+    let engine = format!("exec:{}", engine.display());
+    let verify = ["verify", "--engine", &engine, "--quiet"];
+    let (code, text, errors) = told(&crossgrain(&verify, folder.path()));
+    assert_eq!(code, 3, "{text}{errors}");
+    assert!(text.contains(" 0 failed"), "{text}");
+    assert!(!text.contains("INCOMPLETE: 0 cases passed"), "{text}");
+    assert!(text.contains("refused: more than 200 grains"), "{text}");
+}
+
 #[test]
 fn engine_check_finds_what_changes_from_run_to_run() {
     let (folder, _) = folder_with(&narrow_scene(0.05));

@@ -254,21 +254,6 @@ pub struct Judgement {
     pub causes: Vec<Cause>,
 }
 
-/// The judge stopped.
-#[derive(Debug)]
-pub enum Failure<E> {
-    /// The engine failed.
-    Engine(E),
-    /// The native one did.
-    Native(NativeError),
-}
-
-impl<E> From<NativeError> for Failure<E> {
-    fn from(error: NativeError) -> Self {
-        Failure::Native(error)
-    }
-}
-
 impl Judgement {
     /// Of all states: different if one is, undecided if one was not looked at.
     pub fn verdict(&self) -> Verdict {
@@ -350,12 +335,12 @@ impl Reference {
     }
 
     /// Judges an engine; `lacks` says what it has not that a case asks for, and such a case is not handed to it.
-    pub fn judge<E>(
+    pub fn judge<E: From<NativeError>>(
         &self,
         lacks: &dyn Fn(&Case) -> Option<String>,
         engine: &mut Engine<'_, E>,
         progress: &mut dyn FnMut(&str),
-    ) -> Result<Judgement, Failure<E>> {
+    ) -> Result<Judgement, E> {
         let (mut cases, mut double, mut not_asked) = (Vec::new(), Vec::new(), Vec::new());
         for (of, native) in self.cases.iter().zip(&self.double) {
             match lacks(&of.2) {
@@ -382,7 +367,7 @@ impl Reference {
         progress("the engine runs");
         let of_probes = probes.iter().flatten();
         let asked: Vec<&Case> = of_probes.chain(cases.iter().map(|of| &of.2)).collect();
-        let mut of_cases = engine(&asked).map_err(Failure::Engine)?;
+        let mut of_cases = engine(&asked)?;
         if of_cases.iter().all(Result::is_err) {
             let answers = of_cases.into_iter().skip(probes.iter().flatten().count());
             return Ok(refused(cases, not_asked, answers.collect()));

@@ -22,14 +22,13 @@
 //!
 //! // An engine whose gravity is wrong by a millionth.
 //! let heavier = Variant::default().and(Constant::GravityUp, 1.0e-6);
-//! let mut engine = |cases: &[&Case]| -> Result<Vec<verdict::Answer>, std::io::Error> {
+//! let mut engine = |cases: &[&Case]| -> Result<Vec<verdict::Answer>, Box<dyn std::error::Error>> {
 //!     Ok(cases.iter().map(|case| Ok(variant::run(case, &heavier))).collect())
 //! };
 //!
 //! let reference = Reference::new(100, DISPERSION, &mut |_| ())?;
 //! // It has what is asked for.
-//! let found = reference.judge(&|_| None, &mut engine, &mut |_| ());
-//! let found = found.map_err(|_| "the engine failed")?;
+//! let found = reference.judge(&|_| None, &mut engine, &mut |_| ())?;
 //! assert_eq!(found.verdict(), Verdict::Different);
 //! assert!(found.causes[0].sentence().starts_with("equal to rounding with g_z × 1.000001000000"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -1,9 +1,8 @@
 //! Engines made of the native one: what is right is called right, every constant and every form is named.
 
-use std::convert::Infallible;
 use std::sync::LazyLock;
 
-use grains::native::{CaseOptions, Mode, run_case};
+use grains::native::{CaseOptions, Mode, NativeError, run_case};
 use grains::task::Case;
 use grains::variant::{self, Constant, Form, Variant};
 use verdict::envelope::in_parallel;
@@ -15,7 +14,7 @@ use verdict::{Answer, Engine};
 static REFERENCE: LazyLock<Reference> =
     LazyLock::new(|| Reference::new(300, DISPERSION, &mut |_| ()).expect("a bed"));
 
-fn judged(engine: &mut Engine<'_, Infallible>) -> Judgement {
+fn judged(engine: &mut Engine<'_, NativeError>) -> Judgement {
     REFERENCE
         .judge(&|_| None, engine, &mut |_| ())
         .unwrap_or_else(|_| panic!("the native engine failed"))

@@ -1,27 +1,69 @@
 //! An engine's first hundred steps from a bed, judged, and what is said of them.
 
-use super::Trouble;
 use crate::checks::{Check, Outcome};
 use crate::document::{Cell, Section, Table};
-use crate::engine::ProgramError;
-use crate::engine::exec::{self, Description, Options, missing_for_case};
+use crate::engine::exec::{self, Description, missing_for_case};
+use crate::engine::{EngineError, ProgramError, yade};
 use crate::files::work_folder;
+use grains::model::Kernel;
+use grains::native::{self, CaseOptions};
 use grains::task::Case;
 use verdict::Answer;
 use verdict::envelope::{FACTOR, REPLICAS};
-use verdict::judge::{Failure, Judgement, Limit, OfStart, Reference, Verdict};
-
-/// The ids of its checks begin with this.
-pub const CHECKS: &str = "engine/first-steps/";
+use verdict::judge::{Judgement, Limit, OfStart, Reference, Verdict};
 
 /// An engine that refuses a bed is asked for one of so many grains.
 const SMALL: u32 = 200;
 
-impl From<Failure<ProgramError>> for Trouble {
-    fn from(failure: Failure<ProgramError>) -> Self {
-        match failure {
-            Failure::Engine(error) => error.into(),
-            Failure::Native(error) => error.into(),
+/// An engine that is asked for its first steps.
+#[derive(Debug, Clone, Copy)]
+pub enum Asked<'a> {
+    /// Our own, in another mode or with a fault.
+    Native(&'a native::Options),
+    Yade(&'a yade::Options),
+    /// One that says so of itself.
+    Exec(&'a Description, &'a exec::Options),
+}
+
+impl Asked<'_> {
+    /// What it does not have of what the case asks for.
+    fn lacks(self, case: &Case) -> Option<String> {
+        match self {
+            Asked::Native(options) => (!options.mode.is_exact()
+                && Kernel::of(&case.model.law) == Kernel::General)
+                .then(|| format!("friction or dashpots in {} mode", options.mode.name())),
+            Asked::Yade(_) => yade::unsupported(&case.model),
+            Asked::Exec(engine, _) => {
+                let missing = missing_for_case(engine, case);
+                let missing: Vec<&str> = missing.iter().map(|part| part.in_words()).collect();
+                (!missing.is_empty()).then(|| missing.join(", "))
+            }
+        }
+    }
+
+    fn run(self, cases: &[&Case]) -> Result<Vec<Answer>, EngineError> {
+        let work = work_folder().map_err(ProgramError::File)?;
+        match self {
+            Asked::Native(options) => {
+                let options = CaseOptions {
+                    fault: options.perturbation,
+                    mode: options.mode,
+                    ..CaseOptions::default()
+                };
+                let run = |case: &&Case| Ok(Ok(native::run_case(case, options)?));
+                cases.iter().map(run).collect()
+            }
+            Asked::Yade(options) => {
+                let run = yade::run_cases(cases, options, work.path(), &mut ())?;
+                Ok(run.cases.into_iter().map(|of| Ok(of.track)).collect())
+            }
+            Asked::Exec(engine, options) => Ok(exec::run_cases(
+                cases,
+                engine,
+                options,
+                work.path(),
+                &mut (),
+            )?),
         }
     }
 }
@@ -37,62 +79,45 @@ pub struct OfBed {
 
 /// Judges the engine from a bed, or from a small one if it refuses so many grains.
 pub fn first_steps(
-    engine: &Description,
-    options: &Options,
+    engine: Asked<'_>,
     bed: OfBed,
     progress: &mut dyn FnMut(&str),
-) -> Result<Judgement, Trouble> {
+) -> Result<Judgement, EngineError> {
     let OfBed { grains, dispersion } = bed;
-    let found = from_bed(
-        &Reference::new(grains, dispersion, progress)?,
-        engine,
-        options,
-        progress,
-    )?;
+    let reference = Reference::new(grains, dispersion, progress)?;
+    let found = from_bed(&reference, engine, progress)?;
     let refused = found.starts.iter().all(|of| of.skipped.is_some());
     if !refused || grains <= SMALL {
         return Ok(found);
     }
-    from_bed(
-        &Reference::new(SMALL, dispersion, progress)?,
-        engine,
-        options,
-        progress,
-    )
+    let reference = Reference::new(SMALL, dispersion, progress)?;
+    from_bed(&reference, engine, progress)
 }
 
 /// Judges the engine against what is known of a bed.
 pub fn from_bed(
     reference: &Reference,
-    engine: &Description,
-    options: &Options,
+    engine: Asked<'_>,
     progress: &mut dyn FnMut(&str),
-) -> Result<Judgement, Trouble> {
-    let lacks = |case: &Case| {
-        let missing = missing_for_case(engine, case);
-        let missing: Vec<&str> = missing.iter().map(|part| part.in_words()).collect();
-        (!missing.is_empty()).then(|| missing.join(", "))
-    };
-    let mut run = |cases: &[&Case]| -> Result<Vec<Answer>, ProgramError> {
-        let work = work_folder()?;
-        exec::run_cases(cases, engine, options, work.path(), &mut ())
-    };
-    Ok(reference.judge(&lacks, &mut run, progress)?)
+) -> Result<Judgement, EngineError> {
+    let lacks = |case: &Case| engine.lacks(case);
+    let mut run = |cases: &[&Case]| engine.run(cases);
+    reference.judge(&lacks, &mut run, progress)
 }
 
-/// One for each state.
-pub fn checks(of: &Judgement) -> Vec<Check> {
-    of.starts.iter().map(check).collect()
+/// One for each state; their ids begin with this one.
+pub fn checks(of: &Judgement, id: &str) -> Vec<Check> {
+    of.starts.iter().map(|start| check(start, id)).collect()
 }
 
-fn check(of: &OfStart) -> Check {
+fn check(of: &OfStart, id: &str) -> Check {
     let (outcome, found) = match (&of.skipped, of.verdict) {
         (Some(why), Verdict::Different) => (Outcome::Fail, why.clone()),
         (Some(why), _) => (Outcome::Skipped, format!("the engine refused: {why}")),
         (None, Verdict::Different) => (Outcome::Fail, said(of)),
         (None, _) => (Outcome::Pass, said(of)),
     };
-    let id = format!("{CHECKS}{}-{}", of.law.name(), of.start.key());
+    let id = format!("{id}/{}-{}", of.law.name(), of.start.key());
     let quantity = format!("{}, {}", of.law.name(), of.start.name());
     let ratio = of.farthest.as_ref().map_or(f64::NAN, |of| of.ratio);
     Check::of_words(id, &quantity, outcome, &found)
@@ -177,6 +202,22 @@ fn seen(limits: &[Limit]) -> String {
     })
 }
 
+/// State by state.
+pub fn state_table(of: &Judgement) -> Table {
+    Table::of("first-steps", "", of.starts.iter())
+        .column("law", |of: &OfStart| of.law.name())
+        .column("state", |of| of.start.name())
+        .column("verdict", |of| of.verdict.in_words())
+        .column("times as far as replicas", |of| {
+            of.farthest.as_ref().map(|of| of.ratio)
+        })
+        .column("left them after, steps", |of| match &of.farthest {
+            Some(of) => of.left_after.map_or(Cell::Missing, Cell::Count),
+            None => Cell::Missing,
+        })
+        .into()
+}
+
 /// For the page.
 pub fn sections(of: &Judgement) -> Vec<Section> {
     let about = format!(
@@ -188,24 +229,13 @@ pub fn sections(of: &Judgement) -> Vec<Section> {
         of.resolution.overlap,
         of.resolution.velocity
     );
-    let starts = Table::of("first-steps", "", of.starts.iter())
-        .column("law", |of: &OfStart| of.law.name())
-        .column("state", |of| of.start.name())
-        .column("verdict", |of| of.verdict.in_words())
-        .column("times as far as replicas", |of| {
-            of.farthest.as_ref().map(|of| of.ratio)
-        })
-        .column("left them after, steps", |of| match &of.farthest {
-            Some(of) => of.left_after.map_or(Cell::Missing, Cell::Count),
-            None => Cell::Missing,
-        });
     let limits = Table::of("smallest-faults", "", of.limits.iter())
         .column("constant", |of: &Limit| of.constant)
         .column("smallest fault seen", |of| of.smallest)
         .column("law", |of| of.law.name())
         .column("state", |of| of.start.name());
     let mut sections = vec![
-        Section::new("Its first hundred steps", &about).with(Table::from(starts)),
+        Section::new("Its first hundred steps", &about).with(state_table(of)),
         Section::new(
             "What would have been seen",
             "A constant that is wrong by this share, everywhere, leaves the replicas.",
