@@ -50,6 +50,21 @@ pub enum Block {
     Plot(Plot),
     /// Any other picture.
     Drawing(Drawing),
+    /// What other pages say, side by side.
+    Tiles(Vec<Tile>),
+}
+
+/// What another page of the same job says, in a few words.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tile {
+    /// What it is about.
+    pub title: String,
+    /// The figure that one remembers.
+    pub figure: String,
+    /// The answer.
+    pub words: String,
+    /// The page's name, without its end.
+    pub page: &'static str,
 }
 
 /// A picture that is no plot: a bed, a field, a map.
@@ -118,6 +133,12 @@ impl From<Plot> for Block {
 impl From<Drawing> for Block {
     fn from(drawing: Drawing) -> Self {
         Block::Drawing(drawing)
+    }
+}
+
+impl From<Vec<Tile>> for Block {
+    fn from(tiles: Vec<Tile>) -> Self {
+        Block::Tiles(tiles)
     }
 }
 

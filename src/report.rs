@@ -36,7 +36,7 @@ mod plot;
 mod svg;
 mod views;
 
-pub use html::{Page, check_lines, markdown, page, page_against, terminal};
+pub use html::{FIRST, Page, check_lines, markdown, page, page_against, terminal};
 pub use plot::svg;
 pub use views::{junit, junit_of_error};
 

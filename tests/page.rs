@@ -1,64 +1,135 @@
-//! The page of the main job: its parts, and its figures as files.
+//! The pages of the main job: the evidence on the first one, studies on pages of their own, and figures as files.
 
 use crossgrain::progress::Display;
+use crossgrain::report::{Page, page_against};
 use crossgrain::reproduce::beside::Beside;
 use crossgrain::reproduce::reproduce;
 
 use crate::support::pages::{each_figure_stands_once_and_has_numbers, job_without_yade};
 
-/// Headings in the order in which they must stand: the evidence first, then what is no part of the verdict.
-const PARTS: [&str; 13] = [
+/// Headings of the first page, in the order of the argument.
+const PARTS: [&str; 8] = [
     "<div class=\"verdict",
+    ">At a glance</h2>",
     ">Comparisons</h2>",
-    ">The packings</h2>",
-    ">Histories</h2>",
     ">Would it notice?</h2>",
     ">Skipped</h2>",
-    ">Every measured quantity</h2>",
-    ">No part of the verdict</h2>",
-    ">This realization beside the paper's figures</h2>",
-    ">The paper's claims about its simulations</h2>",
-    ">The largest stable time steps</h2>",
-    ">Cost against error</h2>",
+    ">More</h2>",
+    ">What the paper leaves open, and what was chosen</h2>",
     ">Runs, versions and commands</h2>",
 ];
+/// What the first page has at most, folded parts left out.
+const MOST_WORDS: usize = 1500;
+const MOST_TABLES: usize = 10;
+
+/// What is read without unfolding anything: no tags, pictures or styles.
+fn open_parts(html: &str) -> String {
+    let body = html.split("<body>").nth(1).expect("a body");
+    let mut text = body.to_owned();
+    for (from, to) in [
+        ("<details", "</details>"),
+        ("<svg", "</svg>"),
+        ("<script", "</script>"),
+    ] {
+        while let Some(start) = text.find(from) {
+            let end = text[start..].find(to).expect("its end") + start + to.len();
+            text.replace_range(start..end, " ");
+        }
+    }
+    text
+}
+
+fn words(html: &str) -> usize {
+    let mut text = String::new();
+    let mut in_tag = false;
+    for letter in html.chars() {
+        match letter {
+            '<' => in_tag = true,
+            '>' => {
+                in_tag = false;
+                text.push(' ');
+            }
+            _ if !in_tag => text.push(letter),
+            _ => {}
+        }
+    }
+    text.split_whitespace().count()
+}
 
 #[test]
-fn every_part_stands_in_its_order_with_figures_and_where_they_come_from() {
+fn the_first_page_is_short_and_every_study_has_its_own() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let options = job_without_yade(
         folder.path(),
         Beside::read(&[], true).expect("the recorded records"),
     );
     let (reproduction, runs) = reproduce(&options, &Display::new(true)).expect("a job");
-    let page = |beside: &Beside| {
-        let document = reproduction.document(&runs, beside, None);
-        crossgrain::report::page(&document.expect("a document"))
+    let pages = |beside: &Beside| -> Vec<Page> {
+        let documents = reproduction.documents(&runs, beside, None);
+        let documents = documents.expect("documents");
+        documents
+            .iter()
+            .map(|(name, of)| page_against(name, of, None))
+            .collect()
     };
-    let whole = page(&options.beside);
-    let text = whole.html.replace("&#39;", "'");
-    let places: Vec<Option<usize>> = PARTS.iter().map(|part| text.find(part)).collect();
+    let all = pages(&options.beside);
+    let names: Vec<&str> = all.iter().map(|of| of.name.as_str()).collect();
+    assert_eq!(
+        names,
+        [
+            "report",
+            "measures",
+            "paper",
+            "claims",
+            "stability",
+            "tradeoff"
+        ]
+    );
+    let first = all[0].html.replace("&#39;", "'");
+    let places: Vec<Option<usize>> = PARTS.iter().map(|part| first.find(part)).collect();
     assert!(places.iter().all(Option::is_some), "{places:?}");
     assert!(places.is_sorted(), "{places:?}");
-    let recorded = "Recorded, and not run again here";
-    assert_eq!(whole.html.matches(recorded).count(), 3);
-    // Distributions beside the theory's exponential, and long tables left to their own jobs.
-    assert!(text.contains("theory's exponential") && text.contains("rows on the page of that job"));
     for words in [
         "Stochastic modeling of stress fields",
         "crossgrain 0.1.0, 2",
     ] {
         assert!(
-            text[..places[1].expect("a place")].contains(words),
+            first[..places[1].expect("a place")].contains(words),
             "{words}"
         );
     }
-    each_figure_stands_once_and_has_numbers(&whole);
+    let open = open_parts(&first);
+    assert!(words(&open) <= MOST_WORDS, "{} words", words(&open));
+    assert!(open.matches("<table").count() <= MOST_TABLES);
+    for page in &all {
+        each_figure_stands_once_and_has_numbers(page);
+    }
+    for page in &all[1..] {
+        assert_eq!(
+            first
+                .matches(&format!("href=\"{}.html\"", page.name))
+                .count(),
+            1,
+            "{}",
+            page.name
+        );
+        assert!(page.html.contains("href=\"report.html\""), "{}", page.name);
+    }
+    for page in &all[3..] {
+        assert!(
+            page.html.contains("Recorded, and not run again here"),
+            "{}",
+            page.name
+        );
+    }
+    // Distributions beside the theory's exponential.
+    assert!(
+        all[3]
+            .html
+            .replace("&#39;", "'")
+            .contains("theory's exponential")
+    );
     // The job's own record names them, and they judge nothing.
     assert_eq!(reproduction.beside.len(), 3);
-
-    let alone = page(&Beside::default());
-    assert!(!alone.html.contains("Cost against error</h2>"));
-    assert!(alone.html.contains("are not on this page"));
-    each_figure_stands_once_and_has_numbers(&alone);
+    assert_eq!(pages(&Beside::default()).len(), 3);
 }

@@ -88,7 +88,7 @@ impl Arguments {
             ..Found::default()
         };
         let (text, record) = record::write("bench", &bench, bench.machine.kind(), found)?;
-        FOLDER.finish(&out, &page(&document), &text)?;
+        FOLDER.finish(&out, &[page(&document)], &text)?;
         self.output.files.write(&record, None)?;
         tell(self.output.json, &text, || {
             terminal(&document) + &page_line(&out)

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::error::Error;
 use crate::files::{FileError, FolderLock, failed, free_folder, write_whole};
 use crate::report::Page;
-use crate::report::html::PAGE;
+use crate::report::html::FIRST;
 
 /// The folder of a long job, which is taken up again there. Its record is written last of all and says that it is
 /// finished.
@@ -49,9 +49,11 @@ impl JobFolder {
         Ok((folder, lock))
     }
 
-    /// Writes the page with its figures, and then the record.
-    pub fn finish(&self, folder: &Path, page: &Page, record: &str) -> Result<(), Error> {
-        page.write(folder)?;
+    /// Writes the pages with their figures, and then the record.
+    pub fn finish(&self, folder: &Path, pages: &[Page], record: &str) -> Result<(), Error> {
+        for page in pages {
+            page.write(folder)?;
+        }
         write_whole(&folder.join(self.record), record.as_bytes())?;
         Ok(())
     }
@@ -59,5 +61,8 @@ impl JobFolder {
 
 /// Where the page is, as a line.
 pub fn page_line(folder: &Path) -> String {
-    format!("report: {}\n", folder.join(PAGE).display())
+    format!(
+        "report: {}\n",
+        folder.join(format!("{FIRST}.html")).display()
+    )
 }

@@ -16,7 +16,8 @@ use crate::files::write_whole;
 use crate::interrupt::asked_to_end;
 use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
-use crate::report::{page_against, terminal};
+use crate::report::html::FIRST;
+use crate::report::{Page, page_against, terminal};
 use crate::reproduce::beside::Beside;
 use crate::reproduce::record::{Reproduction, measured};
 use crate::reproduce::{Options, reproduce};
@@ -129,10 +130,14 @@ impl Arguments {
         let kind = Machine::this().kind();
         let (text, record) = record::write("reproduce", &reproduction, kind, found)?;
         let diff = baseline.map(|baseline| diff(&baseline, &record));
-        let document = reproduction.document(&runs, &options.beside, diff.as_ref())?;
-        let page = page_against(&document, diff.as_ref());
+        let documents = reproduction.documents(&runs, &options.beside, diff.as_ref())?;
+        let against = |name: &str| diff.as_ref().filter(|_| name == FIRST);
+        let pages = documents.iter();
+        let pages: Vec<Page> = pages
+            .map(|(name, of)| page_against(name, of, against(name)))
+            .collect();
         self.files.write(&record, diff.as_ref())?;
-        FOLDER.finish(&out, &page, &text)?;
+        FOLDER.finish(&out, &pages, &text)?;
         let mut words = terminal(&reproduction.summary()) + &page_line(&out);
         if let Some(diff) = &diff {
             words += &terminal(&diff.document(false));

@@ -8,14 +8,14 @@ use super::views::{in_markdown, words};
 use super::{SCRIPT, STYLE};
 use crate::checks::{Check, Outcome, Tally, slug};
 use crate::compare::baseline::diff::Diff;
-use crate::document::{Block, Cell, Document, Section, Table, harmless};
+use crate::document::{Block, Cell, Document, Section, Table, Tile, harmless};
 use crate::error::Error;
 use crate::files::{failed, write_whole};
 
 /// The folder of a page's figures and tables, beside the page.
 pub const FOLDER: &str = "figures";
-/// The page.
-pub const PAGE: &str = "report.html";
+/// The name of a job's first page, without its end.
+pub const FIRST: &str = "report";
 /// Failed checks in a list for people at most, and other ones that did not pass; the page and the files have all.
 const MOST_CHECKS: usize = 40;
 const MOST_OTHERS: usize = 6;
@@ -23,6 +23,8 @@ const MOST_OTHERS: usize = 6;
 /// A page with the figures and tables on it as files.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Page {
+    /// Its file's name, without its end.
+    pub name: String,
     /// Needs nothing else; its links lead to the files.
     pub html: String,
     /// Names and contents, in the order of the page: each figure as SVG and CSV, each table as CSV.
@@ -39,13 +41,19 @@ impl Page {
         for (name, contents) in &self.files {
             write_whole(&figures.join(name), contents.as_bytes())?;
         }
-        write_whole(&folder.join(PAGE), self.html.as_bytes())?;
+        write_whole(
+            &folder.join(format!("{}.html", self.name)),
+            self.html.as_bytes(),
+        )?;
         Ok(())
     }
 
     /// A file; the value is the name, which may have got a number to be unique, without its end.
     fn add(&mut self, name: &str, contents: &[(&str, String)]) -> String {
-        let name = slug(name);
+        let name = match self.name.as_str() {
+            FIRST => slug(name),
+            page => slug(&format!("{page}-{name}")),
+        };
         let taken = |name: &str| {
             let end = format!("{name}.csv");
             self.files.iter().any(|(other, _)| *other == end)
@@ -63,12 +71,13 @@ impl Page {
 /// A document as one page that opens offline: the verdict, the answer and what failed first, then the sections, with details
 /// folded, and every check at the end.
 pub fn page(document: &Document) -> Page {
-    page_against(document, None)
+    page_against(FIRST, document, None)
 }
 
-/// The same; if the run was held against a baseline, what is worse than in it stands with the verdict.
-pub fn page_against(document: &Document, diff: Option<&Diff>) -> Page {
+/// The same under a name; if the run was held against a baseline, what is worse than in it stands with the verdict.
+pub fn page_against(name: &str, document: &Document, diff: Option<&Diff>) -> Page {
     let mut page = Page {
+        name: name.to_owned(),
         html: String::new(),
         files: Vec::new(),
     };
@@ -82,8 +91,12 @@ pub fn page_against(document: &Document, diff: Option<&Diff>) -> Page {
     };
     let title = words(&document.title);
     let named = |text: &str| format!("<span class=\"named\">{}</span>\n", words(text));
+    let back = match name {
+        FIRST => "",
+        _ => "<p class=\"back\"><a href=\"report.html\">← the job's first page</a></p>\n",
+    };
     let mut body = format!(
-        "<h1>{title}</h1>\n<div class=\"verdict {class}\"><strong>{}",
+        "{back}<h1>{title}</h1>\n<div class=\"verdict {class}\"><strong>{}",
         document.verdict.verdict()
     );
     if let Some(worse) = worse {
@@ -169,6 +182,7 @@ fn section_html(page: &mut Page, id: &str, section: &Section) -> String {
                 of.svg.clone(),
                 &of.table,
             )),
+            Block::Tiles(tiles) => Err(tiles_html(tiles)),
         };
         // Pictures one after another stand side by side where there is room.
         match &picture {
@@ -193,6 +207,20 @@ fn section_html(page: &mut Page, id: &str, section: &Section) -> String {
         );
     }
     html + &inner
+}
+
+fn tiles_html(tiles: &[Tile]) -> String {
+    let tile = |of: &Tile| {
+        format!(
+            "<a class=\"tile\" href=\"{}.html\"><span>{}</span><strong>{}</strong>{}</a>\n",
+            of.page,
+            words(&of.title),
+            words(&of.figure),
+            words(&of.words)
+        )
+    };
+    let all: String = tiles.iter().map(tile).collect();
+    format!("<div class=\"tiles\">\n{all}</div>\n")
 }
 
 /// A table with a link to its file.
@@ -237,6 +265,11 @@ pub fn terminal(document: &Document) -> String {
                     text += &format!("[picture {}: {}]\n", plot.name, plot.caption)
                 }
                 Block::Drawing(of) => text += &format!("[picture {}: {}]\n", of.name, of.caption),
+                Block::Tiles(tiles) => {
+                    for of in tiles {
+                        text += &format!("{}: {}. {}\n", of.title, of.figure, of.words);
+                    }
+                }
             }
         }
     }
@@ -276,7 +309,7 @@ pub fn markdown(document: &Document) -> String {
                 Block::Heading(words) => write!(text, "\n#### {}\n", in_markdown(words)),
                 Block::Text(words) => write!(text, "\n{}\n", in_markdown(words)),
                 Block::Table(table) => write!(text, "\n{}", table.markdown(MOST_CHECKS)),
-                Block::Plot(_) | Block::Drawing(_) => Ok(()),
+                Block::Plot(_) | Block::Drawing(_) | Block::Tiles(_) => Ok(()),
             };
         }
     }

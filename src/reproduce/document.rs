@@ -8,68 +8,160 @@ use super::record::Reproduction;
 use crate::checks::Outcome;
 use crate::compare::baseline::diff::Diff;
 use crate::compare::first_steps;
-use crate::document::{Axis, Block, Cell, Colour, Document, Plot, Point, Section, Table};
+use crate::document::{Axis, Block, Cell, Colour, Document, Plot, Point, Section, Table, Tile};
 use crate::error::Error;
+use crate::limits::bench::machine::Machine;
 use crate::paper;
 use crate::report::disc_field::of_figure_4;
+use crate::report::html::FIRST;
 use crate::report::packing::pictures;
 use crate::run::folder::RunFolder;
 use grains::measure::HistoryRow;
 use grains::native::first_contact_punch;
 use grains::tables::Stage;
 
-const PAPER: &str =
-    "Stochastic modeling of stress fields in geotechnical problems with discrete media";
+const PAPER: &str = "I. G. Tejada, Stochastic modeling of stress fields in geotechnical problems with discrete media, \
+                     Proceedings of the XVII ECSMGE, 2019, doi:10.32075/17ECSMGE-2019-1081";
 
 impl Reproduction {
-    /// The page: `beside` are the records of other jobs that stand on it, `diff` is against a baseline.
-    pub fn document(
+    /// The pages with their names, the first one first: verdict, tiles and evidence there, studies and details on pages of their
+    /// own. `beside` are the records of other jobs, `diff` is against a baseline.
+    pub fn documents(
         &self,
         runs: &Runs,
         beside: &Beside,
         diff: Option<&Diff>,
-    ) -> Result<Document, Error> {
-        let mut sections: Vec<Section> = diff.map(|diff| diff.section(false)).into_iter().collect();
-        sections.push(self.compared().with_all(quantiles(runs)));
-        sections.extend(self.first_steps());
-        sections.push(beds(runs));
-        sections.push(histories(runs));
-        sections.push(self.faults());
+    ) -> Result<Vec<(&'static str, Document)>, Error> {
+        let mut others = vec![("measures", self.measures(runs)), ("paper", self.paper())];
         if let Some(suite) = &self.suite {
-            sections.extend(suite.sections());
-            sections.push(of_figure_4()?);
+            let mut of = suite.document();
+            of.sections.push(of_figure_4()?);
+            of.sections.extend(self.parameters());
+            others.push(("verification", of));
         }
-        sections.extend(paper::document(&self.numbers, &self.text_faults).sections);
+        // The claims with their distributions first.
+        others.extend(beside.records.iter().rev().map(with_origin));
+        let tiles = self.tiles(&others);
+        let (glance, more): (Vec<Tile>, Vec<Tile>) = tiles
+            .into_iter()
+            .partition(|of| AT_A_GLANCE.contains(&of.page));
+        let mut sections: Vec<Section> = diff.map(|diff| diff.section(false)).into_iter().collect();
+        let loaded = (
+            runs.native.last.bed(),
+            punch_bottom(&runs.native),
+            under_punch(&runs.native),
+        );
+        sections.push(
+            Section::new("At a glance", "")
+                .with(glance)
+                .with_all(pictures(&runs.native.scene, &[loaded])),
+        );
+        sections.push(self.compared());
+        sections.extend(self.first_steps());
+        sections.push(self.faults());
         sections.extend(self.skipped());
+        sections.push(Section::new("More", "").with(more));
+        sections.push(choices(&runs.native).as_details());
+        sections.push(self.runs().as_details());
+        let first = Document {
+            sections,
+            ..self.summary()
+        };
+        Ok(std::iter::once((FIRST, first)).chain(others).collect())
+    }
+
+    /// What each of the other pages says.
+    fn tiles(&self, others: &[(&'static str, Document)]) -> Vec<Tile> {
+        let tile = |(page, of): &(&'static str, Document)| {
+            let (figure, words) = match *page {
+                "measures" => self.bits(),
+                "verification" => {
+                    let found = self.faults.iter().filter(|of| of.verdict == Outcome::Pass);
+                    let figure = format!("{} of {} faults", found.count(), self.faults.len());
+                    (
+                        figure,
+                        format!("put in were found, down to a part in 10¹². {}", of.answer),
+                    )
+                }
+                "tradeoff" => match self.runs.iter().find(|run| run.folder == "yade-sorted") {
+                    Some(run) => (
+                        format!("{:.0} times", run.times_native.unwrap_or(f64::NAN)),
+                        format!(
+                            "the time of a step in native is that of one in YADE's sorted loop. {}",
+                            of.answer
+                        ),
+                    ),
+                    None => halves(&of.answer, ". "),
+                },
+                _ => halves(&of.answer, ": "),
+            };
+            Tile {
+                title: match *page {
+                    "measures" => "The same bits".to_owned(),
+                    "verification" => "Faults found".to_owned(),
+                    "tradeoff" => "Speed and accuracy".to_owned(),
+                    "claims" => "Published figures".to_owned(),
+                    _ => of.title.clone(),
+                },
+                figure,
+                words,
+                page,
+            }
+        };
+        others.iter().map(tile).collect()
+    }
+
+    /// In how many numbers the first comparison's last states differ.
+    fn bits(&self) -> (String, String) {
+        let Some(named) = self.comparisons.last() else {
+            return (
+                "not compared".to_owned(),
+                "No other engine's run is there.".to_owned(),
+            );
+        };
+        let tables = named.comparison.tables.iter();
+        let (numbers, differing) = tables.fold((0, 0), |(all, bad), of| {
+            (all + of.numbers, bad + of.differing)
+        });
+        let figure = format!("{differing} of {numbers}");
+        (figure, format!("numbers differ: {}.", named.title))
+    }
+
+    fn measures(&self, runs: &Runs) -> Document {
         let quantities = self.comparisons.iter();
         let quantities = quantities.map(|of| of.comparison.quantity_table(&of.title));
         let all = "Each is measured in both runs of a comparison, A and B.";
-        sections.push(
-            Section::new("Every measured quantity", all)
-                .with_all(quantities)
-                .as_details(),
-        );
-        sections.extend(self.parameters());
-        let answer = "What follows are findings: about the paper, from recorded runs, and about what a step costs. No check is made of them.";
-        sections.push(Section::new("No part of the verdict", answer));
-        sections.push(self.claims());
-        // The claims with their distributions first.
-        sections.extend(beside.records.iter().rev().map(part));
-        if beside.records.is_empty() {
-            let why = "Claims, distributions, stable steps and cost against error are not on this page: they are recorded for the \
-                       paper's scene only. `--with DIR` shows those of a job of yours.";
-            sections.push(Section::new("Other jobs", why));
+        let (figure, words) = self.bits();
+        Document {
+            title: "States and measures of both engines".to_owned(),
+            verdict: self.verdict,
+            answer: format!("{figure} {words}"),
+            sections: vec![
+                beds(runs).with_all(quantiles(runs)),
+                histories(runs),
+                Section::new("Every measured quantity", all).with_all(quantities),
+            ],
+            checks: Vec::new(),
         }
-        sections.push(choices(&runs.native));
-        sections.push(self.runs());
-        Ok(Document {
-            sections,
-            ..self.summary()
-        })
+    }
+
+    fn paper(&self) -> Document {
+        let mut of = paper::document(&self.numbers, &self.text_faults);
+        of.sections.push(self.claims());
+        of
     }
 
     /// The same for a terminal: comparisons, faults, what was skipped, runs.
     pub fn summary(&self) -> Document {
+        let mut verdicts = String::new();
+        for named in &self.comparisons {
+            let verdict = named.comparison.verdict().in_words();
+            verdicts += &format!("{}: {verdict}. ", capital(&named.title));
+        }
+        for of in &self.first_steps {
+            let verdict = of.judgement.verdict().in_words();
+            verdicts += &format!("First steps of {}: {verdict}. ", of.title);
+        }
         let live = match (&self.yade, self.comparisons.is_empty()) {
             (Some(version), _) => format!("YADE {version} ran live."),
             (None, false) => {
@@ -88,10 +180,11 @@ impl Reproduction {
             title: "The paper's experiment in two engines".to_owned(),
             verdict: self.verdict,
             answer: format!(
-                "{live} {found} of {} deliberate faults found. The paper: {PAPER}. crossgrain {}, {}.",
+                "{verdicts}{live} {found} of {} deliberate faults found. The paper: {PAPER}. crossgrain {}, {}, {}.",
                 self.faults.len(),
                 self.crossgrain,
-                today()
+                today(),
+                Machine::this().kind()
             ),
             sections,
             checks: self.checks(),
@@ -221,39 +314,43 @@ fn today() -> String {
     format!("{}-{month:02}-{day:02}", year + 400 * era + next)
 }
 
-/// Rows of tables of other jobs that are shown; longer ones stand on those jobs' own pages.
-const MOST_ROWS: usize = 30;
-
-/// The record of another job in one section.
-fn part((stated, document): &(Stated, Document)) -> Section {
+/// The record of another job, with where it comes from.
+fn with_origin((stated, document): &(Stated, Document)) -> (&'static str, Document) {
     let digest = stated.scene_digest.get(..12).unwrap_or_default();
     let origin = if stated.recorded {
         "Recorded, and not run again here"
     } else {
         "From a job of yours"
     };
-    let answer = format!(
-        "{origin}: `{}`, crossgrain {}, scene `{digest}`. {}",
-        stated.command, stated.crossgrain, document.answer
+    let made = format!(
+        "{origin}: `{}`, crossgrain {}, scene `{digest}`. It is no part of the main job's verdict.",
+        stated.command, stated.crossgrain
     );
-    let mut part = Section::new(&document.title, answer);
-    for section in document.sections.iter().filter(|section| !section.details) {
-        part = part.with(Block::Heading(section.title.clone()));
-        if !section.answer.is_empty() {
-            part = part.with(section.answer.clone());
-        }
-        for block in &section.blocks {
-            part = part.with(match block {
-                Block::Table(table) if table.rows.len() > MOST_ROWS => Block::Text(format!(
-                    "{}: a table of {} rows on the page of that job.",
-                    table.title,
-                    table.rows.len()
-                )),
-                block => block.clone(),
-            });
-        }
-    }
-    part
+    let mut document = document.clone();
+    document
+        .sections
+        .insert(0, Section::new("Where this comes from", made));
+    (stated.job, document)
+}
+
+/// Pages whose tiles stand on the first screen.
+const AT_A_GLANCE: [&str; 4] = ["measures", "verification", "tradeoff", "claims"];
+
+fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or(String::new(), |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
+
+/// An answer as a figure and the rest.
+fn halves(answer: &str, at: &str) -> (String, String) {
+    let (figure, rest) = answer.split_once(at).unwrap_or((answer, ""));
+    (figure.to_owned(), rest.to_owned())
+}
+
+fn under_punch(run: &RunFolder) -> String {
+    format!("{}: {}", run.record.engine.label(), run.stages_in_words())
 }
 
 fn choices(run: &RunFolder) -> Section {
