@@ -15,7 +15,7 @@ const WORDS_OF_README: usize = 1_000;
 const WORDS_OF_DOCS: usize = 12_000;
 
 /// Commands of the pages that are not run here: how they begin, why, and the file that has the line that runs them.
-const ELSEWHERE: [(&str, &str, &str, &str); 13] = [
+const ELSEWHERE: [(&str, &str, &str, &str); 14] = [
     (
         "cargo run --release -- reproduce",
         "runs YADE where there is one, for minutes",
@@ -58,6 +58,12 @@ const ELSEWHERE: [(&str, &str, &str, &str); 13] = [
         "takes minutes",
         "ci/test",
         "study run \"$out/sensitivity\"",
+    ),
+    (
+        "crossgrain engine check yade",
+        "needs YADE",
+        "tests/yade_live.rs",
+        "[\"engine\", \"check\", \"yade\", \"--loop\", order, \"--quiet\"]",
     ),
     (
         "crossgrain engine check exec:adapters/lammps.py",
