@@ -62,6 +62,7 @@ mod recorded_campaigns;
 mod slurm;
 
 mod cli;
+mod docs;
 
 mod page;
 

@@ -20,7 +20,9 @@ use grains::scene::{AfterForce, Damping, Scene, paper_scene};
 use grains::tables::Stage;
 use verdict::judge::Verdict;
 
-use crate::support::{faulty, folder_with, native_run, small_scene, sound};
+use crate::support::{
+    crossgrain as program, faulty, folder_with, native_run, small_scene, sound, told,
+};
 
 fn yade_run(scene: &Scene, options: yade::Options, protocol: Protocol) -> RunFolder {
     let work = tempfile::tempdir().expect("a temporary folder");
@@ -291,6 +293,22 @@ fn the_ordinary_loop_is_equal_to_rounding() {
     let dense = native_run(&scene, faulty("density=1e-8"), protocol);
     let comparison = compare(&dense, &yade, Some(&Locator::default()));
     assert_eq!(comparison.verdict(), Verdict::Different);
+}
+
+/// The command of the pages: `engine check` names both loops of YADE.
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE: cargo test --features yade"
+)]
+fn engine_check_judges_both_loops() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (order, verdict) in [("sorted", "identical"), ("ordinary", "equal to rounding")] {
+        let check = ["engine", "check", "yade", "--loop", order, "--quiet"];
+        let (code, text, errors) = told(&program(&check, folder.path()));
+        assert_eq!(code, 0, "{text}{errors}");
+        assert!(text.contains(&format!("AGREED: {verdict}")), "{text}");
+    }
 }
 
 /// A watched child: the program, and whether any process below it holds a socket.

@@ -1,0 +1,554 @@
+//! README and docs: they stay short, their links lead somewhere, and their commands do what is printed.
+//!
+//! Blocks marked `sh` are commands; blocks marked `console` have commands after `$ ` and what they print, where `…`
+//! stands for anything. A comment `# exit code N` ends a command that does not end with 0. The commands of a page are run
+//! in one folder, in their order, with `adapters` and `reference_data` as in the checkout, and without YADE.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::support::{crossgrain, told};
+
+const WORDS_OF_README: usize = 1_000;
+const WORDS_OF_DOCS: usize = 12_000;
+
+/// Commands of the pages that are not run here: how they begin, why, and the file that has the line that runs them.
+const ELSEWHERE: [(&str, &str, &str, &str); 14] = [
+    (
+        "cargo run --release -- reproduce",
+        "runs YADE where there is one, for minutes",
+        "ci/test",
+        "\"$crossgrain\" reproduce --out",
+    ),
+    ("ci/test", "is everything", ".ci/run", "exec bash ci/test"),
+    (
+        "apt-get install",
+        "changes the system",
+        "ci/install_engines",
+        "lmp:lammps liggghts:liggghts esysparticle:esys-particle",
+    ),
+    (
+        "crossgrain verify --detection-limits",
+        "takes minutes",
+        "ci/test",
+        "verify --detection-limits",
+    ),
+    (
+        "crossgrain stability",
+        "takes minutes",
+        "ci/test",
+        "stability --quick --out",
+    ),
+    (
+        "crossgrain bench",
+        "wants a quiet machine",
+        "ci/test",
+        "bench --quick --out",
+    ),
+    (
+        "crossgrain study run methods",
+        "takes minutes",
+        "ci/test",
+        "study run \"$out/tradeoff\"",
+    ),
+    (
+        "crossgrain study run map",
+        "takes minutes",
+        "ci/test",
+        "study run \"$out/sensitivity\"",
+    ),
+    (
+        "crossgrain engine check yade",
+        "needs YADE",
+        "tests/yade_live.rs",
+        "[\"engine\", \"check\", \"yade\", \"--loop\", order, \"--quiet\"]",
+    ),
+    (
+        "crossgrain engine check exec:adapters/lammps.py",
+        "needs LAMMPS",
+        "tests/exec_adapters.rs",
+        "[\"engine\", \"check\", &engine, \"--quiet\", \"--dispersion\", \"0\"]",
+    ),
+    (
+        "job=$(sbatch",
+        "needs Slurm",
+        "tests/slurm.rs",
+        "{array}\\necho \\\"$job\\\"",
+    ),
+    ("sbatch", "needs Slurm", "tests/slurm.rs", "submit[1]"),
+    (
+        "cargo test --release --test checks -- --ignored",
+        "takes ten minutes; three runs of it are a test",
+        "tests/soak.rs",
+        "the_main_job_three_times_leaves_nothing_behind",
+    ),
+    (
+        "RUSTC_BOOTSTRAP=1 cargo fuzz",
+        "never ends; its corpus is replayed",
+        "tests/fuzz_corpus.rs",
+        "fuzz/corpus",
+    ),
+];
+
+/// A test of the commands of each page, and the list of the pages.
+macro_rules! pages {
+    ($($name:ident: $path:literal),* $(,)?) => {
+        const PAGES: &[&str] = &[$($path),*];
+        mod commands_of {
+            $(#[test] fn $name() { super::commands_do_what_is_printed($path); })*
+        }
+    };
+}
+
+pages! {
+    readme: "README.md",
+    documents: "docs/README.md",
+    architecture: "docs/architecture.md",
+    benchmark: "docs/benchmark.md",
+    bring_your_own_engine: "docs/bring-your-own-engine.md",
+    campaigns: "docs/campaigns.md",
+    checks: "docs/checks.md",
+    claims: "docs/claims.md",
+    continuum: "docs/continuum.md",
+    determinism: "docs/determinism.md",
+    engine_protocol: "docs/engine-protocol.md",
+    explanation: "docs/explanation.md",
+    hardening: "docs/hardening.md",
+    how_to: "docs/how-to.md",
+    reference: "docs/reference.md",
+    run_folder: "docs/run-folder.md",
+    sensitivity: "docs/sensitivity.md",
+    stability: "docs/stability.md",
+    tradeoff: "docs/tradeoff.md",
+    tutorial: "docs/tutorial.md",
+    verification: "docs/verification.md",
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn text(page: &str) -> String {
+    fs::read_to_string(root().join(page)).unwrap_or_else(|error| panic!("{page}: {error}"))
+}
+
+/// Every page in a folder and below.
+fn pages_in(folder: &str) -> Vec<String> {
+    let mut pages = Vec::new();
+    for entry in fs::read_dir(root().join(folder)).expect("a folder") {
+        let entry = entry.expect("an entry");
+        let path = format!("{folder}/{}", entry.file_name().to_string_lossy());
+        if entry.path().is_dir() {
+            pages.extend(pages_in(&path));
+        } else if path.ends_with(".md") {
+            pages.push(path);
+        }
+    }
+    pages
+}
+
+/// As `wc -w` counts.
+fn words(pages: &[String]) -> usize {
+    let of = |page: &String| text(page).split_whitespace().count();
+    pages.iter().map(of).sum()
+}
+
+#[test]
+fn readme_and_docs_are_short() {
+    let readme = words(&["README.md".to_owned()]);
+    assert!(readme <= WORDS_OF_README, "README.md has {readme} words");
+    let docs = words(&pages_in("docs"));
+    assert!(docs <= WORDS_OF_DOCS, "docs have {docs} words");
+}
+
+#[test]
+fn every_page_has_a_test_of_its_commands() {
+    let mut pages = pages_in("docs");
+    pages.push("README.md".to_owned());
+    pages.sort();
+    let mut listed: Vec<_> = PAGES.iter().map(ToString::to_string).collect();
+    listed.sort();
+    assert_eq!(listed, pages);
+}
+
+/// What stands in brackets after a link's text, without the anchor.
+fn links(text: &str) -> Vec<String> {
+    let ends = text.match_indices("](").map(|(at, _)| &text[at + 2..]);
+    let links = ends.filter_map(|rest| rest.split_once(')'));
+    links.map(|(link, _)| link.to_owned()).collect()
+}
+
+/// The anchors of a page: its headings as GitHub writes them.
+fn anchors(text: &str) -> Vec<String> {
+    let headings = text.lines().filter(|line| line.starts_with('#'));
+    let anchor = |heading: &str| {
+        let kept = heading.trim_start_matches('#').trim().chars();
+        let kept = kept.filter(|of| of.is_alphanumeric() || " -_".contains(*of));
+        kept.collect::<String>().to_lowercase().replace(' ', "-")
+    };
+    headings.map(anchor).collect()
+}
+
+/// Links of a page that lead nowhere.
+fn broken(page: &str, text: &str) -> Vec<String> {
+    let folder = root().join(page).parent().expect("a folder").to_owned();
+    let leads = |link: &String| {
+        if link.starts_with("https://") {
+            return true;
+        }
+        let (path, anchor) = link.split_once('#').unwrap_or((link, ""));
+        let there = if path.is_empty() {
+            root().join(page)
+        } else {
+            folder.join(path)
+        };
+        let found = || {
+            fs::read_to_string(&there).is_ok_and(|of| anchors(&of).iter().any(|of| of == anchor))
+        };
+        there.exists() && (anchor.is_empty() || found())
+    };
+    links(text)
+        .into_iter()
+        .filter(|link| !leads(link))
+        .collect()
+}
+
+/// Paths of documents that a text names, such as in a message of the program.
+fn named_documents(text: &str) -> Vec<String> {
+    let rests = text.match_indices("docs/").map(|(at, _)| &text[at..]);
+    let name = |rest: &str| -> String {
+        let letters = rest.chars();
+        letters
+            .take_while(|of| of.is_ascii_alphanumeric() || "/-_.".contains(*of))
+            .collect()
+    };
+    let names = rests.map(|rest| name(rest).trim_end_matches('.').to_owned());
+    names
+        .filter(|name| name.ends_with(".md") || name.ends_with(".json"))
+        .collect()
+}
+
+/// Every text file of the project that may name a document.
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            sources(&path, found);
+        } else if path
+            .extension()
+            .is_some_and(|end| ["rs", "py", "md", "yml"].iter().any(|of| end == *of))
+        {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn links_lead_somewhere() {
+    let mut pages = pages_in("docs");
+    pages.extend(
+        [
+            "README.md",
+            "CHANGELOG.md",
+            "reference_data/README.md",
+            "yade_scripts/README.md",
+        ]
+        .map(str::to_owned),
+    );
+    for page in pages {
+        assert_eq!(broken(&page, &text(&page)), Vec::<String>::new(), "{page}");
+    }
+    let wrong =
+        "[a](docs/nowhere.md) [b](README.md#nothing) [c](https://debian.org) [d](README.md)";
+    assert_eq!(
+        broken("README.md", wrong),
+        ["docs/nowhere.md", "README.md#nothing"]
+    );
+}
+
+#[test]
+fn documents_that_the_project_names_exist() {
+    let mut files = vec![root().join("README.md"), root().join("CHANGELOG.md")];
+    for folder in [
+        "src",
+        "crates",
+        "tests",
+        "adapters",
+        "yade_scripts",
+        "reference_data",
+        "docs",
+        "ci",
+    ] {
+        sources(&root().join(folder), &mut files);
+    }
+    files.retain(|file| !file.ends_with("tests/docs.rs"));
+    assert!(files.len() > 200, "{}", files.len());
+    for file in files {
+        for name in named_documents(&fs::read_to_string(&file).expect("text")) {
+            assert!(
+                root().join(&name).exists(),
+                "{} names {name}",
+                file.display()
+            );
+        }
+    }
+    assert_eq!(
+        named_documents("see docs/a.md, `docs/b/c.json`."),
+        ["docs/a.md", "docs/b/c.json"]
+    );
+}
+
+/// A command of a page, the exit code that it says, and the lines that it shows.
+#[derive(Debug, PartialEq, Eq)]
+struct Printed {
+    command: String,
+    code: i32,
+    shows: Vec<String>,
+}
+
+impl Printed {
+    fn of(line: &str) -> Self {
+        let said = line.rsplit_once("# exit code ").map(|(_, code)| code);
+        let code = said.map_or(0, |code| {
+            code.chars()
+                .take_while(char::is_ascii_digit)
+                .collect::<String>()
+                .parse()
+                .expect("a number")
+        });
+        let command = line.split(" # ").next().unwrap_or(line).trim().to_owned();
+        let shows = Vec::new();
+        Printed {
+            command,
+            code,
+            shows,
+        }
+    }
+}
+
+/// The commands of a page. A block without a known mark is an error: nobody would know whether to run it.
+fn printed(page: &str, text: &str) -> Vec<Printed> {
+    let mut commands: Vec<Printed> = Vec::new();
+    let mut block: Option<&str> = None;
+    let mut begun = String::new();
+    for line in text.lines() {
+        if let Some(mark) = line.trim_start().strip_prefix("```") {
+            block = if block.is_some() { None } else { Some(mark) };
+            let known = ["", "sh", "console", "text", "json", "python"].contains(&mark);
+            assert!(
+                known && !(mark.is_empty() && block.is_some()),
+                "{page}: a block of «{mark}»"
+            );
+            continue;
+        }
+        let command = match block {
+            Some("sh") if !line.starts_with('#') && !line.trim().is_empty() => line,
+            Some("console") => match line.strip_prefix("$ ") {
+                Some(command) => command,
+                None => {
+                    let last = commands.last_mut().expect("a command above what it shows");
+                    last.shows.push(line.to_owned());
+                    continue;
+                }
+            },
+            Some(mark) if mark != "sh" => {
+                let hidden = line.contains("crossgrain ");
+                assert!(!hidden, "{page}: a command in a block of «{mark}»: {line}");
+                continue;
+            }
+            _ => continue,
+        };
+        match command.strip_suffix('\\') {
+            Some(part) => begun.push_str(part),
+            None => commands.push(Printed::of(&(std::mem::take(&mut begun) + command))),
+        }
+    }
+    commands
+}
+
+/// Whether the lines stand in the output in this order, with anything between them and anything for each `…`.
+fn shown(output: &str, lines: &[String]) -> Result<(), String> {
+    let mut rest = output.lines();
+    let squeeze = |of: &str| of.split_whitespace().collect::<Vec<_>>().join(" ");
+    for line in lines.iter().filter(|line| line.trim() != "…") {
+        let pattern = squeeze(line);
+        let parts: Vec<_> = pattern.split('…').map(str::trim).collect();
+        let fits = |found: &str| {
+            let mut found = squeeze(found);
+            parts
+                .iter()
+                .enumerate()
+                .all(|(index, part)| match found.find(part) {
+                    Some(0) => {
+                        found.drain(..part.len());
+                        true
+                    }
+                    Some(at) if index > 0 => {
+                        found.drain(..at + part.len());
+                        true
+                    }
+                    _ => false,
+                })
+        };
+        if !rest.any(fits) {
+            return Err(line.clone());
+        }
+    }
+    Ok(())
+}
+
+fn runs_elsewhere(command: &str) -> bool {
+    ELSEWHERE
+        .iter()
+        .any(|(begins, ..)| command.starts_with(begins))
+}
+
+fn commands_do_what_is_printed(page: &str) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for part in ["adapters", "reference_data"] {
+        std::os::unix::fs::symlink(root().join(part), folder.path().join(part)).expect("writable");
+    }
+    let programs = tempfile::tempdir().expect("a temporary folder");
+    std::os::unix::fs::symlink(
+        env!("CARGO_BIN_EXE_crossgrain"),
+        programs.path().join("crossgrain"),
+    )
+    .expect("writable");
+    let path = format!(
+        "{}:{}",
+        programs.path().display(),
+        std::env::var("PATH").unwrap_or_default()
+    );
+    for Printed {
+        command,
+        code,
+        shows,
+    } in printed(page, &text(page))
+    {
+        if runs_elsewhere(&command) {
+            continue;
+        }
+        let output = Command::new("bash")
+            .args(["-c", &command])
+            .current_dir(folder.path())
+            .env("PATH", &path)
+            .env("CROSSGRAIN_YADE", "/nowhere/yade")
+            .env("GITHUB_STEP_SUMMARY", "summary.md")
+            .output()
+            .expect("a shell");
+        let (ended, out, errors) = told(&output);
+        assert_eq!(ended, code, "{page}: {command}\n{out}{errors}");
+        if let Err(line) = shown(&out, &shows) {
+            panic!("{page}: {command}\ndoes not show\n{line}\nbut\n{out}");
+        }
+    }
+}
+
+#[test]
+fn what_is_run_elsewhere_is_run_there() {
+    let mut commands = Vec::new();
+    for page in PAGES {
+        commands.extend(printed(page, &text(page)).into_iter().map(|of| of.command));
+    }
+    for (begins, why, file, line) in ELSEWHERE {
+        assert!(!why.is_empty());
+        assert!(
+            commands.iter().any(|of| of.starts_with(begins)),
+            "no page has {begins}"
+        );
+        assert!(text(file).contains(line), "{file} lacks {line}");
+    }
+}
+
+/// The commands in the running text, `crossgrain verb … --flag`, where places hold words for what is to be put there.
+fn named_commands(text: &str) -> Vec<String> {
+    let spans = text.split('`').skip(1).step_by(2);
+    spans
+        .filter(|of| of.starts_with("crossgrain "))
+        .map(|of| of.replace('\n', " "))
+        .collect()
+}
+
+/// The words of a command that its help does not know.
+fn unknown(command: &str, helps: &mut BTreeMap<Vec<String>, Option<String>>) -> Vec<String> {
+    let words: Vec<String> = command
+        .split_whitespace()
+        .skip(1)
+        .map(str::to_owned)
+        .collect();
+    let verbs: Vec<String> = words
+        .iter()
+        .take_while(|of| of.chars().all(|of| of.is_ascii_lowercase()))
+        .cloned()
+        .collect();
+    let mut help_of = |verbs: &[String]| {
+        helps
+            .entry(verbs.to_vec())
+            .or_insert_with(|| {
+                let mut arguments: Vec<&str> = verbs.iter().map(String::as_str).collect();
+                arguments.push("--help");
+                let (code, out, _) = told(&crossgrain(&arguments, root()));
+                (code == 0).then_some(out)
+            })
+            .clone()
+    };
+    let found = (1..=verbs.len()).rev().find_map(|of| help_of(&verbs[..of]));
+    let Some(help) = found else { return verbs };
+    let flags = words
+        .iter()
+        .map(|of| of.trim_matches(|of: char| "[]|\\,".contains(of)));
+    let flags = flags.filter(|of| of.starts_with("--") && of.len() > 2);
+    flags
+        .filter(|of| !help.contains(&format!("{of} ")) && !help.contains(&format!("{of}\n")))
+        .map(str::to_owned)
+        .collect()
+}
+
+#[test]
+fn verbs_and_options_that_are_named_exist() {
+    let mut helps = BTreeMap::new();
+    let mut named = 0;
+    for page in PAGES {
+        for command in named_commands(&text(page)) {
+            named += 1;
+            assert_eq!(
+                unknown(&command, &mut helps),
+                Vec::<String>::new(),
+                "{page}: {command}"
+            );
+        }
+    }
+    assert!(named > 30, "{named} commands");
+    assert_eq!(unknown("crossgrain dance", &mut helps), ["dance"]);
+    assert_eq!(
+        unknown("crossgrain run SCENE --hop N --out DIR", &mut helps),
+        ["--hop"]
+    );
+}
+
+#[test]
+fn a_page_that_says_something_else_is_noticed() {
+    let page =
+        "```sh\n# words\na b \\\n  c # exit code 3: no\n```\n\n```console\n$ d\nx … z\n```\n";
+    let commands = printed("a page", page);
+    let of = |command: &str, code, shows: &[&str]| Printed {
+        command: command.to_owned(),
+        code,
+        shows: shows.iter().map(ToString::to_string).collect(),
+    };
+    assert_eq!(commands, [of("a b   c", 3, &[]), of("d", 0, &["x … z"])]);
+    let lines = |of: &[&str]| of.iter().map(ToString::to_string).collect::<Vec<_>>();
+    let output = "one\n  x y   z\nlast";
+    assert_eq!(
+        shown(output, &lines(&["one", "…", "x … z", "last"])),
+        Ok(())
+    );
+    assert_eq!(
+        shown(output, &lines(&["last", "one"])),
+        Err("one".to_owned())
+    );
+    assert_eq!(shown(output, &lines(&["x … q"])), Err("x … q".to_owned()));
+    assert_eq!(shown(output, &lines(&["y z"])), Err("y z".to_owned()));
+}
