@@ -1,4 +1,4 @@
-//! LAMMPS, LIGGGHTS and ESyS-Particle through their adapters. Without the feature `live` these are listed as ignored and not made;
+//! LAMMPS, LIGGGHTS, ESyS-Particle and Kratos DEM through their adapters. Without the feature `live` these are listed as ignored and not made;
 //! with it a missing one is a failure.
 
 use std::fs;
@@ -150,17 +150,35 @@ fn under_the_punch_both_are_native_up_to_rounding() {
 }
 
 /// It damps by the velocity before the kick, so its damped bed is another one after a step.
+fn is_told_from_native_by_its_damping(adapter_name: &str) {
+    let (folder, _) = folder_with(&narrow_scene(0.0));
+    let check = ["engine", "check", &adapter(adapter_name), "--quiet"];
+    let (code, text, errors) = told(&crossgrain(&check, folder.path()));
+    assert_eq!(code, 1, "{text}{errors}");
+    assert!(text.contains("with the velocity in the middle of the kick"));
+}
+
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs ESyS-Particle: --features live")]
 fn esysparticle_is_native_up_to_rounding_but_for_damping() {
     let (_, mut bed) = bed();
     bed.model.alpha = 0.0;
     alike_up_to_rounding(&bed, "esysparticle.py");
-    let (folder, _) = folder_with(&narrow_scene(0.0));
-    let check = ["engine", "check", &adapter("esysparticle.py"), "--quiet"];
-    let (code, text, _) = told(&crossgrain(&check, folder.path()));
-    assert_eq!(code, 1, "{text}");
-    assert!(text.contains("with the velocity in the middle of the kick"));
+    is_told_from_native_by_its_damping("esysparticle.py");
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "live"),
+    ignore = "needs Kratos DEM (ci/install_engines): --features live"
+)]
+fn kratos_is_native_up_to_rounding_but_for_damping_under_the_punch_too() {
+    let (scene, mut bed) = bed();
+    bed.model.alpha = 0.0;
+    alike_up_to_rounding(&bed, "kratos.py");
+    bed.punch = Some(first_contact_punch(&scene, &bed.bodies));
+    alike_up_to_rounding(&bed, "kratos.py");
+    is_told_from_native_by_its_damping("kratos.py");
 }
 
 #[test]

@@ -128,6 +128,8 @@ impl Adapter {
         for (name, text) in [
             ("granular.py", include_str!("../../adapters/granular.py")),
             ("exchange.py", include_str!("../../adapters/exchange.py")),
+            ("law.py", include_str!("../../adapters/law.py")),
+            ("stages.py", include_str!("../../adapters/stages.py")),
         ] {
             write_whole(&folder.join(name), text.as_bytes())?;
         }
