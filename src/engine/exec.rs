@@ -2,6 +2,7 @@
 //! that only in a job folder that holds everything it is told, and is believed only what its tables prove.
 
 use std::cell::Cell;
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -16,7 +17,7 @@ use super::watch::{self, Beats, Done, Ended, Limits, end_of, length, watch};
 pub use super::{Description, Part, describe, missing_for_case, missing_for_scene};
 use super::{ProgramError, nonsense};
 use crate::child::{Group, on_path};
-use crate::files::{failed, file_digest, write_whole};
+use crate::files::{FileError, failed, file_digest, read_text, sha256_hex, write_whole};
 use crate::tables as text;
 use grains::model::Model;
 use grains::scene::Scene;
@@ -62,17 +63,61 @@ pub struct ExternalEngine {
     pub options: Options,
     /// What it says of itself.
     pub description: Description,
-    /// SHA-256 of the program's file before it was asked; a run of another file is an error.
+    /// [`program_digest`] before it was asked; a run of another program is an error.
     pub digest: String,
+}
+
+/// The longest text in which imports are looked for, bytes.
+const LONGEST_SCRIPT: u64 = 1 << 20;
+
+/// What tells a program from another one: SHA-256 of its file, and where it is a Python text that imports files beside it, of these
+/// and of what they import in turn.
+pub fn program_digest(program: &Path) -> Result<String, FileError> {
+    let program = &fs::canonicalize(program).map_err(failed("find", program))?;
+    let mut beside = BTreeMap::new();
+    let mut unread = vec![program.clone()];
+    while let Some(path) = unread.pop() {
+        // What is no text, or none that a person wrote, imports nothing.
+        let text = read_text(&path, LONGEST_SCRIPT).unwrap_or_default();
+        for module in text.lines().flat_map(imported) {
+            let path = program.with_file_name(format!("{module}.py"));
+            if path != *program && path.is_file() && !beside.contains_key(module) {
+                beside.insert(module.to_owned(), path.clone());
+                unread.push(path);
+            }
+        }
+    }
+    let mut digests = file_digest(program)?;
+    if beside.is_empty() {
+        return Ok(digests);
+    }
+    for (name, path) in &beside {
+        digests += &format!(" {name} {}", file_digest(path)?);
+    }
+    Ok(sha256_hex(digests.as_bytes()))
+}
+
+/// The modules that a line of Python imports: `a` of `import a.b as c` and of `from a import b`.
+fn imported<'a>(line: &'a str) -> Vec<&'a str> {
+    let is_of_a_name = |of: char| of.is_alphanumeric() || of == '_';
+    let line = line.trim_start();
+    let names = match (line.strip_prefix("import "), line.strip_prefix("from ")) {
+        (Some(rest), _) => rest.split(',').map(str::trim_start).collect(),
+        (_, Some(rest)) => vec![rest.trim_start()],
+        _ => Vec::new(),
+    };
+    let first = |of: &'a str| of.split(|of| !is_of_a_name(of)).next();
+    names.into_iter().filter_map(first).collect()
 }
 
 impl ExternalEngine {
     /// Asks it.
     pub fn ask(options: Options) -> Result<Self, ProgramError> {
-        let digest = file_digest(&options.program).map_err(|error| ProgramError::NotStarted {
-            path: options.program.clone(),
-            reason: error.to_string(),
-        })?;
+        let digest =
+            program_digest(&options.program).map_err(|error| ProgramError::NotStarted {
+                path: options.program.clone(),
+                reason: error.to_string(),
+            })?;
         Ok(ExternalEngine {
             description: describe(&options)?,
             options,
@@ -83,7 +128,7 @@ impl ExternalEngine {
     /// That no other program stands in the place of the one that was asked. One that was removed since has run.
     fn check_unchanged(&self) -> Result<(), ProgramError> {
         let path = &self.options.program;
-        if path.exists() && file_digest(path)? != self.digest {
+        if path.exists() && program_digest(path)? != self.digest {
             return Err(ProgramError::Changed { path: path.clone() });
         }
         Ok(())
@@ -149,7 +194,7 @@ pub struct ExecRun {
     pub outcome: Outcome,
     /// What the engine is.
     pub description: Description,
-    /// [`ExternalEngine::digest`].
+    /// [`program_digest`].
     pub digest: String,
     /// What it wrote on its standard output and error.
     pub log: String,
