@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use crossgrain::engine::exec::{self, ExternalEngine, Options};
+use crossgrain::engine::exec::{self, Adapter, ExternalEngine, Options, usual_limits};
 use crossgrain::run::folder::RunFolder;
 use grains::generate::initial_bodies;
 use grains::model::Model;
@@ -47,6 +47,43 @@ fn agree_to_the_bit(folder: &Path, begin: &str) {
     let compare = ["compare", &one, &other, "--expect-bits"];
     let (code, text, errors) = told(&crossgrain(&compare, folder));
     assert_eq!(code, 0, "{text}{errors}");
+}
+
+/// What lies in `adapters` is carried by the program: an engine, or a module that is placed beside every engine.
+#[test]
+fn every_file_of_the_adapters_is_placed() {
+    let folder = tempdir().expect("a folder");
+    let engine = Adapter::Toy.place(folder.path(), &usual_limits());
+    assert_eq!(
+        engine.expect("needs a Python alone").description.name,
+        "toy"
+    );
+    let engines = Adapter::ALL.map(|of| format!("{}.py", of.key()));
+    for entry in fs::read_dir(adapter_path("")).expect("a folder") {
+        let (name, text) = {
+            let path = entry.expect("readable").path();
+            let text = fs::read_to_string(&path).unwrap_or_default();
+            (path.file_name().expect("a name").to_owned(), text)
+        };
+        let name = name.to_str().expect("text");
+        if name.ends_with(".py") && !engines.iter().any(|of| of == name) {
+            let placed = fs::read_to_string(folder.path().join(name)).unwrap_or_default();
+            assert_eq!(placed, text, "{name}");
+        }
+    }
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "live"),
+    ignore = "needs LAMMPS, LIGGGHTS, ESyS-Particle and Kratos DEM (ci/install_engines): --features live"
+)]
+fn every_adapter_is_placed_and_describes_itself() {
+    for adapter in Adapter::ALL {
+        let folder = tempdir().expect("a folder");
+        let engine = adapter.place(folder.path(), &usual_limits()).expect("here");
+        assert_eq!(engine.description.name, adapter.name());
+    }
 }
 
 #[test]

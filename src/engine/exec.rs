@@ -135,48 +135,94 @@ impl ExternalEngine {
     }
 }
 
-/// A program with an adapter of its own, which comes with this program.
+/// An engine that comes with this program: the toy, or an adapter of another program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Adapter {
+    /// The engine in Python of `docs/bring-your-own-engine.md`.
+    Toy,
     /// `lmp`.
     Lammps,
     /// `liggghts`.
     Liggghts,
+    /// `esysparticle`.
+    EsysParticle,
+    /// Kratos DEM, in an environment of its own.
+    Kratos,
 }
 
+/// What the adapters import.
+const MODULES: [(&str, &str); 4] = [
+    ("exchange", include_str!("../../adapters/exchange.py")),
+    ("granular", include_str!("../../adapters/granular.py")),
+    ("law", include_str!("../../adapters/law.py")),
+    ("stages", include_str!("../../adapters/stages.py")),
+];
+
 impl Adapter {
+    /// All of them.
+    pub const ALL: [Adapter; 5] = [
+        Adapter::Lammps,
+        Adapter::Liggghts,
+        Adapter::EsysParticle,
+        Adapter::Kratos,
+        Adapter::Toy,
+    ];
+
+    /// Its name on the command line, which is its file's.
+    pub fn key(self) -> &'static str {
+        match self {
+            Adapter::Toy => "toy",
+            Adapter::Lammps => "lammps",
+            Adapter::Liggghts => "liggghts",
+            Adapter::EsysParticle => "esysparticle",
+            Adapter::Kratos => "kratos",
+        }
+    }
+
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Adapter::Toy => "toy",
+            Adapter::Lammps => "LAMMPS",
+            Adapter::Liggghts => "LIGGGHTS",
+            Adapter::EsysParticle => "ESyS-Particle",
+            Adapter::Kratos => "Kratos DEM",
+        }
+    }
+
+    /// The program that it needs on the path, and the Debian package that has it.
+    fn needs(self) -> Option<(&'static str, &'static str)> {
+        match self {
+            Adapter::Lammps => Some(("lmp", "lammps")),
+            Adapter::Liggghts => Some(("liggghts", "liggghts")),
+            Adapter::EsysParticle => Some(("esysparticle", "esys-particle")),
+            Adapter::Toy | Adapter::Kratos => None,
+        }
+    }
+
+    fn script(self) -> &'static str {
+        match self {
+            Adapter::Toy => include_str!("../../adapters/toy.py"),
+            Adapter::Lammps => include_str!("../../adapters/lammps.py"),
+            Adapter::Liggghts => include_str!("../../adapters/liggghts.py"),
+            Adapter::EsysParticle => include_str!("../../adapters/esysparticle.py"),
+            Adapter::Kratos => include_str!("../../adapters/kratos.py"),
+        }
+    }
+
     /// Writes the adapter into this folder and asks it what it is.
     pub fn place(self, folder: &Path, limits: &Limits) -> Result<ExternalEngine, ProgramError> {
-        let (engine, name, package, script) = match self {
-            Adapter::Lammps => (
-                "LAMMPS",
-                "lmp",
-                "lammps",
-                include_str!("../../adapters/lammps.py"),
-            ),
-            Adapter::Liggghts => (
-                "LIGGGHTS",
-                "liggghts",
-                "liggghts",
-                include_str!("../../adapters/liggghts.py"),
-            ),
-        };
-        if on_path(name).is_none() {
+        if let Some((name, package)) = self.needs().filter(|(name, _)| on_path(name).is_none()) {
             return Err(ProgramError::Missing {
-                engine,
+                engine: self.name(),
                 reason: format!("there is no program `{name}` on the path"),
                 package,
             });
         }
-        let program = folder.join(format!("{package}.py"));
-        write_whole(&program, script.as_bytes())?;
-        for (name, text) in [
-            ("granular.py", include_str!("../../adapters/granular.py")),
-            ("exchange.py", include_str!("../../adapters/exchange.py")),
-            ("law.py", include_str!("../../adapters/law.py")),
-            ("stages.py", include_str!("../../adapters/stages.py")),
-        ] {
-            write_whole(&folder.join(name), text.as_bytes())?;
+        let program = folder.join(format!("{}.py", self.key()));
+        write_whole(&program, self.script().as_bytes())?;
+        for (name, text) in MODULES {
+            write_whole(&folder.join(format!("{name}.py")), text.as_bytes())?;
         }
         fs::set_permissions(&program, fs::Permissions::from_mode(0o755))
             .map_err(failed("change", &program))?;
