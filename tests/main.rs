@@ -65,6 +65,7 @@ mod cli;
 
 mod page;
 
+mod conformance_table;
 mod exec_adapters;
 mod exec_engine;
 
