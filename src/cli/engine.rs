@@ -11,12 +11,14 @@ use super::{json, tell};
 use crate::checks::Outcome;
 use crate::checks::record::{self, Found};
 use crate::compare::first_steps::{Beds, OfBed};
+use crate::document::{Drawing, Section};
 use crate::error::{Error, exit};
 use crate::files::{refuse_existing, write_folder, write_whole};
 use crate::interrupt::asked_to_end;
 use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
 use crate::report;
+use crate::report::packing::grains_left;
 use crate::suite::conformance::table::{self, Candidate};
 use crate::suite::conformance::{conformance, of_yade};
 use verdict::starts::DISPERSION;
@@ -73,6 +75,9 @@ pub struct Arguments {
     /// How much the radii of the bed differ, as a share of their mean; 0 for an engine that has one radius
     #[arg(long, default_value_t = DISPERSION, value_parser = dispersion)]
     dispersion: f64,
+    /// A new folder for report.html, with the bed in which the grains are marked that nothing explains, and check.json
+    #[arg(long)]
+    out: Option<PathBuf>,
     #[command(flatten)]
     output: Output,
     #[command(flatten)]
@@ -104,6 +109,9 @@ impl Arguments {
                     .to_owned(),
             ));
         }
+        if let Some(out) = &self.out {
+            refuse_existing(out)?;
+        }
         let display = Display::new(self.output.quiet);
         let task = display.task("engine check");
         let beds = Beds::from(OfBed {
@@ -121,8 +129,21 @@ impl Arguments {
         if asked_to_end() {
             return Err(Error::Interrupted);
         }
-        self.output
-            .tell("engine check", &json(&found)?, &found.document())?;
+        let (text, mut document) = (json(&found)?, found.document());
+        let causes = found.first_steps.iter().flat_map(|of| &of.causes);
+        let pictures: Vec<Drawing> = causes.filter_map(grains_left).collect();
+        if !pictures.is_empty() {
+            let section = Section::new("Where", "").with_all(pictures);
+            document.sections.push(section);
+        }
+        self.output.tell("engine check", &text, &document)?;
+        if let Some(out) = &self.out {
+            let page = report::page(&document);
+            write_folder::<Error>(out, |aside| {
+                page.write(aside)?;
+                Ok(write_whole(&aside.join("check.json"), text.as_bytes())?)
+            })?;
+        }
         Ok(match found.outcome() {
             Outcome::Fail if found.engine_failed => exit::ENGINE_FAILED,
             outcome => outcome.exit_code(),
