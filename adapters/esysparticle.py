@@ -17,6 +17,7 @@ import sys
 import tempfile
 
 from exchange import Clock, Job, Refused, progress, serve
+from law import pair_contacts, refuse, stiffness, wall_contacts
 
 HERE = os.path.abspath(sys.argv[0])
 # Tells the master the folder of its job.
@@ -65,11 +66,7 @@ def in_program(folder):
         return json.load(file)
 
 
-def refuse(job):
-    if job.model["law"]["friction_angle"] > 0.0:
-        raise Refused("friction")
-    if job.model["law"]["contact"]["viscosity"]["kind"] != "none":
-        raise Refused("dashpots")
+def refuse_two_sides(job):
     for wall in job.model["walls"]:
         if len({grain[wall["axis"]] > wall["place"] for grain in job.grains}) > 1:
             raise Refused("grains on both sides of a wall")
@@ -84,8 +81,9 @@ class Springs:
 
     def between(self, radius1, radius2):
         """Stiffness in the program."""
-        a, b = self.modulus * radius1, self.modulus * radius2
-        return 2.0 * a * b / (a + b) if self.exact else 0.5 * (a + b)
+        if self.exact:
+            return stiffness(self.modulus, radius1, radius2)
+        return 0.5 * self.modulus * (radius1 + radius2)
 
 
 class Bed:
@@ -146,7 +144,9 @@ class Bed:
         return [(place[0], place[1], velocity[0], velocity[1]) for place, velocity in both]
 
     def show(self, motion):
-        self.job.moment("settle", self.step, motion, contacts(self.job, self.springs, [of[:2] for of in motion]))
+        radius, places = lambda grain: self.job.grains[grain]["radius"], [of[:2] for of in motion]
+        rows = pair_contacts(self.job, lambda one, two: self.springs.between(radius(one), radius(two)), places)
+        self.job.moment("settle", self.step, motion, rows + wall_contacts(self.job, radius, places))
 
 
 def domain(job, margin):
@@ -161,33 +161,6 @@ def domain(job, margin):
     for wall in job.model["walls"]:
         places[wall["axis"]].append(wall["place"])
     return [min(places[axis]) - margin for axis in "xz"], [max(places[axis]) + margin for axis in "xz"]
-
-
-def contacts(job, springs, places):
-    """Rows of what touches, with the forces of the program's law: it tells those of pairs in files alone."""
-    grains, rows, cells = job.grains, [], {}
-    size = 2.0 * springs.radii[-1]
-    for two, (x, z) in enumerate(places):
-        across, up = math.floor(x / size), math.floor(z / size)
-        for one in (one for i in (-1, 0, 1) for k in (-1, 0, 1) for one in cells.get((across + i, up + k), ())):
-            dx, dz = x - places[one][0], z - places[one][1]
-            distance, radii = math.sqrt(dx * dx + dz * dz), (grains[one]["radius"], grains[two]["radius"])
-            overlap = radii[0] + radii[1] - distance
-            if overlap >= 0.0:
-                normal, arm = (dx / distance, dz / distance), radii[0] - 0.5 * overlap
-                force = springs.between(*radii) * overlap
-                point = [place + arm * of for place, of in zip(places[one], normal)]
-                rows.append((one, two, overlap, force, 0.0, *normal, *point))
-        cells.setdefault((across, up), []).append(two)
-        for index, wall in enumerate(job.model["walls"]):
-            axis, radius = "xz".index(wall["axis"]), grains[two]["radius"]
-            distance = places[two][axis] - wall["place"]
-            overlap = radius - abs(distance)
-            if overlap >= 0.0:
-                normal, point = [0.0, 0.0], list(places[two])
-                normal[axis], point[axis] = math.copysign(1.0, distance), wall["place"]
-                rows.append((len(grains) + index, two, overlap, springs.modulus * radius * overlap, 0.0, *normal, *point))
-    return rows
 
 
 def settle(job, bed):
@@ -244,6 +217,7 @@ def description():
 
 def run_scene(job):
     refuse(job)
+    refuse_two_sides(job)
     clock = Clock()
     step, stop = in_program(job.folder)
     job.index = open(job.place("moments.jsonl"), "a", encoding="utf-8")
@@ -253,6 +227,7 @@ def run_scene(job):
 
 def run_case(job):
     refuse(job)
+    refuse_two_sides(job)
     return in_program(job.folder)[0]
 
 

@@ -4,7 +4,6 @@ The programs integrate by velocity Verlet, with half a kick before and half a ki
 leapfrog gives a whole kick. Between the two halves the velocity is the one of the half step, so forces are damped
 there, and the very first force, which is used for one half only, is doubled.
 """
-import copy
 import math
 import os
 import re
@@ -12,12 +11,12 @@ import shutil
 import subprocess
 import tempfile
 
-from exchange import Clock, Refused, progress, serve
+from exchange import serve
+from law import punch_contacts, refuse, stiffness, wall_contacts
+from stages import run_case, run_scene
 
 # The most classes of radii; LAMMPS has 32 groups, and LIGGGHTS a square table of classes in one line.
 MOST_CLASSES = 20
-# The most steps between two signs of life.
-MOST_STEPS = 1000
 # Distance within which neighbours are listed, beyond touching, over the largest radius.
 SKIN = 0.2
 # Between a force that a program says and the one of the law, over the stiffness times the distance of the centres.
@@ -51,11 +50,6 @@ class Classes:
 
     def __len__(self):
         return len(self.radii)
-
-
-def stiffness(modulus, radius1, radius2):
-    a, b = modulus * radius1, modulus * radius2
-    return 2.0 * a * b / (a + b)
 
 
 class OneClass:
@@ -142,14 +136,6 @@ def version(name):
     text = asked.stdout
     found = re.search(r"Simulator - (.+)|LIGGGHTS-PUBLIC ([^,\s]+)", text)
     return (found[1] or found[2]).strip() if found else "unknown"
-
-
-def refuse(job):
-    law = job.model["law"]
-    if law["friction_angle"] > 0.0:
-        raise Refused("friction")
-    if law["contact"]["viscosity"]["kind"] != "none":
-        raise Refused("dashpots")
 
 
 def write_data(path, job, classes, types, density):
@@ -316,43 +302,7 @@ def contacts(job, classes, places, pairs):
         if not abs(said - force) <= ROUNDING * k * distance:
             raise RuntimeError("grains %d and %d push with %r N, and the law says %r N" % (one, two, said, force))
         rows.append((one, two, overlap, force, 0.0, *normal, x1 + arm * normal[0], z1 + arm * normal[1]))
-    for index, wall in enumerate(job.model["walls"]):
-        axis = "xz".index(wall["axis"])
-        for grain, place in enumerate(places):
-            distance, radius = place[axis] - wall["place"], grains[grain]["radius"]
-            overlap = radius - abs(distance)
-            if overlap < 0.0:
-                continue
-            normal, point = [0.0, 0.0], list(place)
-            normal[axis], point[axis] = math.copysign(1.0, distance), wall["place"]
-            curvature = classes.radii[classes.of[grain]]
-            force = stiffness(modulus, curvature, curvature) * overlap
-            rows.append((len(grains) + index, grain, overlap, force, 0.0, *normal, *point))
-    return rows
-
-
-def punch_contacts(job, centre, places):
-    """Rows of what touches the punch, by the law whose formulas `push` gives to the program."""
-    rows, punch = [], len(job.grains) + len(job.model["walls"])
-    for grain, place in enumerate(places):
-        radius = job.grains[grain]["radius"]
-        away = [here - there for here, there in zip(place, centre)]
-        past = [abs(of) - half for of, half in zip(away, job.asked["punch"]["half_extents"])]
-        nearest = 0 if past[0] >= past[1] else 1
-        if past[nearest] <= 0.0:
-            apart, share = past[nearest], [1.0 - nearest, float(nearest)]
-        else:
-            out = [max(of, 0.0) for of in past]
-            apart = math.hypot(*out)
-            share = [of / apart for of in out]
-        overlap = radius - apart
-        if overlap < 0.0:
-            continue
-        normal = [of if here > 0.0 else -of for of, here in zip(share, away)]
-        # In the middle between the punch's nearest point and the grain's deepest one.
-        point = [here - 0.5 * (apart + radius) * of for here, of in zip(place, normal)]
-        force = stiffness(job.model["law"]["modulus"], radius, radius) * overlap
-        rows.append((punch, grain, overlap, force, 0.0, *normal, *point))
+    rows += wall_contacts(job, lambda grain: classes.radii[classes.of[grain]], places)
     return rows
 
 
@@ -397,6 +347,12 @@ class Run:
         self.step = int(now)
         return reached != "0", deep != "0", float(force)
 
+    def stop_punch(self):
+        self.does(["velocity punch set NULL 0.0 NULL"])
+
+    def ends(self):
+        self.program.ends()
+
     def show(self):
         """Write the moment."""
         job, grains, punch = self.job, self.job.grains, None
@@ -411,115 +367,6 @@ class Run:
             punch = {"centre": centre, "start": job.asked["punch"]["start"], "velocity": velocity, "force": force}
             rows += pushed
         job.moment(job.asked.get("stage", "settle"), self.step, motion, rows, punch)
-
-
-class Settling:
-    """The rule that ends settling."""
-
-    def __init__(self, job):
-        self.job, self.memory = job, {}
-
-    def go(self, run, to):
-        """Go on, at most to this step; why the stage ends there, if it does."""
-        settle = self.job.asked["settle"]
-        check = (run.step // settle["check_every"] + 1) * settle["check_every"]
-        run.to(min(to, check, max(settle["max_steps"], run.step + 1)))
-        return self.job.settle_rule(run.step, run.motion[: len(self.job.grains)], self.memory)
-
-    def share(self):
-        return self.memory.get("share", 0.0)
-
-
-class Loading:
-    """The rule that ends loading, and stops the punch when it has its force if it is to stand a while."""
-
-    def __init__(self, job):
-        self.asked, self.force = job.asked, 0.0
-        # The step since which the punch stands.
-        self.since = job.first if job.asked["punch"]["velocity"] == 0.0 else None
-
-    def go(self, run, to):
-        """As that of settling."""
-        wait = self.asked["loading"]["steps_standing_still"]
-        if self.since is not None:
-            last = max(self.since + (wait or 0), run.step + 1)
-            run.to(min(to, last))
-            return "reached" if run.step == last else None
-        if wait is None and self.asked["until_step"] is not None:
-            return run.to(to)  # The rule would end nothing and stop nothing.
-        reached, deep, self.force = run.to_rule(to)
-        if reached and wait is not None:
-            self.since = run.step
-            run.does(["velocity punch set NULL 0.0 NULL"])
-            return None
-        return "reached" if reached else "target_load_not_reached" if deep else None
-
-    def share(self):
-        return self.force / self.asked["loading"]["target_force"]
-
-
-def follow(job, rule, start):
-    """Show a scene's moments until its stage ends; the run, and why it ended."""
-    clock, asked = Clock(), job.asked
-    stage, every, until = asked["stage"], asked["moments_every"], asked["until_step"]
-    run, stop = start(job), None
-    run.show()
-    while stop is None and run.step != until:
-        to = min((run.step // every + 1) * every, run.step + MOST_STEPS)
-        stop = rule.go(run, to if until is None else min(to, until))
-        if until is not None:
-            stop = None
-        if stop is not None or run.step % every == 0 or run.step == until:
-            run.show()
-        progress(stage, run.step, run.step / until if until else rule.share())
-    run.program.ends()
-    job.line(clock.end(stage, run.step, stop or "steps_done"))
-    return run, stop
-
-
-def settled(job, motion):
-    """The job of loading after that of settling, which left the grains so."""
-    after = copy.copy(job)
-    after.first, after.asked = 0, dict(job.asked, stage="load")
-    after.grains = [dict(grain, x=x, z=z, vx=vx, vz=vz) for grain, (x, z, vx, vz) in zip(job.grains, motion)]
-    return after
-
-
-def lower_punch(job):
-    """Set the punch on the highest grain below it."""
-    loading = job.asked["loading"]
-    axis, half_extents = loading["axis"], loading["half_extents"]
-    below = [of for of in job.grains if abs(of["x"] - axis) < half_extents[0] + of["radius"]]
-    top = max([of["z"] + of["radius"] for of in below], default=0.0)
-    centre, velocity = [axis, top + half_extents[1]], -loading["speed"]
-    job.asked["punch"] = {"centre": centre, "half_extents": half_extents, "start": top, "velocity": velocity}
-
-
-def run_scene(job, start):
-    """Settle and load; the steps that were done. `start` starts the program with a job."""
-    refuse(job)
-    asked, steps = job.asked, 0
-    if asked["stage"] == "settle":
-        run, stop = follow(job, Settling(job), start)
-        steps = run.step - job.first
-        if asked["ends_settled"] or stop != "settled":
-            return steps
-        job = settled(job, run.motion)
-    if job.asked["punch"] is None:
-        lower_punch(job)
-    run, _ = follow(job, Loading(job), start)
-    return steps + run.step - job.first
-
-
-def run_case(job, start):
-    """Go to each moment of a case; the steps that were done."""
-    refuse(job)
-    run = start(job)
-    for step in job.asked["moments"]:
-        run.to(step)
-        run.show()
-    run.program.ends()
-    return run.step
 
 
 def steps_by_its_clock(job, name, script):

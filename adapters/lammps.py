@@ -4,7 +4,8 @@ import math
 import os
 
 import granular
-from granular import number, stiffness
+from granular import number
+from law import stiffness
 
 SPRING = "hooke %s 0.0 tangential linear_nohistory 0.0 0.0 damping mass_velocity"
 

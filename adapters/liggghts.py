@@ -4,7 +4,8 @@ import math
 import os
 
 import granular
-from granular import number, stiffness
+from granular import number
+from law import stiffness
 
 MODEL = "model hooke/stiffness tangential off"
 # Constants of what is switched off; the program asks for them.

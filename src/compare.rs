@@ -399,7 +399,7 @@ fn of_first_steps(run: &RunFolder, locator: &Locator) -> Result<Option<Judgement
         grains: GRAINS,
         dispersion: run.scene.particles.dispersion,
     };
-    let judged = first_steps::first_steps(asked, bed, &mut |_| ());
+    let judged = first_steps::first_steps(asked, &bed.into(), &mut |_| ());
     judged.map(Some).map_err(|error| error.to_string())
 }
 

@@ -16,7 +16,7 @@ pub struct Explanation {
 }
 
 /// All families.
-pub const EXPLANATIONS: [Explanation; 19] = [
+pub const EXPLANATIONS: [Explanation; 20] = [
     Explanation {
         pattern: "compare/*",
         meaning: "Two runs of one scene agree in what is named last in the id.",
@@ -69,6 +69,13 @@ pub const EXPLANATIONS: [Explanation; 19] = [
             every step; three times as far is rounding. After 1, 3, 10, 30 and 100 steps.",
         source: "crates/verdict; docs/bring-your-own-engine.md",
         breaks: "A constant or a term of another form in one of the engines; `crossgrain engine check` names it.",
+    },
+    Explanation {
+        pattern: "conformance/*",
+        meaning: "An engine of the conformance table is the model's, to the bit or to rounding; or it differs as it is known to, and in nothing else.",
+        formula: "That of first-steps/*, the farthest of all states; what is known to differ is named by the judge and explains all that is seen.",
+        source: "src/suite/conformance/table.rs; docs/bring-your-own-engine.md",
+        breaks: "Another version of an engine, or a change of its adapter; `crossgrain engine check` says more about one engine.",
     },
     Explanation {
         pattern: "faults/*",

@@ -1,10 +1,10 @@
-//! LAMMPS, LIGGGHTS and ESyS-Particle through their adapters. Without the feature `live` these are listed as ignored and not made;
+//! LAMMPS, LIGGGHTS, ESyS-Particle and Kratos DEM through their adapters. Without the feature `live` these are listed as ignored and not made;
 //! with it a missing one is a failure.
 
 use std::fs;
 use std::path::Path;
 
-use crossgrain::engine::exec::{self, ExternalEngine, Options};
+use crossgrain::engine::exec::{self, Adapter, ExternalEngine, Options, usual_limits};
 use crossgrain::run::folder::RunFolder;
 use grains::generate::initial_bodies;
 use grains::model::Model;
@@ -47,6 +47,43 @@ fn agree_to_the_bit(folder: &Path, begin: &str) {
     let compare = ["compare", &one, &other, "--expect-bits"];
     let (code, text, errors) = told(&crossgrain(&compare, folder));
     assert_eq!(code, 0, "{text}{errors}");
+}
+
+/// What lies in `adapters` is carried by the program: an engine, or a module that is placed beside every engine.
+#[test]
+fn every_file_of_the_adapters_is_placed() {
+    let folder = tempdir().expect("a folder");
+    let engine = Adapter::Toy.place(folder.path(), &usual_limits());
+    assert_eq!(
+        engine.expect("needs a Python alone").description.name,
+        "toy"
+    );
+    let engines = Adapter::ALL.map(|of| format!("{}.py", of.key()));
+    for entry in fs::read_dir(adapter_path("")).expect("a folder") {
+        let (name, text) = {
+            let path = entry.expect("readable").path();
+            let text = fs::read_to_string(&path).unwrap_or_default();
+            (path.file_name().expect("a name").to_owned(), text)
+        };
+        let name = name.to_str().expect("text");
+        if name.ends_with(".py") && !engines.iter().any(|of| of == name) {
+            let placed = fs::read_to_string(folder.path().join(name)).unwrap_or_default();
+            assert_eq!(placed, text, "{name}");
+        }
+    }
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "live"),
+    ignore = "needs LAMMPS, LIGGGHTS, ESyS-Particle and Kratos DEM (ci/install_engines): --features live"
+)]
+fn every_adapter_is_placed_and_describes_itself() {
+    for adapter in Adapter::ALL {
+        let folder = tempdir().expect("a folder");
+        let engine = adapter.place(folder.path(), &usual_limits()).expect("here");
+        assert_eq!(engine.description.name, adapter.name());
+    }
 }
 
 #[test]
@@ -150,17 +187,35 @@ fn under_the_punch_both_are_native_up_to_rounding() {
 }
 
 /// It damps by the velocity before the kick, so its damped bed is another one after a step.
+fn is_told_from_native_by_its_damping(adapter_name: &str) {
+    let (folder, _) = folder_with(&narrow_scene(0.0));
+    let check = ["engine", "check", &adapter(adapter_name), "--quiet"];
+    let (code, text, errors) = told(&crossgrain(&check, folder.path()));
+    assert_eq!(code, 1, "{text}{errors}");
+    assert!(text.contains("with the velocity in the middle of the kick"));
+}
+
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs ESyS-Particle: --features live")]
 fn esysparticle_is_native_up_to_rounding_but_for_damping() {
     let (_, mut bed) = bed();
     bed.model.alpha = 0.0;
     alike_up_to_rounding(&bed, "esysparticle.py");
-    let (folder, _) = folder_with(&narrow_scene(0.0));
-    let check = ["engine", "check", &adapter("esysparticle.py"), "--quiet"];
-    let (code, text, _) = told(&crossgrain(&check, folder.path()));
-    assert_eq!(code, 1, "{text}");
-    assert!(text.contains("with the velocity in the middle of the kick"));
+    is_told_from_native_by_its_damping("esysparticle.py");
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "live"),
+    ignore = "needs Kratos DEM (ci/install_engines): --features live"
+)]
+fn kratos_is_native_up_to_rounding_but_for_damping_under_the_punch_too() {
+    let (scene, mut bed) = bed();
+    bed.model.alpha = 0.0;
+    alike_up_to_rounding(&bed, "kratos.py");
+    bed.punch = Some(first_contact_punch(&scene, &bed.bodies));
+    alike_up_to_rounding(&bed, "kratos.py");
+    is_told_from_native_by_its_damping("kratos.py");
 }
 
 #[test]

@@ -58,6 +58,43 @@ fn the_first_difference_is_found_by_running_an_external_engine_again() {
     }
 }
 
+/// What a program imports from its own folder is part of it, and what that imports too.
+#[test]
+fn a_module_beside_the_program_counts_as_the_program() {
+    let (folder, _) = folder_with(&narrow_scene(0.05));
+    let toy = changed_toy("import csv, json,", "import csv, middle, json,");
+    let toy = toy.replace(
+        "v[i][axis] += dt * a\n",
+        "v[i][axis] += dt * a * middle.k\n",
+    );
+    let other = format!(
+        "exec:{}",
+        program(folder.path(), "other.py", &toy).display()
+    );
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("ours");
+    write("middle.py", "from deep import k\n");
+    write("deep.py", "k = 1.0 + 1e-9\n");
+    for (engine, out) in [("native", "native"), (other.as_str(), "other")] {
+        ran_in(folder.path(), engine, &["--steps", "2"], out);
+    }
+    let compare = || {
+        let compare = [
+            "compare",
+            "native",
+            "other",
+            "--expect-bits",
+            "--engine",
+            &other,
+        ];
+        told(&crossgrain(&compare, folder.path())).1
+    };
+    let unchanged = compare();
+    assert!(unchanged.contains("step 1 of stage settle"), "{unchanged}");
+    write("deep.py", "k = 1.0 + 2e-9\n");
+    let changed = compare();
+    assert!(changed.contains("they have other bytes"), "{changed}");
+}
+
 #[test]
 fn what_an_engine_does_not_have_is_not_asked_of_it() {
     let (folder, _) = folder_with(&narrow_scene(0.05));

@@ -66,6 +66,7 @@ mod docs;
 
 mod page;
 
+mod conformance_table;
 mod exec_adapters;
 mod exec_engine;
 

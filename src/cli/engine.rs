@@ -1,16 +1,25 @@
 //! `crossgrain engine`: whether an external engine does what the protocol and the model say.
 
+use std::path::PathBuf;
+
 use clap::{Args, Subcommand};
 
 use super::chosen::Chosen;
-use super::json;
 use super::report::Output;
-use super::run::YadeArguments;
+use super::run::{YadeArguments, YadeLimits};
+use super::{json, tell};
 use crate::checks::Outcome;
-use crate::compare::first_steps::OfBed;
+use crate::checks::record::{self, Found};
+use crate::compare::first_steps::{Beds, OfBed};
+use crate::document::{Drawing, Section};
 use crate::error::{Error, exit};
+use crate::files::{refuse_existing, write_folder, write_whole};
 use crate::interrupt::asked_to_end;
+use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
+use crate::report;
+use crate::report::packing::grains_left;
+use crate::suite::conformance::table::{self, Candidate};
 use crate::suite::conformance::{conformance, of_yade};
 use verdict::starts::DISPERSION;
 
@@ -19,6 +28,37 @@ use verdict::starts::DISPERSION;
 pub enum Verb {
     /// Say whether an engine is the model's engine to the bit or to rounding, and what is wrong if it is not
     Check(Arguments),
+    /// The conformance table: engines before one judge, with what each cannot express
+    Table(TableArguments),
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Without --dispersion LAMMPS, LIGGGHTS and ESyS-Particle get a bed of one radius, for their adapters have a stiffness for each radius \
+    and only so many of them.\n\nExit codes: 0 all are identical, equal to rounding or differ as they are known to; 1 one differs otherwise; 3 undecided, \
+    or one is not installed.\n\nExamples:\n  crossgrain engine table\n  crossgrain engine table --installed --out conformance\n  crossgrain engine table \
+    lammps exec:./mine"
+)]
+pub struct TableArguments {
+    /// yade-sorted, yade-ordinary, lammps, liggghts, esysparticle, kratos, toy or exec:PATH; all but the last if none is named
+    #[arg(value_name = "ENGINE")]
+    engines: Vec<Candidate>,
+    /// Grains of the beds whose first steps are judged
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(50..=100_000))]
+    grains: u32,
+    /// How much the radii of every bed differ, as a share of their mean
+    #[arg(long, value_parser = dispersion)]
+    dispersion: Option<f64>,
+    /// Engines that are not installed count for nothing
+    #[arg(long)]
+    installed: bool,
+    /// A new folder for conformance.json, conformance.md and report.html
+    #[arg(long)]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
+    #[command(flatten)]
+    limits: YadeLimits,
 }
 
 #[derive(Debug, Args)]
@@ -35,6 +75,9 @@ pub struct Arguments {
     /// How much the radii of the bed differ, as a share of their mean; 0 for an engine that has one radius
     #[arg(long, default_value_t = DISPERSION, value_parser = dispersion)]
     dispersion: f64,
+    /// A new folder for report.html, with the bed in which the grains are marked that nothing explains, and check.json
+    #[arg(long)]
+    out: Option<PathBuf>,
     #[command(flatten)]
     output: Output,
     #[command(flatten)]
@@ -53,6 +96,7 @@ impl Verb {
     pub fn execute(self) -> Result<u8, Error> {
         match self {
             Verb::Check(arguments) => arguments.execute(),
+            Verb::Table(arguments) => arguments.execute(),
         }
     }
 }
@@ -65,28 +109,107 @@ impl Arguments {
                     .to_owned(),
             ));
         }
+        if let Some(out) = &self.out {
+            refuse_existing(out)?;
+        }
         let display = Display::new(self.output.quiet);
         let task = display.task("engine check");
-        let bed = OfBed {
+        let beds = Beds::from(OfBed {
             grains: self.grains,
             dispersion: self.dispersion,
-        };
+        });
         let mut progress = |name: &str| task.share(0.0, name);
         let found = match self.engine {
             Chosen::Exec(program) => {
-                conformance(&self.yade.limits.exec(program), bed, &mut progress)
+                conformance(&self.yade.limits.exec(program), &beds, &mut progress)
             }
-            _ => of_yade(&self.yade.options()?, bed, &mut progress),
+            _ => of_yade(&self.yade.options()?, &beds, &mut progress),
         }?;
         task.done("done");
         if asked_to_end() {
             return Err(Error::Interrupted);
         }
-        self.output
-            .tell("engine check", &json(&found)?, &found.document())?;
+        let (text, mut document) = (json(&found)?, found.document());
+        let causes = found.first_steps.iter().flat_map(|of| &of.causes);
+        let pictures: Vec<Drawing> = causes.filter_map(grains_left).collect();
+        if !pictures.is_empty() {
+            let section = Section::new("Where", "").with_all(pictures);
+            document.sections.push(section);
+        }
+        self.output.tell("engine check", &text, &document)?;
+        if let Some(out) = &self.out {
+            let page = report::page(&document);
+            write_folder::<Error>(out, |aside| {
+                page.write(aside)?;
+                Ok(write_whole(&aside.join("check.json"), text.as_bytes())?)
+            })?;
+        }
         Ok(match found.outcome() {
             Outcome::Fail if found.engine_failed => exit::ENGINE_FAILED,
             outcome => outcome.exit_code(),
         })
+    }
+}
+
+impl TableArguments {
+    fn execute(self) -> Result<u8, Error> {
+        if let Some(out) = &self.out {
+            refuse_existing(out)?;
+        }
+        let candidates = match &self.engines[..] {
+            [] => Candidate::all(),
+            named => named.to_vec(),
+        };
+        let options = table::Options {
+            grains: self.grains,
+            dispersion: self.dispersion,
+            installed: self.installed,
+            yade: self.limits.options(),
+            command: self.command(),
+        };
+        let display = Display::new(self.output.quiet);
+        let task = display.task("engine table");
+        let made = table::table(&candidates, &options, &mut |name| task.share(0.0, name))?;
+        task.done("done");
+        if asked_to_end() {
+            return Err(Error::Interrupted);
+        }
+        let found = Found {
+            checks: made.checks().to_vec(),
+            ..Found::default()
+        };
+        let (text, record) = record::write("conformance", &made, Machine::this().kind(), found)?;
+        let document = made.document();
+        self.output.files.write(&record, None)?;
+        tell(self.output.json, &text, || report::terminal(&document))?;
+        if let Some(out) = &self.out {
+            let page = report::page(&document);
+            write_folder::<Error>(out, |aside| {
+                page.write(aside)?;
+                write_whole(
+                    &aside.join("conformance.md"),
+                    report::markdown(&document).as_bytes(),
+                )?;
+                Ok(write_whole(
+                    &aside.join("conformance.json"),
+                    text.as_bytes(),
+                )?)
+            })?;
+        }
+        Ok(record.verdict.exit_code())
+    }
+
+    fn command(&self) -> String {
+        let mut command = format!("crossgrain engine table --grains {}", self.grains);
+        if let Some(dispersion) = self.dispersion {
+            command += &format!(" --dispersion {dispersion}");
+        }
+        if self.installed {
+            command += " --installed";
+        }
+        for engine in &self.engines {
+            command += &format!(" {}", engine.key());
+        }
+        command
     }
 }

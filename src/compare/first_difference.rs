@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::bits::{self, NumberPair, TableBits};
 use crate::engine::{exec, yade};
-use crate::files::{file_digest, work_folder};
+use crate::files::work_folder;
 use crate::run::folder::RunFolder;
 use crate::run::folder::record::EngineRecord;
 use crate::run::{Engine, bare};
@@ -144,7 +144,8 @@ impl Locator {
     /// The program that made a run: another one would find another difference.
     fn program(&self, name: &str, digest: &str) -> Result<exec::Options, String> {
         for options in &self.programs {
-            let found = file_digest(&options.program).map_err(|error| error.to_string())?;
+            let found =
+                exec::program_digest(&options.program).map_err(|error| error.to_string())?;
             if found == digest {
                 return Ok(options.clone());
             }

@@ -1,5 +1,7 @@
 //! An engine's first hundred steps from a bed, judged, and what is said of them.
 
+use std::cell::OnceCell;
+
 use crate::checks::{Check, Outcome};
 use crate::document::{Cell, Section, Table};
 use crate::engine::exec::{self, Description, missing_for_case};
@@ -77,21 +79,47 @@ pub struct OfBed {
     pub dispersion: f64,
 }
 
+/// Such a bed and the small one, with what is known of them; made when an engine asks for them, once for all engines.
+#[derive(Debug)]
+pub struct Beds {
+    of: OfBed,
+    usual: OnceCell<Reference>,
+    small: OnceCell<Reference>,
+}
+
+impl From<OfBed> for Beds {
+    fn from(of: OfBed) -> Self {
+        Beds {
+            of,
+            usual: OnceCell::new(),
+            small: OnceCell::new(),
+        }
+    }
+}
+
 /// Judges the engine from a bed, or from a small one if it refuses so many grains.
 pub fn first_steps(
     engine: Asked<'_>,
-    bed: OfBed,
+    beds: &Beds,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Judgement, EngineError> {
-    let OfBed { grains, dispersion } = bed;
-    let reference = Reference::new(grains, dispersion, progress)?;
-    let found = from_bed(&reference, engine, progress)?;
+    let OfBed { grains, dispersion } = beds.of;
+    let mut from = |bed: &OnceCell<Reference>, grains| -> Result<Judgement, EngineError> {
+        let reference = match bed.get() {
+            Some(known) => known,
+            None => {
+                let made = Reference::new(grains, dispersion, progress)?;
+                bed.get_or_init(|| made)
+            }
+        };
+        from_bed(reference, engine, progress)
+    };
+    let found = from(&beds.usual, grains)?;
     let refused = found.starts.iter().all(|of| of.skipped.is_some());
     if !refused || grains <= SMALL {
         return Ok(found);
     }
-    let reference = Reference::new(SMALL, dispersion, progress)?;
-    from_bed(&reference, engine, progress)
+    from(&beds.small, SMALL)
 }
 
 /// Judges the engine against what is known of a bed.

@@ -2,6 +2,7 @@
 //! that only in a job folder that holds everything it is told, and is believed only what its tables prove.
 
 use std::cell::Cell;
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -16,7 +17,7 @@ use super::watch::{self, Beats, Done, Ended, Limits, end_of, length, watch};
 pub use super::{Description, Part, describe, missing_for_case, missing_for_scene};
 use super::{ProgramError, nonsense};
 use crate::child::{Group, on_path};
-use crate::files::{failed, file_digest, write_whole};
+use crate::files::{FileError, failed, file_digest, read_text, sha256_hex, write_whole};
 use crate::tables as text;
 use grains::model::Model;
 use grains::scene::Scene;
@@ -62,17 +63,61 @@ pub struct ExternalEngine {
     pub options: Options,
     /// What it says of itself.
     pub description: Description,
-    /// SHA-256 of the program's file before it was asked; a run of another file is an error.
+    /// [`program_digest`] before it was asked; a run of another program is an error.
     pub digest: String,
+}
+
+/// The longest text in which imports are looked for, bytes.
+const LONGEST_SCRIPT: u64 = 1 << 20;
+
+/// What tells a program from another one: SHA-256 of its file, and where it is a Python text that imports files beside it, of these
+/// and of what they import in turn.
+pub fn program_digest(program: &Path) -> Result<String, FileError> {
+    let program = &fs::canonicalize(program).map_err(failed("find", program))?;
+    let mut beside = BTreeMap::new();
+    let mut unread = vec![program.clone()];
+    while let Some(path) = unread.pop() {
+        // What is no text, or none that a person wrote, imports nothing.
+        let text = read_text(&path, LONGEST_SCRIPT).unwrap_or_default();
+        for module in text.lines().flat_map(imported) {
+            let path = program.with_file_name(format!("{module}.py"));
+            if path != *program && path.is_file() && !beside.contains_key(module) {
+                beside.insert(module.to_owned(), path.clone());
+                unread.push(path);
+            }
+        }
+    }
+    let mut digests = file_digest(program)?;
+    if beside.is_empty() {
+        return Ok(digests);
+    }
+    for (name, path) in &beside {
+        digests += &format!(" {name} {}", file_digest(path)?);
+    }
+    Ok(sha256_hex(digests.as_bytes()))
+}
+
+/// The modules that a line of Python imports: `a` of `import a.b as c` and of `from a import b`.
+fn imported<'a>(line: &'a str) -> Vec<&'a str> {
+    let is_of_a_name = |of: char| of.is_alphanumeric() || of == '_';
+    let line = line.trim_start();
+    let names = match (line.strip_prefix("import "), line.strip_prefix("from ")) {
+        (Some(rest), _) => rest.split(',').map(str::trim_start).collect(),
+        (_, Some(rest)) => vec![rest.trim_start()],
+        _ => Vec::new(),
+    };
+    let first = |of: &'a str| of.split(|of| !is_of_a_name(of)).next();
+    names.into_iter().filter_map(first).collect()
 }
 
 impl ExternalEngine {
     /// Asks it.
     pub fn ask(options: Options) -> Result<Self, ProgramError> {
-        let digest = file_digest(&options.program).map_err(|error| ProgramError::NotStarted {
-            path: options.program.clone(),
-            reason: error.to_string(),
-        })?;
+        let digest =
+            program_digest(&options.program).map_err(|error| ProgramError::NotStarted {
+                path: options.program.clone(),
+                reason: error.to_string(),
+            })?;
         Ok(ExternalEngine {
             description: describe(&options)?,
             options,
@@ -83,53 +128,101 @@ impl ExternalEngine {
     /// That no other program stands in the place of the one that was asked. One that was removed since has run.
     fn check_unchanged(&self) -> Result<(), ProgramError> {
         let path = &self.options.program;
-        if path.exists() && file_digest(path)? != self.digest {
+        if path.exists() && program_digest(path)? != self.digest {
             return Err(ProgramError::Changed { path: path.clone() });
         }
         Ok(())
     }
 }
 
-/// A program with an adapter of its own, which comes with this program.
+/// An engine that comes with this program: the toy, or an adapter of another program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Adapter {
+    /// The engine in Python of `docs/bring-your-own-engine.md`.
+    Toy,
     /// `lmp`.
     Lammps,
     /// `liggghts`.
     Liggghts,
+    /// `esysparticle`.
+    EsysParticle,
+    /// Kratos DEM, in an environment of its own.
+    Kratos,
 }
 
+/// What the adapters import.
+const MODULES: [(&str, &str); 4] = [
+    ("exchange", include_str!("../../adapters/exchange.py")),
+    ("granular", include_str!("../../adapters/granular.py")),
+    ("law", include_str!("../../adapters/law.py")),
+    ("stages", include_str!("../../adapters/stages.py")),
+];
+
 impl Adapter {
+    /// All of them.
+    pub const ALL: [Adapter; 5] = [
+        Adapter::Lammps,
+        Adapter::Liggghts,
+        Adapter::EsysParticle,
+        Adapter::Kratos,
+        Adapter::Toy,
+    ];
+
+    /// Its name on the command line, which is its file's.
+    pub fn key(self) -> &'static str {
+        match self {
+            Adapter::Toy => "toy",
+            Adapter::Lammps => "lammps",
+            Adapter::Liggghts => "liggghts",
+            Adapter::EsysParticle => "esysparticle",
+            Adapter::Kratos => "kratos",
+        }
+    }
+
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Adapter::Toy => "toy",
+            Adapter::Lammps => "LAMMPS",
+            Adapter::Liggghts => "LIGGGHTS",
+            Adapter::EsysParticle => "ESyS-Particle",
+            Adapter::Kratos => "Kratos DEM",
+        }
+    }
+
+    /// The program that it needs on the path, and the Debian package that has it.
+    fn needs(self) -> Option<(&'static str, &'static str)> {
+        match self {
+            Adapter::Lammps => Some(("lmp", "lammps")),
+            Adapter::Liggghts => Some(("liggghts", "liggghts")),
+            Adapter::EsysParticle => Some(("esysparticle", "esys-particle")),
+            Adapter::Toy | Adapter::Kratos => None,
+        }
+    }
+
+    fn script(self) -> &'static str {
+        match self {
+            Adapter::Toy => include_str!("../../adapters/toy.py"),
+            Adapter::Lammps => include_str!("../../adapters/lammps.py"),
+            Adapter::Liggghts => include_str!("../../adapters/liggghts.py"),
+            Adapter::EsysParticle => include_str!("../../adapters/esysparticle.py"),
+            Adapter::Kratos => include_str!("../../adapters/kratos.py"),
+        }
+    }
+
     /// Writes the adapter into this folder and asks it what it is.
     pub fn place(self, folder: &Path, limits: &Limits) -> Result<ExternalEngine, ProgramError> {
-        let (engine, name, package, script) = match self {
-            Adapter::Lammps => (
-                "LAMMPS",
-                "lmp",
-                "lammps",
-                include_str!("../../adapters/lammps.py"),
-            ),
-            Adapter::Liggghts => (
-                "LIGGGHTS",
-                "liggghts",
-                "liggghts",
-                include_str!("../../adapters/liggghts.py"),
-            ),
-        };
-        if on_path(name).is_none() {
+        if let Some((name, package)) = self.needs().filter(|(name, _)| on_path(name).is_none()) {
             return Err(ProgramError::Missing {
-                engine,
+                engine: self.name(),
                 reason: format!("there is no program `{name}` on the path"),
                 package,
             });
         }
-        let program = folder.join(format!("{package}.py"));
-        write_whole(&program, script.as_bytes())?;
-        for (name, text) in [
-            ("granular.py", include_str!("../../adapters/granular.py")),
-            ("exchange.py", include_str!("../../adapters/exchange.py")),
-        ] {
-            write_whole(&folder.join(name), text.as_bytes())?;
+        let program = folder.join(format!("{}.py", self.key()));
+        write_whole(&program, self.script().as_bytes())?;
+        for (name, text) in MODULES {
+            write_whole(&folder.join(format!("{name}.py")), text.as_bytes())?;
         }
         fs::set_permissions(&program, fs::Permissions::from_mode(0o755))
             .map_err(failed("change", &program))?;
@@ -147,7 +240,7 @@ pub struct ExecRun {
     pub outcome: Outcome,
     /// What the engine is.
     pub description: Description,
-    /// [`ExternalEngine::digest`].
+    /// [`program_digest`].
     pub digest: String,
     /// What it wrote on its standard output and error.
     pub log: String,

@@ -8,8 +8,10 @@ use crate::error::Error;
 use crate::study::figures::LoadedBed;
 use crate::study::realization::bed_of;
 use grains::measure::{self, Bed};
+use grains::model::Axis;
 use grains::scene::Scene;
 use grains::tables::{Bodies, Contact, Punch};
+use verdict::judge::Cause;
 
 /// Line classes; a force is drawn in the class of its share of the strong force.
 const CLASSES: usize = 8;
@@ -24,7 +26,7 @@ pub fn pictures(scene: &Scene, beds: &[(Bed<'_>, Option<f64>, String)]) -> Vec<D
     let size = [1e3 * scene.container.width + 8.0, 1e3 * top + 8.0];
     let draw = |(index, (bed, bottom, caption)): (usize, &(Bed<'_>, Option<f64>, String))| {
         let name = format!("packing-{}", index + 1);
-        let contents = contents(scene, *bed, *bottom, strong, top);
+        let contents = contents(&Around::of(scene, *bottom), *bed, strong, top);
         let contents = format!("<g transform=\"translate(4 4)\">{contents}</g>\n");
         Drawing {
             svg: whole(size, caption, &contents),
@@ -36,10 +38,82 @@ pub fn pictures(scene: &Scene, beds: &[(Bed<'_>, Option<f64>, String)]) -> Vec<D
     beds.iter().enumerate().map(draw).collect()
 }
 
+/// The grains of an engine's bed that are farther off than rounding takes them though what is wrong is taken into account,
+/// marked in the state in which they are; nothing where there are none.
+pub fn grains_left(cause: &Cause) -> Option<Drawing> {
+    let state = cause.state.as_ref().filter(|_| !cause.left.is_empty())?;
+    let of = Bed {
+        bodies: &state.bodies,
+        contacts: &state.contacts,
+    };
+    let across = cause.walls.iter().filter(|of| of.axis == Axis::X);
+    let width = across.map(|of| of.place).fold(0.0, f64::max);
+    let punch = state.punch.map(|of| {
+        let ([x, _], [half, _]) = (of.centre, of.half_extents);
+        [x - half, x + half, of.bottom()]
+    });
+    let strong = strong_force([of].into_iter());
+    let top = measure::highest_grain(of.bodies) + 0.02;
+    let mut svg = contents(&Around { width, punch }, of, strong, top);
+    let place = |id: usize| [of.bodies.x[id], of.bodies.z[id]];
+    let left = cause.left.iter().filter(|id| **id < of.bodies.len());
+    let left: Vec<usize> = left.copied().collect();
+    let colour = Colour::Vermilion.hex();
+    for id in &left {
+        let ([x, z], radius) = (place(*id), of.bodies.radius[*id]);
+        let (x, z, radius) = (1e3 * x, 1e3 * (top - z), 1e3 * radius);
+        // The ring is seen where the grain is small on the page.
+        let _ = write!(
+            svg,
+            "<circle cx=\"{x:.1}\" cy=\"{z:.1}\" r=\"{radius:.1}\" fill=\"{colour}\"/>\
+             <circle cx=\"{x:.1}\" cy=\"{z:.1}\" r=\"{:.1}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>",
+            2.5 * radius
+        );
+    }
+    let size = [1e3 * width + 8.0, 1e3 * top + 8.0];
+    let caption = format!(
+        "Grains that are left in {}, marked: {} of {}",
+        cause.left_in.name(),
+        left.len(),
+        of.bodies.len()
+    );
+    let name = format!("left-{}", cause.law.name());
+    let rows = left.iter().map(|id| ("left", place(*id), None, None, None));
+    Some(Drawing {
+        svg: whole(
+            size,
+            &caption,
+            &format!("<g transform=\"translate(4 4)\">{svg}</g>\n"),
+        ),
+        table: table_of(&name, of, rows),
+        caption,
+        name,
+    })
+}
+
+/// What stands around the grains.
+struct Around {
+    /// From the left wall to the right one, m.
+    width: f64,
+    /// Left, right and lower edge of the punch, m.
+    punch: Option<[f64; 3]>,
+}
+
+impl Around {
+    /// The scene's box, with the bottom of its punch.
+    fn of(scene: &Scene, bottom: Option<f64>) -> Self {
+        let (axis, half) = (scene.punch_axis(), scene.loading.half_width);
+        Around {
+            width: scene.container.width,
+            punch: bottom.map(|bottom| [axis - half, axis + half, bottom]),
+        }
+    }
+}
+
 /// The bed in millimetres from the upper left corner of the box, `top` metres above its floor. `strong` is the force of the
-/// thickest line, N, and `bottom` the height of the punch, m.
-fn contents(scene: &Scene, bed: Bed<'_>, bottom: Option<f64>, strong: f64, top: f64) -> String {
-    let (width, height) = (1e3 * scene.container.width, 1e3 * top);
+/// thickest line, N.
+fn contents(around: &Around, bed: Bed<'_>, strong: f64, top: f64) -> String {
+    let (width, height) = (1e3 * around.width, 1e3 * top);
     let flip = |z: f64| 1e3 * (top - z);
     let mut svg = format!(
         "<path fill=\"none\" stroke=\"#333\" stroke-width=\"2\" d=\"M0 0V{height:.1}H{width:.1}V0\"/>\n<g fill=\"#dfe3e8\">"
@@ -68,13 +142,13 @@ fn contents(scene: &Scene, bed: Bed<'_>, bottom: Option<f64>, strong: f64, top: 
         let _ = write!(svg, "<path stroke-width=\"{thickness:.2}\" d=\"{path}\"/>");
     }
     svg += "</g>\n";
-    if let Some(bottom) = bottom {
-        let left = 1e3 * (scene.punch_axis() - scene.loading.half_width);
+    if let Some([left, right, bottom]) = around.punch {
         let _ = writeln!(
             svg,
-            "<rect fill=\"{}\" fill-opacity=\".75\" x=\"{left:.1}\" y=\"0\" width=\"{:.1}\" height=\"{:.1}\"/>",
+            "<rect fill=\"{}\" fill-opacity=\".75\" x=\"{:.1}\" y=\"0\" width=\"{:.1}\" height=\"{:.1}\"/>",
             Colour::Vermilion.hex(),
-            2e3 * scene.loading.half_width,
+            1e3 * left,
+            1e3 * (right - left),
             flip(bottom).max(0.0)
         );
     }
@@ -121,7 +195,7 @@ pub fn force_chains(bed: &LoadedBed) -> Result<Drawing, Error> {
     let highest = measure::highest_grain(of.bodies);
     let top = highest.max(bottom.unwrap_or(0.0)) + 0.03;
     let strong = strong_force([of].into_iter());
-    let contents = contents(&bed.scene, of, bottom, strong, top);
+    let contents = contents(&Around::of(&bed.scene, bottom), of, strong, top);
     let inner = WIDTH - 2.0 * MARGIN;
     let full_width = bed.scene.container.width;
     let axis = bed.scene.punch_axis();

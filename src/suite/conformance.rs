@@ -2,12 +2,13 @@
 //! found said in plain words.
 
 mod jobs;
+pub mod table;
 
 use jobs::Job;
 use serde::Serialize;
 
 use crate::checks::{Check, Outcome};
-use crate::compare::first_steps::{self, Asked, OfBed};
+use crate::compare::first_steps::{self, Asked, Beds};
 use crate::document::{Document, Section};
 use crate::engine::exec::{self, Description, Options, Part};
 use crate::engine::{ProgramError, yade};
@@ -110,12 +111,12 @@ impl Conformance {
 /// Runs the small jobs, then the first steps from a bed; `progress` hears the name of each.
 pub fn conformance(
     options: &Options,
-    bed: OfBed,
+    beds: &Beds,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Conformance, EngineError> {
     let engine = exec::describe(options)?;
     let first_steps = if engine.has(Part::Cases) {
-        first_steps::first_steps(Asked::Exec(&engine, options), bed, progress)
+        first_steps::first_steps(Asked::Exec(&engine, options), beds, progress)
             .map_err(Trouble::from)
     } else {
         Err(Trouble::Skipped(
@@ -157,13 +158,13 @@ pub fn conformance(
 /// The first steps of YADE, whose small experiments are the verification suite's.
 pub fn of_yade(
     options: &yade::Options,
-    bed: OfBed,
+    beds: &Beds,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Conformance, EngineError> {
     let work = work_folder().map_err(ProgramError::File)?;
     let version = yade::run_cases(&[], options, work.path(), &mut ())?.version;
     let order = if options.sorted { "sorted" } else { "ordinary" };
-    let judgement = first_steps::first_steps(Asked::Yade(options), bed, progress)?;
+    let judgement = first_steps::first_steps(Asked::Yade(options), beds, progress)?;
     Ok(Conformance {
         engine: Description {
             protocol: exec::PROTOCOL,

@@ -22,6 +22,35 @@ fn engine_check_finds_the_toy_sound() {
     assert!(text.contains("skipped engine/punch"), "{text}");
 }
 
+/// What no constant and no form explains is shown where it is.
+#[test]
+fn the_page_of_engine_check_marks_the_grains_that_are_left() {
+    let (folder, _) = folder_with(&narrow_scene(0.05));
+    let one = "v[i][axis] += dt * a * (1.0 + 0.01 * (i == 17))\n";
+    let toy = changed_toy("v[i][axis] += dt * a\n", one);
+    let toy = format!("exec:{}", program(folder.path(), "one", &toy).display());
+    let check = [
+        "engine", "check", &toy, "--grains", "50", "--quiet", "--out", "out",
+    ];
+    let (code, text, errors) = told(&crossgrain(&check, folder.path()));
+    assert_eq!(code, 1, "{text}{errors}");
+    assert!(text.contains("it sits on grain 17 alone"), "{text}");
+    let read = |name: &str| {
+        let path = folder.path().join("out").join(name);
+        std::fs::read_to_string(path).expect("a view")
+    };
+    let grains = read("figures/left-springs.csv");
+    let places = |kind: &str| -> Vec<String> {
+        let rows = grains.lines().filter_map(|row| row.strip_prefix(kind));
+        rows.map(|row| row.split(',').take(2).collect::<Vec<_>>().join(","))
+            .collect()
+    };
+    assert_eq!(places("left,"), places("grain,")[17..18]);
+    assert!(read("figures/left-springs.svg").contains("stroke=\"#d55e00\""));
+    assert!(read("report.html").contains("marked: 1 of 50"));
+    assert!(read("check.json").contains("\"causes\""));
+}
+
 #[test]
 fn engine_check_says_what_is_wrong() {
     let (folder, _) = folder_with(&narrow_scene(0.05));

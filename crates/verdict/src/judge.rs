@@ -3,6 +3,7 @@
 
 use std::sync::OnceLock;
 
+use grains::model::Wall;
 use grains::native::NativeError;
 use grains::tables::Snapshot;
 use grains::task::Case;
@@ -110,6 +111,12 @@ pub struct Cause {
     pub left: Vec<usize>,
     /// In this state.
     pub left_in: Start,
+    /// The state, as it is handed to engines.
+    #[serde(skip)]
+    pub state: Option<Snapshot>,
+    /// The walls of the state.
+    #[serde(skip)]
+    pub walls: Vec<Wall>,
 }
 
 fn in_words<S: serde::Serializer>(of: &[Form], to: S) -> Result<S::Ok, S::Error> {
@@ -717,6 +724,8 @@ impl Tried<'_> {
             also,
             left,
             left_in: self.cases[at].1,
+            state: self.natives[at].envelope.own.first().cloned(),
+            walls: self.cases[at].2.model.walls.clone(),
         }
     }
 }

@@ -1,0 +1,105 @@
+//! The conformance table: the recorded one, made again where all engines are installed, and what it says of one that is not.
+
+use std::os::unix::fs::symlink;
+use std::path::Path;
+use std::process::Command;
+
+use crossgrain::checks::record;
+use crossgrain::files::read_text;
+use serde_json::Value;
+use tempfile::tempdir;
+
+use crate::support::{crossgrain, told};
+
+/// Each engine with its place on the ladder.
+fn verdicts(record: &str) -> Vec<(String, String)> {
+    record::parse("conformance.json", record).expect("a record");
+    let record: Value = serde_json::from_str(record).expect("JSON");
+    let engines = record["engines"].as_array().expect("engines");
+    let word = |of: &Value| of.as_str().expect("a word").to_owned();
+    let pair = |row: &Value| (word(&row["key"]), word(&row["verdict"]));
+    engines.iter().map(pair).collect()
+}
+
+fn recorded() -> Vec<(String, String)> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("reference_data/conformance-1/conformance.json.gz");
+    verdicts(&read_text(&path, 1 << 24).expect("a record"))
+}
+
+#[test]
+fn the_recorded_table_has_every_engine_on_its_step_of_the_ladder() {
+    let known = [
+        ("yade-sorted", "identical"),
+        ("yade-ordinary", "equal_to_rounding"),
+        ("lammps", "equal_to_rounding"),
+        ("liggghts", "equal_to_rounding"),
+        ("esysparticle", "different"),
+        ("kratos", "different"),
+        ("toy", "identical"),
+    ];
+    let known = known.map(|(key, verdict)| (key.to_owned(), verdict.to_owned()));
+    assert_eq!(recorded(), known);
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "live"),
+    ignore = "needs YADE, LAMMPS, LIGGGHTS, ESyS-Particle and Kratos DEM (ci/install_engines): --features live"
+)]
+fn every_engine_is_still_where_it_was_recorded() {
+    let folder = tempdir().expect("a folder");
+    let table = [
+        "engine", "table", "--grains", "100", "--quiet", "--out", "table",
+    ];
+    let (code, text, errors) = told(&crossgrain(&table, folder.path()));
+    assert_eq!(code, 0, "{text}{errors}");
+    assert!(text.contains("2 expected failures"), "{text}");
+    let made = folder.path().join("table/conformance.json");
+    assert_eq!(
+        verdicts(&read_text(&made, 1 << 24).expect("a record")),
+        recorded()
+    );
+    for view in ["conformance.md", "report.html", "figures/engines.csv"] {
+        let text = read_text(&folder.path().join("table").join(view), 1 << 24).expect("a view");
+        assert!(
+            text.contains("Kratos DEM") && text.contains("equal to rounding"),
+            "{view}"
+        );
+    }
+}
+
+/// With a path that has a Python and nothing else.
+#[test]
+fn an_engine_that_is_not_installed_leaves_the_table_undecided_unless_that_was_asked_for() {
+    let folder = tempdir().expect("a folder");
+    let python = Command::new("python3")
+        .args(["-c", "import sys; print(sys.executable)"])
+        .output();
+    let python = String::from_utf8(python.expect("a Python").stdout).expect("a path");
+    symlink(python.trim(), folder.path().join("python3")).expect("ours");
+    let table = |more: &[&str]| {
+        let made = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+            .args(["engine", "table", "--grains", "50", "--quiet"])
+            .args(more)
+            .env("PATH", folder.path())
+            .env("CROSSGRAIN_KRATOS", folder.path())
+            .output();
+        told(&made.expect("the program starts"))
+    };
+    let (code, text, errors) = table(&["toy", "lammps", "kratos"]);
+    assert_eq!(code, 3, "{text}{errors}");
+    assert!(text.contains("1 identical, 2 not installed"), "{text}");
+    assert!(
+        text.contains("apt-get install") && text.contains("bin/pip install"),
+        "{text}"
+    );
+    let (code, text, errors) = table(&["--installed", "toy", "lammps"]);
+    assert_eq!(code, 0, "{text}{errors}");
+    let (code, _, errors) = table(&["lamps"]);
+    assert_eq!(code, 2);
+    assert!(
+        errors.contains("yade-sorted, yade-ordinary, lammps"),
+        "{errors}"
+    );
+}
