@@ -3,15 +3,17 @@
 use std::collections::BTreeMap;
 
 use crossgrain::checks::Outcome;
-use crossgrain::study::campaign::compare::{Comparison, Verdict, compare};
+use crossgrain::study::campaign::compare::{Compared, Comparison, Packings, compare, judge};
 use crossgrain::study::campaign::{Campaign, Member, Merged};
 use crossgrain::study::machine::Summary;
 use crossgrain::study::realization::{Ending, Runner};
 use crossgrain::study::tradeoff::judge::QUANTITIES;
-use evidence::random::Source;
+use evidence::proportion::wilson;
+use evidence::random::{Key, Source, replicates};
 use evidence::t_test::Finding;
 use grains::native::Mode;
 use grains::scene::paper_scene;
+use verdict::judge::Verdict;
 
 const HEIGHT: &str = "settled.height.mean_surface";
 
@@ -61,6 +63,10 @@ fn campaign(engine: &str, seed: u64, members: u64, shift: f64) -> Merged {
     }
 }
 
+fn quantities(of: &Comparison) -> &[Compared] {
+    &of.judged.as_ref().expect("other bits").quantities
+}
+
 fn of(first: &Merged, second: &Merged) -> Comparison {
     compare(first, second).expect("one scene")
 }
@@ -71,33 +77,44 @@ fn the_same_realizations_with_the_same_bits() {
     let mut second = campaign("native", 1, 20, 0.0);
     second.rows.truncate(3);
     let comparison = of(&first, &second);
-    assert_eq!(comparison.verdict, Verdict::SameBits);
+    assert_eq!(comparison.verdict, Verdict::Identical);
     assert_eq!(comparison.bits.common, 3);
     // One state that differs, and it is not so any more.
     second.rows[1].loaded_state = Some("other".to_owned());
     let comparison = of(&first, &second);
     assert_eq!([comparison.bits.settled, comparison.bits.last], [3, 2]);
-    assert_ne!(comparison.verdict, Verdict::SameBits);
+    assert_ne!(comparison.verdict, Verdict::Identical);
+    // Bits of some realizations say nothing of those that have no state on one side.
+    let mut second = campaign("native", 1, 20, 0.0);
+    for member in &mut second.rows[3..] {
+        member.ending = Ending::Failed("gone".to_owned());
+        (member.settled_state, member.loaded_state) = (None, None);
+        member.measured.clear();
+    }
+    let comparison = of(&first, &second);
+    assert_eq!([comparison.bits.common, comparison.bits.last], [20, 3]);
+    assert_eq!(comparison.verdict, Verdict::Different);
 }
 
 #[test]
 fn other_realizations_are_equivalent_different_or_too_few() {
     let first = campaign("native", 1, 60, 0.0);
     let same = of(&first, &campaign("YADE", 1001, 60, 0.0));
-    assert_eq!(same.verdict, Verdict::Equivalent, "{same:?}");
+    assert_eq!(same.verdict, Verdict::EqualInDistribution, "{same:?}");
     assert_eq!(same.bits.common, 0);
     let margin = 0.002;
     let shifted = of(&first, &campaign("YADE", 1001, 60, 2.0 * margin));
     assert_eq!(shifted.verdict, Verdict::Different);
-    let height = shifted.quantities.iter().find(|of| of.key == HEIGHT);
+    let height = quantities(&shifted).iter().find(|of| of.key == HEIGHT);
     let height = height.expect("the height is charted");
+    assert!(height.power > Some(0.99), "{:?}", height.power);
     assert_eq!(height.finding, Some(Finding::Different));
     assert!(
         height.distribution_p < Some(0.05),
         "{:?}",
         height.distribution_p
     );
-    let others = shifted.quantities.iter().filter(|of| of.key != HEIGHT);
+    let others = quantities(&shifted).iter().filter(|of| of.key != HEIGHT);
     assert!(
         others
             .clone()
@@ -107,6 +124,13 @@ fn other_realizations_are_equivalent_different_or_too_few() {
     // At the margin, with two packings, nothing can be shown.
     let few = of(&first, &campaign("YADE", 1001, 2, margin));
     assert_eq!(few.verdict, Verdict::Undecided);
+    assert_eq!(few.power.expect("was judged").estimate, 0.0);
+    assert!(same.power.expect("was judged").estimate > 0.9);
+    let answer = same.document().answer;
+    assert!(
+        answer.starts_with("EQUAL IN DISTRIBUTION. Were all means equal"),
+        "{answer}"
+    );
 }
 
 #[test]
@@ -122,7 +146,7 @@ fn another_scene_is_not_compared() {
 fn what_is_missing_on_one_side_is_never_equivalent() {
     let first = campaign("native", 1, 60, 0.0);
     let sound = || campaign("YADE", 1001, 60, 0.0);
-    assert_eq!(of(&first, &sound()).verdict, Verdict::Equivalent);
+    assert_eq!(of(&first, &sound()).verdict, Verdict::EqualInDistribution);
     let mut none = sound();
     for member in &mut none.rows {
         member.measured.remove(HEIGHT);
@@ -131,14 +155,19 @@ fn what_is_missing_on_one_side_is_never_equivalent() {
     for member in &mut one.rows[1..] {
         member.measured.remove(HEIGHT);
     }
+    // The force alone: every number is there.
+    let mut without_force = sound();
+    for member in &mut without_force.rows[..6] {
+        member.ending = Ending::TargetLoadNotReached;
+    }
     let mut missed = sound();
     for member in &mut missed.rows[..6] {
         member.ending = Ending::TargetLoadNotReached;
         member.measured.retain(|key, _| !key.starts_with("loaded."));
     }
-    for without in [none, one, missed] {
+    for without in [none, one, without_force, missed] {
         for pair in [of(&first, &without), of(&without, &first)] {
-            assert_ne!(pair.verdict, Verdict::Equivalent, "{pair:?}");
+            assert_ne!(pair.verdict, Verdict::EqualInDistribution, "{pair:?}");
             assert_ne!(pair.document().verdict, Outcome::Pass);
         }
     }
@@ -150,7 +179,7 @@ fn findings_follow_from_the_p_that_is_shown() {
     let first = campaign("native", 1, 60, 0.0);
     for shift in [0.0, 0.001, 0.0019, 0.0024, 0.004] {
         let comparison = of(&first, &campaign("YADE", 1001, 60, shift));
-        for of in &comparison.quantities {
+        for of in quantities(&comparison) {
             let below = |p: Option<f64>| p.is_some_and(|p| p < 0.05);
             let wanted = match (below(of.difference_p), below(of.equivalence_p)) {
                 _ if of.margin.is_none() => None,
@@ -159,6 +188,77 @@ fn findings_follow_from_the_p_that_is_shown() {
                 _ => Some(Finding::Undecided),
             };
             assert_eq!(of.finding, wanted, "{of:?}");
+        }
+    }
+}
+
+/// A campaign of an external engine is compared as any other.
+#[test]
+fn external_engines_go_through_the_same_comparison() {
+    let first = campaign("native", 1, 60, 0.0);
+    let mut second = campaign("toy 1", 1001, 60, 0.0);
+    second.plan.study.runner = Runner::External;
+    assert_eq!(of(&first, &second).verdict, Verdict::EqualInDistribution);
+    let mut second = campaign("toy 1", 1001, 60, 0.004);
+    second.plan.study.runner = Runner::External;
+    assert_eq!(of(&first, &second).verdict, Verdict::Different);
+}
+
+/// Groups of packings of one recorded campaign, drawn without replacement: they are hardly ever different, as often equal as the power
+/// of the whole says, and with one mean exactly a margin off one time in twenty at most equal, and one time in twenty at most different.
+#[test]
+fn level_and_power_on_the_recorded_packings() {
+    const KEY: Key = *b"crossgrain: tests of both sides ";
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let native = folder.join("reference_data/campaign-native-1");
+    let native = crossgrain::study::campaign::merged(&native).expect("a recorded campaign");
+    let all = Packings::of(&native.rows);
+    let (trials, side) = (400, 450);
+    let groups = |source: &mut Source| {
+        let mut places: Vec<usize> = (0..all.count()).collect();
+        source.shuffle(&mut places);
+        (all.at(&places[..side]), all.at(&places[side..2 * side]))
+    };
+    let share = |verdicts: &[Verdict], wanted: Verdict| {
+        let hits = verdicts.iter().filter(|of| **of == wanted).count();
+        wilson(hits, trials, 0.99).expect("trials")
+    };
+    let as_they_are = replicates(&KEY, trials, |source| {
+        let (first, second) = groups(source);
+        judge(&first, &second).verdict()
+    });
+    let different = share(&as_they_are, Verdict::Different);
+    assert!(different.low <= 0.05, "{different:?}");
+    let equal = share(&as_they_are, Verdict::EqualInDistribution);
+
+    // No more than the least power of one quantity, and no less than what remains if all fail at different times.
+    let (first, second) = groups(&mut Source::new(&KEY, 0));
+    let told = judge(&first, &second).complete(&first, &second);
+    let powers: Vec<f64> = told.quantities.iter().filter_map(|of| of.power).collect();
+    let least = powers.iter().copied().fold(1.0, f64::min);
+    let together = 1.0 - powers.iter().map(|of| 1.0 - of).sum::<f64>();
+    println!("equal {equal:?}, different {different:?}, powers {powers:?}");
+    assert!(
+        equal.low <= least && equal.high >= together,
+        "{equal:?} {powers:?}"
+    );
+
+    for key in [HEIGHT, "loaded.stress.B.local_zz"] {
+        let charted = QUANTITIES.iter().find(|of| of.key == key);
+        let values = native.rows.iter().filter_map(|of| of.measured.get(key));
+        let mean = evidence::moments::mean(&values.copied().collect::<Vec<f64>>());
+        let margin = charted
+            .and_then(|of| of.margin)
+            .expect("a margin")
+            .absolute(mean);
+        let at_the_margin = replicates(&KEY, trials, |source| {
+            let (first, second) = groups(source);
+            judge(&first, &second.moved(key, margin)).verdict()
+        });
+        for wrong in [Verdict::EqualInDistribution, Verdict::Different] {
+            let share = share(&at_the_margin, wrong);
+            println!("{key} {wrong:?} {share:?}");
+            assert!(share.low <= 0.05, "{key} {wrong:?} {share:?}");
         }
     }
 }

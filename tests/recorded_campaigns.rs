@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crossgrain::files::read_text;
 use crossgrain::study::Study;
-use crossgrain::study::campaign::compare::{Verdict, compare};
+use crossgrain::study::campaign::compare::compare;
 use crossgrain::study::campaign::{Merged, merged};
 use crossgrain::study::claims::{self, Claims};
 use crossgrain::study::machine::{Folder, Machine};
@@ -13,6 +13,7 @@ use crossgrain::study::realization::{Ending, Engines, Runner};
 use crossgrain::study::sensitivity::plan::Plan;
 use crossgrain::study::sensitivity::{Row, Sensitivity, load_all};
 use grains::scene::paper_scene;
+use verdict::judge::Verdict;
 
 fn recorded(name: &str) -> Merged {
     let folder: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -50,7 +51,7 @@ fn the_recorded_sorted_yade_runs_have_the_native_bits() {
     );
     assert_eq!(yade.plan.study.runner, Runner::YadeSorted);
     let comparison = compare(&native, &yade).expect("one scene");
-    assert_eq!(comparison.verdict, Verdict::SameBits);
+    assert_eq!(comparison.verdict, Verdict::Identical);
     assert!(comparison.bits.common >= 3, "{:?}", comparison.bits);
 }
 

@@ -18,13 +18,14 @@ pub use crate::study::claims::cells::{Volume, Volumes, continuum};
 pub use crate::study::claims::document::{Cloud, Figures};
 pub use crate::study::claims::sample::Moment;
 use crate::study::claims::sample::Number;
+pub use crate::study::claims::shapes::SAMPLES;
 use evidence::goodness::Fit;
 use evidence::{Interval, holm};
 use grains::scene::{Scene, paper_scene};
 use serde::{Deserialize, Serialize};
 
 /// The version of `claims.json`.
-pub const CLAIMS_VERSION: u32 = 2;
+pub const CLAIMS_VERSION: u32 = 3;
 
 /// Where the members come from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -58,7 +59,7 @@ pub struct Claims {
     pub endings: BTreeMap<String, usize>,
     /// In the order of the paper.
     pub claims: Vec<Claim>,
-    /// How many claims came to which verdict; `open` for those that need more members.
+    /// How many claims came to which verdict; `undecided` for those that need more members.
     pub verdicts: BTreeMap<String, usize>,
     /// Whether every claim has a verdict.
     pub complete: bool,
@@ -104,9 +105,7 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
     adjust(&mut claims);
     let mut verdicts = BTreeMap::new();
     for claim in &claims {
-        *verdicts
-            .entry(claim.verdict.map_or("open", Verdict::words).to_owned())
-            .or_insert(0) += 1;
+        *verdicts.entry(claim.word().to_owned()).or_insert(0) += 1;
     }
     let mut endings = BTreeMap::new();
     for member in members {
@@ -192,9 +191,6 @@ fn collect(path: &str, value: &serde_json::Value, leaves: &mut BTreeMap<String, 
     }
 }
 
-/// With so many packings a claim whose interval touches a limit is decided by the estimate, and says so; with
-/// fewer it stays open.
-pub const ENOUGH: usize = 300;
 /// Fewer packings than this decide nothing.
 pub const FEWEST: usize = 30;
 /// Of the intervals that are shown.
@@ -235,30 +231,23 @@ pub struct Judged {
     pub low: Option<f64>,
     /// It should be at most this.
     pub high: Option<f64>,
-    /// Whether it is; not made: too few realizations to say.
+    /// Whether it is; skipped: the 90 % interval holds a limit, or there are too few realizations for one.
     pub outcome: Outcome,
-    /// The 90 % interval touches a limit, and the estimate alone decided.
-    pub by_estimate: bool,
 }
 
 impl Judged {
     /// Holds the 90 % interval of `packings` packings against the limits.
     fn new(interval: Option<Interval>, packings: usize, limits: [f64; 2]) -> Self {
         let [low, high] = limits;
-        let (outcome, by_estimate) = match interval {
-            Some(_) if packings < FEWEST => (Outcome::Skipped, false),
-            None => (Outcome::Skipped, false),
-            Some(of) if of.low >= low && of.high <= high => (Outcome::Pass, false),
-            Some(of) if of.high < low || of.low > high => (Outcome::Fail, false),
-            Some(_) if packings < ENOUGH => (Outcome::Skipped, false),
-            Some(of) if of.estimate >= low && of.estimate <= high => (Outcome::Pass, true),
-            Some(_) => (Outcome::Fail, true),
+        let outcome = match interval.filter(|_| packings >= FEWEST) {
+            Some(of) if of.low >= low && of.high <= high => Outcome::Pass,
+            Some(of) if of.high < low || of.low > high => Outcome::Fail,
+            _ => Outcome::Skipped,
         };
         Judged {
             low: low.is_finite().then_some(low),
             high: high.is_finite().then_some(high),
             outcome,
-            by_estimate,
         }
     }
 }
@@ -381,7 +370,7 @@ pub struct Claim {
     pub rows: Vec<Row>,
     /// Limits, where they come from, and how the rows make the verdict.
     pub decided_by: String,
-    /// None where the campaign is too small to say.
+    /// None, undecided, where the campaign is too small to say.
     pub verdict: Option<Verdict>,
     /// What was found, in a sentence.
     pub reading: String,
@@ -440,7 +429,7 @@ pub enum Rule {
     AnyReading,
 }
 
-/// The verdict of judged rows; none where it hangs on an open one.
+/// The verdict of judged rows; none where it hangs on an undecided one.
 pub fn verdict(rows: &[Row], rule: Rule) -> Option<Verdict> {
     let outcomes: Vec<Outcome> = rows
         .iter()
@@ -478,17 +467,18 @@ mod tests {
     }
 
     #[test]
-    fn intervals_decide_and_estimates_where_they_must() {
+    fn intervals_decide_however_many_packings_there_are() {
         let answer = |estimate, reach, packings| {
-            let judged = row(estimate, reach, packings).judged.expect("judged");
-            (judged.outcome, judged.by_estimate)
+            let judged = row(estimate, reach, packings).judged;
+            judged.expect("judged").outcome
         };
-        assert_eq!(answer(1.0, 0.05, 50), (Outcome::Pass, false));
-        assert_eq!(answer(1.3, 0.05, 50), (Outcome::Fail, false));
-        assert_eq!(answer(1.08, 0.05, 50), (Outcome::Skipped, false));
-        assert_eq!(answer(1.08, 0.05, 500), (Outcome::Pass, true));
-        assert_eq!(answer(1.12, 0.05, 500), (Outcome::Fail, true));
-        assert_eq!(answer(1.0, 0.05, FEWEST - 1), (Outcome::Skipped, false));
+        for packings in [50, 500, 50_000] {
+            assert_eq!(answer(1.0, 0.05, packings), Outcome::Pass);
+            assert_eq!(answer(1.3, 0.05, packings), Outcome::Fail);
+            assert_eq!(answer(1.08, 0.05, packings), Outcome::Skipped);
+            assert_eq!(answer(1.12, 0.05, packings), Outcome::Skipped);
+        }
+        assert_eq!(answer(1.0, 0.05, FEWEST - 1), Outcome::Skipped);
     }
 
     #[test]

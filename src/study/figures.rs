@@ -14,6 +14,7 @@ use crate::study::realization::{Engines, Realization, Specification};
 use evidence::distribution::{Distribution as Law, Family};
 use evidence::moments::{mean, standard_deviation};
 use evidence::proportion::{Bins, wilson};
+use evidence::zeros::Parted;
 use grains::measure;
 use grains::native::Mode;
 use grains::scene::Scene;
@@ -94,7 +95,7 @@ pub fn distributions(campaign: &Merged) -> Result<Vec<Distribution>, StudyError>
     let of = |point: &Point| {
         let key = format!("loaded.stress.{}.control_volume_zz", point.name);
         let members = campaign.rows.iter();
-        let mut values: Vec<f64> = members
+        let values: Vec<f64> = members
             .filter_map(|member| member.measured.get(&key).copied())
             .collect();
         if values.is_empty() {
@@ -103,18 +104,17 @@ pub fn distributions(campaign: &Merged) -> Result<Vec<Distribution>, StudyError>
                 point.name
             )));
         }
-        values.sort_by(f64::total_cmp);
         let of_weight = weight(setup.density, setup.gravity, setup.porosity, point.depth);
         let stress = of_weight + field.stress(point.offset, point.depth).zz;
-        Ok(Distribution {
-            name: "figure-5".into(),
-            point: point.name.clone(),
-            quantity: "Σ_zz".into(),
-            unit: "J".into(),
-            theory: Some(stress * volume),
-            fitted: Family::Gamma.fit(&values),
-            values,
-        })
+        let words = ["figure-5", "Σ_zz", "J"];
+        let theory = Some(stress * volume);
+        Ok(Distribution::new(
+            words,
+            &point.name,
+            theory,
+            Family::Gamma,
+            &values,
+        ))
     };
     setup.points.iter().map(of).collect()
 }
@@ -191,11 +191,38 @@ pub struct Distribution {
     pub theory: Option<f64>,
     /// The fitted law: gamma, or Laplace, which has both signs.
     pub fitted: Option<Law>,
-    /// From small to large.
+    /// Realizations whose grain bears nothing; all else is of the others.
+    pub zeros: usize,
+    /// From small to large, without zeros.
     pub values: Vec<f64>,
 }
 
 impl Distribution {
+    /// Of these values, with the likeliest law of a family: its name, quantity and unit, and the control point.
+    pub fn new(
+        [name, quantity, unit]: [&'static str; 3],
+        point: &str,
+        theory: Option<f64>,
+        family: Family,
+        values: &[f64],
+    ) -> Self {
+        let Parted {
+            zeros,
+            others: mut values,
+        } = Parted::of(values);
+        values.sort_by(f64::total_cmp);
+        Distribution {
+            name: name.into(),
+            point: point.to_owned(),
+            quantity: quantity.into(),
+            unit: unit.into(),
+            theory,
+            fitted: family.fit(&values),
+            zeros,
+            values,
+        }
+    }
+
     /// Equal bins from zero or the least value to six means; none without two values or more that are all finite and of a mean
     /// above zero (of a scale above zero for a law of both signs).
     pub fn bins(&self) -> Option<Bins> {
@@ -330,8 +357,9 @@ impl Distribution {
             ..
         } = self;
         let mut caption = format!(
-            "{quantity} at {point}: {} realizations, mean {mean:.3} {unit}",
-            self.values.len()
+            "{quantity} at {point}: {} realizations whose grain bears load ({} bear nothing), mean {mean:.3} {unit}",
+            self.values.len(),
+            self.zeros
         );
         if self.has_both_signs() {
             return caption + &format!(", standard deviation {deviation:.3} {unit}");
@@ -340,10 +368,7 @@ impl Distribution {
         if let Some(theory) = self.theory {
             caption += &format!("; theory: mean {theory:.3} {unit}, variation 1");
         }
-        match self.values.iter().filter(|value| **value <= 0.0).count() {
-            0 => caption,
-            none => caption + &format!("; {none} not above zero"),
-        }
+        caption
     }
 }
 
@@ -363,6 +388,7 @@ mod tests {
                 shape: 1.1,
                 scale: 0.31,
             }),
+            zeros: 0,
             values,
         }
     }

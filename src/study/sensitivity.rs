@@ -19,8 +19,8 @@ use crate::study::sensitivity::judge::{Verdict, judge, share_reached};
 use crate::study::sensitivity::penetration::Watched;
 use crate::study::sensitivity::plan::{COMBINED, Plan, Task, can_share_beds};
 use crate::study::{Judged, Outline, Study, StudyError};
-use evidence::Interval;
 use evidence::moments::{mean, mean_interval};
+use evidence::{Interval, selection};
 use grains::native::Mode;
 use serde::{Deserialize, Serialize};
 
@@ -213,6 +213,9 @@ pub struct Joint {
     pub near: Vec<String>,
 }
 
+/// The share of the map's decisions that may be wrong on average.
+pub const WRONG: f64 = 0.05;
+
 /// The map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Sensitivity {
@@ -222,6 +225,8 @@ pub struct Sensitivity {
     pub grains: u32,
     /// Clouds of a cheap setting.
     pub clouds: u64,
+    /// Of the intervals that decide, corrected for how many do.
+    pub level: f64,
     /// The published figures.
     pub figures: Vec<Figure>,
     /// Every setting.
@@ -236,9 +241,20 @@ impl Sensitivity {
     /// Of these members and watched punches.
     pub fn of(plan: &Plan, members: Members, watched: &[Watched]) -> Self {
         let base = base_members(plan, &members);
-        let settings = plan.settings.iter();
+        let rows: Vec<Vec<&Member>> = plan.settings.iter().map(|of| members.of(of)).collect();
+        let decided = |level: f64| {
+            let cells = rows.iter().flat_map(|rows| {
+                let judge = |figure| judge(figure, rows, &base, level).verdict;
+                PUBLISHED.iter().map(judge)
+            });
+            cells
+                .filter(|of| matches!(of, Verdict::ComesOut | Verdict::DoesNot))
+                .count()
+        };
+        let level = selection::level(rows.len() * PUBLISHED.len(), WRONG, decided);
+        let settings = plan.settings.iter().zip(&rows);
         let points: Vec<Point> = settings
-            .map(|setting| point(setting, &members.of(setting), &base))
+            .map(|(setting, rows)| point(setting, rows, &base, level))
             .collect();
         let of_bed = |key: &str| {
             let values = base.iter().filter_map(|of| of.measured.get(key).copied());
@@ -248,6 +264,7 @@ impl Sensitivity {
             scene_digest: plan.base.digest(),
             grains: plan.base.particles.count,
             clouds: plan.clouds,
+            level,
             figures: figures(&points),
             joint: joint(&points),
             bearing: bearing(
@@ -273,7 +290,7 @@ fn base_members<'a>(plan: &Plan, members: &'a Members) -> Vec<&'a Member> {
     widest.map_or(Vec::new(), |setting| members.of(setting))
 }
 
-fn point(setting: &Setting, members: &[&Member], base: &[&Member]) -> Point {
+fn point(setting: &Setting, members: &[&Member], base: &[&Member], level: f64) -> Point {
     let depths: Vec<f64> = members
         .iter()
         .filter_map(|of| of.measured.get("loaded.punch.depth").copied())
@@ -286,7 +303,7 @@ fn point(setting: &Setting, members: &[&Member], base: &[&Member]) -> Point {
         depth: mean_interval(&depths, 0.95),
         figures: PUBLISHED
             .iter()
-            .map(|figure| judge(figure, members, base))
+            .map(|figure| judge(figure, members, base, level))
             .collect(),
         setting: setting.clone(),
     }

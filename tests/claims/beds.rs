@@ -59,14 +59,14 @@ fn sunk_members_are_not_hidden() {
 
 /// Twenty members say nothing, and the record says so.
 #[test]
-fn few_members_leave_claims_open() {
+fn few_members_decide_nothing() {
     let truth = Truth {
         members: 20,
         ..Truth::paper()
     };
     let claims = claims_of(&truth);
     assert!(!claims.complete);
-    assert_eq!(claims.verdicts["open"], claims.claims.len());
+    assert_eq!(claims.verdicts["undecided"], claims.claims.len());
     // None at all is no panic either.
     let none = claims_of(&Truth {
         members: 0,

@@ -36,7 +36,7 @@ pub struct Fit {
     pub kolmogorov_p: f64,
     /// The probability of so large an A², from drawn samples.
     pub anderson_darling_p: f64,
-    /// How many samples were drawn: no p is below 1/(samples + 1).
+    /// The most samples that are drawn: no p is below 1/(samples + 1).
     pub samples: usize,
 }
 
@@ -79,7 +79,7 @@ fn logarithm(share: f64) -> f64 {
     share.max(f64::MIN_POSITIVE).ln()
 }
 
-/// Values against a law that was known before they were: p of D exactly, p of A² from `samples` samples of
+/// Values against a law that was known before they were: p of D exactly, p of A² from at most `samples` samples of
 /// uniform numbers. None without values.
 pub fn known(law: &Distribution, values: &[f64], samples: usize) -> Option<Fit> {
     known_under(&KNOWN, law, values, samples)
@@ -87,22 +87,21 @@ pub fn known(law: &Distribution, values: &[f64], samples: usize) -> Option<Fit> 
 
 fn known_under(key: &Key, law: &Distribution, values: &[f64], samples: usize) -> Option<Fit> {
     let found = distances(law, values)?;
-    let draw = |source: &mut Source| {
+    let [_, anderson_darling_p] = found.p_values(key, samples, |source| {
         let mut uniform: Vec<f64> = values.iter().map(|_| source.uniform()).collect();
         uniform.sort_by(f64::total_cmp);
         of_sorted(uniform.into_iter().map(|below| (below, 1.0 - below)))
-    };
-    let drawn = random::replicates(key, samples, draw);
+    });
     Some(Fit {
         law: *law,
         distances: found,
         kolmogorov_p: kolmogorov_p_value(found.kolmogorov, values.len()),
-        anderson_darling_p: share(&drawn, |one| one.anderson_darling >= found.anderson_darling),
+        anderson_darling_p,
         samples,
     })
 }
 
-/// Values against the likeliest law of a family: both p from `samples` samples of that law, each fitted
+/// Values against the likeliest law of a family: both p from at most `samples` samples of that law, each fitted
 /// anew. None where there is no such law.
 pub fn fitted(family: Family, values: &[f64], samples: usize) -> Option<Fit> {
     fitted_under(&FITTED, family, values, samples)
@@ -111,24 +110,36 @@ pub fn fitted(family: Family, values: &[f64], samples: usize) -> Option<Fit> {
 fn fitted_under(key: &Key, family: Family, values: &[f64], samples: usize) -> Option<Fit> {
     let law = family.fit(values)?;
     let found = distances(&law, values)?;
-    let draw = |source: &mut Source| {
+    let [kolmogorov_p, anderson_darling_p] = found.p_values(key, samples, |source| {
         let drawn: Vec<f64> = values.iter().map(|_| law.draw(source)).collect();
         distances(&family.fit(&drawn)?, &drawn)
-    };
-    let drawn = random::replicates(key, samples, draw);
+    });
     Some(Fit {
         law,
         distances: found,
-        kolmogorov_p: share(&drawn, |one| one.kolmogorov >= found.kolmogorov),
-        anderson_darling_p: share(&drawn, |one| one.anderson_darling >= found.anderson_darling),
+        kolmogorov_p,
+        anderson_darling_p,
         samples,
     })
 }
 
-/// The p of what holds for at least as extreme samples; one that could not be fitted counts as extreme.
-fn share(drawn: &[Option<Distances>], extreme: impl Fn(&Distances) -> bool) -> f64 {
-    let hits = drawn.iter().filter(|one| one.as_ref().is_none_or(&extreme));
-    random::p_value(hits.count(), drawn.len())
+impl Distances {
+    /// The p of each among those of drawn samples, of which one that could not be fitted counts as extreme.
+    fn p_values(
+        &self,
+        key: &Key,
+        samples: usize,
+        draw: impl Fn(&mut Source) -> Option<Distances> + Sync,
+    ) -> [f64; 2] {
+        random::p_values(key, samples, |source| {
+            draw(source).map_or([true; 2], |drawn| {
+                [
+                    drawn.kolmogorov >= self.kolmogorov,
+                    drawn.anderson_darling >= self.anderson_darling,
+                ]
+            })
+        })
+    }
 }
 
 /// Numbers are kept below this by taking out powers of ten.

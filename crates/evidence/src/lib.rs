@@ -12,7 +12,8 @@
 //! | does one number follow another? | [`regression`] |
 //! | which distribution do values have? | [`distribution`] fits, [`goodness`] of fit, [`likelihood`] of one against another |
 //! | do two samples have one distribution? | [`two_samples`] |
-//! | what of many tests at once? | [`holm`] |
+//! | what of values that are exactly zero? | [`zeros`] |
+//! | what of many tests at once? | [`holm`]; of many intervals that decide, [`selection`] |
 //!
 //! Random numbers come from [`random`], under a key for each purpose: the same input gives the same result on any machine.
 //!
@@ -45,8 +46,10 @@ pub mod moments;
 pub mod proportion;
 pub mod random;
 pub mod regression;
+pub mod selection;
 pub mod t_test;
 pub mod two_samples;
+pub mod zeros;
 
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};

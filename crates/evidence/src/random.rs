@@ -2,6 +2,7 @@
 //! does not depend on how many threads there are or in which order they come to it.
 
 use std::num::NonZero;
+use std::ops::Range;
 use std::thread;
 
 use rand_chacha::ChaCha8Rng;
@@ -78,29 +79,33 @@ pub fn replicates<T: Send>(
     count: usize,
     of: impl Fn(&mut Source) -> T + Sync,
 ) -> Vec<T> {
-    let threads = thread::available_parallelism().map_or(1, NonZero::get);
-    replicates_on(threads, key, count, of)
+    replicates_on(processors(), key, 0..count, of)
 }
 
-/// The same on so many threads; the result does not depend on them.
+fn processors() -> usize {
+    thread::available_parallelism().map_or(1, NonZero::get)
+}
+
+/// The same for a range of them, on so many threads; the result does not depend on these.
 fn replicates_on<T: Send>(
     threads: usize,
     key: &Key,
-    count: usize,
+    range: Range<usize>,
     of: impl Fn(&mut Source) -> T + Sync,
 ) -> Vec<T> {
-    let share = count.div_ceil(threads.max(1)).max(1);
+    let share = range.len().div_ceil(threads.max(1)).max(1);
     let run = |start: usize| -> Vec<T> {
-        (start..count.min(start + share))
+        (start..range.end.min(start + share))
             .map(|replicate| of(&mut Source::new(key, replicate as u64)))
             .collect()
     };
-    if count <= share {
-        return run(0);
+    if range.len() <= share {
+        return run(range.start);
     }
     thread::scope(|scope| {
         let run = &run;
-        let shares: Vec<_> = (0..count)
+        let shares: Vec<_> = range
+            .clone()
             .step_by(share)
             .map(|start| scope.spawn(move || run(start)))
             .collect();
@@ -112,29 +117,79 @@ fn replicates_on<T: Send>(
     })
 }
 
-/// The share of replicates at least as extreme as what was observed, counting the observation itself:
-/// (b + 1)/(B + 1), which keeps the level exactly (Davison and Hinkley 1997, section 4.2).
-pub fn p_value(at_least_as_extreme: usize, replicates: usize) -> f64 {
-    (at_least_as_extreme + 1) as f64 / (replicates + 1) as f64
+/// Replicates at least as extreme as what was observed after which a p is known well enough, to a twentieth of itself.
+const ENOUGH: usize = 400;
+/// Replicates that are drawn before it is looked whether more are needed.
+const BLOCK: usize = 2000;
+
+/// The p of N statistics of what was observed, `extreme` saying of a replicate which of them are at least as extreme. Drawing ends
+/// when each has had 400 such replicates, and p is then 400 over the number drawn up to the last of these; or after `most`, and p is
+/// then (b + 1)/(most + 1), b the extreme ones. Either way a true statement has p ≤ x with probability x at most (Besag and
+/// Clifford, Biometrika 78, 301, 1991), and no p is below 1/(most + 1).
+pub fn p_values<const N: usize>(
+    key: &Key,
+    most: usize,
+    extreme: impl Fn(&mut Source) -> [bool; N] + Sync,
+) -> [f64; N] {
+    let mut hits = [0; N];
+    let mut found = [None; N];
+    for start in (0..most).step_by(BLOCK) {
+        let block = replicates_on(processors(), key, start..most.min(start + BLOCK), &extreme);
+        for (replicate, of) in (start..).zip(block) {
+            for which in (0..N).filter(|which| of[*which]) {
+                hits[which] += 1;
+                if hits[which] == ENOUGH {
+                    found[which] = Some(ENOUGH as f64 / (replicate + 1) as f64);
+                }
+            }
+        }
+        if found.iter().all(Option::is_some) {
+            break;
+        }
+    }
+    std::array::from_fn(|which| {
+        found[which].unwrap_or((hits[which] + 1) as f64 / (most + 1) as f64)
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::moments::{mean, standard_deviation};
+    use crate::proportion::wilson;
 
     const KEY: Key = *b"crossgrain: tests of the sources";
 
     #[test]
     fn threads_change_nothing() {
         let of = |source: &mut Source| (source.uniform(), source.below(7), source.gamma(0.4));
-        let one = replicates_on(1, &KEY, 103, of);
+        let one = replicates_on(1, &KEY, 0..103, of);
         for threads in [2, 3, 8, 200] {
-            assert_eq!(replicates_on(threads, &KEY, 103, of), one);
+            assert_eq!(replicates_on(threads, &KEY, 0..103, of), one);
         }
         assert_eq!(replicates(&KEY, 103, of), one);
         assert_ne!(one[0], one[1]);
         assert!(replicates(&KEY, 0, of).is_empty());
+    }
+
+    /// A true statement is rejected as often as the level says, whether or not drawing ended early; what is never seen
+    /// gets the smallest p.
+    #[test]
+    fn sequential_p_keep_their_level() {
+        let trials = 20_000;
+        let found = replicates(&KEY, trials, |source| {
+            let (observed, own) = (source.uniform(), source.below(1 << 60) as u64);
+            let mut key = KEY;
+            key[..8].copy_from_slice(&own.to_le_bytes());
+            let [p] = p_values(&key, 1999, |drawn| [drawn.uniform() >= observed]);
+            p
+        });
+        for level in [0.5, 0.05, 0.001] {
+            let hits = found.iter().filter(|p| **p <= level).count();
+            let share = wilson(hits, trials, 0.999).expect("trials");
+            assert!(share.low < level && share.high > level, "{level} {share:?}");
+        }
+        assert_eq!(p_values(&KEY, 4999, |_| [false, true]), [2.0e-4, 1.0]);
     }
 
     /// Mean and deviation of each law within five standard errors, n = 2·10⁵.

@@ -91,16 +91,13 @@ fn with_permutations(
         return None;
     }
     let reach = Normal::standard().inverse_cdf(0.975) * error;
-    let mixed = random::replicates(&KEY, permutations, |source| {
-        let mut mixed = second.to_vec();
-        source.shuffle(&mut mixed);
-        correlation(first, &mixed)
-    });
     // Another order of the same sum may differ in the last bits.
     let limit = estimate.abs() - 1.0e-12;
-    let extreme = mixed
-        .iter()
-        .filter(|one| one.is_none_or(|r| r.abs() >= limit));
+    let [p] = random::p_values(&KEY, permutations, |source| {
+        let mut mixed = second.to_vec();
+        source.shuffle(&mut mixed);
+        [correlation(first, &mixed).is_none_or(|r| r.abs() >= limit)]
+    });
     let z = estimate.clamp(-1.0, 1.0).atanh();
     Some(Correlation {
         value: Interval {
@@ -108,7 +105,7 @@ fn with_permutations(
             low: (z - reach).tanh(),
             high: (z + reach).tanh(),
         },
-        p: random::p_value(extreme.count(), permutations),
+        p,
     })
 }
 

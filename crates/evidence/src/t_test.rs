@@ -3,7 +3,7 @@
 //! be smaller than a margin that was set beforehand.
 
 use serde::{Deserialize, Serialize};
-use statrs::distribution::ContinuousCDF;
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use super::moments::{mean, mean_interval, standard_deviation};
 use super::regression::correlation;
@@ -61,11 +61,10 @@ pub struct Welch {
 /// Welch's t interval (1947), which does not take the two deviations to be equal. None for fewer than two
 /// packings on a side or where nothing varies.
 pub fn welch(first: &[f64], second: &[f64]) -> Option<Welch> {
-    let part = |values: &[f64]| standard_deviation(values).powi(2) / values.len() as f64;
-    let (a, b) = (part(first), part(second));
-    let freedom = (a + b).powi(2)
-        / (a * a / (first.len() as f64 - 1.0) + b * b / (second.len() as f64 - 1.0));
-    let error = (a + b).sqrt();
+    let (error, freedom) = error_of_difference(
+        [first.len(), second.len()],
+        [first, second].map(standard_deviation),
+    );
     let estimate = mean(second) - mean(first);
     let law = student(freedom)?;
     let interval = |level: f64| {
@@ -94,6 +93,33 @@ impl Welch {
         let reach = self.difference.estimate.abs() - margin;
         Some(student(self.freedom)?.sf(reach / self.error))
     }
+}
+
+/// The probability that [`Welch::equivalence`] finds samples of these sizes and standard deviations equivalent if their means are
+/// equal: E[2Φ((margin − t s)/σ) − 1] where it is above 0, σ the true standard error of the difference, and s, what is found for it, of
+/// σ√(χ²_ν/ν) with the degrees of freedom ν of the true deviations. None for fewer than two values on a side or where nothing varies.
+pub fn power(sizes: [usize; 2], deviations: [f64; 2], margin: f64) -> Option<f64> {
+    let (error, freedom) = error_of_difference(sizes, deviations);
+    let reach = two_sided(1.0 - 2.0 * LEVEL, freedom).filter(|_| error > 0.0)?;
+    let squares = ChiSquared::new(freedom).ok()?;
+    let shares = (0..STEPS).map(|step| (f64::from(step) + 0.5) / f64::from(STEPS));
+    let within = shares.map(|share| {
+        let found = (squares.inverse_cdf(share) / freedom).sqrt();
+        let half = margin / error - reach * found;
+        (2.0 * Normal::standard().cdf(half) - 1.0).max(0.0)
+    });
+    Some(within.sum::<f64>() / f64::from(STEPS))
+}
+
+/// Of the mean over the distribution of the standard error: good to 0.002 for two degrees of freedom and better for more.
+const STEPS: u32 = 200;
+
+/// Standard error of a difference of means, and its degrees of freedom (Welch and Satterthwaite).
+fn error_of_difference(sizes: [usize; 2], deviations: [f64; 2]) -> (f64, f64) {
+    let [n, m] = sizes.map(|size| size as f64);
+    let (a, b) = (deviations[0].powi(2) / n, deviations[1].powi(2) / m);
+    let freedom = (a + b).powi(2) / (a * a / (n - 1.0) + b * b / (m - 1.0));
+    ((a + b).sqrt(), freedom)
 }
 
 /// Level of each of the two tests.
@@ -224,6 +250,41 @@ mod tests {
             let share = wilson(hits, trials, 0.99).expect("trials");
             assert!(share.low < 0.05 && share.high > 0.05, "{share:?}");
         }
+    }
+
+    /// The power that is told beforehand is the share of trials with equal means that are found equivalent.
+    #[test]
+    fn power_is_how_often_equal_means_are_found_so() {
+        const KEY: Key = *b"crossgrain: tests of the power. ";
+        let trials = 8000;
+        for (sizes, deviations, margin) in [
+            ([9, 200], [1.0, 1.0], 1.0),
+            ([12, 25], [1.0, 3.0], 1.5),
+            ([4, 6], [1.0, 1.0], 2.5),
+            ([60, 60], [2.0, 1.0], 0.6),
+            ([300, 20], [1.0, 1.0], 0.2),
+        ] {
+            let found = replicates(&KEY, trials, |source| {
+                let mut side = |which: usize| -> Vec<f64> {
+                    let of = |_| deviations[which] * source.normal();
+                    (0..sizes[which]).map(of).collect()
+                };
+                let (first, second) = (side(0), side(1));
+                let welch = welch(&first, &second).expect("two samples");
+                welch.equivalence(margin).expect("two samples").0 == Finding::Equivalent
+            });
+            let hits = found.iter().filter(|one| **one).count();
+            let share = wilson(hits, trials, 0.999).expect("trials");
+            let told = power(sizes, deviations, margin).expect("both vary");
+            // Degrees of freedom that are themselves estimated cost up to 0.01.
+            let reach = 0.01;
+            assert!(
+                share.low - reach < told && told < share.high + reach,
+                "{sizes:?} {share:?} {told}"
+            );
+        }
+        assert!(power([1, 9], [1.0, 1.0], 1.0).is_none());
+        assert!(power([9, 9], [0.0, 0.0], 1.0).is_none());
     }
 
     /// n = 10, mean 1.58, s = 1.229995: with margin 2.5, t = (2.5 − 1.58)/0.388958 = 2.3653 on 9 degrees

@@ -23,7 +23,7 @@ pub struct TwoSamples {
     pub anderson_darling_p: f64,
 }
 
-/// Compares two sets of packings, each with its numbers. The p are (b + 1)/(B + 1) over `permutations`
+/// Compares two sets of packings, each with its numbers. The p are of at most `permutations`
 /// exchanges; they cannot be below 2/C(n + m, n), so four packings a side are the fewest for 5 %. None where a
 /// side has no number.
 pub fn compare(first: &[Vec<f64>], second: &[Vec<f64>], permutations: usize) -> Option<TwoSamples> {
@@ -35,25 +35,21 @@ pub fn compare(first: &[Vec<f64>], second: &[Vec<f64>], permutations: usize) -> 
     let mut sides = vec![true; first.len()];
     sides.resize(first.len() + second.len(), false);
     let (kolmogorov, anderson_darling) = distances(&pooled, &sides)?;
-    let exchanged = random::replicates(&KEY, permutations, |source| {
-        let mut mixed = sides.clone();
-        source.shuffle(&mut mixed);
-        distances(&pooled, &mixed)
-    });
     // An exchange that leaves a side without a number says nothing and counts as extreme. Sums of other
     // order may differ in the last bits.
-    let p = |of: fn(&(f64, f64)) -> f64, found: f64| {
-        let limit = found * (1.0 - 1.0e-12);
-        let extreme = exchanged
-            .iter()
-            .filter(|one| one.as_ref().is_none_or(|one| of(one) >= limit));
-        random::p_value(extreme.count(), permutations)
-    };
+    let extreme = |found: f64, exchanged: f64| exchanged >= found * (1.0 - 1.0e-12);
+    let [kolmogorov_p, anderson_darling_p] = random::p_values(&KEY, permutations, |source| {
+        let mut mixed = sides.clone();
+        source.shuffle(&mut mixed);
+        distances(&pooled, &mixed).map_or([true; 2], |one| {
+            [extreme(kolmogorov, one.0), extreme(anderson_darling, one.1)]
+        })
+    });
     Some(TwoSamples {
         kolmogorov,
         anderson_darling,
-        kolmogorov_p: p(|one| one.0, kolmogorov),
-        anderson_darling_p: p(|one| one.1, anderson_darling),
+        kolmogorov_p,
+        anderson_darling_p,
     })
 }
 

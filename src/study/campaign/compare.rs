@@ -1,58 +1,60 @@
-//! Two campaigns of one scene: the bits of what both have run, and whether all of their packings are of one kind.
+//! Two campaigns of one scene, in whichever engines: the bits of what both have run, and whether all of their packings are of one
+//! kind.
 //!
 //! The margins are those of the trade-off, set before any of these runs. The packing is the unit: a difference of means
-//! has Welch's interval over packings. Equivalence is two one-sided tests of every quantity with a margin; all of them
-//! must hold, so none is corrected for their number (intersection–union). A difference beyond a margin is corrected
-//! (Holm), since one is enough. A quantity counts as equivalent only where as many packings of both campaigns have it: those
-//! whose punch missed the force have no loaded quantities.
+//! has Welch's interval over packings. Equality is two one-sided tests of every quantity with a margin and of the share of punches
+//! that missed the force; all of them must hold, so none is corrected for their number (intersection–union). A difference beyond a
+//! margin is corrected (Holm), since one is enough. A quantity that some packings lack counts as equal only where as
+//! many packings of both campaigns are shown to have it.
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
+use verdict::judge::Verdict;
 
 use super::{Member, Merged};
 use crate::checks::{Check, Outcome};
 use crate::document::{Document, Section, Table};
 use crate::study::StudyError;
 use crate::study::realization::Ending;
-use crate::study::tradeoff::judge::{QUANTITIES, Quantity, outcome, word};
+use crate::study::tradeoff::judge::{MISSED, MISSED_KEY, MISSED_TITLE, QUANTITIES, outcome, word};
 use evidence::moments::{mean, standard_deviation};
+use evidence::random::{Key, replicates};
 use evidence::t_test::{self, Finding, LEVEL, Welch};
 use evidence::two_samples::{self, TwoSamples};
 use evidence::{Interval, holm, proportion};
 
 /// Exchanges of packings for the p of two samples.
 const PERMUTATIONS: usize = 2000;
-/// The largest difference of the shares of packings that have a quantity: a twentieth, as the level of the tests.
-const SHARE_MARGIN: f64 = 0.05;
+/// Pairs of campaigns that are drawn for the power of the whole: it is known to 0.05.
+const DRAWN: usize = 400;
+const KEY: Key = *b"crossgrain: campaigns drawn anew";
 
 /// The bits of realizations that both campaigns have run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Bits {
-    /// In both, with an end that has a state.
+    /// In both.
     pub common: usize,
     /// Settled beds with the same bits, contacts included.
     pub settled: usize,
-    /// Last moments with the same bits, contacts and punch included.
+    /// The same ends, with last moments of the same bits, contacts and punch included.
     pub last: usize,
 }
 
 /// One quantity of both campaigns, of the first and of the second.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Compared {
     /// The member's key.
-    pub key: String,
+    pub key: &'static str,
     /// For people.
-    pub title: String,
+    pub title: &'static str,
     /// SI unit, `1` for a ratio.
-    pub unit: String,
+    pub unit: &'static str,
     /// Packings that have it.
     pub packings: [usize; 2],
     /// Mean and standard deviation; not a number without packings, and then null in JSON.
     pub moments: [[Option<f64>; 2]; 2],
-    /// Share of packings that have it, second minus first, with Newcombe's 90 % interval.
+    /// Share of packings that have it, second minus first, with Newcombe's 90 % interval; none where all have it.
     pub share: Option<Interval>,
     /// Second minus first; none for fewer than two packings on a side, or where nothing varies.
     pub unpaired: Option<Welch>,
@@ -65,29 +67,27 @@ pub struct Compared {
     pub equivalence_p: Option<f64>,
     /// p of means that differ by no more than the margin, corrected for the number of quantities (Holm).
     pub difference_p: Option<f64>,
+    /// The probability that `equivalence_p` is below 0.05 if the means are equal, for these packings and deviations.
+    pub power: Option<f64>,
     /// The whole distribution, which judges nothing.
     pub distribution: Option<TwoSamples>,
     /// p of its D, corrected for the number of quantities (Holm).
     pub distribution_p: Option<f64>,
 }
 
-/// What the comparison says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// Every common realization has the same bits.
-    SameBits,
-    /// Every quantity with a margin is equivalent.
-    Equivalent,
-    /// Some quantity is beyond its margin.
-    Different,
-    /// No quantity is shown to be beyond its margin, but some are not shown to be within it.
-    Undecided,
+/// What quantities and missed forces say.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Judgement {
+    /// Share of punches that missed the force, second minus first, with Newcombe's 90 % interval.
+    pub missed: Option<Interval>,
+    /// That share against its margin.
+    pub missed_finding: Finding,
+    /// In the order of the trade-off's list.
+    pub quantities: Vec<Compared>,
 }
 
 /// Two campaigns compared.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
     /// Engines of the two.
     pub engines: [String; 2],
@@ -95,12 +95,72 @@ pub struct Comparison {
     pub packings: [usize; 2],
     /// What both have run.
     pub bits: Bits,
-    /// Share of punches that missed the force, second minus first, with Newcombe's 95 % interval.
-    pub missed: Option<Interval>,
-    /// In the order of the trade-off's list; empty where the bits say all.
-    pub quantities: Vec<Compared>,
+    /// None where the bits say all.
+    pub judged: Option<Judgement>,
+    /// The probability that the packings would be found equal in distribution if all means were equal, with its 95 % interval: the
+    /// share of pairs of campaigns that were, drawn with replacement from both after their means were made equal.
+    pub power: Option<Interval>,
     /// What it says.
     pub verdict: Verdict,
+}
+
+/// A campaign's numbers in columns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Packings {
+    /// Of each of [`QUANTITIES`], one a packing.
+    columns: Vec<Vec<Option<f64>>>,
+    /// Whether the punch got its force.
+    reached: Vec<bool>,
+}
+
+impl Packings {
+    /// Of these members.
+    pub fn of(members: &[Member]) -> Self {
+        let column = |key| members.iter().map(move |of| of.measured.get(key).copied());
+        Packings {
+            columns: QUANTITIES
+                .iter()
+                .map(|of| column(of.key).collect())
+                .collect(),
+            reached: members
+                .iter()
+                .map(|of| of.ending == Ending::Reached)
+                .collect(),
+        }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.reached.len()
+    }
+
+    /// Those at these places, each of which may come more than once.
+    pub fn at(&self, places: &[usize]) -> Self {
+        let of = |column: &Vec<Option<f64>>| places.iter().map(|place| column[*place]).collect();
+        Packings {
+            columns: self.columns.iter().map(of).collect(),
+            reached: places.iter().map(|place| self.reached[*place]).collect(),
+        }
+    }
+
+    /// With this added to a quantity.
+    pub fn moved(mut self, key: &str, by: f64) -> Self {
+        for (of, column) in QUANTITIES.iter().zip(&mut self.columns) {
+            if of.key == key {
+                column.iter_mut().flatten().for_each(|value| *value += by);
+            }
+        }
+        self
+    }
+
+    fn values(&self, quantity: usize) -> Vec<f64> {
+        self.columns[quantity].iter().flatten().copied().collect()
+    }
+
+    fn missed(&self) -> (usize, usize) {
+        let reached = self.reached.iter().filter(|reached| **reached).count();
+        (self.count() - reached, self.count())
+    }
 }
 
 /// Compares two merged campaigns, whose scenes must be the same but for the realizations.
@@ -118,88 +178,83 @@ pub fn compare(first: &Merged, second: &Merged) -> Result<Comparison, StudyError
     }
     let bits = bits(&first.rows, &second.rows);
     let same = bits.common > 0 && bits.settled == bits.common && bits.last == bits.common;
-    let quantities = if same {
-        Vec::new()
-    } else {
-        quantities(&first.rows, &second.rows)
-    };
-    let missed = |members: &[Member]| {
-        let missed = members.iter().filter(|of| of.ending != Ending::Reached);
-        (missed.count(), members.len())
-    };
+    let sides = [first, second].map(|of| Packings::of(&of.rows));
+    let judged = (!same).then(|| judge(&sides[0], &sides[1]).complete(&sides[0], &sides[1]));
     Ok(Comparison {
         engines: [first.summary.engine.clone(), second.summary.engine.clone()],
         packings: [first.rows.len(), second.rows.len()],
         bits,
-        missed: proportion::difference(missed(&first.rows), missed(&second.rows), 0.95),
-        verdict: verdict(same, &quantities),
-        quantities,
+        power: if same { None } else { power(&sides) },
+        verdict: judged
+            .as_ref()
+            .map_or(Verdict::Identical, Judgement::verdict),
+        judged,
     })
 }
 
 fn bits(first: &[Member], second: &[Member]) -> Bits {
     let second: BTreeMap<u64, &Member> = second.iter().map(|of| (of.realization, of)).collect();
     let mut bits = Bits::default();
-    for of in first.iter().filter(|of| of.loaded_state.is_some()) {
-        let other = second.get(&of.realization);
-        if let Some(other) = other.filter(|other| other.loaded_state.is_some()) {
-            bits.common += 1;
-            bits.settled += usize::from(of.settled_state == other.settled_state);
-            bits.last +=
-                usize::from(of.loaded_state == other.loaded_state && of.ending == other.ending);
+    for of in first {
+        let Some(other) = second.get(&of.realization) else {
+            continue;
+        };
+        // An end without a state has no bits that could be the same.
+        let same = |a: &Option<String>, b: &Option<String>| usize::from(a.is_some() && a == b);
+        bits.common += 1;
+        bits.settled += same(&of.settled_state, &other.settled_state);
+        if of.ending == other.ending {
+            bits.last += same(&of.loaded_state, &other.loaded_state);
         }
     }
     bits
 }
 
-fn quantities(first: &[Member], second: &[Member]) -> Vec<Compared> {
-    let mut compared: Vec<Compared> = QUANTITIES
-        .iter()
-        .map(|charted| quantity(charted, first, second))
+/// Compares packings of two campaigns; what judges nothing is left out, see [`Judgement::complete`].
+pub fn judge(first: &Packings, second: &Packings) -> Judgement {
+    let mut quantities: Vec<Compared> = (0..QUANTITIES.len())
+        .map(|index| quantity(index, first, second))
         .collect();
-    correct(&mut compared, |of| &mut of.distribution_p);
-    correct(&mut compared, |of| &mut of.difference_p);
-    for of in &mut compared {
+    correct(&mut quantities, |of| &mut of.difference_p);
+    for of in &mut quantities {
         of.finding = of.margin.map(|_| finding(of));
     }
-    compared
+    let missed = proportion::difference(first.missed(), second.missed(), 1.0 - 2.0 * LEVEL);
+    Judgement {
+        missed,
+        missed_finding: missed.map_or(Finding::Undecided, |of| t_test::finding(&of, MISSED)),
+        quantities,
+    }
 }
 
-fn quantity(charted: &Quantity, first: &[Member], second: &[Member]) -> Compared {
-    let values = |members: &[Member]| -> Vec<f64> {
-        let values = members.iter().map(|of| of.measured.get(charted.key));
-        values.flatten().copied().collect()
-    };
-    let (a, b) = (values(first), values(second));
-    let moments = |values: &[f64]| {
-        [mean(values), standard_deviation(values)].map(|of| Some(of).filter(|of| of.is_finite()))
-    };
-    let packings =
-        |values: &[f64]| -> Vec<Vec<f64>> { values.iter().map(|of| vec![*of]).collect() };
+fn quantity(index: usize, first: &Packings, second: &Packings) -> Compared {
+    let charted = &QUANTITIES[index];
+    let (a, b) = (first.values(index), second.values(index));
+    let moments = [&a, &b].map(|of| [mean(of), standard_deviation(of)]);
     let unpaired = t_test::welch(&a, &b);
-    let distribution = match unpaired {
-        Some(_) => two_samples::compare(&packings(&a), &packings(&b), PERMUTATIONS),
-        None => None,
-    };
     // Where the first has none, any margin will do: nothing is shown.
-    let margin = charted
-        .margin
-        .map(|margin| margin.absolute(moments(&a)[0].unwrap_or(0.0)));
+    let scale = if a.is_empty() { 0.0 } else { moments[0][0] };
+    let margin = charted.margin.map(|margin| margin.absolute(scale));
     let judged = unpaired.zip(margin);
+    let packings = [a.len(), b.len()];
+    let all = [first.count(), second.count()];
+    let level = 1.0 - 2.0 * LEVEL;
+    let share = proportion::difference((a.len(), all[0]), (b.len(), all[1]), level);
     Compared {
-        key: charted.key.to_owned(),
-        title: charted.title.to_owned(),
-        unit: charted.unit.to_owned(),
-        packings: [a.len(), b.len()],
-        moments: [moments(&a), moments(&b)],
-        share: proportion::difference((a.len(), first.len()), (b.len(), second.len()), 0.90),
+        key: charted.key,
+        title: charted.title,
+        unit: charted.unit,
+        packings,
+        moments: moments.map(|of| of.map(|of| Some(of).filter(|of| of.is_finite()))),
+        share: share.filter(|_| packings != all),
         margin,
         finding: None,
         equivalence_p: judged.and_then(|(of, margin)| Some(of.equivalence(margin)?.1)),
         difference_p: judged.and_then(|(of, margin)| of.p_beyond(margin)),
-        distribution_p: distribution.as_ref().map(|of| of.kolmogorov_p),
+        power: None,
+        distribution: None,
+        distribution_p: None,
         unpaired,
-        distribution,
     }
 }
 
@@ -213,59 +268,169 @@ fn correct(compared: &mut [Compared], p: impl Fn(&mut Compared) -> &mut Option<f
 }
 
 fn finding(of: &Compared) -> Finding {
-    let share = of.share.map(|share| t_test::finding(&share, SHARE_MARGIN));
+    let share = of.share.map(|share| t_test::finding(&share, MISSED));
     let below = |p: Option<f64>| p.is_some_and(|p| p < LEVEL);
     if below(of.difference_p) || share == Some(Finding::Different) {
         Finding::Different
-    } else if below(of.equivalence_p) && share == Some(Finding::Equivalent) {
+    } else if below(of.equivalence_p) && share.is_none_or(|of| of == Finding::Equivalent) {
         Finding::Equivalent
     } else {
         Finding::Undecided
     }
 }
 
-fn verdict(same: bool, quantities: &[Compared]) -> Verdict {
-    let all: Vec<Finding> = quantities.iter().filter_map(|of| of.finding).collect();
-    if same {
-        Verdict::SameBits
-    } else if all.contains(&Finding::Different) {
-        Verdict::Different
-    } else if all.is_empty() || all.contains(&Finding::Undecided) {
-        Verdict::Undecided
-    } else {
-        Verdict::Equivalent
+/// The share of drawn pairs of campaigns with equal means that are equal in distribution.
+fn power([first, second]: &[Packings; 2]) -> Option<Interval> {
+    let mut centred = second.clone();
+    for (index, of) in QUANTITIES.iter().enumerate() {
+        let off = mean(&first.values(index)) - mean(&second.values(index));
+        centred = centred.moved(of.key, off);
+    }
+    let equal = replicates(&KEY, DRAWN, |source| {
+        let mut draw = |of: &Packings| {
+            let places: Vec<usize> = (0..of.count()).map(|_| source.below(of.count())).collect();
+            of.at(&places)
+        };
+        judge(&draw(first), &draw(&centred)).verdict() == Verdict::EqualInDistribution
+    });
+    let equal = equal.into_iter().filter(|equal| *equal).count();
+    proportion::wilson(equal, DRAWN, 0.95)
+}
+
+impl Judgement {
+    /// Different if one finding is, equal if all are.
+    pub fn verdict(&self) -> Verdict {
+        let of_quantities = self.quantities.iter().filter_map(|of| of.finding);
+        let all: Vec<Finding> = of_quantities.chain([self.missed_finding]).collect();
+        if all.contains(&Finding::Different) {
+            Verdict::Different
+        } else if all.contains(&Finding::Undecided) {
+            Verdict::Undecided
+        } else {
+            Verdict::EqualInDistribution
+        }
+    }
+
+    /// With what is shown and judges nothing: powers and distributions.
+    pub fn complete(mut self, first: &Packings, second: &Packings) -> Self {
+        for (index, of) in self.quantities.iter_mut().enumerate() {
+            let singly = |of: &Packings| -> Vec<Vec<f64>> {
+                of.values(index).into_iter().map(|of| vec![of]).collect()
+            };
+            if let Some((_, margin)) = of.unpaired.zip(of.margin) {
+                let deviations =
+                    [first, second].map(|side| standard_deviation(&side.values(index)));
+                of.power = t_test::power(of.packings, deviations, margin);
+            }
+            if of.unpaired.is_some() {
+                of.distribution =
+                    two_samples::compare(&singly(first), &singly(second), PERMUTATIONS);
+            }
+            of.distribution_p = of.distribution.as_ref().map(|of| of.kolmogorov_p);
+        }
+        correct(&mut self.quantities, |of| &mut of.distribution_p);
+        self
+    }
+
+    fn checks(&self) -> Vec<Check> {
+        let check = |of: &Compared| {
+            let outcome = outcome(of.finding?);
+            let found = match outcome {
+                Outcome::Skipped => "too few packings, or packings without it",
+                _ => "",
+            };
+            let id = format!("campaigns/{}", of.key);
+            let mut check = Check::of_words(id, of.title, outcome, found)
+                .required()
+                .judged_by(
+                    "difference of means, second minus first: two one-sided tests at 5 %, Welch",
+                    "the margins of the trade-off",
+                );
+            of.unit.clone_into(&mut check.unit);
+            check.n = of.packings[0].min(of.packings[1]) as u64;
+            if let Some(unpaired) = &of.unpaired {
+                check = check.with_limits(unpaired.difference.estimate, 0.0, of.margin);
+                check.interval = Some([unpaired.difference.low, unpaired.difference.high]);
+            }
+            Some(check)
+        };
+        let missed = Check::of_words(
+            format!("campaigns/{MISSED_KEY}"),
+            MISSED_TITLE,
+            outcome(self.missed_finding),
+            "",
+        );
+        let missed = missed.required().judged_by(
+            "difference of shares, second minus first: Newcombe's 90 % interval",
+            "the margins of the trade-off",
+        );
+        let estimate = self.missed.map_or(f64::NAN, |of| of.estimate);
+        let missed = missed.with_limits(estimate, 0.0, Some(MISSED));
+        self.quantities
+            .iter()
+            .filter_map(check)
+            .chain([missed])
+            .collect()
+    }
+
+    fn section(&self) -> Section {
+        let table = Table::of("quantities", "Means over packings", &self.quantities)
+            .column("quantity", |of| of.title)
+            .column("unit", |of| of.unit)
+            .column("first", |of| of.moments[0][0])
+            .column("second", |of| of.moments[1][0])
+            .column("packings of the first", |of| of.packings[0])
+            .column("packings of the second", |of| of.packings[1])
+            .column("second − first (95 %)", |of| {
+                of.unpaired.map(|of| of.difference)
+            })
+            .column("margin", |of| of.margin)
+            .column("packings that have it, second − first (90 %)", |of| {
+                of.share
+            })
+            .column("finding", |of| of.finding.map_or("not judged", word))
+            .column("p of equivalence", |of| of.equivalence_p)
+            .column("p of a difference (Holm)", |of| of.difference_p)
+            .column("probability of equivalence if the means are equal", |of| {
+                of.power
+            })
+            .column("p of one distribution (Holm), judges nothing", |of| {
+                of.distribution_p
+            });
+        let forces = Table::of("missed", "Punches that missed the force", [self])
+            .column("share, second − first (90 %)", |of| of.missed)
+            .column("margin", |_| MISSED)
+            .column("finding", |of| word(of.missed_finding));
+        Section::new("Quantities", "").with(table).with(forces)
     }
 }
 
 impl Comparison {
     /// Every quantity with a margin, or the bits that say all.
     fn checks(&self) -> Vec<Check> {
-        if self.verdict == Verdict::SameBits {
-            let found = format!("{} realizations in both", self.bits.common);
-            let id = "campaigns/bits".to_owned();
-            return vec![Check::of_words(id, "same bits", Outcome::Pass, &found)];
+        self.judged.as_ref().map_or_else(
+            || {
+                let found = format!("{} realizations in both", self.bits.common);
+                let id = "campaigns/bits".to_owned();
+                vec![Check::of_words(id, "same bits", Outcome::Pass, &found)]
+            },
+            Judgement::checks,
+        )
+    }
+
+    /// The verdict, with what would have been noticed.
+    fn answer(&self) -> String {
+        let mut answer = self.verdict.in_words().to_uppercase();
+        if self.verdict == Verdict::Undecided {
+            answer += ": more packings are needed for these margins";
         }
-        let check =
-            |of: &Compared| {
-                let outcome = outcome(of.finding?);
-                let found = match outcome {
-                    Outcome::Skipped => "too few packings, or packings without it",
-                    _ => "",
-                };
-                let id = format!("campaigns/{}", of.key);
-                let mut check = Check::of_words(id, &of.title, outcome, found).required().judged_by(
-                "difference of means, second minus first: two one-sided tests at 5 %, Welch",
-                "the margins of the trade-off",
+        if let Some(power) = self.power {
+            answer += &format!(
+                ". Were all means equal, this would have said equal in distribution with a probability of {:.2} ({:.2} to {:.2})",
+                power.estimate, power.low, power.high
             );
-                check.unit.clone_from(&of.unit);
-                check.n = of.packings[0].min(of.packings[1]) as u64;
-                if let Some(unpaired) = &of.unpaired {
-                    check = check.with_limits(unpaired.difference.estimate, 0.0, of.margin);
-                    check.interval = Some([unpaired.difference.low, unpaired.difference.high]);
-                }
-                Some(check)
-            };
-        self.quantities.iter().filter_map(check).collect()
+        }
+        answer + "."
     }
 
     /// For people.
@@ -282,48 +447,16 @@ impl Comparison {
         let bits = Table::of("bits", "Realizations that both have run", counts)
             .column("", |(words, _)| words)
             .column("realizations", |(_, count)| count);
-        let table = Table::of("quantities", "Means over packings", &self.quantities)
-            .column("quantity", |of| &of.title)
-            .column("unit", |of| &of.unit)
-            .column("first", |of| of.moments[0][0])
-            .column("second", |of| of.moments[1][0])
-            .column("packings of the first", |of| of.packings[0])
-            .column("packings of the second", |of| of.packings[1])
-            .column("second − first (95 %)", |of| {
-                of.unpaired.map(|of| of.difference)
-            })
-            .column("margin", |of| of.margin)
-            .column("share, second − first (90 %)", |of| of.share)
-            .column("finding", |of| of.finding.map_or("not judged", word))
-            .column("p of equivalence", |of| of.equivalence_p)
-            .column("p of a difference (Holm)", |of| of.difference_p)
-            .column("p of one distribution (Holm), judges nothing", |of| {
-                of.distribution_p
-            });
-        let (answer, verdict) = match self.verdict {
-            Verdict::SameBits => ("SAME BITS", Outcome::Pass),
-            Verdict::Equivalent => ("EQUIVALENT", Outcome::Pass),
-            Verdict::Different => ("DIFFERENT", Outcome::Fail),
-            Verdict::Undecided => (
-                "UNDECIDED: more packings are needed for these margins",
-                Outcome::Skipped,
-            ),
-        };
-        let forces = Table::of("missed", "Punches that missed the force", [self.missed])
-            .column("share, second − first (95 %)", |share| share);
-        let mut sections = vec![
-            Section::new("Campaigns", "")
-                .with(both)
-                .with(bits)
-                .with(forces),
-        ];
-        if !self.quantities.is_empty() {
-            sections.push(Section::new("Quantities", "").with(table));
-        }
+        let mut sections = vec![Section::new("Campaigns", "").with(both).with(bits)];
+        sections.extend(self.judged.as_ref().map(Judgement::section));
         Document {
             title: "Two campaigns".to_owned(),
-            verdict,
-            answer: answer.to_owned(),
+            verdict: match self.verdict {
+                Verdict::Different => Outcome::Fail,
+                Verdict::Undecided => Outcome::Skipped,
+                _ => Outcome::Pass,
+            },
+            answer: self.answer(),
             sections,
             checks: self.checks(),
         }

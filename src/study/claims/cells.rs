@@ -1,12 +1,15 @@
 //! Many cells together (section 5): whether neighbours are independent, how the variation of growing volumes about the
-//! control points falls with their number, which law they have, and from which number on the continuum is good enough.
+//! control points falls with their number, which law they have, and from which number on the continuum is good enough. Means,
+//! variances and correlations are over all cells, those that bear nothing included, as sums add up only with them; laws are fitted
+//! to sums that are not zero.
 
 use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
 use super::means::POINTS;
-use super::sample::{self, Moment, Number, nearest, positive, together};
+use super::sample::{self, Moment, Number, nearest, together};
+use super::shapes::SAMPLES;
 use super::{Claim, FEWEST, LEVEL, Row, Rule};
 use crate::paper::continuum::{Field, Load, Model, Spread};
 use crate::paper::published::POROSITY;
@@ -14,6 +17,7 @@ use crate::study::campaign::Member;
 use evidence::distribution::Family;
 use evidence::moments::{mean, standard_deviation};
 use evidence::regression::{correlation, slope, spearman};
+use evidence::zeros::Parted;
 use evidence::{Interval, bootstrap};
 use grains::measure::neighbourhood::{GROWING, Together};
 use grains::scene::Scene;
@@ -113,7 +117,7 @@ fn volume(
     let rise = mean(&all.iter().map(|one| one.rise).collect::<Vec<f64>>());
     let n = cells as f64;
     let variation = bootstrap::coefficient_of_variation(&sums, LEVEL);
-    let shape = sample::law_shape(Family::Gamma, &positive(&sums)).at(LEVEL);
+    let shape = sample::law_shape(Family::Gamma, &Parted::of(&sums).others).at(LEVEL);
     let ratio = standard_deviation(&sums) / mean(&sums) / single;
     Some(Volume {
         cells,
@@ -212,8 +216,6 @@ pub fn all(scene: &Scene, members: &[Member]) -> Vec<Volumes> {
 
 /// Correlations between neighbours may be this large: eight cells with it would vary by a third more than 1/√8.
 const TOLERANCE: f64 = 0.1;
-/// Packings exchanged for a p-value.
-const PERMUTATIONS: usize = 999;
 /// Nearest cells whose correlations are averaged.
 const TOGETHER: usize = 8;
 
@@ -234,7 +236,7 @@ pub fn independence(members: &[Member]) -> Claim {
                 Number::new(around.len(), |level| pair(&first, &second, level)),
             )
             .against(0.0);
-            if let Some(ranks) = spearman(&first, &second, PERMUTATIONS) {
+            if let Some(ranks) = spearman(&first, &second, SAMPLES) {
                 row = row.with(
                     "independent (Spearman's correlation, permuted)",
                     ranks.value.estimate,
@@ -362,7 +364,7 @@ pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Cl
         .decided_by(format!(
             "At every point the exponent within {EXPONENT} of −½ and CV·√N within a factor of {FACTOR} of 1 at 1, 16 and 256 \
              cells. Neighbours that carry what the next one does not make the variation fall faster than 1/√N, a load that \
-             differs from packing to packing makes it fall slower."
+             differs from packing to packing makes it fall slower. Cells that bear nothing count: sums add up only with them."
         ))
         .by(Rule::All, rows)
 }
@@ -378,7 +380,6 @@ pub fn erlang(members: &[Member], series: &[Volumes]) -> Claim {
                     .iter()
                     .map(|one| one.zz)
                     .collect();
-                let above_zero = positive(&sums);
                 rows.push(
                     Row::judged(
                         format!(
@@ -387,7 +388,8 @@ pub fn erlang(members: &[Member], series: &[Volumes]) -> Claim {
                             moment.words()
                         ),
                         [1.0 / (FACTOR * FACTOR), FACTOR * FACTOR],
-                        sample::law_shape(Family::Gamma, &above_zero).over(cells as f64),
+                        sample::law_shape(Family::Gamma, &Parted::of(&sums).others)
+                            .over(cells as f64),
                     )
                     .against(1.0),
                 );
@@ -400,7 +402,7 @@ pub fn erlang(members: &[Member], series: &[Volumes]) -> Claim {
         .says("Σ_zz of N cells together follows an Erlang law of shape N.")
         .found(format!("Gamma shape over N at 64 cells: {}.", found.join(", ")))
         .decided_by(format!(
-            "Gamma shape over N within a factor of {FACTOR}² of 1 at 4, 16 and 64 cells, which is a factor of {FACTOR} in the \
+            "Gamma shape over N, of cells that together bear load, within a factor of {FACTOR}² of 1 at 4, 16 and 64 cells, which is a factor of {FACTOR} in the \
              variation."
         ))
         .by(Rule::All, rows)

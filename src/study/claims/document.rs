@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use super::means::POINTS;
-use super::sample::{Moment, positive, stress};
+use super::sample::{Moment, stress};
 use super::{Claim, Claims, Judged, Row, Verdict, Volume, Volumes};
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::plot::Point;
@@ -89,26 +89,24 @@ const GROUPS: [Group; 4] = [
 /// The data of all plots.
 pub(super) fn data(members: &[Member], volumes: Vec<Volumes>, solid: f64) -> Figures {
     let distribution = |of: &Group, point: &'static str| {
-        let mut values = stress(members, of.moment, point, of.key);
         let parts = table_4(point);
-        let fitted = match of.name {
-            "shear" => Family::Laplace.fit(&values),
-            _ => Family::Gamma.fit(&positive(&values)),
+        let family = match of.name {
+            "shear" => Family::Laplace,
+            _ => Family::Gamma,
         };
-        values.sort_by(f64::total_cmp);
-        Distribution {
-            name: of.name.into(),
-            point: point.to_owned(),
-            quantity: of.quantity.into(),
-            unit: of.unit.into(),
-            theory: match of.name {
-                "figure5" => parts.map(|parts| parts.extensive),
-                "figure5-gravity" => parts.map(|parts| parts.weight),
-                _ => None,
-            },
-            fitted,
-            values,
-        }
+        let theory = match of.name {
+            "figure5" => parts.map(|parts| parts.extensive),
+            "figure5-gravity" => parts.map(|parts| parts.weight),
+            _ => None,
+        };
+        let values = stress(members, of.moment, point, of.key);
+        Distribution::new(
+            [of.name, of.quantity, of.unit],
+            point,
+            theory,
+            family,
+            &values,
+        )
     };
     let cloud = |definition: &'static str, height: &str, porosity: &str| {
         let beds = members.iter().filter_map(|member| {
@@ -143,8 +141,8 @@ pub(super) fn data(members: &[Member], volumes: Vec<Volumes>, solid: f64) -> Fig
 
 impl Claim {
     /// The verdict in words, also where there is none.
-    fn word(&self) -> &'static str {
-        self.verdict.map_or("open: too few members", Verdict::words)
+    pub(super) fn word(&self) -> &'static str {
+        self.verdict.map_or("undecided", Verdict::words)
     }
 
     /// Whether there is a verdict: which one is a finding, not a failure.
@@ -171,8 +169,8 @@ impl Claim {
 
 const HOW: &str = "A claim is decided by the size of an effect against a limit that was set beforehand, with one number a \
     realization: within the limits where the 90 % interval lies within them (two one-sided tests at 5 %), beyond them where it lies \
-    wholly outside. Where the interval touches a limit the estimate decides from 300 realizations on, and it says so. p-values stand \
-    after the effects; with this many realizations nearly everything has a small one. A claim that does not hold here does not hold \
+    wholly outside, and undecided where it holds a limit. p-values stand after the effects; with many realizations nearly everything has a \
+    small one. A claim that does not hold here does not hold \
     for this scene; the paper leaves choices open, and the sensitivity study says what hangs on them.";
 
 impl Claims {
@@ -352,7 +350,7 @@ impl Claims {
         let kinds = [
             ("within", Colour::Green, Some(Outcome::Pass)),
             ("beyond", Colour::Vermilion, Some(Outcome::Fail)),
-            ("open", Colour::Ochre, Some(Outcome::Skipped)),
+            ("undecided", Colour::Ochre, Some(Outcome::Skipped)),
             ("shown only", Colour::Grey, None),
         ];
         for (name, colour, kind) in kinds {
@@ -495,18 +493,13 @@ impl Claims {
 
 const MEANS: &str = "Means against Table 4";
 
-/// Limits in words, and whether the estimate decided.
+/// Limits in words.
 fn limits(of: Judged) -> String {
     let short = |value: f64| rounded(value, 4);
-    let by = if of.by_estimate {
-        ", by the estimate"
-    } else {
-        ""
-    };
     match (of.low, of.high) {
-        (Some(low), Some(high)) => format!("{} to {}{by}", short(low), short(high)),
-        (Some(low), None) => format!("at least {}{by}", short(low)),
-        (None, Some(high)) => format!("at most {}{by}", short(high)),
+        (Some(low), Some(high)) => format!("{} to {}", short(low), short(high)),
+        (Some(low), None) => format!("at least {}", short(low)),
+        (None, Some(high)) => format!("at most {}", short(high)),
         (None, None) => String::new(),
     }
 }

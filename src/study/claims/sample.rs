@@ -5,6 +5,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use crate::study::campaign::{Fields, Member};
 use evidence::distribution::Family;
 use evidence::likelihood::against_exponential;
+use evidence::zeros::Parted;
 use evidence::{Interval, bootstrap, moments, proportion};
 use grains::measure::neighbourhood::{Neighbour, Neighbourhood, Together};
 
@@ -83,12 +84,6 @@ pub fn together(members: &[Member], moment: Moment, point: &str, grains: usize) 
     members.iter().filter_map(of).collect()
 }
 
-/// Those above zero.
-pub fn positive(values: &[f64]) -> Vec<f64> {
-    let above = values.iter().filter(|value| **value > 0.0);
-    above.copied().collect()
-}
-
 /// A number over packings: its interval at any level.
 pub struct Number<'a> {
     /// How many.
@@ -128,6 +123,11 @@ pub fn variation(values: &[f64]) -> Number<'_> {
     Number::new(values.len(), |level| {
         bootstrap::coefficient_of_variation(values, level)
     })
+}
+
+/// Share of packings in which the value is exactly zero, with Wilson's interval.
+pub fn zeros(of: &Parted) -> Number<'_> {
+    Number::new(of.zeros + of.others.len(), |level| of.share_of_zeros(level))
 }
 
 /// Share of so many packings, with Wilson's interval.

@@ -131,7 +131,9 @@ pub struct AtRest {
     pub depth: f64,
     /// Speeds of the line, m/s.
     pub speeds: Vec<f64>,
-    /// The line's height at speed zero, Pa.
+    /// Clouds that have all of them.
+    pub clouds: usize,
+    /// The height at speed zero of a line through each cloud's pressures, Pa: mean with its 95 % t interval over clouds.
     pub pressure: Option<Interval>,
     /// The internal friction angle that bears it, with those of the interval's ends, degrees.
     pub angle: Option<Interval>,
@@ -266,31 +268,34 @@ fn at_rest(
     // A small bed has no punches as slow as that; its slowest three then.
     let below = slow.iter().filter(|push| push.speed() <= SLOW).count();
     slow.truncate(below.max(3));
-    let mut points: Vec<(f64, f64, f64)> = Vec::new();
+    let mut windows: Vec<(u64, f64, (f64, f64))> = Vec::new();
     for push in &slow {
         for of in of_penetration(push, watched) {
-            let windows = of.windows.iter();
-            points.extend(windows.map(|window| {
-                (
-                    0.5 * (window.from + window.to),
-                    push.speed(),
-                    window.pressure,
-                )
+            let own = of.windows.iter();
+            windows.extend(own.map(|window| {
+                let depth = 0.5 * (window.from + window.to);
+                (of.realization, depth, (push.speed(), window.pressure))
             }));
         }
     }
-    let depths = distinct(points.iter().map(|point| point.0));
+    let mut clouds: Vec<u64> = windows.iter().map(|of| of.0).collect();
+    clouds.sort_unstable();
+    clouds.dedup();
+    let depths = distinct(windows.iter().map(|of| of.1));
     let rows = depths.into_iter().map(|depth| {
-        let own: Vec<(f64, f64)> = points
-            .iter()
-            .filter(|point| point.0 == depth)
-            .map(|point| (point.1, point.2))
-            .collect();
-        let speeds = distinct(own.iter().map(|point| point.0));
-        let pressure = regression::intercept(&own);
+        // A cloud is the same bed at all speeds: it is one observation. A window that some speed did not get to is another line.
+        let at_zero = clouds.iter().filter_map(|cloud| {
+            let own = windows.iter().filter(|of| (of.0, of.1) == (*cloud, depth));
+            let own: Vec<(f64, f64)> = own.map(|of| of.2).collect();
+            let line = regression::intercept(&own).filter(|_| own.len() == slow.len());
+            line.map(|of| of.estimate)
+        });
+        let at_zero: Vec<f64> = at_zero.collect();
+        let pressure = mean_interval(&at_zero, 0.95);
         let degrees = |pressure: f64| soil.angle_for(pressure, depth).to_degrees();
         AtRest {
             depth,
+            clouds: at_zero.len(),
             pressure,
             angle: pressure.map(|pressure| Interval {
                 estimate: degrees(pressure.estimate),
@@ -298,11 +303,10 @@ fn at_rest(
                 high: degrees(pressure.high),
             }),
             theory: soil.bears(depth, FRICTIONLESS_ANGLE),
-            speeds,
+            speeds: slow.iter().map(|push| push.speed()).collect(),
         }
     });
-    // A deeper window that fewer speeds got to is another line.
-    rows.filter(|row| row.speeds.len() == slow.len()).collect()
+    rows.filter(|row| row.clouds > 0).collect()
 }
 
 /// From small to large, each once.
@@ -332,6 +336,45 @@ mod tests {
         // tan(π/4) is 1 to its last bit at most.
         assert!((factors(0.0)[0] - 1.0).abs() < 1.0e-14);
         assert_eq!(factors(0.0)[1], 0.0);
+    }
+
+    /// Clouds that differ by 1 kPa at every speed are three observations, not nine.
+    #[test]
+    fn a_cloud_is_one_observation_at_all_speeds() {
+        let base = grains::scene::paper_scene(1, 300);
+        let all =
+            [0.01, 0.02, 0.05].map(|speed| Penetration::through(&base, (speed, 0.2, 0.0), 0.1, 3));
+        let watched = all.iter().flat_map(|push| {
+            (1..=3).map(|cloud| Watched {
+                penetration: push.digest(),
+                realization: cloud,
+                stop: None,
+                failed: None,
+                depth: None,
+                windows: vec![Window {
+                    from: 0.0,
+                    to: 0.01,
+                    moments: 1,
+                    pressure: 5.0e3 + 1.0e3 * cloud as f64 + 1.0e5 * push.speed(),
+                    largest: 0.0,
+                    on_floor: 0.0,
+                }],
+            })
+        });
+        let watched: Vec<Watched> = watched.collect();
+        let soil = Soil::of(&base, 0.17);
+        let [row] = &at_rest(&base, &all, &watched, &soil)[..] else {
+            panic!("one window");
+        };
+        let found = row.pressure.expect("three clouds");
+        assert_eq!(row.clouds, 3);
+        assert!((found.estimate - 7.0e3).abs() < 1.0e-6, "{found:?}");
+        // t = 4.303 on two degrees, times 1 kPa/√3.
+        assert!(
+            (found.high - found.estimate - 2484.1).abs() < 1.0,
+            "{found:?}"
+        );
+        assert!(at_rest(&base, &all, &watched[..3], &soil).is_empty());
     }
 
     #[test]

@@ -79,10 +79,14 @@ impl Sensitivity {
         let words = format!(
             "The paper leaves open how fast the punch goes, how grains are damped, when the bed counts as settled and more. Each \
              setting fills these in one way; beds of {} grains, {} clouds a setting (expensive settings fewer), the same clouds \
-             in all. A published figure comes out if the 95 % interval of ours over packings lies within value ± tolerance, does \
-             not come out if it lies outside, and is undecided if it holds an end. A star marks settings in which fewer than \
+             in all. A published figure comes out if the interval of ours over packings lies within value ± tolerance, does \
+             not come out if it lies outside, and is undecided if it holds an end. For this the interval is one of {:.2} %, so \
+             that of all that is decided here one in twenty is wrong on average, at most; shown are intervals of 95 %. Shapes are \
+             of grains that bear load. A star marks settings in which fewer than \
              90 % of the punches got the force: their stresses are those of the firmer beds.",
-            self.grains, self.clouds
+            self.grains,
+            self.clouds,
+            100.0 * self.level
         );
         let place = |of: fn(&Point) -> Option<f64>| {
             distinct(self.of_axis(SPEED_AND_DAMPING).filter_map(of))
@@ -288,7 +292,7 @@ impl Sensitivity {
         let signs = VERDICTS.map(|(sign, words, _)| format!("{sign} {words}"));
         section.answer = format!(
             "{}; * fewer than 90 % of the punches got the force. Means have t intervals, variations the bootstrap (BCa), \
-             shares Wilson's; the packing counts, never the grain.",
+             shares those of their influence function; the packing counts, never the grain. Shapes are of grains that bear load.",
             signs.join("; ")
         );
         section
@@ -404,6 +408,7 @@ impl Bearing {
         let title = "Pressure at rest, extrapolated from the slowest punches";
         let table = Table::of("at-rest", title, &self.at_rest)
             .column("depth, m", |row| row.depth)
+            .column("clouds", |row| row.clouds)
             .column("theory, kPa", |row| 1.0e-3 * row.theory)
             .column("extrapolated to rest, kPa", |row| kilopascal(row.pressure))
             .column("angle that bears it, degrees", |row| row.angle);

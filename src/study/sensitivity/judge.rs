@@ -5,12 +5,13 @@ use serde::{Deserialize, Serialize};
 use crate::paper::published::{Of, Published};
 use crate::study::member::Member;
 use crate::study::realization::Ending;
-use evidence::moments::{mean, mean_interval};
+use evidence::moments::mean_interval;
 use evidence::t_test::paired;
+use evidence::zeros::Parted;
 use evidence::{Interval, bootstrap, proportion};
 
-/// Confidence of all intervals.
-const LEVEL: f64 = 0.95;
+/// Confidence of the intervals that are shown.
+pub const LEVEL: f64 = 0.95;
 /// Fewer packings give no interval of a mean, or of a variation or share, that is worth a verdict.
 const FEWEST: [usize; 2] = [3, 8];
 /// Stresses of a setting in which a smaller share of the punches gets the force are those of its firmer beds.
@@ -20,7 +21,7 @@ const ENOUGH_REACHED: f64 = 0.9;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// The interval lies within value ± tolerance.
+    /// The interval of the level that is corrected for all verdicts lies within value ± tolerance.
     ComesOut,
     /// It lies outside.
     DoesNot,
@@ -36,8 +37,10 @@ pub enum Verdict {
 pub struct Judged {
     /// Id of the published figure.
     pub id: String,
-    /// Packings that gave the quantity.
+    /// Packings that gave the quantity, of a shape those whose grain bears load.
     pub packings: usize,
+    /// Of a shape, the share of packings whose grain bears nothing.
+    pub zeros: Option<Interval>,
     /// Ours with its 95 % interval over packings.
     pub value: Option<Interval>,
     /// Against value ± tolerance.
@@ -50,13 +53,21 @@ pub struct Judged {
     pub change: Option<Interval>,
 }
 
-/// Judges a setting's members; `base` are those of the base scene.
-pub fn judge(figure: &Published, rows: &[&Member], base: &[&Member]) -> Judged {
+/// Judges a setting's members by intervals of this level; `base` are those of the base scene.
+pub fn judge(figure: &Published, rows: &[&Member], base: &[&Member], level: f64) -> Judged {
     let values: Vec<f64> = rows.iter().filter_map(|row| value(figure, row)).collect();
+    // Shapes are those of grains that bear load.
+    let parted = (figure.of != Of::Mean).then(|| Parted::of(&values));
+    let zeros = parted.as_ref().and_then(|of| of.share_of_zeros(LEVEL));
+    let values = parted.map_or(values, |of| of.others);
     let fewest = FEWEST[usize::from(figure.of != Of::Mean)];
-    let found = (values.len() >= fewest)
-        .then(|| interval(figure.of, &values))
-        .flatten();
+    let at = |level: f64| {
+        let enough = values.len() >= fewest;
+        enough
+            .then(|| interval(figure.of, &values, level))
+            .flatten()
+    };
+    let found = at(LEVEL);
     let (low, high) = (
         figure.value - figure.tolerance,
         figure.value + figure.tolerance,
@@ -65,7 +76,8 @@ pub fn judge(figure: &Published, rows: &[&Member], base: &[&Member]) -> Judged {
     Judged {
         id: figure.id.to_owned(),
         packings: values.len(),
-        verdict: verdict(found, low, high),
+        zeros,
+        verdict: verdict(at(level), low, high),
         near,
         conditional: figure.key.starts_with("loaded.") && share_reached(rows) < ENOUGH_REACHED,
         change: (figure.of == Of::Mean)
@@ -95,15 +107,13 @@ fn value(figure: &Published, row: &Member) -> Option<f64> {
     row.measured.get(figure.key).copied()
 }
 
-/// t for a mean, the bootstrap (BCa) for a variation, Wilson for a share.
-pub fn interval(of: Of, values: &[f64]) -> Option<Interval> {
+/// t for a mean, the bootstrap (BCa) for a variation, the influence function for a share.
+pub fn interval(of: Of, values: &[f64], level: f64) -> Option<Interval> {
     match of {
-        Of::Mean => mean_interval(values, LEVEL),
-        Of::Variation => bootstrap::coefficient_of_variation(values, LEVEL),
+        Of::Mean => mean_interval(values, level),
+        Of::Variation => bootstrap::coefficient_of_variation(values, level),
         Of::ShareAbove(multiple) => {
-            let limit = f64::from(multiple) * mean(values);
-            let hits = values.iter().filter(|value| **value > limit).count();
-            proportion::wilson(hits, values.len(), LEVEL)
+            proportion::above_multiple_of_mean(values, f64::from(multiple), level)
         }
     }
 }
@@ -159,7 +169,12 @@ mod tests {
 
     fn judged(id: &str, rows: &[Member]) -> Judged {
         let rows: Vec<&Member> = rows.iter().collect();
-        judge(published(id).expect("a published figure"), &rows, &[])
+        judge(
+            published(id).expect("a published figure"),
+            &rows,
+            &[],
+            LEVEL,
+        )
     }
 
     #[test]
@@ -229,9 +244,11 @@ mod tests {
         let figure = published("height").expect("a published figure");
         let (moved, base): (Vec<&Member>, Vec<&Member>) =
             (moved.iter().collect(), base.iter().collect());
-        let found = judge(figure, &moved, &base).change.expect("twelve pairs");
+        let found = judge(figure, &moved, &base, LEVEL)
+            .change
+            .expect("twelve pairs");
         assert!((found.estimate - 0.01).abs() < 1.0e-12);
         assert!(found.high - found.low < 1.0e-9);
-        assert!(judge(figure, &base, &base).change.is_none());
+        assert!(judge(figure, &base, &base, LEVEL).change.is_none());
     }
 }

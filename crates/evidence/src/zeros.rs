@@ -1,0 +1,65 @@
+//! Values of which some are exactly zero, as the load of a grain that carries nothing: a share of all that no continuous
+//! distribution has a place for. What is said of the others' distribution – fit, distance, shape, coefficient of variation, share
+//! above multiples of the mean – is said under the condition that a value is not zero, with the share of zeros beside it.
+
+use super::Interval;
+use super::proportion::wilson;
+
+/// Values parted into zeros and others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parted {
+    /// How many are exactly zero.
+    pub zeros: usize,
+    /// All others, in their order.
+    pub others: Vec<f64>,
+}
+
+impl Parted {
+    /// Parts values.
+    pub fn of(values: &[f64]) -> Self {
+        let others: Vec<f64> = values.iter().copied().filter(|of| *of != 0.0).collect();
+        Parted {
+            zeros: values.len() - others.len(),
+            others,
+        }
+    }
+
+    /// The share of zeros with Wilson's interval; none without values.
+    pub fn share_of_zeros(&self, level: f64) -> Option<Interval> {
+        wilson(self.zeros, self.zeros + self.others.len(), level)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::distribution::Family;
+    use crate::goodness;
+    use crate::moments::coefficient_of_variation;
+    use crate::random::{Key, Source};
+
+    /// Exponential values with one in ten set to zero: the others are exponential by every measure, all together are by none.
+    #[test]
+    fn zeros_are_no_part_of_the_distribution() {
+        const KEY: Key = *b"crossgrain: tests of many zeros ";
+        let mut source = Source::new(&KEY, 0);
+        let mut draw = || match source.uniform() < 0.1 {
+            true => 0.0,
+            false => source.exponential(),
+        };
+        let values: Vec<f64> = (0..2000).map(|_| draw()).collect();
+        let parted = Parted::of(&values);
+        let share = parted.share_of_zeros(0.99).expect("values");
+        assert!(share.low < 0.1 && share.high > 0.1, "{share:?}");
+        let p = |values: &[f64]| {
+            let fit = goodness::fitted(Family::Exponential, values, 999).expect("a fit");
+            fit.anderson_darling_p
+        };
+        assert!(p(&parted.others) > 0.01);
+        assert!((coefficient_of_variation(&parted.others) - 1.0).abs() < 0.08);
+        assert_eq!(p(&values), 1.0e-3);
+        // √(2/0.9 − 1) = 1.106.
+        assert!((coefficient_of_variation(&values) - 1.106).abs() < 0.08);
+        assert!(Parted::of(&[]).share_of_zeros(0.95).is_none());
+    }
+}
