@@ -59,7 +59,7 @@ pub enum Block {
 pub struct Tile {
     /// What it is about.
     pub title: String,
-    /// The figure that one remembers.
+    /// The figure that one remembers; may be empty.
     pub figure: String,
     /// The answer.
     pub words: String,

@@ -211,11 +211,14 @@ fn section_html(page: &mut Page, id: &str, section: &Section) -> String {
 
 fn tiles_html(tiles: &[Tile]) -> String {
     let tile = |of: &Tile| {
+        let figure = match of.figure.as_str() {
+            "" => String::new(),
+            figure => format!("<strong>{}</strong>", words(figure)),
+        };
         format!(
-            "<a class=\"tile\" href=\"{}.html\"><span>{}</span><strong>{}</strong>{}</a>\n",
+            "<a class=\"tile\" href=\"{}.html\"><span>{}</span>{figure}{}</a>\n",
             of.page,
             words(&of.title),
-            words(&of.figure),
             words(&of.words)
         )
     };
@@ -267,7 +270,7 @@ pub fn terminal(document: &Document) -> String {
                 Block::Drawing(of) => text += &format!("[picture {}: {}]\n", of.name, of.caption),
                 Block::Tiles(tiles) => {
                     for of in tiles {
-                        text += &format!("{}: {}. {}\n", of.title, of.figure, of.words);
+                        text += &format!("{}: {} {}\n", of.title, of.figure, of.words);
                     }
                 }
             }

@@ -91,9 +91,9 @@ impl Reproduction {
                             of.answer
                         ),
                     ),
-                    None => halves(&of.answer, ". "),
+                    None => (String::new(), of.answer.clone()),
                 },
-                _ => halves(&of.answer, ": "),
+                _ => halves(&of.answer),
             };
             Tile {
                 title: match *page {
@@ -343,9 +343,9 @@ fn capital(words: &str) -> String {
     })
 }
 
-/// An answer as a figure and the rest.
-fn halves(answer: &str, at: &str) -> (String, String) {
-    let (figure, rest) = answer.split_once(at).unwrap_or((answer, ""));
+/// An answer as a figure and the rest; without a figure it is all rest.
+fn halves(answer: &str) -> (String, String) {
+    let (figure, rest) = answer.split_once(": ").unwrap_or(("", answer));
     (figure.to_owned(), rest.to_owned())
 }
 
