@@ -12,6 +12,7 @@ use crossgrain::study::member::Member;
 use crossgrain::study::realization::{Ending, Engines, Runner};
 use crossgrain::study::sensitivity::plan::Plan;
 use crossgrain::study::sensitivity::{Row, Sensitivity, load_all};
+use evidence::t_test::Finding;
 use grains::scene::paper_scene;
 use verdict::judge::Verdict;
 
@@ -70,6 +71,35 @@ fn the_recorded_ordinary_yade_runs_are_of_the_same_kind() {
         "another order of sums has other bits"
     );
     assert_ne!(comparison.verdict, Verdict::Different, "{comparison:?}");
+}
+
+/// LAMMPS adds in an order of its own too. Twenty packings decide heights; what they cannot decide is called undecided.
+#[test]
+fn the_recorded_lammps_runs_have_heights_as_native_ones() {
+    let (native, lammps) = (
+        recorded("campaign-native-half-1"),
+        recorded("campaign-lammps-half-1"),
+    );
+    assert!(lammps.summary.engine.starts_with("LAMMPS"));
+    let comparison = compare(&native, &lammps).expect("one scene");
+    assert_ne!(comparison.verdict, Verdict::Different);
+    let judged = comparison.judged.expect("other bits");
+    let finding = |key: &str| {
+        let mut all = judged.quantities.iter();
+        all.find(|of| of.key == key).expect("is judged").finding
+    };
+    assert_eq!(
+        finding("settled.height.mean_surface"),
+        Some(Finding::Equivalent)
+    );
+    assert_eq!(
+        finding("settled.height.highest_grain"),
+        Some(Finding::Equivalent)
+    );
+    assert_eq!(
+        finding("loaded.stress.O.local_zz"),
+        Some(Finding::Undecided)
+    );
 }
 
 /// The claims that the main job's page shows are those of the recorded members.

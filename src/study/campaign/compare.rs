@@ -451,11 +451,7 @@ impl Comparison {
         sections.extend(self.judged.as_ref().map(Judgement::section));
         Document {
             title: "Two campaigns".to_owned(),
-            verdict: match self.verdict {
-                Verdict::Different => Outcome::Fail,
-                Verdict::Undecided => Outcome::Skipped,
-                _ => Outcome::Pass,
-            },
+            verdict: self.verdict.into(),
             answer: self.answer(),
             sections,
             checks: self.checks(),

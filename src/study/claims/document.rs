@@ -177,7 +177,7 @@ impl Claims {
     /// Verdicts, plots and all numbers.
     pub fn document(&self) -> Document {
         let listed = |counts: &std::collections::BTreeMap<String, usize>| {
-            let parts = counts.iter().map(|(word, count)| format!("{count} {word}"));
+            let parts = counts.iter().map(|(word, count)| format!("{word} {count}"));
             parts.collect::<Vec<String>>().join(", ")
         };
         let mut how = Section::new("How a claim is decided", HOW);
