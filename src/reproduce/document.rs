@@ -87,7 +87,7 @@ impl Reproduction {
                     Some(run) => (
                         format!("{:.0} times", run.times_native.unwrap_or(f64::NAN)),
                         format!(
-                            "the time of a step in native is that of one in YADE's sorted loop. {}",
+                            "a native step is what a step of YADE's sorted loop took here. {}",
                             of.answer
                         ),
                     ),

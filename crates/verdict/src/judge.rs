@@ -730,18 +730,21 @@ impl Tried<'_> {
     }
 }
 
-/// Of grains that are one and those that it touches that one alone: what is wrong with it moves them.
+/// Of grains that are one and those that it touches that one alone: what is wrong with it moves them. Where it may be more
+/// than one of them, all.
 fn around_one(left: Vec<usize>, runs: &[Snapshot]) -> Vec<usize> {
     let touch = |a: usize, b: usize| {
         let mut contacts = runs.iter().flat_map(|of| &of.contacts);
         contacts.any(|of| [(a, b), (b, a)].contains(&(of.id1 as usize, of.id2 as usize)))
     };
     let few = left.len() <= MOST_NEIGHBOURS;
-    let centre = left
-        .iter()
-        .copied()
-        .find(|one| few && left.iter().all(|other| other == one || touch(*one, *other)));
-    centre.map_or(left, |one| vec![one])
+    let is_centre =
+        |one: &usize| few && left.iter().all(|other| other == one || touch(*one, *other));
+    let centres: Vec<usize> = left.iter().copied().filter(is_centre).collect();
+    match centres[..] {
+        [one] => vec![one],
+        _ => left,
+    }
 }
 
 /// A disc and those that can touch it.
