@@ -45,25 +45,40 @@ fn the_recorded_table_has_every_engine_on_its_step_of_the_ladder() {
 #[test]
 #[cfg_attr(
     not(feature = "live"),
-    ignore = "needs YADE, LAMMPS, LIGGGHTS, ESyS-Particle and Kratos DEM (ci/install_engines): --features live"
+    ignore = "needs YADE, LAMMPS, LIGGGHTS and ESyS-Particle (ci/install_engines): --features live"
 )]
 fn every_engine_is_still_where_it_was_recorded() {
     let folder = tempdir().expect("a folder");
     let table = [
-        "engine", "table", "--grains", "100", "--quiet", "--out", "table",
+        "engine",
+        "table",
+        "--grains",
+        "100",
+        "--quiet",
+        "--out",
+        "table",
+        "yade-sorted",
+        "yade-ordinary",
+        "lammps",
+        "liggghts",
+        "esysparticle",
+        "toy",
     ];
     let (code, text, errors) = told(&crossgrain(&table, folder.path()));
     assert_eq!(code, 0, "{text}{errors}");
-    assert!(text.contains("2 expected failures"), "{text}");
+    assert!(text.contains("1 expected failures"), "{text}");
     let made = folder.path().join("table/conformance.json");
+    // Kratos DEM is no Debian package.
+    let mut of_debian = recorded();
+    of_debian.retain(|(key, _)| key != "kratos");
     assert_eq!(
         verdicts(&read_text(&made, 1 << 24).expect("a record")),
-        recorded()
+        of_debian
     );
     for view in ["conformance.md", "report.html", "figures/engines.csv"] {
         let text = read_text(&folder.path().join("table").join(view), 1 << 24).expect("a view");
         assert!(
-            text.contains("Kratos DEM") && text.contains("equal to rounding"),
+            text.contains("ESyS-Particle") && text.contains("equal to rounding"),
             "{view}"
         );
     }

@@ -52,7 +52,7 @@ impl Reproduction {
             under_punch(&runs.native),
         );
         sections.push(
-            Section::new("At a glance", "")
+            Section::new("At a glance", self.origin())
                 .with(glance)
                 .with_all(pictures(&runs.native.scene, &[loaded])),
         );
@@ -68,6 +68,16 @@ impl Reproduction {
             ..self.summary()
         };
         Ok(std::iter::once((FIRST, first)).chain(others).collect())
+    }
+
+    /// Of which paper this is, by which version, when and where.
+    fn origin(&self) -> String {
+        format!(
+            "The paper: {PAPER}. crossgrain {}, {}, {}.",
+            self.crossgrain,
+            today(),
+            Machine::this().kind()
+        )
     }
 
     /// What each of the other pages says.
@@ -180,11 +190,8 @@ impl Reproduction {
             title: "The paper's experiment in two engines".to_owned(),
             verdict: self.verdict,
             answer: format!(
-                "{verdicts}{live} {found} of {} deliberate faults found. The paper: {PAPER}. crossgrain {}, {}, {}.",
-                self.faults.len(),
-                self.crossgrain,
-                today(),
-                Machine::this().kind()
+                "{verdicts}{live} {found} of {} deliberate faults found.",
+                self.faults.len()
             ),
             sections,
             checks: self.checks(),
