@@ -9,6 +9,7 @@ use grains::native::{Mode, Options};
 use grains::tables::Stage;
 use verdict::judge::Verdict;
 
+use crate::support::engines::{changed_toy, narrow_scene, program};
 use crate::support::{crossgrain, faulty, folder_with, native_run, small_scene, sound, told};
 
 const POUR: Protocol = Protocol::Steps { steps: 4000 };
@@ -234,4 +235,40 @@ fn faults_in_friction_are_found_with_their_step() {
         assert_eq!(found.map(|found| found.step), Some(first), "{fault}");
     }
     assert!(late > 0, "no difference after the first row");
+}
+
+/// An engine that cannot be asked for first steps is not called equal because the folders are of one scene.
+#[test]
+fn an_engine_without_cases_leaves_the_comparison_open() {
+    let (folder, _) = folder_with(&narrow_scene(0.05));
+    let toy = changed_toy("\"walls\", \"cases\"]", "\"walls\"]");
+    let toy = toy.replace("* (v[i][axis] + 0.5", "* (1.0 + 1e-14) * (v[i][axis] + 0.5");
+    let toy = toy.replace(
+        "v[i][axis] += dt * a",
+        "v[i][axis] += dt * a * (1.0 + 1e-14)",
+    );
+    let engine = program(folder.path(), "caseless.py", &toy);
+    let engine = format!("exec:{}", engine.display());
+    for (of, out) in [("native", "native"), (engine.as_str(), "theirs")] {
+        let run = [
+            "run",
+            "scene.json",
+            "--engine",
+            of,
+            "--steps",
+            "600",
+            "--quiet",
+            "--out",
+            out,
+        ];
+        let (code, _, errors) = told(&crossgrain(&run, folder.path()));
+        assert_eq!(code, 0, "{errors}");
+    }
+    let compare = ["compare", "native", "theirs", "--engine", &engine];
+    let (code, text, errors) = told(&crossgrain(&compare, folder.path()));
+    assert_eq!(code, 3, "{text}{errors}");
+    assert!(
+        text.contains("undecided") && text.contains("cases"),
+        "{text}"
+    );
 }

@@ -12,6 +12,7 @@ use crate::compare::first_difference::Locator;
 use crate::compare::{compare, compare_as};
 use crate::error::Error;
 use crate::interrupt::asked_to_end;
+use crate::progress::Display;
 use crate::run::folder::RunFolder;
 
 #[derive(Debug, Args)]
@@ -54,11 +55,13 @@ impl Arguments {
             yade: self.limits.options(),
             programs: programs.collect(),
         });
+        let task = Display::new(self.output.quiet).task("compare");
         let comparison = if self.expect_bits {
             compare_as(&a, &b, true, locator.as_ref())
         } else {
             compare(&a, &b, locator.as_ref())
         };
+        task.done("done");
         let document = comparison.document();
         self.output
             .tell("compare", &json(&comparison)?, &document)?;

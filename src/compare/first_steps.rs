@@ -133,8 +133,14 @@ pub fn from_bed(
     reference.judge(&lacks, &mut run, progress)
 }
 
-/// One for each state; their ids begin with this one.
+/// One for each state, or a missing one where the engine lacks something for all of them; their ids begin with this one.
 pub fn checks(of: &Judgement, id: &str) -> Vec<Check> {
+    if of.starts.is_empty() {
+        let lacking = of.not_asked.first().map_or("", |of| of.lacking.as_str());
+        let found = format!("the engine has no {lacking}");
+        let what = "first steps from a bed";
+        return vec![Check::of_words(id, what, Outcome::Skipped, &found).required()];
+    }
     of.starts.iter().map(|start| check(start, id)).collect()
 }
 

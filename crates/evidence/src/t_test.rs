@@ -148,6 +148,13 @@ pub fn finding(difference: &Interval, margin: f64) -> Finding {
     }
 }
 
+/// What findings come to together: different if one is, equivalent if all are.
+pub fn together(all: &[Finding]) -> Finding {
+    let worst = [Finding::Different, Finding::Undecided];
+    let found = worst.into_iter().find(|of| all.contains(of));
+    found.unwrap_or(Finding::Equivalent)
+}
+
 /// The larger p of the two one-sided tests of mean ≤ −margin and mean ≥ margin; none for fewer than two
 /// differences. Below [`LEVEL`] exactly where the 90 % interval lies within the margins.
 pub fn p_value(differences: &[f64], margin: f64) -> Option<f64> {

@@ -179,3 +179,26 @@ fn each_form_is_named() {
         tried.len()
     );
 }
+
+/// −0 is another bit pattern than 0, though it is the same number.
+#[test]
+fn a_zero_of_the_other_sign_is_not_identical() {
+    let of = judged(&mut |cases| {
+        let run = |case: &&Case| {
+            let mut states = run_case(case, None)?;
+            for state in &mut states {
+                for number in state.bodies.vx.iter_mut().filter(|of| **of == 0.0) {
+                    *number = -*number;
+                }
+                for contact in &mut state.contacts {
+                    for part in contact.normal.iter_mut().filter(|of| **of == 0.0) {
+                        *part = -*part;
+                    }
+                }
+            }
+            Ok(Ok(states))
+        };
+        cases.iter().map(run).collect()
+    });
+    assert_eq!(of.verdict(), Verdict::EqualToRounding);
+}

@@ -302,12 +302,10 @@ impl Judgement {
     pub fn verdict(&self) -> Verdict {
         let of_quantities = self.quantities.iter().filter_map(|of| of.finding);
         let all: Vec<Finding> = of_quantities.chain([self.missed_finding]).collect();
-        if all.contains(&Finding::Different) {
-            Verdict::Different
-        } else if all.contains(&Finding::Undecided) {
-            Verdict::Undecided
-        } else {
-            Verdict::EqualInDistribution
+        match t_test::together(&all) {
+            Finding::Different => Verdict::Different,
+            Finding::Undecided => Verdict::Undecided,
+            Finding::Equivalent => Verdict::EqualInDistribution,
         }
     }
 

@@ -71,13 +71,7 @@ impl Judgement {
         if all.len() < judged().count() + 1 {
             all.push(Finding::Undecided);
         }
-        if all.contains(&Finding::Different) {
-            Finding::Different
-        } else if all.contains(&Finding::Undecided) {
-            Finding::Undecided
-        } else {
-            Finding::Equivalent
-        }
+        t_test::together(&all)
     }
 }
 
