@@ -193,6 +193,7 @@ pub fn answer(of: &Judgement) -> String {
             .map(|cause| format!("Its first steps: {}", cause.sentence()))
             .collect::<Vec<_>>()
             .join(" "),
+        Verdict::Undecided if of.starts.is_empty() => "no state was looked at.".to_owned(),
         Verdict::Undecided => {
             let open = of.starts.iter().filter(|of| of.skipped.is_some()).count();
             format!(
