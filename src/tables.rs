@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::exit;
 use crate::files::{FileError, read_text, write_whole};
-use grains::tables::{Bodies, BodyIds, Contact};
+use grains::tables::{Bodies, BodyIds, Contact, tangential};
 
 /// The most text of a row, bytes: nine numbers and their separators, with room to spare.
 const LONGEST_ROW: u64 = 300;
@@ -237,7 +237,7 @@ pub fn read_contacts(path: &Path, ids: BodyIds) -> Result<Vec<Contact>, TableErr
             id2: of.id2,
             overlap: of.overlap,
             normal_force: of.r#fn,
-            tangential_force: of.ft,
+            tangential_force: tangential(of.ft),
             normal: [of.nx, of.nz],
             point: [of.x, of.z],
         });

@@ -16,7 +16,7 @@ use grains::model::Model;
 use grains::native::check_moment;
 use grains::native::timing::{Share, Window};
 use grains::scene::Scene;
-use grains::tables::{Bodies, BodyIds, Contact, Punch, Snapshot, Stage, StopReason};
+use grains::tables::{Bodies, BodyIds, Contact, Punch, Snapshot, Stage, StopReason, tangential};
 use grains::task::{Case, Effective, Load};
 use grains::task::{Observer, Outcome, StageReport, Task, Until, moments};
 
@@ -598,7 +598,7 @@ fn contact(row: [f64; CONTACT_COLUMNS], ids: BodyIds) -> Option<Contact> {
         id2: id(id2)?,
         overlap,
         normal_force,
-        tangential_force,
+        tangential_force: tangential(tangential_force),
         normal: [nx, nz],
         point: [x, z],
     })

@@ -117,7 +117,7 @@ pub struct Contact {
     pub overlap: f64,
     /// Force on body 2 along the normal, N, positive in compression.
     pub normal_force: f64,
-    /// Force on body 2 along (−n_z, n_x), N.
+    /// Force on body 2 along (−n_z, n_x), N; see [`tangential`].
     pub tangential_force: f64,
     /// Unit normal from body 1 to body 2.
     pub normal: [f64; 2],
@@ -134,6 +134,12 @@ impl Contact {
             self.normal_force * nz + self.tangential_force * nx,
         ]
     }
+}
+
+/// A tangential force of zero has no direction, so −0 is written as 0: without friction the sign would depend
+/// on whether an engine computes a slip that it does not need.
+pub fn tangential(force: f64) -> f64 {
+    force + 0.0
 }
 
 /// Ids of the bodies that are not grains: the walls follow the grains, the punch the walls.

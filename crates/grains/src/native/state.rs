@@ -3,7 +3,7 @@
 use super::contact::{self, Axis, ContactRules, Motion, Parameters, Touch};
 use crate::model::{Kernel, Law, Model, damping_ratio};
 use crate::scene::Viscosity;
-use crate::tables::{Bodies, BodyIds, Contact, Punch};
+use crate::tables::{Bodies, BodyIds, Contact, Punch, tangential};
 
 /// Positions, velocities and forces, a pair of components a grain.
 #[derive(Debug, Clone)]
@@ -126,7 +126,7 @@ pub fn contact_row(id1: u32, id2: u32, touch: &Touch, force: [f64; 2]) -> Contac
         id2,
         overlap: touch.overlap,
         normal_force: fx * nx + fz * nz,
-        tangential_force: fz * nx - fx * nz,
+        tangential_force: tangential(fz * nx - fx * nz),
         normal: touch.normal,
         point: touch.point,
     }
