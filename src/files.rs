@@ -242,10 +242,30 @@ pub fn refuse_existing(path: &Path) -> Result<(), FileError> {
     }
 }
 
-/// A folder beside `wanted` that is free: `wanted`, `wanted-2`, `wanted-3`, … A folder without a
-/// finished job in it, which the file `finished` tells, counts as free: the job is taken up again.
-pub fn free_folder(wanted: &Path, finished: &str) -> PathBuf {
-    free_name(wanted, |folder| folder.join(finished).exists())
+/// Whether this folder holds an earlier result, which the file `record` tells.
+fn holds(path: &Path, record: &str) -> bool {
+    let is_folder = path.symlink_metadata().is_ok_and(|of| of.is_dir());
+    let is_file = |path: PathBuf| path.symlink_metadata().is_ok_and(|of| of.is_file());
+    is_folder && path.file_name().is_some() && is_file(path.join(record))
+}
+
+/// An error if [`make_room`] could not make this name free.
+pub fn has_room(path: &Path, record: &str) -> Result<(), FileError> {
+    if holds(path, record) {
+        return Ok(());
+    }
+    refuse_existing(path)
+}
+
+/// Makes the name of a folder free: an earlier result in it, which the file `record` tells, gets the next free number
+/// after its name. Returns the name that it has now.
+pub fn make_room(path: &Path, record: &str) -> Result<Option<PathBuf>, FileError> {
+    if !holds(path, record) {
+        return Ok(None);
+    }
+    let numbered = free_name(path, |path| path.symlink_metadata().is_ok());
+    fs::rename(path, &numbered).map_err(failed("rename", path))?;
+    Ok(Some(numbered))
 }
 
 /// SHA-256 of a file's bytes, in hexadecimal.

@@ -30,7 +30,7 @@ use grains::native::{Perturbation, Trouble};
 use grains::scene::Scene;
 use grains::tables::StopReason;
 use record::{
-    FaultCheck, LoopSteps, NamedComparison, REPRODUCTION_VERSION, Reproduction, RunSummary, Skipped,
+    FaultCheck, NamedComparison, REPRODUCTION_VERSION, Reproduction, RunSummary, Skipped,
 };
 use verdict::judge::Verdict;
 
@@ -48,6 +48,8 @@ pub struct Options {
     pub full: bool,
     /// Whether the verification suite is run too.
     pub suite: bool,
+    /// YADE is not started; its recorded run stands for it.
+    pub recorded: bool,
     /// How YADE is started.
     pub yade: yade::Options,
     /// A fault in the native engine, to see that the whole job would notice.
@@ -85,7 +87,6 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         comparisons: Vec::new(),
         skipped: Vec::new(),
         runs: Vec::new(),
-        first_steps: Vec::new(),
         facts: Vec::new(),
     };
     job.compare_facts()?;
@@ -99,9 +100,12 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
             compare(&native, recorded, Some(&job.locator())),
         );
     }
-    let sorted = job.live(&native)?;
-    let faults = faults(&options.scene, display)?;
-    let suite = job.suite()?;
+    let live::Live {
+        sorted,
+        first_steps,
+        faults,
+        suite,
+    } = job.live(&native)?;
     if native.record.stop() == Some(StopReason::MaxSteps) {
         let why = "the bed did not settle within /settle/max_steps";
         job.skipped("run/loading", "loading", why).required = true;
@@ -119,7 +123,7 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         yade: version.map(str::to_owned),
         verdict: Outcome::Skipped,
         comparisons: job.comparisons,
-        first_steps: job.first_steps,
+        first_steps,
         faults,
         facts: job.facts,
         suite,
@@ -145,7 +149,6 @@ struct Job<'a> {
     comparisons: Vec<NamedComparison>,
     skipped: Vec<Skipped>,
     runs: Vec<RunSummary>,
-    first_steps: Vec<LoopSteps>,
     facts: Vec<ParameterPair>,
 }
 
@@ -209,6 +212,9 @@ impl Job<'_> {
 
     /// Why YADE does not run live.
     fn without_yade(&self) -> Option<String> {
+        if self.options.recorded {
+            return Some("--recorded leaves it out".to_owned());
+        }
         let missing = yade::find(self.options.yade.program.as_deref()).err();
         let unsupported = yade::unsupported(&Model::of(&self.options.scene));
         let unsupported = unsupported.map(|reason| format!("YADE has no {reason}"));
@@ -227,30 +233,42 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// The verification suite with its detection limits, if it is asked for.
-    fn suite(&mut self) -> Result<Option<Verification>, Error> {
-        if !self.options.suite {
-            self.skipped(
+    /// What of the verification suite is skipped.
+    fn skipped_of_suite(&mut self) {
+        let (id, what, why) = if self.options.suite {
+            (
+                "verify/5000-grains",
+                "trajectories and rounding errors of 5,000 grains",
+                "crossgrain verify makes them; here up to 500 grains",
+            )
+        } else {
+            (
                 "verify/all",
                 "the verification suite",
                 "made with the paper's scene only; crossgrain verify makes it alone",
-            );
-            return Ok(None);
-        }
-        self.skipped(
-            "verify/5000-grains",
-            "trajectories and rounding errors of 5,000 grains",
-            "crossgrain verify makes them; here up to 500 grains",
-        );
-        let options = suite::run::Options {
-            engine: Engines::Both,
-            grains: SUITE_GRAINS,
-            detection_limits: true,
-            yade: self.options.yade.clone(),
-            command: format!("crossgrain verify --detection-limits --grains {SUITE_GRAINS}"),
+            )
         };
-        Ok(Some(verify(&options, self.display)?))
+        self.skipped(id, what, why);
     }
+}
+
+/// The verification suite with its detection limits, if it is asked for.
+fn suite(
+    options: &Options,
+    engine: Engines,
+    display: &Display,
+) -> Result<Option<Verification>, Error> {
+    if !options.suite {
+        return Ok(None);
+    }
+    let options = suite::run::Options {
+        engine,
+        grains: SUITE_GRAINS,
+        detection_limits: true,
+        yade: options.yade.clone(),
+        command: format!("crossgrain verify --detection-limits --grains {SUITE_GRAINS}"),
+    };
+    Ok(Some(verify(&options, display)?))
 }
 
 /// Runs, or reads the folder that an earlier, interrupted job has left.

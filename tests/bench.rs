@@ -172,12 +172,12 @@ fn a_process_of_its_own_times_the_bed_it_is_given() {
 }
 
 #[test]
-fn a_finished_benchmark_is_not_overwritten() {
+fn a_folder_that_cannot_be_renamed_is_not_overwritten() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     fs::write(folder.path().join("bench.json"), "{}").expect("a file");
     let (code, _, errors) = told(&crossgrain(&["bench", "--out", "."], folder.path()));
     assert_eq!(code, 2);
-    assert!(errors.contains("holds a finished benchmark"), "{errors}");
+    assert!(errors.contains("exists already"), "{errors}");
     let (code, _, _) = told(&crossgrain(&["bench", "--rounds", "0"], folder.path()));
     assert_eq!(code, 2);
 }

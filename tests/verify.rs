@@ -11,7 +11,7 @@ use crossgrain::suite::{Evidence, parameters};
 use grains::scene::{ContactLaw, NewContactSlip, Scene, Tension, Viscosity};
 use serde_json::Value;
 
-use crate::support::{crossgrain, small_scene};
+use crate::support::{crossgrain, small_scene, told};
 
 fn options(engine: Engines) -> Options {
     Options {
@@ -115,12 +115,14 @@ fn the_command_line_says_what_was_skipped() {
     for words in ["Incomplete", "Inside a grain", "leapfrog-sticking"] {
         assert!(page.contains(words), "{words}");
     }
-    let again = crossgrain(&arguments, folder.path());
-    assert_eq!(
-        again.status.code(),
-        Some(2),
-        "the folder is not overwritten"
-    );
+    // An earlier result keeps all that it has, under another name; a folder of somebody else's is left alone.
+    let (_, _, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert!(errors.contains("verified-2 now"), "{errors}");
+    let kept = std::fs::read_to_string(folder.path().join("verified-2/report.html"));
+    assert_eq!(kept.expect("a page"), page);
+    std::fs::remove_file(folder.path().join("verified/verify.json")).expect("a file");
+    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
+    assert!(code == 2 && errors.contains("exists already"), "{errors}");
 }
 
 fn written(scene: &Scene) -> (tempfile::TempDir, String) {

@@ -18,10 +18,8 @@ use crate::report::{page, terminal};
 use grains::native::Mode;
 
 const FOLDER: JobFolder = JobFolder {
-    what: "benchmark",
     usual: "out/bench",
     record: "bench.json",
-    keeps_members: false,
 };
 
 #[derive(Debug, Args)]
@@ -40,7 +38,7 @@ pub struct Arguments {
     /// One more engine: exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
     #[arg(long)]
     engine: Option<Beside>,
-    /// The folder to write; a finished benchmark in it is never overwritten
+    /// The folder to write; a finished benchmark in it is kept, with a number after its name
     #[arg(long)]
     out: Option<PathBuf>,
     #[command(flatten)]

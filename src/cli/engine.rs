@@ -1,10 +1,9 @@
 //! `crossgrain engine`: whether an external engine does what the protocol and the model say.
 
-use std::path::PathBuf;
-
 use clap::{Args, Subcommand};
 
 use super::chosen::Chosen;
+use super::job_folder::Results;
 use super::report::Output;
 use super::run::{YadeArguments, YadeLimits};
 use super::{json, tell};
@@ -13,7 +12,6 @@ use crate::checks::record::{self, Found};
 use crate::compare::first_steps::{Beds, OfBed};
 use crate::document::{Drawing, Section};
 use crate::error::{Error, exit};
-use crate::files::{refuse_existing, write_folder, write_whole};
 use crate::interrupt::asked_to_end;
 use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
@@ -52,9 +50,8 @@ pub struct TableArguments {
     /// Engines that are not installed count for nothing
     #[arg(long)]
     installed: bool,
-    /// A new folder for conformance.json, conformance.md and report.html
-    #[arg(long)]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    results: Results,
     #[command(flatten)]
     output: Output,
     #[command(flatten)]
@@ -75,14 +72,17 @@ pub struct Arguments {
     /// How much the radii of the bed differ, as a share of their mean; 0 for an engine that has one radius
     #[arg(long, default_value_t = DISPERSION, value_parser = dispersion)]
     dispersion: f64,
-    /// A new folder for report.html, with the bed in which the grains are marked that nothing explains, and check.json
-    #[arg(long)]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    results: Results,
     #[command(flatten)]
     output: Output,
     #[command(flatten)]
     yade: YadeArguments,
 }
+
+/// The files of the records.
+const CHECK: &str = "check.json";
+const TABLE: &str = "conformance.json";
 
 /// Grains of a bed that stays a bed.
 fn dispersion(text: &str) -> Result<f64, String> {
@@ -109,9 +109,7 @@ impl Arguments {
                     .to_owned(),
             ));
         }
-        if let Some(out) = &self.out {
-            refuse_existing(out)?;
-        }
+        self.results.check(CHECK)?;
         let display = Display::new(self.output.quiet);
         let task = display.task("engine check");
         let beds = Beds::from(OfBed {
@@ -137,13 +135,7 @@ impl Arguments {
             document.sections.push(section);
         }
         self.output.tell("engine check", &text, &document)?;
-        if let Some(out) = &self.out {
-            let page = report::page(&document);
-            write_folder::<Error>(out, |aside| {
-                page.write(aside)?;
-                Ok(write_whole(&aside.join("check.json"), text.as_bytes())?)
-            })?;
-        }
+        self.results.write(&document, &[(CHECK, &text)])?;
         Ok(match found.outcome() {
             Outcome::Fail if found.engine_failed => exit::ENGINE_FAILED,
             outcome => outcome.exit_code(),
@@ -153,9 +145,7 @@ impl Arguments {
 
 impl TableArguments {
     fn execute(self) -> Result<u8, Error> {
-        if let Some(out) = &self.out {
-            refuse_existing(out)?;
-        }
+        self.results.check(TABLE)?;
         let candidates = match &self.engines[..] {
             [] => Candidate::all(),
             named => named.to_vec(),
@@ -182,20 +172,9 @@ impl TableArguments {
         let document = made.document();
         self.output.files.write(&record, None)?;
         tell(self.output.json, &text, || report::terminal(&document))?;
-        if let Some(out) = &self.out {
-            let page = report::page(&document);
-            write_folder::<Error>(out, |aside| {
-                page.write(aside)?;
-                write_whole(
-                    &aside.join("conformance.md"),
-                    report::markdown(&document).as_bytes(),
-                )?;
-                Ok(write_whole(
-                    &aside.join("conformance.json"),
-                    text.as_bytes(),
-                )?)
-            })?;
-        }
+        let markdown = report::markdown(&document);
+        let files = [(TABLE, text.as_str()), ("conformance.md", &markdown)];
+        self.results.write(&document, &files)?;
         Ok(record.verdict.exit_code())
     }
 

@@ -2,51 +2,45 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::Args;
+
+use crate::document::Document;
 use crate::error::Error;
-use crate::files::{FileError, FolderLock, failed, free_folder, write_whole};
-use crate::report::Page;
+use crate::files::{FileError, FolderLock, failed, has_room, make_room, write_folder, write_whole};
+use crate::progress::say;
 use crate::report::html::FIRST;
+use crate::report::{Page, page};
 
 /// The folder of a long job, which is taken up again there. Its record is written last of all and says that it is
 /// finished.
 pub struct JobFolder {
-    /// What the job makes: `map`.
-    pub what: &'static str,
-    /// Taken when none is named; a number is added when it holds a finished job.
+    /// Taken when none is named.
     pub usual: &'static str,
     /// The record's file.
     pub record: &'static str,
-    /// Whether it keeps members that a finished job can go on with.
-    pub keeps_members: bool,
 }
 
 impl JobFolder {
-    /// The folder, made if it is not there, for this process alone as long as the lock lives. A finished job in a named one is
-    /// never overwritten.
+    /// The folder, made if it is not there, for this process alone as long as the lock lives. A finished job in it gets a
+    /// number.
     pub fn open(&self, named: Option<&Path>) -> Result<(PathBuf, FolderLock), Error> {
-        let JobFolder { what, record, .. } = self;
-        let folder = match named {
-            Some(folder) if folder.join(record).exists() => {
-                let go_on = if self.keeps_members {
-                    format!(", or take its {record} away to go on with its members")
-                } else {
-                    String::new()
-                };
-                return Err(Error::Usage(format!(
-                    "{} holds a finished {what}; name a folder that does not{go_on}",
-                    folder.display()
-                )));
+        let folder = named.unwrap_or(Path::new(self.usual));
+        clear(folder, self.record)?;
+        let finished = || folder.join(self.record).exists();
+        if finished() {
+            return Err(FileError::Exists {
+                path: folder.to_owned(),
             }
-            Some(folder) => folder.to_owned(),
-            None => free_folder(Path::new(self.usual), record),
-        };
-        std::fs::create_dir_all(&folder).map_err(failed("create", &folder))?;
-        let lock = FolderLock::of(&folder)?;
-        // Another process may have finished the job between the two.
-        if folder.join(record).exists() {
-            return Err(Error::File(FileError::Busy { path: folder }));
+            .into());
         }
-        Ok((folder, lock))
+        std::fs::create_dir_all(folder).map_err(failed("create", folder))?;
+        let lock = FolderLock::of(folder)?;
+        // Another process may have finished the job between the two.
+        if finished() {
+            let path = folder.to_owned();
+            return Err(Error::File(FileError::Busy { path }));
+        }
+        Ok((folder.to_owned(), lock))
     }
 
     /// Writes the pages with their figures, and then the record.
@@ -57,6 +51,48 @@ impl JobFolder {
         write_whole(&folder.join(self.record), record.as_bytes())?;
         Ok(())
     }
+}
+
+/// Where the record and the page of a verb go that needs no folder while it works.
+#[derive(Debug, Args)]
+pub struct Results {
+    /// A folder for the record and the page; an earlier result in it is kept, with a number after its name
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl Results {
+    /// An error if there is something else; to be asked before the work.
+    pub fn check(&self, record: &str) -> Result<(), Error> {
+        let out = self.out.as_deref();
+        Ok(out.map_or(Ok(()), |out| has_room(out, record))?)
+    }
+
+    /// Writes the page and the files, of which the first is the record.
+    pub fn write(&self, document: &Document, files: &[(&str, &str)]) -> Result<(), Error> {
+        let (Some(out), Some((record, _))) = (&self.out, files.first()) else {
+            return Ok(());
+        };
+        clear(out, record)?;
+        write_folder(out, |aside| {
+            page(document).write(aside)?;
+            let write =
+                |(name, text): &(&str, &str)| write_whole(&aside.join(name), text.as_bytes());
+            Ok(files.iter().try_for_each(write)?)
+        })
+    }
+}
+
+/// Makes room for a result and says what became of the earlier one.
+pub fn clear(folder: &Path, record: &str) -> Result<(), FileError> {
+    if let Some(kept) = make_room(folder, record)? {
+        say(&format!(
+            "what was in {} is in {} now",
+            folder.display(),
+            kept.display()
+        ));
+    }
+    Ok(())
 }
 
 /// Where the page is, as a line.

@@ -26,27 +26,28 @@ use grains::native::Perturbation;
 use grains::scene::paper_scene;
 
 const FOLDER: JobFolder = JobFolder {
-    what: "job",
     usual: "out/reproduce",
     record: "run.json",
-    keeps_members: false,
 };
 
 #[derive(Debug, Args)]
 #[command(
     after_help = "Without YADE the native run is compared with a recorded YADE run. With YADE it also \
-    runs live: the sorted loop on one core, two runs of the ordinary loop on the other.\nAn interrupted job \
-    is taken up again when it is started with the same --out.\n\nExamples:\n  crossgrain reproduce\n  \
+    runs live: the whole experiment in the sorted loop on one core, all else on the other.\nAn interrupted job \
+    is taken up again when it is started with the same --out.\n\nExamples:\n  crossgrain reproduce\n  crossgrain reproduce --recorded\n  \
     crossgrain reproduce --baseline main --summary summary.md --junit checks.xml\n  \
     crossgrain reproduce --perturb stiffness=1e-3 --out faulty"
 )]
 pub struct Arguments {
-    /// The folder to write; a finished job in it is never overwritten
+    /// The folder to write; a finished job in it is kept, with a number after its name
     #[arg(long)]
     out: Option<PathBuf>,
     /// Two more realizations, whole, against YADE's sorted loop
     #[arg(long)]
     full: bool,
+    /// Leave YADE out, and hold the native run against the recorded one alone
+    #[arg(long, conflicts_with = "full")]
+    recorded: bool,
     /// Another scene than the paper's
     #[arg(long)]
     scene: Option<PathBuf>,
@@ -109,6 +110,7 @@ impl Arguments {
             scene,
             full: self.full,
             suite: self.scene.is_none(),
+            recorded: self.recorded,
             yade: self.limits.options(),
             fault: self.perturb,
             beside,
@@ -152,6 +154,9 @@ impl Arguments {
         let mut command = "crossgrain reproduce".to_owned();
         if self.full {
             command += " --full";
+        }
+        if self.recorded {
+            command += " --recorded";
         }
         if self.scene.is_some() {
             command += " --scene scene.json";

@@ -7,16 +7,17 @@ use clap::{Args, ValueEnum};
 use grains::native::timing::ThreadTime;
 
 use super::chosen::Chosen;
+use super::job_folder::clear;
 use super::print;
 use crate::engine::exec::{ExternalEngine, usual_limits};
 use crate::engine::watch::Limits;
 use crate::engine::{exec, yade};
 use crate::error::{Error, exit};
-use crate::files::refuse_existing;
+use crate::files::has_room;
 use crate::limits::stability::time_step;
 use crate::progress::Display;
 use crate::run::folder::record::{Protocol, Softened, StepChoice};
-use crate::run::folder::{RunFolder, read_scene};
+use crate::run::folder::{RECORD, RunFolder, read_scene};
 use crate::run::{Engine, Preparation, prepared};
 use grains::generate::initial_bodies;
 use grains::model::{Kernel, Model};
@@ -61,7 +62,7 @@ pub struct Arguments {
     /// Another realization than the scene's
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// The run folder to write; must not exist
+    /// The run folder to write; an earlier one is kept, with a number after its name
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Native: put in a deliberate fault, such as stiffness=1e-12, friction=S, time-step=S, wall=missing or
@@ -173,7 +174,7 @@ impl Arguments {
         if let Some(seed) = self.seed {
             scene.realization = seed;
         }
-        refuse_existing(&self.out)?;
+        has_room(&self.out, RECORD)?;
         if !self.mode.is_exact() && Kernel::of(&Model::of(&scene).law) == Kernel::General {
             let trouble = Trouble::OnlyExact {
                 mode: self.mode.name(),
@@ -193,6 +194,7 @@ impl Arguments {
             step_choice: choice,
             softened,
         };
+        clear(&self.out, RECORD)?;
         let run = prepared(&scene, preparation, &engine, protocol, &self.out, &display)?;
         print(&summary(&run, &self.out))?;
         print(&step_in_words(&run)?)?;

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::job_folder::clear;
 use super::report::Output;
 use super::run::YadeLimits;
 use super::study::plan::MapArguments;
 use super::study::{engines_of, open, report};
 use crate::error::Error;
-use crate::files::{refuse_existing, work_folder};
+use crate::files::{has_room, work_folder};
 use crate::progress::Display;
 use crate::study::machine::Job;
 use crate::study::shard::Shard;
@@ -26,7 +27,7 @@ use crate::workers::cores;
 pub struct Arguments {
     #[command(flatten)]
     map: MapArguments,
-    /// The study's folder, with report.json and report.html in the end; must not exist
+    /// The study's folder, with report.json and report.html in the end; a finished one is kept, with a number after its name
     #[arg(long)]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -35,13 +36,17 @@ pub struct Arguments {
     limits: YadeLimits,
 }
 
+/// The file that a finished study has.
+const RECORD: &str = "report.json";
+
 impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
         let place = work_folder()?;
         let folder = self.out.clone();
         let folder = folder.unwrap_or_else(|| place.path().join("stability"));
-        refuse_existing(&folder)?;
+        has_room(&folder, RECORD)?;
         let (plan, program) = self.map.plan(&self.limits)?;
+        clear(&folder, RECORD)?;
         create(&folder, plan, program, None)?;
         let study = open(&folder)?;
         let job = Job {

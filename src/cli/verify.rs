@@ -1,17 +1,15 @@
 //! `crossgrain verify`: the verification suite.
 
-use std::path::PathBuf;
-
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::chosen::Several;
+use super::job_folder::Results;
 use super::report::Output;
 use super::run::YadeLimits;
 use super::tell;
 use crate::checks::record::{self, Found};
 use crate::error::Error;
-use crate::files::{refuse_existing, write_folder, write_whole};
 use crate::interrupt::asked_to_end;
 use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
@@ -35,14 +33,16 @@ pub struct Arguments {
     /// Trajectories and rounding errors of so many grains at most
     #[arg(long, default_value_t = 5000, value_parser = sizes())]
     grains: u32,
-    /// A new folder for verify.json and report.html
-    #[arg(long)]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    results: Results,
     #[command(flatten)]
     output: Output,
     #[command(flatten)]
     limits: YadeLimits,
 }
+
+/// The file of the record.
+const RECORD: &str = "verify.json";
 
 /// The sizes of trajectories.
 fn sizes() -> impl TypedValueParser<Value = u32> {
@@ -51,9 +51,7 @@ fn sizes() -> impl TypedValueParser<Value = u32> {
 
 impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
-        if let Some(out) = &self.out {
-            refuse_existing(out)?;
-        }
+        self.results.check(RECORD)?;
         let display = Display::new(self.output.quiet);
         let verification = match &self.engine {
             Several::BuiltIn(engine) => {
@@ -90,13 +88,7 @@ impl Arguments {
         document.sections.push(of_figure_4()?);
         self.output.files.write(&record, None)?;
         tell(self.output.json, &text, || report::terminal(&document))?;
-        if let Some(out) = &self.out {
-            let page = report::page(&document);
-            write_folder::<Error>(out, |aside| {
-                page.write(aside)?;
-                Ok(write_whole(&aside.join("verify.json"), text.as_bytes())?)
-            })?;
-        }
+        self.results.write(&document, &[(RECORD, &text)])?;
         Ok(verification.verdict().exit_code())
     }
 

@@ -133,7 +133,11 @@ pub fn page_against(name: &str, document: &Document, diff: Option<&Diff>) -> Pag
         if !checks.is_empty() {
             links.push(link("checks", "Every check"));
         }
-        let _ = writeln!(body, "<nav class=\"contents\">{}</nav>", links.concat());
+        let _ = writeln!(
+            body,
+            "<nav class=\"contents\" aria-label=\"On this page\">{}</nav>",
+            links.concat()
+        );
     }
     for (id, section) in ids.iter().zip(sections) {
         body += &section_html(&mut page, id, section);
@@ -150,7 +154,7 @@ pub fn page_against(name: &str, document: &Document, diff: Option<&Diff>) -> Pag
     page.html = format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}: {}</title>\n\
-         <style>\n{STYLE}</style>\n</head>\n<body>\n{body}<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
+         <style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{body}</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
         document.verdict.verdict()
     );
     page

@@ -36,13 +36,13 @@
     if (plain && rows.length > 1) {
       Array.from(headings[0].cells).forEach(function (heading) {
         if (!heading.textContent.trim()) { return; }
+        var button = document.createElement("button");
+        button.type = "button";
+        button.title = "sort";
+        button.append.apply(button, heading.childNodes);
+        heading.appendChild(button);
         heading.classList.add("sorts");
-        heading.tabIndex = 0;
-        heading.title = "sort";
         heading.addEventListener("click", function () { sort(table, heading, rows); });
-        heading.addEventListener("keydown", function (event) {
-          if (event.key === "Enter") { sort(table, heading, rows); }
-        });
       });
     }
     if (rows.length >= ROWS_TO_FILTER) {
@@ -52,6 +52,7 @@
       label.className = "filter";
       input.type = "search";
       input.placeholder = "show rows with \u2026";
+      input.setAttribute("aria-label", "show rows with");
       input.addEventListener("input", function () {
         var wanted = input.value.toLowerCase();
         var shown = rows.filter(function (row) {

@@ -67,7 +67,7 @@ impl Table {
         for (index, column) in self.columns.iter().enumerate() {
             let _ = write!(
                 html,
-                "<th{}>{}</th>",
+                "<th scope=\"col\"{}>{}</th>",
                 class(index),
                 escaped(&column.heading())
             );
@@ -195,9 +195,22 @@ pub fn escaped(text: &str) -> String {
         .replace('\'', "&#39;")
 }
 
+/// The same with a link to the work that a DOI names.
+fn linked(text: &str) -> String {
+    let text = escaped(text);
+    let Some((before, after)) = text.split_once("doi:10.") else {
+        return text;
+    };
+    let of_name = |of: char| of.is_ascii_alphanumeric() || "./-_".contains(of);
+    let end = after.find(|of| !of_name(of)).unwrap_or(after.len());
+    let name = after[..end].trim_end_matches('.');
+    let rest = &after[name.len()..];
+    format!("{before}<a href=\"https://doi.org/10.{name}\">doi:10.{name}</a>{rest}")
+}
+
 /// The same; what stands between a pair of backticks is code.
 pub fn words(text: &str) -> String {
-    let text = escaped(text);
+    let text = linked(text);
     let parts: Vec<&str> = text.split('`').collect();
     if parts.len().is_multiple_of(2) {
         return text;
@@ -393,7 +406,10 @@ mod tests {
             !html.contains("<b>") && html.contains("&lt;b&gt;|`\\u{202e}`"),
             "{html}"
         );
-        assert!(html.contains("<th class=\"n\">height (m)</th>"), "{html}");
+        assert!(
+            html.contains("<th scope=\"col\" class=\"n\">height (m)</th>"),
+            "{html}"
+        );
         assert!(html.contains("title=\"0.470123456\">0.4701<"), "{html}");
         assert_eq!(words("a `b` & `c"), "a `b` &amp; `c");
         assert_eq!(words("a `b`"), "a <code>b</code>");

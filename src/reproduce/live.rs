@@ -2,8 +2,8 @@
 
 use std::thread;
 
-use super::record::{LoopSteps, RunSummary};
-use super::{Job, Options, run_or_take_over};
+use super::record::{FaultCheck, LoopSteps, RunSummary};
+use super::{Job, Options, faults, run_or_take_over, suite};
 use crate::checks::Outcome;
 use crate::compare::compare;
 use crate::compare::first_steps::{Asked, from_bed};
@@ -13,6 +13,7 @@ use crate::progress::Display;
 use crate::run::Engine;
 use crate::run::folder::RunFolder;
 use crate::suite::parameters;
+use crate::suite::run::{Engines, Verification};
 use grains::scene::Scene;
 use verdict::judge::Reference;
 use verdict::starts::DISPERSION;
@@ -29,42 +30,70 @@ const GRAINS: u32 = 1000;
 /// Realizations that `--full` adds.
 const FURTHER_REALIZATIONS: u64 = 2;
 
+/// What is found beside YADE's whole run, and that run.
+pub(super) struct Live {
+    /// In the sorted loop, if YADE runs live.
+    pub sorted: Option<RunFolder>,
+    pub first_steps: Vec<LoopSteps>,
+    pub faults: Vec<FaultCheck>,
+    pub suite: Option<Verification>,
+}
+
 impl Job<'_> {
-    /// YADE live: the whole experiment in the sorted loop on one core, the first steps of both loops on the other.
-    pub(super) fn live(&mut self, native: &RunFolder) -> Result<Option<RunFolder>, Error> {
-        let title = "native against YADE's sorted loop, live";
+    /// YADE live: the whole experiment in the sorted loop on one core, all else on the other. Without YADE, all else.
+    pub(super) fn live(&mut self, native: &RunFolder) -> Result<Live, Error> {
         let differ = parameters::outcome(&self.facts) != Some(Outcome::Pass);
         let why_not = self.without_yade().or_else(|| {
             differ.then(|| "the two engines do not use the same parameters".to_owned())
         });
-        if let Some(why) = why_not {
-            self.skipped(SORTED, title, &why);
-            for (id, of, _) in LOOPS {
-                self.skipped(id, &format!("first steps of {of}"), &why);
-            }
-            return Ok(None);
-        }
+        self.skipped_of_suite();
         let (options, display, scene) = (self.options, self.display, &self.options.scene);
-        let (sorted, loops) = thread::scope(|scope| {
-            let loops = scope.spawn(|| of_loops(options, display));
-            let sorted = yade_run(options, display, scene, "yade-sorted");
-            (sorted, joined(loops))
-        });
-        let sorted = sorted?;
-        self.first_steps = loops?;
-        self.runs.push(RunSummary::of("yade-sorted", &sorted));
-        let compared = compare(native, &sorted, Some(&self.locator()));
+        let Some(why) = why_not else {
+            let (sorted, others) = thread::scope(|scope| {
+                let others = scope.spawn(|| -> Result<_, Error> {
+                    let first_steps = of_loops(options, display)?;
+                    let faults = faults(scene, display)?;
+                    let suite = suite(options, Engines::Both, display)?;
+                    Ok((first_steps, faults, suite))
+                });
+                let sorted = yade_run(options, display, scene, "yade-sorted");
+                (sorted, joined(others))
+            });
+            let sorted = sorted?;
+            let (first_steps, faults, suite) = others?;
+            self.compare_live(native, &sorted)?;
+            return Ok(Live {
+                sorted: Some(sorted),
+                first_steps,
+                faults,
+                suite,
+            });
+        };
+        let what =
+            "YADE live: its parameters, the whole experiment, first steps, the suite's cases";
+        self.skipped(SORTED, what, &why);
+        Ok(Live {
+            sorted: None,
+            first_steps: Vec::new(),
+            faults: faults(scene, display)?,
+            suite: suite(options, Engines::Native, display)?,
+        })
+    }
+
+    fn compare_live(&mut self, native: &RunFolder, sorted: &RunFolder) -> Result<(), Error> {
+        self.runs.push(RunSummary::of("yade-sorted", sorted));
+        let title = "native against YADE's sorted loop, live";
+        let compared = compare(native, sorted, Some(&self.locator()));
         self.compare(SORTED, title, &["native", "yade-sorted"], compared);
-        if options.full {
-            self.further_realizations()?;
-        } else {
-            self.skipped(
-                "compare/further-realizations",
-                "further realizations, whole, against YADE's sorted loop",
-                "asked for with --full only",
-            );
+        if self.options.full {
+            return self.further_realizations();
         }
-        Ok(Some(sorted))
+        self.skipped(
+            "compare/further-realizations",
+            "further realizations, whole, against YADE's sorted loop",
+            "asked for with --full only",
+        );
+        Ok(())
     }
 
     fn further_realizations(&mut self) -> Result<(), Error> {

@@ -97,6 +97,8 @@ impl FolderError {
     }
 }
 
+/// The file of the record.
+pub const RECORD: &str = "run.json";
 /// The most text that `run.json` may have, bytes.
 const LARGEST_RECORD: u64 = 1 << 24;
 /// The most rows of history that a run may have.
@@ -186,7 +188,7 @@ impl RunFolder {
             };
             write_whole(&folder.join(name), self.log.as_bytes())?;
         }
-        json("run.json", serde_json::to_string_pretty(&self.record))
+        json(RECORD, serde_json::to_string_pretty(&self.record))
     }
 
     /// Reads a folder and checks that its parts belong together.
@@ -195,7 +197,7 @@ impl RunFolder {
             path: path.to_owned(),
             reason,
         };
-        let record_path = path.join("run.json");
+        let record_path = path.join(RECORD);
         let record_text = read_text(&record_path, LARGEST_RECORD)?;
         let broken = |error: serde_json::Error| wrong(format!("run.json: {error}"));
         let Versioned { version } = serde_json::from_str(&record_text).map_err(broken)?;

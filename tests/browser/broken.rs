@@ -16,9 +16,9 @@ fn page(folder: &Path, head: &str, body: &str) -> PathBuf {
         })
         .collect();
     let text = format!(
-        "<!doctype html><html><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\"><style>{}</style>{head}</head>\
-         <body><h1>A page</h1><p>Words that can be read.</p><svg viewBox=\"0 0 10 10\"><circle r=\"5\"/></svg><details><summary>more</summary>\
-         <div class=\"scroll\"><table><tr><th>name</th><th class=\"n\">value</th></tr>{rows}</table></div></details>{body}<script>{}</script></body></html>",
+        "<!doctype html><html lang=\"en\"><head><title>A page</title><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\"><style>{}</style>{head}</head>\
+         <body><main><h1>A page</h1><p>Words that can be read.</p><svg role=\"img\" aria-label=\"a disc\" viewBox=\"0 0 10 10\"><circle r=\"5\"/></svg><details><summary>more</summary>\
+         <div class=\"scroll\"><table><tr><th scope=\"col\">name</th><th scope=\"col\" class=\"n\">value</th></tr>{rows}</table></div></details>{body}</main><script>{}</script></body></html>",
         include_str!("../../src/report/style.css"),
         include_str!("../../src/report/tables.js"),
     );
@@ -29,7 +29,7 @@ fn page(folder: &Path, head: &str, body: &str) -> PathBuf {
 
 type Question = fn(&mut Browser) -> Vec<String>;
 
-const QUESTIONS: [(&str, Question); 7] = [
+const QUESTIONS: [(&str, Question); 8] = [
     ("told", look::told),
     ("requests", look::requests),
     ("links", look::links),
@@ -37,6 +37,7 @@ const QUESTIONS: [(&str, Question); 7] = [
     ("contrast", look::contrast),
     ("print", look::print),
     ("tables", look::tables),
+    ("accessible", look::accessible),
 ];
 
 /// The names of the questions that complain of a page, and all that they say.
@@ -56,7 +57,7 @@ fn complaining(browser: &mut Browser, head: &str, body: &str) -> (Vec<&'static s
 }
 
 /// What is put into the head, what at the end of the body, which questions must complain, and a part of what they say.
-const BROKEN: [(&str, &str, &[&str], &str); 20] = [
+const BROKEN: [(&str, &str, &[&str], &str); 27] = [
     ("", "<a href=\"#nowhere\">there</a>", &["links"], "#nowhere"),
     (
         "",
@@ -166,6 +167,43 @@ const BROKEN: [(&str, &str, &[&str], &str); 20] = [
         "<script>document.querySelectorAll('th').forEach(of => of.addEventListener('click', e => e.stopPropagation(), true));</script>",
         &["tables"],
         "click one",
+    ),
+    (
+        "",
+        "<script>addEventListener('load', () => document.querySelectorAll('th button').forEach(of => of.replaceWith(...of.childNodes)));</script>",
+        &["tables", "accessible"],
+        "only for a mouse",
+    ),
+    (
+        "",
+        "<svg role=\"img\" viewBox=\"0 0 9 9\"><circle r=\"5\"/></svg>",
+        &["accessible"],
+        "a image without a name",
+    ),
+    (
+        "",
+        "<a href=\"#top\" id=\"top\"></a>",
+        &["accessible"],
+        "a link without a name",
+    ),
+    (
+        "",
+        "<input type=\"text\" style=\"display: block\">",
+        &["print", "accessible"],
+        "a textbox without a name",
+    ),
+    ("", "<h4>deep</h4>", &["accessible"], "left out"),
+    (
+        "",
+        "<p id=\"one\">1</p><p id=\"one\">2</p>",
+        &["accessible"],
+        "twice the id",
+    ),
+    (
+        "",
+        "<p tabindex=\"3\">first</p>",
+        &["accessible"],
+        "out of turn",
     ),
 ];
 

@@ -89,11 +89,35 @@
     for (const element of document.querySelectorAll("details td, details th, details p:not(.files), details figure")) {
       if (!element.checkVisibility()) { found.push(`not printed: ${this.name(element)}`); }
     }
-    for (const element of document.querySelectorAll("input, button")) {
+    for (const element of document.querySelectorAll("input, button:not(th button)")) {
       if (element.checkVisibility()) { found.push(`of no use on paper: ${this.name(element)}`); }
     }
     for (const table of document.querySelectorAll("table")) {
       if (table.getBoundingClientRect().right > innerWidth + 1) { found.push(`cut off by the paper's edge: ${this.name(table)}`); }
+    }
+    return found;
+  },
+
+  // What makes a page hard to walk through for one who does not see it, or has no mouse.
+  structure() {
+    const found = [], root = document.documentElement, levels = [...document.querySelectorAll("h1, h2, h3, h4, h5, h6")];
+    if (!root.lang) { found.push("no language"); }
+    if (!document.title.trim()) { found.push("no title"); }
+    for (const [selector, what] of [["h1", "first heading"], ["main", "main part"]]) {
+      const count = document.querySelectorAll(selector).length;
+      if (count !== 1) { found.push(`${count} times a ${what}`); }
+    }
+    levels.map(of => Number(of.tagName[1])).forEach((level, at, all) => {
+      if (level > (at ? all[at - 1] : 0) + 1) { found.push(`a level of headings is left out: ${this.name(levels[at])}`); }
+    });
+    const ids = [...document.querySelectorAll("[id]")].map(of => of.id);
+    for (const id of ids.filter((id, at) => ids.indexOf(id) !== at)) { found.push(`twice the id ${id}`); }
+    for (const of of document.querySelectorAll("th:not([scope])")) { found.push(`a heading of what? ${this.name(of)}`); }
+    for (const of of document.querySelectorAll("[tabindex]")) {
+      if (of.tabIndex > 0) { found.push(`out of turn: ${this.name(of)}`); }
+    }
+    for (const of of document.querySelectorAll("th.sorts, [onclick]")) {
+      if (!of.querySelector("button") && of.tabIndex < 0) { found.push(`only for a mouse: ${this.name(of)}`); }
     }
     return found;
   },

@@ -19,7 +19,7 @@ fn screenshots() -> PathBuf {
     folder
 }
 
-/// The first screen and the whole page at both widths, light and dark.
+/// The first screen and the whole page at each width, light and dark.
 fn keep_pictures(browser: &mut Browser, name: &str) {
     look::look(browser, "open(false)");
     for (width, height) in look::WINDOWS {
@@ -38,6 +38,10 @@ fn keep_pictures(browser: &mut Browser, name: &str) {
 /// How long the main job's first page may be at 1280 CSS pixels across.
 const MOST_PIXELS: f64 = 5000.0;
 
+/// What is asked of every page.
+const QUESTIONS: [fn(&mut Browser) -> Vec<String>; 4] =
+    [look::links, look::layout, look::contrast, look::accessible];
+
 /// Everything that is asked of a page with a table of numbers.
 fn inspect(browser: &mut Browser, name: &str, page: &Path) {
     look::open(browser, page);
@@ -50,7 +54,7 @@ fn inspect(browser: &mut Browser, name: &str, page: &Path) {
 fn inspect_words(browser: &mut Browser, name: &str, page: &Path) {
     look::open(browser, page);
     let mut all = Vec::new();
-    for question in [look::links, look::layout, look::contrast] {
+    for question in QUESTIONS {
         all.extend(question(browser));
     }
     look::open(browser, page);
@@ -106,7 +110,7 @@ fn the_main_jobs_page_reads_well_everywhere_and_asks_for_nothing() {
     for other in ["measures", "paper"] {
         look::open(&mut browser, &folder.path().join(format!("o/{other}.html")));
         let mut said = Vec::new();
-        for question in [look::links, look::layout, look::contrast] {
+        for question in QUESTIONS {
             said.extend(question(&mut browser));
         }
         assert!(said.is_empty(), "{other}: {said:#?}");

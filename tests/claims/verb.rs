@@ -70,9 +70,17 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
         assert_eq!(page.matches("<svg").count(), pictures, "{name}");
         assert!(!page.contains("NaN"), "{name}");
     }
-    // A folder that is there is never written into.
+    // An earlier result is kept, and a folder without one is never written into.
     let (code, _, errors) = told(&crossgrain(
         &["study", "claims", "many", "--out", "few-claims"],
+        at,
+    ));
+    assert!(
+        code != 2 && at.join("few-claims-2/claims.json").exists(),
+        "{errors}"
+    );
+    let (code, _, errors) = told(&crossgrain(
+        &["study", "claims", "many", "--out", "few"],
         at,
     ));
     assert_eq!(code, 2);

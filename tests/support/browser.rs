@@ -204,6 +204,16 @@ impl Browser {
         self.settle();
     }
 
+    /// The key Enter while the first element that this selector finds has the focus.
+    pub fn press_enter(&mut self, selector: &str) {
+        self.evaluate(&format!("document.querySelector({selector:?})?.focus()"));
+        for kind in ["keyDown", "keyUp"] {
+            let key = json!({"type": kind, "key": "Enter", "code": "Enter", "windowsVirtualKeyCode": 13, "text": "\r"});
+            self.call("Input.dispatchKeyEvent", key);
+        }
+        self.settle();
+    }
+
     /// Types on the keyboard, one key after the other.
     pub fn type_text(&mut self, text: &str) {
         for letter in text.chars() {

@@ -18,6 +18,8 @@ pub fn job_without_yade(out: &Path, beside: Beside) -> Options {
         scene: small_scene(),
         full: false,
         suite: false,
+        recorded: false,
+
         yade: yade::Options {
             program: Some("/nowhere/yade".into()),
             ..yade::Options::default()

@@ -1,14 +1,14 @@
 //! `crossgrain study claims` and `study figures`: what the paper says and draws, from a campaign's members.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
 use crate::checks::Outcome;
+use crate::cli::job_folder::Results;
 use crate::cli::{json, print, tell};
 use crate::document::{Document, Section};
 use crate::error::{Error, exit};
-use crate::files::{free_folder, refuse_existing, write_folder, write_whole};
 use crate::report::disc_field::of_figure_4;
 use crate::report::fields::bulbs;
 use crate::report::packing::force_chains;
@@ -27,19 +27,19 @@ use grains::scene::paper_scene;
 pub struct Claims {
     /// The folder of a merged campaign
     folder: PathBuf,
-    /// A new folder for claims.json and report.html
-    #[arg(long)]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    results: Results,
     /// Print JSON
     #[arg(long)]
     json: bool,
 }
 
+/// The file of the record.
+const CLAIMS: &str = "claims.json";
+
 impl Claims {
     pub fn execute(self) -> Result<u8, Error> {
-        if let Some(out) = &self.out {
-            refuse_existing(out)?;
-        }
+        self.results.check(CLAIMS)?;
         let merged = merged(&self.folder)?;
         let origin = Origin {
             command: "crossgrain study claims".to_owned(),
@@ -49,19 +49,11 @@ impl Claims {
         };
         let found = claims::of(&merged.plan.study.scene, &merged.rows, origin);
         let (text, document) = (json(&found)?, found.document());
-        if let Some(out) = &self.out {
-            write_folder::<Error>(out, |aside| {
-                page(&document).write(aside)?;
-                Ok(write_whole(&aside.join("claims.json"), text.as_bytes())?)
-            })?;
-        }
+        self.results.write(&document, &[(CLAIMS, &text)])?;
         tell(self.json, &text, || terminal(&document))?;
         Ok(document.verdict.exit_code())
     }
 }
-
-/// The folder that is used when none is named; a number is added when it exists.
-const DEFAULT_OUT: &str = "out/figures";
 
 #[derive(Debug, Args)]
 #[command(
@@ -73,8 +65,8 @@ pub struct Figures {
     #[arg(long)]
     campaign: Option<PathBuf>,
     /// The folder to write
-    #[arg(long)]
-    out: Option<PathBuf>,
+    #[arg(long, default_value = "out/figures")]
+    out: PathBuf,
 }
 
 impl Figures {
@@ -126,9 +118,7 @@ impl Figures {
             ],
             checks: Vec::new(),
         };
-        let out = self
-            .out
-            .unwrap_or_else(|| free_folder(Path::new(DEFAULT_OUT), "report.html"));
+        let out = self.out;
         let page = page(&document);
         page.write(&out)?;
         let files: Vec<&str> = page.files.iter().map(|(name, _)| name.as_str()).collect();
