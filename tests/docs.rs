@@ -2,7 +2,7 @@
 //!
 //! Blocks marked `sh` are commands; blocks marked `console` have commands after `$ ` and what they print, where `…`
 //! stands for anything. A comment `# exit code N` ends a command that does not end with 0. The commands of a page are run
-//! in one folder, in their order, with `adapters` and `reference_data` as in the checkout, and without YADE.
+//! in one folder, in their order, with `adapters`, `examples` and `reference_data` as in the checkout, and without YADE.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -407,7 +407,7 @@ fn runs_elsewhere(command: &str) -> bool {
 
 fn commands_do_what_is_printed(page: &str) {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for part in ["adapters", "reference_data"] {
+    for part in ["adapters", "examples", "reference_data"] {
         std::os::unix::fs::symlink(root().join(part), folder.path().join(part)).expect("writable");
     }
     let programs = tempfile::tempdir().expect("a temporary folder");

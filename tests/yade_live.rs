@@ -159,6 +159,7 @@ fn a_whole_experiment_gives_the_same_bits_for_several_scenes() {
         jitter: 1.0,
         speed: 0.1,
         spin: 0.0,
+        over: None,
     };
     let mut standing = small_scene();
     standing.loading.after_force = AfterForce::StandStill { seconds: 0.02 };

@@ -3,7 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use grains::scene::{OPEN_CHOICES, Scene, SceneError, json_schema, paper_scene, parse_scene};
+use grains::generate::initial_bodies;
+use grains::scene::{
+    Cloud, OPEN_CHOICES, Scene, SceneError, json_schema, paper_scene, parse_scene,
+};
 
 use crate::support::{crossgrain, told};
 
@@ -22,8 +25,9 @@ fn inputs(kind: &str) -> Vec<PathBuf> {
 
 #[test]
 fn every_good_scene_is_accepted() {
-    let files = inputs("good");
-    assert!(files.len() >= 2);
+    let mut files = inputs("good");
+    files.extend(inputs("../../examples"));
+    assert!(files.len() >= 5);
     for file in files {
         let (code, _, errors) = told(&crossgrain(
             &["scene", "check", &file.to_string_lossy()],
@@ -88,10 +92,10 @@ fn one_message_lists_problems_of_structure_together() {
     value["particles"]["count"] = "many".into();
     value["damping"]["kind"] = "oil".into();
     value["colour"] = "red".into();
-    value["material"]
+    value["particles"]
         .as_object_mut()
         .expect("an object")
-        .remove("density");
+        .remove("mean_diameter");
     let Err(SceneError::Problems(problems)) = parse_scene(&value.to_string()) else {
         panic!("four problems were expected");
     };
@@ -100,7 +104,7 @@ fn one_message_lists_problems_of_structure_together() {
         "/particles/count",
         "/damping/kind",
         "/colour",
-        "/material/density",
+        "/particles/mean_diameter",
     ] {
         assert!(places.contains(&place), "{place} is not among {places:?}");
     }
@@ -145,4 +149,49 @@ proptest::proptest! {
             }
         }
     }
+}
+
+/// What is left out is the paper's, with lengths in mean diameters; what is given stands, and a scene that says it all means the same.
+#[test]
+fn what_a_scene_leaves_out_has_a_default_that_its_record_states() {
+    let given = r#"{"particles": {"count": 40, "mean_diameter": 0.004}, "box": {"width": 0.1}, "damping": {"alpha": 0.3},
+        "time_step": {"kind": "absolute", "seconds": 1e-6}, "loading": {"speed": 0.02}}"#;
+    let scene = parse_scene(given).expect("a scene");
+    assert_eq!(scene.particles.count, 40);
+    assert_eq!(scene.damping.alpha(), 0.3);
+    assert_eq!(scene.time_step_seconds(), 1e-6);
+    let paper = paper_scene(1, 40);
+    assert_eq!(scene.material, paper.material);
+    assert_eq!(scene.settle, paper.settle);
+    assert_eq!(scene.loading.speed, 0.02);
+    let lengths = |of: &Scene| {
+        let loading = &of.loading;
+        let measured = &of.measurement;
+        let lengths = [
+            loading.half_width,
+            loading.punch_height,
+            loading.give_up_depth,
+            measured.local_radius,
+            measured.control_volume_side,
+            of.control_points[0].depth,
+        ];
+        lengths.map(|length| (1e6 * length / of.particles.mean_diameter).round())
+    };
+    assert_eq!(lengths(&scene), lengths(&paper));
+    let Cloud::JitteredLattice { columns, .. } = scene.cloud;
+    assert_eq!(columns, 20);
+    let whole = serde_json::to_string(&scene).expect("JSON");
+    assert_eq!(
+        parse_scene(&whole).expect("a scene").digest(),
+        scene.digest()
+    );
+}
+
+/// A cloud over a part of the box fills that part and no other.
+#[test]
+fn a_cloud_may_stand_over_a_part_of_the_box() {
+    let text = fs::read_to_string("examples/column-collapse.json").expect("an example");
+    let bodies = initial_bodies(&parse_scene(&text).expect("a scene"));
+    assert!(bodies.x.iter().all(|x| (0.0..=0.1).contains(x)));
+    assert!(bodies.x.iter().any(|x| *x > 0.08));
 }

@@ -19,6 +19,7 @@ pub fn narrow_scene(dispersion: f64) -> Scene {
         jitter: 0.9,
         speed: 0.3,
         spin: 0.0,
+        over: None,
     };
     scene.loading.half_width = 0.012;
     scene.loading.give_up_depth = 0.02;

@@ -54,6 +54,7 @@ pub fn frictional_scene() -> Scene {
         jitter: 0.9,
         speed: 0.3,
         spin: 40.0,
+        over: None,
     };
     scene
 }

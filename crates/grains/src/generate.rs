@@ -22,11 +22,13 @@ pub fn initial_bodies(scene: &Scene) -> Bodies {
         jitter,
         speed,
         spin,
+        over,
     } = scene.cloud;
     let mut random = ChaCha8Rng::from_seed(*KEY);
     random.set_stream(scene.realization);
     let count = scene.particles.count as usize;
-    let pitch = scene.container.width / f64::from(columns);
+    let [from, to] = over.unwrap_or([0.0, scene.container.width]);
+    let pitch = (to - from) / f64::from(columns);
     let mean_radius = 0.5 * scene.particles.mean_diameter;
     let largest = mean_radius * (1.0 + scene.particles.dispersion);
     let play = jitter * (0.5 * pitch - largest);
@@ -38,7 +40,7 @@ pub fn initial_bodies(scene: &Scene) -> Bodies {
         let radius = mean_radius * (1.0 + scene.particles.dispersion * symmetric(&mut random));
         bodies.push(
             [
-                (column + 0.5) * pitch + play * symmetric(&mut random),
+                from + (column + 0.5) * pitch + play * symmetric(&mut random),
                 (row + 0.5) * pitch + play * symmetric(&mut random),
             ],
             [

@@ -26,7 +26,7 @@
 //! // The paper's discs, forty of them in a narrow box.
 //! let mut scene = paper_scene(1, 40);
 //! scene.container.width = 0.06;
-//! scene.cloud = Cloud::JitteredLattice { columns: 4, jitter: 0.9, speed: 0.3, spin: 0.0 };
+//! scene.cloud = Cloud::JitteredLattice { columns: 4, jitter: 0.9, speed: 0.3, spin: 0.0, over: None };
 //!
 //! let task = Task::settle(initial_bodies(&scene));
 //! let settled = native::run(&scene, &task, &Options::default(), &mut ())?;

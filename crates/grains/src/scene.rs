@@ -1,7 +1,9 @@
 //! The scene: its types here, the paper's own, validation and the JSON Schema. Depends on nothing that comes after it.
 
 pub mod check;
+mod fill;
 pub mod paper_scene;
+mod place;
 pub mod problem;
 
 pub use check::{SceneError, parse_scene};
@@ -13,8 +15,15 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The JSON Schema of a scene file, generated from the types.
+/// The JSON Schema of a scene file, generated from the types; what has a default may be left out.
 pub fn json_schema() -> serde_json::Value {
+    let mut schema = whole_schema();
+    fill::relax(&mut schema);
+    schema
+}
+
+/// The schema of a scene with everything in it.
+fn whole_schema() -> serde_json::Value {
     schemars::schema_for!(Scene).to_value()
 }
 
@@ -58,7 +67,8 @@ pub struct Scene {
     pub measurement: Measurement,
     /// Where the grain stress is read, relative to the punch axis and the settled surface.
     pub control_points: Vec<ControlPoint>,
-    /// One line of reason for each choice that the paper leaves open, by JSON pointer.
+    /// One line of reason for each choice that the paper leaves open, by JSON pointer; none at all where it is not
+    /// the paper that is reproduced.
     pub choices: BTreeMap<String, String>,
 }
 
@@ -146,6 +156,9 @@ pub enum Cloud {
         /// Each spin is uniform in ±spin, rad/s, where grains rotate.
         #[serde(default)]
         spin: f64,
+        /// From where to where the cells stand, m; left out, over the whole width of the box.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        over: Option<[f64; 2]>,
     },
 }
 

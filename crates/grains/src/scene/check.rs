@@ -4,7 +4,9 @@ use std::f64::consts::FRAC_PI_2;
 
 use serde_json::Value;
 
+use super::fill::filled;
 use super::paper_scene::OPEN_CHOICES;
+use super::place::{line_and_column, twice};
 use super::problem::{Findings, Problem};
 use super::*;
 
@@ -44,18 +46,37 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
             found: version.to_string(),
         });
     }
-    let misfits = super::problem::misfits(&super::json_schema(), &value);
-    if !misfits.is_empty() {
-        return Err(SceneError::Problems(misfits));
+    let located = |mut problems: Vec<Problem>| {
+        for problem in &mut problems {
+            problem.at = Some(line_and_column(text, &problem.place));
+        }
+        SceneError::Problems(problems)
+    };
+    if let Some(place) = twice(text, "") {
+        let wanted = "each key once".to_owned();
+        return Err(located(vec![Problem {
+            place,
+            found: "a key that was there already".to_owned(),
+            wanted,
+            at: None,
+        }]));
     }
-    // From the text, not from the value: a key given twice is refused here.
+    let value = if value.is_object() {
+        filled(&value)
+    } else {
+        value
+    };
+    let misfits = super::problem::misfits(&super::whole_schema(), &value);
+    if !misfits.is_empty() {
+        return Err(located(misfits));
+    }
     let scene: Scene =
-        serde_json::from_str(text).map_err(|error| SceneError::Syntax(error.to_string()))?;
+        serde_json::from_value(value).map_err(|error| SceneError::Syntax(error.to_string()))?;
     let problems = impossible(&scene);
     if problems.is_empty() {
         Ok(scene)
     } else {
-        Err(SceneError::Problems(problems))
+        Err(located(problems))
     }
 }
 
@@ -70,8 +91,8 @@ fn impossible(scene: &Scene) -> Vec<Problem> {
     measurement(scene, &mut found);
     derived(scene, &mut found);
     for (key, _) in OPEN_CHOICES {
-        // Scenes of before there was a choice leave it out and mean the default.
-        if *key != "/contact" || !scene.contact.is_default() {
+        // A scene that gives no reasons is its own; one of before there was a choice means the default.
+        if !scene.choices.is_empty() && (*key != "/contact" || !scene.contact.is_default()) {
             reason(scene, key, &mut found);
         }
     }
@@ -118,7 +139,15 @@ fn grains(scene: &Scene, found: &mut Findings) {
         jitter,
         speed,
         spin,
+        over,
     } = scene.cloud;
+    let [from, to] = over.unwrap_or([0.0, scene.container.width]);
+    found.unless(
+        0.0 <= from && from < to && to <= scene.container.width,
+        "/cloud/over",
+        &over,
+        "two places inside the box, the left one first",
+    );
     found.unless(
         spin.is_finite() && spin >= 0.0,
         "/cloud/spin",
@@ -138,7 +167,7 @@ fn grains(scene: &Scene, found: &mut Findings) {
         "a finite number, 0 or more",
     );
     let largest = particles.mean_diameter * (1.0 + particles.dispersion);
-    let fits = (scene.container.width / largest).floor();
+    let fits = ((to - from) / largest).floor();
     found.unless(
         f64::from(columns) <= fits,
         "/cloud/columns",

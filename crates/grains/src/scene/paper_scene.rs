@@ -99,6 +99,7 @@ pub fn paper_scene(realization: u64, particles: u32) -> Scene {
             jitter: 0.9,
             speed: 0.3,
             spin: 0.0,
+            over: None,
         },
         time_step: TimeStep::Fraction {
             of_sqrt_m_over_k: 0.45,

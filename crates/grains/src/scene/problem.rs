@@ -1,7 +1,12 @@
 //! What is wrong with a scene's JSON, and where; the structure of a value held against the schema.
 
 use serde_json::Value;
+
+use super::place::escaped;
 use std::fmt::{self, Debug};
+
+/// Two words that are as alike as this are one with a slip of the pen; of 0 to 1.
+const NEAR: f64 = 0.85;
 
 /// Longest name of a scene or a control point, characters.
 const LONGEST_NAME: usize = 200;
@@ -15,6 +20,8 @@ pub struct Problem {
     pub found: String,
     /// What would be right.
     pub wanted: String,
+    /// Line and column in the file, from 1.
+    pub at: Option<(usize, usize)>,
 }
 
 impl Problem {
@@ -24,6 +31,7 @@ impl Problem {
             place: place.to_owned(),
             found: cut(found.to_string()),
             wanted,
+            at: None,
         }
     }
 }
@@ -47,6 +55,7 @@ impl Findings {
                 place: place.to_owned(),
                 found: cut(format!("{value:?}")),
                 wanted: wanted.to_owned(),
+                at: None,
             });
         }
     }
@@ -81,6 +90,9 @@ impl fmt::Display for Problem {
         } else {
             &self.place
         };
+        if let Some((line, column)) = self.at {
+            write!(out, "line {line}, column {column}: ")?;
+        }
         write!(out, "{place}: found {}, wanted {}", self.found, self.wanted)
     }
 }
@@ -138,24 +150,36 @@ fn object_fits(
             problems.push(Problem {
                 place: format!("{place}/{key}"),
                 found: "nothing".to_owned(),
-                wanted: "this key; no default is implicit".to_owned(),
+                wanted: "this key; it has no default".to_owned(),
+                at: None,
             });
         }
     }
     let others = schema.get("additionalProperties");
     for (key, value) in object {
-        let here = format!("{place}/{}", key.replace('~', "~0").replace('/', "~1"));
+        let here = format!("{place}/{}", escaped(key));
         match (known.and_then(|known| known.get(key)), others) {
             (Some(of_key), _) => walk(root, of_key, value, &here, problems),
             (None, Some(of_other @ Value::Object(_))) => {
                 walk(root, of_other, value, &here, problems);
             }
             (None, Some(Value::Bool(false))) => {
-                let names = known.map(|known| known.keys().cloned().collect::<Vec<_>>());
+                let names: Vec<&str> = known
+                    .into_iter()
+                    .flatten()
+                    .map(|(of, _)| of.as_str())
+                    .collect();
+                let near = |name: &&&str| strsim::jaro_winkler(name, key);
+                let nearest = names.iter().max_by(|a, b| near(a).total_cmp(&near(b)));
+                let wanted = match nearest {
+                    Some(name) if near(&name) > NEAR => format!("{name}"),
+                    _ => format!("one of {}", names.join(", ")),
+                };
                 problems.push(Problem {
                     place: here,
                     found: "an unknown key".to_owned(),
-                    wanted: format!("one of {}", names.unwrap_or_default().join(", ")),
+                    wanted,
+                    at: None,
                 });
             }
             (None, _) => {}
