@@ -53,7 +53,6 @@ use serde_json::{Value, json};
 pub trait Study: Serialize + DeserializeOwned + Sync + Sized {
     /// In `plan.json` and commands: `campaign`.
     const KIND: &'static str;
-    /// What a task gives: JSON that reads back as itself.
     type Row: Serialize + DeserializeOwned + PartialEq + Send;
 
     /// How many tasks; they are numbered from 1.
@@ -95,7 +94,6 @@ pub trait Study: Serialize + DeserializeOwned + Sync + Sized {
 pub struct Outline {
     /// Engine and version, where all rows must be of one engine and this one has told it.
     pub engine: Option<String>,
-    /// How it ended, in a word.
     pub ending: &'static str,
     /// Columns of `rows.csv` with their values.
     pub cells: Vec<(String, String)>,
@@ -190,7 +188,6 @@ pub enum StudyError {
 }
 
 impl StudyError {
-    /// What to tell a script.
     pub fn exit_code(&self) -> u8 {
         match self {
             StudyError::NotAStudy { .. }
@@ -240,7 +237,6 @@ pub struct Judged {
 }
 
 impl Judged {
-    /// Of a study's own record, with nothing for a baseline alone.
     pub fn of(kind: &str, record: &impl Serialize, document: Document) -> Result<Self, StudyError> {
         let own = serde_json::to_value(record).map_err(|error| RecordError::Malformed {
             path: format!("the record of {kind}"),
@@ -257,15 +253,12 @@ impl Judged {
 /// What is written and shown.
 #[derive(Debug)]
 pub struct Report {
-    /// `report.json`.
     pub text: String,
     /// The same, as all jobs have it.
     pub record: Record,
-    /// For people.
     pub document: Document,
 }
 
-/// Judges the rows that are there.
 pub fn report<S: Study>(folder: &Folder<S>) -> Result<Report, StudyError> {
     let status = folder.status()?;
     // Merged rows count without the records that they came from.

@@ -29,7 +29,6 @@ use instructions::{Counting, Instructions};
 use machine::{Bound, Machine, Throughput, Work};
 use scaling::Point;
 
-/// The version of `bench.json`.
 pub const BENCH_VERSION: u32 = 1;
 
 /// What came back makes no sense.
@@ -42,9 +41,7 @@ fn nonsense(what: impl ToString) -> Error {
 pub struct Missed {
     /// In the id of its check, unique.
     pub id: String,
-    /// The part.
     pub what: String,
-    /// Why.
     pub why: String,
     /// It is there and failed, instead of not being there.
     pub failed: bool,
@@ -75,22 +72,18 @@ impl Missed {
     }
 }
 
-/// What is to be measured, and how.
 #[derive(Debug, Clone)]
 pub struct Options {
     /// Where beds are kept for a later run.
     pub out: PathBuf,
     /// Few rounds and small sizes only.
     pub quick: bool,
-    /// Rounds of all engines.
     pub rounds: u32,
-    /// How YADE is started.
     pub yade: yade::Options,
     /// One more engine, an external one.
     pub external: Option<ExternalEngine>,
     /// This program, for the parts that need a process of their own.
     pub crossgrain: PathBuf,
-    /// The command as it was given.
     pub command: String,
 }
 
@@ -123,9 +116,7 @@ impl Options {
 /// The bed of the rounds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BedRecord {
-    /// Number of grains.
     pub grains: u32,
-    /// SHA-256 of the scene.
     pub scene_digest: String,
     /// Digest of positions and velocities.
     pub state: String,
@@ -140,7 +131,6 @@ pub struct BedRecord {
 /// How far native exact is from the machine's limits, at one size.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Distance {
-    /// Number of grains.
     pub grains: u32,
     /// What a step is measured to take, s.
     pub seconds_per_step: f64,
@@ -155,19 +145,13 @@ pub struct Distance {
 /// A finished benchmark: `bench.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Bench {
-    /// [`BENCH_VERSION`].
     pub version: u32,
-    /// Version of crossgrain.
     pub crossgrain: String,
-    /// The command as it was given.
     pub command: String,
     /// Whether it was the quick one.
     pub quick: bool,
-    /// Rounds of all engines.
     pub rounds: u32,
-    /// The machine.
     pub machine: Machine,
-    /// The bed of the rounds.
     pub bed: BedRecord,
     /// Every engine that ran.
     pub contests: Vec<Contest>,
@@ -175,22 +159,18 @@ pub struct Bench {
     pub sorted_bits: Option<TableBits>,
     /// Where the native exact step's time goes.
     pub stages: Vec<Share>,
-    /// Instructions of each native kernel that was counted.
     pub instructions: Vec<Instructions>,
     /// Throughputs of the machine.
     pub throughput: Throughput,
     /// Native exact against them.
     pub distances: Vec<Distance>,
-    /// Cost and memory against size.
     pub scaling: Vec<Point>,
-    /// Goals met and not met.
     pub goals: Vec<Goal>,
     /// Whether the machine had other things to do meanwhile, as far as clocks tell: then no time is to be trusted, and
     /// ratios against YADE flatter, because its steps suffer more from shared caches.
     pub disturbed: bool,
     /// What was not made, or failed.
     pub missed: Vec<Missed>,
-    /// How long all of it took, s.
     pub seconds: f64,
 }
 
@@ -204,7 +184,6 @@ impl Bench {
 /// Steps with clocks between their stages.
 const CLOCKED_STEPS: u64 = 4000;
 
-/// Makes the benchmark.
 pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
     let began = std::time::Instant::now();
     let machine = Machine::this();

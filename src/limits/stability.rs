@@ -48,11 +48,9 @@ pub struct Stability {
     pub native: bool,
     /// Another engine whose limits are looked for.
     pub external: Option<Runner>,
-    /// Names of the scenes.
     pub scenes: Vec<String>,
     /// Names of the failure modes that are tried in the native engine, and in YADE where that takes part and it is cheap.
     pub failures: Vec<String>,
-    /// Grains of the beds.
     pub grains: u32,
     /// Digest of the scene that the beds come from.
     pub scene_digest: String,
@@ -61,7 +59,6 @@ pub struct Stability {
     beds: Mutex<BTreeMap<String, MapScene>>,
 }
 
-/// A piece of work.
 #[derive(Clone, Copy)]
 enum Task<'a> {
     /// The limits of the scene of this name.
@@ -238,13 +235,10 @@ impl Study for Stability {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
-    /// Cundall's α.
     pub alpha: f64,
     /// From the springs of the contact network, s.
     pub predicted: f64,
-    /// As found in the native engine.
     pub native: Option<Found>,
-    /// As found in the external engine.
     pub external: Option<Found>,
 }
 
@@ -252,15 +246,11 @@ pub struct Limits {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Row {
-    /// A short name.
     pub name: String,
-    /// What it is.
     pub title: String,
     /// What a reader should know of it; may be empty.
     pub remark: String,
-    /// Number of grains.
     pub grains: usize,
-    /// Number of contacts.
     pub contacts: usize,
     /// ω_max of the springs, rad/s.
     pub omega: f64,
@@ -306,7 +296,6 @@ pub struct Map {
     pub native: bool,
     /// The other engine whose limits were looked for.
     pub external: Option<ExternalEngine>,
-    /// The scenes.
     pub rows: Vec<Row>,
     /// Failure modes of the method in the native engine; none where that took no part.
     pub failures: Vec<Failure>,
@@ -459,7 +448,6 @@ impl Row {
 }
 
 impl Map {
-    /// Without rows.
     fn new(plan: &Stability, program: Option<&Program>) -> Self {
         let engine = |name: &str| ExternalEngine {
             name: name.to_owned(),

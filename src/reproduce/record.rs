@@ -20,19 +20,14 @@ pub const REPRODUCTION_VERSION: u32 = 1;
 /// The result of the main job.
 #[derive(Debug, Clone, Serialize)]
 pub struct Reproduction {
-    /// Format version of this file.
     pub version: u32,
-    /// Version of crossgrain.
     pub crossgrain: String,
-    /// How to do it again.
     pub command: String,
-    /// SHA-256 of the scene's canonical JSON.
     pub scene_digest: String,
     /// The version of the YADE that ran live.
     pub yade: Option<String>,
     /// Of all checks; skipped if no comparison with another engine could be made or the experiment did not come to its end.
     pub verdict: Outcome,
-    /// All comparisons of two runs.
     pub comparisons: Vec<NamedComparison>,
     /// What the first steps of YADE's loops say, if YADE ran live.
     pub first_steps: Vec<LoopSteps>,
@@ -40,21 +35,15 @@ pub struct Reproduction {
     pub faults: Vec<FaultCheck>,
     /// The parameters that both engines use, if YADE ran live.
     pub facts: Vec<ParameterPair>,
-    /// The verification suite, if it was made.
     pub suite: Option<Verification>,
-    /// What was skipped, with the reason.
     pub skipped: Vec<Skipped>,
-    /// Published figures beside those of this realization; findings, no checks.
     pub claims: Vec<Claim>,
     /// The paper's numbers that need no simulation.
     pub numbers: Vec<Number>,
-    /// Faults of the paper's text.
     pub text_faults: Vec<paper::TextFault>,
     /// Records of other jobs that stand on the page; they are no part of the verdict.
     pub beside: Vec<Stated>,
-    /// All runs.
     pub runs: Vec<RunSummary>,
-    /// How long the job took, s.
     pub seconds: f64,
 }
 
@@ -122,11 +111,9 @@ impl Reproduction {
 pub struct NamedComparison {
     /// The beginning of its checks' ids.
     pub id: String,
-    /// What is compared.
     pub title: String,
     /// The run folders, in the output folder.
     pub folders: Vec<String>,
-    /// What came out.
     pub comparison: Comparison,
 }
 
@@ -135,20 +122,15 @@ pub struct NamedComparison {
 pub struct LoopSteps {
     /// The beginning of its checks' ids.
     pub id: String,
-    /// Which loop.
     pub title: String,
-    /// What was found.
     pub judgement: Judgement,
 }
 
 /// A check that was skipped, and why.
 #[derive(Debug, Clone, Serialize)]
 pub struct Skipped {
-    /// The check's id.
     pub id: String,
-    /// The check.
     pub what: String,
-    /// Why it was skipped.
     pub why: String,
     /// Whether the job is incomplete without it.
     pub required: bool,
@@ -172,7 +154,6 @@ pub struct RunSummary {
     pub folder: String,
     /// Who ran, in words.
     pub engine: String,
-    /// The stages, in words.
     pub stages: String,
     /// Wall time over all stages, µs.
     pub microseconds_per_step: f64,
@@ -180,12 +161,10 @@ pub struct RunSummary {
     pub times_native: Option<f64>,
     /// Wall time of all stages, s.
     pub wall_seconds: f64,
-    /// How to do it again.
     pub command: String,
 }
 
 impl RunSummary {
-    /// Of a run in this folder.
     pub fn of(folder: &str, run: &RunFolder) -> Self {
         RunSummary {
             folder: folder.to_owned(),
@@ -217,7 +196,6 @@ pub fn measured(run: &RunFolder) -> Vec<Measured> {
 /// A published figure beside ours.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Claim {
-    /// What it is.
     pub what: String,
     /// As printed, in `unit`.
     pub published: f64,
@@ -227,7 +205,6 @@ pub struct Claim {
     pub ours: f64,
     /// SI unit, `1` for a ratio.
     pub unit: String,
-    /// What the two say to each other.
     pub reading: String,
 }
 

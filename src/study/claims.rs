@@ -30,40 +30,28 @@ pub const CLAIMS_VERSION: u32 = 3;
 /// Where the members come from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
-    /// The command as it was given.
     pub command: String,
     /// Engine and version that ran them.
     pub engine: String,
-    /// Digest of the campaign's plan.
     pub plan: String,
-    /// SHA-256 of the merged members.
     pub members_digest: String,
 }
 
-/// The claims.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Claims {
-    /// [`CLAIMS_VERSION`].
     pub version: u32,
-    /// Version of crossgrain.
     pub crossgrain: String,
-    /// Where the members come from.
     pub origin: Origin,
-    /// Digest of the campaign's scene.
     pub scene_digest: String,
     /// Where the scene differs from the project's default for the paper: key, default, here.
     pub other_choices: Vec<[String; 3]>,
-    /// How many members.
     pub members: usize,
-    /// How they ended.
     pub endings: BTreeMap<String, usize>,
-    /// In the order of the paper.
     pub claims: Vec<Claim>,
     /// How many claims came to which verdict; `undecided` for those that need more members.
     pub verdicts: BTreeMap<String, usize>,
     /// Whether every claim has a verdict.
     pub complete: bool,
-    /// Data of the figures.
     pub figures: Figures,
 }
 
@@ -259,7 +247,6 @@ pub struct Probability {
     pub test: String,
     /// The test's statistic: a distance or a likelihood ratio.
     pub statistic: f64,
-    /// As the test gives it.
     pub p: f64,
     /// Adjusted by Holm's method for all tests of all claims.
     pub adjusted: f64,
@@ -268,7 +255,6 @@ pub struct Probability {
 /// A number of a claim.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// What it is.
     pub what: String,
     /// What the paper says it is; none where it says nothing.
     pub published: Option<f64>,
@@ -276,9 +262,7 @@ pub struct Row {
     pub ours: Option<Interval>,
     /// SI unit, `1` for a ratio.
     pub unit: Cow<'static, str>,
-    /// How many packings it comes from.
     pub packings: usize,
-    /// Ours over published.
     pub ratio: Option<Interval>,
     /// None for a number that decides nothing.
     pub judged: Option<Judged>,
@@ -345,7 +329,6 @@ impl Row {
             )
     }
 
-    /// Estimate; not a number without one.
     pub fn estimate(&self) -> f64 {
         self.ours.map_or(f64::NAN, |ours| ours.estimate)
     }
@@ -357,14 +340,11 @@ impl Row {
     }
 }
 
-/// A claim of the paper.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
     /// Short and lasting: `mean.O`.
     pub id: Cow<'static, str>,
-    /// Where in the paper.
     pub place: Cow<'static, str>,
-    /// What the paper says.
     pub statement: String,
     /// Its numbers; the first judged one is the headline.
     pub rows: Vec<Row>,
@@ -372,7 +352,6 @@ pub struct Claim {
     pub decided_by: String,
     /// None, undecided, where the campaign is too small to say.
     pub verdict: Option<Verdict>,
-    /// What was found, in a sentence.
     pub reading: String,
     /// Id of the figure that shows it.
     pub figure: Cow<'static, str>,

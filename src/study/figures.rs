@@ -49,7 +49,6 @@ pub fn setup_of(scene: &Scene) -> Setup {
 /// A bed under the punch.
 #[derive(Debug)]
 pub struct LoadedBed {
-    /// What was run.
     pub scene: Scene,
     /// Height that depths are counted from, m: of the settled bed.
     pub surface: f64,
@@ -171,7 +170,6 @@ const BIN: f64 = 0.25;
 const UP_TO: f64 = 6.0;
 /// Bins at most, for samples of both signs.
 const MOST_BINS: f64 = 200.0;
-/// Of the intervals.
 const LEVEL: f64 = 0.95;
 /// Points of each curve.
 const POINTS: u32 = 100;
@@ -181,13 +179,9 @@ const POINTS: u32 = 100;
 pub struct Distribution {
     /// Of the plots' files, before the point's name.
     pub name: Cow<'static, str>,
-    /// The control point.
     pub point: String,
-    /// What is distributed.
     pub quantity: Cow<'static, str>,
-    /// Its SI unit.
     pub unit: Cow<'static, str>,
-    /// The theory's mean, where there is a theory.
     pub theory: Option<f64>,
     /// The fitted law: gamma, or Laplace, which has both signs.
     pub fitted: Option<Law>,

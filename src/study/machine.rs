@@ -32,9 +32,7 @@ pub const SUMMARY: &str = "merged.json";
 /// What one process is to do.
 #[derive(Debug)]
 pub struct Job<'a> {
-    /// Its rows.
     pub shard: Shard,
-    /// Rows at a time.
     pub threads: usize,
     /// How engines that are other programs are started.
     pub engines: &'a Engines,
@@ -47,7 +45,6 @@ pub struct Done {
     pub wanted: u64,
     /// How many of them had been written before.
     pub before: u64,
-    /// Whether no row of the whole study is missing now.
     pub complete: bool,
     /// Lines in record files that are not believed.
     pub damaged: Vec<Damaged>,
@@ -58,19 +55,15 @@ pub struct Done {
 pub struct Status {
     /// See [`Study::KIND`].
     pub kind: String,
-    /// As planned.
     pub rows: u64,
     /// Those that are written.
     pub finished: u64,
     /// Rows that are written more than once, as two processes with different shards leave them.
     pub repeated: u64,
-    /// File and number of its rows.
     pub files: Vec<(String, u64)>,
     /// File and line of what is not believed.
     pub damaged: Vec<(String, u64)>,
-    /// The first missing rows, for people; empty if there are none.
     pub missing: String,
-    /// Whether the rows are merged.
     pub merged: bool,
 }
 
@@ -78,9 +71,7 @@ pub struct Status {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Summary {
-    /// Digest of the plan.
     pub plan: String,
-    /// How many.
     pub rows: u64,
     /// Engine and version, where one engine made all rows.
     pub engine: String,
@@ -93,11 +84,9 @@ pub struct Summary {
 /// A merged study with all of its rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Merged<S: Study> {
-    /// What was run.
     pub plan: Plan<S>,
     /// What came of it in short.
     pub summary: Summary,
-    /// In the order of their numbers, from 1, none missing.
     pub rows: Vec<S::Row>,
 }
 
@@ -106,18 +95,15 @@ pub struct Merged<S: Study> {
 #[derive(Debug)]
 pub struct Folder<S> {
     path: PathBuf,
-    /// What is run.
     pub plan: Plan<S>,
     digest: String,
 }
 
 /// What every study's folder can do, whatever its kind.
 pub trait Machine {
-    /// How many rows are planned.
     fn count(&self) -> u64;
     /// The external engine that the plan names.
     fn program(&self) -> Option<&Program>;
-    /// That the plan was made by this very program, else [`StudyError::OtherProgram`].
     fn check_program(&self) -> Result<(), StudyError>;
     /// Makes the rows of the shard that are missing, each written down when it is finished.
     fn run(&self, job: &Job<'_>, display: &Display) -> Result<Done, StudyError>;
@@ -128,12 +114,10 @@ pub trait Machine {
     fn merge(&self) -> Result<Summary, StudyError>;
     /// Copies what another study of the same kind and made with the same program has of this one's rows; how many.
     fn reuse(&self, from: &Path) -> Result<u64, StudyError>;
-    /// Judges what is there.
     fn judge(&self) -> Result<super::Report, StudyError>;
 }
 
 impl<S: Study> Folder<S> {
-    /// Opens a study.
     pub fn open(path: &Path) -> Result<Self, StudyError> {
         let plan = Plan::<S>::read(path)?;
         Ok(Folder {
@@ -232,7 +216,6 @@ impl<S: Study> Folder<S> {
         Ok(summary)
     }
 
-    /// The row of this number.
     fn row(&self, number: u64, json: &str) -> Result<S::Row, String> {
         let row = serde_json::from_str(json).map_err(|error| error.to_string())?;
         if self.plan.study.belongs(number, &row) {

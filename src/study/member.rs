@@ -23,11 +23,8 @@ pub struct Member {
     pub specification: String,
     /// Which cloud.
     pub realization: u64,
-    /// How it ended.
     pub ending: Ending,
-    /// Steps of pouring.
     pub pour_steps: u64,
-    /// Steps of loading.
     pub load_steps: u64,
     /// What it cost; none where its bed was poured for other loads too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -225,11 +222,8 @@ pub fn exact() -> native::Options {
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Endings {
-    /// The punch got its force.
     pub reached: usize,
-    /// It did not.
     pub target_load_not_reached: usize,
-    /// The bed did not settle.
     pub not_settled: usize,
     /// Settled in an engine without a punch: these count for the bed, not for the force.
     #[serde(default)]
@@ -239,7 +233,6 @@ pub struct Endings {
 }
 
 impl Endings {
-    /// Counts them.
     pub fn of<'a>(all: impl IntoIterator<Item = &'a Member>) -> Self {
         let mut endings = Endings::default();
         for member in all {

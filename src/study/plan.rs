@@ -9,11 +9,9 @@ use crate::engine::exec::{Description, ExternalEngine};
 use crate::engine::yade;
 use crate::files::{failed, read_text, sha256_hex, write_folder, write_whole};
 
-/// The plan format that this program reads and writes.
 const VERSION: u32 = 1;
 /// The most rows that files, memory and merging were planned for.
 pub const MOST_ROWS: u64 = 1_000_000;
-/// The largest `plan.json`, bytes.
 const LARGEST: u64 = 100_000_000;
 const NAME: &str = "plan.json";
 /// The key of the digest in the file.
@@ -23,15 +21,11 @@ const DIGEST: &str = "digest";
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan<S> {
-    /// [`Study::KIND`].
     pub kind: String,
-    /// Format of this file.
     pub version: u32,
-    /// Which program may run it.
     pub made_with: MadeWith,
     /// The external engine, where rows are made in one.
     pub program: Option<Program>,
-    /// The study's own plan.
     pub study: S,
 }
 
@@ -39,7 +33,6 @@ pub struct Plan<S> {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MadeWith {
-    /// Version of crossgrain.
     pub crossgrain: String,
     /// [`grains::SOURCE_DIGEST`].
     pub source: String,
@@ -50,13 +43,11 @@ pub struct MadeWith {
     pub note: Option<String>,
 }
 
-/// An external engine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Program {
     /// Where it is on the machine of the plan.
     pub path: PathBuf,
-    /// What it says of itself.
     pub described: Description,
     /// SHA-256 of its file.
     pub digest: String,
@@ -85,7 +76,6 @@ impl MadeWith {
         }
     }
 
-    /// For people.
     fn in_words(&self) -> String {
         let short = |digest: &str| digest.chars().take(12).collect::<String>();
         let mut words = format!("{} with source {}", self.crossgrain, short(&self.source));
@@ -184,7 +174,6 @@ fn uses_yade<S: Study>(study: &S) -> bool {
     (1..=study.count()).any(|task| study.runner(task).is_yade())
 }
 
-/// The kind of the study in a folder.
 pub fn kind(folder: &Path) -> Result<String, StudyError> {
     let kind = stored(folder)?["kind"].as_str().map(str::to_owned);
     kind.ok_or_else(|| not_a_study(folder, format!("{NAME} names no kind")))

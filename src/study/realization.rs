@@ -51,13 +51,11 @@ impl Ending {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Runner {
-    /// The native engine.
     Native(Mode),
     /// YADE's ordinary loop, as it is usually run.
     YadeOrdinary,
     /// YADE's loop over sorted interactions, which has the native engine's bits.
     YadeSorted,
-    /// An external engine.
     External,
 }
 
@@ -87,7 +85,6 @@ impl Runner {
 /// How engines that are other programs are started.
 #[derive(Debug, Clone, Default)]
 pub struct Engines {
-    /// YADE; its loop is the runner's.
     pub yade: yade::Options,
     /// The external engine, for its runner.
     pub external: Option<ExternalEngine>,
@@ -104,20 +101,16 @@ impl Engines {
     }
 }
 
-/// A realization that was run to an end.
 #[derive(Debug)]
 pub struct Realization {
     /// Settled and last moment.
     pub outcome: Outcome,
     /// [`Ending::Reached`], [`Ending::TargetLoadNotReached`] or [`Ending::NotSettled`].
     pub ending: Ending,
-    /// Steps of pouring, of all phases.
     pub pour_steps: u64,
-    /// Steps of loading.
     pub load_steps: u64,
     /// Processor time of an engine in another process, s.
     pub elsewhere: f64,
-    /// Engine and version.
     pub engine: String,
 }
 
@@ -332,7 +325,6 @@ pub fn bed_of(snapshot: &Snapshot) -> Bed<'_> {
 pub struct Specification {
     /// The scene of loading and measuring, and of pouring where there are no phases; its realization is replaced.
     pub scene: Scene,
-    /// In which engine.
     pub runner: Runner,
     /// Pouring, part by part; without any the scene's own stages and rules are used.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -372,7 +364,6 @@ impl Specification {
         sha256_hex(text.as_bytes())[..16].to_owned()
     }
 
-    /// The scene of a realization.
     pub fn scene_of(&self, realization: u64) -> Scene {
         Scene {
             realization,
@@ -390,14 +381,12 @@ const MOST_CLOUDS: u64 = 1_000_000;
 pub struct Setting {
     /// Lasting, and unique in its study: `step-0.65`.
     pub id: String,
-    /// For people.
     pub name: String,
     /// What is varied: `time step`.
     pub axis: String,
     /// Its place on the axis, and on the second of a crossed axis, in the units of the name.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub at: Vec<f64>,
-    /// What is run.
     pub specification: Specification,
     /// Realizations: first and last of each range.
     pub clouds: Vec<[u64; 2]>,
@@ -416,7 +405,6 @@ impl Setting {
         }
     }
 
-    /// Every realization.
     pub fn realizations(&self) -> impl Iterator<Item = u64> {
         self.clouds.iter().flat_map(|[first, last]| *first..=*last)
     }
@@ -448,7 +436,6 @@ pub enum Change {
     Step(f64),
     /// Share of Young's modulus. The settle rule's times stay as they are while dt grows as 1/√E.
     Modulus(f64),
-    /// Damping number α.
     Alpha(f64),
     /// The bed counts as settled at this share of the largest kinetic energy.
     Settled(f64),
@@ -468,7 +455,6 @@ pub enum Change {
     Spheres,
     /// Mean diameter, m, with as many grains in a cloud that is as loose.
     Diameter(f64),
-    /// Mean diameter, m, with the same area of grains.
     DiameterSameArea(f64),
 }
 
@@ -533,7 +519,6 @@ fn check_settling(scene: &mut Scene, ratio: f64) {
     scene.settle.max_steps = scaled(scene.settle.max_steps);
 }
 
-/// Grains of the paper's bed.
 const GRAINS: u32 = 5000;
 /// dt over √(m/k) of the free mode's default.
 pub const FREE_MODE_STEP: f64 = 0.65;

@@ -157,19 +157,14 @@ impl Study for Plan {
 /// A published figure.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
-    /// As in [`PUBLISHED`].
     pub id: String,
-    /// For people.
     pub title: String,
-    /// Published.
     pub value: f64,
     /// Counts as the same.
     pub tolerance: f64,
-    /// SI unit.
     pub unit: String,
     /// Where the tolerance comes from.
     pub reason: String,
-    /// Ids of the settings in which it comes out.
     pub comes_out: Vec<String>,
     /// In which that is undecided.
     pub undecided: Vec<String>,
@@ -179,16 +174,13 @@ pub struct Figure {
     pub skipped: Vec<String>,
 }
 
-/// A setting and what came out of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// What was run.
     pub setting: Setting,
     /// As in the rows.
     pub digest: String,
     /// Members that were made.
     pub made: usize,
-    /// How they ended.
     pub endings: Endings,
     /// Share of them in which the punch got its force.
     pub reached: f64,
@@ -201,7 +193,6 @@ pub struct Point {
 /// Which figures come out together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
-    /// For people.
     pub title: String,
     /// Ids of the figures.
     pub figures: Vec<String>,
@@ -219,26 +210,20 @@ pub const WRONG: f64 = 0.05;
 /// The map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Sensitivity {
-    /// Digest of the base scene.
     pub scene_digest: String,
-    /// Grains of the base scene.
     pub grains: u32,
     /// Clouds of a cheap setting.
     pub clouds: u64,
     /// Of the intervals that decide, corrected for how many do.
     pub level: f64,
-    /// The published figures.
     pub figures: Vec<Figure>,
-    /// Every setting.
     pub points: Vec<Point>,
-    /// Figures together.
     pub joint: Vec<Joint>,
     /// Why the load is reached at all.
     pub bearing: Bearing,
 }
 
 impl Sensitivity {
-    /// Of these members and watched punches.
     pub fn of(plan: &Plan, members: Members, watched: &[Watched]) -> Self {
         let base = base_members(plan, &members);
         let rows: Vec<Vec<&Member>> = plan.settings.iter().map(|of| members.of(of)).collect();

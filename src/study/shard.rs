@@ -14,7 +14,6 @@ use crate::study::machine::Machine;
 pub struct Shard {
     /// From 1.
     pub index: u64,
-    /// At least 1.
     pub of: u64,
 }
 
@@ -29,7 +28,6 @@ impl Shard {
     /// Everything in one process.
     pub const WHOLE: Shard = Shard { index: 1, of: 1 };
 
-    /// Shard `index` of `of`.
     pub fn new(index: u64, of: u64) -> Result<Self, String> {
         if of == 0 || of > MOST {
             return Err(format!("{of} shards; there are 1 to {MOST}"));
@@ -112,7 +110,6 @@ pub struct Array<'a> {
     pub threads: u16,
     /// Where the cluster wants one to be named.
     pub partition: Option<&'a str>,
-    /// The program that the tasks start; an absolute path.
     pub program: &'a Path,
 }
 

@@ -89,7 +89,6 @@ impl Study for Plan {
 /// The version of `tradeoff.json`.
 pub const TRADEOFF_VERSION: u32 = 1;
 
-/// What a realization costs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Costs {
     /// Median over the screening realizations of the processor time of the whole protocol, s.
@@ -98,7 +97,6 @@ pub struct Costs {
     pub range: [f64; 2],
     /// Mean steps of pouring.
     pub pour_steps: f64,
-    /// Mean steps of loading.
     pub load_steps: f64,
     /// Median time of measuring, s.
     pub measuring_seconds: f64,
@@ -107,7 +105,6 @@ pub struct Costs {
 /// A method with its costs and its errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// What is run.
     pub method: Setting,
     /// Digest of the specification, as in the rows.
     pub digest: String,
@@ -130,11 +127,8 @@ pub struct Point {
 /// A quantity in words.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Quantity {
-    /// Its key.
     pub key: Cow<'static, str>,
-    /// For people.
     pub title: Cow<'static, str>,
-    /// SI unit.
     pub unit: Cow<'static, str>,
     /// Of the reference over all of its realizations, with the number of them.
     pub reference: Option<Reference>,
@@ -144,35 +138,26 @@ pub struct Quantity {
     pub reason: Cow<'static, str>,
 }
 
-/// What the reference gives.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Reference {
-    /// Over realizations.
     pub mean: f64,
-    /// From realization to realization.
     pub deviation: f64,
-    /// How many.
     pub count: usize,
 }
 
-/// Cost against error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Tradeoff {
-    /// Digest of the reference's scene.
     pub scene_digest: String,
-    /// Grains of the reference's scene.
     pub grains: u32,
     /// Screening realizations.
     pub screening: u64,
     /// Realizations of the tests of equivalence.
     pub confirmatory: u64,
-    /// What is compared.
     pub quantities: Vec<Quantity>,
     /// What all others are compared with.
     pub reference: Point,
     /// The reference against itself on other clouds: the error that chance alone gives.
     pub null_comparison: Judgement,
-    /// All others.
     pub points: Vec<Point>,
     /// Exact cases.
     pub convergence: Vec<Convergence>,

@@ -17,7 +17,6 @@ use grains::scene::{Cloud, Scene, paper_scene};
 use grains::tables::{Bodies, Stage};
 use grains::task::{Observer, Start, Task, Until};
 
-/// Grains of the paper's bed.
 pub const PAPER: u32 = 5000;
 
 /// Steps that a bed laid out of copies is given to come to rest at its joints.
@@ -28,7 +27,6 @@ const RELAXING: u64 = 1000;
 pub struct Bed {
     /// The paper's scene for so many grains, as deep and as dense as the paper's.
     pub scene: Scene,
-    /// Its grains.
     pub bodies: Bodies,
 }
 

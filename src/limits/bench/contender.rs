@@ -35,9 +35,7 @@ pub enum Contender {
     YadeOrdinary,
     /// YADE `-j1`, interactions in the order of their ids.
     YadeSorted,
-    /// LAMMPS, gran/hooke.
     Lammps,
-    /// LIGGGHTS, hooke/stiffness.
     Liggghts,
     /// A program that speaks the engine protocol.
     External,
@@ -54,7 +52,6 @@ pub const ALL: [Contender; 7] = [
     Contender::Liggghts,
 ];
 
-/// The native engine's.
 pub const NATIVE: [Contender; 3] = [Contender::Exact, Contender::Free, Contender::Single];
 
 /// Those whose instructions are counted; YADE's sorted loop would take minutes.
@@ -70,11 +67,8 @@ pub const COUNTED: [Contender; 6] = [
 /// Steps of the other engines' windows, and of the check of every bed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Plan {
-    /// Steps before a window.
     pub warm_up: u64,
-    /// Steps of a window of the native engine.
     pub native: u64,
-    /// Steps of a window of another engine.
     pub other: u64,
     /// Steps with YADE's own timers on.
     pub shares: u64,
@@ -90,9 +84,7 @@ impl Plan {
 /// The engines that are programs of their own, as far as they are not looked for on the path.
 #[derive(Debug, Clone, Copy)]
 pub struct Programs<'a> {
-    /// How YADE is started.
     pub yade: &'a yade::Options,
-    /// The external engine, if there is one.
     pub external: Option<&'a ExternalEngine>,
 }
 
@@ -125,12 +117,10 @@ impl Programs<'_> {
 /// What an engine did in a round.
 #[derive(Debug)]
 pub struct Turn {
-    /// The timed steps.
     pub window: Window,
     /// The bed after [`Plan::compared_after`] steps, and its contacts between grains; a native engine is not asked
     /// here, because its window is longer.
     pub bed: Option<(Bodies, usize)>,
-    /// Its version.
     pub version: String,
     /// Largest resident memory of its process, where that is known.
     pub peak_memory: Option<u64>,
@@ -147,7 +137,6 @@ struct Known {
     /// In ids of checks.
     id: &'static str,
     name: &'static str,
-    /// Of a native engine.
     mode: Option<Mode>,
     tolerance: Tolerance,
     /// Whether a benchmark without it lacks something.
@@ -223,12 +212,10 @@ impl Contender {
         self.known().id
     }
 
-    /// For tables.
     pub fn name(self) -> &'static str {
         self.known().name
     }
 
-    /// The mode, of a native engine.
     pub fn mode(self) -> Option<Mode> {
         self.known().mode
     }
@@ -388,7 +375,6 @@ fn run(bed: &Bed, steps: u64, engine: &ExternalEngine, work: &Path) -> Result<Ex
     Ok(run_external(&scene, &task, engine, &folder, &mut ())?)
 }
 
-/// How far from the native exact bed another engine's may be after the same steps.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Tolerance {
     /// Of the largest displacement over the mean radius.
@@ -434,17 +420,11 @@ pub struct Sanity {
     pub steps: u64,
     /// Largest distance between a grain here and there, over the mean radius.
     pub displacement: f64,
-    /// Contacts between grains here.
     pub contacts: usize,
-    /// Contacts between grains there.
     pub contacts_in_exact: usize,
-    /// Kinetic energy here, J.
     pub energy: f64,
-    /// Kinetic energy there, J.
     pub energy_in_exact: f64,
-    /// What is allowed.
     pub tolerance: Tolerance,
-    /// Whether it is kept.
     pub holds: bool,
 }
 
@@ -506,11 +486,8 @@ fn largest_distance(a: &Bodies, b: &Bodies) -> f64 {
 /// An engine over all rounds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Contest {
-    /// Which engine.
     pub contender: Contender,
-    /// For tables.
     pub name: String,
-    /// Its version.
     pub version: String,
     /// Steps of a window.
     pub steps: u64,
@@ -518,9 +495,7 @@ pub struct Contest {
     pub seconds_per_step: Spread,
     /// Processor time over time on the clock, the least of the rounds, where both are known; well below 1 on a busy machine.
     pub processor_share: Option<f64>,
-    /// Its time over native exact's, round by round.
     pub over_exact: Option<Spread>,
-    /// Its time over native free's, round by round.
     pub over_free: Option<Spread>,
     /// Largest resident memory of its process, bytes, where it has one of its own.
     pub peak_memory: Option<u64>,

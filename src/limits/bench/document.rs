@@ -15,9 +15,7 @@ use crate::document::{Axis, Colour, Document, Plot, Section, Table, rounded};
 /// A goal and what was measured of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Goal {
-    /// What it says.
     pub goal: String,
-    /// The bound.
     pub bound: f64,
     /// Whether the measured value must be at least or at most the bound.
     pub at_least: bool,
@@ -150,7 +148,6 @@ impl Bench {
         ratios.chain(instructions).collect()
     }
 
-    /// For people.
     pub fn document(&self) -> Document {
         let bits = match &self.sorted_bits {
             Some(bits) => format!(

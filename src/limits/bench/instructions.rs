@@ -19,18 +19,13 @@ use crate::error::Error;
 use crate::files::read_text;
 use crate::progress::Task;
 
-/// Counted instructions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Instructions {
-    /// Which engine.
     pub contender: Contender,
-    /// For tables.
     pub name: String,
-    /// Instructions a step.
     pub per_step: f64,
     /// Instructions a step and pair that the native engine lists.
     pub per_listed_pair: f64,
-    /// Over those of native exact.
     pub over_exact: f64,
     /// Share of each function that has at least a hundredth, itself without what it calls; largest first.
     pub functions: Vec<(String, f64)>,
@@ -43,13 +38,9 @@ const OTHER_STEPS: [u64; 2] = [10, 30];
 /// What is counted on: a bed, this program, and how other engines are started.
 #[derive(Debug, Clone, Copy)]
 pub struct Counting<'a> {
-    /// The program `crossgrain`.
     pub crossgrain: &'a Path,
-    /// The bed.
     pub bed: &'a Bed,
-    /// Its listed pairs.
     pub listed_pairs: usize,
-    /// How YADE is started.
     pub yade: &'a yade::Options,
     /// A folder for the processes.
     pub work: &'a Path,
@@ -91,7 +82,6 @@ impl Counting<'_> {
         Ok(all)
     }
 
-    /// Counts the instructions of a step of this engine.
     fn count(&self, contender: Contender) -> Result<Instructions, Error> {
         let valgrind = on_path("valgrind").ok_or_else(|| ProgramError::Missing {
             engine: "valgrind",
@@ -186,7 +176,6 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// Of all functions.
     pub fn total(&self) -> u64 {
         self.functions.values().sum()
     }

@@ -114,9 +114,7 @@ pub const WORKING_SETS: [usize; 4] = [16 << 10, 512 << 10, 8 << 20, 256 << 20];
 /// for either grain, and so could at best come within a factor of two of the first.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Work {
-    /// Listed pairs.
     pub pairs: f64,
-    /// Grains.
     pub grains: f64,
 }
 
@@ -133,9 +131,7 @@ const BYTES_A_GRAIN: f64 = 80.0 + 48.0;
 /// The time that a step takes at least if one resource alone counted, s.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Bound {
-    /// Which resource.
     pub resource: String,
-    /// s a step.
     pub seconds: f64,
     /// The measured time over it.
     pub distance: f64,

@@ -16,7 +16,6 @@ use grains::native::Mode;
 
 /// Sizes of the whole benchmark; those up to the paper's are settled, the larger ones are laid out of copies of it.
 pub const SIZES: [u32; 7] = [1_000, 2_000, PAPER, 10_000, 20_000, 50_000, 100_000];
-/// Sizes of the quick one.
 pub const QUICK_SIZES: [u32; 2] = [1_000, PAPER];
 
 /// Grains times steps of a native window: some tenths of a second.
@@ -31,11 +30,8 @@ const FEWEST_STEPS: u64 = 20;
 pub struct Point {
     /// The engine and its way: `native exact`, `native exact, ids shuffled`, `YADE -j1, ordinary loop`.
     pub name: String,
-    /// Number of grains.
     pub grains: u32,
-    /// Seconds a step.
     pub seconds_per_step: Spread,
-    /// Median seconds a step and grain.
     pub seconds_per_grain: f64,
     /// Largest resident memory of the process, bytes.
     pub peak_memory: Option<u64>,
@@ -44,13 +40,11 @@ pub struct Point {
 /// What is to be measured, and how.
 #[derive(Debug, Clone, Copy)]
 pub struct Plan<'a> {
-    /// The program `crossgrain`.
     pub crossgrain: &'a Path,
     /// Numbers of grains, rising.
     pub sizes: &'a [u32],
     /// Times that each native point is measured.
     pub repeats: u32,
-    /// How YADE is started.
     pub yade: &'a yade::Options,
     /// A folder for the processes.
     pub work: &'a Path,
@@ -67,7 +61,6 @@ const NATIVE: [(&str, Mode, bool); 4] = [
 /// YADE's way, in its points.
 pub const YADE: &str = "YADE -j1, ordinary loop";
 
-/// Measures every size in every way.
 pub fn measure(
     plan: &Plan<'_>,
     paper: &Bed,

@@ -110,7 +110,6 @@ impl Observer for Watch {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct One {
-    /// The timed steps.
     pub window: Window,
     /// All steps, those before the window too.
     pub steps: u64,
@@ -213,14 +212,11 @@ pub struct Spread {
     pub low_quartile: f64,
     /// A quarter of them is above it.
     pub high_quartile: f64,
-    /// The least.
     pub least: f64,
-    /// The most.
     pub most: f64,
 }
 
 impl Spread {
-    /// Of these; none if there are none.
     pub fn of(all: Vec<f64>) -> Option<Self> {
         let mut sorted = all.clone();
         sorted.sort_by(f64::total_cmp);

@@ -7,7 +7,6 @@ use crate::engine::yade::Proposal;
 use super::trials::Found;
 
 impl Map {
-    /// The map as a document.
     pub fn document(&self) -> Document {
         Document {
             title: "The largest stable time steps".to_owned(),
@@ -80,7 +79,6 @@ impl Map {
         words
     }
 
-    /// The name of the external engine.
     fn external_name(&self) -> &str {
         self.external
             .as_ref()
@@ -197,10 +195,8 @@ impl Map {
     }
 }
 
-/// A name, and the step of a proposal.
 type Choice = (&'static str, fn(&Proposal) -> f64);
 
-/// The steps that YADE would choose.
 const CHOICES: [Choice; 3] = [
     ("PWaveTimeStep", |of| of.p_wave),
     ("GlobalStiffness", |of| of.global_stiffness),

@@ -17,7 +17,6 @@ use grains::scene::{Cloud, Damping, Scene, TimeStep, paper_scene, parse_scene};
 use grains::tables::{Stage, StopReason};
 use grains::task::{self, Task};
 
-/// Grains of the scenes.
 const GRAINS: u32 = 60;
 
 /// A failure mode as it was tried.
@@ -26,13 +25,9 @@ const GRAINS: u32 = 60;
 pub struct Failure {
     /// A short name, in kebab-case.
     pub name: String,
-    /// What is done.
     pub title: String,
-    /// What happens in the native engine.
     pub happened: String,
-    /// Which part of the program notices.
     pub noticed: String,
-    /// What it says.
     pub says: String,
     /// What YADE's run comes to, where that was asked.
     pub yade: Option<String>,
@@ -42,7 +37,6 @@ pub struct Failure {
 
 /// A failure mode: a change of a small bed, and what should come of it.
 pub struct Mode {
-    /// See [`Failure`].
     pub name: &'static str,
     title: &'static str,
     change: fn(&mut Scene),
@@ -50,7 +44,6 @@ pub struct Mode {
     pub in_yade: bool,
     /// Whether it was noticed, and what happens.
     judge: fn(&Run, &Scene) -> (bool, String),
-    /// Which part of the program notices.
     notices: &'static str,
 }
 
@@ -315,7 +308,6 @@ impl Run {
 }
 
 impl Mode {
-    /// The failure mode of this name.
     pub fn of(name: &str) -> Option<&'static Self> {
         MODES.iter().find(|mode| mode.name == name)
     }
@@ -326,7 +318,6 @@ impl Mode {
         scene
     }
 
-    /// Tries it in the native engine.
     pub fn in_native(&self) -> Result<Failure, NativeError> {
         let scene = self.scene();
         let run = run_scene(&scene)?;

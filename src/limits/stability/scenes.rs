@@ -40,7 +40,6 @@ const FRICTION_ANGLE: f64 = 0.5;
 /// A scene of the map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapScene {
-    /// A short name, in kebab-case.
     pub name: String,
     /// What it is, in a line.
     pub title: String,
@@ -59,7 +58,6 @@ pub struct MapScene {
 pub struct ClosedForm {
     /// s.
     pub dt: f64,
-    /// The formula.
     pub formula: String,
     /// How far the scene may be from it, relative: of the pre-stress, and of what the formula leaves out.
     pub tolerance: f64,
@@ -97,7 +95,6 @@ impl MapScene {
     }
 }
 
-/// Rows of the crystal.
 const CRYSTAL_ROWS: usize = 12;
 
 /// The names of all scenes, from the simplest up.
@@ -432,7 +429,6 @@ fn bed(
     Ok(bed)
 }
 
-/// The scene's bed when it has settled.
 fn poured(scene: &Scene) -> Result<Bodies, NativeError> {
     let task = Task::settle(initial_bodies(scene));
     let outcome = native::run(scene, &task, &Options::default(), &mut ())?;

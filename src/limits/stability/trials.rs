@@ -52,7 +52,6 @@ pub struct Found {
     pub stable: f64,
     /// The smallest step tried at which the disturbance grew, s.
     pub unstable: f64,
-    /// Trials that it took.
     pub trials: u32,
 }
 
@@ -70,7 +69,6 @@ pub struct Disturbed {
     case: Case,
     /// Displacements of the start, m, and those of a step before it; x, z and angle (rad) a grain.
     places: [Vec<f64>; 2],
-    /// Contacts at the start.
     contacts: usize,
 }
 
@@ -142,7 +140,6 @@ impl Disturbed {
         })
     }
 
-    /// The trial at this step.
     pub fn at(&self, dt: f64, alpha: f64) -> Case {
         let mut case = self.case.clone();
         case.model.dt = dt;

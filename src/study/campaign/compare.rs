@@ -44,13 +44,10 @@ pub struct Bits {
 /// One quantity of both campaigns, of the first and of the second.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Compared {
-    /// The member's key.
     pub key: &'static str,
-    /// For people.
     pub title: &'static str,
     /// SI unit, `1` for a ratio.
     pub unit: &'static str,
-    /// Packings that have it.
     pub packings: [usize; 2],
     /// Mean and standard deviation; not a number without packings, and then null in JSON.
     pub moments: [[Option<f64>; 2]; 2],
@@ -89,9 +86,7 @@ pub struct Judgement {
 /// Two campaigns compared.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Engines of the two.
     pub engines: [String; 2],
-    /// Packings of the two.
     pub packings: [usize; 2],
     /// What both have run.
     pub bits: Bits,
@@ -100,7 +95,6 @@ pub struct Comparison {
     /// The probability that the packings would be found equal in distribution if all means were equal, with its 95 % interval: the
     /// share of pairs of campaigns that were, drawn with replacement from both after their means were made equal.
     pub power: Option<Interval>,
-    /// What it says.
     pub verdict: Verdict,
 }
 
@@ -114,7 +108,6 @@ pub struct Packings {
 }
 
 impl Packings {
-    /// Of these members.
     pub fn of(members: &[Member]) -> Self {
         let column = |key| members.iter().map(move |of| of.measured.get(key).copied());
         Packings {
@@ -129,7 +122,6 @@ impl Packings {
         }
     }
 
-    /// How many there are.
     pub fn count(&self) -> usize {
         self.reached.len()
     }
@@ -431,7 +423,6 @@ impl Comparison {
         answer + "."
     }
 
-    /// For people.
     pub fn document(&self) -> Document {
         let both = Table::of("campaigns", "The campaigns", [("first", 0), ("second", 1)])
             .column("", |(name, _)| name)

@@ -53,9 +53,7 @@ pub struct Volume {
 pub struct Volumes {
     /// `loaded` or `settled`.
     pub moment: Cow<'static, str>,
-    /// The control point.
     pub point: Cow<'static, str>,
-    /// In growing order.
     pub volumes: Vec<Volume>,
     /// CV ∝ N^exponent, all of the volumes.
     pub exponent: Option<Interval>,
@@ -308,7 +306,6 @@ fn of_moment(series: &[Volumes], moment: Moment) -> impl Iterator<Item = &Volume
     series.iter().filter(move |of| of.moment == moment.key())
 }
 
-/// CV = 1/√N.
 pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Claim {
     let mut rows = Vec::new();
     let mut found = Vec::new();
@@ -369,7 +366,6 @@ pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Cl
         .by(Rule::All, rows)
 }
 
-/// Erlang(N).
 pub fn erlang(members: &[Member], series: &[Volumes]) -> Claim {
     let mut rows = Vec::new();
     let mut found = Vec::new();

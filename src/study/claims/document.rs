@@ -17,12 +17,10 @@ use crate::study::figures::Distribution;
 use evidence::Interval;
 use evidence::distribution::Family;
 
-/// Data of all plots.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
     /// Σ_zz under the load (Figure 5), σ_zz under gravity alone, σ_xx and σ_xz under the load, each at O, A, B.
     pub distributions: Vec<Distribution>,
-    /// Section 5.
     pub volumes: Vec<Volumes>,
     /// Height and porosity of every settled bed, by one definition each.
     pub plane: Vec<Cloud>,
@@ -35,7 +33,6 @@ pub struct Figures {
 pub struct Cloud {
     /// How both are taken.
     pub definition: Cow<'static, str>,
-    /// A bed each.
     pub beds: Vec<[f64; 2]>,
 }
 
@@ -86,7 +83,6 @@ const GROUPS: [Group; 4] = [
     },
 ];
 
-/// The data of all plots.
 pub(super) fn data(members: &[Member], volumes: Vec<Volumes>, solid: f64) -> Figures {
     let distribution = |of: &Group, point: &'static str| {
         let parts = table_4(point);
@@ -174,7 +170,6 @@ const HOW: &str = "A claim is decided by the size of an effect against a limit t
     for this scene; the paper leaves choices open, and the sensitivity study says what hangs on them.";
 
 impl Claims {
-    /// Verdicts, plots and all numbers.
     pub fn document(&self) -> Document {
         let listed = |counts: &std::collections::BTreeMap<String, usize>| {
             let parts = counts.iter().map(|(word, count)| format!("{word} {count}"));
@@ -493,7 +488,6 @@ impl Claims {
 
 const MEANS: &str = "Means against Table 4";
 
-/// Limits in words.
 fn limits(of: Judged) -> String {
     let short = |value: f64| rounded(value, 4);
     match (of.low, of.high) {

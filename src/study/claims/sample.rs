@@ -19,7 +19,6 @@ pub enum Moment {
 }
 
 impl Moment {
-    /// Both.
     pub const BOTH: [Moment; 2] = [Moment::Loaded, Moment::Settled];
 
     /// As in keys of measured quantities.
@@ -86,13 +85,11 @@ pub fn together(members: &[Member], moment: Moment, point: &str, grains: usize) 
 
 /// A number over packings: its interval at any level.
 pub struct Number<'a> {
-    /// How many.
     pub packings: usize,
     of: Box<dyn Fn(f64) -> Option<Interval> + 'a>,
 }
 
 impl<'a> Number<'a> {
-    /// Of so many packings.
     pub fn new(packings: usize, of: impl Fn(f64) -> Option<Interval> + 'a) -> Self {
         Number {
             packings,
@@ -100,7 +97,6 @@ impl<'a> Number<'a> {
         }
     }
 
-    /// Its interval at this level.
     pub fn at(&self, level: f64) -> Option<Interval> {
         (self.of)(level)
     }

@@ -141,7 +141,6 @@ pub fn settled(members: &[Member]) -> Claim {
     )
 }
 
-/// The horizontal component.
 pub fn horizontal(members: &[Member]) -> Claim {
     several(
         members,
@@ -224,7 +223,6 @@ pub fn conclusion(claims: &[Claim]) -> Claim {
         .with(verdict, Vec::new())
 }
 
-/// Positive only.
 pub fn positive_only(members: &[Member]) -> Claim {
     let mut rows = Vec::new();
     for moment in Moment::BOTH {

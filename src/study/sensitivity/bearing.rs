@@ -106,11 +106,9 @@ pub struct Level {
 pub struct Curve {
     /// Of the penetration test.
     pub name: String,
-    /// What the punch does.
     pub kind: Kind,
     /// m/s.
     pub speed: f64,
-    /// Damping number.
     pub alpha: f64,
     /// Friction angle between grains, rad.
     pub friction: f64,
@@ -120,7 +118,6 @@ pub struct Curve {
     pub reached: usize,
     /// Mean depth at the force, of a standing punch, m.
     pub depth: Option<Interval>,
-    /// In order.
     pub levels: Vec<Level>,
 }
 
@@ -144,7 +141,6 @@ pub struct AtRest {
 /// The section of the record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Bearing {
-    /// The bed.
     pub soil: Soil,
     /// Depth of the bed, m.
     pub height: f64,
@@ -162,7 +158,6 @@ pub struct Bearing {
     pub impedance: f64,
     /// The speed at which inertia alone gives the load, m/s.
     pub speed_of_impact: f64,
-    /// Extrapolated to speed zero, window by window.
     pub at_rest: Vec<AtRest>,
     /// Punches that go on.
     pub through: Vec<Curve>,

@@ -42,7 +42,6 @@ fn class(judged: &Judged) -> usize {
 }
 
 impl Sensitivity {
-    /// For people.
     pub fn document(&self) -> Document {
         Document {
             title: "What the published figures depend on".to_owned(),

@@ -35,7 +35,6 @@ pub enum Verdict {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Judged {
-    /// Id of the published figure.
     pub id: String,
     /// Packings that gave the quantity, of a shape those whose grain bears load.
     pub packings: usize,
@@ -87,7 +86,6 @@ pub fn judge(figure: &Published, rows: &[&Member], base: &[&Member], level: f64)
     }
 }
 
-/// The interval against the ends of what counts as the published figure.
 pub fn verdict(found: Option<Interval>, low: f64, high: f64) -> Verdict {
     match found {
         None => Verdict::Skipped,

@@ -13,7 +13,6 @@ use grains::scene::Scene;
 use grains::tables::{BodyIds, Contact, Snapshot, Stage, StopReason};
 use grains::task::{Observer, Task};
 
-/// What the punch does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -27,9 +26,7 @@ pub enum Kind {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Penetration {
-    /// For people.
     pub name: String,
-    /// What the punch does.
     pub kind: Kind,
     /// Its realization is replaced.
     pub scene: Scene,
@@ -142,7 +139,6 @@ impl Penetration {
 pub struct Window {
     /// Start of the window, m or s.
     pub from: f64,
-    /// Its end.
     pub to: f64,
     /// Mean force on the punch over its width, Pa.
     pub pressure: f64,
@@ -160,7 +156,6 @@ pub struct Window {
 pub struct Watched {
     /// Digest of the [`Penetration`].
     pub penetration: String,
-    /// Which cloud.
     pub realization: u64,
     /// Why loading ended; none where the engine gave up.
     pub stop: Option<StopReason>,

@@ -81,7 +81,6 @@ pub const AXES: [(&str, &str); 13] = [
 const SPEEDS: [f64; 8] = [0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.2, 0.5];
 const ALPHAS: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.8];
 
-/// What is run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
@@ -196,7 +195,6 @@ impl Plan {
         plan
     }
 
-    /// Without settings.
     pub fn new(base: Scene, clouds: u64) -> Self {
         Plan {
             base,
@@ -298,7 +296,6 @@ impl Plan {
         Specification::native(Mode::Exact, scene).digest()
     }
 
-    /// The task of this number, from 1.
     pub fn task(&self, number: u64) -> &Task {
         &self.tasks()[number as usize - 1]
     }

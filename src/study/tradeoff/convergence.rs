@@ -26,7 +26,6 @@ const FREQUENCY: f64 = 100.0;
 /// A case at several steps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Convergence {
-    /// What happens.
     pub title: String,
     /// What the error is over.
     pub error_of: String,
@@ -34,11 +33,9 @@ pub struct Convergence {
     pub points: Vec<(f64, f64)>,
     /// Slope of log error over log dt up to the paper's step, with its 95 % interval.
     pub order: Option<Interval>,
-    /// What theory says.
     pub expected: f64,
 }
 
-/// Runs every case.
 pub fn all() -> Result<Vec<Convergence>, NativeError> {
     Ok(vec![swing()?, bounce()?, damped_swing()?])
 }

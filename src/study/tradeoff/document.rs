@@ -13,7 +13,6 @@ use grains::native::Mode;
 const LOWEST: f64 = 0.02;
 
 impl Tradeoff {
-    /// For people.
     pub fn document(&self) -> Document {
         let checks = self.checks();
         Document {

@@ -10,7 +10,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Difference {
-    /// Key of the quantity.
     pub key: String,
     /// Method minus reference, by cloud; clouds that lack the quantity in either are left out, and counted by
     /// [`Endings`].
@@ -55,7 +54,6 @@ pub struct Worst {
 
 /// Stands for the share of punches that did not get their force.
 pub const MISSED_KEY: &str = "missed";
-/// For people.
 pub const MISSED_TITLE: &str = "share of missed loads";
 
 impl Judgement {
@@ -94,7 +92,6 @@ impl Judgement {
         quantities.chain(missed).collect()
     }
 
-    /// The difference of this quantity.
     pub fn of(&self, key: &str) -> Option<&Difference> {
         self.differences.iter().find(|of| of.key == key)
     }
@@ -187,9 +184,7 @@ fn difference(quantity: &Quantity, pairs: &[(&Member, &Member)]) -> Option<Diffe
 /// A measured quantity with its margin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quantity {
-    /// Its key in a member.
     pub key: &'static str,
-    /// For people.
     pub title: &'static str,
     /// SI unit, `1` for a ratio.
     pub unit: &'static str,
@@ -234,7 +229,6 @@ const DEPTH: &str = "varies by its own size from bed to bed";
 
 const RATIO: Option<Margin> = Some(Margin::OfMean(0.10));
 
-/// Every quantity.
 pub const QUANTITIES: [Quantity; 18] = [
     of(
         "settled.height.mean_surface",

@@ -13,7 +13,6 @@ use grains::native::Mode;
 use grains::native::pouring::{End, Phase, Softly};
 use grains::scene::Scene;
 
-/// What is run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
@@ -287,7 +286,6 @@ impl Plan {
             .collect()
     }
 
-    /// Method and cloud of the task of this number, from 1.
     pub fn task(&self, number: u64) -> (&Setting, u64) {
         let (method, cloud) = self.tasks()[number as usize - 1];
         let other = method.checked_sub(1).map(|of| &self.methods[of]);
