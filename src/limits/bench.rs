@@ -10,7 +10,7 @@ pub mod machine;
 pub mod scaling;
 pub mod timing;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
@@ -22,10 +22,11 @@ use crate::files::work_folder;
 use crate::progress::{Display, StageObserver};
 use grains::native::timing::Share;
 
+use bed::Bed;
 use bed::PAPER;
-use contender::{Contest, Plan, Programs};
+use contender::Contest;
 use document::Goal;
-use instructions::{Counting, Instructions};
+use instructions::Instructions;
 use machine::{Bound, Machine, Throughput, Work};
 use scaling::Point;
 
@@ -78,7 +79,7 @@ pub struct Options {
     pub out: PathBuf,
     /// Few rounds and small sizes only.
     pub quick: bool,
-    pub rounds: u32,
+    pub rounds: Option<u32>,
     pub yade: yade::Options,
     /// One more engine, an external one.
     pub external: Option<ExternalEngine>,
@@ -87,30 +88,67 @@ pub struct Options {
     pub command: String,
 }
 
-impl Options {
-    /// Rounds where none are asked for.
-    pub fn usual_rounds(quick: bool) -> u32 {
-        if quick { 3 } else { 11 }
-    }
+/// How much is measured.
+#[derive(Debug, Clone, Copy)]
+pub struct Plan {
+    /// Of all engines side by side.
+    pub rounds: u32,
+    /// Steps before a window.
+    pub warm_up: u64,
+    /// Steps of a window of the native engine, and of another one.
+    pub native: u64,
+    pub other: u64,
+    /// Steps with YADE's own timers on.
+    pub shares: u64,
+    /// Numbers of grains, rising: those up to the paper's are settled, the larger ones laid out of copies of it.
+    pub sizes: &'static [u32],
+    /// Times that each native point is measured.
+    pub repeats: u32,
+    /// Whether the instructions of other engines are counted: under valgrind they take a minute or two.
+    pub counts_others: bool,
+}
 
-    fn plan(&self) -> Plan {
-        if self.quick {
-            Plan {
-                warm_up: 50,
-                native: 8_000,
-                other: 150,
-                shares: 50,
-            }
-        } else {
-            Plan {
-                // Not longer: rounding grows on the way, and beds are compared at its end.
-                warm_up: 50,
-                native: 16_000,
-                other: 250,
-                shares: 100,
-            }
-        }
+impl Plan {
+    pub const QUICK: Plan = Plan {
+        rounds: 3,
+        warm_up: 50,
+        native: 8_000,
+        other: 150,
+        shares: 50,
+        sizes: &[1_000, PAPER],
+        repeats: 1,
+        counts_others: false,
+    };
+    pub const FULL: Plan = Plan {
+        rounds: 11,
+        // Not longer: rounding grows on the way, and beds are compared at its end.
+        warm_up: 50,
+        native: 16_000,
+        other: 250,
+        shares: 100,
+        sizes: &[1_000, 2_000, PAPER, 10_000, 20_000, 50_000, 100_000],
+        repeats: 5,
+        counts_others: true,
+    };
+
+    /// Steps after which beds are compared.
+    pub fn compared_after(&self) -> u64 {
+        self.warm_up + self.other
     }
+}
+
+/// What is measured with.
+#[derive(Debug, Clone, Copy)]
+pub struct Setup<'a> {
+    pub plan: Plan,
+    /// The paper's.
+    pub bed: &'a Bed,
+    pub yade: &'a yade::Options,
+    pub external: Option<&'a ExternalEngine>,
+    /// This program, for the parts that need a process of their own.
+    pub crossgrain: &'a Path,
+    /// A folder for the processes.
+    pub work: &'a Path,
 }
 
 /// The bed of the rounds.
@@ -192,20 +230,26 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
     let bed = bed::settled_or_kept(&options.out, PAPER, &mut StageObserver::new(&task))?;
     task.done("settled");
 
-    let plan = options.plan();
-    let task = display.task("engines side by side");
-    let rounds = contender::rounds(
-        &bed,
-        &plan,
-        options.rounds,
-        Programs {
-            yade: &options.yade,
-            external: options.external.as_ref(),
+    let usual = if options.quick {
+        Plan::QUICK
+    } else {
+        Plan::FULL
+    };
+    let setup = Setup {
+        plan: Plan {
+            rounds: options.rounds.unwrap_or(usual.rounds),
+            ..usual
         },
-        work.path(),
-        &task,
-    )?;
-    task.done(&format!("{} rounds", options.rounds));
+        bed: &bed,
+        yade: &options.yade,
+        external: options.external.as_ref(),
+        crossgrain: &options.crossgrain,
+        work: work.path(),
+    };
+    let plan = &setup.plan;
+    let task = display.task("engines side by side");
+    let rounds = contender::rounds(&setup, &task)?;
+    task.done(&format!("{} rounds", plan.rounds));
     let mut missed = rounds.missed;
 
     let task = display.task("stages and limits");
@@ -214,38 +258,13 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
     task.done("measured");
 
     let task = display.task("instructions");
-    let counting = Counting {
-        crossgrain: &options.crossgrain,
-        bed: &bed,
-        listed_pairs: clocked.listed_pairs,
-        yade: &options.yade,
-        work: work.path(),
-    };
-    // Under valgrind other engines take a minute or two.
-    let counted = if options.quick {
-        contender::NATIVE.as_slice()
-    } else {
-        contender::COUNTED.as_slice()
-    };
-    let instructions = counting.all(counted, &task, &mut missed)?;
+    let instructions = instructions::all(&setup, clocked.listed_pairs, &task, &mut missed)?;
     task.done("counted");
 
     let task = display.task("cost against size");
-    let sizes: &[u32] = if options.quick {
-        &scaling::QUICK_SIZES
-    } else {
-        &scaling::SIZES
-    };
-    let of_scaling = scaling::Plan {
-        crossgrain: &options.crossgrain,
-        sizes,
-        repeats: if options.quick { 1 } else { 5 },
-        yade: &options.yade,
-        work: work.path(),
-    };
-    let (scaling, not_scaled) = scaling::measure(&of_scaling, &bed, &task)?;
+    let (scaling, not_scaled) = scaling::measure(&setup, &task)?;
     missed.extend(not_scaled);
-    task.done(&format!("{} sizes", sizes.len()));
+    task.done(&format!("{} sizes", plan.sizes.len()));
 
     let pairs_a_grain = clocked.listed_pairs as f64 / f64::from(PAPER);
     Ok(Bench {
@@ -253,7 +272,7 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
         crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
         command: options.command.clone(),
         quick: options.quick,
-        rounds: options.rounds,
+        rounds: plan.rounds,
         machine,
         bed: BedRecord {
             grains: PAPER,

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::bed::PAPER;
-use super::contender::{Contender, Contest, LAMMPS_OVER_EXACT, NATIVE, YADE_OVER_EXACT};
+use super::contender::{Contender, Contest, LAMMPS_OVER_EXACT, YADE_OVER_EXACT};
 use super::instructions::Instructions;
 use super::scaling::Point as Size;
 use super::timing::Spread;
@@ -129,16 +129,16 @@ impl Bench {
             let over = contest.over_exact.as_ref()?;
             // Of the native engine's own modes less is better; what others take longer is to its credit.
             Some(Speed {
-                id: format!("time/{}", contest.contender.id()),
+                id: format!("time/{}", contest.contender.known().id),
                 what: format!("time a step of {} over native exact", contest.name),
                 unit: "times native exact".to_owned(),
                 value: over.median,
                 range: Some([over.least, over.most]),
-                less_is_better: NATIVE.contains(&contest.contender),
+                less_is_better: contest.contender.known().mode.is_some(),
             })
         });
         let instructions = self.instructions.iter().map(|of| Speed {
-            id: format!("instructions/{}", of.contender.id()),
+            id: format!("instructions/{}", of.contender.known().id),
             what: format!("instructions a step of {}", of.name),
             unit: "instructions a step".to_owned(),
             value: of.per_step,
@@ -251,7 +251,7 @@ impl Bench {
                 .labelled(format!("{} ×", rounded(over.median, 3)))
         });
         let goals = rows.iter().enumerate().filter_map(|(row, (contest, _))| {
-            let goal = contest.contender.goal()?;
+            let goal = contest.contender.known().goal?;
             Some(Point::at(goal, row as f64))
         });
         let names = rows.iter().map(|(contest, _)| contest.name.as_str());
@@ -445,7 +445,7 @@ fn of_bed(contest: &Contest) -> [Check; 3] {
         ),
     ];
     ways.map(|(part, quantity, value, [expected, lower, upper], unit)| {
-        let id = format!("bench/bed/{}/{part}", contest.contender.id());
+        let id = format!("bench/bed/{}/{part}", contest.contender.known().id);
         let what = format!("{quantity} of the bed of {}", contest.name);
         let outcome = Outcome::pass_if(lower <= value && value <= upper);
         Check {
