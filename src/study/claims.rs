@@ -10,7 +10,7 @@ mod sample;
 mod shapes;
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::checks::Outcome;
 use crate::study::campaign::Member;
@@ -91,16 +91,7 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
         claim.reading = claim.reading.replace("NaN", "unknown");
     }
     adjust(&mut claims);
-    let mut verdicts = BTreeMap::new();
-    for claim in &claims {
-        *verdicts.entry(claim.word().to_owned()).or_insert(0) += 1;
-    }
-    let mut endings = BTreeMap::new();
-    for member in members {
-        *endings
-            .entry(member.ending.name().replace('_', " "))
-            .or_insert(0) += 1;
-    }
+    let endings = members.iter();
     Claims {
         version: CLAIMS_VERSION,
         crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
@@ -108,12 +99,20 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
         scene_digest: scene.digest(),
         other_choices: other_choices(scene),
         members: members.len(),
-        endings,
+        endings: counted(endings.map(|of| of.ending.name().replace('_', " "))),
         complete: claims.iter().all(|claim| claim.verdict.is_some()),
+        verdicts: counted(claims.iter().map(|claim| claim.word().to_owned())),
         claims,
-        verdicts,
         figures: document::data(members, series, means::solid(scene)),
     }
+}
+
+fn counted(words: impl Iterator<Item = String>) -> BTreeMap<String, usize> {
+    let mut counts = BTreeMap::new();
+    for word in words {
+        *counts.entry(word).or_insert(0) += 1;
+    }
+    counts
 }
 
 /// Holm over the tests of all claims.
@@ -138,28 +137,25 @@ fn other_choices(scene: &Scene) -> Vec<[String; 3]> {
         leaves
     };
     let (default, here) = (leaves(&paper_scene(1, 5000)), leaves(scene));
-    let mut keys: Vec<&String> = default.keys().chain(here.keys()).collect();
-    keys.sort();
-    keys.dedup();
+    let keys: BTreeSet<&String> = default.keys().chain(here.keys()).collect();
+    let other = keys.into_iter().filter(|key| {
+        let mut left_out = NOT_COMPARED.iter();
+        default.get(*key) != here.get(*key) && !left_out.any(|of| key.starts_with(of))
+    });
     let absent = "–".to_owned();
-    keys.into_iter()
-        .filter(|key| default.get(*key) != here.get(*key))
-        .filter(|key| {
-            ![
-                "/choices",
-                "/name",
-                "/realization",
-                "/measurement/history_every",
-            ]
-            .iter()
-            .any(|of| key.starts_with(of))
-        })
-        .map(|key| {
-            let of = |leaves: &BTreeMap<String, String>| leaves.get(key).unwrap_or(&absent).clone();
-            [key.clone(), of(&default), of(&here)]
-        })
-        .collect()
+    let both = other.map(|key| {
+        let of = |leaves: &BTreeMap<String, String>| leaves.get(key).unwrap_or(&absent).clone();
+        [key.clone(), of(&default), of(&here)]
+    });
+    both.collect()
 }
+
+const NOT_COMPARED: [&str; 4] = [
+    "/choices",
+    "/name",
+    "/realization",
+    "/measurement/history_every",
+];
 
 fn collect(path: &str, value: &serde_json::Value, leaves: &mut BTreeMap<String, String>) {
     match value {
@@ -321,12 +317,12 @@ impl Row {
 
     /// With both distances from a law.
     pub fn with_fit(self, test: &str, fit: &Fit) -> Self {
-        self.with(test, fit.distances.kolmogorov, fit.kolmogorov_p)
-            .with(
-                "the same (A², drawn samples)",
-                fit.distances.anderson_darling,
-                fit.anderson_darling_p,
-            )
+        let (of, same) = (&fit.distances, "the same (A², drawn samples)");
+        self.with(test, of.kolmogorov, fit.kolmogorov_p).with(
+            same,
+            of.anderson_darling,
+            fit.anderson_darling_p,
+        )
     }
 
     pub fn estimate(&self) -> f64 {
@@ -335,8 +331,7 @@ impl Row {
 
     /// Whether it is judged and within its limits.
     pub fn holds(&self) -> bool {
-        self.judged
-            .is_some_and(|judged| judged.outcome == Outcome::Pass)
+        self.judged.is_some_and(|of| of.outcome == Outcome::Pass)
     }
 }
 
@@ -410,16 +405,10 @@ pub enum Rule {
 
 /// The verdict of judged rows; none where it hangs on an undecided one.
 pub fn verdict(rows: &[Row], rule: Rule) -> Option<Verdict> {
-    let outcomes: Vec<Outcome> = rows
-        .iter()
-        .filter_map(|row| Some(row.judged?.outcome))
-        .collect();
-    let any = |outcome: Outcome| outcomes.contains(&outcome);
-    let (yes, no, open) = (
-        any(Outcome::Pass),
-        any(Outcome::Fail),
-        any(Outcome::Skipped),
-    );
+    let outcomes = rows.iter().filter_map(|row| Some(row.judged?.outcome));
+    let outcomes: Vec<Outcome> = outcomes.collect();
+    let [yes, no, open] =
+        [Outcome::Pass, Outcome::Fail, Outcome::Skipped].map(|outcome| outcomes.contains(&outcome));
     match rule {
         _ if outcomes.is_empty() => None,
         Rule::All if no => Some(Verdict::DoesNotHold),

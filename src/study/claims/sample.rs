@@ -133,12 +133,6 @@ pub fn share(hits: usize, packings: usize) -> Number<'static> {
     })
 }
 
-/// Share for which something holds.
-pub fn share_of(values: &[f64], holds: impl Fn(f64) -> bool) -> Number<'static> {
-    let hits = values.iter().filter(|value| holds(**value)).count();
-    share(hits, values.len())
-}
-
 /// Shape of the gamma or Weibull law with its deviance interval. That one is of 95 %; other levels have the ends
 /// where a normal logarithm of the shape would have them.
 pub fn law_shape(family: Family, values: &[f64]) -> Number<'static> {
