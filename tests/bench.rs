@@ -417,7 +417,6 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
         grains,
     };
     let bench = Bench {
-        version: 1,
         crossgrain: "0.1.0".to_owned(),
         command: "crossgrain bench".to_owned(),
         quick: true,

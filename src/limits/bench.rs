@@ -30,8 +30,6 @@ use instructions::Instructions;
 use machine::{Bound, Machine, Throughput, Work};
 use scaling::Point;
 
-pub const BENCH_VERSION: u32 = 1;
-
 /// What came back makes no sense.
 fn nonsense(what: impl ToString) -> Error {
     ProgramError::Nonsense(what.to_string()).into()
@@ -183,7 +181,6 @@ pub struct Distance {
 /// A finished benchmark: `bench.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Bench {
-    pub version: u32,
     pub crossgrain: String,
     pub command: String,
     /// Whether it was the quick one.
@@ -268,7 +265,6 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
 
     let pairs_a_grain = clocked.listed_pairs as f64 / f64::from(PAPER);
     Ok(Bench {
-        version: BENCH_VERSION,
         crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
         command: options.command.clone(),
         quick: options.quick,
@@ -327,8 +323,6 @@ fn distances(points: &[Point], pairs_a_grain: f64, throughput: &Throughput) -> V
 const UNDISTURBED: f64 = 0.95;
 
 fn disturbed(contests: &[Contest]) -> bool {
-    let shares = contests
-        .iter()
-        .filter_map(|contest| contest.processor_share);
-    shares.into_iter().any(|share| share < UNDISTURBED)
+    let mut shares = contests.iter().filter_map(|of| of.processor_share);
+    shares.any(|share| share < UNDISTURBED)
 }

@@ -134,10 +134,8 @@ impl Beside {
     }
 
     pub fn stated(&self) -> Vec<Stated> {
-        self.records
-            .iter()
-            .map(|(stated, _)| stated.clone())
-            .collect()
+        let all = self.records.iter();
+        all.map(|(stated, _)| stated.clone()).collect()
     }
 }
 

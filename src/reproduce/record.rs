@@ -14,13 +14,9 @@ use crate::suite::run::Verification;
 use grains::scene::paper_scene;
 use verdict::judge::Judgement;
 
-/// The version of the reproduction's `run.json`.
-pub const REPRODUCTION_VERSION: u32 = 1;
-
 /// The result of the main job.
 #[derive(Debug, Clone, Serialize)]
 pub struct Reproduction {
-    pub version: u32,
     pub crossgrain: String,
     pub command: String,
     pub scene_digest: String,
@@ -166,19 +162,15 @@ pub struct RunSummary {
 
 impl RunSummary {
     pub fn of(folder: &str, run: &RunFolder) -> Self {
+        let record = &run.record;
         RunSummary {
             folder: folder.to_owned(),
-            engine: run.record.engine.label(),
+            engine: record.engine.label(),
             stages: run.stages_in_words(),
-            microseconds_per_step: 1e6 * run.record.seconds_per_step(),
+            microseconds_per_step: 1e6 * record.seconds_per_step(),
             times_native: None,
-            wall_seconds: run
-                .record
-                .stages
-                .iter()
-                .map(|stage| stage.wall_seconds)
-                .sum(),
-            command: run.record.command.clone(),
+            wall_seconds: record.stages.iter().map(|of| of.wall_seconds).sum(),
+            command: record.command.clone(),
         }
     }
 }
@@ -219,21 +211,20 @@ pub fn claims(run: &RunFolder) -> Vec<Claim> {
     let claim = |what: String, key: &str, id: &str| {
         let figure: &Printed = printed(id)?;
         let ours = measured.iter().find(|quantity| quantity.key == key)?.value;
-        let has_scatter = id.starts_with("bed/");
-        let reading = if !has_scatter {
-            format!(
+        let scatter = Some(figure.rounding).filter(|_| id.starts_with("bed/"));
+        let off = (ours - figure.value).abs();
+        let reading = match scatter {
+            None => format!(
                 "{:.2} of the published mean; one draw from a wide distribution",
                 ours / figure.value
-            )
-        } else if (ours - figure.value).abs() <= figure.rounding {
-            "within the published scatter".to_owned()
-        } else {
-            "outside the published scatter".to_owned()
+            ),
+            Some(scatter) if off <= scatter => "within the published scatter".to_owned(),
+            Some(_) => "outside the published scatter".to_owned(),
         };
         Some(Claim {
             what,
             published: figure.value,
-            scatter: has_scatter.then_some(figure.rounding),
+            scatter,
             ours,
             unit: figure.unit.to_owned(),
             reading,
@@ -248,19 +239,12 @@ pub fn claims(run: &RunFolder) -> Vec<Claim> {
             let id = format!("table-4/{column}/{}", point.name);
             claim(format!("{what} at {}", point.name), &key, &id)
         };
+        let extensive = "Σ_zz of V_c, nearest grain";
         [
             at("local mean σ_zz", "local_zz", "stress"),
-            at(
-                "Σ_zz of V_c, nearest grain",
-                "control_volume_zz",
-                "extensive",
-            ),
+            at(extensive, "control_volume_zz", "extensive"),
         ]
     });
-    heights
-        .into_iter()
-        .chain(porosities)
-        .chain(stresses)
-        .flatten()
-        .collect()
+    let all = heights.into_iter().chain(porosities).chain(stresses);
+    all.flatten().collect()
 }

@@ -156,22 +156,18 @@ impl Study for Campaign {
             .column("standard deviation, SI", |(_, sums)| {
                 (sums.count > 1).then(|| sums.deviation())
             });
-        let Campaign {
-            members,
-            seed,
-            runner,
-            scene,
-            ..
-        } = &folder.plan.study;
-        let made: u64 = endings.values().sum();
-        let last = folder.plan.study.realization(*members);
+        let of = &folder.plan.study;
         let answer = format!(
-            "{made} of {members} realizations of {:?} in {}, from {seed} to {last}.",
-            scene.name,
-            runner.name()
+            "{} of {} realizations of {:?} in {}, from {} to {}.",
+            endings.values().sum::<u64>(),
+            of.members,
+            of.scene.name,
+            of.runner.name(),
+            of.seed,
+            of.realization(of.members)
         );
         Ok(Judged {
-            own: json!({"scene_digest": folder.plan.study.scene_digest, "endings": endings, "quantities": measured}),
+            own: json!({"scene_digest": of.scene_digest, "endings": endings, "quantities": measured}),
             measured: Vec::new(),
             document: Document {
                 title: "Campaign".to_owned(),
@@ -304,11 +300,9 @@ fn fields(scene: &Scene, of: &Snapshot, surface: f64) -> Fields {
         let place = [scene.punch_axis() + point.offset, surface - point.depth];
         (point, place)
     });
-    let inside = places.clone().filter(|(_, place)| place[1] > 0.0);
-    let depth = scene
-        .control_points
-        .first()
-        .map_or(0.0, |point| point.depth);
+    let inside = places.filter(|(_, place)| place[1] > 0.0);
+    let first = scene.control_points.first();
+    let depth = first.map_or(0.0, |point| point.depth);
     Fields {
         across: stress::across(scene, bed, &cells, &extensive, surface - depth),
         down: stress::down(scene, bed, &cells, &extensive, surface),

@@ -170,9 +170,12 @@ impl<S: Study> Folder<S> {
 
     /// Every row of a merged study, checked against summary and plan.
     fn each_merged(&self, mut take: impl FnMut(u64, S::Row)) -> Result<Summary, StudyError> {
-        let damaged = |reason: String| StudyError::Damaged {
-            path: self.path.clone(),
-            reason,
+        let damaged = |reason: String| {
+            let path = self.path.display();
+            StudyError::Usage(format!(
+                "the merged rows of {path} are damaged: {reason}; put back what was there, or let `crossgrain study merge` write \
+                 them anew from the records"
+            ))
         };
         if !self.path.join(SUMMARY).is_file() {
             let path = self.path.clone();
@@ -204,11 +207,8 @@ impl<S: Study> Folder<S> {
             }
             hash.update(line.as_bytes());
             read += 1;
-            let row = self.row(read, &line);
-            take(
-                read,
-                row.map_err(|why| damaged(format!("line {read} of {ROWS}: {why}")))?,
-            );
+            let wrong = |why| damaged(format!("line {read} of {ROWS}: {why}"));
+            take(read, self.row(read, &line).map_err(wrong)?);
         }
         if hex(hash) != summary.sha256 || read != self.plan.study.count() {
             return Err(damaged(format!("{ROWS} is not what was merged")));
@@ -226,9 +226,9 @@ impl<S: Study> Folder<S> {
     }
 
     fn parse(&self, number: u64, json: &str) -> Result<S::Row, StudyError> {
-        self.row(number, json).map_err(|why| StudyError::NotAStudy {
-            path: self.path.clone(),
-            reason: format!("what is written of row {number} is none: {why}"),
+        self.row(number, json).map_err(|why| {
+            let reason = format!("what is written of row {number} is none: {why}");
+            StudyError::not_a_study(&self.path, reason)
         })
     }
 
@@ -237,17 +237,14 @@ impl<S: Study> Folder<S> {
         for (number, place) in &index.repeated {
             let first = &index.places[number];
             let rows = [reader.json(first)?, reader.json(place)?];
-            let same = rows[0] == rows[1]
-                || S::same(
-                    &self.parse(*number, &rows[0])?,
-                    &self.parse(*number, &rows[1])?,
-                );
-            if !same {
-                return Err(StudyError::Contradiction {
-                    number: *number,
-                    first: index.path(first).to_owned(),
-                    second: index.path(place).to_owned(),
-                });
+            let parse = |json: &String| self.parse(*number, json);
+            if rows[0] != rows[1] && !S::same(&parse(&rows[0])?, &parse(&rows[1])?) {
+                return Err(StudyError::Contradiction(format!(
+                    "row {number} is written twice and differently, in {} and {}: an engine whose bits depend on more than \
+                     the plan, or a file that was changed; find out which, and take the wrong file away",
+                    index.path(first).display(),
+                    index.path(place).display()
+                )));
             }
         }
         Ok(())
@@ -272,8 +269,7 @@ impl<S: Study> Machine for Folder<S> {
         if let Some(planned) = &self.plan.program
             && job.engines.external.as_ref().map(|of| &of.digest) != Some(&planned.digest)
         {
-            let path = planned.path.clone();
-            return Err(StudyError::OtherEngine { path });
+            return Err(StudyError::other_engine(&planned.path));
         }
         // Before the rows are read: nothing can be added to this file afterwards by anyone else.
         let writer = Writer::open(&self.path, job.shard)?;
@@ -339,10 +335,8 @@ impl<S: Study> Machine for Folder<S> {
     fn status(&self) -> Result<Status, StudyError> {
         let index = self.index()?;
         let name = |path: &Path| {
-            path.file_name()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned()
+            let name = path.file_name().unwrap_or_default();
+            name.to_string_lossy().into_owned()
         };
         let files = index.files.iter().zip(&index.rows);
         let damaged = index.damaged.iter();
@@ -380,10 +374,10 @@ impl<S: Study> Machine for Folder<S> {
         let mut places: BTreeMap<String, usize> = BTreeMap::new();
         for (number, place) in &index.places {
             for (column, _) in outline(&mut reader, *number, place)?.1.cells {
-                if !places.contains_key(&column) {
-                    places.insert(column.clone(), columns.len());
-                    columns.push(column);
-                }
+                places.entry(column).or_insert_with_key(|column| {
+                    columns.push(column.clone());
+                    columns.len() - 1
+                });
             }
         }
         let mut engines: BTreeMap<String, u64> = BTreeMap::new();
@@ -408,12 +402,12 @@ impl<S: Study> Machine for Folder<S> {
             table.row(cells.iter().map(String::as_str))?;
         }
         if engines.len() > 1 {
-            let of = engines
-                .iter()
-                .map(|(name, count)| format!("{name}: {count}"));
-            return Err(StudyError::MixedEngines {
-                engines: of.collect::<Vec<String>>().join(", "),
-            });
+            let of = engines.iter();
+            let of = of.map(|(name, count)| format!("{name}: {count}"));
+            return Err(StudyError::Contradiction(format!(
+                "rows were made by different engines ({}): merge what one engine made",
+                of.collect::<Vec<String>>().join(", ")
+            )));
         }
         let summary = Summary {
             plan: self.digest.clone(),
@@ -435,15 +429,12 @@ impl<S: Study> Machine for Folder<S> {
         let other = Folder::<S>::open(from)?;
         other.check_program()?;
         if other.plan.program != self.plan.program {
-            let path = from.to_owned();
-            return Err(StudyError::OtherEngine { path });
+            return Err(StudyError::other_engine(from));
         }
         let index = other.index()?;
         let study = &other.plan.study;
-        let known = index
-            .places
-            .iter()
-            .map(|(number, place)| (study.identity(*number), place));
+        let known = index.places.iter();
+        let known = known.map(|(number, place)| (study.identity(*number), place));
         let known: BTreeMap<String, &Place> = known.collect();
         let mut reader = Reader::new(&index);
         let mut writer = Writer::open(&self.path, Shard::WHOLE)?;
@@ -488,10 +479,8 @@ impl<S: Study> Work<'_, S> {
     /// Rows that are written down, and how many that is an hour.
     fn progress(&self) -> (u64, f64) {
         let finished = self.finished.load(Ordering::Relaxed);
-        (
-            finished,
-            finished as f64 / self.began.elapsed().as_secs_f64() * 3600.0,
-        )
+        let hours = self.began.elapsed().as_secs_f64() / 3600.0;
+        (finished, finished as f64 / hours)
     }
 
     /// Whether the row is written down now.
@@ -529,9 +518,9 @@ impl<S: Study> Work<'_, S> {
                 return Ok(false);
             }
         };
-        let json = serde_json::to_string(&row).map_err(|error| StudyError::NotAStudy {
-            path: self.folder.path.clone(),
-            reason: format!("row {number} cannot be written as JSON: {error}"),
+        let json = serde_json::to_string(&row).map_err(|error| {
+            let reason = format!("row {number} cannot be written as JSON: {error}");
+            StudyError::not_a_study(&self.folder.path, reason)
         })?;
         lock(&self.writer).add(&self.folder.digest, number, &json)?;
         self.finished.fetch_add(1, Ordering::Relaxed);
@@ -584,24 +573,17 @@ impl Aside {
     }
 
     fn line(&mut self, text: &str) -> Result<(), FileError> {
-        let written = self
-            .file
-            .write_all(text.as_bytes())
-            .and_then(|()| self.file.write_all(b"\n"));
+        let written = writeln!(self.file, "{text}");
         written.map_err(failed("write", self.file.get_ref().path()))
     }
 
     /// As a line of CSV: control points may have any names.
     fn row<'a>(&mut self, cells: impl Iterator<Item = &'a str>) -> Result<(), FileError> {
-        let quoted = cells.map(|cell| {
-            if cell.contains([',', '"', '\n', '\r']) {
-                format!("\"{}\"", cell.replace('"', "\"\""))
-            } else {
-                cell.to_owned()
-            }
+        let quoted = cells.map(|cell| match cell.contains([',', '"', '\n', '\r']) {
+            true => format!("\"{}\"", cell.replace('"', "\"\"")),
+            false => cell.to_owned(),
         });
-        let line = quoted.collect::<Vec<String>>().join(",");
-        self.line(&line)
+        self.line(&quoted.collect::<Vec<String>>().join(","))
     }
 
     fn into_place(self, path: &Path) -> Result<(), FileError> {

@@ -92,9 +92,8 @@ impl<S: Study> Plan<S> {
         study.check().map_err(StudyError::Usage)?;
         let count = study.count();
         if count == 0 || count > MOST_ROWS {
-            return Err(StudyError::Usage(format!(
-                "{count} rows; a study has 1 to {MOST_ROWS}"
-            )));
+            let why = format!("{count} rows; a study has 1 to {MOST_ROWS}");
+            return Err(StudyError::Usage(why));
         }
         Ok(Plan {
             kind: S::KIND.to_owned(),
@@ -129,7 +128,7 @@ impl<S: Study> Plan<S> {
 
     /// Reads the plan of a study's folder and checks that it is whole.
     pub fn read(folder: &Path) -> Result<Self, StudyError> {
-        let not_one = |reason: String| not_a_study(folder, reason);
+        let not_one = |reason: String| StudyError::not_a_study(folder, reason);
         let wrong = |error: serde_json::Error| not_one(format!("{NAME}: {error}"));
         let mut stored = stored(folder)?;
         let digest = stored.as_object_mut().and_then(|of| of.remove(DIGEST));
@@ -176,30 +175,23 @@ fn uses_yade<S: Study>(study: &S) -> bool {
 
 pub fn kind(folder: &Path) -> Result<String, StudyError> {
     let kind = stored(folder)?["kind"].as_str().map(str::to_owned);
-    kind.ok_or_else(|| not_a_study(folder, format!("{NAME} names no kind")))
+    kind.ok_or_else(|| StudyError::not_a_study(folder, format!("{NAME} names no kind")))
 }
 
 /// The plan's file as JSON of a version that is known.
 fn stored(folder: &Path) -> Result<serde_json::Value, StudyError> {
     let names = [path(folder), folder.join(format!("{NAME}.gz"))];
     let Some(path) = names.into_iter().find(|path| path.is_file()) else {
-        return Err(not_a_study(folder, format!("it has no {NAME}")));
+        return Err(StudyError::not_a_study(folder, format!("it has no {NAME}")));
     };
     let stored: serde_json::Value = serde_json::from_str(&read_text(&path, LARGEST)?)
-        .map_err(|error| not_a_study(folder, format!("{NAME}: {error}")))?;
+        .map_err(|error| StudyError::not_a_study(folder, format!("{NAME}: {error}")))?;
     match stored["version"].as_u64() {
-        Some(version) if version != u64::from(VERSION) => Err(not_a_study(
+        Some(version) if version != u64::from(VERSION) => Err(StudyError::not_a_study(
             folder,
             format!("{NAME} has version {version}, and this program reads {VERSION}"),
         )),
         _ => Ok(stored),
-    }
-}
-
-fn not_a_study(folder: &Path, reason: String) -> StudyError {
-    StudyError::NotAStudy {
-        path: folder.to_owned(),
-        reason,
     }
 }
 

@@ -15,7 +15,7 @@ use grains::native::pouring::{Phase, Softly};
 use grains::native::{Mode, NativeError, Trouble};
 use grains::scene::{AfterForce, Cloud, Damping, Scene, Shape, TimeStep, paper_scene, parse_scene};
 use grains::tables::{Snapshot, Stage, StopReason};
-use grains::task::{Outcome, Start, Task, Until};
+use grains::task::{Outcome, Task, Until};
 use serde::{Deserialize, Serialize};
 
 /// How a realization ended.
@@ -124,13 +124,7 @@ impl Specification {
     ) -> Result<Realization, EngineError> {
         let scene = unobserved(&self.scene_of(realization));
         match self.runner {
-            Runner::Native(mode) => {
-                let options = native::Options {
-                    mode,
-                    ..native::Options::default()
-                };
-                Ok(in_native(&scene, &self.phases, &options)?)
-            }
+            Runner::Native(mode) => Ok(in_native(&scene, &self.phases, &in_mode(mode))?),
             Runner::YadeOrdinary | Runner::YadeSorted => {
                 let options = yade::Options {
                     sorted: self.runner == Runner::YadeSorted,
@@ -145,6 +139,14 @@ impl Specification {
             }
             Runner::External => Ok(in_external(&scene, engines.external()?, work)?),
         }
+    }
+}
+
+/// The native engine in this mode.
+pub fn in_mode(mode: Mode) -> native::Options {
+    native::Options {
+        mode,
+        ..native::Options::default()
     }
 }
 
@@ -215,15 +217,8 @@ pub fn loaded(
     options: &native::Options,
 ) -> Result<Realization, NativeError> {
     let scene = &unobserved(scene);
-    let task = Task {
-        start: Start {
-            stage: Stage::Load,
-            step: 0,
-            bodies: bed.bodies.clone(),
-            punch: None,
-        },
-        until: Until::EndOfLoading,
-    };
+    let mut task = Task::whole(bed.bodies.clone());
+    task.start.stage = Stage::Load;
     let mut outcome = native::run(scene, &task, options, &mut ())?;
     outcome.settled = Some(bed.clone());
     Ok(Realization {
@@ -277,11 +272,8 @@ pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f6
         return BTreeMap::new();
     };
     let (settled_bed, last_bed) = (bed_of(settled), bed_of(&outcome.last));
-    let all = measure::all(scene, Some(settled_bed), last_bed);
-    let mut measured: BTreeMap<String, f64> = all
-        .into_iter()
-        .map(|quantity| (quantity.key, quantity.value))
-        .collect();
+    let all = measure::all(scene, Some(settled_bed), last_bed).into_iter();
+    let mut measured: BTreeMap<String, f64> = all.map(|of| (of.key, of.value)).collect();
     let surface = measure::surface(scene, &settled.bodies);
     let layer = stress::over_depth(scene, settled_bed, surface);
     let shapes = [
@@ -290,21 +282,18 @@ pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f6
         ("gamma_shape", distribution::gamma_shape(&layer)),
         ("weibull_shape", distribution::weibull_shape(&layer)),
     ];
-    for (name, value) in shapes {
-        if let Some(value) = value {
-            measured.insert(format!("settled.distribution.{name}"), value);
-        }
-    }
+    let shapes = shapes.into_iter().filter_map(|(name, value)| {
+        let key = format!("settled.distribution.{name}");
+        value.map(|value| (key, value))
+    });
+    measured.extend(shapes);
     let mut insert = |key: &str, value: f64| measured.insert(key.to_owned(), value);
-    insert(
-        "settled.support.by_floor",
-        equilibrium::borne_by_floor(scene, settled_bed, 0.0),
-    );
+    let by_floor = |bed, load| equilibrium::borne_by_floor(scene, bed, load);
+    insert("settled.support.by_floor", by_floor(settled_bed, 0.0));
     if let Some(punch) = &outcome.last.punch {
         insert("loaded.punch.depth", punch.depth());
         insert("loaded.punch.force", punch.force);
-        let share = equilibrium::borne_by_floor(scene, last_bed, punch.force);
-        insert("loaded.support.by_floor", share);
+        insert("loaded.support.by_floor", by_floor(last_bed, punch.force));
     }
     let reached = realization.ending == Ending::Reached;
     measured.retain(|key, value| (reached || !key.starts_with("loaded.")) && value.is_finite());
@@ -412,14 +401,9 @@ impl Setting {
 
 /// What is wrong with settings that may have been read from a file.
 pub fn sound<'a>(settings: impl IntoIterator<Item = &'a Setting>) -> Result<(), String> {
-    for Setting {
-        id,
-        specification,
-        clouds,
-        ..
-    } in settings
-    {
-        let scene = serde_json::to_string(&specification.scene).unwrap_or_default();
+    for of in settings {
+        let (id, clouds) = (&of.id, &of.clouds);
+        let scene = serde_json::to_string(&of.specification.scene).unwrap_or_default();
         parse_scene(&scene).map_err(|error| format!("{id}: {error}"))?;
         let ends = |[first, last]: &[u64; 2]| first <= last && last - first < MOST_CLOUDS;
         if clouds.is_empty() || !clouds.iter().all(ends) {

@@ -460,7 +460,7 @@ pub fn rounds(setup: &Setup<'_>, progress: &progress::Task) -> Result<Rounds, Er
     let exact_bed = timing::after(setup.bed, Mode::Exact, setup.plan.compared_after())?;
     let of = |wanted: Contender| {
         let found = turns.iter().find(|(contender, _)| *contender == wanted);
-        found.map(|(_, turns)| turns)
+        found.map(|(_, turns)| turns.as_slice())
     };
     let [exact, free] = [Contender::Exact, Contender::Free].map(|base| of(base).and_then(spread));
     let mut contests = Vec::new();
@@ -496,7 +496,7 @@ pub fn rounds(setup: &Setup<'_>, progress: &progress::Task) -> Result<Rounds, Er
     })
 }
 
-fn spread(turns: &Vec<Turn>) -> Option<Spread> {
+fn spread(turns: &[Turn]) -> Option<Spread> {
     let windows = turns.iter().map(|turn| turn.window);
     Spread::of(windows.map(|of| of.seconds_per_step()).collect())
 }

@@ -10,8 +10,9 @@ use crate::checks::Outcome;
 use crate::engine::{ProgramError, yade};
 use crate::interrupt::asked_to_end;
 use crate::run::folder::stages_in_words;
+use crate::study::realization::bed_of;
 use grains::generate::initial_bodies;
-use grains::measure::{Bed, equilibrium};
+use grains::measure::equilibrium;
 use grains::native::{self, NativeError, Options, Trouble};
 use grains::scene::{Cloud, Damping, Scene, TimeStep, paper_scene, parse_scene};
 use grains::tables::{Stage, StopReason};
@@ -154,10 +155,8 @@ pub const MODES: [Mode; 10] = [
                 "the load is reached by the inertia of the grains: unbalanced force {unbalanced:.2} of the mean \
                  contact force"
             );
-            (
-                run.stop() == Some(StopReason::Reached) && unbalanced > 0.1,
-                happens,
-            )
+            let seen = run.stop() == Some(StopReason::Reached) && unbalanced > 0.1;
+            (seen, happens)
         },
         notices: "the measure of the unbalanced force in run.json",
     },
@@ -221,10 +220,8 @@ pub const MODES: [Mode; 10] = [
         in_yade: true,
         judge: |run, _| {
             let happens = "the grains give way and the punch goes on down";
-            (
-                run.stop() == Some(StopReason::TargetLoadNotReached),
-                happens.to_owned(),
-            )
+            let seen = run.stop() == Some(StopReason::TargetLoadNotReached);
+            (seen, happens.to_owned())
         },
         notices: "the scene's give-up depth",
     },
@@ -279,10 +276,7 @@ impl Run {
 
     /// Mean unbalanced force at the end over the mean contact force.
     fn unbalanced(&self, scene: &Scene) -> f64 {
-        let bed = self.ended().map(|outcome| Bed {
-            bodies: &outcome.last.bodies,
-            contacts: &outcome.last.contacts,
-        });
+        let bed = self.ended().map(|outcome| bed_of(&outcome.last));
         bed.and_then(|bed| equilibrium::unbalanced_force(scene, bed))
             .unwrap_or(f64::NAN)
     }
@@ -300,9 +294,8 @@ impl Run {
     fn is_finite(&self) -> bool {
         self.ended().is_none_or(|outcome| {
             let columns = outcome.last.bodies.motion();
-            columns
-                .iter()
-                .all(|(_, column)| column.iter().all(|value| value.is_finite()))
+            let mut columns = columns.iter();
+            columns.all(|(_, column)| column.iter().all(|value| value.is_finite()))
         })
     }
 }

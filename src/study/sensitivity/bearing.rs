@@ -180,14 +180,9 @@ pub fn bearing(
     let wanted = base.loading.pressure;
     let angle = FRICTIONLESS_ANGLE;
     let depth = base.control_points.first().map_or(0.0, |point| point.depth);
-    let all: Vec<Curve> = penetrations
-        .iter()
-        .map(|push| curve(push, watched))
-        .collect();
     let impedance = impedance(base, porosity);
-    let (through, standing) = all
-        .into_iter()
-        .partition(|curve| curve.kind == Kind::Through);
+    let all = penetrations.iter().map(|push| curve(push, watched));
+    let (through, standing) = all.partition(|curve| curve.kind == Kind::Through);
     Bearing {
         soil,
         height,
@@ -212,19 +207,16 @@ fn of_penetration<'a>(of: &Penetration, watched: &'a [Watched]) -> Vec<&'a Watch
 
 fn curve(push: &Penetration, watched: &[Watched]) -> Curve {
     let own = of_penetration(push, watched);
-    let mut starts: Vec<[f64; 2]> = own
-        .iter()
-        .flat_map(|of| of.windows.iter().map(|window| [window.from, window.to]))
-        .collect();
+    let windows = || own.iter().flat_map(|of| &of.windows);
+    let mut starts: Vec<[f64; 2]> = windows().map(|of| [of.from, of.to]).collect();
     starts.sort_by(|a, b| a[0].total_cmp(&b[0]));
     starts.dedup();
     let depths: Vec<f64> = own.iter().filter_map(|of| of.depth).collect();
     let levels = starts.into_iter().map(|[from, to]| {
-        let windows = own
-            .iter()
-            .flat_map(|of| &of.windows)
-            .filter(|of| of.from == from);
-        let of = |figure: fn(&Window) -> f64| -> Vec<f64> { windows.clone().map(figure).collect() };
+        let of = |figure: fn(&Window) -> f64| -> Vec<f64> {
+            let own = windows().filter(|of| of.from == from);
+            own.map(figure).collect()
+        };
         let pressures = of(|window| window.pressure);
         Level {
             at: 0.5 * (from + to),

@@ -60,17 +60,10 @@ pub fn judge(figure: &Published, rows: &[&Member], base: &[&Member], level: f64)
     let zeros = parted.as_ref().and_then(|of| of.share_of_zeros(LEVEL));
     let values = parted.map_or(values, |of| of.others);
     let fewest = FEWEST[usize::from(figure.of != Of::Mean)];
-    let at = |level: f64| {
-        let enough = values.len() >= fewest;
-        enough
-            .then(|| interval(figure.of, &values, level))
-            .flatten()
-    };
+    let enough = Some(&values).filter(|values| values.len() >= fewest);
+    let at = |level: f64| interval(figure.of, enough?, level);
     let found = at(LEVEL);
-    let (low, high) = (
-        figure.value - figure.tolerance,
-        figure.value + figure.tolerance,
-    );
+    let [low, high] = figure.limits();
     let near = found.is_some_and(|of| low <= of.estimate && of.estimate <= high);
     Judged {
         id: figure.id.to_owned(),

@@ -71,9 +71,7 @@ impl Judgement {
         }
         t_test::together(&all)
     }
-}
 
-impl Judgement {
     /// What was not shown to be equivalent, in words.
     pub fn not_shown(&self) -> Vec<String> {
         let open = |title: &str, finding: Option<Finding>| {
@@ -119,11 +117,8 @@ pub fn outcome(finding: Finding) -> Outcome {
 pub fn judge(pairs: &[(&Member, &Member)], comparable: impl Fn(&str) -> bool) -> Judgement {
     let endings = Endings::of(pairs.iter().map(|pair| pair.1));
     let reference = Endings::of(pairs.iter().map(|pair| pair.0));
-    let differences: Vec<Difference> = QUANTITIES
-        .iter()
-        .filter(|of| comparable(of.key))
-        .filter_map(|of| difference(of, pairs))
-        .collect();
+    let compared = QUANTITIES.iter().filter(|of| comparable(of.key));
+    let differences: Vec<Difference> = compared.filter_map(|of| difference(of, pairs)).collect();
     let missed = proportion::difference(
         (reference.missed(), reference.all()),
         (endings.missed(), endings.all()),
@@ -148,12 +143,9 @@ pub fn judge(pairs: &[(&Member, &Member)], comparable: impl Fn(&str) -> bool) ->
 }
 
 fn worst(difference: &Difference) -> Option<Worst> {
+    let bias = difference.paired.difference;
     Some(Worst {
-        error: difference
-            .paired
-            .difference
-            .over(difference.margin?)
-            .absolute(),
+        error: bias.over(difference.margin?).absolute(),
         key: difference.key.clone(),
     })
 }
@@ -164,10 +156,8 @@ fn larger<'a>(worsts: impl Iterator<Item = &'a Worst>) -> Option<&'a Worst> {
 
 fn difference(quantity: &Quantity, pairs: &[(&Member, &Member)]) -> Option<Difference> {
     let of = |member: &Member| member.measured.get(quantity.key).copied();
-    let values: Vec<(f64, f64)> = pairs
-        .iter()
-        .filter_map(|(reference, method)| Some((of(reference)?, of(method)?)))
-        .collect();
+    let values = pairs.iter().filter_map(|(a, b)| of(a).zip(of(b)));
+    let values: Vec<(f64, f64)> = values.collect();
     let paired = paired(&values)?;
     let margin = quantity.margin.map(|of| of.absolute(paired.first_mean));
     let differences: Vec<f64> = values.iter().map(|(a, b)| b - a).collect();
