@@ -2,14 +2,15 @@
 
 pub mod beside;
 mod document;
-mod live;
 pub mod record;
 
 use std::path::{Path, PathBuf};
+use std::thread;
 use std::time::Instant;
 
 use crate::checks::{Outcome, verdict};
 use crate::compare::first_difference::Locator;
+use crate::compare::first_steps::{Asked, from_bed};
 use crate::compare::{Comparison, compare};
 use crate::engine::yade;
 use crate::error::Error;
@@ -18,7 +19,7 @@ use crate::progress::Display;
 use crate::run::folder::record::{EngineRecord, Protocol};
 use crate::run::folder::{RECORDED, RunFolder, is_recorded, unpack_recorded};
 use crate::run::{Engine, EngineError, recorded, to_folder};
-use crate::suite::parameters::{self, ParameterPair};
+use crate::suite::parameters;
 use crate::suite::run::{Engines, Verification, verify};
 use crate::{paper, suite};
 use beside::Beside;
@@ -29,10 +30,9 @@ use grains::native::perturb::{Quantity, Switch};
 use grains::native::{Perturbation, Trouble};
 use grains::scene::Scene;
 use grains::tables::StopReason;
-use record::{
-    FaultCheck, NamedComparison, REPRODUCTION_VERSION, Reproduction, RunSummary, Skipped,
-};
-use verdict::judge::Verdict;
+use record::{FaultCheck, LoopSteps, NamedComparison, Reproduction, RunSummary, Skipped};
+use verdict::judge::{Reference, Verdict};
+use verdict::starts::DISPERSION;
 
 /// Grains of the longest trajectories of the suite in this job; `crossgrain verify` has all.
 const SUITE_GRAINS: u32 = 500;
@@ -42,7 +42,6 @@ const SUITE_GRAINS: u32 = 500;
 pub struct Options {
     /// The folder that everything goes into.
     pub out: PathBuf,
-    /// What is run.
     pub scene: Scene,
     /// Further realizations in YADE's sorted mode.
     pub full: bool,
@@ -50,13 +49,11 @@ pub struct Options {
     pub suite: bool,
     /// YADE is not started; its recorded run stands for it.
     pub recorded: bool,
-    /// How YADE is started.
     pub yade: yade::Options,
     /// A fault in the native engine, to see that the whole job would notice.
     pub fault: Option<Perturbation>,
     /// Records of other jobs that stand on the page, which the job's own record names.
     pub beside: Beside,
-    /// The command as it was given.
     pub command: String,
 }
 
@@ -72,7 +69,6 @@ impl Options {
 /// The runs that the page draws.
 #[derive(Debug)]
 pub struct Runs {
-    /// The native run.
     pub native: RunFolder,
     /// YADE in sorted mode: live if there is one, else recorded.
     pub yade: Option<RunFolder>,
@@ -84,83 +80,82 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
     let mut job = Job {
         options,
         display,
-        comparisons: Vec::new(),
-        skipped: Vec::new(),
-        runs: Vec::new(),
-        facts: Vec::new(),
+        made: Reproduction {
+            crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
+            command: options.command.clone(),
+            scene_digest: options.scene.digest(),
+            yade: None,
+            verdict: Outcome::Skipped,
+            comparisons: Vec::new(),
+            first_steps: Vec::new(),
+            faults: Vec::new(),
+            facts: Vec::new(),
+            suite: None,
+            skipped: Vec::new(),
+            claims: Vec::new(),
+            numbers: paper::numbers(),
+            text_faults: paper::text_faults(),
+            beside: options.beside.stated(),
+            runs: Vec::new(),
+            seconds: 0.0,
+        },
     };
     job.compare_facts()?;
     let native = job.run(&options.scene, "native", &options.native())?;
     let recorded = job.recorded()?;
     if let Some(recorded) = &recorded {
-        job.compare(
-            "compare/sorted-recorded",
-            "native against YADE's sorted loop, recorded",
-            &["native", RECORDED],
-            compare(&native, recorded, Some(&job.locator())),
-        );
+        let compared = compare(&native, recorded, Some(&job.locator()));
+        job.compare(OF_RECORDED, &["native", RECORDED], compared);
     }
-    let live::Live {
-        sorted,
-        first_steps,
-        faults,
-        suite,
-    } = job.live(&native)?;
+    let sorted = job.live(&native)?;
     if native.record.stop() == Some(StopReason::MaxSteps) {
         let why = "the bed did not settle within /settle/max_steps";
         job.skipped("run/loading", "loading", why).required = true;
     }
+    let Job { mut made, .. } = job;
     let of_native = native.record.seconds_per_step();
-    for run in job.runs.iter_mut().filter(|run| run.folder != RECORDED) {
+    for run in made.runs.iter_mut().filter(|run| run.folder != RECORDED) {
         run.times_native = Some(run.microseconds_per_step / (1e6 * of_native));
     }
     let version = sorted.as_ref().map(|run| run.record.engine.version());
-    let mut reproduction = Reproduction {
-        version: REPRODUCTION_VERSION,
-        crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
-        command: options.command.clone(),
-        scene_digest: options.scene.digest(),
-        yade: version.map(str::to_owned),
-        verdict: Outcome::Skipped,
-        comparisons: job.comparisons,
-        first_steps,
-        faults,
-        facts: job.facts,
-        suite,
-        skipped: job.skipped,
-        claims: record::claims(&native),
-        numbers: paper::numbers(),
-        text_faults: paper::text_faults(),
-        beside: options.beside.stated(),
-        runs: job.runs,
-        seconds: began.elapsed().as_secs_f64(),
-    };
-    reproduction.verdict = verdict(&reproduction.checks());
-    let runs = Runs {
-        native,
-        yade: sorted.or(recorded),
-    };
-    Ok((reproduction, runs))
+    made.yade = version.map(str::to_owned);
+    made.claims = record::claims(&native);
+    made.seconds = began.elapsed().as_secs_f64();
+    made.verdict = verdict(&made.checks());
+    let yade = sorted.or(recorded);
+    Ok((made, Runs { native, yade }))
 }
+
+/// The beginning of the ids of a part's checks, and its title.
+type Part<'a> = (&'a str, &'a str);
+const OF_RECORDED: Part<'_> = (
+    "compare/sorted-recorded",
+    "native against YADE's sorted loop, recorded",
+);
+const OF_LIVE: Part<'_> = (
+    "compare/sorted-live",
+    "native against YADE's sorted loop, live",
+);
+const LOOPS: [(&str, &str, bool); 2] = [
+    ("first-steps/sorted", "YADE's sorted loop", true),
+    ("first-steps/ordinary", "YADE's ordinary loop", false),
+];
 
 struct Job<'a> {
     options: &'a Options,
     display: &'a Display,
-    comparisons: Vec<NamedComparison>,
-    skipped: Vec<Skipped>,
-    runs: Vec<RunSummary>,
-    facts: Vec<ParameterPair>,
+    made: Reproduction,
 }
 
 impl Job<'_> {
     fn run(&mut self, scene: &Scene, name: &str, engine: &Engine) -> Result<RunFolder, Error> {
         let run = run_or_take_over(self.options, self.display, scene, name, engine)?;
-        self.runs.push(RunSummary::of(name, &run));
+        self.made.runs.push(RunSummary::of(name, &run));
         Ok(run)
     }
 
-    fn compare(&mut self, id: &str, title: &str, folders: &[&str], comparison: Comparison) {
-        self.comparisons.push(NamedComparison {
+    fn compare(&mut self, (id, title): Part<'_>, folders: &[&str], comparison: Comparison) {
+        self.made.comparisons.push(NamedComparison {
             id: id.to_owned(),
             title: title.to_owned(),
             folders: folders.iter().map(|name| (*name).to_owned()).collect(),
@@ -169,14 +164,15 @@ impl Job<'_> {
     }
 
     fn skipped(&mut self, id: &str, what: &str, why: &str) -> &mut Skipped {
-        self.skipped.push(Skipped {
+        let skipped = &mut self.made.skipped;
+        skipped.push(Skipped {
             id: id.to_owned(),
             what: what.to_owned(),
             why: why.to_owned(),
             required: false,
         });
-        let last = self.skipped.len() - 1;
-        &mut self.skipped[last]
+        let last = skipped.len() - 1;
+        &mut skipped[last]
     }
 
     fn locator(&self) -> Locator {
@@ -199,14 +195,11 @@ impl Job<'_> {
         }
         let recorded = RunFolder::read(&folder)?;
         if recorded.record.scene_digest != self.options.scene.digest() {
-            self.skipped(
-                "compare/sorted-recorded",
-                "native against YADE's sorted loop, recorded",
-                "the recorded run is of the paper's scene, this is another",
-            );
+            let why = "the recorded run is of the paper's scene, this is another";
+            self.skipped(OF_RECORDED.0, OF_RECORDED.1, why);
             return Ok(None);
         }
-        self.runs.push(RunSummary::of(RECORDED, &recorded));
+        self.made.runs.push(RunSummary::of(RECORDED, &recorded));
         Ok(Some(recorded))
     }
 
@@ -229,7 +222,7 @@ impl Job<'_> {
         let (scene, work) = (&self.options.scene, work_folder()?);
         let native = parameters::of_native(scene)?;
         let in_yade = parameters::of_yade(scene, &self.options.yade, work.path())?;
-        self.facts = parameters::side_by_side(native, &in_yade);
+        self.made.facts = parameters::side_by_side(native, &in_yade);
         Ok(())
     }
 
@@ -269,6 +262,86 @@ fn suite(
         command: format!("crossgrain verify --detection-limits --grains {SUITE_GRAINS}"),
     };
     Ok(Some(verify(&options, display)?))
+}
+
+/// Grains of the bed from which the loops' first steps are judged.
+const GRAINS: u32 = 1000;
+
+/// Realizations that `--full` adds.
+const FURTHER_REALIZATIONS: u64 = 2;
+
+impl Job<'_> {
+    /// YADE live: the whole experiment in the sorted loop on one core, all else on the other. Without YADE, all else.
+    fn live(&mut self, native: &RunFolder) -> Result<Option<RunFolder>, Error> {
+        let differ = parameters::outcome(&self.made.facts) != Some(Outcome::Pass);
+        let why_not = self.without_yade().or_else(|| {
+            differ.then(|| "the two engines do not use the same parameters".to_owned())
+        });
+        self.skipped_of_suite();
+        let (options, display, scene) = (self.options, self.display, &self.options.scene);
+        if let Some(why) = why_not {
+            let what =
+                "YADE live: its parameters, the whole experiment, first steps, the suite's cases";
+            self.skipped(OF_LIVE.0, what, &why);
+            self.made.faults = faults(scene, display)?;
+            self.made.suite = suite(options, Engines::Native, display)?;
+            return Ok(None);
+        }
+        let (sorted, others) = thread::scope(|scope| {
+            let others = scope.spawn(|| -> Result<_, Error> {
+                let first_steps = of_loops(options, display)?;
+                let faults = faults(scene, display)?;
+                Ok((first_steps, faults, suite(options, Engines::Both, display)?))
+            });
+            let sorted = yade_run(options, display, scene, "yade-sorted");
+            (sorted, joined(others))
+        });
+        let sorted = sorted?;
+        (self.made.first_steps, self.made.faults, self.made.suite) = others?;
+        self.made.runs.push(RunSummary::of("yade-sorted", &sorted));
+        let compared = compare(native, &sorted, Some(&self.locator()));
+        self.compare(OF_LIVE, &["native", "yade-sorted"], compared);
+        if options.full {
+            self.further_realizations()?;
+        } else {
+            let what = "further realizations, whole, against YADE's sorted loop";
+            let why = "asked for with --full only";
+            self.skipped("compare/further-realizations", what, why);
+        }
+        Ok(Some(sorted))
+    }
+
+    fn further_realizations(&mut self) -> Result<(), Error> {
+        let (options, display) = (self.options, self.display);
+        let first = self.options.scene.realization.saturating_add(1);
+        let further = first..first.saturating_add(FURTHER_REALIZATIONS);
+        let further = further.map(|realization| Scene {
+            realization,
+            ..options.scene.clone()
+        });
+        let realizations: Vec<Scene> = further.collect();
+        let name = |engine: &str, scene: &Scene| format!("{engine}-{}", scene.realization);
+        let sorted: Vec<Result<RunFolder, Error>> = thread::scope(|scope| {
+            let start = |scene| {
+                let name = name("yade-sorted", scene);
+                scope.spawn(move || yade_run(options, display, scene, &name))
+            };
+            let handles: Vec<_> = realizations.iter().map(start).collect();
+            handles.into_iter().map(joined).collect()
+        });
+        for (scene, sorted) in realizations.iter().zip(sorted) {
+            let (native_name, sorted_name) = (name("native", scene), name("yade-sorted", scene));
+            let native = self.run(scene, &native_name, &options.native())?;
+            let sorted = sorted?;
+            self.made.runs.push(RunSummary::of(&sorted_name, &sorted));
+            let (id, title) = OF_LIVE;
+            let id = format!("{id}-{}", scene.realization);
+            let title = format!("{title}, realization {}", scene.realization);
+            let compared = compare(&native, &sorted, Some(&self.locator()));
+            self.compare((&id, &title), &[&native_name, &sorted_name], compared);
+        }
+        Ok(())
+    }
 }
 
 /// Runs, or reads the folder that an earlier, interrupted job has left.
@@ -392,4 +465,47 @@ fn in_memory(scene: &Scene, engine: &Engine, protocol: Protocol) -> Result<RunFo
     let initial = initial_bodies(scene);
     let nowhere = Path::new("");
     recorded(scene, engine, protocol, initial, nowhere, &mut |_, _, _| {})
+}
+
+/// What a thread returned; its panic is this one's.
+fn joined<T>(handle: thread::ScopedJoinHandle<'_, T>) -> T {
+    match handle.join() {
+        Ok(value) => value,
+        Err(panic) => std::panic::resume_unwind(panic),
+    }
+}
+
+/// The first steps of both loops of YADE, held against the same replicas.
+fn of_loops(options: &Options, display: &Display) -> Result<Vec<LoopSteps>, Error> {
+    let task = display.task("first steps of YADE's loops");
+    let mut progress = |words: &str| task.share(0.0, words);
+    let reference = Reference::new(GRAINS, DISPERSION, &mut progress).map_err(EngineError::from)?;
+    let mut found = Vec::new();
+    for (id, title, sorted) in LOOPS {
+        let yade = yade::Options {
+            sorted,
+            ..options.yade.clone()
+        };
+        found.push(LoopSteps {
+            id: id.to_owned(),
+            title: title.to_owned(),
+            judgement: from_bed(&reference, Asked::Yade(&yade), &mut progress)?,
+        });
+    }
+    task.done("done");
+    Ok(found)
+}
+
+/// A whole run in YADE's sorted loop.
+fn yade_run(
+    options: &Options,
+    display: &Display,
+    scene: &Scene,
+    name: &str,
+) -> Result<RunFolder, Error> {
+    let engine = Engine::Yade(yade::Options {
+        sorted: true,
+        ..options.yade.clone()
+    });
+    run_or_take_over(options, display, scene, name, &engine)
 }

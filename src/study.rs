@@ -34,6 +34,7 @@ pub mod store;
 pub mod tradeoff;
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use crate::checks::record::{Found, Record, RecordError, write};
@@ -53,7 +54,6 @@ use serde_json::{Value, json};
 pub trait Study: Serialize + DeserializeOwned + Sync + Sized {
     /// In `plan.json` and commands: `campaign`.
     const KIND: &'static str;
-    /// What a task gives: JSON that reads back as itself.
     type Row: Serialize + DeserializeOwned + PartialEq + Send;
 
     /// How many tasks; they are numbered from 1.
@@ -95,7 +95,6 @@ pub trait Study: Serialize + DeserializeOwned + Sync + Sized {
 pub struct Outline {
     /// Engine and version, where all rows must be of one engine and this one has told it.
     pub engine: Option<String>,
-    /// How it ended, in a word.
     pub ending: &'static str,
     /// Columns of `rows.csv` with their values.
     pub cells: Vec<(String, String)>,
@@ -122,17 +121,10 @@ impl Outline {
 /// A study cannot go on.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
-    #[error("{path} is no study that can be used: {reason}; `crossgrain study plan` makes one")]
-    NotAStudy { path: PathBuf, reason: String },
     #[error(
         "the rows of {path} are not merged yet; `crossgrain study run` makes those that are missing and merges them"
     )]
     NotMerged { path: PathBuf },
-    #[error(
-        "the merged rows of {path} are damaged: {reason}; put back what was there, or let `crossgrain study merge` write \
-         them anew from the records"
-    )]
-    Damaged { path: PathBuf, reason: String },
     #[error(
         "{path} was planned with crossgrain {planned}, and this is {present}, which may give other bits; go on with the \
          program that planned it, or plan a new study"
@@ -143,11 +135,6 @@ pub enum StudyError {
         present: String,
     },
     #[error(
-        "the engine {path} is not the program that was planned; put that one back, name it with --engine exec:PATH, or \
-         plan a new study"
-    )]
-    OtherEngine { path: PathBuf },
-    #[error(
         "rows {rows} are missing, {missing} of {wanted}; run `crossgrain study run` on the folder, then merge"
     )]
     Incomplete {
@@ -156,17 +143,10 @@ pub enum StudyError {
         missing: u64,
         wanted: u64,
     },
-    #[error(
-        "row {number} is written twice and differently, in {first} and {second}: an engine whose bits depend on more than \
-         the plan, or a file that was changed; find out which, and take the wrong file away"
-    )]
-    Contradiction {
-        number: u64,
-        first: PathBuf,
-        second: PathBuf,
-    },
-    #[error("rows were made by different engines ({engines}): merge what one engine made")]
-    MixedEngines { engines: String },
+    /// Rows that cannot be of one result.
+    #[error("{0}")]
+    Contradiction(String),
+    /// The folder, the plan or the engine is not what it must be.
     #[error("{0}")]
     Usage(String),
     #[error(
@@ -190,19 +170,29 @@ pub enum StudyError {
 }
 
 impl StudyError {
-    /// What to tell a script.
+    /// A folder that holds none that can be used.
+    pub fn not_a_study(path: &Path, reason: impl Display) -> Self {
+        let path = path.display();
+        StudyError::Usage(format!(
+            "{path} is no study that can be used: {reason}; `crossgrain study plan` makes one"
+        ))
+    }
+
+    /// Another engine than the plan's.
+    fn other_engine(path: &Path) -> Self {
+        let path = path.display();
+        StudyError::Usage(format!(
+            "the engine {path} is not the program that was planned; put that one back, name it with --engine exec:PATH, or \
+             plan a new study"
+        ))
+    }
+
     pub fn exit_code(&self) -> u8 {
         match self {
-            StudyError::NotAStudy { .. }
-            | StudyError::Damaged { .. }
-            | StudyError::OtherProgram { .. }
-            | StudyError::OtherEngine { .. }
-            | StudyError::Usage(_) => exit::USAGE,
+            StudyError::OtherProgram { .. } | StudyError::Usage(_) => exit::USAGE,
             StudyError::Interrupted { .. } => exit::TRY_AGAIN,
             StudyError::NotMerged { .. } | StudyError::Incomplete { .. } => exit::INCOMPLETE,
-            StudyError::Contradiction { .. } | StudyError::MixedEngines { .. } => {
-                exit::CHECK_FAILED
-            }
+            StudyError::Contradiction(_) => exit::CHECK_FAILED,
             StudyError::EnginesFailed { .. } => exit::ENGINE_FAILED,
             StudyError::Engine(error) => error.exit_code(),
             StudyError::File(error) => error.exit_code(),
@@ -240,7 +230,6 @@ pub struct Judged {
 }
 
 impl Judged {
-    /// Of a study's own record, with nothing for a baseline alone.
     pub fn of(kind: &str, record: &impl Serialize, document: Document) -> Result<Self, StudyError> {
         let own = serde_json::to_value(record).map_err(|error| RecordError::Malformed {
             path: format!("the record of {kind}"),
@@ -257,40 +246,27 @@ impl Judged {
 /// What is written and shown.
 #[derive(Debug)]
 pub struct Report {
-    /// `report.json`.
     pub text: String,
     /// The same, as all jobs have it.
     pub record: Record,
-    /// For people.
     pub document: Document,
 }
 
-/// Judges the rows that are there.
 pub fn report<S: Study>(folder: &Folder<S>) -> Result<Report, StudyError> {
     let status = folder.status()?;
-    // Merged rows count without the records that they came from.
-    let there = if status.merged {
-        status.rows
-    } else {
-        status.finished
-    };
     let Judged {
         mut own,
         measured,
         mut document,
     } = S::judge(folder)?;
-    let outcome = if there == status.rows {
-        Outcome::Pass
-    } else {
-        Outcome::Skipped
+    // Merged rows count without the records that they came from.
+    let (outcome, there) = match status.rows {
+        rows if status.merged || status.finished == rows => (Outcome::Pass, rows),
+        _ => (Outcome::Skipped, status.finished),
     };
     let found = format!("{there} of {} rows", status.rows);
-    let check = Check::of_words(
-        format!("{}/rows", S::KIND),
-        "no row is missing",
-        outcome,
-        &found,
-    );
+    let id = format!("{}/rows", S::KIND);
+    let check = Check::of_words(id, "no row is missing", outcome, &found);
     document.checks.insert(0, check.required());
     document.verdict = verdict(&document.checks);
     own["crossgrain"] = env!("CARGO_PKG_VERSION").into();
@@ -300,7 +276,7 @@ pub fn report<S: Study>(folder: &Folder<S>) -> Result<Report, StudyError> {
     let found = Found {
         checks: document.checks.clone(),
         measured,
-        speeds: Vec::new(),
+        ..Found::default()
     };
     // Nothing in it depends on the machine.
     let (text, record) = write(S::KIND, &own, String::new(), found)?;

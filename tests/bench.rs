@@ -16,7 +16,7 @@ use crossgrain::limits::bench::bed::{self, Bed};
 use crossgrain::limits::bench::contender::{self, Contender, Sanity, Tolerance, between_grains};
 use crossgrain::limits::bench::machine::{Machine, Throughput, Work};
 use crossgrain::limits::bench::scaling::Point;
-use crossgrain::limits::bench::{BedRecord, Bench, Distance, Missed, timing};
+use crossgrain::limits::bench::{BedRecord, Bench, Distance, Missed, Plan, Setup, timing};
 use crossgrain::progress::Display;
 use crossgrain::report::page;
 use crossgrain::tables::write_bodies;
@@ -314,7 +314,7 @@ fn what_is_not_installed_is_not_a_failure_and_what_crashes_is() {
         .failed
     );
     assert!(Missed::of("x", "x", false, ProgramError::Interrupted.into()).is_err());
-    assert!(Contender::YadeOrdinary.is_needed() && !Contender::Lammps.is_needed());
+    assert!(Contender::YadeOrdinary.known().needed && !Contender::Lammps.known().needed);
 }
 
 #[test]
@@ -375,25 +375,29 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
         program: Some("/nowhere/yade".into()),
         ..yade::Options::default()
     };
-    let plan = contender::Plan {
-        warm_up: 10,
-        native: 200,
-        other: 20,
-        shares: 0,
-    };
-    let programs = contender::Programs {
+    let setup = Setup {
+        plan: Plan {
+            rounds: 2,
+            warm_up: 10,
+            native: 200,
+            other: 20,
+            ..Plan::QUICK
+        },
+        bed: &bed,
         yade: &yade,
         external: None,
+        crossgrain: Path::new(env!("CARGO_BIN_EXE_crossgrain")),
+        work: work.path(),
     };
     let task = Display::new(true).task("a round");
-    let rounds = contender::rounds(&bed, &plan, 2, programs, work.path(), &task);
+    let rounds = contender::rounds(&setup, &task);
     let contender::Rounds {
         mut contests,
         sorted_bits,
         mut missed,
     } = rounds.expect("a round");
     // Whatever else this machine has.
-    contests.retain(|of| of.contender.mode().is_some());
+    contests.retain(|of| of.contender.known().mode.is_some());
     missed.retain(|of| of.what.starts_with("YADE"));
     let clocked = timing::clocked(&bed, 100).expect("the bits of the engine");
     let throughput = Throughput::measure();
@@ -413,7 +417,6 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
         grains,
     };
     let bench = Bench {
-        version: 1,
         crossgrain: "0.1.0".to_owned(),
         command: "crossgrain bench".to_owned(),
         quick: true,

@@ -70,19 +70,20 @@ fn job_scripts_hand_every_name_on_whole() {
             continue;
         }
         written += 1;
-        let scripts = write(
+        let submit = write(
             &folder,
             &Folder::<Campaign>::open(&folder).expect("a campaign"),
             &array,
         )
         .expect("scripts");
+        let [array, merge] = ["array.sh", "merge.sh"].map(|name| folder.join("slurm").join(name));
         let text = folder.to_str().expect("text");
         for (script, given) in [
             (
-                &scripts.array,
+                &array,
                 format!("study\nrun\n{text}\n--shard\nauto\n--threads\n3\n"),
             ),
-            (&scripts.merge, format!("study\nmerge\n{text}\n")),
+            (&merge, format!("study\nmerge\n{text}\n")),
         ] {
             bash(&[OsStr::new("-n"), script.as_os_str()], &place, &usual);
             bash(&[script.as_os_str()], &place, &usual);
@@ -102,12 +103,12 @@ fn job_scripts_hand_every_name_on_whole() {
         path.push(":");
         path.push(&usual);
         bash(
-            &[OsStr::new("-euc"), OsStr::new(&scripts.submit.join("\n"))],
+            &[OsStr::new("-euc"), OsStr::new(&submit.join("\n"))],
             &place,
             &path,
         );
         let found = fs::read_to_string(tools.join("given")).expect("what it was given");
-        let merge = scripts.merge.to_str().expect("text");
+        let merge = merge.to_str().expect("text");
         assert_eq!(
             found,
             format!("--parsable\n--dependency=afterany:17\n{merge}\n")

@@ -72,7 +72,7 @@ impl Arguments {
         let options = Options {
             out: out.clone(),
             quick: self.quick,
-            rounds: self.rounds.unwrap_or(Options::usual_rounds(self.quick)),
+            rounds: self.rounds,
             yade: self.limits.options(),
             external,
             crossgrain,

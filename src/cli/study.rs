@@ -146,10 +146,10 @@ pub fn open(path: &Path) -> Result<Box<dyn Machine>, StudyError> {
         tradeoff::plan::Plan::KIND => of::<tradeoff::plan::Plan>(path),
         sensitivity::plan::Plan::KIND => of::<sensitivity::plan::Plan>(path),
         Stability::KIND => of::<Stability>(path),
-        _ => Err(StudyError::NotAStudy {
-            path: path.to_owned(),
-            reason: format!("this program has no studies of kind {kind:?}"),
-        }),
+        _ => {
+            let reason = format!("this program has no studies of kind {kind:?}");
+            Err(StudyError::not_a_study(path, reason))
+        }
     }
 }
 
@@ -290,8 +290,8 @@ impl SlurmArguments {
             partition: self.partition.as_deref(),
             program: &program,
         };
-        let scripts = shard::write(&self.folder, open(&self.folder)?.as_ref(), &array)?;
-        print(&format!("{}\n", scripts.submit.join("\n")))?;
+        let submit = shard::write(&self.folder, open(&self.folder)?.as_ref(), &array)?;
+        print(&format!("{}\n", submit.join("\n")))?;
         Ok(exit::AGREED)
     }
 }

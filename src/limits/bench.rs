@@ -10,7 +10,7 @@ pub mod machine;
 pub mod scaling;
 pub mod timing;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
@@ -22,15 +22,13 @@ use crate::files::work_folder;
 use crate::progress::{Display, StageObserver};
 use grains::native::timing::Share;
 
+use bed::Bed;
 use bed::PAPER;
-use contender::{Contest, Plan, Programs};
+use contender::Contest;
 use document::Goal;
-use instructions::{Counting, Instructions};
+use instructions::Instructions;
 use machine::{Bound, Machine, Throughput, Work};
 use scaling::Point;
-
-/// The version of `bench.json`.
-pub const BENCH_VERSION: u32 = 1;
 
 /// What came back makes no sense.
 fn nonsense(what: impl ToString) -> Error {
@@ -42,9 +40,7 @@ fn nonsense(what: impl ToString) -> Error {
 pub struct Missed {
     /// In the id of its check, unique.
     pub id: String,
-    /// The part.
     pub what: String,
-    /// Why.
     pub why: String,
     /// It is there and failed, instead of not being there.
     pub failed: bool,
@@ -75,57 +71,88 @@ impl Missed {
     }
 }
 
-/// What is to be measured, and how.
 #[derive(Debug, Clone)]
 pub struct Options {
     /// Where beds are kept for a later run.
     pub out: PathBuf,
     /// Few rounds and small sizes only.
     pub quick: bool,
-    /// Rounds of all engines.
-    pub rounds: u32,
-    /// How YADE is started.
+    pub rounds: Option<u32>,
     pub yade: yade::Options,
     /// One more engine, an external one.
     pub external: Option<ExternalEngine>,
     /// This program, for the parts that need a process of their own.
     pub crossgrain: PathBuf,
-    /// The command as it was given.
     pub command: String,
 }
 
-impl Options {
-    /// Rounds where none are asked for.
-    pub fn usual_rounds(quick: bool) -> u32 {
-        if quick { 3 } else { 11 }
-    }
+/// How much is measured.
+#[derive(Debug, Clone, Copy)]
+pub struct Plan {
+    /// Of all engines side by side.
+    pub rounds: u32,
+    /// Steps before a window.
+    pub warm_up: u64,
+    /// Steps of a window of the native engine, and of another one.
+    pub native: u64,
+    pub other: u64,
+    /// Steps with YADE's own timers on.
+    pub shares: u64,
+    /// Numbers of grains, rising: those up to the paper's are settled, the larger ones laid out of copies of it.
+    pub sizes: &'static [u32],
+    /// Times that each native point is measured.
+    pub repeats: u32,
+    /// Whether the instructions of other engines are counted: under valgrind they take a minute or two.
+    pub counts_others: bool,
+}
 
-    fn plan(&self) -> Plan {
-        if self.quick {
-            Plan {
-                warm_up: 50,
-                native: 8_000,
-                other: 150,
-                shares: 50,
-            }
-        } else {
-            Plan {
-                // Not longer: rounding grows on the way, and beds are compared at its end.
-                warm_up: 50,
-                native: 16_000,
-                other: 250,
-                shares: 100,
-            }
-        }
+impl Plan {
+    pub const QUICK: Plan = Plan {
+        rounds: 3,
+        warm_up: 50,
+        native: 8_000,
+        other: 150,
+        shares: 50,
+        sizes: &[1_000, PAPER],
+        repeats: 1,
+        counts_others: false,
+    };
+    pub const FULL: Plan = Plan {
+        rounds: 11,
+        // Not longer: rounding grows on the way, and beds are compared at its end.
+        warm_up: 50,
+        native: 16_000,
+        other: 250,
+        shares: 100,
+        sizes: &[1_000, 2_000, PAPER, 10_000, 20_000, 50_000, 100_000],
+        repeats: 5,
+        counts_others: true,
+    };
+
+    /// Steps after which beds are compared.
+    pub fn compared_after(&self) -> u64 {
+        self.warm_up + self.other
     }
+}
+
+/// What is measured with.
+#[derive(Debug, Clone, Copy)]
+pub struct Setup<'a> {
+    pub plan: Plan,
+    /// The paper's.
+    pub bed: &'a Bed,
+    pub yade: &'a yade::Options,
+    pub external: Option<&'a ExternalEngine>,
+    /// This program, for the parts that need a process of their own.
+    pub crossgrain: &'a Path,
+    /// A folder for the processes.
+    pub work: &'a Path,
 }
 
 /// The bed of the rounds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BedRecord {
-    /// Number of grains.
     pub grains: u32,
-    /// SHA-256 of the scene.
     pub scene_digest: String,
     /// Digest of positions and velocities.
     pub state: String,
@@ -140,7 +167,6 @@ pub struct BedRecord {
 /// How far native exact is from the machine's limits, at one size.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Distance {
-    /// Number of grains.
     pub grains: u32,
     /// What a step is measured to take, s.
     pub seconds_per_step: f64,
@@ -155,19 +181,12 @@ pub struct Distance {
 /// A finished benchmark: `bench.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Bench {
-    /// [`BENCH_VERSION`].
-    pub version: u32,
-    /// Version of crossgrain.
     pub crossgrain: String,
-    /// The command as it was given.
     pub command: String,
     /// Whether it was the quick one.
     pub quick: bool,
-    /// Rounds of all engines.
     pub rounds: u32,
-    /// The machine.
     pub machine: Machine,
-    /// The bed of the rounds.
     pub bed: BedRecord,
     /// Every engine that ran.
     pub contests: Vec<Contest>,
@@ -175,22 +194,18 @@ pub struct Bench {
     pub sorted_bits: Option<TableBits>,
     /// Where the native exact step's time goes.
     pub stages: Vec<Share>,
-    /// Instructions of each native kernel that was counted.
     pub instructions: Vec<Instructions>,
     /// Throughputs of the machine.
     pub throughput: Throughput,
     /// Native exact against them.
     pub distances: Vec<Distance>,
-    /// Cost and memory against size.
     pub scaling: Vec<Point>,
-    /// Goals met and not met.
     pub goals: Vec<Goal>,
     /// Whether the machine had other things to do meanwhile, as far as clocks tell: then no time is to be trusted, and
     /// ratios against YADE flatter, because its steps suffer more from shared caches.
     pub disturbed: bool,
     /// What was not made, or failed.
     pub missed: Vec<Missed>,
-    /// How long all of it took, s.
     pub seconds: f64,
 }
 
@@ -204,7 +219,6 @@ impl Bench {
 /// Steps with clocks between their stages.
 const CLOCKED_STEPS: u64 = 4000;
 
-/// Makes the benchmark.
 pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
     let began = std::time::Instant::now();
     let machine = Machine::this();
@@ -213,20 +227,26 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
     let bed = bed::settled_or_kept(&options.out, PAPER, &mut StageObserver::new(&task))?;
     task.done("settled");
 
-    let plan = options.plan();
-    let task = display.task("engines side by side");
-    let rounds = contender::rounds(
-        &bed,
-        &plan,
-        options.rounds,
-        Programs {
-            yade: &options.yade,
-            external: options.external.as_ref(),
+    let usual = if options.quick {
+        Plan::QUICK
+    } else {
+        Plan::FULL
+    };
+    let setup = Setup {
+        plan: Plan {
+            rounds: options.rounds.unwrap_or(usual.rounds),
+            ..usual
         },
-        work.path(),
-        &task,
-    )?;
-    task.done(&format!("{} rounds", options.rounds));
+        bed: &bed,
+        yade: &options.yade,
+        external: options.external.as_ref(),
+        crossgrain: &options.crossgrain,
+        work: work.path(),
+    };
+    let plan = &setup.plan;
+    let task = display.task("engines side by side");
+    let rounds = contender::rounds(&setup, &task)?;
+    task.done(&format!("{} rounds", plan.rounds));
     let mut missed = rounds.missed;
 
     let task = display.task("stages and limits");
@@ -235,46 +255,20 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
     task.done("measured");
 
     let task = display.task("instructions");
-    let counting = Counting {
-        crossgrain: &options.crossgrain,
-        bed: &bed,
-        listed_pairs: clocked.listed_pairs,
-        yade: &options.yade,
-        work: work.path(),
-    };
-    // Under valgrind other engines take a minute or two.
-    let counted = if options.quick {
-        contender::NATIVE.as_slice()
-    } else {
-        contender::COUNTED.as_slice()
-    };
-    let instructions = counting.all(counted, &task, &mut missed)?;
+    let instructions = instructions::all(&setup, clocked.listed_pairs, &task, &mut missed)?;
     task.done("counted");
 
     let task = display.task("cost against size");
-    let sizes: &[u32] = if options.quick {
-        &scaling::QUICK_SIZES
-    } else {
-        &scaling::SIZES
-    };
-    let of_scaling = scaling::Plan {
-        crossgrain: &options.crossgrain,
-        sizes,
-        repeats: if options.quick { 1 } else { 5 },
-        yade: &options.yade,
-        work: work.path(),
-    };
-    let (scaling, not_scaled) = scaling::measure(&of_scaling, &bed, &task)?;
+    let (scaling, not_scaled) = scaling::measure(&setup, &task)?;
     missed.extend(not_scaled);
-    task.done(&format!("{} sizes", sizes.len()));
+    task.done(&format!("{} sizes", plan.sizes.len()));
 
     let pairs_a_grain = clocked.listed_pairs as f64 / f64::from(PAPER);
     Ok(Bench {
-        version: BENCH_VERSION,
         crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
         command: options.command.clone(),
         quick: options.quick,
-        rounds: options.rounds,
+        rounds: plan.rounds,
         machine,
         bed: BedRecord {
             grains: PAPER,
@@ -329,8 +323,6 @@ fn distances(points: &[Point], pairs_a_grain: f64, throughput: &Throughput) -> V
 const UNDISTURBED: f64 = 0.95;
 
 fn disturbed(contests: &[Contest]) -> bool {
-    let shares = contests
-        .iter()
-        .filter_map(|contest| contest.processor_share);
-    shares.into_iter().any(|share| share < UNDISTURBED)
+    let mut shares = contests.iter().filter_map(|of| of.processor_share);
+    shares.any(|share| share < UNDISTURBED)
 }

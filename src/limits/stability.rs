@@ -48,11 +48,9 @@ pub struct Stability {
     pub native: bool,
     /// Another engine whose limits are looked for.
     pub external: Option<Runner>,
-    /// Names of the scenes.
     pub scenes: Vec<String>,
     /// Names of the failure modes that are tried in the native engine, and in YADE where that takes part and it is cheap.
     pub failures: Vec<String>,
-    /// Grains of the beds.
     pub grains: u32,
     /// Digest of the scene that the beds come from.
     pub scene_digest: String,
@@ -61,7 +59,6 @@ pub struct Stability {
     beds: Mutex<BTreeMap<String, MapScene>>,
 }
 
-/// A piece of work.
 #[derive(Clone, Copy)]
 enum Task<'a> {
     /// The limits of the scene of this name.
@@ -201,18 +198,16 @@ impl Study for Stability {
     }
 
     fn outline(&self, made: &Made) -> Outline {
-        let (ending, name, found) = match made {
-            Made::Limits { row, .. } => {
-                let limits = row.limits().map(|(_, of)| {
-                    let found = of.native.or(of.external);
-                    found.map(|found| found.limit() / of.predicted)
-                });
-                ("limits", &row.name, limits)
-            }
-            Made::Failure(of) => ("failure", &of.name, [None; 2]),
-            Made::FailureInYade { name, .. } => ("failure_in_yade", name, [None; 2]),
+        let over = |of: &Limits| {
+            let found = of.native.or(of.external)?;
+            Some(format!("{:?}", found.limit() / of.predicted))
         };
-        let [undamped, damped] = found.map(|of| of.map_or(String::new(), |of| format!("{of:?}")));
+        let (ending, name, found) = match made {
+            Made::Limits { row, .. } => ("limits", &row.name, row.limits().map(|(_, of)| over(of))),
+            Made::Failure(of) => ("failure", &of.name, [None, None]),
+            Made::FailureInYade { name, .. } => ("failure_in_yade", name, [None, None]),
+        };
+        let [undamped, damped] = found.map(Option::unwrap_or_default);
         let cells = [
             ("name", name.clone()),
             ("undamped_over_predicted", undamped),
@@ -238,13 +233,10 @@ impl Study for Stability {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
-    /// Cundall's α.
     pub alpha: f64,
     /// From the springs of the contact network, s.
     pub predicted: f64,
-    /// As found in the native engine.
     pub native: Option<Found>,
-    /// As found in the external engine.
     pub external: Option<Found>,
 }
 
@@ -252,15 +244,11 @@ pub struct Limits {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Row {
-    /// A short name.
     pub name: String,
-    /// What it is.
     pub title: String,
     /// What a reader should know of it; may be empty.
     pub remark: String,
-    /// Number of grains.
     pub grains: usize,
-    /// Number of contacts.
     pub contacts: usize,
     /// ω_max of the springs, rad/s.
     pub omega: f64,
@@ -306,7 +294,6 @@ pub struct Map {
     pub native: bool,
     /// The other engine whose limits were looked for.
     pub external: Option<ExternalEngine>,
-    /// The scenes.
     pub rows: Vec<Row>,
     /// Failure modes of the method in the native engine; none where that took no part.
     pub failures: Vec<Failure>,
@@ -339,10 +326,10 @@ impl SceneTrials {
     /// Predicts the limits of a scene.
     fn new(scene: MapScene) -> Result<Self, NativeError> {
         let network = Network::of(&scene.case)?;
-        let [springs, braked] = [0.0, ALPHA].map(|alpha| network.limit(alpha));
-        let limits = |alpha, predicted| Limits {
+        let springs = network.limit(0.0);
+        let limits = |alpha| Limits {
             alpha,
-            predicted,
+            predicted: network.limit(alpha).dt,
             native: None,
             external: None,
         };
@@ -357,8 +344,8 @@ impl SceneTrials {
                 vectors: springs.vectors,
                 residual: springs.residual,
                 closed: scene.closed.clone(),
-                undamped: limits(0.0, springs.dt),
-                damped: limits(ALPHA, braked.dt),
+                undamped: limits(0.0),
+                damped: limits(ALPHA),
                 damped_at_random: None,
                 proposal: by_formula(&scene.case)?,
                 proposal_of_yade: None,
@@ -440,10 +427,8 @@ impl SceneTrials {
 impl Row {
     /// Takes over what another row of the scene has of its own engine.
     fn take(&mut self, other: Row) {
-        for (own, of) in [
-            (&mut self.undamped, other.undamped),
-            (&mut self.damped, other.damped),
-        ] {
+        let undamped = (&mut self.undamped, other.undamped);
+        for (own, of) in [undamped, (&mut self.damped, other.damped)] {
             own.native = own.native.or(of.native);
             own.external = own.external.or(of.external);
         }
@@ -459,20 +444,14 @@ impl Row {
 }
 
 impl Map {
-    /// Without rows.
     fn new(plan: &Stability, program: Option<&Program>) -> Self {
-        let engine = |name: &str| ExternalEngine {
+        let described = program.map(|of| &of.described);
+        let name = described.map_or("YADE", |of| &of.name);
+        let external = plan.external.map(|_| ExternalEngine {
             name: name.to_owned(),
             version: None,
-            approximations: Vec::new(),
+            approximations: described.map_or(Vec::new(), |of| of.approximations.clone()),
             missing: "it has made no rows yet".to_owned(),
-        };
-        let external = plan.external.map(|_| match program {
-            None => engine("YADE"),
-            Some(of) => ExternalEngine {
-                approximations: of.described.approximations.clone(),
-                ..engine(&of.described.name)
-            },
         });
         Map {
             scene_digest: plan.scene_digest.clone(),
@@ -526,15 +505,13 @@ impl Map {
         if let Some(closed) = &row.closed {
             let over = row.undamped.predicted / closed.dt;
             let quantity = format!("{}: predicted limit over the closed form's", row.title);
-            checks.push(
-                judged(
-                    format!("{id}/closed-form"),
-                    &quantity,
-                    over,
-                    closed.tolerance,
-                )
-                .judged_by(&closed.formula, "docs/stability.md: of the pre-stress"),
+            let check = judged(
+                format!("{id}/closed-form"),
+                &quantity,
+                over,
+                closed.tolerance,
             );
+            checks.push(check.judged_by(&closed.formula, "docs/stability.md: of the pre-stress"));
         }
         for (word, limits) in row.limits() {
             let mut check = |engine: &str, name: &str, found: Option<Found>| {

@@ -18,13 +18,9 @@ const LARGEST: u64 = 1 << 28;
 /// What a record says of itself.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stated {
-    /// Which job made it: `tradeoff`.
     pub job: &'static str,
-    /// How to make it again.
     pub command: String,
-    /// Version of crossgrain that made it.
     pub crossgrain: String,
-    /// Digest of its scene.
     pub scene_digest: String,
     /// Whether it is the recorded one, which comes with the program.
     pub recorded: bool,
@@ -137,12 +133,9 @@ impl Beside {
         Ok(Beside { records })
     }
 
-    /// What all of them say of themselves.
     pub fn stated(&self) -> Vec<Stated> {
-        self.records
-            .iter()
-            .map(|(stated, _)| stated.clone())
-            .collect()
+        let all = self.records.iter();
+        all.map(|(stated, _)| stated.clone()).collect()
     }
 }
 

@@ -46,16 +46,11 @@ impl Reproduction {
             .into_iter()
             .partition(|of| AT_A_GLANCE.contains(&of.page));
         let mut sections: Vec<Section> = diff.map(|diff| diff.section(false)).into_iter().collect();
-        let loaded = (
-            runs.native.last.bed(),
-            punch_bottom(&runs.native),
-            under_punch(&runs.native),
-        );
-        sections.push(
-            Section::new("At a glance", self.origin())
-                .with(glance)
-                .with_all(pictures(&runs.native.scene, &[loaded])),
-        );
+        let run = &runs.native;
+        let words = format!("{}: {}", run.record.engine.label(), run.stages_in_words());
+        let loaded = (run.last.bed(), punch_bottom(run), words);
+        let glance = Section::new("At a glance", self.origin()).with(glance);
+        sections.push(glance.with_all(pictures(&run.scene, &[loaded])));
         sections.push(self.compared());
         sections.extend(self.first_steps());
         sections.push(self.faults());
@@ -86,12 +81,9 @@ impl Reproduction {
             let (figure, words) = match *page {
                 "measures" => self.bits(),
                 "verification" => {
-                    let found = self.faults.iter().filter(|of| of.verdict == Outcome::Pass);
-                    let figure = format!("{} of {} faults", found.count(), self.faults.len());
-                    (
-                        figure,
-                        format!("put in were found, down to a part in 10¹². {}", of.answer),
-                    )
+                    let figure = format!("{} of {} faults", self.found(), self.faults.len());
+                    let words = format!("put in were found, down to a part in 10¹². {}", of.answer);
+                    (figure, words)
                 }
                 "tradeoff" => match self.runs.iter().find(|run| run.folder == "yade-sorted") {
                     Some(run) => (
@@ -121,13 +113,17 @@ impl Reproduction {
         others.iter().map(tile).collect()
     }
 
+    /// How many faults were found.
+    fn found(&self) -> usize {
+        let found = self.faults.iter();
+        found.filter(|of| of.verdict == Outcome::Pass).count()
+    }
+
     /// In how many numbers the first comparison's last states differ.
     fn bits(&self) -> (String, String) {
         let Some(named) = self.comparisons.last() else {
-            return (
-                "not compared".to_owned(),
-                "No other engine's run is there.".to_owned(),
-            );
+            let words = "No other engine's run is there.";
+            return ("not compared".to_owned(), words.to_owned());
         };
         let tables = named.comparison.tables.iter();
         let (numbers, differing) = tables.fold((0, 0), |(all, bad), of| {
@@ -181,8 +177,6 @@ impl Reproduction {
             (None, true) => "Nothing could be compared: YADE did not run live, and the recorded run is of another scene."
                 .to_owned(),
         };
-        let found = self.faults.iter();
-        let found = found.filter(|fault| fault.verdict == Outcome::Pass).count();
         let mut sections = vec![self.compared(), self.faults()];
         sections.extend(self.skipped());
         sections.push(self.runs());
@@ -190,7 +184,8 @@ impl Reproduction {
             title: "The paper's experiment in two engines".to_owned(),
             verdict: self.verdict,
             answer: format!(
-                "{verdicts}{live} {found} of {} deliberate faults found.",
+                "{verdicts}{live} {} of {} deliberate faults found.",
+                self.found(),
                 self.faults.len()
             ),
             sections,
@@ -204,12 +199,8 @@ impl Reproduction {
         let mut section = Section::new("Comparisons", answer);
         for named in &self.comparisons {
             let of = &named.comparison;
-            let words = format!(
-                "A: {}. B: {}. Folders: {}.",
-                of.a,
-                of.b,
-                named.folders.join(", ")
-            );
+            let folders = named.folders.join(", ");
+            let words = format!("A: {}. B: {}. Folders: {folders}.", of.a, of.b);
             let heading = format!("{}: {}", named.title, of.verdict().in_words());
             section = section.with(Block::Heading(heading)).with(words);
             section = section.with(of.check_table());
@@ -313,12 +304,9 @@ fn today() -> String {
     let of_year = of_era - (365 * year + year / 4 - year / 100);
     let month = (5 * of_year + 2) / 153;
     let day = of_year - (153 * month + 2) / 5 + 1;
-    let (month, next) = if month < 10 {
-        (month + 3, 0)
-    } else {
-        (month - 9, 1)
-    };
-    format!("{}-{month:02}-{day:02}", year + 400 * era + next)
+    let next = month / 10;
+    let (year, month) = (year + 400 * era + next, month + 3 - 12 * next);
+    format!("{year}-{month:02}-{day:02}")
 }
 
 /// The record of another job, with where it comes from.
@@ -356,20 +344,14 @@ fn halves(answer: &str) -> (String, String) {
     (figure.to_owned(), rest.to_owned())
 }
 
-fn under_punch(run: &RunFolder) -> String {
-    format!("{}: {}", run.record.engine.label(), run.stages_in_words())
-}
-
 fn choices(run: &RunFolder) -> Section {
     let scene = serde_json::to_value(&run.scene).unwrap_or_default();
-    let chosen = |key: &str| {
-        scene
-            .pointer(key)
-            .map_or(String::new(), ToString::to_string)
-    };
+    let chosen = |key: &str| scene.pointer(key).map(ToString::to_string);
     let table = Table::of("choices", "", &run.scene.choices)
         .column("key of the scene", |(key, _)| Cell::Code(key.clone()))
-        .column("chosen", |(key, _)| Cell::Code(chosen(key)))
+        .column("chosen", |(key, _)| {
+            Cell::Code(chosen(key).unwrap_or_default())
+        })
         .column("why", |(_, reason)| reason);
     Section::new("What the paper leaves open, and what was chosen", "").with(table)
 }
@@ -415,19 +397,14 @@ fn histories(runs: &Runs) -> Section {
         }
         plot
     };
-    let time = || Axis::linear("time since pouring began, s");
-    let energy = Plot::new(
-        "kinetic-energy",
-        "Settling: the kinetic energy falls until the settle rule holds",
-        time(),
-        Axis::logarithmic("kinetic energy, J"),
-    );
-    let unbalanced = Plot::new(
-        "unbalanced-force",
-        "Settling: mean net force on a grain over mean contact force",
-        time(),
-        Axis::logarithmic("unbalanced force"),
-    );
+    let over_time = |name: &str, caption: &str, y: &str| {
+        let x = Axis::linear("time since pouring began, s");
+        Plot::new(name, caption, x, Axis::logarithmic(y))
+    };
+    let caption = "Settling: the kinetic energy falls until the settle rule holds";
+    let energy = over_time("kinetic-energy", caption, "kinetic energy, J");
+    let caption = "Settling: mean net force on a grain over mean contact force";
+    let unbalanced = over_time("unbalanced-force", caption, "unbalanced force");
     let caption = "Loading: the force of the grains on the punch";
     let x = Axis::linear("punch depth, mm");
     let y = Axis::linear("force on the punch, N");
@@ -471,12 +448,9 @@ fn quantiles(runs: &Runs) -> Option<Plot> {
     let y = Axis::logarithmic("in YADE, N");
     let pairs = native.iter().zip(yade);
     let shown = pairs.filter(|(x, y)| **x >= low && *y >= low);
+    let shown = shown.map(|(x, y)| Point::at(*x, y));
     let plot = Plot::new("force-quantiles", caption, x, y)
         .line("the same", Colour::Grey, [[low, low], [high, high]])
-        .points(
-            "YADE, sorted loop",
-            Colour::Vermilion,
-            shown.map(|(x, y)| Point::at(*x, y)),
-        );
+        .points("YADE, sorted loop", Colour::Vermilion, shown);
     Some(plot)
 }

@@ -14,25 +14,16 @@ use crate::suite::run::Verification;
 use grains::scene::paper_scene;
 use verdict::judge::Judgement;
 
-/// The version of the reproduction's `run.json`.
-pub const REPRODUCTION_VERSION: u32 = 1;
-
 /// The result of the main job.
 #[derive(Debug, Clone, Serialize)]
 pub struct Reproduction {
-    /// Format version of this file.
-    pub version: u32,
-    /// Version of crossgrain.
     pub crossgrain: String,
-    /// How to do it again.
     pub command: String,
-    /// SHA-256 of the scene's canonical JSON.
     pub scene_digest: String,
     /// The version of the YADE that ran live.
     pub yade: Option<String>,
     /// Of all checks; skipped if no comparison with another engine could be made or the experiment did not come to its end.
     pub verdict: Outcome,
-    /// All comparisons of two runs.
     pub comparisons: Vec<NamedComparison>,
     /// What the first steps of YADE's loops say, if YADE ran live.
     pub first_steps: Vec<LoopSteps>,
@@ -40,21 +31,15 @@ pub struct Reproduction {
     pub faults: Vec<FaultCheck>,
     /// The parameters that both engines use, if YADE ran live.
     pub facts: Vec<ParameterPair>,
-    /// The verification suite, if it was made.
     pub suite: Option<Verification>,
-    /// What was skipped, with the reason.
     pub skipped: Vec<Skipped>,
-    /// Published figures beside those of this realization; findings, no checks.
     pub claims: Vec<Claim>,
     /// The paper's numbers that need no simulation.
     pub numbers: Vec<Number>,
-    /// Faults of the paper's text.
     pub text_faults: Vec<paper::TextFault>,
     /// Records of other jobs that stand on the page; they are no part of the verdict.
     pub beside: Vec<Stated>,
-    /// All runs.
     pub runs: Vec<RunSummary>,
-    /// How long the job took, s.
     pub seconds: f64,
 }
 
@@ -122,11 +107,9 @@ impl Reproduction {
 pub struct NamedComparison {
     /// The beginning of its checks' ids.
     pub id: String,
-    /// What is compared.
     pub title: String,
     /// The run folders, in the output folder.
     pub folders: Vec<String>,
-    /// What came out.
     pub comparison: Comparison,
 }
 
@@ -135,20 +118,15 @@ pub struct NamedComparison {
 pub struct LoopSteps {
     /// The beginning of its checks' ids.
     pub id: String,
-    /// Which loop.
     pub title: String,
-    /// What was found.
     pub judgement: Judgement,
 }
 
 /// A check that was skipped, and why.
 #[derive(Debug, Clone, Serialize)]
 pub struct Skipped {
-    /// The check's id.
     pub id: String,
-    /// The check.
     pub what: String,
-    /// Why it was skipped.
     pub why: String,
     /// Whether the job is incomplete without it.
     pub required: bool,
@@ -172,7 +150,6 @@ pub struct RunSummary {
     pub folder: String,
     /// Who ran, in words.
     pub engine: String,
-    /// The stages, in words.
     pub stages: String,
     /// Wall time over all stages, µs.
     pub microseconds_per_step: f64,
@@ -180,26 +157,20 @@ pub struct RunSummary {
     pub times_native: Option<f64>,
     /// Wall time of all stages, s.
     pub wall_seconds: f64,
-    /// How to do it again.
     pub command: String,
 }
 
 impl RunSummary {
-    /// Of a run in this folder.
     pub fn of(folder: &str, run: &RunFolder) -> Self {
+        let record = &run.record;
         RunSummary {
             folder: folder.to_owned(),
-            engine: run.record.engine.label(),
+            engine: record.engine.label(),
             stages: run.stages_in_words(),
-            microseconds_per_step: 1e6 * run.record.seconds_per_step(),
+            microseconds_per_step: 1e6 * record.seconds_per_step(),
             times_native: None,
-            wall_seconds: run
-                .record
-                .stages
-                .iter()
-                .map(|stage| stage.wall_seconds)
-                .sum(),
-            command: run.record.command.clone(),
+            wall_seconds: record.stages.iter().map(|of| of.wall_seconds).sum(),
+            command: record.command.clone(),
         }
     }
 }
@@ -217,7 +188,6 @@ pub fn measured(run: &RunFolder) -> Vec<Measured> {
 /// A published figure beside ours.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Claim {
-    /// What it is.
     pub what: String,
     /// As printed, in `unit`.
     pub published: f64,
@@ -227,7 +197,6 @@ pub struct Claim {
     pub ours: f64,
     /// SI unit, `1` for a ratio.
     pub unit: String,
-    /// What the two say to each other.
     pub reading: String,
 }
 
@@ -242,21 +211,20 @@ pub fn claims(run: &RunFolder) -> Vec<Claim> {
     let claim = |what: String, key: &str, id: &str| {
         let figure: &Printed = printed(id)?;
         let ours = measured.iter().find(|quantity| quantity.key == key)?.value;
-        let has_scatter = id.starts_with("bed/");
-        let reading = if !has_scatter {
-            format!(
+        let scatter = Some(figure.rounding).filter(|_| id.starts_with("bed/"));
+        let off = (ours - figure.value).abs();
+        let reading = match scatter {
+            None => format!(
                 "{:.2} of the published mean; one draw from a wide distribution",
                 ours / figure.value
-            )
-        } else if (ours - figure.value).abs() <= figure.rounding {
-            "within the published scatter".to_owned()
-        } else {
-            "outside the published scatter".to_owned()
+            ),
+            Some(scatter) if off <= scatter => "within the published scatter".to_owned(),
+            Some(_) => "outside the published scatter".to_owned(),
         };
         Some(Claim {
             what,
             published: figure.value,
-            scatter: has_scatter.then_some(figure.rounding),
+            scatter,
             ours,
             unit: figure.unit.to_owned(),
             reading,
@@ -271,19 +239,12 @@ pub fn claims(run: &RunFolder) -> Vec<Claim> {
             let id = format!("table-4/{column}/{}", point.name);
             claim(format!("{what} at {}", point.name), &key, &id)
         };
+        let extensive = "Σ_zz of V_c, nearest grain";
         [
             at("local mean σ_zz", "local_zz", "stress"),
-            at(
-                "Σ_zz of V_c, nearest grain",
-                "control_volume_zz",
-                "extensive",
-            ),
+            at(extensive, "control_volume_zz", "extensive"),
         ]
     });
-    heights
-        .into_iter()
-        .chain(porosities)
-        .chain(stresses)
-        .flatten()
-        .collect()
+    let all = heights.into_iter().chain(porosities).chain(stresses);
+    all.flatten().collect()
 }

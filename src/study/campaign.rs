@@ -24,21 +24,17 @@ use serde_json::json;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Campaign {
-    /// In which engine.
     pub runner: Runner,
     /// Pouring part by part, where the scene's own stages are not used.
     pub phases: Vec<Phase>,
-    /// How many members.
     pub members: u64,
     /// Realization of member 1; member k pours realization `seed + k − 1`, whoever runs it.
     pub seed: u64,
-    /// [`Scene::digest`].
     pub scene_digest: String,
     /// The scene; its own realization has no meaning here.
     pub scene: Scene,
 }
 
-/// A merged campaign.
 pub type Merged = super::machine::Merged<Campaign>;
 
 /// Reads a merged campaign and checks its bytes and members against summary and plan.
@@ -47,7 +43,6 @@ pub fn merged(folder: &Path) -> Result<Merged, StudyError> {
 }
 
 impl Campaign {
-    /// So many members of the scene.
     pub fn new(scene: &Scene, runner: Runner, phases: Vec<Phase>, members: u64, seed: u64) -> Self {
         let mut scene = scene.clone();
         scene.realization = seed;
@@ -161,22 +156,18 @@ impl Study for Campaign {
             .column("standard deviation, SI", |(_, sums)| {
                 (sums.count > 1).then(|| sums.deviation())
             });
-        let Campaign {
-            members,
-            seed,
-            runner,
-            scene,
-            ..
-        } = &folder.plan.study;
-        let made: u64 = endings.values().sum();
-        let last = folder.plan.study.realization(*members);
+        let of = &folder.plan.study;
         let answer = format!(
-            "{made} of {members} realizations of {:?} in {}, from {seed} to {last}.",
-            scene.name,
-            runner.name()
+            "{} of {} realizations of {:?} in {}, from {} to {}.",
+            endings.values().sum::<u64>(),
+            of.members,
+            of.scene.name,
+            of.runner.name(),
+            of.seed,
+            of.realization(of.members)
         );
         Ok(Judged {
-            own: json!({"scene_digest": folder.plan.study.scene_digest, "endings": endings, "quantities": measured}),
+            own: json!({"scene_digest": of.scene_digest, "endings": endings, "quantities": measured}),
             measured: Vec::new(),
             document: Document {
                 title: "Campaign".to_owned(),
@@ -219,23 +210,17 @@ impl Sums {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Member {
-    /// From 1.
     pub member: u64,
-    /// Which cloud was poured.
     pub realization: u64,
     /// Engine and version; empty where the engine gave up.
     pub engine: String,
-    /// How it ended.
     pub ending: Ending,
-    /// Steps of pouring.
     pub pour_steps: u64,
-    /// Steps of loading.
     pub load_steps: u64,
     /// Digest of all bits of the settled bed, its contacts included.
     pub settled_state: Option<String>,
     /// The same of the last moment, punch included.
     pub loaded_state: Option<String>,
-    /// See [`realization::measured`].
     pub measured: BTreeMap<String, f64>,
     /// Around the control points under gravity alone; none where the bed did not settle.
     pub settled: Option<Fields>,
@@ -315,11 +300,9 @@ fn fields(scene: &Scene, of: &Snapshot, surface: f64) -> Fields {
         let place = [scene.punch_axis() + point.offset, surface - point.depth];
         (point, place)
     });
-    let inside = places.clone().filter(|(_, place)| place[1] > 0.0);
-    let depth = scene
-        .control_points
-        .first()
-        .map_or(0.0, |point| point.depth);
+    let inside = places.filter(|(_, place)| place[1] > 0.0);
+    let first = scene.control_points.first();
+    let depth = first.map_or(0.0, |point| point.depth);
     Fields {
         across: stress::across(scene, bed, &cells, &extensive, surface - depth),
         down: stress::down(scene, bed, &cells, &extensive, surface),

@@ -10,7 +10,7 @@ mod sample;
 mod shapes;
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::checks::Outcome;
 use crate::study::campaign::Member;
@@ -30,40 +30,28 @@ pub const CLAIMS_VERSION: u32 = 3;
 /// Where the members come from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
-    /// The command as it was given.
     pub command: String,
     /// Engine and version that ran them.
     pub engine: String,
-    /// Digest of the campaign's plan.
     pub plan: String,
-    /// SHA-256 of the merged members.
     pub members_digest: String,
 }
 
-/// The claims.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Claims {
-    /// [`CLAIMS_VERSION`].
     pub version: u32,
-    /// Version of crossgrain.
     pub crossgrain: String,
-    /// Where the members come from.
     pub origin: Origin,
-    /// Digest of the campaign's scene.
     pub scene_digest: String,
     /// Where the scene differs from the project's default for the paper: key, default, here.
     pub other_choices: Vec<[String; 3]>,
-    /// How many members.
     pub members: usize,
-    /// How they ended.
     pub endings: BTreeMap<String, usize>,
-    /// In the order of the paper.
     pub claims: Vec<Claim>,
     /// How many claims came to which verdict; `undecided` for those that need more members.
     pub verdicts: BTreeMap<String, usize>,
     /// Whether every claim has a verdict.
     pub complete: bool,
-    /// Data of the figures.
     pub figures: Figures,
 }
 
@@ -103,16 +91,7 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
         claim.reading = claim.reading.replace("NaN", "unknown");
     }
     adjust(&mut claims);
-    let mut verdicts = BTreeMap::new();
-    for claim in &claims {
-        *verdicts.entry(claim.word().to_owned()).or_insert(0) += 1;
-    }
-    let mut endings = BTreeMap::new();
-    for member in members {
-        *endings
-            .entry(member.ending.name().replace('_', " "))
-            .or_insert(0) += 1;
-    }
+    let endings = members.iter();
     Claims {
         version: CLAIMS_VERSION,
         crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
@@ -120,12 +99,20 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
         scene_digest: scene.digest(),
         other_choices: other_choices(scene),
         members: members.len(),
-        endings,
+        endings: counted(endings.map(|of| of.ending.name().replace('_', " "))),
         complete: claims.iter().all(|claim| claim.verdict.is_some()),
+        verdicts: counted(claims.iter().map(|claim| claim.word().to_owned())),
         claims,
-        verdicts,
         figures: document::data(members, series, means::solid(scene)),
     }
+}
+
+fn counted(words: impl Iterator<Item = String>) -> BTreeMap<String, usize> {
+    let mut counts = BTreeMap::new();
+    for word in words {
+        *counts.entry(word).or_insert(0) += 1;
+    }
+    counts
 }
 
 /// Holm over the tests of all claims.
@@ -150,28 +137,25 @@ fn other_choices(scene: &Scene) -> Vec<[String; 3]> {
         leaves
     };
     let (default, here) = (leaves(&paper_scene(1, 5000)), leaves(scene));
-    let mut keys: Vec<&String> = default.keys().chain(here.keys()).collect();
-    keys.sort();
-    keys.dedup();
+    let keys: BTreeSet<&String> = default.keys().chain(here.keys()).collect();
+    let other = keys.into_iter().filter(|key| {
+        let mut left_out = NOT_COMPARED.iter();
+        default.get(*key) != here.get(*key) && !left_out.any(|of| key.starts_with(of))
+    });
     let absent = "–".to_owned();
-    keys.into_iter()
-        .filter(|key| default.get(*key) != here.get(*key))
-        .filter(|key| {
-            ![
-                "/choices",
-                "/name",
-                "/realization",
-                "/measurement/history_every",
-            ]
-            .iter()
-            .any(|of| key.starts_with(of))
-        })
-        .map(|key| {
-            let of = |leaves: &BTreeMap<String, String>| leaves.get(key).unwrap_or(&absent).clone();
-            [key.clone(), of(&default), of(&here)]
-        })
-        .collect()
+    let both = other.map(|key| {
+        let of = |leaves: &BTreeMap<String, String>| leaves.get(key).unwrap_or(&absent).clone();
+        [key.clone(), of(&default), of(&here)]
+    });
+    both.collect()
 }
+
+const NOT_COMPARED: [&str; 4] = [
+    "/choices",
+    "/name",
+    "/realization",
+    "/measurement/history_every",
+];
 
 fn collect(path: &str, value: &serde_json::Value, leaves: &mut BTreeMap<String, String>) {
     match value {
@@ -259,7 +243,6 @@ pub struct Probability {
     pub test: String,
     /// The test's statistic: a distance or a likelihood ratio.
     pub statistic: f64,
-    /// As the test gives it.
     pub p: f64,
     /// Adjusted by Holm's method for all tests of all claims.
     pub adjusted: f64,
@@ -268,7 +251,6 @@ pub struct Probability {
 /// A number of a claim.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// What it is.
     pub what: String,
     /// What the paper says it is; none where it says nothing.
     pub published: Option<f64>,
@@ -276,9 +258,7 @@ pub struct Row {
     pub ours: Option<Interval>,
     /// SI unit, `1` for a ratio.
     pub unit: Cow<'static, str>,
-    /// How many packings it comes from.
     pub packings: usize,
-    /// Ours over published.
     pub ratio: Option<Interval>,
     /// None for a number that decides nothing.
     pub judged: Option<Judged>,
@@ -337,34 +317,29 @@ impl Row {
 
     /// With both distances from a law.
     pub fn with_fit(self, test: &str, fit: &Fit) -> Self {
-        self.with(test, fit.distances.kolmogorov, fit.kolmogorov_p)
-            .with(
-                "the same (A², drawn samples)",
-                fit.distances.anderson_darling,
-                fit.anderson_darling_p,
-            )
+        let (of, same) = (&fit.distances, "the same (A², drawn samples)");
+        self.with(test, of.kolmogorov, fit.kolmogorov_p).with(
+            same,
+            of.anderson_darling,
+            fit.anderson_darling_p,
+        )
     }
 
-    /// Estimate; not a number without one.
     pub fn estimate(&self) -> f64 {
         self.ours.map_or(f64::NAN, |ours| ours.estimate)
     }
 
     /// Whether it is judged and within its limits.
     pub fn holds(&self) -> bool {
-        self.judged
-            .is_some_and(|judged| judged.outcome == Outcome::Pass)
+        self.judged.is_some_and(|of| of.outcome == Outcome::Pass)
     }
 }
 
-/// A claim of the paper.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
     /// Short and lasting: `mean.O`.
     pub id: Cow<'static, str>,
-    /// Where in the paper.
     pub place: Cow<'static, str>,
-    /// What the paper says.
     pub statement: String,
     /// Its numbers; the first judged one is the headline.
     pub rows: Vec<Row>,
@@ -372,7 +347,6 @@ pub struct Claim {
     pub decided_by: String,
     /// None, undecided, where the campaign is too small to say.
     pub verdict: Option<Verdict>,
-    /// What was found, in a sentence.
     pub reading: String,
     /// Id of the figure that shows it.
     pub figure: Cow<'static, str>,
@@ -431,16 +405,10 @@ pub enum Rule {
 
 /// The verdict of judged rows; none where it hangs on an undecided one.
 pub fn verdict(rows: &[Row], rule: Rule) -> Option<Verdict> {
-    let outcomes: Vec<Outcome> = rows
-        .iter()
-        .filter_map(|row| Some(row.judged?.outcome))
-        .collect();
-    let any = |outcome: Outcome| outcomes.contains(&outcome);
-    let (yes, no, open) = (
-        any(Outcome::Pass),
-        any(Outcome::Fail),
-        any(Outcome::Skipped),
-    );
+    let outcomes = rows.iter().filter_map(|row| Some(row.judged?.outcome));
+    let outcomes: Vec<Outcome> = outcomes.collect();
+    let [yes, no, open] =
+        [Outcome::Pass, Outcome::Fail, Outcome::Skipped].map(|outcome| outcomes.contains(&outcome));
     match rule {
         _ if outcomes.is_empty() => None,
         Rule::All if no => Some(Verdict::DoesNotHold),

@@ -11,6 +11,7 @@ use crate::paper::recomputed::piles::{Counted, chance_of_at_least_of_five, table
 use crate::study::StudyError;
 use crate::study::campaign::Merged;
 use crate::study::realization::{Engines, Realization, Specification};
+use evidence::Interval;
 use evidence::distribution::{Distribution as Law, Family};
 use evidence::moments::{mean, standard_deviation};
 use evidence::proportion::{Bins, wilson};
@@ -23,33 +24,38 @@ use serde::{Deserialize, Serialize};
 
 /// The continuum's side of a scene. Height and porosity of the bed are the published ones: what the theory was given.
 pub fn setup_of(scene: &Scene) -> Setup {
-    let published = Setup::published();
+    let points = scene.control_points.iter().map(|point| Point {
+        name: point.name.clone(),
+        offset: point.offset,
+        depth: point.depth,
+    });
     Setup {
         load: Load {
             spread: Spread::Uniform,
             pressure: scene.loading.pressure,
             half_width: scene.loading.half_width,
         },
-        points: scene
-            .control_points
-            .iter()
-            .map(|point| Point {
-                name: point.name.clone(),
-                offset: point.offset,
-                depth: point.depth,
-            })
-            .collect(),
+        points: points.collect(),
         width: scene.container.width,
         density: scene.material.density,
         gravity: scene.gravity,
-        ..published
+        ..Setup::published()
     }
+}
+
+/// An interval in a row of names; its ends, and an estimate beyond them, which is then written beside it, stand at the edge.
+pub fn in_row(of: &Interval, row: usize, [low, high]: [f64; 2], decimals: usize) -> DataPoint {
+    let within = |of: f64| of.clamp(low, high);
+    let beyond = !(low..=high).contains(&of.estimate);
+    let label = beyond.then(|| format!("{:.decimals$}", of.estimate));
+    DataPoint::at(within(of.estimate), row as f64)
+        .between(within(of.low), within(of.high))
+        .labelled(label.unwrap_or_default())
 }
 
 /// A bed under the punch.
 #[derive(Debug)]
 pub struct LoadedBed {
-    /// What was run.
     pub scene: Scene,
     /// Height that depths are counted from, m: of the settled bed.
     pub surface: f64,
@@ -94,10 +100,8 @@ pub fn distributions(campaign: &Merged) -> Result<Vec<Distribution>, StudyError>
     let volume = scene.measurement.control_volume_side.powi(2);
     let of = |point: &Point| {
         let key = format!("loaded.stress.{}.control_volume_zz", point.name);
-        let members = campaign.rows.iter();
-        let values: Vec<f64> = members
-            .filter_map(|member| member.measured.get(&key).copied())
-            .collect();
+        let values = campaign.rows.iter().filter_map(|of| of.measured.get(&key));
+        let values: Vec<f64> = values.copied().collect();
         if values.is_empty() {
             return Err(StudyError::Usage(format!(
                 "no member of the campaign has a stress at {}, so Figure 5 cannot be drawn",
@@ -106,11 +110,11 @@ pub fn distributions(campaign: &Merged) -> Result<Vec<Distribution>, StudyError>
         }
         let of_weight = weight(setup.density, setup.gravity, setup.porosity, point.depth);
         let stress = of_weight + field.stress(point.offset, point.depth).zz;
-        let words = ["figure-5", "Σ_zz", "J"];
+        let (words, name) = (["figure-5", "Σ_zz", "J"], &point.name);
         let theory = Some(stress * volume);
         Ok(Distribution::new(
             words,
-            &point.name,
+            name,
             theory,
             Family::Gamma,
             &values,
@@ -171,7 +175,6 @@ const BIN: f64 = 0.25;
 const UP_TO: f64 = 6.0;
 /// Bins at most, for samples of both signs.
 const MOST_BINS: f64 = 200.0;
-/// Of the intervals.
 const LEVEL: f64 = 0.95;
 /// Points of each curve.
 const POINTS: u32 = 100;
@@ -181,13 +184,9 @@ const POINTS: u32 = 100;
 pub struct Distribution {
     /// Of the plots' files, before the point's name.
     pub name: Cow<'static, str>,
-    /// The control point.
     pub point: String,
-    /// What is distributed.
     pub quantity: Cow<'static, str>,
-    /// Its SI unit.
     pub unit: Cow<'static, str>,
-    /// The theory's mean, where there is a theory.
     pub theory: Option<f64>,
     /// The fitted law: gamma, or Laplace, which has both signs.
     pub fitted: Option<Law>,
@@ -249,31 +248,26 @@ impl Distribution {
     }
 
     fn has_both_signs(&self) -> bool {
-        self.fitted
-            .is_some_and(|law| law.family() == Family::Laplace)
+        matches!(self.fitted, Some(Law::Laplace { .. }))
     }
 
     /// Name, colour and law of each curve.
     fn laws(&self) -> Vec<(&'static str, Colour, Law)> {
         let theory = self.theory.map(|mean| Law::Exponential { mean });
-        let own = Law::Exponential {
-            mean: mean(&self.values),
-        };
-        let own = (!self.has_both_signs()).then_some(own);
+        let own = (!self.has_both_signs()).then(|| mean(&self.values));
+        let own = own.map(|mean| Law::Exponential { mean });
         let name = |law: Law| match law {
             Law::Exponential { .. } => "exponential",
             Law::Gamma { .. } => "fitted gamma",
             Law::Weibull { .. } => "fitted Weibull",
             Law::Laplace { .. } => "fitted Laplace",
         };
-        [
+        let laws = [
             theory.map(|law| ("theory's exponential", Colour::Vermilion, law)),
             own.map(|law| ("exponential of the same mean", Colour::Grey, law)),
             self.fitted.map(|law| (name(law), Colour::Green, law)),
-        ]
-        .into_iter()
-        .flatten()
-        .collect()
+        ];
+        laws.into_iter().flatten().collect()
     }
 
     /// Histogram and, for laws of one sign, the share of larger values; empty where there is nothing to draw.
@@ -285,15 +279,14 @@ impl Distribution {
         let across = format!("{}, {}", self.quantity, self.unit);
         let densities = bins.densities(&self.values, LEVEL);
         let middle = |index: usize| 0.5 * (bins.edge(index) + bins.edge(index + 1));
-        let bars = densities.iter().enumerate();
-        let bars = bars.map(|(index, of)| [bins.edge(index), bins.edge(index + 1), of.estimate]);
-        let ends = densities.iter().enumerate();
-        let ends = ends
+        let numbered = || densities.iter().enumerate();
+        let bars =
+            numbered().map(|(index, of)| [bins.edge(index), bins.edge(index + 1), of.estimate]);
+        let ends = numbered()
             .map(|(index, of)| DataPoint::at(middle(index), of.estimate).between(of.low, of.high));
-        let caption = self.caption();
         let x = Axis::linear(&across);
         let y = Axis::linear(&format!("probability density, 1/{}", self.unit));
-        let mut histogram = Plot::new(&name, caption, x, y)
+        let mut histogram = Plot::new(&name, self.caption(), x, y)
             .bars("realizations, 95 %", Colour::Sky, bars)
             .points("", Colour::Blue, ends);
         let curve = |law: Law, of: fn(&Law, f64) -> f64| -> Vec<[f64; 2]> {

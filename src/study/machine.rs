@@ -32,9 +32,7 @@ pub const SUMMARY: &str = "merged.json";
 /// What one process is to do.
 #[derive(Debug)]
 pub struct Job<'a> {
-    /// Its rows.
     pub shard: Shard,
-    /// Rows at a time.
     pub threads: usize,
     /// How engines that are other programs are started.
     pub engines: &'a Engines,
@@ -47,7 +45,6 @@ pub struct Done {
     pub wanted: u64,
     /// How many of them had been written before.
     pub before: u64,
-    /// Whether no row of the whole study is missing now.
     pub complete: bool,
     /// Lines in record files that are not believed.
     pub damaged: Vec<Damaged>,
@@ -58,19 +55,15 @@ pub struct Done {
 pub struct Status {
     /// See [`Study::KIND`].
     pub kind: String,
-    /// As planned.
     pub rows: u64,
     /// Those that are written.
     pub finished: u64,
     /// Rows that are written more than once, as two processes with different shards leave them.
     pub repeated: u64,
-    /// File and number of its rows.
     pub files: Vec<(String, u64)>,
     /// File and line of what is not believed.
     pub damaged: Vec<(String, u64)>,
-    /// The first missing rows, for people; empty if there are none.
     pub missing: String,
-    /// Whether the rows are merged.
     pub merged: bool,
 }
 
@@ -78,9 +71,7 @@ pub struct Status {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Summary {
-    /// Digest of the plan.
     pub plan: String,
-    /// How many.
     pub rows: u64,
     /// Engine and version, where one engine made all rows.
     pub engine: String,
@@ -93,11 +84,9 @@ pub struct Summary {
 /// A merged study with all of its rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Merged<S: Study> {
-    /// What was run.
     pub plan: Plan<S>,
     /// What came of it in short.
     pub summary: Summary,
-    /// In the order of their numbers, from 1, none missing.
     pub rows: Vec<S::Row>,
 }
 
@@ -106,18 +95,15 @@ pub struct Merged<S: Study> {
 #[derive(Debug)]
 pub struct Folder<S> {
     path: PathBuf,
-    /// What is run.
     pub plan: Plan<S>,
     digest: String,
 }
 
 /// What every study's folder can do, whatever its kind.
 pub trait Machine {
-    /// How many rows are planned.
     fn count(&self) -> u64;
     /// The external engine that the plan names.
     fn program(&self) -> Option<&Program>;
-    /// That the plan was made by this very program, else [`StudyError::OtherProgram`].
     fn check_program(&self) -> Result<(), StudyError>;
     /// Makes the rows of the shard that are missing, each written down when it is finished.
     fn run(&self, job: &Job<'_>, display: &Display) -> Result<Done, StudyError>;
@@ -128,12 +114,10 @@ pub trait Machine {
     fn merge(&self) -> Result<Summary, StudyError>;
     /// Copies what another study of the same kind and made with the same program has of this one's rows; how many.
     fn reuse(&self, from: &Path) -> Result<u64, StudyError>;
-    /// Judges what is there.
     fn judge(&self) -> Result<super::Report, StudyError>;
 }
 
 impl<S: Study> Folder<S> {
-    /// Opens a study.
     pub fn open(path: &Path) -> Result<Self, StudyError> {
         let plan = Plan::<S>::read(path)?;
         Ok(Folder {
@@ -186,9 +170,12 @@ impl<S: Study> Folder<S> {
 
     /// Every row of a merged study, checked against summary and plan.
     fn each_merged(&self, mut take: impl FnMut(u64, S::Row)) -> Result<Summary, StudyError> {
-        let damaged = |reason: String| StudyError::Damaged {
-            path: self.path.clone(),
-            reason,
+        let damaged = |reason: String| {
+            let path = self.path.display();
+            StudyError::Usage(format!(
+                "the merged rows of {path} are damaged: {reason}; put back what was there, or let `crossgrain study merge` write \
+                 them anew from the records"
+            ))
         };
         if !self.path.join(SUMMARY).is_file() {
             let path = self.path.clone();
@@ -220,11 +207,8 @@ impl<S: Study> Folder<S> {
             }
             hash.update(line.as_bytes());
             read += 1;
-            let row = self.row(read, &line);
-            take(
-                read,
-                row.map_err(|why| damaged(format!("line {read} of {ROWS}: {why}")))?,
-            );
+            let wrong = |why| damaged(format!("line {read} of {ROWS}: {why}"));
+            take(read, self.row(read, &line).map_err(wrong)?);
         }
         if hex(hash) != summary.sha256 || read != self.plan.study.count() {
             return Err(damaged(format!("{ROWS} is not what was merged")));
@@ -232,7 +216,6 @@ impl<S: Study> Folder<S> {
         Ok(summary)
     }
 
-    /// The row of this number.
     fn row(&self, number: u64, json: &str) -> Result<S::Row, String> {
         let row = serde_json::from_str(json).map_err(|error| error.to_string())?;
         if self.plan.study.belongs(number, &row) {
@@ -243,9 +226,9 @@ impl<S: Study> Folder<S> {
     }
 
     fn parse(&self, number: u64, json: &str) -> Result<S::Row, StudyError> {
-        self.row(number, json).map_err(|why| StudyError::NotAStudy {
-            path: self.path.clone(),
-            reason: format!("what is written of row {number} is none: {why}"),
+        self.row(number, json).map_err(|why| {
+            let reason = format!("what is written of row {number} is none: {why}");
+            StudyError::not_a_study(&self.path, reason)
         })
     }
 
@@ -254,17 +237,14 @@ impl<S: Study> Folder<S> {
         for (number, place) in &index.repeated {
             let first = &index.places[number];
             let rows = [reader.json(first)?, reader.json(place)?];
-            let same = rows[0] == rows[1]
-                || S::same(
-                    &self.parse(*number, &rows[0])?,
-                    &self.parse(*number, &rows[1])?,
-                );
-            if !same {
-                return Err(StudyError::Contradiction {
-                    number: *number,
-                    first: index.path(first).to_owned(),
-                    second: index.path(place).to_owned(),
-                });
+            let parse = |json: &String| self.parse(*number, json);
+            if rows[0] != rows[1] && !S::same(&parse(&rows[0])?, &parse(&rows[1])?) {
+                return Err(StudyError::Contradiction(format!(
+                    "row {number} is written twice and differently, in {} and {}: an engine whose bits depend on more than \
+                     the plan, or a file that was changed; find out which, and take the wrong file away",
+                    index.path(first).display(),
+                    index.path(place).display()
+                )));
             }
         }
         Ok(())
@@ -289,8 +269,7 @@ impl<S: Study> Machine for Folder<S> {
         if let Some(planned) = &self.plan.program
             && job.engines.external.as_ref().map(|of| &of.digest) != Some(&planned.digest)
         {
-            let path = planned.path.clone();
-            return Err(StudyError::OtherEngine { path });
+            return Err(StudyError::other_engine(&planned.path));
         }
         // Before the rows are read: nothing can be added to this file afterwards by anyone else.
         let writer = Writer::open(&self.path, job.shard)?;
@@ -356,10 +335,8 @@ impl<S: Study> Machine for Folder<S> {
     fn status(&self) -> Result<Status, StudyError> {
         let index = self.index()?;
         let name = |path: &Path| {
-            path.file_name()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned()
+            let name = path.file_name().unwrap_or_default();
+            name.to_string_lossy().into_owned()
         };
         let files = index.files.iter().zip(&index.rows);
         let damaged = index.damaged.iter();
@@ -397,10 +374,10 @@ impl<S: Study> Machine for Folder<S> {
         let mut places: BTreeMap<String, usize> = BTreeMap::new();
         for (number, place) in &index.places {
             for (column, _) in outline(&mut reader, *number, place)?.1.cells {
-                if !places.contains_key(&column) {
-                    places.insert(column.clone(), columns.len());
-                    columns.push(column);
-                }
+                places.entry(column).or_insert_with_key(|column| {
+                    columns.push(column.clone());
+                    columns.len() - 1
+                });
             }
         }
         let mut engines: BTreeMap<String, u64> = BTreeMap::new();
@@ -425,12 +402,12 @@ impl<S: Study> Machine for Folder<S> {
             table.row(cells.iter().map(String::as_str))?;
         }
         if engines.len() > 1 {
-            let of = engines
-                .iter()
-                .map(|(name, count)| format!("{name}: {count}"));
-            return Err(StudyError::MixedEngines {
-                engines: of.collect::<Vec<String>>().join(", "),
-            });
+            let of = engines.iter();
+            let of = of.map(|(name, count)| format!("{name}: {count}"));
+            return Err(StudyError::Contradiction(format!(
+                "rows were made by different engines ({}): merge what one engine made",
+                of.collect::<Vec<String>>().join(", ")
+            )));
         }
         let summary = Summary {
             plan: self.digest.clone(),
@@ -452,15 +429,12 @@ impl<S: Study> Machine for Folder<S> {
         let other = Folder::<S>::open(from)?;
         other.check_program()?;
         if other.plan.program != self.plan.program {
-            let path = from.to_owned();
-            return Err(StudyError::OtherEngine { path });
+            return Err(StudyError::other_engine(from));
         }
         let index = other.index()?;
         let study = &other.plan.study;
-        let known = index
-            .places
-            .iter()
-            .map(|(number, place)| (study.identity(*number), place));
+        let known = index.places.iter();
+        let known = known.map(|(number, place)| (study.identity(*number), place));
         let known: BTreeMap<String, &Place> = known.collect();
         let mut reader = Reader::new(&index);
         let mut writer = Writer::open(&self.path, Shard::WHOLE)?;
@@ -505,10 +479,8 @@ impl<S: Study> Work<'_, S> {
     /// Rows that are written down, and how many that is an hour.
     fn progress(&self) -> (u64, f64) {
         let finished = self.finished.load(Ordering::Relaxed);
-        (
-            finished,
-            finished as f64 / self.began.elapsed().as_secs_f64() * 3600.0,
-        )
+        let hours = self.began.elapsed().as_secs_f64() / 3600.0;
+        (finished, finished as f64 / hours)
     }
 
     /// Whether the row is written down now.
@@ -546,9 +518,9 @@ impl<S: Study> Work<'_, S> {
                 return Ok(false);
             }
         };
-        let json = serde_json::to_string(&row).map_err(|error| StudyError::NotAStudy {
-            path: self.folder.path.clone(),
-            reason: format!("row {number} cannot be written as JSON: {error}"),
+        let json = serde_json::to_string(&row).map_err(|error| {
+            let reason = format!("row {number} cannot be written as JSON: {error}");
+            StudyError::not_a_study(&self.folder.path, reason)
         })?;
         lock(&self.writer).add(&self.folder.digest, number, &json)?;
         self.finished.fetch_add(1, Ordering::Relaxed);
@@ -601,24 +573,17 @@ impl Aside {
     }
 
     fn line(&mut self, text: &str) -> Result<(), FileError> {
-        let written = self
-            .file
-            .write_all(text.as_bytes())
-            .and_then(|()| self.file.write_all(b"\n"));
+        let written = writeln!(self.file, "{text}");
         written.map_err(failed("write", self.file.get_ref().path()))
     }
 
     /// As a line of CSV: control points may have any names.
     fn row<'a>(&mut self, cells: impl Iterator<Item = &'a str>) -> Result<(), FileError> {
-        let quoted = cells.map(|cell| {
-            if cell.contains([',', '"', '\n', '\r']) {
-                format!("\"{}\"", cell.replace('"', "\"\""))
-            } else {
-                cell.to_owned()
-            }
+        let quoted = cells.map(|cell| match cell.contains([',', '"', '\n', '\r']) {
+            true => format!("\"{}\"", cell.replace('"', "\"\"")),
+            false => cell.to_owned(),
         });
-        let line = quoted.collect::<Vec<String>>().join(",");
-        self.line(&line)
+        self.line(&quoted.collect::<Vec<String>>().join(","))
     }
 
     fn into_place(self, path: &Path) -> Result<(), FileError> {

@@ -23,11 +23,8 @@ pub struct Member {
     pub specification: String,
     /// Which cloud.
     pub realization: u64,
-    /// How it ended.
     pub ending: Ending,
-    /// Steps of pouring.
     pub pour_steps: u64,
-    /// Steps of loading.
     pub load_steps: u64,
     /// What it cost; none where its bed was poured for other loads too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -75,6 +72,12 @@ impl FromIterator<Member> for Members {
     }
 }
 
+/// A measured quantity of all members that have it.
+pub fn values(members: &[&Member], key: &str) -> Vec<f64> {
+    let values = members.iter().filter_map(|of| of.measured.get(key));
+    values.copied().collect()
+}
+
 impl Member {
     /// Runs a realization from cloud to end and keeps these quantities. An engine that fails is a result; an interrupt, an
     /// engine that is missing and one that does not have what it takes are errors.
@@ -91,41 +94,39 @@ impl Member {
             Ok(run) => run,
             Err(error) => {
                 let ending = Ending::Failed(failure(error)?);
-                let mut member = Member::without(of, realization, ending);
-                let native = of.runner.is_native();
-                member.cost = Some(Cost {
-                    cpu_seconds: if native {
-                        clock.elapsed().as_secs_f64()
-                    } else {
-                        0.0
-                    },
+                let own = Some(clock).filter(|_| of.runner.is_native());
+                let cost = Cost {
+                    cpu_seconds: own.map_or(0.0, |clock| clock.elapsed().as_secs_f64()),
                     measuring_seconds: 0.0,
+                };
+                return Ok(Member {
+                    cost: Some(cost),
+                    ..Member::without(of, realization, ending)
                 });
-                return Ok(member);
             }
         };
         let measuring = ThreadTime::now();
-        let mut member = Member::measured(of, &scene, &run, keep);
-        member.cost = Some(Cost {
+        let member = Member::measured(of, &scene, &run, keep);
+        let cost = Cost {
             cpu_seconds: clock.elapsed().as_secs_f64() + run.elsewhere,
             measuring_seconds: measuring.elapsed().as_secs_f64(),
-        });
-        Ok(member)
+        };
+        Ok(Member {
+            cost: Some(cost),
+            ..member
+        })
     }
 
     /// For a table, under the id of its setting.
     pub fn outline(&self, id: &str) -> Outline {
-        let steps = |of: u64| of.to_string();
-        let seconds = self
-            .cost
-            .map_or(String::new(), |cost| cost.cpu_seconds.to_string());
+        let seconds = self.cost.map(|cost| cost.cpu_seconds.to_string());
         let cells = [
             ("setting", id.to_owned()),
-            ("realization", steps(self.realization)),
+            ("realization", self.realization.to_string()),
             ("ending", self.ending.name().to_owned()),
-            ("pour_steps", steps(self.pour_steps)),
-            ("load_steps", steps(self.load_steps)),
-            ("cpu_seconds", seconds),
+            ("pour_steps", self.pour_steps.to_string()),
+            ("load_steps", self.load_steps.to_string()),
+            ("cpu_seconds", seconds.unwrap_or_default()),
         ];
         Outline::new(self.ending.name(), cells, &self.measured)
     }
@@ -215,21 +216,15 @@ impl Poured {
 
 /// The bits are the same on any machine, and YADE's.
 pub fn exact() -> native::Options {
-    native::Options {
-        mode: Mode::Exact,
-        ..native::Options::default()
-    }
+    realization::in_mode(Mode::Exact)
 }
 
 /// How members ended.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Endings {
-    /// The punch got its force.
     pub reached: usize,
-    /// It did not.
     pub target_load_not_reached: usize,
-    /// The bed did not settle.
     pub not_settled: usize,
     /// Settled in an engine without a punch: these count for the bed, not for the force.
     #[serde(default)]
@@ -239,7 +234,6 @@ pub struct Endings {
 }
 
 impl Endings {
-    /// Counts them.
     pub fn of<'a>(all: impl IntoIterator<Item = &'a Member>) -> Self {
         let mut endings = Endings::default();
         for member in all {

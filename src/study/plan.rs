@@ -9,11 +9,9 @@ use crate::engine::exec::{Description, ExternalEngine};
 use crate::engine::yade;
 use crate::files::{failed, read_text, sha256_hex, write_folder, write_whole};
 
-/// The plan format that this program reads and writes.
 const VERSION: u32 = 1;
 /// The most rows that files, memory and merging were planned for.
 pub const MOST_ROWS: u64 = 1_000_000;
-/// The largest `plan.json`, bytes.
 const LARGEST: u64 = 100_000_000;
 const NAME: &str = "plan.json";
 /// The key of the digest in the file.
@@ -23,15 +21,11 @@ const DIGEST: &str = "digest";
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan<S> {
-    /// [`Study::KIND`].
     pub kind: String,
-    /// Format of this file.
     pub version: u32,
-    /// Which program may run it.
     pub made_with: MadeWith,
     /// The external engine, where rows are made in one.
     pub program: Option<Program>,
-    /// The study's own plan.
     pub study: S,
 }
 
@@ -39,7 +33,6 @@ pub struct Plan<S> {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MadeWith {
-    /// Version of crossgrain.
     pub crossgrain: String,
     /// [`grains::SOURCE_DIGEST`].
     pub source: String,
@@ -50,13 +43,11 @@ pub struct MadeWith {
     pub note: Option<String>,
 }
 
-/// An external engine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Program {
     /// Where it is on the machine of the plan.
     pub path: PathBuf,
-    /// What it says of itself.
     pub described: Description,
     /// SHA-256 of its file.
     pub digest: String,
@@ -85,7 +76,6 @@ impl MadeWith {
         }
     }
 
-    /// For people.
     fn in_words(&self) -> String {
         let short = |digest: &str| digest.chars().take(12).collect::<String>();
         let mut words = format!("{} with source {}", self.crossgrain, short(&self.source));
@@ -102,9 +92,8 @@ impl<S: Study> Plan<S> {
         study.check().map_err(StudyError::Usage)?;
         let count = study.count();
         if count == 0 || count > MOST_ROWS {
-            return Err(StudyError::Usage(format!(
-                "{count} rows; a study has 1 to {MOST_ROWS}"
-            )));
+            let why = format!("{count} rows; a study has 1 to {MOST_ROWS}");
+            return Err(StudyError::Usage(why));
         }
         Ok(Plan {
             kind: S::KIND.to_owned(),
@@ -139,7 +128,7 @@ impl<S: Study> Plan<S> {
 
     /// Reads the plan of a study's folder and checks that it is whole.
     pub fn read(folder: &Path) -> Result<Self, StudyError> {
-        let not_one = |reason: String| not_a_study(folder, reason);
+        let not_one = |reason: String| StudyError::not_a_study(folder, reason);
         let wrong = |error: serde_json::Error| not_one(format!("{NAME}: {error}"));
         let mut stored = stored(folder)?;
         let digest = stored.as_object_mut().and_then(|of| of.remove(DIGEST));
@@ -184,33 +173,25 @@ fn uses_yade<S: Study>(study: &S) -> bool {
     (1..=study.count()).any(|task| study.runner(task).is_yade())
 }
 
-/// The kind of the study in a folder.
 pub fn kind(folder: &Path) -> Result<String, StudyError> {
     let kind = stored(folder)?["kind"].as_str().map(str::to_owned);
-    kind.ok_or_else(|| not_a_study(folder, format!("{NAME} names no kind")))
+    kind.ok_or_else(|| StudyError::not_a_study(folder, format!("{NAME} names no kind")))
 }
 
 /// The plan's file as JSON of a version that is known.
 fn stored(folder: &Path) -> Result<serde_json::Value, StudyError> {
     let names = [path(folder), folder.join(format!("{NAME}.gz"))];
     let Some(path) = names.into_iter().find(|path| path.is_file()) else {
-        return Err(not_a_study(folder, format!("it has no {NAME}")));
+        return Err(StudyError::not_a_study(folder, format!("it has no {NAME}")));
     };
     let stored: serde_json::Value = serde_json::from_str(&read_text(&path, LARGEST)?)
-        .map_err(|error| not_a_study(folder, format!("{NAME}: {error}")))?;
+        .map_err(|error| StudyError::not_a_study(folder, format!("{NAME}: {error}")))?;
     match stored["version"].as_u64() {
-        Some(version) if version != u64::from(VERSION) => Err(not_a_study(
+        Some(version) if version != u64::from(VERSION) => Err(StudyError::not_a_study(
             folder,
             format!("{NAME} has version {version}, and this program reads {VERSION}"),
         )),
         _ => Ok(stored),
-    }
-}
-
-fn not_a_study(folder: &Path, reason: String) -> StudyError {
-    StudyError::NotAStudy {
-        path: folder.to_owned(),
-        reason,
     }
 }
 

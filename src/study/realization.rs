@@ -15,7 +15,7 @@ use grains::native::pouring::{Phase, Softly};
 use grains::native::{Mode, NativeError, Trouble};
 use grains::scene::{AfterForce, Cloud, Damping, Scene, Shape, TimeStep, paper_scene, parse_scene};
 use grains::tables::{Snapshot, Stage, StopReason};
-use grains::task::{Outcome, Start, Task, Until};
+use grains::task::{Outcome, Task, Until};
 use serde::{Deserialize, Serialize};
 
 /// How a realization ended.
@@ -51,13 +51,11 @@ impl Ending {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Runner {
-    /// The native engine.
     Native(Mode),
     /// YADE's ordinary loop, as it is usually run.
     YadeOrdinary,
     /// YADE's loop over sorted interactions, which has the native engine's bits.
     YadeSorted,
-    /// An external engine.
     External,
 }
 
@@ -87,7 +85,6 @@ impl Runner {
 /// How engines that are other programs are started.
 #[derive(Debug, Clone, Default)]
 pub struct Engines {
-    /// YADE; its loop is the runner's.
     pub yade: yade::Options,
     /// The external engine, for its runner.
     pub external: Option<ExternalEngine>,
@@ -104,20 +101,16 @@ impl Engines {
     }
 }
 
-/// A realization that was run to an end.
 #[derive(Debug)]
 pub struct Realization {
     /// Settled and last moment.
     pub outcome: Outcome,
     /// [`Ending::Reached`], [`Ending::TargetLoadNotReached`] or [`Ending::NotSettled`].
     pub ending: Ending,
-    /// Steps of pouring, of all phases.
     pub pour_steps: u64,
-    /// Steps of loading.
     pub load_steps: u64,
     /// Processor time of an engine in another process, s.
     pub elsewhere: f64,
-    /// Engine and version.
     pub engine: String,
 }
 
@@ -131,13 +124,7 @@ impl Specification {
     ) -> Result<Realization, EngineError> {
         let scene = unobserved(&self.scene_of(realization));
         match self.runner {
-            Runner::Native(mode) => {
-                let options = native::Options {
-                    mode,
-                    ..native::Options::default()
-                };
-                Ok(in_native(&scene, &self.phases, &options)?)
-            }
+            Runner::Native(mode) => Ok(in_native(&scene, &self.phases, &in_mode(mode))?),
             Runner::YadeOrdinary | Runner::YadeSorted => {
                 let options = yade::Options {
                     sorted: self.runner == Runner::YadeSorted,
@@ -152,6 +139,14 @@ impl Specification {
             }
             Runner::External => Ok(in_external(&scene, engines.external()?, work)?),
         }
+    }
+}
+
+/// The native engine in this mode.
+pub fn in_mode(mode: Mode) -> native::Options {
+    native::Options {
+        mode,
+        ..native::Options::default()
     }
 }
 
@@ -222,15 +217,8 @@ pub fn loaded(
     options: &native::Options,
 ) -> Result<Realization, NativeError> {
     let scene = &unobserved(scene);
-    let task = Task {
-        start: Start {
-            stage: Stage::Load,
-            step: 0,
-            bodies: bed.bodies.clone(),
-            punch: None,
-        },
-        until: Until::EndOfLoading,
-    };
+    let mut task = Task::whole(bed.bodies.clone());
+    task.start.stage = Stage::Load;
     let mut outcome = native::run(scene, &task, options, &mut ())?;
     outcome.settled = Some(bed.clone());
     Ok(Realization {
@@ -284,11 +272,8 @@ pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f6
         return BTreeMap::new();
     };
     let (settled_bed, last_bed) = (bed_of(settled), bed_of(&outcome.last));
-    let all = measure::all(scene, Some(settled_bed), last_bed);
-    let mut measured: BTreeMap<String, f64> = all
-        .into_iter()
-        .map(|quantity| (quantity.key, quantity.value))
-        .collect();
+    let all = measure::all(scene, Some(settled_bed), last_bed).into_iter();
+    let mut measured: BTreeMap<String, f64> = all.map(|of| (of.key, of.value)).collect();
     let surface = measure::surface(scene, &settled.bodies);
     let layer = stress::over_depth(scene, settled_bed, surface);
     let shapes = [
@@ -297,21 +282,18 @@ pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f6
         ("gamma_shape", distribution::gamma_shape(&layer)),
         ("weibull_shape", distribution::weibull_shape(&layer)),
     ];
-    for (name, value) in shapes {
-        if let Some(value) = value {
-            measured.insert(format!("settled.distribution.{name}"), value);
-        }
-    }
+    let shapes = shapes.into_iter().filter_map(|(name, value)| {
+        let key = format!("settled.distribution.{name}");
+        value.map(|value| (key, value))
+    });
+    measured.extend(shapes);
     let mut insert = |key: &str, value: f64| measured.insert(key.to_owned(), value);
-    insert(
-        "settled.support.by_floor",
-        equilibrium::borne_by_floor(scene, settled_bed, 0.0),
-    );
+    let by_floor = |bed, load| equilibrium::borne_by_floor(scene, bed, load);
+    insert("settled.support.by_floor", by_floor(settled_bed, 0.0));
     if let Some(punch) = &outcome.last.punch {
         insert("loaded.punch.depth", punch.depth());
         insert("loaded.punch.force", punch.force);
-        let share = equilibrium::borne_by_floor(scene, last_bed, punch.force);
-        insert("loaded.support.by_floor", share);
+        insert("loaded.support.by_floor", by_floor(last_bed, punch.force));
     }
     let reached = realization.ending == Ending::Reached;
     measured.retain(|key, value| (reached || !key.starts_with("loaded.")) && value.is_finite());
@@ -332,7 +314,6 @@ pub fn bed_of(snapshot: &Snapshot) -> Bed<'_> {
 pub struct Specification {
     /// The scene of loading and measuring, and of pouring where there are no phases; its realization is replaced.
     pub scene: Scene,
-    /// In which engine.
     pub runner: Runner,
     /// Pouring, part by part; without any the scene's own stages and rules are used.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -372,7 +353,6 @@ impl Specification {
         sha256_hex(text.as_bytes())[..16].to_owned()
     }
 
-    /// The scene of a realization.
     pub fn scene_of(&self, realization: u64) -> Scene {
         Scene {
             realization,
@@ -390,14 +370,12 @@ const MOST_CLOUDS: u64 = 1_000_000;
 pub struct Setting {
     /// Lasting, and unique in its study: `step-0.65`.
     pub id: String,
-    /// For people.
     pub name: String,
     /// What is varied: `time step`.
     pub axis: String,
     /// Its place on the axis, and on the second of a crossed axis, in the units of the name.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub at: Vec<f64>,
-    /// What is run.
     pub specification: Specification,
     /// Realizations: first and last of each range.
     pub clouds: Vec<[u64; 2]>,
@@ -416,7 +394,6 @@ impl Setting {
         }
     }
 
-    /// Every realization.
     pub fn realizations(&self) -> impl Iterator<Item = u64> {
         self.clouds.iter().flat_map(|[first, last]| *first..=*last)
     }
@@ -424,14 +401,9 @@ impl Setting {
 
 /// What is wrong with settings that may have been read from a file.
 pub fn sound<'a>(settings: impl IntoIterator<Item = &'a Setting>) -> Result<(), String> {
-    for Setting {
-        id,
-        specification,
-        clouds,
-        ..
-    } in settings
-    {
-        let scene = serde_json::to_string(&specification.scene).unwrap_or_default();
+    for of in settings {
+        let (id, clouds) = (&of.id, &of.clouds);
+        let scene = serde_json::to_string(&of.specification.scene).unwrap_or_default();
         parse_scene(&scene).map_err(|error| format!("{id}: {error}"))?;
         let ends = |[first, last]: &[u64; 2]| first <= last && last - first < MOST_CLOUDS;
         if clouds.is_empty() || !clouds.iter().all(ends) {
@@ -448,7 +420,6 @@ pub enum Change {
     Step(f64),
     /// Share of Young's modulus. The settle rule's times stay as they are while dt grows as 1/√E.
     Modulus(f64),
-    /// Damping number α.
     Alpha(f64),
     /// The bed counts as settled at this share of the largest kinetic energy.
     Settled(f64),
@@ -468,7 +439,6 @@ pub enum Change {
     Spheres,
     /// Mean diameter, m, with as many grains in a cloud that is as loose.
     Diameter(f64),
-    /// Mean diameter, m, with the same area of grains.
     DiameterSameArea(f64),
 }
 
@@ -533,7 +503,6 @@ fn check_settling(scene: &mut Scene, ratio: f64) {
     scene.settle.max_steps = scaled(scene.settle.max_steps);
 }
 
-/// Grains of the paper's bed.
 const GRAINS: u32 = 5000;
 /// dt over √(m/k) of the free mode's default.
 pub const FREE_MODE_STEP: f64 = 0.65;

@@ -12,7 +12,7 @@ use std::path::Path;
 use crate::engine::EngineError;
 use crate::paper::published::{Of, PUBLISHED, Published};
 use crate::study::machine::Folder;
-use crate::study::member::{Endings, Member, Members, Poured};
+use crate::study::member::{Endings, Member, Members, Poured, values};
 use crate::study::realization::{Engines, Runner, Setting, sound};
 use crate::study::sensitivity::bearing::{Bearing, bearing};
 use crate::study::sensitivity::judge::{Verdict, judge, share_reached};
@@ -69,6 +69,13 @@ pub fn load_all(settings: &[&Setting], cloud: u64) -> Result<Vec<Member>, Engine
     settings.iter().map(load).collect()
 }
 
+impl Plan {
+    fn digests(&self, settings: &[usize]) -> impl Iterator<Item = String> {
+        let own = settings.iter();
+        own.map(|of| self.settings[*of].specification.digest())
+    }
+}
+
 impl Study for Plan {
     const KIND: &'static str = "sensitivity";
     type Row = Row;
@@ -88,10 +95,8 @@ impl Study for Plan {
     fn identity(&self, task: u64) -> String {
         match self.task(task) {
             Task::Loads(settings, cloud) => {
-                let own = settings
-                    .iter()
-                    .map(|of| self.settings[*of].specification.digest());
-                format!("loads {} {cloud}", own.collect::<Vec<String>>().join(" "))
+                let own: Vec<String> = self.digests(settings).collect();
+                format!("loads {} {cloud}", own.join(" "))
             }
             Task::Penetration(of, cloud) => {
                 format!("penetration {} {cloud}", self.penetrations[*of].digest())
@@ -115,11 +120,8 @@ impl Study for Plan {
     fn belongs(&self, task: u64, row: &Row) -> bool {
         match (self.task(task), row) {
             (Task::Loads(settings, cloud), Row::Loads(members)) => {
-                let digests = settings
-                    .iter()
-                    .map(|of| self.settings[*of].specification.digest());
                 let own = members.iter().map(|of| of.specification.clone());
-                digests.eq(own) && members.iter().all(|of| of.realization == *cloud)
+                self.digests(settings).eq(own) && members.iter().all(|of| of.realization == *cloud)
             }
             (Task::Penetration(of, cloud), Row::Penetration(row)) => {
                 row.realization == *cloud && row.penetration == self.penetrations[*of].digest()
@@ -157,19 +159,14 @@ impl Study for Plan {
 /// A published figure.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
-    /// As in [`PUBLISHED`].
     pub id: String,
-    /// For people.
     pub title: String,
-    /// Published.
     pub value: f64,
     /// Counts as the same.
     pub tolerance: f64,
-    /// SI unit.
     pub unit: String,
     /// Where the tolerance comes from.
     pub reason: String,
-    /// Ids of the settings in which it comes out.
     pub comes_out: Vec<String>,
     /// In which that is undecided.
     pub undecided: Vec<String>,
@@ -179,16 +176,13 @@ pub struct Figure {
     pub skipped: Vec<String>,
 }
 
-/// A setting and what came out of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// What was run.
     pub setting: Setting,
     /// As in the rows.
     pub digest: String,
     /// Members that were made.
     pub made: usize,
-    /// How they ended.
     pub endings: Endings,
     /// Share of them in which the punch got its force.
     pub reached: f64,
@@ -201,7 +195,6 @@ pub struct Point {
 /// Which figures come out together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
-    /// For people.
     pub title: String,
     /// Ids of the figures.
     pub figures: Vec<String>,
@@ -219,47 +212,34 @@ pub const WRONG: f64 = 0.05;
 /// The map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Sensitivity {
-    /// Digest of the base scene.
     pub scene_digest: String,
-    /// Grains of the base scene.
     pub grains: u32,
     /// Clouds of a cheap setting.
     pub clouds: u64,
     /// Of the intervals that decide, corrected for how many do.
     pub level: f64,
-    /// The published figures.
     pub figures: Vec<Figure>,
-    /// Every setting.
     pub points: Vec<Point>,
-    /// Figures together.
     pub joint: Vec<Joint>,
     /// Why the load is reached at all.
     pub bearing: Bearing,
 }
 
 impl Sensitivity {
-    /// Of these members and watched punches.
     pub fn of(plan: &Plan, members: Members, watched: &[Watched]) -> Self {
         let base = base_members(plan, &members);
         let rows: Vec<Vec<&Member>> = plan.settings.iter().map(|of| members.of(of)).collect();
         let decided = |level: f64| {
-            let cells = rows.iter().flat_map(|rows| {
-                let judge = |figure| judge(figure, rows, &base, level).verdict;
-                PUBLISHED.iter().map(judge)
-            });
-            cells
-                .filter(|of| matches!(of, Verdict::ComesOut | Verdict::DoesNot))
-                .count()
+            let cells = rows.iter().flat_map(|rows| judged(rows, &base, level));
+            let decided =
+                |of: &judge::Judged| matches!(of.verdict, Verdict::ComesOut | Verdict::DoesNot);
+            cells.filter(decided).count()
         };
         let level = selection::level(rows.len() * PUBLISHED.len(), WRONG, decided);
-        let settings = plan.settings.iter().zip(&rows);
-        let points: Vec<Point> = settings
-            .map(|(setting, rows)| point(setting, rows, &base, level))
-            .collect();
-        let of_bed = |key: &str| {
-            let values = base.iter().filter_map(|of| of.measured.get(key).copied());
-            mean(&values.collect::<Vec<f64>>())
-        };
+        let points = plan.settings.iter().zip(&rows);
+        let points = points.map(|(setting, rows)| point(setting, rows, &base, level));
+        let points: Vec<Point> = points.collect();
+        let of_bed = |key: &str| mean(&values(&base, key));
         Sensitivity {
             scene_digest: plan.base.digest(),
             grains: plan.base.particles.count,
@@ -282,31 +262,33 @@ impl Sensitivity {
 /// Members of the base scene, wherever most of them are planned.
 fn base_members<'a>(plan: &Plan, members: &'a Members) -> Vec<&'a Member> {
     let base = plan.base.digest();
-    let own = plan
-        .settings
-        .iter()
-        .filter(|setting| setting.specification.scene.digest() == base && setting.axis != COMBINED);
+    let own = |of: &&Setting| of.specification.scene.digest() == base && of.axis != COMBINED;
+    let own = plan.settings.iter().filter(own);
     let widest = own.max_by_key(|setting| setting.realizations().count());
     widest.map_or(Vec::new(), |setting| members.of(setting))
 }
 
 fn point(setting: &Setting, members: &[&Member], base: &[&Member], level: f64) -> Point {
-    let depths: Vec<f64> = members
-        .iter()
-        .filter_map(|of| of.measured.get("loaded.punch.depth").copied())
-        .collect();
+    let depths = values(members, "loaded.punch.depth");
     Point {
         digest: setting.specification.digest(),
         made: members.len(),
         endings: Endings::of(members.iter().copied()),
         reached: share_reached(members),
         depth: mean_interval(&depths, 0.95),
-        figures: PUBLISHED
-            .iter()
-            .map(|figure| judge(figure, members, base, level))
-            .collect(),
+        figures: judged(members, base, level).collect(),
         setting: setting.clone(),
     }
+}
+
+/// Every published figure, in their order.
+fn judged(
+    members: &[&Member],
+    base: &[&Member],
+    level: f64,
+) -> impl Iterator<Item = judge::Judged> {
+    let all = PUBLISHED.iter();
+    all.map(move |figure| judge(figure, members, base, level))
 }
 
 fn figures(points: &[Point]) -> Vec<Figure> {

@@ -1,7 +1,7 @@
 //! Shards: the rows that one process makes; and the job scripts that run a study as a Slurm job array of them, and merge it.
 
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::str::FromStr;
 
 use crate::files::{failed, write_whole};
@@ -14,7 +14,6 @@ use crate::study::machine::Machine;
 pub struct Shard {
     /// From 1.
     pub index: u64,
-    /// At least 1.
     pub of: u64,
 }
 
@@ -29,7 +28,6 @@ impl Shard {
     /// Everything in one process.
     pub const WHOLE: Shard = Shard { index: 1, of: 1 };
 
-    /// Shard `index` of `of`.
     pub fn new(index: u64, of: u64) -> Result<Self, String> {
         if of == 0 || of > MOST {
             return Err(format!("{of} shards; there are 1 to {MOST}"));
@@ -44,13 +42,9 @@ impl Shard {
     /// that of the array; tasks are counted from the array's first.
     pub fn from_slurm(variable: impl Fn(&str) -> Option<String>) -> Result<Self, String> {
         let number = |name: &str| -> Result<Option<u64>, String> {
-            let Some(text) = variable(name) else {
-                return Ok(None);
-            };
-            let parsed = text.trim().parse();
-            parsed
-                .map(Some)
-                .map_err(|_| format!("{name} is {text:?}, and must be a whole number"))
+            let wrong = |text| format!("{name} is {text:?}, and must be a whole number");
+            let parsed = variable(name).map(|text| text.trim().parse().map_err(|_| wrong(text)));
+            parsed.transpose()
         };
         let task = number("SLURM_ARRAY_TASK_ID")?.ok_or_else(|| {
             "--shard auto is for a task of a Slurm job array, and SLURM_ARRAY_TASK_ID is not set; name the shard as \
@@ -112,141 +106,68 @@ pub struct Array<'a> {
     pub threads: u16,
     /// Where the cluster wants one to be named.
     pub partition: Option<&'a str>,
-    /// The program that the tasks start; an absolute path.
     pub program: &'a Path,
 }
 
-/// The scripts, and how they are submitted.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Scripts {
-    /// `slurm/array.sh` in the study's folder.
-    pub array: PathBuf,
-    /// `slurm/merge.sh` there.
-    pub merge: PathBuf,
-    /// Two lines for a shell; the second uses what the first one found out.
-    pub submit: [String; 2],
-}
-
-/// Writes both scripts into the study's folder. Earlier ones are replaced: what Slurm runs is its own copy.
-pub fn write(folder: &Path, study: &dyn Machine, array: &Array<'_>) -> Result<Scripts, StudyError> {
+/// Writes `slurm/array.sh` and `slurm/merge.sh` into the study's folder, and tells how they are submitted: two lines for a
+/// shell, the second of which uses what the first one found out. Earlier scripts are replaced: what Slurm runs is its own copy.
+pub fn write(
+    folder: &Path,
+    study: &dyn Machine,
+    array: &Array<'_>,
+) -> Result<[String; 2], StudyError> {
     study.check_program()?;
-    Shard::new(1, array.tasks).map_err(StudyError::Usage)?;
-    if array.tasks > study.count() {
-        return Err(StudyError::Usage(format!(
-            "{} tasks for {} rows: some would have nothing to do",
-            array.tasks,
-            study.count()
-        )));
+    let Array { tasks, threads, .. } = *array;
+    Shard::new(1, tasks).map_err(StudyError::Usage)?;
+    let rows = study.count();
+    if tasks > rows {
+        let why = format!("{tasks} tasks for {rows} rows: some would have nothing to do");
+        return Err(StudyError::Usage(why));
     }
-    if let Some(name) = array.partition {
-        let plain = |of: char| of.is_ascii_alphanumeric() || "_-.,".contains(of);
-        if name.is_empty() || name.starts_with('-') || !name.chars().all(plain) {
-            return Err(StudyError::Usage(format!(
-                "{name:?} is no name of a partition"
-            )));
-        }
+    let plain = |of: char| of.is_ascii_alphanumeric() || "_-.,".contains(of);
+    let strange =
+        |name: &&str| name.is_empty() || name.starts_with('-') || !name.chars().all(plain);
+    if let Some(name) = array.partition.filter(strange) {
+        let why = format!("{name:?} is no name of a partition");
+        return Err(StudyError::Usage(why));
     }
     // A task starts in another folder.
     let folder = folder.canonicalize().map_err(failed("find", folder))?;
-    let texts = Texts {
-        folder: quoted(&folder)?,
-        program: quoted(array.program)?,
-        partition: array
-            .partition
-            .map(|name| format!("#SBATCH --partition={name}\n"))
-            .unwrap_or_default(),
-    };
     let scripts = folder.join("slurm");
-    std::fs::create_dir_all(&scripts).map_err(failed("create", &scripts))?;
     let [array_path, merge_path] = [scripts.join("array.sh"), scripts.join("merge.sh")];
-    write_whole(&array_path, texts.array(array).as_bytes())?;
-    write_whole(&merge_path, texts.merge().as_bytes())?;
-    // Where there are several clusters, --parsable gives the job's number with a cluster's name after it.
-    let submit = [
-        format!(
-            "job=$(sbatch --parsable --array=1-{} {})",
-            array.tasks,
-            quoted(&array_path)?
+    let of_array = Script {
+        name: "crossgrain",
+        processors: threads,
+        first: format!(
+            "# A task of the array 1-{tasks} is a shard of the study. A task that was ended is submitted again alone,\n\
+             # as with --array=3, and goes on with the rows that it had not finished.\n\
+             export {TASKS_VARIABLE}={tasks}\n"
         ),
-        format!(
-            "sbatch --parsable --dependency=afterany:${{job%%;*}} {}",
-            quoted(&merge_path)?
-        ),
+        log: "task-${SLURM_ARRAY_TASK_ID:?is for a task of a job array}.log",
+        verb: "run",
+        options: format!(" --shard auto --threads {threads}"),
+    };
+    let of_merge = Script {
+        name: "crossgrain-merge",
+        processors: 1,
+        first: "# Exit code 3: rows are missing; the log says which.\n".to_owned(),
+        log: "merge.log",
+        verb: "merge",
+        options: String::new(),
+    };
+    let texts = [
+        of_array.text(&folder, array)?,
+        of_merge.text(&folder, array)?,
     ];
-    Ok(Scripts {
-        array: array_path,
-        merge: merge_path,
-        submit,
-    })
-}
-
-/// What both scripts are made of, quoted.
-struct Texts {
-    folder: String,
-    program: String,
-    /// A line that names the partition, or nothing.
-    partition: String,
-}
-
-impl Texts {
-    fn array(&self, array: &Array<'_>) -> String {
-        let Array { tasks, threads, .. } = array;
-        self.script(&Script {
-            name: "crossgrain",
-            processors: *threads,
-            first: format!(
-                "# A task of the array 1-{tasks} is a shard of the study. A task that was ended is submitted again alone,\n\
-                 # as with --array=3, and goes on with the rows that it had not finished.\n\
-                 export {TASKS_VARIABLE}={tasks}\n"
-            ),
-            log: "task-${SLURM_ARRAY_TASK_ID:?is for a task of a job array}.log",
-            verb: "run",
-            options: format!(" --shard auto --threads {threads}"),
-        })
-    }
-
-    fn merge(&self) -> String {
-        self.script(&Script {
-            name: "crossgrain-merge",
-            processors: 1,
-            first: "# Exit code 3: rows are missing; the log says which.\n".to_owned(),
-            log: "merge.log",
-            verb: "merge",
-            options: String::new(),
-        })
-    }
-
-    /// The program replaces the shell, so that signals reach it. What is said goes into a file that the script itself
-    /// opens: Slurm gives `%` and `\` in the names of its own files a meaning.
-    fn script(&self, script: &Script) -> String {
-        let Texts {
-            folder,
-            program,
-            partition,
-        } = self;
-        let Script {
-            name,
-            processors,
-            first,
-            log,
-            verb,
-            options,
-        } = script;
-        format!(
-            "#!/bin/bash\n\
-             #SBATCH --job-name={name}\n\
-             #SBATCH --ntasks=1\n\
-             #SBATCH --cpus-per-task={processors}\n\
-             #SBATCH --requeue\n\
-             #SBATCH --output=/dev/null\n\
-             {partition}\
-             {first}\
-             folder={folder}\n\
-             exec >>\"$folder/slurm/{log}\" 2>&1\n\
-             echo \"job ${{SLURM_JOB_ID:-}} on $(hostname), $(date -u +%FT%TZ)\"\n\
-             exec {program} study {verb} \"$folder\"{options}\n"
-        )
-    }
+    std::fs::create_dir_all(&scripts).map_err(failed("create", &scripts))?;
+    write_whole(&array_path, texts[0].as_bytes())?;
+    write_whole(&merge_path, texts[1].as_bytes())?;
+    let (array_path, merge_path) = (quoted(&array_path)?, quoted(&merge_path)?);
+    // Where there are several clusters, --parsable gives the job's number with a cluster's name after it.
+    Ok([
+        format!("job=$(sbatch --parsable --array=1-{tasks} {array_path})"),
+        format!("sbatch --parsable --dependency=afterany:${{job%%;*}} {merge_path}"),
+    ])
 }
 
 /// How the scripts differ.
@@ -259,6 +180,40 @@ struct Script {
     /// Of `crossgrain study`, with its options.
     verb: &'static str,
     options: String,
+}
+
+impl Script {
+    /// The program replaces the shell, so that signals reach it. What is said goes into a file that the script itself
+    /// opens: Slurm gives `%` and `\` in the names of its own files a meaning.
+    fn text(&self, folder: &Path, array: &Array<'_>) -> Result<String, StudyError> {
+        let Script {
+            name,
+            processors,
+            first,
+            log,
+            verb,
+            options,
+        } = self;
+        let (folder, program) = (quoted(folder)?, quoted(array.program)?);
+        let partition = array
+            .partition
+            .map(|name| format!("#SBATCH --partition={name}\n"));
+        Ok(format!(
+            "#!/bin/bash\n\
+             #SBATCH --job-name={name}\n\
+             #SBATCH --ntasks=1\n\
+             #SBATCH --cpus-per-task={processors}\n\
+             #SBATCH --requeue\n\
+             #SBATCH --output=/dev/null\n\
+             {}\
+             {first}\
+             folder={folder}\n\
+             exec >>\"$folder/slurm/{log}\" 2>&1\n\
+             echo \"job ${{SLURM_JOB_ID:-}} on $(hostname), $(date -u +%FT%TZ)\"\n\
+             exec {program} study {verb} \"$folder\"{options}\n",
+            partition.unwrap_or_default()
+        ))
+    }
 }
 
 /// The path as one word of a shell, whatever is in it; lines that are to be copied cannot hold a line's end.
@@ -277,7 +232,7 @@ fn quoted(path: &Path) -> Result<String, StudyError> {
 }
 
 #[cfg(test)]
-mod scripts {
+mod tests {
     use super::*;
 
     #[test]
@@ -301,11 +256,6 @@ mod scripts {
             assert!(quoted(Path::new(refused)).is_err(), "{refused:?}");
         }
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
 
     #[test]
     fn every_row_belongs_to_one_shard() {

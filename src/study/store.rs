@@ -21,7 +21,6 @@ pub const LONGEST_LINE: u64 = 4_000_000;
 /// As many damaged lines are named; those after them are left out.
 const MOST_DAMAGED: usize = 10_000;
 
-/// The check of a line.
 fn check(plan: &str, number: u64, json: &str) -> String {
     let mut hash = Sha256::new();
     for part in [plan, " ", &number.to_string(), " ", json] {
@@ -87,7 +86,6 @@ impl Writer {
     }
 }
 
-/// Where a believed row is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place {
     /// Which of [`Index::files`].
@@ -101,18 +99,15 @@ pub struct Place {
 /// A line that is no row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Damaged {
-    /// The file.
     pub path: PathBuf,
     /// From 1.
     pub line: u64,
 }
 
-/// Every believed row of a study.
 #[derive(Debug, Default)]
 pub struct Index {
     /// By name.
     pub files: Vec<PathBuf>,
-    /// Rows of each file.
     pub rows: Vec<u64>,
     /// By number; of several lines of a row, the first that was found.
     pub places: BTreeMap<u64, Place>,
@@ -193,7 +188,6 @@ impl Index {
         Ok(())
     }
 
-    /// The path of a row's file.
     pub fn path(&self, place: &Place) -> &Path {
         &self.files[place.file as usize]
     }
@@ -210,7 +204,6 @@ pub struct Reader<'a> {
 const MOST_OPEN: usize = 256;
 
 impl<'a> Reader<'a> {
-    /// Of this index.
     pub fn new(index: &'a Index) -> Self {
         Reader {
             index,
@@ -218,7 +211,6 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The JSON of a row.
     pub fn json(&mut self, place: &Place) -> Result<String, FileError> {
         let path = self.index.path(place);
         if self.open.len() >= MOST_OPEN {
@@ -238,7 +230,6 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Where the record files are.
 pub fn records_folder(folder: &Path) -> PathBuf {
     folder.join("records")
 }

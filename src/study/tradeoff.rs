@@ -12,7 +12,7 @@ use crate::checks::Check;
 use crate::engine::EngineError;
 use crate::engine::exec::{Description, missing_for_scene};
 use crate::study::machine::Folder;
-use crate::study::member::{Cost, Member, Members};
+use crate::study::member::{Cost, Member, Members, values};
 use crate::study::realization::{Engines, Runner, Setting, Specification, sound};
 use crate::study::tradeoff::convergence::Convergence;
 use crate::study::tradeoff::judge::{Judgement, QUANTITIES, judge, outcome};
@@ -68,10 +68,8 @@ impl Study for Plan {
     }
 
     fn outline(&self, row: &Member) -> Outline {
-        let settings = self.settings();
-        let of = settings
-            .into_iter()
-            .find(|of| of.specification.digest() == row.specification);
+        let mut settings = self.settings().into_iter();
+        let of = settings.find(|of| of.specification.digest() == row.specification);
         row.outline(of.map_or("", |of| &of.id))
     }
 
@@ -89,7 +87,6 @@ impl Study for Plan {
 /// The version of `tradeoff.json`.
 pub const TRADEOFF_VERSION: u32 = 1;
 
-/// What a realization costs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Costs {
     /// Median over the screening realizations of the processor time of the whole protocol, s.
@@ -98,7 +95,6 @@ pub struct Costs {
     pub range: [f64; 2],
     /// Mean steps of pouring.
     pub pour_steps: f64,
-    /// Mean steps of loading.
     pub load_steps: f64,
     /// Median time of measuring, s.
     pub measuring_seconds: f64,
@@ -107,7 +103,6 @@ pub struct Costs {
 /// A method with its costs and its errors.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// What is run.
     pub method: Setting,
     /// Digest of the specification, as in the rows.
     pub digest: String,
@@ -130,11 +125,8 @@ pub struct Point {
 /// A quantity in words.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Quantity {
-    /// Its key.
     pub key: Cow<'static, str>,
-    /// For people.
     pub title: Cow<'static, str>,
-    /// SI unit.
     pub unit: Cow<'static, str>,
     /// Of the reference over all of its realizations, with the number of them.
     pub reference: Option<Reference>,
@@ -144,35 +136,26 @@ pub struct Quantity {
     pub reason: Cow<'static, str>,
 }
 
-/// What the reference gives.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Reference {
-    /// Over realizations.
     pub mean: f64,
-    /// From realization to realization.
     pub deviation: f64,
-    /// How many.
     pub count: usize,
 }
 
-/// Cost against error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Tradeoff {
-    /// Digest of the reference's scene.
     pub scene_digest: String,
-    /// Grains of the reference's scene.
     pub grains: u32,
     /// Screening realizations.
     pub screening: u64,
     /// Realizations of the tests of equivalence.
     pub confirmatory: u64,
-    /// What is compared.
     pub quantities: Vec<Quantity>,
     /// What all others are compared with.
     pub reference: Point,
     /// The reference against itself on other clouds: the error that chance alone gives.
     pub null_comparison: Judgement,
-    /// All others.
     pub points: Vec<Point>,
     /// Exact cases.
     pub convergence: Vec<Convergence>,
@@ -224,13 +207,14 @@ impl Tradeoff {
         let Some(confirmed) = default.and_then(|point| point.confirmed.as_ref()) else {
             return Vec::new();
         };
-        let outcome = outcome(confirmed.finding());
-        let quantity = "the free mode's default against the reference";
-        let open = confirmed.not_shown().join(", ");
-        let id = "tradeoff/default-is-equivalent".to_owned();
-        let mut check = Check::of_words(id, quantity, outcome, &open);
-        check.n = confirmed.clouds as u64;
-        vec![check.judged_by(
+        let check = Check::of_words(
+            "tradeoff/default-is-equivalent",
+            "the free mode's default against the reference",
+            outcome(confirmed.finding()),
+            &confirmed.not_shown().join(", "),
+        );
+        let n = confirmed.clouds as u64;
+        vec![Check { n, ..check }.judged_by(
             "two one-sided t tests at 5 % in every quantity with a margin",
             "margins that were set before the runs",
         )]
@@ -245,30 +229,32 @@ fn notes(of: &Specification, engine: &Description) -> Vec<String> {
     let missing = missing_for_scene(engine, &of.scene, &task);
     let missing: Vec<&str> = missing.iter().map(|part| part.in_words()).collect();
     let lacks = format!("{} has no {}", engine.name, missing.join(", "));
-    let says = engine.approximations.iter();
-    let says = says.map(|says| format!("it says of itself: {says}"));
-    (!missing.is_empty())
-        .then_some(lacks)
-        .into_iter()
-        .chain(says)
-        .collect()
+    let mut notes: Vec<String> = engine.approximations.iter().map(says).collect();
+    if !missing.is_empty() {
+        notes.insert(0, lacks);
+    }
+    notes
+}
+
+fn says(approximation: &String) -> String {
+    format!("it says of itself: {approximation}")
 }
 
 impl Point {
     fn of(method: &Setting, plan: &Plan, members: &Members) -> Self {
-        let first = [method.clouds[0]];
-        let own = within(method, &first, members);
+        let screening = Setting {
+            clouds: vec![method.clouds[0]],
+            ..method.clone()
+        };
         let wanted = method.realizations().count() as u64;
         let judged = |clouds| {
-            judge(
-                &pairs(plan, method, clouds, members),
-                comparable(plan, method),
-            )
+            let pairs = pairs(plan, method, clouds, members);
+            judge(&pairs, comparable(plan, method))
         };
         let is_reference = *method == plan.reference;
         let tested = method.clouds.get(1).filter(|_| !is_reference);
         Point {
-            costs: costs(&own),
+            costs: costs(&members.of(&screening)),
             screened: judged(method.clouds[0]),
             confirmed: tested.map(|clouds| judged(*clouds)),
             dominated_by: None,
@@ -289,28 +275,24 @@ impl Point {
 
 /// A point is dominated by the cheapest one that costs no more and errs no more in bed and load, by the estimates.
 fn dominance(points: &mut [Point]) {
-    let places: Vec<Option<(f64, [Interval; 2])>> = points
-        .iter()
-        .map(|point| Some((point.costs?.cpu_seconds, point.errors()?)))
-        .collect();
-    for index in 0..points.len() {
-        let Some((cost, errors)) = places[index] else {
-            continue;
-        };
+    let places = points.iter().enumerate().filter_map(|(index, point)| {
+        let (cost, errors) = (point.costs?.cpu_seconds, point.errors()?);
+        Some((index, cost, errors))
+    });
+    let places: Vec<(usize, f64, [Interval; 2])> = places.collect();
+    for (index, cost, errors) in &places {
         let no_worse = |others: &[Interval; 2]| {
-            let mut both = others.iter().zip(&errors);
+            let mut both = others.iter().zip(errors);
             both.all(|(other, own)| other.estimate <= own.estimate)
         };
         let better = places
             .iter()
-            .enumerate()
-            .filter_map(|(other, place)| Some((other, (*place)?)))
-            .filter(|(other, (c, others))| *other != index && *c <= cost && no_worse(others))
-            .min_by(|a, b| a.1.0.total_cmp(&b.1.0));
-        if let Some((other, (_, smaller))) = better {
-            points[index].dominated_by = Some(points[other].method.id.clone());
-            let mut both = smaller.iter().zip(&errors);
-            points[index].clearly = both.any(|(other, own)| other.high < own.low);
+            .filter(|(other, c, others)| other != index && c <= cost && no_worse(others))
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((other, _, smaller)) = better {
+            points[*index].dominated_by = Some(points[*other].method.id.clone());
+            let mut both = smaller.iter().zip(errors);
+            points[*index].clearly = both.any(|(other, own)| other.high < own.low);
         }
     }
 }
@@ -325,14 +307,6 @@ fn recommended(points: &[Point]) -> Option<&Point> {
     });
     let cheapest = equivalent.min_by(|a, b| a.1.total_cmp(&b.1));
     cheapest.map(|(point, _)| point)
-}
-
-fn within<'a>(method: &Setting, clouds: &[[u64; 2]], members: &'a Members) -> Vec<&'a Member> {
-    let some = Setting {
-        clouds: clouds.to_vec(),
-        ..method.clone()
-    };
-    members.of(&some)
 }
 
 fn pairs<'a>(
@@ -350,12 +324,7 @@ fn pairs<'a>(
 
 fn null_comparison(plan: &Plan, members: &Members) -> Judgement {
     let reference = |realization| members.get(&plan.reference.specification, realization);
-    let pair = |index| {
-        Some((
-            reference(1 + index)?,
-            reference(FIRST_CONFIRMATORY + index)?,
-        ))
-    };
+    let pair = |of| reference(1 + of).zip(reference(FIRST_CONFIRMATORY + of));
     let pairs: Vec<(&Member, &Member)> = (0..plan.screening).filter_map(pair).collect();
     judge(&pairs, |_| true)
 }
@@ -381,10 +350,7 @@ fn costs(members: &[&Member]) -> Option<Costs> {
 
 fn quantities(reference: &[&Member]) -> Vec<Quantity> {
     let one = |of: &judge::Quantity| {
-        let values = reference.iter();
-        let values: Vec<f64> = values
-            .filter_map(|member| member.measured.get(of.key).copied())
-            .collect();
+        let values = values(reference, of.key);
         let found = (values.len() > 1).then(|| Reference {
             mean: mean(&values),
             deviation: standard_deviation(&values),

@@ -4,8 +4,8 @@ use crossgrain::engine::exec::{ExternalEngine, Options};
 use crossgrain::engine::yade;
 use crossgrain::error::Error;
 use crossgrain::limits::bench::bed::{self, Bed};
-use crossgrain::limits::bench::contender::{Contender, Plan, Programs, Sanity, Turn};
-use crossgrain::limits::bench::{Missed, timing};
+use crossgrain::limits::bench::contender::{Contender, Sanity, Tolerance, Turn};
+use crossgrain::limits::bench::{Missed, Plan, Setup, timing};
 use grains::native::Mode;
 
 use crate::support::engines::{adapter_path, changed_toy, program};
@@ -14,21 +14,25 @@ const PLAN: Plan = Plan {
     warm_up: 10,
     native: 100,
     other: 20,
-    shares: 0,
+    ..Plan::QUICK
 };
 
 /// A turn of the engine on this bed.
 fn turn(bed: &Bed, external: &ExternalEngine) -> Result<(Turn, Sanity, String), Error> {
     let yade = yade::Options::default();
-    let programs = Programs {
+    let work = tempfile::tempdir().expect("a temporary folder");
+    let setup = Setup {
+        plan: PLAN,
+        bed,
         yade: &yade,
         external: Some(external),
+        crossgrain: work.path(),
+        work: work.path(),
     };
-    let work = tempfile::tempdir().expect("a temporary folder");
-    let turn = Contender::External.run(bed, &PLAN, programs, work.path())?;
+    let turn = Contender::External.run(&setup)?;
     let exact = timing::after(bed, Mode::Exact, PLAN.compared_after())?;
-    let sanity = Contender::External.check(&turn, programs, bed, &exact)?;
-    Ok((turn, sanity, programs.name_of(Contender::External)))
+    let sanity = Contender::External.check(&turn, &setup, &exact)?;
+    Ok((turn, sanity, setup.name_of(Contender::External)))
 }
 
 fn small_bed(grains: u32) -> Bed {
@@ -76,10 +80,7 @@ fn what_it_says_of_itself_widens_what_is_allowed() {
         "\"version\": \"1\", \"approximations\": [\"springs\"]",
     );
     let (_, sanity, _) = turn(&small_bed(60), &external).expect("a turn");
-    assert_eq!(
-        sanity.tolerance,
-        crossgrain::limits::bench::contender::Tolerance::OTHER_LAW
-    );
+    assert_eq!(sanity.tolerance, Tolerance::OTHER_LAW);
 }
 
 #[test]
@@ -89,7 +90,7 @@ fn a_bed_that_it_cannot_take_is_not_made_with_its_reason() {
         Missed::of(
             "external",
             "exec:toy",
-            Contender::External.is_needed(),
+            Contender::External.known().needed,
             error,
         )
         .expect("no interruption")

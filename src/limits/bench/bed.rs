@@ -14,10 +14,9 @@ use crate::tables::{read_bodies, write_bodies};
 use grains::generate::initial_bodies;
 use grains::native::{self, Mode, NativeError};
 use grains::scene::{Cloud, Scene, paper_scene};
-use grains::tables::{Bodies, Stage};
-use grains::task::{Observer, Start, Task, Until};
+use grains::tables::Bodies;
+use grains::task::{Observer, Task};
 
-/// Grains of the paper's bed.
 pub const PAPER: u32 = 5000;
 
 /// Steps that a bed laid out of copies is given to come to rest at its joints.
@@ -28,7 +27,6 @@ const RELAXING: u64 = 1000;
 pub struct Bed {
     /// The paper's scene for so many grains, as deep and as dense as the paper's.
     pub scene: Scene,
-    /// Its grains.
     pub bodies: Bodies,
 }
 
@@ -76,10 +74,8 @@ pub fn settled_or_kept(
         state: bodies.digest(),
         crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
     };
-    let noted = fs::read_to_string(&note)
-        .ok()
-        .and_then(|text| serde_json::from_str::<Kept>(&text).ok());
-    if let Some(noted) = noted
+    if let Ok(text) = fs::read_to_string(&note)
+        && let Ok(noted) = serde_json::from_str::<Kept>(&text)
         && let Ok(bodies) = read_bodies(&table, grains)
         && kept(&bodies) == noted
     {
@@ -108,16 +104,7 @@ pub fn laid_out(of: &Bed, copies: u32) -> Result<Bed, NativeError> {
 impl Bed {
     /// So many steps from it.
     pub fn task(&self, steps: u64) -> Task {
-        let start = Start {
-            stage: Stage::Settle,
-            step: 0,
-            bodies: self.bodies.clone(),
-            punch: None,
-        };
-        Task {
-            start,
-            until: Until::Step(steps),
-        }
+        Task::pour(self.bodies.clone(), steps)
     }
 }
 
@@ -128,11 +115,8 @@ pub fn side_by_side(of: &Bodies, width: f64, columns: u32, copies: u32) -> Bodie
     for copy in 0..copies as usize {
         for id in 0..of.len() {
             let column = id % columns;
-            let across = if copy % 2 == 0 {
-                column
-            } else {
-                columns - 1 - column
-            };
+            let mirrored = columns - 1 - column;
+            let across = if copy % 2 == 0 { column } else { mirrored };
             places.push((id / columns, copy, across, id));
         }
     }
@@ -144,12 +128,8 @@ pub fn side_by_side(of: &Bodies, width: f64, columns: u32, copies: u32) -> Bodie
         } else {
             (width - of.x[id], -of.vx[id])
         };
-        bodies.push(
-            [copy as f64 * width + x, of.z[id]],
-            [vx, of.vz[id]],
-            of.radius[id],
-            of.mass[id],
-        );
+        let (place, velocity) = ([copy as f64 * width + x, of.z[id]], [vx, of.vz[id]]);
+        bodies.push(place, velocity, of.radius[id], of.mass[id]);
     }
     bodies
 }
@@ -167,12 +147,8 @@ pub fn shuffled(of: &Bodies) -> Bodies {
     }
     let mut bodies = Bodies::with_capacity(of.len());
     for id in order {
-        bodies.push(
-            [of.x[id], of.z[id]],
-            [of.vx[id], of.vz[id]],
-            of.radius[id],
-            of.mass[id],
-        );
+        let (place, velocity) = ([of.x[id], of.z[id]], [of.vx[id], of.vz[id]]);
+        bodies.push(place, velocity, of.radius[id], of.mass[id]);
     }
     bodies
 }

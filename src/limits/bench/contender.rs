@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::bed::Bed;
 use super::timing::{self, Spread};
-use super::{Missed, nonsense};
+use super::{Missed, Plan, Setup, nonsense};
 use crate::compare::bits::{self, TableBits};
 use crate::engine::exec::{self, Adapter, ExecRun, ExternalEngine, run_external};
 use crate::engine::read::{Timed, TimedSteps};
@@ -35,9 +35,7 @@ pub enum Contender {
     YadeOrdinary,
     /// YADE `-j1`, interactions in the order of their ids.
     YadeSorted,
-    /// LAMMPS, gran/hooke.
     Lammps,
-    /// LIGGGHTS, hooke/stiffness.
     Liggghts,
     /// A program that speaks the engine protocol.
     External,
@@ -54,70 +52,20 @@ pub const ALL: [Contender; 7] = [
     Contender::Liggghts,
 ];
 
-/// The native engine's.
-pub const NATIVE: [Contender; 3] = [Contender::Exact, Contender::Free, Contender::Single];
-
-/// Those whose instructions are counted; YADE's sorted loop would take minutes.
-pub const COUNTED: [Contender; 6] = [
-    Contender::Exact,
-    Contender::Free,
-    Contender::Single,
-    Contender::YadeOrdinary,
-    Contender::Lammps,
-    Contender::Liggghts,
-];
-
-/// Steps of the other engines' windows, and of the check of every bed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Plan {
-    /// Steps before a window.
-    pub warm_up: u64,
-    /// Steps of a window of the native engine.
-    pub native: u64,
-    /// Steps of a window of another engine.
-    pub other: u64,
-    /// Steps with YADE's own timers on.
-    pub shares: u64,
-}
-
-impl Plan {
-    /// Steps after which beds are compared.
-    pub fn compared_after(&self) -> u64 {
-        self.warm_up + self.other
-    }
-}
-
-/// The engines that are programs of their own, as far as they are not looked for on the path.
-#[derive(Debug, Clone, Copy)]
-pub struct Programs<'a> {
-    /// How YADE is started.
-    pub yade: &'a yade::Options,
-    /// The external engine, if there is one.
-    pub external: Option<&'a ExternalEngine>,
-}
-
-impl Programs<'_> {
+impl Setup<'_> {
     /// For tables. An external engine may have the name of one that takes part anyway.
     pub fn name_of(&self, contender: Contender) -> String {
         match (contender, self.external) {
             (Contender::External, Some(of)) => format!("exec:{}", of.description.name),
-            _ => contender.name().to_owned(),
+            _ => contender.known().name.to_owned(),
         }
     }
 
     /// Where it says that it does something else than the model says.
-    pub fn approximations_of(&self, contender: Contender) -> Vec<String> {
+    fn approximations_of(&self, contender: Contender) -> Vec<String> {
         match (contender, self.external) {
             (Contender::External, Some(of)) => of.description.approximations.clone(),
             _ => Vec::new(),
-        }
-    }
-
-    fn tolerance_of(&self, contender: Contender) -> Tolerance {
-        if self.approximations_of(contender).is_empty() {
-            contender.known().tolerance
-        } else {
-            Tolerance::OTHER_LAW
         }
     }
 }
@@ -125,12 +73,10 @@ impl Programs<'_> {
 /// What an engine did in a round.
 #[derive(Debug)]
 pub struct Turn {
-    /// The timed steps.
     pub window: Window,
     /// The bed after [`Plan::compared_after`] steps, and its contacts between grains; a native engine is not asked
     /// here, because its window is longer.
     pub bed: Option<(Bodies, usize)>,
-    /// Its version.
     pub version: String,
     /// Largest resident memory of its process, where that is known.
     pub peak_memory: Option<u64>,
@@ -143,126 +89,88 @@ pub const YADE_OVER_EXACT: f64 = 30.0;
 pub const LAMMPS_OVER_EXACT: f64 = 7.0;
 
 /// What is known of a contender beforehand.
-struct Known {
-    /// In ids of checks.
-    id: &'static str,
-    name: &'static str,
+pub struct Known {
+    /// In ids of checks, unique.
+    pub id: &'static str,
+    pub name: &'static str,
     /// Of a native engine.
-    mode: Option<Mode>,
+    pub mode: Option<Mode>,
     tolerance: Tolerance,
     /// Whether a benchmark without it lacks something.
-    needed: bool,
+    pub needed: bool,
     /// How many times native exact's time a step of it is to take, where that is a goal.
-    goal: Option<f64>,
+    pub goal: Option<f64>,
+}
+
+impl Turn {
+    fn new(window: Window, version: String, bed: Option<&Snapshot>) -> Self {
+        Turn {
+            window,
+            bed: bed.map(|last| (last.bodies.clone(), between_grains(last))),
+            version,
+            peak_memory: None,
+            shares: Vec::new(),
+        }
+    }
 }
 
 impl Contender {
-    fn known(self) -> Known {
-        let of = |id, name, mode, tolerance| Known {
+    pub fn known(self) -> Known {
+        let native = |id, name, mode, tolerance| Known {
             id,
             name,
-            mode,
+            mode: Some(mode),
             tolerance,
             needed: true,
             goal: None,
         };
+        let other = |id, name, tolerance| Known {
+            mode: None,
+            ..native(id, name, Mode::Exact, tolerance)
+        };
+        use Tolerance as Within;
         match self {
-            Contender::Exact => of(
-                "exact",
-                "native exact",
-                Some(Mode::Exact),
-                Tolerance::ROUNDING,
-            ),
-            Contender::Free => of("free", "native free", Some(Mode::Free), Tolerance::FREE),
-            Contender::Single => of(
-                "single",
-                "native single",
-                Some(Mode::Single),
-                Tolerance::SINGLE,
-            ),
+            Contender::Exact => native("exact", "native exact", Mode::Exact, Within::ROUNDING),
+            Contender::Free => native("free", "native free", Mode::Free, Within::FREE),
+            Contender::Single => native("single", "native single", Mode::Single, Within::SINGLE),
             Contender::YadeOrdinary => Known {
                 goal: Some(YADE_OVER_EXACT),
-                ..of(
-                    "ordinary-loop",
-                    "YADE -j1, ordinary loop",
-                    None,
-                    Tolerance::ROUNDING,
-                )
+                ..other("ordinary-loop", "YADE -j1, ordinary loop", Within::ROUNDING)
             },
-            Contender::YadeSorted => of(
-                "sorted-loop",
-                "YADE -j1, sorted loop",
-                None,
-                Tolerance::ROUNDING,
-            ),
+            Contender::YadeSorted => {
+                other("sorted-loop", "YADE -j1, sorted loop", Within::ROUNDING)
+            }
             Contender::Lammps => Known {
                 needed: false,
                 goal: Some(LAMMPS_OVER_EXACT),
-                ..of(
-                    "gran-hooke",
-                    "LAMMPS gran/hooke",
-                    None,
-                    Tolerance::OTHER_LAW,
-                )
+                ..other("gran-hooke", "LAMMPS gran/hooke", Within::OTHER_LAW)
             },
             Contender::Liggghts => Known {
                 needed: false,
-                ..of(
+                ..other(
                     "hooke-stiffness",
                     "LIGGGHTS hooke/stiffness",
-                    None,
-                    Tolerance::OTHER_LAW,
+                    Within::OTHER_LAW,
                 )
             },
-            Contender::External => of("external", "exec", None, Tolerance::FREE),
+            Contender::External => other("external", "exec", Within::FREE),
         }
-    }
-
-    /// In ids of checks, unique.
-    pub fn id(self) -> &'static str {
-        self.known().id
-    }
-
-    /// For tables.
-    pub fn name(self) -> &'static str {
-        self.known().name
-    }
-
-    /// The mode, of a native engine.
-    pub fn mode(self) -> Option<Mode> {
-        self.known().mode
-    }
-
-    /// Whether a benchmark without it lacks something.
-    pub fn is_needed(self) -> bool {
-        self.known().needed
-    }
-
-    /// How many times native exact's time a step of it is to take, where that is a goal.
-    pub fn goal(self) -> Option<f64> {
-        self.known().goal
     }
 
     /// Times its window on the bed.
-    pub fn run(
-        self,
-        bed: &Bed,
-        plan: &Plan,
-        programs: Programs<'_>,
-        work: &Path,
-    ) -> Result<Turn, Error> {
-        let folder = timing::folder(work, "turn")?;
-        if let Some(mode) = self.mode() {
-            return Ok(Turn {
-                window: timing::time(bed, mode, plan.native)?,
-                bed: None,
-                version: env!("CARGO_PKG_VERSION").to_owned(),
-                peak_memory: None,
-                shares: Vec::new(),
-            });
+    pub fn run(self, setup: &Setup<'_>) -> Result<Turn, Error> {
+        let Setup { bed, plan, .. } = setup;
+        let folder = timing::folder(setup.work, "turn")?;
+        if let Some(mode) = self.known().mode {
+            let window = timing::time(bed, mode, plan.native)?;
+            return Ok(Turn::new(
+                window,
+                env!("CARGO_PKG_VERSION").to_owned(),
+                None,
+            ));
         }
         if self == Contender::External {
-            let engine = programs.external.ok_or_else(|| {
+            let engine = setup.external.ok_or_else(|| {
                 ProgramError::Refused("none was named: --engine exec:PATH".to_owned())
             })?;
             return by_two_runs(bed, plan, engine, &folder);
@@ -274,35 +182,30 @@ impl Contender {
             timed: plan.other,
             shares: if is_yade { plan.shares } else { 0 },
         };
-        let (timed, version) = timed(self, bed, steps, programs.yade, &folder)?;
-        let contacts = between_grains(&timed.last);
+        let (timed, version) = timed(self, bed, steps, setup.yade, &folder)?;
         Ok(Turn {
-            window: timed.window,
-            bed: Some((timed.last.bodies, contacts)),
-            version,
             peak_memory: timed.peak_memory,
             shares: timed.shares,
+            ..Turn::new(timed.window, version, Some(&timed.last))
         })
     }
 
     /// Holds its bed against the exact one after the same steps.
-    pub fn check(
-        self,
-        turn: &Turn,
-        programs: Programs<'_>,
-        bed: &Bed,
-        exact: &Snapshot,
-    ) -> Result<Sanity, Error> {
+    pub fn check(self, turn: &Turn, setup: &Setup<'_>, exact: &Snapshot) -> Result<Sanity, Error> {
+        let (known, bed) = (self.known(), setup.bed);
         let own;
         let (bodies, contacts) = match &turn.bed {
             Some((bodies, contacts)) => (bodies, *contacts),
             None => {
-                own = timing::after(bed, self.mode().unwrap_or_default(), exact.step)?;
+                own = timing::after(bed, known.mode.unwrap_or_default(), exact.step)?;
                 (&own.bodies, between_grains(&own))
             }
         };
         let mean_radius = 0.5 * bed.scene.particles.mean_diameter;
-        let tolerance = programs.tolerance_of(self);
+        let tolerance = match setup.approximations_of(self).is_empty() {
+            true => known.tolerance,
+            false => Tolerance::OTHER_LAW,
+        };
         Ok(Sanity::of(bodies, contacts, exact, mean_radius, tolerance))
     }
 }
@@ -362,14 +265,8 @@ fn by_two_runs(
         };
         let seconds = cpu_seconds.unwrap_or(window.wall_seconds);
         if seconds >= LONG_ENOUGH {
-            let last = first.outcome.last;
-            return Ok(Turn {
-                window,
-                bed: Some((last.bodies.clone(), between_grains(&last))),
-                version: first.description.version,
-                peak_memory: None,
-                shares: Vec::new(),
-            });
+            let version = first.description.version;
+            return Ok(Turn::new(window, version, Some(&first.outcome.last)));
         }
         // A little more than it should take.
         let longer = 1.2 * LONG_ENOUGH / seconds.max(f64::MIN_POSITIVE);
@@ -388,7 +285,6 @@ fn run(bed: &Bed, steps: u64, engine: &ExternalEngine, work: &Path) -> Result<Ex
     Ok(run_external(&scene, &task, engine, &folder, &mut ())?)
 }
 
-/// How far from the native exact bed another engine's may be after the same steps.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Tolerance {
     /// Of the largest displacement over the mean radius.
@@ -434,17 +330,11 @@ pub struct Sanity {
     pub steps: u64,
     /// Largest distance between a grain here and there, over the mean radius.
     pub displacement: f64,
-    /// Contacts between grains here.
     pub contacts: usize,
-    /// Contacts between grains there.
     pub contacts_in_exact: usize,
-    /// Kinetic energy here, J.
     pub energy: f64,
-    /// Kinetic energy there, J.
     pub energy_in_exact: f64,
-    /// What is allowed.
     pub tolerance: Tolerance,
-    /// Whether it is kept.
     pub holds: bool,
 }
 
@@ -506,11 +396,8 @@ fn largest_distance(a: &Bodies, b: &Bodies) -> f64 {
 /// An engine over all rounds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Contest {
-    /// Which engine.
     pub contender: Contender,
-    /// For tables.
     pub name: String,
-    /// Its version.
     pub version: String,
     /// Steps of a window.
     pub steps: u64,
@@ -518,9 +405,7 @@ pub struct Contest {
     pub seconds_per_step: Spread,
     /// Processor time over time on the clock, the least of the rounds, where both are known; well below 1 on a busy machine.
     pub processor_share: Option<f64>,
-    /// Its time over native exact's, round by round.
     pub over_exact: Option<Spread>,
-    /// Its time over native free's, round by round.
     pub over_free: Option<Spread>,
     /// Largest resident memory of its process, bytes, where it has one of its own.
     pub peak_memory: Option<u64>,
@@ -545,16 +430,10 @@ pub struct Rounds {
 }
 
 /// Lets every engine take its turn in every round; every second round goes backwards.
-pub fn rounds(
-    bed: &Bed,
-    plan: &Plan,
-    rounds: u32,
-    programs: Programs<'_>,
-    work: &Path,
-    progress: &progress::Task,
-) -> Result<Rounds, Error> {
+pub fn rounds(setup: &Setup<'_>, progress: &progress::Task) -> Result<Rounds, Error> {
+    let rounds = setup.plan.rounds;
     let mut turns: Vec<(Contender, Vec<Turn>)> = ALL.map(|of| (of, Vec::new())).into();
-    turns.extend(programs.external.map(|_| (Contender::External, Vec::new())));
+    turns.extend(setup.external.map(|_| (Contender::External, Vec::new())));
     let mut missed: Vec<Missed> = Vec::new();
     for round in 0..rounds {
         let mut order: Vec<usize> = (0..turns.len()).collect();
@@ -564,29 +443,26 @@ pub fn rounds(
         let turns_a_round = order.len();
         for (turn, index) in order.into_iter().enumerate() {
             let (contender, of) = &mut turns[index];
-            let name = programs.name_of(*contender);
+            let (known, name) = (contender.known(), setup.name_of(*contender));
             let of_round = turn as f64 / turns_a_round as f64;
             progress.share(
                 (f64::from(round) + of_round) / f64::from(rounds),
                 &format!("round {}, {name}", round + 1),
             );
-            match contender.run(bed, plan, programs, work) {
+            match contender.run(setup) {
                 Ok(turn) => of.push(turn),
-                Err(error) => {
-                    let needed = contender.is_needed();
-                    missed.push(Missed::of(contender.id(), &name, needed, error)?);
-                }
+                Err(error) => missed.push(Missed::of(known.id, &name, known.needed, error)?),
             }
         }
         // What has failed once does not run again.
-        turns.retain(|(contender, _)| missed.iter().all(|of| of.id != contender.id()));
+        turns.retain(|(contender, _)| missed.iter().all(|of| of.id != contender.known().id));
     }
-    let exact_bed = timing::after(bed, Mode::Exact, plan.compared_after())?;
-    let spread_of = |wanted: Contender| {
-        let (_, turns) = turns.iter().find(|(contender, _)| *contender == wanted)?;
-        spread(turns)
+    let exact_bed = timing::after(setup.bed, Mode::Exact, setup.plan.compared_after())?;
+    let of = |wanted: Contender| {
+        let found = turns.iter().find(|(contender, _)| *contender == wanted);
+        found.map(|(_, turns)| turns.as_slice())
     };
-    let (exact, free) = (spread_of(Contender::Exact), spread_of(Contender::Free));
+    let [exact, free] = [Contender::Exact, Contender::Free].map(|base| of(base).and_then(spread));
     let mut contests = Vec::new();
     for (contender, of) in &turns {
         let (Some(seconds_per_step), Some(last)) = (spread(of), of.last()) else {
@@ -596,7 +472,7 @@ pub fn rounds(
         let shares = of.iter().filter_map(|turn| turn.window.processor_share());
         contests.push(Contest {
             contender: *contender,
-            name: programs.name_of(*contender),
+            name: setup.name_of(*contender),
             version: last.version.clone(),
             steps: last.window.steps,
             processor_share: shares.min_by(f64::total_cmp),
@@ -604,15 +480,12 @@ pub fn rounds(
             over_free: over(&free),
             peak_memory: last.peak_memory,
             shares: last.shares.clone(),
-            approximations: programs.approximations_of(*contender),
-            sanity: contender.check(last, programs, bed, &exact_bed)?,
+            approximations: setup.approximations_of(*contender),
+            sanity: contender.check(last, setup, &exact_bed)?,
             seconds_per_step,
         });
     }
-    let sorted = turns
-        .iter()
-        .find(|(contender, _)| *contender == Contender::YadeSorted)
-        .and_then(|(_, turns)| turns.last()?.bed.as_ref());
+    let sorted = of(Contender::YadeSorted).and_then(|turns| turns.last()?.bed.as_ref());
     let against = |(bodies, _): &(Bodies, usize)| {
         bits::bodies("positions and velocities", &exact_bed.bodies, bodies)
     };
@@ -624,10 +497,6 @@ pub fn rounds(
 }
 
 fn spread(turns: &[Turn]) -> Option<Spread> {
-    Spread::of(
-        turns
-            .iter()
-            .map(|turn| turn.window.seconds_per_step())
-            .collect(),
-    )
+    let windows = turns.iter().map(|turn| turn.window);
+    Spread::of(windows.map(|of| of.seconds_per_step()).collect())
 }

@@ -2,12 +2,12 @@
 
 use serde::Serialize;
 
+use super::Bench;
 use super::bed::PAPER;
-use super::contender::{Contender, Contest, LAMMPS_OVER_EXACT, NATIVE, YADE_OVER_EXACT};
+use super::contender::{Contender, Contest, LAMMPS_OVER_EXACT, YADE_OVER_EXACT};
 use super::instructions::Instructions;
 use super::scaling::Point as Size;
 use super::timing::Spread;
-use super::{BedRecord, Bench};
 use crate::checks::{Check, Outcome, Speed, verdict};
 use crate::document::plot::Point;
 use crate::document::{Axis, Colour, Document, Plot, Section, Table, rounded};
@@ -15,9 +15,7 @@ use crate::document::{Axis, Colour, Document, Plot, Section, Table, rounded};
 /// A goal and what was measured of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Goal {
-    /// What it says.
     pub goal: String,
-    /// The bound.
     pub bound: f64,
     /// Whether the measured value must be at least or at most the bound.
     pub at_least: bool,
@@ -34,50 +32,40 @@ pub fn goals(contests: &[Contest], points: &[Size]) -> Vec<Goal> {
     let of = |wanted: Contender| contests.iter().find(|of| of.contender == wanted);
     let over_exact = |wanted| of(wanted).and_then(|contest| contest.over_exact.clone());
     let over_free = of(Contender::YadeOrdinary).and_then(|contest| contest.over_free.clone());
-    let all = [
-        (
-            "native exact against YADE's ordinary loop, times as fast a step",
-            YADE_OVER_EXACT,
-            true,
-            over_exact(Contender::YadeOrdinary),
-        ),
-        (
-            "native exact against LAMMPS gran/hooke, times as fast a step",
-            LAMMPS_OVER_EXACT,
-            true,
-            over_exact(Contender::Lammps),
-        ),
-        (
-            "native free against YADE's ordinary loop, times as fast a step",
-            45.0,
-            true,
-            over_free,
-        ),
-        (
-            "native exact, cost of a grain at 100,000 grains over that at 5,000",
-            1.6,
-            false,
-            growth("native exact", points),
-        ),
-    ];
-    let goal = |(goal, bound, at_least, of): (&str, f64, bool, Option<Spread>)| {
-        let met = |of: &Spread| {
-            if at_least {
-                of.median >= bound
-            } else {
-                of.median <= bound
-            }
-        };
+    let goal = |goal: &str, at_least: bool, bound: f64, of: Option<Spread>| {
+        let of = of.as_ref();
         Goal {
             goal: goal.to_owned(),
             bound,
             at_least,
-            measured: of.as_ref().map(|of| of.median),
-            range: of.as_ref().map(|of| [of.least, of.most]),
-            met: of.as_ref().map(met),
+            measured: of.map(|of| of.median),
+            range: of.map(|of| [of.least, of.most]),
+            met: of.map(|of| match at_least {
+                true => of.median >= bound,
+                false => of.median <= bound,
+            }),
         }
     };
-    all.map(goal).into()
+    let faster =
+        |who: &str, bound, of| goal(&format!("{who}, times as fast a step"), true, bound, of);
+    let yade = over_exact(Contender::YadeOrdinary);
+    let lammps = over_exact(Contender::Lammps);
+    let growth = growth("native exact", points);
+    let cost = "native exact, cost of a grain at 100,000 grains over that at 5,000";
+    vec![
+        faster(
+            "native exact against YADE's ordinary loop",
+            YADE_OVER_EXACT,
+            yade,
+        ),
+        faster(
+            "native exact against LAMMPS gran/hooke",
+            LAMMPS_OVER_EXACT,
+            lammps,
+        ),
+        faster("native free against YADE's ordinary loop", 45.0, over_free),
+        goal(cost, false, 1.6, growth),
+    ]
 }
 
 /// Cost of a grain at 100,000 grains over that at the paper's 5,000, repeat by repeat.
@@ -131,16 +119,16 @@ impl Bench {
             let over = contest.over_exact.as_ref()?;
             // Of the native engine's own modes less is better; what others take longer is to its credit.
             Some(Speed {
-                id: format!("time/{}", contest.contender.id()),
+                id: format!("time/{}", contest.contender.known().id),
                 what: format!("time a step of {} over native exact", contest.name),
                 unit: "times native exact".to_owned(),
                 value: over.median,
                 range: Some([over.least, over.most]),
-                less_is_better: NATIVE.contains(&contest.contender),
+                less_is_better: contest.contender.known().mode.is_some(),
             })
         });
         let instructions = self.instructions.iter().map(|of| Speed {
-            id: format!("instructions/{}", of.contender.id()),
+            id: format!("instructions/{}", of.contender.known().id),
             what: format!("instructions a step of {}", of.name),
             unit: "instructions a step".to_owned(),
             value: of.per_step,
@@ -150,7 +138,6 @@ impl Bench {
         ratios.chain(instructions).collect()
     }
 
-    /// For people.
     pub fn document(&self) -> Document {
         let bits = match &self.sorted_bits {
             Some(bits) => format!(
@@ -159,59 +146,41 @@ impl Bench {
             ),
             None => "The bits of YADE's sorted loop were not compared.".to_owned(),
         };
-        let disturbed = if self.disturbed {
-            " The machine was busy with other things: some engine had the processor for less than 95 % of the time. Measure again \
-             on an idle machine before believing any ratio."
-        } else {
-            ""
-        };
+        let disturbed = " The machine was busy with other things: some engine had the processor for less than 95 % of the time. Measure again \
+             on an idle machine before believing any ratio.";
         let checks = self.checks();
+        let mut sections = vec![goal_table(&self.goals), self.side_by_side()];
+        sections.extend(instructions(&self.instructions));
+        sections.extend([self.stages(), self.limits(), self.sizes(), self.machine()]);
         Document {
             title: "What a step costs".to_owned(),
             verdict: verdict(&checks),
-            answer: bits + disturbed,
-            sections: [
-                Some(goal_table(&self.goals)),
-                Some(self.side_by_side()),
-                instructions(&self.instructions),
-                Some(self.stages()),
-                Some(self.limits()),
-                Some(self.sizes()),
-                Some(self.machine()),
-            ]
-            .into_iter()
-            .flatten()
-            .collect(),
+            answer: bits + if self.disturbed { disturbed } else { "" },
+            sections,
             checks,
         }
     }
 
     fn side_by_side(&self) -> Section {
+        let micro = |of: fn(&Spread) -> f64| move |row: &Contest| 1e6 * of(&row.seconds_per_step);
+        let over = |of: &Option<Spread>| of.as_ref().map(|over| over.median);
         let table = Table::of("engines", "", &self.contests)
             .column("engine", |of| &of.name)
-            .column("time a step, median, µs", |of| {
-                1e6 * of.seconds_per_step.median
-            })
-            .column("least, µs", |of| 1e6 * of.seconds_per_step.least)
-            .column("most, µs", |of| 1e6 * of.seconds_per_step.most)
+            .column("time a step, median, µs", micro(|of| of.median))
+            .column("least, µs", micro(|of| of.least))
+            .column("most, µs", micro(|of| of.most))
             .column("steps", |of| of.steps)
             .column("least share of the processor", |of| of.processor_share)
-            .column("times native exact", |of| {
-                of.over_exact.as_ref().map(|over| over.median)
-            })
-            .column("times native free", |of| {
-                of.over_free.as_ref().map(|over| over.median)
-            })
+            .column("times native exact", |of| over(&of.over_exact))
+            .column("times native free", |of| over(&of.over_free))
             .column("contacts", |of| of.sanity.contacts)
             .column("moved, R", |of| of.sanity.displacement)
             .column("kinetic energy, mJ", |of| 1e3 * of.sanity.energy)
             .column("bed", |of| Outcome::pass_if(of.sanity.holds));
         let answer = "Every engine takes a turn in every round, on one thread, from the same bed; every second round goes backwards. \
                       Times are processor time of steps alone, without start, reading and tables.";
-        let title = format!(
-            "Side by side on the settled bed of {} grains",
-            self.bed.grains
-        );
+        let grains = self.bed.grains;
+        let title = format!("Side by side on the settled bed of {grains} grains");
         let section = Section::new(&title, answer).with_all(self.ratios());
         let mut section = section.with(table).with(
             "The bed: contacts between grains, the largest distance of a grain from its place in native exact after the same steps, \
@@ -220,19 +189,18 @@ impl Bench {
              LIGGGHTS know one stiffness for all pairs, have a drag force in place of Cundall's damping and do not integrate \
              rotation, so their bed is a slightly other one, and their time is that of a general code over the same pairs.",
         );
-        for of in &self.contests {
-            if of.contender == Contender::External {
-                section = section.with(format!(
-                    "{} is a process a run: its time is that of {} steps less that of {}. It says of itself: {}",
-                    of.name,
-                    2 * of.steps,
-                    of.steps,
-                    match of.approximations.as_slice() {
-                        [] => "nothing else than the model.".to_owned(),
-                        said => said.join("; "),
-                    }
-                ));
-            }
+        let external = self.contests.iter();
+        for of in external.filter(|of| of.contender == Contender::External) {
+            let said = match of.approximations.as_slice() {
+                [] => "nothing else than the model.".to_owned(),
+                said => said.join("; "),
+            };
+            section = section.with(format!(
+                "{} is a process a run: its time is that of {} steps less that of {}. It says of itself: {said}",
+                of.name,
+                2 * of.steps,
+                of.steps
+            ));
         }
         section
     }
@@ -254,7 +222,7 @@ impl Bench {
                 .labelled(format!("{} ×", rounded(over.median, 3)))
         });
         let goals = rows.iter().enumerate().filter_map(|(row, (contest, _))| {
-            let goal = contest.contender.goal()?;
+            let goal = contest.contender.known().goal?;
             Some(Point::at(goal, row as f64))
         });
         let names = rows.iter().map(|(contest, _)| contest.name.as_str());
@@ -273,14 +241,9 @@ impl Bench {
         let table = Table::of("stages", "", &self.stages)
             .column("part of a native exact step", |of| &of.stage)
             .column("share", |of| of.share);
-        let BedRecord {
-            listed_pairs,
-            touching_pairs,
-            steps_per_build,
-            ..
-        } = self.bed;
         let mut answer = format!(
-            "{listed_pairs} pairs are listed, {touching_pairs} of them touch; a list lasts {steps_per_build:.0} steps."
+            "{} pairs are listed, {} of them touch; a list lasts {:.0} steps.",
+            self.bed.listed_pairs, self.bed.touching_pairs, self.bed.steps_per_build
         );
         for of in self.contests.iter().filter(|of| !of.shares.is_empty()) {
             let parts = of.shares.iter();
@@ -314,11 +277,8 @@ impl Bench {
             (what, of.read_rate)
         });
         let rates = read.chain(steps).map(|(what, rate)| {
-            (
-                format!("reading a working set of {what}"),
-                rate / 1e9,
-                "GB/s",
-            )
+            let what = format!("reading a working set of {what}");
+            (what, rate / 1e9, "GB/s")
         });
         let rates: Vec<(String, f64, &str)> = times.into_iter().chain(rates).collect();
         let rates = Table::of("throughput", "", &rates)
@@ -376,9 +336,7 @@ impl Bench {
         let table = Table::of("sizes", "", &self.scaling)
             .column("engine", |point| &point.name)
             .column("grains", |point| point.grains)
-            .column("time a step and grain, ns", |point| {
-                1e9 * point.seconds_per_grain
-            })
+            .column("time a step and grain, ns", |of| 1e9 * of.seconds_per_grain)
             .column("memory, MB", |point| point.peak_memory.map(megabytes));
         let answer = "Beds up to 5,000 grains are poured and settled, as deep as the paper's and as wide as they need. Larger ones are \
                       copies of the settled bed side by side, every second one mirrored, and some steps of rest. Grains are numbered \
@@ -402,9 +360,8 @@ impl Bench {
             of.system,
             load.unwrap_or_default()
         );
-        let engines = self.contests.iter();
-        let engines = engines.map(|of| format!("{}: {}", of.name, of.version));
-        let engines: Vec<String> = engines.collect();
+        let engine = |of: &Contest| format!("{}: {}", of.name, of.version);
+        let engines: Vec<String> = self.contests.iter().map(engine).collect();
         Section::new("Machine and commands", machine).with(format!(
             "crossgrain {}: `{}`, {} rounds, {:.0} s. {}. Bed: scene `{}`, state `{}`.",
             self.crossgrain,
@@ -448,7 +405,7 @@ fn of_bed(contest: &Contest) -> [Check; 3] {
         ),
     ];
     ways.map(|(part, quantity, value, [expected, lower, upper], unit)| {
-        let id = format!("bench/bed/{}/{part}", contest.contender.id());
+        let id = format!("bench/bed/{}/{part}", contest.contender.known().id);
         let what = format!("{quantity} of the bed of {}", contest.name);
         let outcome = Outcome::pass_if(lower <= value && value <= upper);
         Check {

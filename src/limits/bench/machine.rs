@@ -43,21 +43,18 @@ impl Machine {
         };
         let kibibytes = |words: &str| -> u64 {
             let digits: String = words.chars().take_while(char::is_ascii_digit).collect();
-            let unit = if words.contains('M') {
-                1 << 20
-            } else {
-                1 << 10
-            };
-            digits.parse::<u64>().map_or(0, |number| number * unit)
+            let shift = if words.contains('M') { 20 } else { 10 };
+            digits.parse::<u64>().map_or(0, |number| number << shift)
         };
         let cache = |index: usize| {
             let folder = format!("/sys/devices/system/cpu/cpu0/cache/index{index}");
             kibibytes(text(&format!("{folder}/size")).trim())
         };
         let memory = field(&text("/proc/meminfo"), "MemTotal");
+        let processor = field(&text("/proc/cpuinfo"), "model name");
+        let load = text("/proc/loadavg");
         Machine {
-            processor: field(&text("/proc/cpuinfo"), "model name")
-                .unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
+            processor: processor.unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
             processors: std::thread::available_parallelism().map_or(1, usize::from),
             vector_unit: vector_unit().to_owned(),
             // On Linux index 1 is the first level's cache of instructions.
@@ -68,7 +65,7 @@ impl Machine {
                 text("/proc/sys/kernel/ostype").trim(),
                 text("/proc/sys/kernel/osrelease").trim()
             ),
-            load: text("/proc/loadavg")
+            load: load
                 .split_whitespace()
                 .next()
                 .and_then(|word| word.parse().ok()),
@@ -114,9 +111,7 @@ pub const WORKING_SETS: [usize; 4] = [16 << 10, 512 << 10, 8 << 20, 256 << 20];
 /// for either grain, and so could at best come within a factor of two of the first.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Work {
-    /// Listed pairs.
     pub pairs: f64,
-    /// Grains.
     pub grains: f64,
 }
 
@@ -133,9 +128,7 @@ const BYTES_A_GRAIN: f64 = 80.0 + 48.0;
 /// The time that a step takes at least if one resource alone counted, s.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Bound {
-    /// Which resource.
     pub resource: String,
-    /// s a step.
     pub seconds: f64,
     /// The measured time over it.
     pub distance: f64,

@@ -1,23 +1,17 @@
 //! Cost and memory against the number of grains, each size in a process of its own.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use serde::Serialize;
 
 use super::bed::{self, Bed, PAPER};
 use super::contender::{self, Contender};
 use super::timing::{self, Spread};
-use super::{Missed, nonsense};
+use super::{Missed, Setup, nonsense};
 use crate::engine::read::TimedSteps;
-use crate::engine::yade;
 use crate::error::Error;
 use crate::progress::Task;
 use grains::native::Mode;
-
-/// Sizes of the whole benchmark; those up to the paper's are settled, the larger ones are laid out of copies of it.
-pub const SIZES: [u32; 7] = [1_000, 2_000, PAPER, 10_000, 20_000, 50_000, 100_000];
-/// Sizes of the quick one.
-pub const QUICK_SIZES: [u32; 2] = [1_000, PAPER];
 
 /// Grains times steps of a native window: some tenths of a second.
 const NATIVE_GRAIN_STEPS: u64 = 40_000_000;
@@ -31,29 +25,11 @@ const FEWEST_STEPS: u64 = 20;
 pub struct Point {
     /// The engine and its way: `native exact`, `native exact, ids shuffled`, `YADE -j1, ordinary loop`.
     pub name: String,
-    /// Number of grains.
     pub grains: u32,
-    /// Seconds a step.
     pub seconds_per_step: Spread,
-    /// Median seconds a step and grain.
     pub seconds_per_grain: f64,
     /// Largest resident memory of the process, bytes.
     pub peak_memory: Option<u64>,
-}
-
-/// What is to be measured, and how.
-#[derive(Debug, Clone, Copy)]
-pub struct Plan<'a> {
-    /// The program `crossgrain`.
-    pub crossgrain: &'a Path,
-    /// Numbers of grains, rising.
-    pub sizes: &'a [u32],
-    /// Times that each native point is measured.
-    pub repeats: u32,
-    /// How YADE is started.
-    pub yade: &'a yade::Options,
-    /// A folder for the processes.
-    pub work: &'a Path,
 }
 
 /// The ways of the native engine: name, mode, and whether ids are shuffled.
@@ -67,35 +43,26 @@ const NATIVE: [(&str, Mode, bool); 4] = [
 /// YADE's way, in its points.
 pub const YADE: &str = "YADE -j1, ordinary loop";
 
-/// Measures every size in every way.
-pub fn measure(
-    plan: &Plan<'_>,
-    paper: &Bed,
-    progress: &Task,
-) -> Result<(Vec<Point>, Vec<Missed>), Error> {
+pub fn measure(setup: &Setup<'_>, progress: &Task) -> Result<(Vec<Point>, Vec<Missed>), Error> {
     let mut beds = Vec::new();
-    for &size in plan.sizes {
+    for &size in setup.plan.sizes {
         progress.share(0.0, &format!("a bed of {size} grains"));
         beds.push(match size {
-            PAPER => paper.clone(),
+            PAPER => setup.bed.clone(),
             small if small < PAPER => bed::settled(small, &mut ())?,
-            large => bed::laid_out(paper, large / PAPER)?,
+            large => bed::laid_out(setup.bed, large / PAPER)?,
         });
     }
-    let mut points = native_points(plan, &beds, progress)?;
+    let mut points = native_points(setup, &beds, progress)?;
     let mut missed = Vec::new();
     for bed in &beds {
         let grains = bed.bodies.len() as u32;
         progress.share(0.7, &format!("YADE, {grains} grains"));
-        match in_yade(plan, bed) {
+        match in_yade(setup, bed) {
             Ok(point) => points.push(point),
             Err(error) => {
-                missed.push(Missed::of(
-                    "sizes",
-                    "cost against the number of grains in YADE",
-                    true,
-                    error,
-                )?);
+                let what = "cost against the number of grains in YADE";
+                missed.push(Missed::of("sizes", what, true, error)?);
                 break;
             }
         }
@@ -104,36 +71,37 @@ pub fn measure(
 }
 
 /// Repeats go round all sizes, so that a busy minute does not fall on one of them alone.
-fn native_points(plan: &Plan<'_>, beds: &[Bed], progress: &Task) -> Result<Vec<Point>, Error> {
+fn native_points(setup: &Setup<'_>, beds: &[Bed], progress: &Task) -> Result<Vec<Point>, Error> {
+    let written = |bed: &Bed, end: &str| {
+        let name = format!("bed-{}{end}", bed.bodies.len());
+        let folder = timing::folder(setup.work, &name)?;
+        timing::write_bed(bed, &folder)?;
+        Ok::<PathBuf, Error>(folder)
+    };
     let mut folders = Vec::new();
     for bed in beds {
-        let grains = bed.bodies.len();
-        let plain = timing::folder(plan.work, &format!("bed-{grains}"))?;
-        timing::write_bed(bed, &plain)?;
-        let shuffled = timing::folder(plan.work, &format!("bed-{grains}-shuffled"))?;
         let disorder = Bed {
             scene: bed.scene.clone(),
             bodies: bed::shuffled(&bed.bodies),
         };
-        timing::write_bed(&disorder, &shuffled)?;
-        folders.push([plain, shuffled]);
+        folders.push([written(bed, "")?, written(&disorder, "-shuffled")?]);
     }
     let mut times = vec![(Vec::new(), None); beds.len() * NATIVE.len()];
-    for repeat in 0..plan.repeats {
+    for repeat in 0..setup.plan.repeats {
         for (at, bed) in beds.iter().enumerate() {
             let grains = bed.bodies.len() as u64;
             progress.share(
-                0.1 + 0.6 * f64::from(repeat) / f64::from(plan.repeats),
+                0.1 + 0.6 * f64::from(repeat) / f64::from(setup.plan.repeats),
                 &format!("native, {grains} grains"),
             );
             let steps = (NATIVE_GRAIN_STEPS / grains).max(FEWEST_STEPS);
             for (way, (_, mode, shuffled)) in NATIVE.iter().enumerate() {
                 let one = timing::in_a_process(
-                    plan.crossgrain,
+                    setup.crossgrain,
                     &folders[at][usize::from(*shuffled)],
                     *mode,
                     steps,
-                    plan.yade.limits.time,
+                    setup.yade.limits.time,
                 )?;
                 let (all, memory) = &mut times[at * NATIVE.len() + way];
                 all.push(one.window.seconds_per_step());
@@ -141,18 +109,16 @@ fn native_points(plan: &Plan<'_>, beds: &[Bed], progress: &Task) -> Result<Vec<P
             }
         }
     }
-    let points = times
-        .into_iter()
-        .enumerate()
-        .filter_map(|(index, (all, memory))| {
-            let grains = beds[index / NATIVE.len()].bodies.len() as u32;
-            let (name, _, _) = NATIVE[index % NATIVE.len()];
-            Some(point(name, grains, Spread::of(all)?, memory))
-        });
+    let points = times.into_iter().enumerate();
+    let points = points.filter_map(|(index, (all, memory))| {
+        let grains = beds[index / NATIVE.len()].bodies.len() as u32;
+        let (name, _, _) = NATIVE[index % NATIVE.len()];
+        Some(point(name, grains, Spread::of(all)?, memory))
+    });
     Ok(points.collect())
 }
 
-fn in_yade(plan: &Plan<'_>, bed: &Bed) -> Result<Point, Error> {
+fn in_yade(setup: &Setup<'_>, bed: &Bed) -> Result<Point, Error> {
     let grains = bed.bodies.len() as u32;
     let timed = (YADE_GRAIN_STEPS / u64::from(grains)).max(FEWEST_STEPS);
     let steps = TimedSteps {
@@ -160,8 +126,8 @@ fn in_yade(plan: &Plan<'_>, bed: &Bed) -> Result<Point, Error> {
         timed,
         shares: 0,
     };
-    let folder = timing::folder(plan.work, "yade")?;
-    let (run, _) = contender::timed(Contender::YadeOrdinary, bed, steps, plan.yade, &folder)?;
+    let folder = timing::folder(setup.work, "yade")?;
+    let (run, _) = contender::timed(Contender::YadeOrdinary, bed, steps, setup.yade, &folder)?;
     let all = vec![run.window.seconds_per_step()];
     let spread = Spread::of(all).ok_or_else(|| nonsense("no time"))?;
     Ok(point(YADE, grains, spread, run.peak_memory))

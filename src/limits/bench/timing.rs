@@ -14,7 +14,7 @@ use crate::engine::exec;
 use crate::engine::watch::Limits;
 use crate::error::Error;
 use crate::files::{failed, read_text, write_whole};
-use crate::study::realization::unobserved;
+use crate::study::realization::{in_mode, unobserved};
 use crate::tables::{read_bodies, write_bodies};
 use grains::native::timing::{ThreadTime, Window};
 use grains::native::{self, Mode, NativeError};
@@ -34,16 +34,15 @@ pub fn time(bed: &Bed, mode: Mode, steps: u64) -> Result<Window, Error> {
     scene.settle.check_every = part;
     scene.settle.kinetic_energy_fraction = f64::MIN_POSITIVE;
     let mut watch = Watch::default();
-    native::run(&scene, &bed.task(PARTS * part), &options(mode), &mut watch)?;
-    match watch {
-        Watch {
-            began: Some((step0, wall0, cpu0)),
-            last: Some((step1, wall1, cpu1)),
-        } if step1 == PARTS * part => Ok(Window {
-            steps: step1 - step0,
-            wall_seconds: (wall1 - wall0).as_secs_f64(),
-            cpu_seconds: Some(cpu1.duration_since(cpu0).as_secs_f64()),
-        }),
+    native::run(&scene, &bed.task(PARTS * part), &in_mode(mode), &mut watch)?;
+    match (watch.began, watch.last) {
+        (Some((step0, wall0, cpu0)), Some((step1, wall1, cpu1))) if step1 == PARTS * part => {
+            Ok(Window {
+                steps: step1 - step0,
+                wall_seconds: (wall1 - wall0).as_secs_f64(),
+                cpu_seconds: Some(cpu1.duration_since(cpu0).as_secs_f64()),
+            })
+        }
         _ => Err(nonsense("the native engine did not tell how far it was")),
     }
 }
@@ -60,7 +59,7 @@ fn part(steps: u64) -> u64 {
 /// The bed after exactly so many steps.
 pub fn after(bed: &Bed, mode: Mode, steps: u64) -> Result<Snapshot, NativeError> {
     let scene = unobserved(&bed.scene);
-    Ok(native::run(&scene, &bed.task(steps), &options(mode), &mut ())?.last)
+    Ok(native::run(&scene, &bed.task(steps), &in_mode(mode), &mut ())?.last)
 }
 
 /// Where the exact mode's time goes in so many steps, and what it was spent on.
@@ -71,20 +70,11 @@ pub fn clocked(bed: &Bed, steps: u64) -> Result<native::timing::Clocked, Error> 
     let clocked = native::timing::parts_of_a_step(&model, &bed.bodies, mean_radius, mode, steps)
         .map_err(nonsense)?;
     let plain: Bodies = after(bed, Mode::Exact, steps)?.bodies;
-    if plain.digest() == clocked.bodies.digest() {
-        Ok(clocked)
-    } else {
-        Err(nonsense(
-            "the step with clocks in it has other bits than the engine's",
-        ))
+    if plain.digest() != clocked.bodies.digest() {
+        let why = "the step with clocks in it has other bits than the engine's";
+        return Err(nonsense(why));
     }
-}
-
-fn options(mode: Mode) -> native::Options {
-    native::Options {
-        mode,
-        ..native::Options::default()
-    }
+    Ok(clocked)
 }
 
 type Moment = (u64, Instant, ThreadTime);
@@ -110,7 +100,6 @@ impl Observer for Watch {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct One {
-    /// The timed steps.
     pub window: Window,
     /// All steps, those before the window too.
     pub steps: u64,
@@ -166,11 +155,8 @@ pub fn in_a_process(
     limit: Duration,
 ) -> Result<One, Error> {
     let mut command = Command::new(crossgrain);
-    said(&run(
-        command.args(arguments(folder, mode, steps)),
-        folder,
-        limit,
-    )?)
+    let command = command.args(arguments(folder, mode, steps));
+    said(&run(command, folder, limit)?)
 }
 
 /// The line that the process printed, among others.
@@ -213,14 +199,11 @@ pub struct Spread {
     pub low_quartile: f64,
     /// A quarter of them is above it.
     pub high_quartile: f64,
-    /// The least.
     pub least: f64,
-    /// The most.
     pub most: f64,
 }
 
 impl Spread {
-    /// Of these; none if there are none.
     pub fn of(all: Vec<f64>) -> Option<Self> {
         let mut sorted = all.clone();
         sorted.sort_by(f64::total_cmp);

@@ -7,7 +7,6 @@ use crate::engine::yade::Proposal;
 use super::trials::Found;
 
 impl Map {
-    /// The map as a document.
     pub fn document(&self) -> Document {
         Document {
             title: "The largest stable time steps".to_owned(),
@@ -80,41 +79,31 @@ impl Map {
         words
     }
 
-    /// The name of the external engine.
     fn external_name(&self) -> &str {
-        self.external
-            .as_ref()
-            .map_or("external", |engine| &engine.name)
+        let external = self.external.as_ref();
+        external.map_or("external", |engine| &engine.name)
     }
 
     fn limits_table(&self) -> Table {
         let name = self.external_name();
-        let [plain, damped] = ["", " with damping"].map(|with| format!("{name}{with}"));
-        let table = Table::of(
-            "stability-limits",
-            "Limits over predicted limits",
-            &self.rows,
-        )
-        .column("scene", |row| Cell::Code(row.name.clone()))
-        .column("what it is", |row| &row.title)
-        .column("grains", |row| row.grains)
-        .column("contacts", |row| row.contacts)
-        .column("limit, s", |row| row.undamped.predicted)
-        .column("closed form", |row| {
-            row.closed
-                .as_ref()
-                .map(|closed| closed.dt / row.undamped.predicted)
-        })
-        .column("native", |row| over(&row.undamped, row.undamped.native))
-        .column(&plain, |row| over(&row.undamped, row.undamped.external))
-        .column("native with damping", |row| {
-            over(&row.damped, row.damped.native)
-        })
-        .column(&damped, |row| over(&row.damped, row.damped.external))
-        .column("at random with damping", |row| {
-            over(&row.damped, row.damped_at_random)
-        })
-        .column("remark", |row| row.skipped.as_ref().unwrap_or(&row.remark));
+        let closed = |row: &Row| Some(row.closed.as_ref()?.dt / row.undamped.predicted);
+        let native = |of: &Limits| over(of, of.native);
+        let external = |of: &Limits| over(of, of.external);
+        let at_random = |row: &Row| over(&row.damped, row.damped_at_random);
+        let title = "Limits over predicted limits";
+        let table = Table::of("stability-limits", title, &self.rows)
+            .column("scene", |row| Cell::Code(row.name.clone()))
+            .column("what it is", |row| &row.title)
+            .column("grains", |row| row.grains)
+            .column("contacts", |row| row.contacts)
+            .column("limit, s", |row| row.undamped.predicted)
+            .column("closed form", closed)
+            .column("native", |row| native(&row.undamped))
+            .column(name, |row| external(&row.undamped))
+            .column("native with damping", |row| native(&row.damped))
+            .column(&format!("{name} with damping"), |row| external(&row.damped))
+            .column("at random with damping", at_random)
+            .column("remark", |row| row.skipped.as_ref().unwrap_or(&row.remark));
         Table::from(table).without_empty_columns()
     }
 
@@ -146,8 +135,7 @@ impl Map {
 
     fn limits_plot(&self) -> Plot {
         let points = |of: fn(&Limits) -> Option<Found>| -> Vec<Point> {
-            let percent =
-                |limits: &Limits| over(limits, of(limits)).map(|over| 100.0 * (over - 1.0));
+            let percent = |limits: &Limits| Some(100.0 * (over(limits, of(limits))? - 1.0));
             let undamped = self.points(|row| percent(&row.undamped));
             [undamped, self.points(|row| percent(&row.damped))].concat()
         };
@@ -181,12 +169,8 @@ impl Map {
     /// Without marks, over the scenes.
     fn plot(&self, name: &str, caption: &str, y: &str) -> Plot {
         let scenes = self.rows.iter().map(|row| row.name.as_str());
-        Plot::new(
-            name,
-            caption,
-            Axis::of_names("scene", scenes),
-            Axis::linear(y),
-        )
+        let x = Axis::of_names("scene", scenes);
+        Plot::new(name, caption, x, Axis::linear(y))
     }
 
     /// A point a scene that has the value.
@@ -197,10 +181,8 @@ impl Map {
     }
 }
 
-/// A name, and the step of a proposal.
 type Choice = (&'static str, fn(&Proposal) -> f64);
 
-/// The steps that YADE would choose.
 const CHOICES: [Choice; 3] = [
     ("PWaveTimeStep", |of| of.p_wave),
     ("GlobalStiffness", |of| of.global_stiffness),

@@ -10,14 +10,14 @@ use crate::checks::Outcome;
 use crate::engine::{ProgramError, yade};
 use crate::interrupt::asked_to_end;
 use crate::run::folder::stages_in_words;
+use crate::study::realization::bed_of;
 use grains::generate::initial_bodies;
-use grains::measure::{Bed, equilibrium};
+use grains::measure::equilibrium;
 use grains::native::{self, NativeError, Options, Trouble};
 use grains::scene::{Cloud, Damping, Scene, TimeStep, paper_scene, parse_scene};
 use grains::tables::{Stage, StopReason};
 use grains::task::{self, Task};
 
-/// Grains of the scenes.
 const GRAINS: u32 = 60;
 
 /// A failure mode as it was tried.
@@ -26,13 +26,9 @@ const GRAINS: u32 = 60;
 pub struct Failure {
     /// A short name, in kebab-case.
     pub name: String,
-    /// What is done.
     pub title: String,
-    /// What happens in the native engine.
     pub happened: String,
-    /// Which part of the program notices.
     pub noticed: String,
-    /// What it says.
     pub says: String,
     /// What YADE's run comes to, where that was asked.
     pub yade: Option<String>,
@@ -42,7 +38,6 @@ pub struct Failure {
 
 /// A failure mode: a change of a small bed, and what should come of it.
 pub struct Mode {
-    /// See [`Failure`].
     pub name: &'static str,
     title: &'static str,
     change: fn(&mut Scene),
@@ -50,7 +45,6 @@ pub struct Mode {
     pub in_yade: bool,
     /// Whether it was noticed, and what happens.
     judge: fn(&Run, &Scene) -> (bool, String),
-    /// Which part of the program notices.
     notices: &'static str,
 }
 
@@ -161,10 +155,8 @@ pub const MODES: [Mode; 10] = [
                 "the load is reached by the inertia of the grains: unbalanced force {unbalanced:.2} of the mean \
                  contact force"
             );
-            (
-                run.stop() == Some(StopReason::Reached) && unbalanced > 0.1,
-                happens,
-            )
+            let seen = run.stop() == Some(StopReason::Reached) && unbalanced > 0.1;
+            (seen, happens)
         },
         notices: "the measure of the unbalanced force in run.json",
     },
@@ -228,10 +220,8 @@ pub const MODES: [Mode; 10] = [
         in_yade: true,
         judge: |run, _| {
             let happens = "the grains give way and the punch goes on down";
-            (
-                run.stop() == Some(StopReason::TargetLoadNotReached),
-                happens.to_owned(),
-            )
+            let seen = run.stop() == Some(StopReason::TargetLoadNotReached);
+            (seen, happens.to_owned())
         },
         notices: "the scene's give-up depth",
     },
@@ -286,10 +276,7 @@ impl Run {
 
     /// Mean unbalanced force at the end over the mean contact force.
     fn unbalanced(&self, scene: &Scene) -> f64 {
-        let bed = self.ended().map(|outcome| Bed {
-            bodies: &outcome.last.bodies,
-            contacts: &outcome.last.contacts,
-        });
+        let bed = self.ended().map(|outcome| bed_of(&outcome.last));
         bed.and_then(|bed| equilibrium::unbalanced_force(scene, bed))
             .unwrap_or(f64::NAN)
     }
@@ -307,15 +294,13 @@ impl Run {
     fn is_finite(&self) -> bool {
         self.ended().is_none_or(|outcome| {
             let columns = outcome.last.bodies.motion();
-            columns
-                .iter()
-                .all(|(_, column)| column.iter().all(|value| value.is_finite()))
+            let mut columns = columns.iter();
+            columns.all(|(_, column)| column.iter().all(|value| value.is_finite()))
         })
     }
 }
 
 impl Mode {
-    /// The failure mode of this name.
     pub fn of(name: &str) -> Option<&'static Self> {
         MODES.iter().find(|mode| mode.name == name)
     }
@@ -326,7 +311,6 @@ impl Mode {
         scene
     }
 
-    /// Tries it in the native engine.
     pub fn in_native(&self) -> Result<Failure, NativeError> {
         let scene = self.scene();
         let run = run_scene(&scene)?;

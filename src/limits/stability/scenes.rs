@@ -40,7 +40,6 @@ const FRICTION_ANGLE: f64 = 0.5;
 /// A scene of the map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapScene {
-    /// A short name, in kebab-case.
     pub name: String,
     /// What it is, in a line.
     pub title: String,
@@ -59,7 +58,6 @@ pub struct MapScene {
 pub struct ClosedForm {
     /// s.
     pub dt: f64,
-    /// The formula.
     pub formula: String,
     /// How far the scene may be from it, relative: of the pre-stress, and of what the formula leaves out.
     pub tolerance: f64,
@@ -97,7 +95,6 @@ impl MapScene {
     }
 }
 
-/// Rows of the crystal.
 const CRYSTAL_ROWS: usize = 12;
 
 /// The names of all scenes, from the simplest up.
@@ -201,13 +198,8 @@ fn one_contact() -> MapScene {
 fn resting(law: Law) -> Case {
     let resting = grain([0.0, RADIUS - SQUEEZED * RADIUS]);
     let gravity = gravity(resting.mass);
-    case(
-        "a grain on a wall",
-        law,
-        gravity,
-        &[(Axis::Z, 0.0)],
-        &[resting],
-    )
+    let floor = [(Axis::Z, 0.0)];
+    case("a grain on a wall", law, gravity, &floor, &[resting])
 }
 
 fn grain_on_wall() -> MapScene {
@@ -288,22 +280,13 @@ fn unequal_sizes() -> MapScene {
         SQRT_2 * inner / (large * light).sqrt(),
         2.0 * inner / light,
     );
-    MapScene::new(
-        "unequal-sizes",
-        "a grain between two that are ten times larger, between walls",
-        case(
-            "unequal sizes",
-            build::springs(MODULUS),
-            0.0,
-            &walls,
-            &grains,
-        ),
-    )
-    .with_limit(
-        2.0 / square.sqrt(),
-        "2/ω, ω² the larger root of ((K+k)/M − ω²)(2k/m − ω²) = 2k²/(mM)",
-    )
-    .along([true, false])
+    let law = build::springs(MODULUS);
+    let case = case("unequal sizes", law, 0.0, &walls, &grains);
+    let title = "a grain between two that are ten times larger, between walls";
+    let formula = "2/ω, ω² the larger root of ((K+k)/M − ω²)(2k/m − ω²) = 2k²/(mM)";
+    MapScene::new("unequal-sizes", title, case)
+        .with_limit(2.0 / square.sqrt(), formula)
+        .along([true, false])
 }
 
 /// A grain in the corner of floor and wall, held there by the corner of the punch.
@@ -316,19 +299,10 @@ fn punch_corner() -> MapScene {
     let held = grain([side, side]);
     let omega = (2.0 * STIFFNESS / held.mass).sqrt();
     let walls = [(Axis::X, 0.0), (Axis::Z, 0.0)];
-    let mut case = case(
-        "a punch corner",
-        build::springs(MODULUS),
-        0.0,
-        &walls,
-        &[held],
-    );
-    case.punch = Some(build::punch(
-        corner + half_extents[0],
-        corner,
-        half_extents,
-        0.0,
-    ));
+    let law = build::springs(MODULUS);
+    let mut case = case("a punch corner", law, 0.0, &walls, &[held]);
+    let axis = corner + half_extents[0];
+    case.punch = Some(build::punch(axis, corner, half_extents, 0.0));
     let title = "a grain in a corner of the box, held by the corner of the punch";
     MapScene::new("punch-corner", title, case).with_limit(2.0 / omega, "2√(m/2k)")
 }
@@ -396,6 +370,7 @@ fn bed(
         return Ok(known.clone());
     }
     let mut scene = bed_scene(grains);
+    let rested = |of: &str, scene: &Scene| at_rest(of, &Model::of(scene), &poured(scene)?, None);
     let bed = match name {
         "bed-under-punch" => {
             let dense = bed("dense-bed", grains, made)?;
@@ -405,34 +380,23 @@ fn bed(
         }
         "frictional-bed" => {
             scene.material.friction_angle = FRICTION_ANGLE;
-            let case = at_rest(
-                "a frictional bed",
-                &Model::of(&scene),
-                &poured(&scene)?,
-                None,
-            )?;
             let title = format!(
                 "{grains} grains poured with friction 0.5, every contact sticking, k_s = k_n"
             );
-            MapScene::new(name, &title, case).with_remark(
+            MapScene::new(name, &title, rested("a frictional bed", &scene)?).with_remark(
                 "a case cannot be given the shear forces of a bed, so the bed rests without friction before it is \
                  switched on again: as many contacts as without friction, all sticking, which is the harder case",
             )
         }
         _ => {
-            let case = at_rest("a dense bed", &Model::of(&scene), &poured(&scene)?, None)?;
-            MapScene::new(
-                name,
-                &format!("the paper's bed of {grains} grains, settled"),
-                case,
-            )
+            let title = format!("the paper's bed of {grains} grains, settled");
+            MapScene::new(name, &title, rested("a dense bed", &scene)?)
         }
     };
     made.insert(name.to_owned(), bed.clone());
     Ok(bed)
 }
 
-/// The scene's bed when it has settled.
 fn poured(scene: &Scene) -> Result<Bodies, NativeError> {
     let task = Task::settle(initial_bodies(scene));
     let outcome = native::run(scene, &task, &Options::default(), &mut ())?;
@@ -539,9 +503,8 @@ pub fn rested(
 /// Mean force that is left on a grain over the mean normal force of a contact.
 fn unbalanced(model: &Model, moment: &Snapshot) -> f64 {
     let mass = &moment.bodies.mass;
-    let weights = mass
-        .iter()
-        .map(|mass| model.gravity.map(|gravity| mass * gravity));
+    let weight = |mass: &f64| model.gravity.map(|gravity| mass * gravity);
+    let weights = mass.iter().map(weight);
     let mut left: Vec<[f64; 2]> = weights.collect();
     let mut normal = 0.0;
     for contact in &moment.contacts {

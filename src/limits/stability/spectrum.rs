@@ -81,11 +81,9 @@ pub struct Top {
     pub vector: DVector<f64>,
     /// Bound of the error of `value` by the residual, the same unit.
     pub residual: f64,
-    /// Lanczos vectors that it took.
     pub vectors: usize,
 }
 
-/// The largest stable step of a network.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
     /// s; infinite where nothing touches.
@@ -133,7 +131,6 @@ impl Network {
         self.weights.len()
     }
 
-    /// Number of contacts.
     pub fn contacts(&self) -> usize {
         self.links.len()
     }

@@ -58,11 +58,9 @@ pub fn choose(scene: &Scene, share: f64) -> Result<StepChoice, NativeError> {
         halvings += 1;
     };
     let alpha = scene.damping.alpha();
-    let (limit, undamped, at) = match least(&looks) {
-        Some(look) => (look.limit, look.undamped, Some(look)),
-        // Nothing ever touched: the probing step is as good as any.
-        None => (probe / share, probe / share, None),
-    };
+    let least = least(&looks);
+    // Where nothing ever touched the probing step is as good as any.
+    let [limit, undamped] = least.map_or([probe / share; 2], |of| [of.limit, of.undamped]);
     Ok(StepChoice {
         share,
         time_step: share * limit,
@@ -71,7 +69,7 @@ pub fn choose(scene: &Scene, share: f64) -> Result<StepChoice, NativeError> {
         alpha,
         probed_at: probe,
         looks: looks.len() as u64,
-        least: at,
+        least,
         settled: last_of(&looks, Stage::Settle),
         loaded: last_of(&looks, Stage::Load),
         trial: trial(scene, probe, &last)?,
@@ -84,13 +82,11 @@ pub fn with_step(scene: &Scene, choice: &StepChoice) -> Scene {
     scene.time_step = TimeStep::Absolute {
         seconds: choice.time_step,
     };
-    scene.choices.insert(
-        "/time_step".to_owned(),
-        format!(
-            "chosen by the program: {} of the largest stable step {:.4e} s of {} looks",
-            choice.share, choice.limit, choice.looks
-        ),
+    let why = format!(
+        "chosen by the program: {} of the largest stable step {:.4e} s of {} looks",
+        choice.share, choice.limit, choice.looks
     );
+    scene.choices.insert("/time_step".to_owned(), why);
     scene
 }
 
@@ -172,11 +168,7 @@ impl Observer for Looker {
                     stage: snapshot.stage,
                     step: snapshot.step,
                     contacts: network.contacts() as u64,
-                    limit: if alpha == 0.0 {
-                        undamped
-                    } else {
-                        network.limit(alpha).dt
-                    },
+                    limit: network.limit(alpha).dt,
                     undamped,
                 };
                 self.looks.extend(look.limit.is_finite().then_some(look));
@@ -202,10 +194,8 @@ fn still(model: Model, bodies: &Bodies, punch: Option<Punch>) -> Case {
 }
 
 fn least(looks: &[StepLook]) -> Option<StepLook> {
-    looks
-        .iter()
-        .copied()
-        .min_by(|a, b| a.limit.total_cmp(&b.limit))
+    let looks = looks.iter().copied();
+    looks.min_by(|a, b| a.limit.total_cmp(&b.limit))
 }
 
 fn last_of(looks: &[StepLook], stage: Stage) -> Option<StepLook> {
@@ -268,10 +258,8 @@ pub fn by_formula(case: &Case) -> Result<Proposal, NativeError> {
         }
         let k_s = of.k_s.unwrap_or(of.k_n * law.stiffness_ratio);
         let squares = [contact.normal[0], 0.0, contact.normal[1]].map(|n| n * n);
-        for id in [contact.id1, contact.id2]
-            .into_iter()
-            .filter(|id| ids.is_grain(*id))
-        {
+        let both = [contact.id1, contact.id2].into_iter();
+        for id in both.filter(|id| ids.is_grain(*id)) {
             let radius = bodies.radius[id as usize];
             let sums = &mut sums[id as usize];
             for axis in 0..3 {

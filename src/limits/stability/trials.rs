@@ -52,7 +52,6 @@ pub struct Found {
     pub stable: f64,
     /// The smallest step tried at which the disturbance grew, s.
     pub unstable: f64,
-    /// Trials that it took.
     pub trials: u32,
 }
 
@@ -70,7 +69,6 @@ pub struct Disturbed {
     case: Case,
     /// Displacements of the start, m, and those of a step before it; x, z and angle (rad) a grain.
     places: [Vec<f64>; 2],
-    /// Contacts at the start.
     contacts: usize,
 }
 
@@ -115,9 +113,8 @@ impl Disturbed {
             moments: vec![0],
             ..case.clone()
         };
-        let contacts = run_case(&still, None)?
-            .into_iter()
-            .flat_map(|moment| moment.contacts);
+        let track = run_case(&still, None)?;
+        let contacts = track.iter().flat_map(|moment| &moment.contacts);
         let mut overlaps: Vec<f64> = contacts.map(|contact| contact.overlap).collect();
         overlaps.sort_by(f64::total_cmp);
         let small = (SMALL_OVERLAP * overlaps.len() as f64) as usize;
@@ -142,7 +139,6 @@ impl Disturbed {
         })
     }
 
-    /// The trial at this step.
     pub fn at(&self, dt: f64, alpha: f64) -> Case {
         let mut case = self.case.clone();
         case.model.dt = dt;
@@ -171,10 +167,8 @@ impl Disturbed {
             return false;
         };
         let large = |energy: &f64| !energy.is_finite() || *energy > GROWN * first;
-        track
-            .iter()
-            .any(|moment| (moment.contacts.len() as f64) < enough)
-            || energies.iter().any(large)
+        let open = |moment: &Snapshot| (moment.contacts.len() as f64) < enough;
+        track.iter().any(open) || energies.iter().any(large)
     }
 
     /// Whether the disturbance grows at this step in the native engine. That the engine itself gives up
@@ -182,16 +176,12 @@ impl Disturbed {
     fn grows(&self, dt: f64, alpha: f64) -> Result<bool, NativeError> {
         let mut track: Vec<Snapshot> = Vec::new();
         let mut grown = false;
-        let done = watch_case(
-            &self.at(dt, alpha),
-            &CaseOptions::default(),
-            &mut |moment| {
-                track.push(moment);
-                grown = track.len().is_multiple_of(3) && self.has_grown(&track);
-                !grown
-            },
-        );
-        match done {
+        let mut watch = |moment| {
+            track.push(moment);
+            grown = track.len().is_multiple_of(3) && self.has_grown(&track);
+            !grown
+        };
+        match watch_case(&self.at(dt, alpha), &CaseOptions::default(), &mut watch) {
             Ok(()) => Ok(grown),
             Err(error) if error.trouble == Trouble::Interrupted => Err(error),
             Err(_) => Ok(true),
@@ -204,12 +194,9 @@ impl Disturbed {
     pub fn undamped(&self) -> Result<Option<Found>, NativeError> {
         let bodies = &self.case.bodies;
         let modulus = self.case.model.law.modulus;
-        let smallest = bodies
-            .mass
-            .iter()
-            .zip(&bodies.radius)
-            .map(|(mass, radius)| (mass / (modulus * radius)).sqrt())
-            .fold(f64::INFINITY, f64::min);
+        let both = bodies.mass.iter().zip(&bodies.radius);
+        let scales = both.map(|(mass, radius)| (mass / (modulus * radius)).sqrt());
+        let smallest = scales.fold(f64::INFINITY, f64::min);
         self.first_unstable(0.01 * smallest, 2.0, MOST_DOUBLINGS, 0.0)
     }
 
@@ -324,8 +311,8 @@ impl Search {
     }
 
     fn found(&self) -> Option<Found> {
-        self.bracket()
-            .filter(|found| found.unstable / found.stable <= 1.0 + EXTERNAL_RESOLUTION)
+        let near = |of: &Found| of.unstable / of.stable <= 1.0 + EXTERNAL_RESOLUTION;
+        self.bracket().filter(near)
     }
 
     fn is_open(&self) -> bool {
@@ -346,16 +333,14 @@ impl Search {
 
     /// Takes over what trials at these steps have shown: up to the first at which it grew.
     fn learn(&mut self, steps: &[f64], tracks: Vec<Track>) {
-        let mut grown = Vec::with_capacity(steps.len());
-        for track in tracks {
-            match track {
-                Ok(track) => grown.push(self.disturbed.has_grown(&track)),
-                Err(reason) => {
-                    self.refused = Some(reason);
-                    return;
-                }
-            }
-        }
+        let tracks = match tracks.into_iter().collect::<Result<Vec<_>, String>>() {
+            Ok(tracks) => tracks,
+            Err(reason) => return self.refused = Some(reason),
+        };
+        let grown: Vec<bool> = tracks
+            .iter()
+            .map(|of| self.disturbed.has_grown(of))
+            .collect();
         self.trials += steps.len() as u32;
         let first = grown.iter().position(|grown| *grown);
         let last_stable = first.unwrap_or(steps.len()).checked_sub(1);
@@ -381,18 +366,15 @@ pub fn find_all<E>(
     mut run: impl FnMut(&[&Case]) -> Result<Vec<Track>, E>,
 ) -> Result<Vec<SearchResult>, E> {
     for _ in 0..MOST_STARTS {
-        let mut open: Vec<&mut Search> = searches
-            .iter_mut()
-            .filter(|search| search.is_open())
-            .collect();
+        let open = searches.iter_mut().filter(|search| search.is_open());
+        let mut open: Vec<&mut Search> = open.collect();
         if open.is_empty() {
             break;
         }
         let steps: Vec<Vec<f64>> = open.iter().map(|search| search.steps()).collect();
         let trials = open.iter().zip(&steps).flat_map(|(search, steps)| {
-            steps
-                .iter()
-                .map(|dt| search.disturbed.at(*dt, search.alpha))
+            let trial = |dt: &f64| search.disturbed.at(*dt, search.alpha);
+            steps.iter().map(trial)
         });
         let cases: Vec<Case> = trials.collect();
         let mut tracks = run(&cases.iter().collect::<Vec<_>>())?.into_iter();
@@ -400,9 +382,9 @@ pub fn find_all<E>(
             search.learn(steps, tracks.by_ref().take(steps.len()).collect());
         }
     }
-    let result = |search: Search| match search.found() {
-        _ if search.refused.is_some() => Err(search.refused.unwrap_or_default()),
-        found => Ok(found),
+    let result = |search: Search| match &search.refused {
+        Some(reason) => Err(reason.clone()),
+        None => Ok(search.found()),
     };
     Ok(searches.into_iter().map(result).collect())
 }

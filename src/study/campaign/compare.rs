@@ -23,11 +23,13 @@ use evidence::random::{Key, replicates};
 use evidence::t_test::{self, Finding, LEVEL, Welch};
 use evidence::two_samples::{self, TwoSamples};
 use evidence::{Interval, holm, proportion};
+use grains::scene::Scene;
 
 /// Exchanges of packings for the p of two samples.
 const PERMUTATIONS: usize = 2000;
 /// Pairs of campaigns that are drawn for the power of the whole: it is known to 0.05.
 const DRAWN: usize = 400;
+const MARGINS: &str = "the margins of the trade-off";
 const KEY: Key = *b"crossgrain: campaigns drawn anew";
 
 /// The bits of realizations that both campaigns have run.
@@ -44,13 +46,10 @@ pub struct Bits {
 /// One quantity of both campaigns, of the first and of the second.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Compared {
-    /// The member's key.
     pub key: &'static str,
-    /// For people.
     pub title: &'static str,
     /// SI unit, `1` for a ratio.
     pub unit: &'static str,
-    /// Packings that have it.
     pub packings: [usize; 2],
     /// Mean and standard deviation; not a number without packings, and then null in JSON.
     pub moments: [[Option<f64>; 2]; 2],
@@ -89,9 +88,7 @@ pub struct Judgement {
 /// Two campaigns compared.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Engines of the two.
     pub engines: [String; 2],
-    /// Packings of the two.
     pub packings: [usize; 2],
     /// What both have run.
     pub bits: Bits,
@@ -100,7 +97,6 @@ pub struct Comparison {
     /// The probability that the packings would be found equal in distribution if all means were equal, with its 95 % interval: the
     /// share of pairs of campaigns that were, drawn with replacement from both after their means were made equal.
     pub power: Option<Interval>,
-    /// What it says.
     pub verdict: Verdict,
 }
 
@@ -114,22 +110,16 @@ pub struct Packings {
 }
 
 impl Packings {
-    /// Of these members.
     pub fn of(members: &[Member]) -> Self {
         let column = |key| members.iter().map(move |of| of.measured.get(key).copied());
+        let columns = QUANTITIES.iter().map(|of| column(of.key).collect());
+        let reached = members.iter().map(|of| of.ending == Ending::Reached);
         Packings {
-            columns: QUANTITIES
-                .iter()
-                .map(|of| column(of.key).collect())
-                .collect(),
-            reached: members
-                .iter()
-                .map(|of| of.ending == Ending::Reached)
-                .collect(),
+            columns: columns.collect(),
+            reached: reached.collect(),
         }
     }
 
-    /// How many there are.
     pub fn count(&self) -> usize {
         self.reached.len()
     }
@@ -166,15 +156,17 @@ impl Packings {
 /// Compares two merged campaigns, whose scenes must be the same but for the realizations.
 pub fn compare(first: &Merged, second: &Merged) -> Result<Comparison, StudyError> {
     let scene = |of: &Merged| {
-        let mut scene = of.plan.study.scene.clone();
-        scene.realization = 0;
-        scene.digest()
+        let scene = of.plan.study.scene.clone();
+        let realization = 0;
+        Scene {
+            realization,
+            ..scene
+        }
+        .digest()
     };
     if scene(first) != scene(second) {
-        return Err(StudyError::Usage(
-            "the campaigns are of different scenes, so their packings cannot be compared"
-                .to_owned(),
-        ));
+        let why = "the campaigns are of different scenes, so their packings cannot be compared";
+        return Err(StudyError::Usage(why.to_owned()));
     }
     let bits = bits(&first.rows, &second.rows);
     let same = bits.common > 0 && bits.settled == bits.common && bits.last == bits.common;
@@ -312,18 +304,16 @@ impl Judgement {
     /// With what is shown and judges nothing: powers and distributions.
     pub fn complete(mut self, first: &Packings, second: &Packings) -> Self {
         for (index, of) in self.quantities.iter_mut().enumerate() {
-            let singly = |of: &Packings| -> Vec<Vec<f64>> {
-                of.values(index).into_iter().map(|of| vec![of]).collect()
-            };
-            if let Some((_, margin)) = of.unpaired.zip(of.margin) {
-                let deviations =
-                    [first, second].map(|side| standard_deviation(&side.values(index)));
-                of.power = t_test::power(of.packings, deviations, margin);
+            if of.unpaired.is_none() {
+                continue;
             }
-            if of.unpaired.is_some() {
-                of.distribution =
-                    two_samples::compare(&singly(first), &singly(second), PERMUTATIONS);
-            }
+            let sides = [first, second].map(|side| side.values(index));
+            let deviations = sides.each_ref().map(|of| standard_deviation(of));
+            of.power = of
+                .margin
+                .and_then(|margin| t_test::power(of.packings, deviations, margin));
+            let [a, b] = sides.map(|of| of.into_iter().map(|of| vec![of]).collect::<Vec<_>>());
+            of.distribution = two_samples::compare(&a, &b, PERMUTATIONS);
             of.distribution_p = of.distribution.as_ref().map(|of| of.kolmogorov_p);
         }
         correct(&mut self.quantities, |of| &mut of.distribution_p);
@@ -338,37 +328,30 @@ impl Judgement {
                 _ => "",
             };
             let id = format!("campaigns/{}", of.key);
-            let mut check = Check::of_words(id, of.title, outcome, found)
-                .required()
-                .judged_by(
-                    "difference of means, second minus first: two one-sided tests at 5 %, Welch",
-                    "the margins of the trade-off",
-                );
-            of.unit.clone_into(&mut check.unit);
-            check.n = of.packings[0].min(of.packings[1]) as u64;
+            let mut check = Check {
+                unit: of.unit.to_owned(),
+                n: of.packings[0].min(of.packings[1]) as u64,
+                ..Check::of_words(id, of.title, outcome, found)
+            };
             if let Some(unpaired) = &of.unpaired {
                 check = check.with_limits(unpaired.difference.estimate, 0.0, of.margin);
                 check.interval = Some([unpaired.difference.low, unpaired.difference.high]);
             }
-            Some(check)
+            Some(check.judged_by(
+                "difference of means, second minus first: two one-sided tests at 5 %, Welch",
+                MARGINS,
+            ))
         };
-        let missed = Check::of_words(
-            format!("campaigns/{MISSED_KEY}"),
-            MISSED_TITLE,
-            outcome(self.missed_finding),
-            "",
-        );
-        let missed = missed.required().judged_by(
-            "difference of shares, second minus first: Newcombe's 90 % interval",
-            "the margins of the trade-off",
-        );
+        let id = format!("campaigns/{MISSED_KEY}");
         let estimate = self.missed.map_or(f64::NAN, |of| of.estimate);
-        let missed = missed.with_limits(estimate, 0.0, Some(MISSED));
-        self.quantities
-            .iter()
-            .filter_map(check)
-            .chain([missed])
-            .collect()
+        let missed = Check::of_words(id, MISSED_TITLE, outcome(self.missed_finding), "")
+            .with_limits(estimate, 0.0, Some(MISSED))
+            .judged_by(
+                "difference of shares, second minus first: Newcombe's 90 % interval",
+                MARGINS,
+            );
+        let all = self.quantities.iter().filter_map(check);
+        all.chain([missed]).map(Check::required).collect()
     }
 
     fn section(&self) -> Section {
@@ -406,14 +389,9 @@ impl Judgement {
 impl Comparison {
     /// Every quantity with a margin, or the bits that say all.
     fn checks(&self) -> Vec<Check> {
-        self.judged.as_ref().map_or_else(
-            || {
-                let found = format!("{} realizations in both", self.bits.common);
-                let id = "campaigns/bits".to_owned();
-                vec![Check::of_words(id, "same bits", Outcome::Pass, &found)]
-            },
-            Judgement::checks,
-        )
+        let found = format!("{} realizations in both", self.bits.common);
+        let same = Check::of_words("campaigns/bits", "same bits", Outcome::Pass, &found);
+        self.judged.as_ref().map_or(vec![same], Judgement::checks)
     }
 
     /// The verdict, with what would have been noticed.
@@ -431,7 +409,6 @@ impl Comparison {
         answer + "."
     }
 
-    /// For people.
     pub fn document(&self) -> Document {
         let both = Table::of("campaigns", "The campaigns", [("first", 0), ("second", 1)])
             .column("", |(name, _)| name)

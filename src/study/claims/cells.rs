@@ -53,15 +53,19 @@ pub struct Volume {
 pub struct Volumes {
     /// `loaded` or `settled`.
     pub moment: Cow<'static, str>,
-    /// The control point.
     pub point: Cow<'static, str>,
-    /// In growing order.
     pub volumes: Vec<Volume>,
     /// CV ∝ N^exponent, all of the volumes.
     pub exponent: Option<Interval>,
     /// The number of cells from which on CV is below a tenth, between those looked at by a power law;
     /// none where it is beyond them.
     pub enough: Option<f64>,
+}
+
+/// ΣΣ_zz of so many cells in every member that has them.
+fn sums(members: &[Member], moment: Moment, point: &str, cells: usize) -> Vec<f64> {
+    let all = together(members, moment, point, cells);
+    all.iter().map(|one| one.zz).collect()
 }
 
 /// ΣΣ_zz/ΣV_p of each, Pa.
@@ -113,8 +117,8 @@ fn volume(
         return None;
     }
     let sums: Vec<f64> = all.iter().map(|one| one.zz).collect();
-    let area = mean(&all.iter().map(|one| one.cell).collect::<Vec<f64>>());
-    let rise = mean(&all.iter().map(|one| one.rise).collect::<Vec<f64>>());
+    let mean_of = |of: fn(&Together) -> f64| all.iter().map(of).sum::<f64>() / all.len() as f64;
+    let (area, rise) = (mean_of(|one| one.cell), mean_of(|one| one.rise));
     let n = cells as f64;
     let variation = bootstrap::coefficient_of_variation(&sums, LEVEL);
     let shape = sample::law_shape(Family::Gamma, &Parted::of(&sums).others).at(LEVEL);
@@ -135,15 +139,7 @@ fn volume(
 
 /// The sums over growing numbers of cells, of the members that have all of them: [packing][number of cells].
 fn table(members: &[Member], moment: Moment, point: &str) -> Vec<Vec<f64>> {
-    let columns: Vec<Vec<f64>> = GROWING
-        .iter()
-        .map(|cells| {
-            together(members, moment, point, *cells)
-                .iter()
-                .map(|one| one.zz)
-                .collect()
-        })
-        .collect();
+    let columns = GROWING.map(|cells| sums(members, moment, point, cells));
     let packings = columns.iter().map(Vec::len).min().unwrap_or(0);
     if columns.iter().any(|column| column.len() != packings) {
         return Vec::new();
@@ -156,18 +152,12 @@ fn table(members: &[Member], moment: Moment, point: &str) -> Vec<Vec<f64>> {
 /// Of CV ∝ N^exponent, with its interval over packings.
 fn exponent(table: &[Vec<f64>], level: f64) -> Option<Interval> {
     bootstrap::interval(table.len(), level, |packings| {
-        let points: Vec<(f64, f64)> = GROWING
-            .iter()
-            .enumerate()
-            .map(|(index, cells)| {
-                let sums: Vec<f64> = packings.iter().map(|one| table[*one][index]).collect();
-                (
-                    (*cells as f64).ln(),
-                    (standard_deviation(&sums) / mean(&sums)).ln(),
-                )
-            })
-            .collect();
-        slope(&points).map_or(f64::NAN, |slope| slope.estimate)
+        let points = GROWING.iter().enumerate().map(|(index, cells)| {
+            let sums: Vec<f64> = packings.iter().map(|one| table[*one][index]).collect();
+            let variation = standard_deviation(&sums) / mean(&sums);
+            ((*cells as f64).ln(), variation.ln())
+        });
+        slope(&points.collect::<Vec<_>>()).map_or(f64::NAN, |slope| slope.estimate)
     })
 }
 
@@ -193,10 +183,7 @@ pub fn all(scene: &Scene, members: &[Member]) -> Vec<Volumes> {
     let mut series = Vec::new();
     for moment in Moment::BOTH {
         for point in POINTS {
-            let first: Vec<f64> = together(members, moment, point, 1)
-                .iter()
-                .map(|one| one.zz)
-                .collect();
+            let first = sums(members, moment, point, 1);
             let single = standard_deviation(&first) / mean(&first);
             let volumes: Vec<Volume> = GROWING
                 .iter()
@@ -230,35 +217,22 @@ pub fn independence(members: &[Member]) -> Claim {
                 |index: usize| -> Vec<f64> { around.iter().map(|cells| cells[index].zz).collect() };
             let (first, second) = (of(0), of(1));
             let name = format!("{point}, {}", moment.words());
-            let mut row = Row::judged(
-                format!("{name}: correlation of the two nearest cells"),
-                [-TOLERANCE, TOLERANCE],
-                Number::new(around.len(), |level| pair(&first, &second, level)),
-            )
-            .against(0.0);
+            let number = Number::new(around.len(), |level| pair(&first, &second, level));
+            let what = format!("{name}: correlation of the two nearest cells");
+            let mut row = Row::judged(what, [-TOLERANCE, TOLERANCE], number).against(0.0);
             if let Some(ranks) = spearman(&first, &second, SAMPLES) {
-                row = row.with(
-                    "independent (Spearman's correlation, permuted)",
-                    ranks.value.estimate,
-                    ranks.p,
-                );
+                let test = "independent (Spearman's correlation, permuted)";
+                row = row.with(test, ranks.value.estimate, ranks.p);
             }
+            found.push(format!("{name} {:+.2}", row.estimate()));
             rows.push(row);
             let columns: Vec<Vec<f64>> = (0..TOGETHER).map(of).collect();
-            let of_eight = Row::shown(
-                format!("{name}: mean correlation of the eight nearest"),
-                Number::new(around.len(), |level| {
-                    bootstrap::interval(around.len(), level, |packings| {
-                        mean_of_pairs(&columns, packings)
-                    })
-                }),
-            )
-            .against(0.0);
-            found.push(format!(
-                "{name} {:+.2}",
-                rows.last().map_or(f64::NAN, Row::estimate)
-            ));
-            rows.push(of_eight);
+            let of_packings = |packings: &[usize]| mean_of_pairs(&columns, packings);
+            let number = Number::new(around.len(), |level| {
+                bootstrap::interval(around.len(), level, of_packings)
+            });
+            let what = format!("{name}: mean correlation of the eight nearest");
+            rows.push(Row::shown(what, number).against(0.0));
         }
     }
     Claim::of("independence", "section 5, which sums independent cells", "correlations")
@@ -304,42 +278,34 @@ const FACTOR: f64 = 1.25;
 /// Numbers of cells at which the law is judged.
 const JUDGED: [usize; 3] = [4, 16, 64];
 
-fn of_moment(series: &[Volumes], moment: Moment) -> impl Iterator<Item = &Volumes> {
-    series.iter().filter(move |of| of.moment == moment.key())
+fn of_moments(series: &[Volumes]) -> impl Iterator<Item = (Moment, &Volumes)> {
+    let moment = |of: &Volumes| {
+        Moment::BOTH
+            .into_iter()
+            .find(|moment| moment.key() == of.moment)
+    };
+    series.iter().filter_map(move |of| Some((moment(of)?, of)))
 }
 
-/// CV = 1/√N.
+fn last_estimate(rows: &[Row]) -> f64 {
+    rows.last().map_or(f64::NAN, Row::estimate)
+}
+
 pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Claim {
     let mut rows = Vec::new();
     let mut found = Vec::new();
-    for of in of_moment(series, moment) {
+    for (_, of) in of_moments(series).filter(|(of, _)| *of == moment) {
         let table = table(members, moment, &of.point);
-        rows.push(
-            Row::judged(
-                format!("{}: exponent of N", of.point),
-                [-0.5 - EXPONENT, -0.5 + EXPONENT],
-                Number::new(table.len(), |level| exponent(&table, level)),
-            )
-            .against(-0.5),
-        );
-        for one in of
-            .volumes
-            .iter()
-            .filter(|one| [1, 16, 256].contains(&one.cells))
-        {
-            let sums: Vec<f64> = together(members, moment, &of.point, one.cells)
-                .iter()
-                .map(|one| one.zz)
-                .collect();
-            let scale = 1.0 / (one.cells as f64).sqrt();
-            rows.push(
-                Row::judged(
-                    format!("{}: CV·√N of {} cells", of.point, one.cells),
-                    [1.0 / FACTOR, FACTOR],
-                    sample::variation(&sums).over(scale),
-                )
-                .against(1.0),
-            );
+        let name = format!("{}: exponent of N", of.point);
+        let limits = [-0.5 - EXPONENT, -0.5 + EXPONENT];
+        let number = Number::new(table.len(), |level| exponent(&table, level));
+        rows.push(Row::judged(name, limits, number).against(-0.5));
+        let volumes = of.volumes.iter();
+        for one in volumes.filter(|one| [1, 16, 256].contains(&one.cells)) {
+            let sums = sums(members, moment, &of.point, one.cells);
+            let scaled = sample::variation(&sums).over(1.0 / (one.cells as f64).sqrt());
+            let name = format!("{}: CV·√N of {} cells", of.point, one.cells);
+            rows.push(Row::judged(name, [1.0 / FACTOR, FACTOR], scaled).against(1.0));
         }
         if let (Some(exponent), Some(last)) = (of.exponent, of.volumes.last()) {
             found.push(format!(
@@ -369,34 +335,19 @@ pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Cl
         .by(Rule::All, rows)
 }
 
-/// Erlang(N).
 pub fn erlang(members: &[Member], series: &[Volumes]) -> Claim {
     let mut rows = Vec::new();
     let mut found = Vec::new();
-    for moment in Moment::BOTH {
-        for of in of_moment(series, moment) {
-            for cells in JUDGED {
-                let sums: Vec<f64> = together(members, moment, &of.point, cells)
-                    .iter()
-                    .map(|one| one.zz)
-                    .collect();
-                rows.push(
-                    Row::judged(
-                        format!(
-                            "{}, {}: gamma shape over N of {cells} cells",
-                            of.point,
-                            moment.words()
-                        ),
-                        [1.0 / (FACTOR * FACTOR), FACTOR * FACTOR],
-                        sample::law_shape(Family::Gamma, &Parted::of(&sums).others)
-                            .over(cells as f64),
-                    )
-                    .against(1.0),
-                );
-            }
-            let shape = rows.last().map_or(f64::NAN, Row::estimate);
-            found.push(format!("{} {} {shape:.2}", of.point, moment.words()));
+    let limits = [1.0 / (FACTOR * FACTOR), FACTOR * FACTOR];
+    for (moment, of) in of_moments(series) {
+        let (point, words) = (&of.point, moment.words());
+        for cells in JUDGED {
+            let sums = sums(members, moment, point, cells);
+            let shape = sample::law_shape(Family::Gamma, &Parted::of(&sums).others);
+            let name = format!("{point}, {words}: gamma shape over N of {cells} cells");
+            rows.push(Row::judged(name, limits, shape.over(cells as f64)).against(1.0));
         }
+        found.push(format!("{point} {words} {:.2}", last_estimate(&rows)));
     }
     Claim::of("erlang", "section 5", "shapes")
         .says("Σ_zz of N cells together follows an Erlang law of shape N.")
@@ -412,45 +363,25 @@ pub fn erlang(members: &[Member], series: &[Volumes]) -> Claim {
 pub fn good_enough(members: &[Member], series: &[Volumes]) -> Claim {
     let mut rows = Vec::new();
     let mut found = Vec::new();
-    for moment in Moment::BOTH {
-        for of in of_moment(series, moment) {
-            let Some(last) = of.volumes.last() else {
-                continue;
-            };
-            let all = together(members, moment, &of.point, last.cells);
-            let sums: Vec<f64> = all.iter().map(|one| one.zz).collect();
-            let name = |what: &str| {
-                format!(
-                    "{}, {}: {what} of {} cells",
-                    of.point,
-                    moment.words(),
-                    last.cells
-                )
-            };
-            rows.push(
-                Row::judged(name("CV"), [0.0, GOOD_ENOUGH], sample::variation(&sums)).against(0.0),
-            );
-            let stress = stresses(&all);
-            rows.push(
-                Row::judged(
-                    name("mean over the continuum's"),
-                    [1.0 - GOOD_ENOUGH, 1.0 + GOOD_ENOUGH],
-                    sample::mean(&stress).over(last.continuum),
-                )
-                .against(1.0),
-            );
-            let last_mean = rows.last().map_or(f64::NAN, Row::estimate);
-            let from = match of.enough {
-                Some(cells) if last.packings >= FEWEST => format!("from {cells:.0} cells on"),
-                _ => format!("not up to {} cells", last.cells),
-            };
-            found.push(format!(
-                "{} {} {from}, mean {:+.0} %",
-                of.point,
-                moment.words(),
-                100.0 * (last_mean - 1.0)
-            ));
-        }
+    for (moment, of) in of_moments(series) {
+        let Some(last) = of.volumes.last() else {
+            continue;
+        };
+        let (point, words, cells) = (&of.point, moment.words(), last.cells);
+        let name = |what: &str| format!("{point}, {words}: {what} of {cells} cells");
+        let sums = sums(members, moment, point, cells);
+        let variation = sample::variation(&sums);
+        rows.push(Row::judged(name("CV"), [0.0, GOOD_ENOUGH], variation).against(0.0));
+        let stress = stresses(&together(members, moment, point, cells));
+        let over = sample::mean(&stress).over(last.continuum);
+        let limits = [1.0 - GOOD_ENOUGH, 1.0 + GOOD_ENOUGH];
+        rows.push(Row::judged(name("mean over the continuum's"), limits, over).against(1.0));
+        let from = match of.enough {
+            Some(cells) if last.packings >= FEWEST => format!("from {cells:.0} cells on"),
+            _ => format!("not up to {cells} cells"),
+        };
+        let off = 100.0 * (last_estimate(&rows) - 1.0);
+        found.push(format!("{point} {words} {from}, mean {off:+.0} %"));
     }
     Claim::of("large_scale", "section 5", "volumes")
         .says("For many particles the variation tends to 0 and Σ_zz equals V σ_zz in every realization.")

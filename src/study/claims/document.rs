@@ -11,18 +11,16 @@ use crate::checks::{Check, Outcome, verdict};
 use crate::document::plot::Point;
 use crate::document::table::rounded;
 use crate::document::{Axis, Cell, Colour, Document, Plot, Section, Table};
-use crate::paper::published::{HEIGHTS, POROSITIES, published, table_4};
+use crate::paper::published::{HEIGHTS, POROSITIES, Parts, published, table_4};
 use crate::study::campaign::Member;
 use crate::study::figures::Distribution;
 use evidence::Interval;
 use evidence::distribution::Family;
 
-/// Data of all plots.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
     /// Σ_zz under the load (Figure 5), σ_zz under gravity alone, σ_xx and σ_xz under the load, each at O, A, B.
     pub distributions: Vec<Distribution>,
-    /// Section 5.
     pub volumes: Vec<Volumes>,
     /// Height and porosity of every settled bed, by one definition each.
     pub plane: Vec<Cloud>,
@@ -35,7 +33,6 @@ pub struct Figures {
 pub struct Cloud {
     /// How both are taken.
     pub definition: Cow<'static, str>,
-    /// A bed each.
     pub beds: Vec<[f64; 2]>,
 }
 
@@ -49,6 +46,8 @@ struct Group {
     key: &'static str,
     quantity: &'static str,
     unit: &'static str,
+    /// The theory's mean, where there is a theory.
+    theory: fn(&Parts) -> Option<f64>,
 }
 
 const GROUPS: [Group; 4] = [
@@ -59,6 +58,7 @@ const GROUPS: [Group; 4] = [
         key: "control_volume_zz",
         quantity: "Σ_zz",
         unit: "J",
+        theory: |parts| Some(parts.extensive),
     },
     Group {
         name: "figure5-gravity",
@@ -67,6 +67,7 @@ const GROUPS: [Group; 4] = [
         key: "grain_zz",
         quantity: "σ_zz",
         unit: "Pa",
+        theory: |parts| Some(parts.weight),
     },
     Group {
         name: "figure5-xx",
@@ -75,6 +76,7 @@ const GROUPS: [Group; 4] = [
         key: "grain_xx",
         quantity: "σ_xx",
         unit: "Pa",
+        theory: |_| None,
     },
     Group {
         name: "shear",
@@ -83,30 +85,20 @@ const GROUPS: [Group; 4] = [
         key: "grain_xz",
         quantity: "σ_xz",
         unit: "Pa",
+        theory: |_| None,
     },
 ];
 
-/// The data of all plots.
 pub(super) fn data(members: &[Member], volumes: Vec<Volumes>, solid: f64) -> Figures {
     let distribution = |of: &Group, point: &'static str| {
-        let parts = table_4(point);
         let family = match of.name {
             "shear" => Family::Laplace,
             _ => Family::Gamma,
         };
-        let theory = match of.name {
-            "figure5" => parts.map(|parts| parts.extensive),
-            "figure5-gravity" => parts.map(|parts| parts.weight),
-            _ => None,
-        };
+        let theory = table_4(point).and_then(|parts| (of.theory)(&parts));
         let values = stress(members, of.moment, point, of.key);
-        Distribution::new(
-            [of.name, of.quantity, of.unit],
-            point,
-            theory,
-            family,
-            &values,
-        )
+        let words = [of.name, of.quantity, of.unit];
+        Distribution::new(words, point, theory, family, &values)
     };
     let cloud = |definition: &'static str, height: &str, porosity: &str| {
         let beds = members.iter().filter_map(|member| {
@@ -118,6 +110,7 @@ pub(super) fn data(members: &[Member], volumes: Vec<Volumes>, solid: f64) -> Fig
             beds: beds.collect(),
         }
     };
+    let window = "mean surface, porosity in a window";
     let both = |definition, index: usize| cloud(definition, HEIGHTS[index].0, POROSITIES[index].0);
     Figures {
         distributions: GROUPS
@@ -129,11 +122,7 @@ pub(super) fn data(members: &[Member], volumes: Vec<Volumes>, solid: f64) -> Fig
             both("mean surface for both", 0),
             both("highest grain for both", 1),
             both("twice the centre of mass for both", 2),
-            cloud(
-                "mean surface, porosity in a window",
-                HEIGHTS[0].0,
-                POROSITIES[3].0,
-            ),
+            cloud(window, HEIGHTS[0].0, POROSITIES[3].0),
         ],
         solid,
     }
@@ -153,13 +142,9 @@ impl Claim {
         };
         let found = format!("{}. {}", self.word(), self.reading);
         let quantity = format!("a verdict on: {}", self.statement);
+        let packings = self.rows.iter().map(|row| row.packings as u64);
         Check {
-            n: self
-                .rows
-                .iter()
-                .map(|row| row.packings as u64)
-                .max()
-                .unwrap_or(0),
+            n: packings.max().unwrap_or(0),
             ..Check::of_words(format!("claims/{}", self.id), &quantity, outcome, &found)
         }
         .judged_by(&self.decided_by, &self.place)
@@ -174,7 +159,6 @@ const HOW: &str = "A claim is decided by the size of an effect against a limit t
     for this scene; the paper leaves choices open, and the sensitivity study says what hangs on them.";
 
 impl Claims {
-    /// Verdicts, plots and all numbers.
     pub fn document(&self) -> Document {
         let listed = |counts: &std::collections::BTreeMap<String, usize>| {
             let parts = counts.iter().map(|(word, count)| format!("{word} {count}"));
@@ -228,16 +212,10 @@ impl Claims {
     /// For the main report: every verdict, the means, and the distributions of Figure 5.
     pub fn summary(&self) -> Document {
         let mut document = self.document();
-        let keep = [
-            "The claims",
-            "What was found",
-            MEANS,
-            GROUPS[0].title,
-            GROUPS[1].title,
-        ];
-        document
-            .sections
-            .retain(|section| keep.contains(&section.title.as_str()));
+        let [under_load, gravity, ..] = GROUPS.map(|group| group.title);
+        let keep = ["The claims", "What was found", MEANS, under_load, gravity];
+        let sections = &mut document.sections;
+        sections.retain(|section| keep.contains(&section.title.as_str()));
         document
     }
 
@@ -316,10 +294,9 @@ impl Claims {
                 .flat_map(Distribution::plots);
             plots.fold(Section::new(group.title, ""), Section::with)
         };
-        let sections = GROUPS.iter().map(section);
+        let mut sections: Vec<Section> = GROUPS.iter().map(section).collect();
+        sections.retain(|section| !section.blocks.is_empty());
         sections
-            .filter(|section| !section.blocks.is_empty())
-            .collect()
     }
 
     /// Means over published means, row by row.
@@ -398,13 +375,7 @@ impl Claims {
                     [height, 1.0 - self.figures.solid / height]
                 }),
             );
-        let colours = [
-            Colour::Blue,
-            Colour::Vermilion,
-            Colour::Green,
-            Colour::Purple,
-        ];
-        for (cloud, colour) in self.figures.plane.iter().zip(colours) {
+        for (cloud, colour) in self.figures.plane.iter().zip(COLOURS) {
             let beds = cloud.beds.iter().map(|[height, n]| Point::at(*height, *n));
             plot = plot.points(&cloud.definition, colour, beds);
         }
@@ -413,87 +384,76 @@ impl Claims {
 
     /// Variation, shape and correlation of many cells against their number.
     fn volumes(&self) -> Vec<Section> {
-        /// Name, title, vertical axis, of independent cells, of these.
-        type Kind = (
-            &'static str,
-            &'static str,
-            Axis,
-            fn(f64) -> f64,
-            fn(&Volume) -> Option<Interval>,
-        );
-        fn exact(of: f64) -> Interval {
-            Interval {
-                estimate: of,
-                low: of,
-                high: of,
-            }
-        }
-        let kinds: [Kind; 3] = [
-            (
+        let section =
+            |name: &str, title: &str, y: Axis, shown: Shown, independent: fn(f64) -> f64| {
+                let section = Section::new(title, "Line: independent exponential cells.");
+                section.with_all(Moment::BOTH.into_iter().filter_map(|moment| {
+                    let all = self.figures.volumes.iter();
+                    let series: Vec<&Volumes> =
+                        all.filter(|of| of.moment == moment.key()).collect();
+                    let cells = series.iter().flat_map(|of| &of.volumes);
+                    let most = cells.map(|one| one.cells).max()?;
+                    let name = format!("{name}-{}", moment.key());
+                    let caption = format!("{title}, {}", moment.words());
+                    let x = Axis::logarithmic("number of cells N");
+                    let counts = (0..=40).map(|index| (most as f64).powf(f64::from(index) / 40.0));
+                    let line = counts.map(|n| [n, independent(n)]);
+                    let plot = Plot::new(&name, caption, x, y.clone());
+                    let plot = plot.line("independent cells", Colour::Grey, line);
+                    let series = series.into_iter().zip(COLOURS);
+                    Some(series.fold(plot, |plot, (of, colour)| {
+                        let points = of.volumes.iter();
+                        let points = points.filter_map(|one| {
+                            let [value, low, high] = shown(one)?;
+                            Some(Point::at(one.cells as f64, value).between(low, high))
+                        });
+                        plot.points(&of.point, colour, points)
+                    }))
+                }))
+            };
+        let mut sections = vec![
+            section(
                 "variation-and-cells",
                 "Variation of many cells together",
                 Axis::logarithmic("coefficient of variation of ΣΣ_zz"),
+                |one| one.variation.map(ends),
                 |n| 1.0 / n.sqrt(),
-                |one| one.variation,
             ),
-            (
+            section(
                 "shape-and-cells",
                 "Gamma shape of many cells together, over their number",
                 Axis::logarithmic("gamma shape over N"),
+                |one| one.shape.map(ends),
                 |_| 1.0,
-                |one| one.shape,
             ),
-            (
+            section(
                 "correlation-and-cells",
                 "Mean correlation of two of the cells, (N CV_N²/CV_1² − 1)/(N − 1)",
                 Axis::linear("mean correlation of two cells"),
+                |one| one.correlation.map(|of| [of; 3]),
                 |_| 0.0,
-                |one| one.correlation.map(exact),
             ),
         ];
-        let colours = [Colour::Blue, Colour::Vermilion, Colour::Green];
-        let mut sections = Vec::new();
-        for (name, title, y, independent, shown) in kinds {
-            let mut section = Section::new(title, "Line: independent exponential cells.");
-            for moment in Moment::BOTH {
-                let all = self.figures.volumes.iter();
-                let series: Vec<&Volumes> = all.filter(|of| of.moment == moment.key()).collect();
-                let most = series
-                    .iter()
-                    .flat_map(|of| &of.volumes)
-                    .map(|one| one.cells)
-                    .max();
-                let Some(most) = most else { continue };
-                let mut plot = Plot::new(
-                    &format!("{name}-{}", moment.key()),
-                    format!("{title}, {}", moment.words()),
-                    Axis::logarithmic("number of cells N"),
-                    y.clone(),
-                );
-                let counts = (0..=40).map(|index| (most as f64).powf(f64::from(index) / 40.0));
-                let line = counts.map(|n| [n, independent(n)]);
-                plot = plot.line("independent cells", Colour::Grey, line);
-                for (of, colour) in series.iter().zip(colours) {
-                    let points = of.volumes.iter().filter_map(|one| {
-                        let value = shown(one)?;
-                        let point = Point::at(one.cells as f64, value.estimate);
-                        Some(point.between(value.low, value.high))
-                    });
-                    plot = plot.points(&of.point, colour, points);
-                }
-                section = section.with(plot);
-            }
-            if !section.blocks.is_empty() {
-                sections.push(section);
-            }
-        }
+        sections.retain(|section| !section.blocks.is_empty());
         sections
     }
 }
 
 const MEANS: &str = "Means against Table 4";
+const COLOURS: [Colour; 4] = [
+    Colour::Blue,
+    Colour::Vermilion,
+    Colour::Green,
+    Colour::Purple,
+];
 
-/// Limits in words.
+/// What is drawn of a volume, with the ends of its interval.
+type Shown = fn(&Volume) -> Option<[f64; 3]>;
+
+fn ends(of: Interval) -> [f64; 3] {
+    [of.estimate, of.low, of.high]
+}
+
 fn limits(of: Judged) -> String {
     let short = |value: f64| rounded(value, 4);
     match (of.low, of.high) {

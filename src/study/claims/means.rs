@@ -6,10 +6,10 @@ use crate::study::claims::sample::{Moment, Number, measured, stress};
 use crate::study::claims::{Claim, Row, Rule, Verdict, sample, verdict};
 use crate::study::realization::Ending;
 use evidence::distribution::Distribution;
-use evidence::goodness;
-use evidence::moments::mean;
+use evidence::moments::{mean, standard_deviation};
 use evidence::t_test::welch;
 use evidence::zeros::Parted;
+use evidence::{Interval, goodness};
 use grains::scene::Scene;
 
 /// The control points of the paper, as the scene names them.
@@ -19,6 +19,11 @@ const TENTH: f64 = 0.1;
 
 fn within_a_tenth(of: f64) -> [f64; 2] {
     [(1.0 - TENTH) * of, (1.0 + TENTH) * of]
+}
+
+/// Judged to be within a tenth of what is printed.
+fn near(what: String, published: f64, number: Number<'_>) -> Row {
+    Row::judged(what, within_a_tenth(published), number).against(published)
 }
 
 /// σ_zz at one point under the load.
@@ -33,25 +38,20 @@ pub fn at_point(members: &[Member], point: &str) -> Option<Claim> {
             .in_unit("Pa")
             .against(of.value)
     };
-    let under_load: Vec<f64> = members
-        .iter()
-        .filter_map(|member| {
-            let of = |moment: Moment| {
-                let key = format!("{}.stress.{point}.local_zz", moment.key());
-                member.measured.get(&key).copied()
-            };
-            Some(of(Moment::Loaded)? - of(Moment::Settled)?)
-        })
-        .collect();
+    let under_load = members.iter().filter_map(|member| {
+        let of = |moment: Moment| {
+            let key = format!("{}.stress.{point}.local_zz", moment.key());
+            member.measured.get(&key).copied()
+        };
+        Some(of(Moment::Loaded)? - of(Moment::Settled)?)
+    });
+    let under_load: Vec<f64> = under_load.collect();
+    let load = "the load's part: local mean less that under gravity";
+    let load = Row::shown(load, sample::mean(&under_load)).in_unit("Pa");
     let rows = vec![
         row("nearest grain, as in the paper", &grain),
         row("local mean, within two mean diameters", &local),
-        Row::shown(
-            "the load's part: local mean less that under gravity",
-            sample::mean(&under_load),
-        )
-        .in_unit("Pa")
-        .against(parts.load),
+        load.against(parts.load),
     ];
     let verdict = verdict(&rows, Rule::AnyReading);
     let percent = |row: &Row| 100.0 * (row.estimate() / of.value - 1.0);
@@ -83,18 +83,14 @@ pub fn gravity(members: &[Member]) -> Option<Claim> {
             let values = stress(members, Moment::Settled, point, what);
             let interval = sample::mean(&values);
             let name = format!("{point}: {words}");
-            let row = if what == "local_zz" {
-                Row::judged(name, within_a_tenth(weight), interval).in_unit("Pa")
-            } else {
-                Row::shown(name, interval).in_unit("Pa")
+            let row = match what {
+                "local_zz" => near(name, weight, interval),
+                _ => Row::shown(name, interval).against(weight),
             };
-            rows.push(row.against(weight));
+            rows.push(row.in_unit("Pa"));
         }
-        let local = &rows[rows.len() - 2];
-        ratios.push(format!(
-            "{point} {:+.0} %",
-            100.0 * (local.estimate() / weight - 1.0)
-        ));
+        let off = 100.0 * (rows[rows.len() - 2].estimate() / weight - 1.0);
+        ratios.push(format!("{point} {off:+.0} %"));
     }
     Some(Claim::of("gravity", "Table 4", "means")
         .says("Before loading the mean of σ_zz at O, A and B is the weight above, σ_g,zz = 2.3 kPa.")
@@ -110,17 +106,12 @@ pub fn extensive(members: &[Member]) -> Option<Claim> {
     for point in POINTS {
         let published = table_4(point)?.extensive;
         let values = stress(members, Moment::Loaded, point, "control_volume_zz");
-        let row = Row::judged(
-            format!("Σ^c_zz at {point}"),
-            within_a_tenth(published),
-            sample::mean(&values),
-        )
-        .in_unit("J");
-        rows.push(row.against(published));
+        let name = format!("Σ^c_zz at {point}");
+        rows.push(near(name, published, sample::mean(&values)).in_unit("J"));
     }
-    let off: Vec<String> = rows
-        .iter()
-        .filter_map(|row| Some(format!("{} {:.3} J", row.what, row.ours?.estimate)))
+    let off = rows.iter().filter(|row| row.ours.is_some());
+    let off: Vec<String> = off
+        .map(|row| format!("{} {:.3} J", row.what, row.estimate()))
         .collect();
     Some(Claim::of("extensive", "Table 4, section 5", "means")
         .says("E[Σ_zz] = V_c σ_zz: 0.34, 0.18 and 0.09 J at O, A and B for the control volume of side R.")
@@ -140,42 +131,25 @@ pub fn with_theorys_rate(members: &[Member]) -> Option<Claim> {
         let limit = published * 20f64.ln();
         let above = values.iter().filter(|value| **value > limit).count();
         let parted = Parted::of(&values);
-        let mut row = Row::judged(
-            format!("mean of Σ_zz over V_c σ_zz at {point}"),
-            within_a_tenth(1.0),
-            sample::mean(&values).over(published),
-        )
-        .against(1.0);
+        let over = sample::mean(&values).over(published);
+        let mut row = near(format!("mean of Σ_zz over V_c σ_zz at {point}"), 1.0, over);
         if let Some(fit) = goodness::known(&law, &parted.others, super::shapes::SAMPLES) {
-            row = row.with_fit(
-                "grains that bear load: exponential with the theory's rate (Kolmogorov's D, exact)",
-                &fit,
-            );
+            let test =
+                "grains that bear load: exponential with the theory's rate (Kolmogorov's D, exact)";
+            row = row.with_fit(test, &fit);
         }
-        rows.push(row);
-        rows.push(
-            Row::judged(
-                format!("variation of Σ_zz of grains that bear load at {point}"),
-                within_a_tenth(1.0),
-                sample::variation(&parted.others),
-            )
-            .against(1.0),
-        );
-        rows.push(
-            Row::shown(
-                format!("share above the theory's 95 % value at {point}"),
-                sample::share(above, values.len()),
-            )
-            .against(0.05),
-        );
-        rows.push(Row::shown(
-            format!("share of grains that bear nothing at {point}"),
-            sample::zeros(&parted),
-        ));
-        shares.push(format!(
-            "{point} {:.1} %",
-            100.0 * above as f64 / values.len() as f64
-        ));
+        let name = |what: &str| format!("{what} at {point}");
+        let variation = name("variation of Σ_zz of grains that bear load");
+        let beyond = name("share above the theory's 95 % value");
+        let nothing = name("share of grains that bear nothing");
+        rows.extend([
+            row,
+            near(variation, 1.0, sample::variation(&parted.others)),
+            Row::shown(beyond, sample::share(above, values.len())).against(0.05),
+            Row::shown(nothing, sample::zeros(&parted)),
+        ]);
+        let percent = 100.0 * above as f64 / values.len() as f64;
+        shares.push(format!("{point} {percent:.1} %"));
     }
     Some(Claim::of("exponential.theory", "Eq. 7, section 5", "figure5")
         .says("Σ_zz ~ Exp(1/(V_c σ_zz)) with σ_zz of Table 4 gives interval estimates of the stress at a point.")
@@ -201,20 +175,15 @@ fn definitions(members: &[Member], of: &Published, keys: &[(&str, &str)]) -> Vec
 }
 
 fn which_hold(rows: &[Row]) -> String {
-    let names: Vec<&str> = rows
-        .iter()
-        .filter(|row| row.holds())
-        .map(|row| row.what.as_str())
-        .collect();
-    if names.is_empty() {
-        "none".to_owned()
-    } else {
-        names.join("; ")
-    }
+    let names = rows.iter().filter(|row| row.holds());
+    or_none(names.map(|row| row.what.clone()).collect())
 }
 
-fn spread(members: &[Member], key: &str) -> f64 {
-    evidence::moments::standard_deviation(&measured(members, key))
+fn or_none(names: Vec<String>) -> String {
+    match names.as_slice() {
+        [] => "none".to_owned(),
+        names => names.join("; "),
+    }
 }
 
 /// H = 0.46 ± 0.01 m.
@@ -226,7 +195,7 @@ pub fn height(members: &[Member]) -> Option<Claim> {
         .found(format!(
             "Mean height within the printed ± 0.01 m by: {}; from bed to bed it varies by {:.4} m.",
             which_hold(&rows),
-            spread(members, HEIGHTS[0].0)
+            standard_deviation(&measured(members, HEIGHTS[0].0))
         ))
         .decided_by("Mean over settled members within the printed ± 0.01 m. The paper does not say how a height is \
                      taken, so each definition is a reading.")
@@ -252,26 +221,18 @@ pub fn both(scene: &Scene, members: &[Member]) -> Option<Claim> {
     let mut rows = Vec::new();
     let mut mixed = Vec::new();
     for (index, (height_key, height_words)) in HEIGHTS.iter().enumerate() {
-        let pairs: Vec<f64> = members
-            .iter()
-            .filter_map(|member| {
-                let of = |key: &str| member.measured.get(key).copied();
-                let both =
-                    inside(height, of(height_key)?) && inside(porosity, of(POROSITIES[index].0)?);
-                Some(f64::from(u8::from(both)))
-            })
-            .collect();
-        rows.push(Row::judged(
-            format!("share of beds with both, {height_words} for both"),
-            [0.5, 1.0],
-            sample::share_of(&pairs, |both| both > 0.5),
-        ));
+        let beds = members.iter().filter_map(|member| {
+            let of = |key: &str| member.measured.get(key).copied();
+            Some(inside(height, of(height_key)?) && inside(porosity, of(POROSITIES[index].0)?))
+        });
+        let beds: Vec<bool> = beds.collect();
+        let hits = beds.iter().filter(|both| **both).count();
+        let share = sample::share(hits, beds.len());
+        let what = format!("share of beds with both, {height_words} for both");
+        rows.push(Row::judged(what, [0.5, 1.0], share));
+        let mean_of = |key: &str| mean(&measured(members, key));
         for (porosity_key, porosity_words) in POROSITIES {
-            let (of_height, of_porosity) = (
-                mean(&measured(members, height_key)),
-                mean(&measured(members, porosity_key)),
-            );
-            if inside(height, of_height) && inside(porosity, of_porosity) {
+            if inside(height, mean_of(height_key)) && inside(porosity, mean_of(porosity_key)) {
                 mixed.push(format!("{height_words} with porosity {porosity_words}"));
             }
         }
@@ -291,7 +252,7 @@ pub fn both(scene: &Scene, members: &[Member]) -> Option<Claim> {
             height.value,
             porosity.value,
             solid / (1.0 - porosity.value),
-            if mixed.is_empty() { "none".to_owned() } else { mixed.join("; ") }
+            or_none(mixed)
         ))
         .decided_by("With one definition for both, half of the beds or more within both printed ± 0.01; a mean height and \
                      a mean porosity of different definitions count as a reading.")
@@ -308,14 +269,9 @@ pub fn solid(scene: &Scene) -> f64 {
 
 /// Every experiment ends with the force 2ap: which members are left out of what follows.
 pub fn reached(members: &[Member]) -> Claim {
-    let is = |wanted: fn(&Ending) -> bool| {
-        members
-            .iter()
-            .filter(|member| wanted(&member.ending))
-            .count()
-    };
-    let reached = is(|ending| *ending == Ending::Reached);
-    let missed = is(|ending| *ending == Ending::TargetLoadNotReached);
+    let ended = |wanted| members.iter().filter(|of| of.ending == wanted).count();
+    let reached = ended(Ending::Reached);
+    let missed = ended(Ending::TargetLoadNotReached);
     let others = members.len() - reached - missed;
     let share = |hits: usize| sample::share(hits, members.len());
     let mut rows = vec![
@@ -328,23 +284,17 @@ pub fn reached(members: &[Member]) -> Claim {
         Verdict::DoesNotHold => Verdict::CannotBeDecided,
         other => other,
     });
-    let left_out = if missed == 0 {
-        "no mean under load is biased by them".to_owned()
-    } else {
-        let of = &rows[3..];
-        let shifts: Vec<String> = of
-            .iter()
-            .map(|row| format!("{} {:+.1} %", row.what, 100.0 * row.estimate()))
-            .collect();
-        if shifts.is_empty() {
+    let shift = |row: &Row| format!("{} {:+.1} %", row.what, 100.0 * row.estimate());
+    let left_out = match &rows[3..] {
+        _ if missed == 0 => "no mean under load is biased by them".to_owned(),
+        [] => {
             "means under load leave them out; they are too few to say what that does to other means"
                 .to_owned()
-        } else {
-            format!(
-                "means under load leave them out, and the members kept differ before loading from all settled ones by: {}",
-                shifts.join(", ")
-            )
         }
+        shifts => format!(
+            "means under load leave them out, and the members kept differ before loading from all settled ones by: {}",
+            shifts.iter().map(shift).collect::<Vec<_>>().join(", ")
+        ),
     };
     Claim::of("reached", "section 3.2.2", "means")
         .says("In each of about one thousand experiments the punch is moved until its force equals 2ap.")
@@ -362,14 +312,10 @@ pub fn reached(members: &[Member]) -> Claim {
 
 /// What leaving out members without the force does to means that all settled members have: (kept − all)/all.
 fn bias(members: &[Member]) -> Vec<Row> {
-    let split = |key: &str| {
-        let of = |wanted: Ending| -> Vec<f64> {
-            let kept = members.iter().filter(|member| member.ending == wanted);
-            kept.filter_map(|member| member.measured.get(key))
-                .copied()
-                .collect()
-        };
-        (of(Ending::Reached), of(Ending::TargetLoadNotReached))
+    let ended = |wanted: Ending, key: &str| -> Vec<f64> {
+        let own = members.iter().filter(|member| member.ending == wanted);
+        own.filter_map(|member| member.measured.get(key).copied())
+            .collect()
     };
     let quantities = [
         ("settled.height.mean_surface", "height"),
@@ -377,29 +323,25 @@ fn bias(members: &[Member]) -> Vec<Row> {
         ("settled.stress.O.local_zz", "local mean stress at O"),
     ];
     let row = |(key, words): (&str, &str)| {
-        let (kept, dropped) = split(key);
-        let all = [kept.clone(), dropped.clone()].concat();
-        let share = dropped.len() as f64 / all.len() as f64;
-        let scale = mean(&all);
+        let kept = ended(Ending::Reached, key);
+        let dropped = ended(Ending::TargetLoadNotReached, key);
+        let all = [&kept[..], &dropped].concat();
         let compared = welch(&dropped, &kept)?;
-        let times = share / scale;
+        let share = dropped.len() as f64 / all.len() as f64;
+        let times = share / mean(&all);
         let of = compared.difference;
+        let [estimate, low, high] = [of.estimate, of.low, of.high].map(|of| of * times);
+        let bias = Interval {
+            estimate,
+            low,
+            high,
+        };
         let row = Row::shown(
             format!("bias of {words}"),
-            Number::new(all.len(), |_| {
-                Some(evidence::Interval {
-                    estimate: of.estimate * times,
-                    low: of.low * times,
-                    high: of.high * times,
-                })
-            }),
+            Number::new(all.len(), |_| Some(bias)),
         );
-        let t = of.estimate / compared.error;
-        Some(row.with(
-            "kept members and those without the force have the same mean (Welch)",
-            t,
-            compared.p,
-        ))
+        let test = "kept members and those without the force have the same mean (Welch)";
+        Some(row.with(test, of.estimate / compared.error, compared.p))
     };
     quantities.into_iter().filter_map(row).collect()
 }

@@ -19,7 +19,6 @@ pub enum Moment {
 }
 
 impl Moment {
-    /// Both.
     pub const BOTH: [Moment; 2] = [Moment::Loaded, Moment::Settled];
 
     /// As in keys of measured quantities.
@@ -86,13 +85,11 @@ pub fn together(members: &[Member], moment: Moment, point: &str, grains: usize) 
 
 /// A number over packings: its interval at any level.
 pub struct Number<'a> {
-    /// How many.
     pub packings: usize,
     of: Box<dyn Fn(f64) -> Option<Interval> + 'a>,
 }
 
 impl<'a> Number<'a> {
-    /// Of so many packings.
     pub fn new(packings: usize, of: impl Fn(f64) -> Option<Interval> + 'a) -> Self {
         Number {
             packings,
@@ -100,7 +97,6 @@ impl<'a> Number<'a> {
         }
     }
 
-    /// Its interval at this level.
     pub fn at(&self, level: f64) -> Option<Interval> {
         (self.of)(level)
     }
@@ -135,12 +131,6 @@ pub fn share(hits: usize, packings: usize) -> Number<'static> {
     Number::new(packings, move |level| {
         proportion::wilson(hits, packings, level)
     })
-}
-
-/// Share for which something holds.
-pub fn share_of(values: &[f64], holds: impl Fn(f64) -> bool) -> Number<'static> {
-    let hits = values.iter().filter(|value| holds(**value)).count();
-    share(hits, values.len())
 }
 
 /// Shape of the gamma or Weibull law with its deviance interval. That one is of 95 %; other levels have the ends

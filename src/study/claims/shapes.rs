@@ -29,66 +29,39 @@ const DECIDED_BY: &str = "Of grains that bear load: coefficient of variation wit
 fn rows_of(name: &str, values: &[f64]) -> Vec<Row> {
     let parted = Parted::of(values);
     let values = &parted.others;
-    let mut variation = Row::judged(
-        format!("{name} of grains that bear load: coefficient of variation"),
-        VARIATION,
-        sample::variation(values),
-    )
-    .against(1.0);
+    let name_of = |what: &str| format!("{name} of grains that bear load: {what}");
+    let variation = name_of("coefficient of variation");
+    let mut variation = Row::judged(variation, VARIATION, sample::variation(values)).against(1.0);
     if let Some(fit) = goodness::fitted(Family::Exponential, values, SAMPLES) {
-        variation = variation.with_fit(
-            "exponential with the fitted mean (Lilliefors' D, drawn samples)",
-            &fit,
-        );
+        let test = "exponential with the fitted mean (Lilliefors' D, drawn samples)";
+        variation = variation.with_fit(test, &fit);
     }
-    let mut shape = Row::judged(
-        format!("{name} of grains that bear load: gamma shape"),
-        SHAPE,
-        sample::law_shape(Family::Gamma, values),
-    )
-    .against(1.0);
+    let of_law = |family| sample::law_shape(family, values);
+    let mut shape = Row::judged(name_of("gamma shape"), SHAPE, of_law(Family::Gamma)).against(1.0);
     if let Some(found) = against_exponential(Family::Gamma, values) {
         shape = shape.with("shape 1 (likelihood ratio, χ²₁)", found.ratio, found.p);
     }
     if let Some(fit) = goodness::fitted(Family::Gamma, values, SAMPLES) {
-        shape = shape.with(
-            "gamma with the fitted shape (A², drawn samples)",
-            fit.distances.anderson_darling,
-            fit.anderson_darling_p,
-        );
+        let test = "gamma with the fitted shape (A², drawn samples)";
+        shape = shape.with(test, fit.distances.anderson_darling, fit.anderson_darling_p);
     }
     if let Some(between) = not_nested(Family::Gamma, Family::Weibull, values) {
-        shape = shape.with(
-            "gamma and Weibull equally far from the truth (Vuong's z; positive: gamma nearer)",
-            between.z,
-            between.p,
-        );
+        let test =
+            "gamma and Weibull equally far from the truth (Vuong's z; positive: gamma nearer)";
+        shape = shape.with(test, between.z, between.p);
     }
+    let above = |(multiple, share): (f64, f64)| {
+        let number = Number::new(values.len(), move |level| {
+            proportion::above_multiple_of_mean(values, multiple, level)
+        });
+        let what = name_of(&format!("share above {multiple:.0} of their means"));
+        Row::shown(what, number).against(share)
+    };
+    let nothing = format!("{name}: share of grains that bear nothing");
     let mut rows = vec![variation, shape];
-    for (multiple, share) in ABOVE {
-        rows.push(
-            Row::shown(
-                format!(
-                    "{name} of grains that bear load: share above {multiple:.0} of their means"
-                ),
-                Number::new(values.len(), |level| {
-                    proportion::above_multiple_of_mean(values, multiple, level)
-                }),
-            )
-            .against(share),
-        );
-    }
-    rows.push(
-        Row::shown(
-            format!("{name} of grains that bear load: Weibull shape"),
-            sample::law_shape(Family::Weibull, values),
-        )
-        .against(1.0),
-    );
-    rows.push(Row::shown(
-        format!("{name}: share of grains that bear nothing"),
-        sample::zeros(&parted),
-    ));
+    rows.extend(ABOVE.map(above));
+    rows.push(Row::shown(name_of("Weibull shape"), of_law(Family::Weibull)).against(1.0));
+    rows.push(Row::shown(nothing, sample::zeros(&parted)));
     rows
 }
 
@@ -131,36 +104,19 @@ pub fn at_point(members: &[Member], point: &str) -> Claim {
 
 /// The same for settled beds, where no load stands near: what the theory says of gravity alone.
 pub fn settled(members: &[Member]) -> Claim {
-    several(
-        members,
-        "exponential.gravity",
-        "section 3.3",
-        "The exponential law holds for any class of packings: also for Σ_zz under gravity alone.",
-        Moment::Settled,
-        "grain_zz",
-    )
+    let says =
+        "The exponential law holds for any class of packings: also for Σ_zz under gravity alone.";
+    let claim = Claim::of("exponential.gravity", "section 3.3", "figure5.gravity").says(says);
+    several(claim, members, Moment::Settled, "grain_zz")
 }
 
-/// The horizontal component.
 pub fn horizontal(members: &[Member]) -> Claim {
-    several(
-        members,
-        "exponential.xx",
-        "section 3.3",
-        "The exponential law also applies for the horizontal stress, with a different mean.",
-        Moment::Loaded,
-        "grain_xx",
-    )
+    let says = "The exponential law also applies for the horizontal stress, with a different mean.";
+    let claim = Claim::of("exponential.xx", "section 3.3", "figure5.xx").says(says);
+    several(claim, members, Moment::Loaded, "grain_xx")
 }
 
-fn several(
-    members: &[Member],
-    id: &'static str,
-    place: &'static str,
-    statement: &str,
-    moment: Moment,
-    what: &str,
-) -> Claim {
+fn several(claim: Claim, members: &[Member], moment: Moment, what: &str) -> Claim {
     let mut rows = Vec::new();
     let mut found = Vec::new();
     for point in POINTS {
@@ -169,39 +125,23 @@ fn several(
         found.push(format!("{point} {shape:.2}; {}", nothing(&of_point)));
         rows.extend(of_point);
     }
-    Claim::of(
-        id,
-        place,
-        match moment {
-            Moment::Settled => "figure5.gravity",
-            Moment::Loaded => "figure5.xx",
-        },
-    )
-    .says(statement)
-    .found(format!(
-        "Gamma shapes of grains that bear load, instead of 1: {}",
-        found.join(" ")
-    ))
-    .decided_by(format!("At every point: {DECIDED_BY}"))
-    .by(Rule::All, rows)
+    claim
+        .found(format!(
+            "Gamma shapes of grains that bear load, instead of 1: {}",
+            found.join(" ")
+        ))
+        .decided_by(format!("At every point: {DECIDED_BY}"))
+        .by(Rule::All, rows)
 }
 
 /// Whether all of Figure 5 is one verdict: the paper's conclusion.
 pub fn conclusion(claims: &[Claim]) -> Claim {
-    let of: Vec<&Claim> = claims
-        .iter()
-        .filter(|claim| {
-            [
-                "exponential.O",
-                "exponential.A",
-                "exponential.B",
-                "mean.O",
-                "mean.A",
-                "mean.B",
-            ]
-            .contains(&claim.id.as_ref())
-        })
-        .collect();
+    let kinds = ["exponential", "mean"];
+    let wanted = |claim: &&Claim| {
+        let parts = claim.id.split_once('.');
+        parts.is_some_and(|(kind, point)| kinds.contains(&kind) && POINTS.contains(&point))
+    };
+    let of: Vec<&Claim> = claims.iter().filter(wanted).collect();
     let verdicts: Vec<Option<Verdict>> = of.iter().map(|claim| claim.verdict).collect();
     let any = |wanted: Verdict| verdicts.contains(&Some(wanted));
     let verdict = if any(Verdict::DoesNotHold) {
@@ -213,10 +153,8 @@ pub fn conclusion(claims: &[Claim]) -> Claim {
     } else {
         Some(Verdict::Holds)
     };
-    let said: Vec<String> = of
-        .iter()
-        .map(|claim| format!("{} {}", claim.id, claim.word()))
-        .collect();
+    let said = of.iter();
+    let said: Vec<String> = said.map(|of| format!("{} {}", of.id, of.word())).collect();
     Claim::of("conclusion", "sections 5 and 6", "figure5")
         .says("The mean stress over the realizations is the continuum's, and its distribution is exponential.")
         .found(format!("{}.", said.join("; ")))
@@ -224,14 +162,14 @@ pub fn conclusion(claims: &[Claim]) -> Claim {
         .with(verdict, Vec::new())
 }
 
-/// Positive only.
 pub fn positive_only(members: &[Member]) -> Claim {
     let mut rows = Vec::new();
     for moment in Moment::BOTH {
         for point in POINTS {
             let values = stress(members, moment, point, "grain_zz");
             let name = |what: &str| format!("{point}, {}: share {what}", moment.words());
-            let negative = sample::share_of(&values, |value| value < 0.0);
+            let negative = values.iter().filter(|value| **value < 0.0).count();
+            let negative = sample::share(negative, values.len());
             // None of n has an upper end of about 2.7/n: 300 packings can show that one in a hundred is not reached.
             rows.push(Row::judged(name("below zero"), [0.0, 0.01], negative).against(0.0));
             let parted = Parted::of(&values);
@@ -244,27 +182,16 @@ pub fn positive_only(members: &[Member]) -> Claim {
         "share of all grains of a settled bed that rattle",
         sample::mean(&rattlers),
     ));
-    let negative: f64 = rows
-        .iter()
-        .step_by(2)
-        .take(6)
-        .map(Row::estimate)
-        .fold(0.0, f64::max);
-    let zeros: Vec<f64> = rows
-        .iter()
-        .skip(1)
-        .step_by(2)
-        .take(6)
-        .map(Row::estimate)
-        .collect();
+    let every_second = |from: usize| rows.iter().skip(from).step_by(2).take(6).map(Row::estimate);
+    let most = |from: usize| every_second(from).fold(0.0, f64::max);
     Claim::of("positive", "section 3.3", "figure5")
         .says("Particles may take any positive value of the extensive stress; negative ones are impossible.")
         .found(format!(
             "At most {:.1} % at any point are negative; {:.1} % to {:.1} % of the grains at the points carry nothing at all, which a \
              continuous law has no place for.",
-            100.0 * negative,
-            100.0 * zeros.iter().copied().fold(f64::INFINITY, f64::min),
-            100.0 * zeros.iter().copied().fold(0.0, f64::max),
+            100.0 * most(0),
+            100.0 * every_second(1).fold(f64::INFINITY, f64::min),
+            100.0 * most(1),
         ))
         .decided_by("At most one in a hundred below zero at each point.")
         .by(Rule::All, rows)
@@ -287,32 +214,27 @@ pub fn laplace(members: &[Member]) -> Claim {
     for point in POINTS {
         let parted = Parted::of(&stress(members, Moment::Loaded, point, "grain_xz"));
         let values = &parted.others;
-        let mut row = Row::judged(
-            format!("{point}: mean absolute over standard deviation of grains that bear load"),
-            [laplace - half_way, laplace + half_way],
-            Number::new(values.len(), |level| {
-                bootstrap::of_values(values, level, peakedness)
-            }),
-        )
-        .against(laplace);
+        let name = |what: &str| format!("{point}: {what}");
+        let what = name("mean absolute over standard deviation of grains that bear load");
+        let limits = [laplace - half_way, laplace + half_way];
+        let number = Number::new(values.len(), |level| {
+            bootstrap::of_values(values, level, peakedness)
+        });
+        let mut row = Row::judged(what, limits, number).against(laplace);
         if let Some(fit) = goodness::fitted(Family::Laplace, values, SAMPLES) {
-            row = row.with_fit(
-                "Laplace with fitted location and scale (D, drawn samples)",
-                &fit,
-            );
+            let test = "Laplace with fitted location and scale (D, drawn samples)";
+            row = row.with_fit(test, &fit);
             if let Distribution::Laplace { scale, .. } = fit.law {
-                found.push(format!(
-                    "{point} {:.3} (scale {scale:.0} Pa)",
-                    row.estimate()
-                ));
+                let estimate = row.estimate();
+                found.push(format!("{point} {estimate:.3} (scale {scale:.0} Pa)"));
             }
         }
-        rows.push(row);
-        rows.push(Row::shown(format!("{point}: mean of them"), sample::mean(values)).in_unit("Pa"));
-        rows.push(Row::shown(
-            format!("{point}: share of grains that bear nothing"),
-            sample::zeros(&parted),
-        ));
+        let nothing = name("share of grains that bear nothing");
+        rows.extend([
+            row,
+            Row::shown(name("mean of them"), sample::mean(values)).in_unit("Pa"),
+            Row::shown(nothing, sample::zeros(&parted)),
+        ]);
     }
     Claim::of("laplace", "section 3.3 and the same theory elsewhere", "shear")
         .says("Shear components can be positive or negative and do not follow an exponential; the theory gives them a \

@@ -106,11 +106,9 @@ pub struct Level {
 pub struct Curve {
     /// Of the penetration test.
     pub name: String,
-    /// What the punch does.
     pub kind: Kind,
     /// m/s.
     pub speed: f64,
-    /// Damping number.
     pub alpha: f64,
     /// Friction angle between grains, rad.
     pub friction: f64,
@@ -120,7 +118,6 @@ pub struct Curve {
     pub reached: usize,
     /// Mean depth at the force, of a standing punch, m.
     pub depth: Option<Interval>,
-    /// In order.
     pub levels: Vec<Level>,
 }
 
@@ -144,7 +141,6 @@ pub struct AtRest {
 /// The section of the record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Bearing {
-    /// The bed.
     pub soil: Soil,
     /// Depth of the bed, m.
     pub height: f64,
@@ -162,7 +158,6 @@ pub struct Bearing {
     pub impedance: f64,
     /// The speed at which inertia alone gives the load, m/s.
     pub speed_of_impact: f64,
-    /// Extrapolated to speed zero, window by window.
     pub at_rest: Vec<AtRest>,
     /// Punches that go on.
     pub through: Vec<Curve>,
@@ -185,14 +180,9 @@ pub fn bearing(
     let wanted = base.loading.pressure;
     let angle = FRICTIONLESS_ANGLE;
     let depth = base.control_points.first().map_or(0.0, |point| point.depth);
-    let all: Vec<Curve> = penetrations
-        .iter()
-        .map(|push| curve(push, watched))
-        .collect();
     let impedance = impedance(base, porosity);
-    let (through, standing) = all
-        .into_iter()
-        .partition(|curve| curve.kind == Kind::Through);
+    let all = penetrations.iter().map(|push| curve(push, watched));
+    let (through, standing) = all.partition(|curve| curve.kind == Kind::Through);
     Bearing {
         soil,
         height,
@@ -217,19 +207,16 @@ fn of_penetration<'a>(of: &Penetration, watched: &'a [Watched]) -> Vec<&'a Watch
 
 fn curve(push: &Penetration, watched: &[Watched]) -> Curve {
     let own = of_penetration(push, watched);
-    let mut starts: Vec<[f64; 2]> = own
-        .iter()
-        .flat_map(|of| of.windows.iter().map(|window| [window.from, window.to]))
-        .collect();
+    let windows = || own.iter().flat_map(|of| &of.windows);
+    let mut starts: Vec<[f64; 2]> = windows().map(|of| [of.from, of.to]).collect();
     starts.sort_by(|a, b| a[0].total_cmp(&b[0]));
     starts.dedup();
     let depths: Vec<f64> = own.iter().filter_map(|of| of.depth).collect();
     let levels = starts.into_iter().map(|[from, to]| {
-        let windows = own
-            .iter()
-            .flat_map(|of| &of.windows)
-            .filter(|of| of.from == from);
-        let of = |figure: fn(&Window) -> f64| -> Vec<f64> { windows.clone().map(figure).collect() };
+        let of = |figure: fn(&Window) -> f64| -> Vec<f64> {
+            let own = windows().filter(|of| of.from == from);
+            own.map(figure).collect()
+        };
         let pressures = of(|window| window.pressure);
         Level {
             at: 0.5 * (from + to),

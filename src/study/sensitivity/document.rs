@@ -6,6 +6,7 @@ use super::plan::{AXES, COMBINED, FRICTION, SPEED_AND_DAMPING};
 use super::{Figure, Point, Sensitivity};
 use crate::checks::Outcome;
 use crate::document::{Axis, Colour, Document, Mark, Plot, Section, Table, plot};
+use crate::study::figures::in_row;
 use evidence::Interval;
 
 /// Pressures below this are as good as none, kPa.
@@ -42,7 +43,6 @@ fn class(judged: &Judged) -> usize {
 }
 
 impl Sensitivity {
-    /// For people.
     pub fn document(&self) -> Document {
         Document {
             title: "What the published figures depend on".to_owned(),
@@ -157,11 +157,9 @@ impl Sensitivity {
                 axis => format!("{axis}: {}", setting.name),
             }
         });
-        let names: Vec<String> = names.collect();
-        if names.is_empty() {
-            "none".to_owned()
-        } else {
-            names.join("; ")
+        match names.collect::<Vec<String>>().as_slice() {
+            [] => "none".to_owned(),
+            names => names.join("; "),
         }
     }
 
@@ -190,19 +188,13 @@ impl Sensitivity {
     fn one_at_a_time(&self) -> Section {
         let words = "Ours over published with 95 % intervals; shaded: what counts as the same. Hollow: fewer than 90 % of the \
                      punches got the force; how many did stands beside the name. What lies beyond the panel stands at its edge.";
-        let points: Vec<&Point> = AXES
-            .iter()
-            .filter(|(axis, _)| *axis != SPEED_AND_DAMPING)
-            .flat_map(|(axis, _)| self.of_axis(axis))
-            .collect();
-        let section = Section::new("One choice at a time", words);
-        if points.is_empty() {
-            return section;
-        }
+        let axes = AXES.iter().map(|(axis, _)| *axis);
+        let axes = axes.filter(|axis| *axis != SPEED_AND_DAMPING);
+        let points: Vec<&Point> = axes.flat_map(|axis| self.of_axis(axis)).collect();
         let figures = self.figures.iter().enumerate();
-        figures.fold(section, |section, (index, figure)| {
-            section.with(column(&points, index, figure))
-        })
+        let figures = figures.filter(|_| !points.is_empty());
+        Section::new("One choice at a time", words)
+            .with_all(figures.map(|(index, figure)| column(&points, index, figure)))
     }
 
     fn at_rest(&self) -> Section {
@@ -229,20 +221,15 @@ impl Sensitivity {
             soil.unit_weight,
             1.0e-3 * impedance,
         );
-        let section = Section::new("Can the bed bear the load at rest?", words);
-        let section = if self.bearing.through.is_empty() {
-            section
-        } else {
-            section
-                .with(self.bearing.through_plot())
-                .with(self.bearing.rest_table())
-        };
-        if self.bearing.standing.is_empty() {
-            return section;
+        let mut section = Section::new("Can the bed bear the load at rest?", words);
+        let of = &self.bearing;
+        if !of.through.is_empty() {
+            section = section.with(of.through_plot()).with(of.rest_table());
+        }
+        if !of.standing.is_empty() {
+            section = section.with(of.standing_plot()).with(of.standing_table());
         }
         section
-            .with(self.bearing.standing_plot())
-            .with(self.bearing.standing_table())
     }
 
     fn every_setting(&self) -> Section {
@@ -343,14 +330,8 @@ fn column(points: &[&Point], index: usize, figure: &Figure) -> Plot {
         let judged = &point.figures[index];
         let Some(value) = judged.value else { continue };
         let ours = value.over(figure.value);
-        let within = |of: f64| of.clamp(low, high);
-        let shown = plot::Point::at(within(ours.estimate), row as f64);
-        let shown = shown.between(within(ours.low), within(ours.high));
-        let shown = match (low..=high).contains(&ours.estimate) {
-            true => shown,
-            false => shown.labelled(format!("{:.2}", ours.estimate)),
-        };
         let (filled, hollow) = &mut classes[class(judged)];
+        let shown = in_row(&ours, row, [low, high], 2);
         if judged.conditional { hollow } else { filled }.push(shown);
     }
     with_classes(plot, classes)
@@ -414,53 +395,40 @@ impl Bearing {
             .column("angle that bears it, degrees", |row| row.angle);
         let pressure = |curve: &Curve, depth: f64| {
             let mut levels = curve.levels.iter();
-            levels
-                .find(|level| (level.at - depth).abs() < 1.0e-9)?
-                .pressure
+            let level = levels.find(|level| (level.at - depth).abs() < 1.0e-9)?;
+            kilopascal(level.pressure)
         };
-        let at_speed = |curve: &Curve| format!("at {} m/s, kPa", curve.speed);
-        self.like_base()
-            .fold(table, |table, curve| {
-                table.column(&at_speed(curve), |row| {
-                    kilopascal(pressure(curve, row.depth))
-                })
-            })
-            .into()
+        let table = self.like_base().fold(table, |table, curve| {
+            let heading = format!("at {} m/s, kPa", curve.speed);
+            table.column(&heading, |row| pressure(curve, row.depth))
+        });
+        table.into()
     }
 
     fn standing_table(&self) -> Table {
         let curves = self.standing.iter();
         let levels = curves.flat_map(|curve| curve.levels.iter().map(move |level| (curve, level)));
-        Table::of(
-            "relaxation",
-            "Punches that stop when the force is reached",
-            levels,
-        )
-        .column("punch", |(curve, _)| &curve.name)
-        .column("got the force", |(curve, _)| curve.reached)
-        .column("of", |(curve, _)| curve.clouds)
-        .column("depth at the force, m", |(curve, _)| curve.depth)
-        .column("time after the stop, s", |(_, level)| level.at)
-        .column("on the punch, kPa", |(_, level)| kilopascal(level.pressure))
-        .column(
-            "more on the floor over the punch's width, kPa",
-            |(_, level)| kilopascal(level.on_floor),
-        )
-        .into()
+        let title = "Punches that stop when the force is reached";
+        let on_floor = "more on the floor over the punch's width, kPa";
+        Table::of("relaxation", title, levels)
+            .column("punch", |(curve, _)| &curve.name)
+            .column("got the force", |(curve, _)| curve.reached)
+            .column("of", |(curve, _)| curve.clouds)
+            .column("depth at the force, m", |(curve, _)| curve.depth)
+            .column("time after the stop, s", |(_, level)| level.at)
+            .column("on the punch, kPa", |(_, level)| kilopascal(level.pressure))
+            .column(on_floor, |(_, level)| kilopascal(level.on_floor))
+            .into()
     }
 }
 
 fn with_curve(plot: Plot, curve: &Curve, name: &str, colour: Colour) -> Plot {
-    let points: Vec<plot::Point> = curve
-        .levels
-        .iter()
-        .filter_map(|level| {
-            let pressure = kilopascal(level.pressure)?;
-            let [middle, low, high] = [pressure.estimate, pressure.low, pressure.high];
-            let [middle, low, high] = [middle, low, high].map(|of| of.max(FAINT));
-            Some(plot::Point::at(level.at, middle).between(low, high))
-        })
-        .collect();
+    let points = curve.levels.iter().filter_map(|level| {
+        let of = kilopascal(level.pressure)?;
+        let [middle, low, high] = [of.estimate, of.low, of.high].map(|of| of.max(FAINT));
+        Some(plot::Point::at(level.at, middle).between(low, high))
+    });
+    let points: Vec<plot::Point> = points.collect();
     plot.line(name, colour, points.iter().map(|of| [of.x, of.y]))
         .points("", colour, points)
 }

@@ -35,7 +35,6 @@ pub enum Verdict {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Judged {
-    /// Id of the published figure.
     pub id: String,
     /// Packings that gave the quantity, of a shape those whose grain bears load.
     pub packings: usize,
@@ -61,17 +60,10 @@ pub fn judge(figure: &Published, rows: &[&Member], base: &[&Member], level: f64)
     let zeros = parted.as_ref().and_then(|of| of.share_of_zeros(LEVEL));
     let values = parted.map_or(values, |of| of.others);
     let fewest = FEWEST[usize::from(figure.of != Of::Mean)];
-    let at = |level: f64| {
-        let enough = values.len() >= fewest;
-        enough
-            .then(|| interval(figure.of, &values, level))
-            .flatten()
-    };
+    let enough = Some(&values).filter(|values| values.len() >= fewest);
+    let at = |level: f64| interval(figure.of, enough?, level);
     let found = at(LEVEL);
-    let (low, high) = (
-        figure.value - figure.tolerance,
-        figure.value + figure.tolerance,
-    );
+    let [low, high] = figure.limits();
     let near = found.is_some_and(|of| low <= of.estimate && of.estimate <= high);
     Judged {
         id: figure.id.to_owned(),
@@ -87,7 +79,6 @@ pub fn judge(figure: &Published, rows: &[&Member], base: &[&Member], level: f64)
     }
 }
 
-/// The interval against the ends of what counts as the published figure.
 pub fn verdict(found: Option<Interval>, low: f64, high: f64) -> Verdict {
     match found {
         None => Verdict::Skipped,

@@ -13,7 +13,6 @@ use grains::scene::Scene;
 use grains::tables::{BodyIds, Contact, Snapshot, Stage, StopReason};
 use grains::task::{Observer, Task};
 
-/// What the punch does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -27,9 +26,7 @@ pub enum Kind {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Penetration {
-    /// For people.
     pub name: String,
-    /// What the punch does.
     pub kind: Kind,
     /// Its realization is replaced.
     pub scene: Scene,
@@ -56,25 +53,16 @@ impl Penetration {
     /// Of the paper's bed.
     pub fn all(base: &Scene, clouds: u64) -> Vec<Penetration> {
         let narrow = &changed(base.clone(), &[Size(NARROW, 1.0)]);
-        let mut all = Vec::new();
-        for (alpha, speeds) in [
-            (0.2, &[0.01, 0.02, 0.05, 0.1][..]),
-            (0.05, &[0.02, 0.1]),
-            (0.8, &[0.02, 0.1]),
-        ] {
-            for &speed in speeds {
-                all.push(Penetration::through(
-                    base,
-                    (speed, alpha, 0.0),
-                    DEEP,
-                    clouds,
-                ));
-            }
-        }
+        let of_alpha = |alpha, speeds: &[f64]| {
+            let through = |speed| Penetration::through(base, (speed, alpha, 0.0), DEEP, clouds);
+            speeds.iter().copied().map(through).collect::<Vec<_>>()
+        };
+        let stand = |speed, alpha| Penetration::stand(base, (speed, alpha, 0.0), clouds);
+        let mut all = of_alpha(0.2, &[0.01, 0.02, 0.05, 0.1]);
+        all.extend(of_alpha(0.05, &[0.02, 0.1]));
+        all.extend(of_alpha(0.8, &[0.02, 0.1]));
         all.push(Penetration::through(narrow, (0.1, 0.2, 0.3), DEEP, clouds));
-        for (speed, alpha) in [(0.05, 0.2), (0.1, 0.2), (0.1, 0.8)] {
-            all.push(Penetration::stand(base, (speed, alpha, 0.0), clouds));
-        }
+        all.extend([stand(0.05, 0.2), stand(0.1, 0.2), stand(0.1, 0.8)]);
         all.push(Penetration::stand(narrow, (0.1, 0.2, 0.3), clouds));
         all
     }
@@ -109,10 +97,8 @@ impl Penetration {
         more: &[Change],
         clouds: u64,
     ) -> Self {
-        let scene = changed(
-            base.clone(),
-            &[Speed(speed), Alpha(alpha), Friction(friction)],
-        );
+        let varied = [Speed(speed), Alpha(alpha), Friction(friction)];
+        let scene = changed(base.clone(), &varied);
         let mut name = format!("{speed} m/s, α = {alpha}");
         if friction > 0.0 {
             name += &format!(", φ = {friction} rad");
@@ -142,7 +128,6 @@ impl Penetration {
 pub struct Window {
     /// Start of the window, m or s.
     pub from: f64,
-    /// Its end.
     pub to: f64,
     /// Mean force on the punch over its width, Pa.
     pub pressure: f64,
@@ -160,7 +145,6 @@ pub struct Window {
 pub struct Watched {
     /// Digest of the [`Penetration`].
     pub penetration: String,
-    /// Which cloud.
     pub realization: u64,
     /// Why loading ended; none where the engine gave up.
     pub stop: Option<StopReason>,
@@ -236,23 +220,16 @@ pub fn watch(of: &Penetration, realization: u64) -> Result<Watched, EngineError>
     watched.stop = last.map(|stage| stage.stop);
     let width = 2.0 * scene.loading.half_width;
     let mut add = |from: f64, to: f64, place: &dyn Fn(&Moment) -> Option<f64>| {
-        let within: Vec<&Moment> = watch
-            .moments
-            .iter()
-            .filter(|moment| place(moment).is_some_and(|at| from <= at && at < to))
-            .collect();
-        let count = within.len() as f64;
-        let mean =
-            |of: fn(&Moment) -> f64| within.iter().map(|moment| of(moment)).sum::<f64>() / count;
+        let within = |of: &&Moment| place(of).is_some_and(|at| from <= at && at < to);
+        let within: Vec<&Moment> = watch.moments.iter().filter(within).collect();
+        let all = |of: fn(&Moment) -> f64| within.iter().map(move |moment| of(moment));
+        let mean = |of| all(of).sum::<f64>() / within.len() as f64;
         if !within.is_empty() {
             watched.windows.push(Window {
                 from,
                 to,
                 pressure: mean(|moment| moment.force) / width,
-                largest: within
-                    .iter()
-                    .fold(0.0f64, |most, moment| most.max(moment.force))
-                    / width,
+                largest: all(|moment| moment.force).fold(0.0, f64::max) / width,
                 on_floor: (mean(|moment| moment.on_floor) - weight) / width,
                 moments: within.len() as u32,
             });

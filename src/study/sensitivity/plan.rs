@@ -81,7 +81,6 @@ pub const AXES: [(&str, &str); 13] = [
 const SPEEDS: [f64; 8] = [0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.2, 0.5];
 const ALPHAS: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.8];
 
-/// What is run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
@@ -143,29 +142,30 @@ impl Plan {
             plan.diameter(millimetres, true);
         }
         for seconds in [0.0, 0.01, 0.05, 0.2, 1.0] {
-            plan.hold(seconds);
+            plan.along(HOLD, "hold", "s", seconds, 1, Hold(seconds));
         }
         for columns in [80, 90] {
-            let (id, name) = (format!("columns-{columns}"), format!("{columns} columns"));
-            let at = f64::from(columns);
-            plan.add(COLUMNS, &id, &name, at, 1, &[Columns(columns)]);
+            plan.along(
+                COLUMNS,
+                "columns",
+                "columns",
+                columns.into(),
+                1,
+                Columns(columns),
+            );
         }
         for speed in [0.0, 0.3, 1.0, 3.0] {
-            let (id, name) = (format!("cloud-{speed}"), format!("{speed} m/s"));
-            plan.add(CLOUD_SPEED, &id, &name, speed, 1, &[CloudSpeed(speed)]);
+            plan.along(CLOUD_SPEED, "cloud", "m/s", speed, 1, CloudSpeed(speed));
         }
         for (count, share) in [(2500.0, 1), (5000.0, 1), (10_000.0, 4)] {
-            let (id, name) = (format!("grains-{count}"), format!("{count} grains"));
             let depth = count / f64::from(plan.base.particles.count);
-            plan.add(GRAINS, &id, &name, count, share, &[Size(1.0, depth)]);
+            plan.along(GRAINS, "grains", "grains", count, share, Size(1.0, depth));
         }
         for (width, share) in [(0.5, 1), (1.0, 1), (2.0, 4)] {
-            let (id, name) = (format!("width-{width}"), format!("{width} m"));
-            plan.add(WIDTH, &id, &name, width, share, &[Size(width, 1.0)]);
+            plan.along(WIDTH, "width", "m", width, share, Size(width, 1.0));
         }
         for (step, share) in [(0.1, 4), (0.2, 2), (0.45, 1), (0.65, 1)] {
-            let (id, name) = (format!("step-{step}"), format!("{step} √(m/k)"));
-            plan.add(STEP, &id, &name, step, share, &[Step(step)]);
+            plan.along(STEP, "step", "√(m/k)", step, share, Step(step));
         }
         plan.combined(9.85, 1.0e-3, 0.05, 0.4);
         plan.combined(9.85, 1.0e-3, 0.07, 0.2);
@@ -191,12 +191,11 @@ impl Plan {
             plan.diameter(millimetres, false);
         }
         for seconds in [0.0, 0.05] {
-            plan.hold(seconds);
+            plan.along(HOLD, "hold", "s", seconds, 1, Hold(seconds));
         }
         plan
     }
 
-    /// Without settings.
     pub fn new(base: Scene, clouds: u64) -> Self {
         Plan {
             base,
@@ -237,10 +236,8 @@ impl Plan {
     }
 
     fn settle(&mut self, share: f64, of_clouds: u64) {
-        let (id, name) = (
-            format!("settled-{share:e}"),
-            format!("{share:.0e} of the peak"),
-        );
+        let id = format!("settled-{share:e}");
+        let name = format!("{share:.0e} of the peak");
         self.add(SETTLE, &id, &name, share, of_clouds, &[Settled(share)]);
     }
 
@@ -282,9 +279,10 @@ impl Plan {
         self.add(axis, &id, &name, millimetres, 1, &[change]);
     }
 
-    fn hold(&mut self, seconds: f64) {
-        let (id, name) = (format!("hold-{seconds}"), format!("{seconds} s"));
-        self.add(HOLD, &id, &name, seconds, 1, &[Hold(seconds)]);
+    /// One change, whose id and name are the value's.
+    fn along(&mut self, axis: &str, id: &str, unit: &str, at: f64, share: u64, change: Change) {
+        let (id, name) = (format!("{id}-{at}"), format!("{at} {unit}"));
+        self.add(axis, &id, &name, at, share, &[change]);
     }
 
     /// What is poured, in words: settings of the same words are loaded from the same beds.
@@ -298,7 +296,6 @@ impl Plan {
         Specification::native(Mode::Exact, scene).digest()
     }
 
-    /// The task of this number, from 1.
     pub fn task(&self, number: u64) -> &Task {
         &self.tasks()[number as usize - 1]
     }
@@ -307,13 +304,11 @@ impl Plan {
     /// A bed is poured once for all loads of a cloud; settings that are the same run are run once.
     pub fn tasks(&self) -> &[Task] {
         self.tasks.get_or_init(|| {
-            let settings = self.settings.iter();
-            let digests: Vec<(String, Option<String>)> = settings
-                .map(|of| {
-                    let pour = can_share_beds(of).then(|| self.pour_digest(of));
-                    (of.specification.digest(), pour)
-                })
-                .collect();
+            let digests = self.settings.iter().map(|of| {
+                let pour = can_share_beds(of).then(|| self.pour_digest(of));
+                (of.specification.digest(), pour)
+            });
+            let digests: Vec<(String, Option<String>)> = digests.collect();
             let of_settings = self.settings.iter().flat_map(Setting::realizations);
             let watched = self.penetrations.iter().flat_map(|of| 1..=of.clouds);
             let clouds: BTreeSet<u64> = of_settings.chain(watched).collect();

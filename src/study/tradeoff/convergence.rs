@@ -23,10 +23,11 @@ const AMPLITUDE: f64 = 0.0625;
 /// √(k/m) of one contact, rad/s.
 const FREQUENCY: f64 = 100.0;
 
+const PLACES: f64 = 8.0;
+
 /// A case at several steps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Convergence {
-    /// What happens.
     pub title: String,
     /// What the error is over.
     pub error_of: String,
@@ -34,11 +35,9 @@ pub struct Convergence {
     pub points: Vec<(f64, f64)>,
     /// Slope of log error over log dt up to the paper's step, with its 95 % interval.
     pub order: Option<Interval>,
-    /// What theory says.
     pub expected: f64,
 }
 
-/// Runs every case.
 pub fn all() -> Result<Vec<Convergence>, NativeError> {
     Ok(vec![swing()?, bounce()?, damped_swing()?])
 }
@@ -91,6 +90,15 @@ fn last(case: &Case) -> Result<[f64; 2], NativeError> {
     Ok(bodies.map_or([f64::NAN; 2], |bodies| [bodies.x[0], bodies.z[0]]))
 }
 
+/// The root of the mean square of errors that depend on where something falls between two steps, over so many places from 0 on.
+fn averaged(error: impl Fn(f64) -> Result<f64, NativeError>) -> Result<f64, NativeError> {
+    let mut squares = 0.0;
+    for place in 0..PLACES as u32 {
+        squares += error(place.into())?.powi(2);
+    }
+    Ok((squares / PLACES).sqrt())
+}
+
 /// The number of steps that is nearest to this time, and the time that they take.
 fn whole_steps(time: f64, dt: f64) -> (u64, f64) {
     let steps = (time / dt).round().max(1.0);
@@ -117,15 +125,13 @@ fn swing() -> Result<Convergence, NativeError> {
 /// A grain hits a wall at 1 m/s and flies back: the end of the contact falls between two steps. The error is
 /// averaged over eight places of the touch within a step, as its size depends on the place.
 fn bounce() -> Result<Convergence, NativeError> {
-    const PLACES: u32 = 8;
     converged(
         "a grain hits a wall without gravity and flies back",
         "speed after the rebound, over the speed before",
         2.0,
         |dt| {
-            let mut squares = 0.0;
-            for place in 0..PLACES {
-                let gap = 1.0e-6 + dt * f64::from(place) / f64::from(PLACES);
+            averaged(|place| {
+                let gap = 1.0e-6 + dt * place / PLACES;
                 let grain = Grain::disc([RADIUS + gap, 0.0], RADIUS, DENSITY).moving([-1.0, 0.0]);
                 let model = Model {
                     walls: vec![build::wall(Axis::X, 0.0)],
@@ -134,10 +140,8 @@ fn bounce() -> Result<Convergence, NativeError> {
                 let (steps, _) = whole_steps(2.0 * PI / FREQUENCY, dt);
                 let case = build::case("bounce", model, &[grain], vec![steps]);
                 let seen = native::run_case(&case, None)?;
-                let speed = seen.last().map_or(f64::NAN, |last| last.bodies.vx[0]);
-                squares += (speed - 1.0).powi(2);
-            }
-            Ok((squares / f64::from(PLACES)).sqrt())
+                Ok(seen.last().map_or(f64::NAN, |last| last.bodies.vx[0]) - 1.0)
+            })
         },
     )
 }
@@ -149,7 +153,6 @@ fn bounce() -> Result<Convergence, NativeError> {
 fn damped_swing() -> Result<Convergence, NativeError> {
     const ALPHA: f64 = 0.2;
     const HALVES: i32 = 6;
-    const STEPS_ABOUT: u32 = 8;
     let omega = FREQUENCY * 2f64.sqrt();
     let quarters = [1.0 - ALPHA, 1.0 + ALPHA].map(|factor: f64| 0.5 * PI / (omega * factor.sqrt()));
     let half = quarters[0] + quarters[1];
@@ -159,18 +162,16 @@ fn damped_swing() -> Result<Convergence, NativeError> {
         "place, over the place where it turns",
         2.0,
         |middle| {
-            let mut squares = 0.0;
-            for index in 0..STEPS_ABOUT {
-                let dt = middle * (0.93 + 0.02 * f64::from(index));
+            averaged(|place| {
+                let dt = middle * (0.93 + 0.02 * place);
                 let (steps, time) = whole_steps(f64::from(HALVES) * half, dt);
                 let before = 0.5 * dt * omega * omega * (1.0 - ALPHA) * AMPLITUDE;
                 let found = between_walls(dt, ALPHA, [AMPLITUDE, before], steps)?;
                 let off = time - f64::from(HALVES) * half;
                 let sign = if off > 0.0 { -1.0 } else { 1.0 };
                 let expected = turn * (omega * (1.0 + sign * ALPHA).sqrt() * off).cos();
-                squares += ((found - expected) / turn).powi(2);
-            }
-            Ok((squares / f64::from(STEPS_ABOUT)).sqrt())
+                Ok((found - expected) / turn)
+            })
         },
     )
 }

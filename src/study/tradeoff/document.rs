@@ -3,9 +3,9 @@
 use super::judge::{Judgement, MISSED_KEY, MISSED_TITLE, Worst, word};
 use super::{Point, Tradeoff};
 use crate::checks::Outcome;
-use crate::document::{Axis, Block, Colour, Document, Mark, Plot, Section, Table, plot};
+use crate::document::{Axis, Colour, Document, Mark, Plot, Section, Table, plot};
+use crate::study::figures::in_row;
 use crate::study::realization::Runner;
-use evidence::Interval;
 use evidence::t_test::Finding;
 use grains::native::Mode;
 
@@ -13,7 +13,6 @@ use grains::native::Mode;
 const LOWEST: f64 = 0.02;
 
 impl Tradeoff {
-    /// For people.
     pub fn document(&self) -> Document {
         let checks = self.checks();
         Document {
@@ -69,22 +68,17 @@ impl Tradeoff {
             "Loaded bed: local mean stress at O, A and B, and the share of missed loads.",
             |judged| judged.load.as_ref(),
         );
-        let section = Section::new("Cost against error", words);
         let drawn = |plot: &Plot| {
-            plot.marks
-                .iter()
-                .any(|mark| matches!(mark, Mark::Points { .. }))
+            let mut marks = plot.marks.iter();
+            marks.any(|mark| matches!(mark, Mark::Points { .. }))
         };
-        let section = [bed, load]
-            .into_iter()
-            .filter(drawn)
-            .fold(section, Section::with);
-        section.with(self.by_cost()).with(Block::Text(
+        let section = Section::new("Cost against error", words)
+            .with_all([bed, load].into_iter().filter(drawn));
+        section.with(self.by_cost()).with(
             "A method is dominated by the cheapest one that costs no more and errs no more, in the settled and in the loaded \
              bed, by the estimates; where the intervals overlap it is only perhaps dominated. Processor times are those of \
-             single threads while all cores were busy; the steps do not depend on that."
-                .to_owned(),
-        ))
+             single threads while all cores were busy; the steps do not depend on that.",
+        )
     }
 
     fn scatter(
@@ -107,20 +101,16 @@ impl Tradeoff {
         ];
         for (group, (name, colour)) in groups.into_iter().enumerate() {
             for hollow in [false, true] {
-                let own = self
-                    .points
-                    .iter()
-                    .filter(|point| kind(point) == group && point.dominated_by.is_some() == hollow);
+                let own = |of: &&Point| kind(of) == group && of.dominated_by.is_some() == hollow;
+                let own = self.points.iter().filter(own);
                 let points = own.filter_map(|point| {
                     let error = worst(&point.screened)?.error;
                     let [y, low, high] =
                         [error.estimate, error.low, error.high].map(|of| of.max(LOWEST));
                     let shown = plot::Point::at(seconds(point)?, y).between(low, high);
                     let named = !hollow || point.confirmed.is_some();
-                    Some(match named {
-                        true => shown.labelled(point.method.name.clone()),
-                        false => shown,
-                    })
+                    let label = named.then(|| point.method.name.clone());
+                    Some(shown.labelled(label.unwrap_or_default()))
                 });
                 let dominated = if hollow { ", dominated" } else { "" };
                 plot = plot.group(&format!("{name}{dominated}"), colour, hollow, points);
@@ -153,17 +143,14 @@ impl Tradeoff {
         let words = "the reference on other clouds: null comparison";
         let rows = [("the reference", &reference), (words, &null)].into_iter();
         let rows = rows.chain(points.into_iter().map(|of| (of.method.name.as_str(), of)));
-        let error = |worst: &Option<Worst>| worst.as_ref().map(|of| of.error);
-        let largest =
-            |worst: &Option<Worst>| worst.as_ref().map(|of| self.title(&of.key).to_owned());
+        let error = |worst: &Option<Worst>| Some(worst.as_ref()?.error);
+        let largest = |worst: &Option<Worst>| Some(self.title(&worst.as_ref()?.key).to_owned());
         let made = |of: &Point| Some(of.screened.endings.all()).filter(|all| *all > 0);
         let by = |point: &Point| {
             let id = point.dominated_by.as_ref()?;
             let name = self.point(id).map_or(id.as_str(), |of| &of.method.name);
-            Some(format!(
-                "{}{name}",
-                if point.clearly { "" } else { "perhaps " }
-            ))
+            let perhaps = if point.clearly { "" } else { "perhaps " };
+            Some(format!("{perhaps}{name}"))
         };
         Table::of("methods", "Every method, by cost", rows)
             .column("method", |(name, _)| name)
@@ -240,14 +227,10 @@ impl Tradeoff {
         tested().fold(section, |section, (point, judged)| {
             let quantities = self.quantities.iter().filter(|of| of.margin.is_some());
             let rows = quantities.map(|of| (of.title.to_string(), judged, of.key.as_ref()));
-            section.with(forest(
-                &format!("equivalence-of-{}", point.method.id),
-                &format!(
-                    "{}: bias of every quantity over its margin.",
-                    point.method.name
-                ),
-                rows.collect(),
-            ))
+            let name = format!("equivalence-of-{}", point.method.id);
+            let of = &point.method.name;
+            let caption = format!("{of}: bias of every quantity over its margin.");
+            section.with(forest(&name, &caption, rows.collect()))
         })
     }
 
@@ -272,16 +255,14 @@ impl Tradeoff {
         let section = Section::new("Every quantity, every method", words).as_details();
         let quantities = self.quantities.iter().filter(|of| of.margin.is_some());
         quantities.fold(section, |section, of| {
-            let rows = self.points.iter();
-            let rows =
-                rows.map(|point| (point.method.name.clone(), &point.screened, of.key.as_ref()));
+            let row = |point| row_of(point, of.key.as_ref());
+            let name = format!("bias-of-{}", of.key.replace(['.', '_'], "-"));
+            let (title, reason) = (&of.title, &of.reason);
+            let caption = format!("Bias of {title} over its margin. The margin: {reason}.");
             section.with(forest(
-                &format!("bias-of-{}", of.key.replace(['.', '_'], "-")),
-                &format!(
-                    "Bias of {} over its margin. The margin: {}.",
-                    of.title, of.reason
-                ),
-                rows.collect(),
+                &name,
+                &caption,
+                self.points.iter().map(row).collect(),
             ))
         })
     }
@@ -303,17 +284,19 @@ impl Tradeoff {
             plot = plot.line(&case.title, colour, points);
         }
         let words = "Where nothing is chaotic the error falls with the square of the time step.";
-        let section = Section::new("Order of convergence", words).with(table);
-        if plot.marks.is_empty() {
-            section
-        } else {
-            section.with(plot)
-        }
+        let drawn = Some(plot).filter(|plot| !plot.marks.is_empty());
+        Section::new("Order of convergence", words)
+            .with(table)
+            .with_all(drawn)
     }
 }
 
 fn seconds(point: &Point) -> Option<f64> {
     point.costs.map(|costs| costs.cpu_seconds)
+}
+
+fn row_of<'a>(point: &'a Point, key: &'a str) -> (String, &'a Judgement, &'a str) {
+    (point.method.name.clone(), &point.screened, key)
 }
 
 /// Exact, approximate, or another engine.
@@ -333,9 +316,8 @@ fn remarks(point: &Point) -> Vec<String> {
         remarks.push(format!("{} realizations are missing", point.missing));
     }
     if endings.poured > 0 {
-        remarks.push(
-            "skipped loading: the engine has no punch; cost and steps are those of pouring and settling".to_owned(),
-        );
+        let why = "skipped loading: the engine has no punch; cost and steps are those of pouring and settling";
+        remarks.push(why.to_owned());
     }
     remarks.extend(point.notes.iter().cloned());
     remarks
@@ -356,21 +338,12 @@ fn forest(name: &str, caption: &str, rows: Vec<(String, &Judgement, &str)>) -> P
         (None, Colour::Grey),
     ];
     for (finding, colour) in groups {
-        let points = rows
-            .iter()
-            .enumerate()
-            .filter_map(|(row, (_, judged, key))| {
-                let of = judged.of(key)?;
-                let bias: Interval = of.paired.difference_90.over(of.margin?);
-                let within = |of: f64| of.clamp(-REACH, REACH);
-                let shown = plot::Point::at(within(bias.estimate), row as f64)
-                    .between(within(bias.low), within(bias.high));
-                let shown = match bias.estimate.abs() > REACH {
-                    true => shown.labelled(format!("{:.1}", bias.estimate)),
-                    false => shown,
-                };
-                (of.finding == finding).then_some(shown)
-            });
+        let places = rows.iter().enumerate();
+        let points = places.filter_map(|(row, (_, judged, key))| {
+            let of = judged.of(key)?;
+            let bias = of.paired.difference_90.over(of.margin?);
+            (of.finding == finding).then(|| in_row(&bias, row, [-REACH, REACH], 1))
+        });
         plot = plot.points(finding.map_or("too few pairs", word), colour, points);
     }
     plot

@@ -10,7 +10,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Difference {
-    /// Key of the quantity.
     pub key: String,
     /// Method minus reference, by cloud; clouds that lack the quantity in either are left out, and counted by
     /// [`Endings`].
@@ -55,7 +54,6 @@ pub struct Worst {
 
 /// Stands for the share of punches that did not get their force.
 pub const MISSED_KEY: &str = "missed";
-/// For people.
 pub const MISSED_TITLE: &str = "share of missed loads";
 
 impl Judgement {
@@ -73,9 +71,7 @@ impl Judgement {
         }
         t_test::together(&all)
     }
-}
 
-impl Judgement {
     /// What was not shown to be equivalent, in words.
     pub fn not_shown(&self) -> Vec<String> {
         let open = |title: &str, finding: Option<Finding>| {
@@ -94,7 +90,6 @@ impl Judgement {
         quantities.chain(missed).collect()
     }
 
-    /// The difference of this quantity.
     pub fn of(&self, key: &str) -> Option<&Difference> {
         self.differences.iter().find(|of| of.key == key)
     }
@@ -122,11 +117,8 @@ pub fn outcome(finding: Finding) -> Outcome {
 pub fn judge(pairs: &[(&Member, &Member)], comparable: impl Fn(&str) -> bool) -> Judgement {
     let endings = Endings::of(pairs.iter().map(|pair| pair.1));
     let reference = Endings::of(pairs.iter().map(|pair| pair.0));
-    let differences: Vec<Difference> = QUANTITIES
-        .iter()
-        .filter(|of| comparable(of.key))
-        .filter_map(|of| difference(of, pairs))
-        .collect();
+    let compared = QUANTITIES.iter().filter(|of| comparable(of.key));
+    let differences: Vec<Difference> = compared.filter_map(|of| difference(of, pairs)).collect();
     let missed = proportion::difference(
         (reference.missed(), reference.all()),
         (endings.missed(), endings.all()),
@@ -151,12 +143,9 @@ pub fn judge(pairs: &[(&Member, &Member)], comparable: impl Fn(&str) -> bool) ->
 }
 
 fn worst(difference: &Difference) -> Option<Worst> {
+    let bias = difference.paired.difference;
     Some(Worst {
-        error: difference
-            .paired
-            .difference
-            .over(difference.margin?)
-            .absolute(),
+        error: bias.over(difference.margin?).absolute(),
         key: difference.key.clone(),
     })
 }
@@ -167,10 +156,8 @@ fn larger<'a>(worsts: impl Iterator<Item = &'a Worst>) -> Option<&'a Worst> {
 
 fn difference(quantity: &Quantity, pairs: &[(&Member, &Member)]) -> Option<Difference> {
     let of = |member: &Member| member.measured.get(quantity.key).copied();
-    let values: Vec<(f64, f64)> = pairs
-        .iter()
-        .filter_map(|(reference, method)| Some((of(reference)?, of(method)?)))
-        .collect();
+    let values = pairs.iter().filter_map(|(a, b)| of(a).zip(of(b)));
+    let values: Vec<(f64, f64)> = values.collect();
     let paired = paired(&values)?;
     let margin = quantity.margin.map(|of| of.absolute(paired.first_mean));
     let differences: Vec<f64> = values.iter().map(|(a, b)| b - a).collect();
@@ -187,9 +174,7 @@ fn difference(quantity: &Quantity, pairs: &[(&Member, &Member)]) -> Option<Diffe
 /// A measured quantity with its margin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quantity {
-    /// Its key in a member.
     pub key: &'static str,
-    /// For people.
     pub title: &'static str,
     /// SI unit, `1` for a ratio.
     pub unit: &'static str,
@@ -234,7 +219,6 @@ const DEPTH: &str = "varies by its own size from bed to bed";
 
 const RATIO: Option<Margin> = Some(Margin::OfMean(0.10));
 
-/// Every quantity.
 pub const QUANTITIES: [Quantity; 18] = [
     of(
         "settled.height.mean_surface",

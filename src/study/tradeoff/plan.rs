@@ -13,7 +13,6 @@ use grains::native::Mode;
 use grains::native::pouring::{End, Phase, Softly};
 use grains::scene::Scene;
 
-/// What is run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
@@ -197,10 +196,11 @@ impl Plan {
         }
         add_cases(self, SOFT, MODULI);
         for softer in [10.0, 100.0] {
-            for (id, how, ratio) in [
+            let ways = [
                 ("at-once", "at once", softer),
                 ("by-2", "in steps of 2", 2.0),
-            ] {
+            ];
+            for (id, how, ratio) in ways {
                 let of = soft(Mode::Exact, 1.0 / softer, ratio, 1.0e-4, 0.45);
                 let name = format!("poured at E/{softer}, stiffened {how}");
                 self.add(&format!("soft-{softer}-{id}"), &name, SOFT, of, 1);
@@ -249,13 +249,9 @@ impl Plan {
                 runner: Runner::YadeOrdinary,
                 ..self.reference.specification.clone()
             };
-            self.methods.push(Setting::new(
-                "yade",
-                "YADE, ordinary loop",
-                "YADE",
-                of,
-                clouds,
-            ));
+            let name = "YADE, ordinary loop";
+            let method = Setting::new("yade", name, "YADE", of, clouds);
+            self.methods.push(method);
         }
     }
 
@@ -282,12 +278,10 @@ impl Plan {
 
     /// The reference, then all others.
     pub fn settings(&self) -> Vec<&Setting> {
-        std::iter::once(&self.reference)
-            .chain(&self.methods)
-            .collect()
+        let all = std::iter::once(&self.reference);
+        all.chain(&self.methods).collect()
     }
 
-    /// Method and cloud of the task of this number, from 1.
     pub fn task(&self, number: u64) -> (&Setting, u64) {
         let (method, cloud) = self.tasks()[number as usize - 1];
         let other = method.checked_sub(1).map(|of| &self.methods[of]);
