@@ -16,11 +16,8 @@ use crate::document::{Document, Section, Table};
 /// One printed number beside its recomputation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Number {
-    /// Of the printed figure.
     pub id: String,
-    /// Where it stands in the paper.
     pub place: String,
-    /// What it is.
     pub what: String,
     /// As it is printed, in `unit`.
     pub published: f64,
@@ -64,7 +61,6 @@ impl Number {
         .judged()
     }
 
-    /// With the outcome that its numbers have.
     pub fn judged(mut self) -> Self {
         // A value on the edge of the rounding interval may go either way.
         let slack = 1e-9 * self.published.abs().max(1e-300);
@@ -79,7 +75,6 @@ impl Number {
         self
     }
 
-    /// With a remark.
     pub fn remark(mut self, remark: &str) -> Self {
         remark.clone_into(&mut self.remark);
         self
@@ -113,14 +108,8 @@ impl Number {
 
 /// Every printed number of Tables 1, 3 and 4, sections 2.2, 3.1, 4.2 and 5 and the equations behind them.
 pub fn numbers() -> Vec<Number> {
-    [
-        recomputed::of_piles(),
-        recomputed::of_continuum(),
-        recomputed::of_disc(),
-        recomputed::of_bed(),
-        recomputed::of_sums(),
-    ]
-    .concat()
+    use recomputed::{of_bed, of_continuum, of_disc, of_piles, of_sums};
+    [of_piles(), of_continuum(), of_disc(), of_bed(), of_sums()].concat()
 }
 
 /// All numbers and the faults of the text.
@@ -153,10 +142,10 @@ pub fn document(numbers: &[Number], faults: &[TextFault]) -> Document {
         .column("outcome", |of| of.outcome)
         .column("remark", |of| &of.remark);
     let printed = Table::of("text-faults", "Faults of the printed text", faults)
-        .column("place", |fault| &fault.place)
-        .column("prints", |fault| &fault.printed)
-        .column("should be", |fault| &fault.should_be)
-        .column("because", |fault| &fault.evidence);
+        .column("place", |fault| fault.place)
+        .column("prints", |fault| fault.printed)
+        .column("should be", |fault| fault.should_be)
+        .column("because", |fault| fault.evidence);
     Document {
         title: "The paper's numbers, recomputed".to_owned(),
         verdict: verdict(&checks),
@@ -172,23 +161,19 @@ pub fn document(numbers: &[Number], faults: &[TextFault]) -> Document {
 /// Faults of the printed text that are no single number.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct TextFault {
-    /// Where it stands.
-    pub place: String,
-    /// What is printed.
-    pub printed: String,
-    /// What is meant.
-    pub should_be: String,
-    /// Why that is sure.
-    pub evidence: String,
+    pub place: &'static str,
+    pub printed: &'static str,
+    pub should_be: &'static str,
+    pub evidence: &'static str,
 }
 
 /// Faults of the printed text, each with its evidence.
 pub fn text_faults() -> Vec<TextFault> {
-    let fault = |place: &str, printed: &str, should_be: &str, evidence: &str| TextFault {
-        place: place.to_owned(),
-        printed: printed.to_owned(),
-        should_be: should_be.to_owned(),
-        evidence: evidence.to_owned(),
+    let fault = |place, printed, should_be, evidence| TextFault {
+        place,
+        printed,
+        should_be,
+        evidence,
     };
     vec![
         fault(

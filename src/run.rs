@@ -31,7 +31,6 @@ const MARKED: usize = 100;
 /// Which engine, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Engine {
-    /// Our own.
     Native(native::Options),
     Yade(yade::Options),
     /// A program that speaks the engine protocol.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
 use super::run::YadeLimits;
 use super::{json, print};
@@ -11,17 +11,8 @@ use crate::error::{Error, exit};
 use crate::files::work_folder;
 use crate::run::folder::read_scene;
 use crate::suite::parameters::{self, Parameter, ParameterPair};
+use crate::suite::run::Engines;
 use grains::scene::Scene;
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Asked {
-    /// Our own
-    Native,
-    /// Debian's YADE, asked itself
-    Yade,
-    /// Both, which must be equal to 1e-14
-    Both,
-}
 
 #[derive(Debug, Args)]
 #[command(
@@ -30,9 +21,9 @@ enum Asked {
 pub struct Arguments {
     /// A scene file
     scene: PathBuf,
-    /// Which engine is asked
+    /// Which engine is asked; both must be equal to 1e-14
     #[arg(long, value_enum)]
-    engine: Asked,
+    engine: Engines,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -44,9 +35,9 @@ impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
         let scene = read_scene(&self.scene)?;
         match self.engine {
-            Asked::Native => self.show(&parameters::of_native(&scene)?),
-            Asked::Yade => self.show(&self.of_yade(&scene)?),
-            Asked::Both => {
+            Engines::Native => self.show(&parameters::of_native(&scene)?),
+            Engines::Yade => self.show(&self.of_yade(&scene)?),
+            Engines::Both => {
                 let native = parameters::of_native(&scene)?;
                 self.compare(&parameters::side_by_side(native, &self.of_yade(&scene)?))
             }

@@ -7,8 +7,8 @@ use clap::{Args, Subcommand};
 use super::{json, print, tell};
 use crate::checks::record::{Record, read};
 use crate::checks::{Check, Outcome};
-use crate::compare::baseline::Store;
 use crate::compare::baseline::diff::{Diff, diff};
+use crate::compare::baseline::{NONE, Store};
 use crate::document::{Document, Table};
 use crate::error::{Error, exit};
 use crate::explain::{EXPLANATIONS, of};
@@ -364,8 +364,7 @@ impl Baseline {
                     text += &format!("{name}: {job}, crossgrain {version}, {}\n", record.tally());
                 }
                 if text.is_empty() {
-                    text = "there are none yet; crossgrain report baseline save makes one\n"
-                        .to_owned();
+                    text = format!("{NONE}\n");
                 }
                 print(&text)?;
                 Ok(exit::AGREED)

@@ -14,9 +14,9 @@ use serde_json::{Value, json};
 use super::exec::{SAID, finish, usual_limits};
 use super::read::{Timed, TimedSteps};
 use super::watch::Limits;
-use super::{ProgramError, exec, nonsense, read};
+use super::{ProgramError, ensure, exec, nonsense, read, read_json};
 use crate::child::on_path;
-use crate::files::{failed, read_text, sha256_hex, write_whole};
+use crate::files::{failed, sha256_hex, write_whole};
 use grains::model::Model;
 use grains::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
 use grains::tables::{Bodies, Snapshot};
@@ -34,7 +34,6 @@ pub struct Options {
     pub sorted: bool,
     /// YADE's `verletDist`, m. In sorted mode the bits do not depend on it.
     pub verlet_distance: f64,
-    /// How far it may go.
     pub limits: Limits,
     /// The `yade` to use instead of the one on the path.
     pub program: Option<PathBuf>,
@@ -61,7 +60,6 @@ impl Options {
     }
 }
 
-/// A fixed script: its name and its text.
 type Script = (&'static str, &'static str);
 
 const RUN_SCENE: Script = (
@@ -90,7 +88,6 @@ pub fn script_digest() -> String {
     sha256_hex(format!("{}{}", RUN_SCENE.1, SHARED.1).as_bytes())
 }
 
-/// There is no YADE that can be used.
 fn missing(reason: String) -> ProgramError {
     ProgramError::Missing {
         engine: "YADE",
@@ -99,7 +96,6 @@ fn missing(reason: String) -> ProgramError {
     }
 }
 
-/// YADE has no such thing.
 fn lacks(what: String) -> ProgramError {
     ProgramError::Unsupported {
         engine: "YADE".to_owned(),
@@ -152,14 +148,10 @@ pub fn unsupported(model: &Model) -> Option<String> {
 /// What YADE wrote on its standard output and error; of a very long log the end.
 pub use super::exec::log;
 
-/// A finished run of YADE.
 #[derive(Debug)]
 pub struct YadeRun {
-    /// Stages and last moment.
     pub outcome: Outcome,
-    /// As YADE prints it.
     pub version: String,
-    /// What YADE wrote on its standard output and error.
     pub log: String,
 }
 
@@ -183,21 +175,16 @@ pub fn run(
     })
 }
 
-/// What YADE made of all cases.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CasesInYade {
-    /// As YADE prints it.
     pub version: String,
-    /// In the order of the cases.
     pub cases: Vec<CaseInYade>,
 }
 
-/// What YADE made of one case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseInYade {
     /// The parameters that YADE says it uses.
     pub effective: Effective,
-    /// The state at each moment of the case.
     pub track: Vec<Snapshot>,
     /// Force and torque summed on each grain at each moment; empty for large cases.
     pub loads: Vec<Vec<Load>>,
@@ -279,17 +266,12 @@ pub fn propose(
     work: &Path,
 ) -> Result<(Vec<Proposal>, String), ProgramError> {
     let version = start_cases(cases, PROPOSE_STEPS, options, work, &mut ())?;
-    let text = read_text(&work.join("proposals.json"), 1 << 24)
-        .map_err(|error| nonsense(error.to_string()))?;
-    let proposals: Vec<Proposal> = serde_json::from_str(&text)
-        .map_err(|error| nonsense(format!("proposals.json: {error}")))?;
-    if proposals.len() != cases.len() {
-        return Err(nonsense(format!(
-            "proposals.json has {} steps for {} cases",
-            proposals.len(),
-            cases.len()
-        )));
-    }
+    let name = "proposals.json";
+    let proposals: Vec<Proposal> = read_json(&work.join(name), 1 << 24, name)?;
+    let (found, wanted) = (proposals.len(), cases.len());
+    ensure(found == wanted, || {
+        format!("{name} has {found} steps for {wanted} cases")
+    })?;
     Ok((proposals, version))
 }
 
@@ -392,9 +374,7 @@ fn hello(work: &Path) -> Result<Option<String>, ProgramError> {
     if !path.is_file() {
         return Ok(None);
     }
-    let text = read_text(&path, 1 << 16).map_err(|error| nonsense(error.to_string()))?;
-    let hello: Hello =
-        serde_json::from_str(&text).map_err(|error| nonsense(format!("hello.json: {error}")))?;
+    let hello: Hello = read_json(&path, 1 << 16, "hello.json")?;
     let number = |text: &str| -> Option<u32> {
         let digits: String = text.chars().take_while(char::is_ascii_digit).collect();
         digits.parse().ok()

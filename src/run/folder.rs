@@ -23,7 +23,6 @@ use grains::task::{StageReport, moments};
 /// Grains and contacts at one moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Moment {
-    /// All grains.
     pub bodies: Bodies,
     /// All contacts, sorted by ids.
     pub contacts: Vec<Contact>,
@@ -48,24 +47,17 @@ impl From<Snapshot> for Moment {
     }
 }
 
-/// Everything that a run folder holds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunFolder {
-    /// The scene that was run.
     pub scene: Scene,
     /// `run.json`.
     pub record: RunRecord,
-    /// The start.
     pub initial: Bodies,
     /// The settled bed, for a run with loading.
     pub settled: Option<Moment>,
-    /// The end.
     pub last: Moment,
-    /// A row a moment.
     pub history: Vec<HistoryRow>,
-    /// The paths of the marked grains.
     pub trace: Vec<TraceRow>,
-    /// What the engine printed.
     pub log: String,
 }
 
@@ -86,7 +78,6 @@ pub enum FolderError {
 }
 
 impl FolderError {
-    /// What to tell a script.
     pub fn exit_code(&self) -> u8 {
         match self {
             FolderError::File(error) => error.exit_code(),
@@ -101,7 +92,6 @@ impl FolderError {
 const LARGEST_RECORD: u64 = 1 << 24;
 /// The most rows of history that a run may have.
 const MOST_MOMENTS: u64 = 1 << 20;
-/// The most grains that a trace may follow.
 const MOST_MARKED: u64 = 200;
 
 /// Looked at before the rest, which another version may not have.
@@ -368,7 +358,6 @@ pub enum SceneFileError {
 }
 
 impl SceneFileError {
-    /// What to tell a script.
     pub fn exit_code(&self) -> u8 {
         match self {
             SceneFileError::File(error) => error.exit_code(),
@@ -377,7 +366,6 @@ impl SceneFileError {
     }
 }
 
-/// Reads and validates a scene file.
 pub fn read_scene(path: &Path) -> Result<Scene, SceneFileError> {
     Ok(parse_scene(&read_text(path, LARGEST_SCENE)?)?)
 }
@@ -408,7 +396,6 @@ const RECORDED_FILES: &[(&str, &[u8])] = recorded_files![
     "yade.log",
 ];
 
-/// Writes the recorded run folder.
 pub fn unpack_recorded(folder: &Path) -> Result<(), FileError> {
     write_folder(folder, |aside| {
         for (name, bytes) in RECORDED_FILES {
@@ -418,7 +405,6 @@ pub fn unpack_recorded(folder: &Path) -> Result<(), FileError> {
     })
 }
 
-/// The history of the recorded run.
 pub fn recorded_history() -> Result<Vec<HistoryRow>, FolderError> {
     let path = Path::new("history.csv.gz");
     let packed = RECORDED_FILES

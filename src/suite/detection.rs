@@ -1,22 +1,23 @@
 //! Proof that the suite can fail: for each fault and case the smallest size that is detected, and how often a case fails where
 //! nothing is wrong.
 
-use std::convert::Infallible;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 use serde::Serialize;
 
+use super::analytic::halved;
 use super::cross_code::{self, CrossCase, InYade};
 use super::parameters::{self, Answer, Precisions};
 use super::run::{Suite, native_tracks};
 use super::{CaseGroup, Evidence, Figures, Track, outcome};
 use crate::checks::{Check, Outcome};
-use crate::workers;
+use crate::interrupt::asked_to_end;
 use grains::native::perturb::{Quantity, Switch};
 use grains::native::{CaseOptions, Perturbation, watch_case};
 use grains::task::Case;
+use verdict::envelope::in_parallel;
 
 /// Sizes are looked for between 10 to the power of these.
 const DECADES: [f64; 2] = [-16.0, -0.3];
@@ -59,9 +60,7 @@ pub enum Varied {
 /// A case's row of the table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CaseLimits {
-    /// The case's id.
     pub case: String,
-    /// What kind of evidence it gives.
     pub evidence: Evidence,
     /// One a fault, in the order of [`Limits::faults`].
     pub limits: Vec<Limit>,
@@ -69,7 +68,6 @@ pub struct CaseLimits {
     pub varied: Varied,
     /// Runs in which nothing was wrong.
     pub sound_runs: u32,
-    /// How many of them failed.
     pub false_positives: u32,
 }
 
@@ -78,9 +76,7 @@ pub struct CaseLimits {
 pub struct Limits {
     /// The faults, as `--perturb` takes them, without their sizes.
     pub faults: Vec<String>,
-    /// Whether each fault has a size.
     pub sized: Vec<bool>,
-    /// A row a case.
     pub cases: Vec<CaseLimits>,
 }
 
@@ -157,17 +153,18 @@ impl Subject<'_> {
 
     fn fails(&self, cases: &[Case], options: &CaseOptions) -> bool {
         let checks = match self {
-            Subject::Group(group) => native_tracks(cases, options)
-                .map(|of| group.judge(&of))
-                .ok(),
+            Subject::Group(group) => {
+                let tracks = native_tracks(cases, options).ok();
+                tracks.map(|of| group.judge(&of))
+            }
             Subject::Cross(_, truth) => {
                 return cases.iter().any(|case| diverges(case, truth, options));
             }
             Subject::Parameters(answers, _) => parameters::checks(answers, *options).ok(),
-            Subject::Precision(of) => of
-                .errors(*options)
-                .ok()
-                .map(|of| parameters::precision_checks(&of)),
+            Subject::Precision(of) => {
+                let errors = of.errors(*options).ok();
+                errors.map(|of| parameters::precision_checks(&of))
+            }
         };
         checks.is_none_or(|checks| outcome(&checks) == Outcome::Fail)
     }
@@ -196,15 +193,8 @@ impl Subject<'_> {
         let Fault::Sized(quantity) = fault else {
             return Limit::Detected;
         };
-        let [mut low, mut high] = DECADES;
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            if self.detects(Perturbation::Sized(quantity, 10f64.powf(middle))) {
-                high = middle;
-            } else {
-                low = middle;
-            }
-        }
+        let fault = |decade: f64| Perturbation::Sized(quantity, 10f64.powf(decade));
+        let [_, high] = halved(DECADES, HALVINGS, |decade| !self.detects(fault(decade)));
         Limit::From {
             size: 10f64.powf(high),
         }
@@ -254,9 +244,8 @@ fn diverges(case: &Case, truth: &Track, options: &CaseOptions) -> bool {
     let mut moments = truth.iter();
     let mut apart = false;
     let run = watch_case(case, options, &mut |snapshot| {
-        apart |= moments
-            .next()
-            .is_none_or(|truth| cross_code::differ(&snapshot, truth));
+        let truth = moments.next();
+        apart |= truth.is_none_or(|truth| cross_code::differ(&snapshot, truth));
         !apart
     });
     apart || run.is_err()
@@ -280,22 +269,13 @@ fn uniform(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// What YADE has to say, for the cases that take both engines.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct FromYade<'a> {
-    /// Of each cross-code case.
-    pub cross: &'a [InYade],
-    /// Parameters of the scenes.
-    pub answers: &'a [Answer],
-    /// The case of rounding errors in every precision.
-    pub precisions: Option<&'a Precisions>,
-}
-
 /// Fills the table for all cases, those that take YADE with what it has to say of them; `done` hears of
 /// each finished case.
 pub fn limits(
     suite: &Suite,
-    in_yade: FromYade<'_>,
+    in_yade: &[InYade],
+    answers: &[Answer],
+    precisions: Option<&Precisions>,
     done: &(dyn Fn(usize, usize) + Sync),
 ) -> Limits {
     let sized = Perturbation::quantities().map(Fault::Sized);
@@ -303,20 +283,21 @@ pub fn limits(
         .chain(Perturbation::switches().map(Fault::Switched))
         .collect();
     let mut subjects: Vec<Subject> = suite.groups.iter().map(Subject::Group).collect();
-    if !in_yade.answers.is_empty() {
-        let probes = in_yade.answers.iter().map(|answer| answer.probe.clone());
-        subjects.push(Subject::Parameters(in_yade.answers, probes.collect()));
+    if !answers.is_empty() {
+        let probes = answers.iter().map(|answer| answer.probe.clone());
+        subjects.push(Subject::Parameters(answers, probes.collect()));
     }
-    let cross = suite.cross.iter().zip(in_yade.cross);
+    let cross = suite.cross.iter().zip(in_yade);
     subjects.extend(cross.map(|(of, yade)| Subject::Cross(of, &yade.track)));
-    subjects.extend(in_yade.precisions.map(Subject::Precision));
+    subjects.extend(precisions.map(Subject::Precision));
     let finished = AtomicUsize::new(0);
-    let rows = workers::map(subjects.len(), |index| {
-        let row = row(&subjects[index], &faults);
+    let cases = in_parallel(subjects.len(), |index| {
+        // Whoever asked for the table is told of the signal.
+        let row = (!asked_to_end()).then(|| row(&subjects[index], &faults));
         done(finished.fetch_add(1, Ordering::Relaxed) + 1, subjects.len());
-        Ok::<_, Infallible>(row)
+        row
     });
-    let Ok(cases) = rows;
+    let cases = cases.into_iter().flatten().collect();
     let name = |fault: &Fault| match fault {
         Fault::Sized(quantity) => quantity.to_string(),
         Fault::Switched(switch) => switch.to_string(),
@@ -350,7 +331,6 @@ pub mod tests {
     use crate::suite::{furthest, groups};
     use grains::native::run_case;
 
-    /// What a group's checks are with a fault; none if a case did not run.
     pub fn judged(group: &CaseGroup, fault: Option<Perturbation>) -> Vec<Check> {
         let run = |case| run_case(case, fault).ok();
         let tracks: Option<Vec<Track>> = group.cases.iter().map(run).collect();
@@ -490,10 +470,8 @@ pub mod tests {
             assert!(!checks.is_empty(), "{}", group.id);
             for check in checks {
                 assert_eq!(check.outcome, Outcome::Pass, "{}: {check:?}", group.id);
-                assert!(
-                    !check.basis.is_empty() && !check.unit.is_empty(),
-                    "{check:?}"
-                );
+                let said = !check.basis.is_empty() && !check.unit.is_empty();
+                assert!(said, "{check:?}");
             }
         }
     }
@@ -503,12 +481,12 @@ pub mod tests {
         for group in groups() {
             let of = FAULTS.iter().find(|(id, _)| *id == group.id);
             let (_, faults) = of.unwrap_or_else(|| panic!("no faults of {}", group.id));
-            let swing = if group.id.starts_with("leapfrog-") {
-                SWING
-            } else {
-                ""
-            };
-            for fault in faults.split_whitespace().chain(swing.split_whitespace()) {
+            let swing = group.id.starts_with("leapfrog-").then_some(SWING);
+            for fault in [*faults]
+                .into_iter()
+                .chain(swing)
+                .flat_map(str::split_whitespace)
+            {
                 let checks = judged(&group, Some(fault.parse().expect("a fault")));
                 assert_eq!(outcome(&checks), Outcome::Fail, "{} with {fault}", group.id);
             }
@@ -526,11 +504,8 @@ pub mod tests {
             assert_eq!(outcome(&checks), Outcome::Fail, "{}", group.id);
             let symmetric = group.evidence == Evidence::Symmetry;
             let passes = |check: &Check| check.outcome == Outcome::Pass;
-            assert!(
-                symmetric || !checks.iter().any(passes),
-                "{}: {checks:?}",
-                group.id
-            );
+            let none = !checks.iter().any(passes);
+            assert!(symmetric || none, "{}: {checks:?}", group.id);
             assert_eq!(outcome(&group.judge(&tracks[1..])), Outcome::Fail);
             assert_eq!(outcome(&group.judge(&[])), Outcome::Fail);
         }

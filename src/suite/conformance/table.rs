@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use clap::ValueEnum;
 use serde::Serialize;
 
 use super::{Conformance, conformance, of_yade};
@@ -17,7 +18,6 @@ use verdict::envelope::FACTOR;
 use verdict::judge::{Cause, Judgement, Verdict};
 use verdict::starts::DISPERSION;
 
-/// An engine of the table.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Candidate {
     /// In its sorted or in its ordinary loop.
@@ -29,19 +29,17 @@ pub enum Candidate {
 }
 
 impl Candidate {
-    /// Those that have a name.
     pub fn all() -> Vec<Candidate> {
         let yade = [true, false].map(|sorted| Candidate::Yade { sorted });
         let adapters = Adapter::ALL.map(Candidate::Adapter);
         yade.into_iter().chain(adapters).collect()
     }
 
-    /// As it is named on the command line.
     pub fn key(&self) -> &str {
         match self {
             Candidate::Yade { sorted: true } => "yade-sorted",
             Candidate::Yade { sorted: false } => "yade-ordinary",
-            Candidate::Adapter(adapter) => adapter.key(),
+            Candidate::Adapter(adapter) => adapter.key,
             Candidate::Exec(_) => "exec:PATH",
         }
     }
@@ -49,27 +47,24 @@ impl Candidate {
     fn name(&self) -> &str {
         match self {
             Candidate::Yade { .. } => "YADE",
-            Candidate::Adapter(adapter) => adapter.name(),
+            Candidate::Adapter(adapter) => adapter.name,
             Candidate::Exec(_) => self.key(),
         }
     }
 
     /// How much radii may differ without an approximation of the adapter's.
     fn dispersion(&self) -> f64 {
+        let of_one_radius = [Adapter::LAMMPS, Adapter::LIGGGHTS, Adapter::ESYS_PARTICLE];
         match self {
-            Candidate::Adapter(Adapter::Lammps | Adapter::Liggghts | Adapter::EsysParticle) => 0.0,
+            Candidate::Adapter(adapter) if of_one_radius.contains(adapter) => 0.0,
             _ => DISPERSION,
         }
     }
 
     /// How it is known to differ, as the beginning of the sentence that says so.
     fn known_difference(&self) -> Option<&'static str> {
-        match self {
-            Candidate::Adapter(Adapter::EsysParticle | Adapter::Kratos) => {
-                Some("the sign in the damping is that of a·(v + 0·Δt·a)")
-            }
-            _ => None,
-        }
+        let so = [Adapter::ESYS_PARTICLE, Adapter::KRATOS].map(Candidate::Adapter);
+        (so.contains(self)).then_some("the sign in the damping is that of a·(v + 0·Δt·a)")
     }
 }
 
@@ -90,7 +85,6 @@ impl FromStr for Candidate {
 /// What the table is made with.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// Grains of the beds.
     pub grains: u32,
     /// Of the radii of every bed, instead of one that each engine can express.
     pub dispersion: Option<f64>,
@@ -98,16 +92,12 @@ pub struct Options {
     pub installed: bool,
     /// YADE, and the limits of all.
     pub yade: yade::Options,
-    /// How to make it again.
     pub command: String,
 }
 
-/// The table.
 #[derive(Debug, Clone, Serialize)]
 pub struct ConformanceTable {
-    /// Version of crossgrain.
     pub crossgrain: &'static str,
-    /// How to make it again.
     pub command: String,
     /// In the order in which they were named.
     pub engines: Vec<Row>,
@@ -115,10 +105,8 @@ pub struct ConformanceTable {
     checks: Vec<Check>,
 }
 
-/// An engine in the table.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
-    /// As it is named on the command line.
     pub key: String,
     /// Its name, with its version if it is here.
     pub name: String,
@@ -128,13 +116,10 @@ pub struct Row {
     pub verdict: Verdict,
     /// It differs as it is known to, and in nothing else.
     pub as_known: bool,
-    /// Why it could not be asked.
     pub not_installed: Option<String>,
-    /// What was found.
     pub found: Option<Conformance>,
 }
 
-/// Judges them one after the other; `progress` hears what is under way.
 pub fn table(
     candidates: &[Candidate],
     options: &Options,
@@ -247,10 +232,9 @@ impl Row {
         let Some(found) = &self.found else {
             return Vec::new();
         };
-        let parts = Part::ALL
-            .into_iter()
-            .filter(|part| !found.engine.has(*part));
-        let mut lacks: Vec<String> = parts.map(|part| part.in_words().to_owned()).collect();
+        let parts = Part::value_variants().iter().copied();
+        let parts = parts.filter(|part| !found.engine.has(*part));
+        let mut lacks: Vec<String> = parts.map(Part::in_words).collect();
         if lacks.is_empty() {
             let not_asked = self.judgement().map_or(&[][..], |of| &of.not_asked);
             for of in not_asked {
@@ -293,12 +277,10 @@ impl Row {
 }
 
 impl ConformanceTable {
-    /// One for each engine.
     pub fn checks(&self) -> &[Check] {
         &self.checks
     }
 
-    /// What people are told.
     pub fn document(&self) -> Document {
         let engines = Table::of("engines", "", &self.engines)
             .column("engine", |of: &Row| &of.name)
