@@ -192,8 +192,8 @@ impl QuantityPair {
 /// Compares two runs. With a locator the engines are run again: where bits are expected and differ, to find the first step and
 /// grain; where they may differ, to judge the engines' first steps.
 pub fn compare(a: &RunFolder, b: &RunFolder, locator: Option<&Locator>) -> Comparison {
-    let bits_expected = a.record.engine.keeps_order() && b.record.engine.keeps_order();
-    compare_as(a, b, bits_expected, locator)
+    let keep_order = [a, b].map(|run| run.record.engine.keeps_order());
+    compare_as(a, b, keep_order == [true; 2], locator)
 }
 
 /// The same where somebody says whether bits are expected: of external engines nobody else knows.

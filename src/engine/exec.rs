@@ -3,6 +3,7 @@
 
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Display;
 use std::fs::{self, File};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -105,15 +106,10 @@ fn imported<'a>(line: &'a str) -> Vec<&'a str> {
 
 impl ExternalEngine {
     pub fn ask(options: Options) -> Result<Self, ProgramError> {
-        let digest =
-            program_digest(&options.program).map_err(|error| ProgramError::NotStarted {
-                path: options.program.clone(),
-                reason: error.to_string(),
-            })?;
         Ok(ExternalEngine {
+            digest: program_digest(&options.program).map_err(not_started(&options.program))?,
             description: describe(&options)?,
             options,
-            digest,
         })
     }
 
@@ -229,13 +225,8 @@ pub fn run(
     work: &Path,
     observer: &mut dyn Observer,
 ) -> Result<ExecRun, ProgramError> {
-    run_external(
-        scene,
-        task,
-        &ExternalEngine::ask(options.clone())?,
-        work,
-        observer,
-    )
+    let engine = ExternalEngine::ask(options.clone())?;
+    run_external(scene, task, &engine, work, observer)
 }
 
 /// Runs the task in an engine that was asked what it is before.
@@ -246,22 +237,18 @@ pub fn run_external(
     work: &Path,
     observer: &mut dyn Observer,
 ) -> Result<ExecRun, ProgramError> {
-    let ExternalEngine {
-        options,
-        description,
-        digest,
-    } = engine;
+    let description = &engine.description;
     let missing = missing_for_scene(description, scene, task);
     has_all(description, missing.into_iter().collect(), HINT_SCENE)?;
     write_scene(work, scene, task, &Value::Null)?;
     engine.check_unchanged()?;
-    let took = start(options, work, observer)?;
+    let took = start(&engine.options, work, observer)?;
     engine.check_unchanged()?;
     let outcome = read::scene(work, scene, task, observer)?;
     Ok(ExecRun {
         outcome,
         description: description.clone(),
-        digest: digest.clone(),
+        digest: engine.digest.clone(),
         log: log(work),
         took,
     })
@@ -347,37 +334,31 @@ fn start(
     let work = &fs::canonicalize(work).map_err(failed("find", work))?;
     let mut command = program(options)?;
     command.arg("run").arg(work);
-    finish(
-        &mut command,
-        SAID,
-        &options.limits,
-        work,
-        observer,
-        &mut || true,
-    )
+    let limits = &options.limits;
+    finish(&mut command, SAID, limits, work, observer, &mut || true)
 }
 
 /// Has the engine describe itself into `work`.
 pub(super) fn ask(options: &Options, work: &Path) -> Result<(), ProgramError> {
     let mut command = program(options)?;
     command.arg("describe");
-    finish(
-        &mut command,
-        COMPLAINED,
-        &options.limits,
-        work,
-        &mut (),
-        &mut || true,
-    )?;
+    let limits = &options.limits;
+    finish(&mut command, COMPLAINED, limits, work, &mut (), &mut || {
+        true
+    })?;
     Ok(())
+}
+
+fn not_started<E: Display>(path: &Path) -> impl FnOnce(E) -> ProgramError {
+    move |error| ProgramError::NotStarted {
+        path: path.to_owned(),
+        reason: error.to_string(),
+    }
 }
 
 fn program(options: &Options) -> Result<Command, ProgramError> {
     // The path as it is: nothing is looked up, and no shell sees it.
-    let program = fs::canonicalize(&options.program).map_err(|error| ProgramError::NotStarted {
-        path: options.program.clone(),
-        reason: error.to_string(),
-    })?;
+    let program = fs::canonicalize(&options.program).map_err(not_started(&options.program))?;
     Ok(Command::new(program))
 }
 
@@ -409,10 +390,8 @@ pub fn finish(
         .env_remove("DISPLAY")
         .stdout(output)
         .stderr(errors);
-    let child = Group::spawn(command).map_err(|error| ProgramError::NotStarted {
-        path: command.get_program().into(),
-        reason: error.to_string(),
-    })?;
+    let path = PathBuf::from(command.get_program());
+    let child = Group::spawn(command).map_err(not_started(&path))?;
     let mut beats = Beats::default();
     let said = work.join(SAID);
     let written = Written::new(work);

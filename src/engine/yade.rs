@@ -2,6 +2,7 @@
 //! socket, and has what they write read as that of any engine is.
 
 use std::env;
+use std::ffi::OsStr;
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::fs::symlink;
@@ -204,19 +205,12 @@ pub fn run_cases(
     let runs = read::cases(work, cases).map_err(hinted)?;
     let complete = |(case, run): (&&Case, Result<read::CaseRun, String>)| {
         let run = run.map_err(ProgramError::Refused)?;
-        let wanted = if case.bodies.len() <= MOST_LOADED {
-            case.moments.len()
-        } else {
-            0
-        };
+        let has_loads = case.bodies.len() <= MOST_LOADED;
+        let wanted = if has_loads { case.moments.len() } else { 0 };
         let effective = run.effective.filter(|_| run.loads.len() == wanted);
-        let name = &case.name;
+        let lacking = || format!("{}: no parameters, or loads of other grains", case.name);
         Ok(CaseInYade {
-            effective: effective.ok_or_else(|| {
-                hinted(nonsense(format!(
-                    "{name}: no parameters, or loads of other grains"
-                )))
-            })?,
+            effective: effective.ok_or_else(|| hinted(nonsense(lacking())))?,
             track: run.track,
             loads: run.loads,
         })
@@ -287,10 +281,8 @@ pub fn time(
     let yade = find(options.program.as_deref())?;
     exec::write_timing(work, model, bodies, steps, &[], &options.settings())?;
     let version = start(&yade, TIME_STEPS, work, options, &mut ())?;
-    Ok((
-        read::timed(work, model, bodies, steps).map_err(hinted)?,
-        version,
-    ))
+    let timed = read::timed(work, model, bodies, steps).map_err(hinted)?;
+    Ok((timed, version))
 }
 
 fn can(model: &Model) -> Result<(), ProgramError> {
@@ -321,39 +313,36 @@ fn start(
     // Under this name Python imports the program, and the program then opens no socket.
     let link = work.join("yadeimport.py");
     symlink(&yade.program, &link).map_err(failed("create", &link))?;
-    let mut command = match options.under.split_first() {
-        None => Command::new(&yade.interpreter),
-        Some((program, arguments)) => {
-            let mut command = Command::new(program);
-            command.args(arguments).arg(&yade.interpreter);
-            command
-        }
-    };
+    let under = options.under.iter().map(OsStr::new);
+    let mut words = under.chain([yade.interpreter.as_os_str(), OsStr::new(script.0)]);
+    let mut command = Command::new(words.next().unwrap_or_default());
     command
-        .arg(script.0)
+        .args(words)
         .env("CROSSGRAIN_JOB", work)
         .env("CROSSGRAIN_PARENT", std::process::id().to_string())
         .env("PYTHONPATH", work)
         .env("HOME", &home)
         .env("IPYTHONDIR", &home);
     let mut version = Ok(None);
+    let mut fits = || {
+        if matches!(version, Ok(None)) {
+            version = hello(work);
+        }
+        version.is_ok()
+    };
     let done = finish(
         &mut command,
         SAID,
         &options.limits,
         work,
         observer,
-        &mut || {
-            if matches!(version, Ok(None)) {
-                version = hello(work);
-            }
-            version.is_ok()
-        },
+        &mut fits,
     );
-    let version = match version.map_err(hinted)? {
-        Some(version) => Some(version),
-        None => hello(work).map_err(hinted)?,
-    };
+    let version = version.and_then(|version| match version {
+        Some(_) => Ok(version),
+        None => hello(work),
+    });
+    let version = version.map_err(hinted)?;
     done.map_err(|error| match error {
         ProgramError::NotStarted { reason, .. } => missing(format!(
             "{} cannot be started: {reason}",
@@ -437,10 +426,9 @@ pub fn find(program: Option<&Path>) -> Result<Installation, ProgramError> {
 /// The build of the same YADE that has this name (`yade-float128`), which stands beside it.
 pub fn sibling(program: Option<&Path>, name: &str) -> Result<PathBuf, ProgramError> {
     let of = find(program)?.program.with_file_name(name);
-    if of.is_file() {
-        Ok(of)
-    } else {
-        Err(missing(format!("{} does not exist", of.display())))
+    match of.is_file() {
+        true => Ok(of),
+        false => Err(missing(format!("{} does not exist", of.display()))),
     }
 }
 

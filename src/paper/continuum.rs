@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::paper::quadrature::integrate;
+use crate::paper::integrate;
 use grains::measure::stress::Components;
 
 /// What the load stands on.

@@ -36,7 +36,7 @@ use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, PI, SQRT_2, TAU};
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::paper::quadrature::integrate;
+use crate::paper::integrate;
 
 /// What is left of forces and moments that balance, as a share of the sum of the forces' sizes.
 const BALANCE: f64 = 1e-9;

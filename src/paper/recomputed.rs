@@ -9,8 +9,8 @@ use statrs::distribution::{ContinuousCDF, Erlang};
 use super::Number;
 use super::continuum::strip_load;
 use super::disc_field::figure_4;
+use super::integrate;
 use super::published::{CONTROL_VOLUME, HEIGHT, POINTS, POROSITY, PRESSURE, TABLE_1, table_4};
-use super::quadrature::integrate;
 
 /// a, m.
 pub const HALF_WIDTH: f64 = 0.0225;

@@ -11,7 +11,6 @@ use crate::checks::Check;
 use crate::compare::bits::{COLUMNS, of_contact};
 use crate::run::folder::recorded_history;
 use grains::generate::initial_bodies;
-use grains::measure::HistoryRow;
 use grains::model::{Law, Model};
 use grains::native::{first_contact_punch, run_case};
 use grains::scene::{
@@ -196,11 +195,8 @@ pub fn recorded() -> Vec<CaseGroup> {
     /// Steps of pouring; enough for three forces on a grain, so that the order of sums shows.
     const STEPS: u64 = 3_000;
     // The program carries the record; a broken one leaves no moments, and the group fails.
-    let recorded: Vec<HistoryRow> = recorded_history()
-        .unwrap_or_default()
-        .into_iter()
-        .filter(|row| row.stage == Stage::Settle && row.step <= STEPS)
-        .collect();
+    let mut recorded = recorded_history().unwrap_or_default();
+    recorded.retain(|row| row.stage == Stage::Settle && row.step <= STEPS);
     let scene = paper_scene(1, 5000);
     let case = Case {
         name: "the paper's cloud".to_owned(),
@@ -209,11 +205,9 @@ pub fn recorded() -> Vec<CaseGroup> {
         punch: None,
         moments: recorded.iter().map(|row| row.step).collect(),
     };
-    let group = CaseGroup::new(
-        RECORDED,
-        "Pouring the paper's 5,000 grains gives the states that YADE gave when it was recorded",
-    );
-    let group = group.with([case], move |tracks, figures| {
+    let title =
+        "Pouring the paper's 5,000 grains gives the states that YADE gave when it was recorded";
+    let group = CaseGroup::new(RECORDED, title).with([case], move |tracks, figures| {
         let moments = tracks[0].iter().zip(&recorded);
         let differing = moments.filter(|(moment, row)| moment.bodies.digest() != row.state);
         let differing = differing.count() + tracks[0].len().abs_diff(recorded.len());

@@ -52,14 +52,9 @@ impl EngineRecord {
         }
     }
 
-    /// Whether this run does the exact mode's operations, in whatever order.
+    /// Whether this run does the exact mode's operations, in whatever order. Of an external engine nobody has promised it.
     pub fn keeps_operations(&self) -> bool {
-        match self {
-            EngineRecord::Native { mode, .. } => mode.is_exact(),
-            EngineRecord::Yade { .. } => true,
-            // Nobody has promised it.
-            EngineRecord::Exec { .. } => false,
-        }
+        self.keeps_order() || matches!(self, EngineRecord::Yade { .. })
     }
 
     /// Where the engine does something else than the model says, in its own words.
@@ -84,14 +79,11 @@ impl EngineRecord {
             EngineRecord::Native {
                 perturbation, mode, ..
             } => {
-                let mut words = "native".to_owned();
-                if !mode.is_exact() {
-                    words += &format!(", {} mode", mode.name());
+                let fault = perturbation.map_or(String::new(), |of| format!(" with {of}"));
+                match mode.is_exact() {
+                    true => format!("native{fault}"),
+                    false => format!("native, {} mode{fault}", mode.name()),
                 }
-                if let Some(fault) = perturbation {
-                    words += &format!(" with {fault}");
-                }
-                words
             }
             EngineRecord::Yade {
                 version,

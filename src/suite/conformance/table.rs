@@ -1,5 +1,6 @@
 //! The conformance table: engines before one judge, each with what it cannot express.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -9,7 +10,7 @@ use serde::Serialize;
 use super::{Conformance, conformance, of_yade};
 use crate::checks::{Check, Outcome, slug, verdict};
 use crate::compare::first_steps::{self, Beds, OfBed};
-use crate::document::{Cell, Document, Section, Table};
+use crate::document::{Document, Section, Table};
 use crate::engine::exec::{self, Adapter, Part};
 use crate::engine::{ProgramError, yade};
 use crate::files::work_folder;
@@ -237,11 +238,9 @@ impl Row {
         let mut lacks: Vec<String> = parts.map(Part::in_words).collect();
         if lacks.is_empty() {
             let not_asked = self.judgement().map_or(&[][..], |of| &of.not_asked);
-            for of in not_asked {
-                if !lacks.contains(&of.lacking) {
-                    lacks.push(of.lacking.clone());
-                }
-            }
+            lacks.extend(not_asked.iter().map(|of| of.lacking.clone()));
+            let mut seen = BTreeSet::new();
+            lacks.retain(|of| seen.insert(of.clone()));
         }
         lacks
     }
@@ -294,10 +293,8 @@ impl ConformanceTable {
             .column("computes in", |of| {
                 of.judgement().map(|of| of.resolution.name())
             });
-        let found = self
-            .engines
-            .iter()
-            .map(|of| format!("{}: {}", of.name, of.said()));
+        let found = self.engines.iter();
+        let found = found.map(|of| format!("{}: {}", of.name, of.said()));
         let cannot = Table::of("cannot-express", "", &self.engines)
             .column("engine", |of: &Row| &of.name)
             .column("has no", |of| of.lacks().join(", "))
@@ -305,56 +302,29 @@ impl ConformanceTable {
                 let engine = of.found.as_ref().map(|of| &of.engine);
                 engine.map(|of| of.approximations.join("; "))
             });
-        let mut states = Table::new(
-            "states",
-            "",
-            &[
-                "engine",
-                "law",
-                "state",
-                "verdict",
-                "times as far as replicas",
-            ],
-        );
-        for (row, of) in self
-            .engines
-            .iter()
-            .filter_map(|of| Some((of, of.judgement()?)))
-        {
-            for start in &of.starts {
-                let ratio = start.farthest.as_ref().map(|of| of.ratio);
-                let words = [
-                    start.law.name(),
-                    start.start.name(),
-                    start.verdict.in_words(),
-                ];
-                let cells = words.map(Cell::from).into_iter();
-                states.row(
-                    [Cell::from(&row.name)]
-                        .into_iter()
-                        .chain(cells)
-                        .chain([ratio.into()]),
-                );
-            }
-        }
+        let judged = |row| Some((row, Row::judgement(row)?));
+        let states = self.engines.iter().filter_map(judged);
+        let states = states.flat_map(|(row, of)| of.starts.iter().map(move |start| (row, start)));
+        let states = Table::of("states", "", states)
+            .column("engine", |(row, _)| &row.name)
+            .column("law", |(_, of)| of.law.name())
+            .column("state", |(_, of)| of.start.name())
+            .column("verdict", |(_, of)| of.verdict.in_words())
+            .column("times as far as replicas", |(_, of)| {
+                of.farthest.as_ref().map(|of| of.ratio)
+            });
         let about = "The first hundred steps from a bed in four states, under the laws that an engine says it has, are held against the \
                      native engine's. Replicas are native runs with rounding errors as coarse as the engine's in every step.";
+        let about = format!("{about} Up to {FACTOR} times as far as they are is rounding.");
+        let neither_way = "States that ask for it count neither way.";
         Document {
             title: "Conformance table".to_owned(),
             verdict: verdict(&self.checks),
             answer: self.answer(),
             sections: vec![
-                Section::new(
-                    "Engines",
-                    format!("{about} Up to {FACTOR} times as far as they are is rounding."),
-                )
-                .with(engines),
+                Section::new("Engines", about).with(engines),
                 Section::new("What was found", "").with_all(found),
-                Section::new(
-                    "What each cannot express",
-                    "States that ask for it count neither way.",
-                )
-                .with(cannot),
+                Section::new("What each cannot express", neither_way).with(cannot),
                 Section::new("State by state", "").with(states).as_details(),
             ],
             checks: self.checks.clone(),
@@ -369,9 +339,8 @@ impl ConformanceTable {
                 None => counted.push((words, 1)),
             }
         }
-        let counted = counted
-            .iter()
-            .map(|(words, count)| format!("{count} {words}"));
+        let counted = counted.iter();
+        let counted = counted.map(|(words, count)| format!("{count} {words}"));
         let counted = counted.collect::<Vec<_>>().join(", ");
         format!("of {} engines {counted}", self.engines.len())
     }
