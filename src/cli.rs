@@ -6,7 +6,6 @@ mod compare;
 mod engine;
 mod job_folder;
 mod paper;
-mod parameters;
 mod report;
 mod reproduce;
 mod run;

@@ -20,16 +20,11 @@ use grains::measure::Quantity;
 use grains::native;
 use verdict::judge::{Judgement, Verdict};
 
-/// A measured quantity in both runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct QuantityPair {
-    /// The quantity, as in [`Quantity`].
     pub key: String,
-    /// SI unit.
     pub unit: String,
-    /// In run A, if it has it.
     pub a: Option<f64>,
-    /// In run B, if it has it.
     pub b: Option<f64>,
     /// |a − b|.
     pub difference: Option<f64>,
@@ -37,18 +32,13 @@ pub struct QuantityPair {
     pub verdict: Outcome,
 }
 
-/// The comparison of run A with run B.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Comparison {
-    /// In run A, if it has it.
     pub a: String,
-    /// In run B, if it has it.
     pub b: String,
     /// Both runs add forces in the same order, so every bit is expected to agree.
     pub bits_expected: bool,
-    /// All checks, in order.
     pub checks: Vec<Check>,
-    /// The tables, number by number.
     pub tables: Vec<TableBits>,
     /// Every bit of every table and moment is the same.
     pub same_bits: bool,
@@ -56,7 +46,6 @@ pub struct Comparison {
     pub first_difference: Option<FirstDifference>,
     /// Where bits may differ: the first steps of the engine of run A or B, where it is not the native engine itself.
     pub first_steps: Vec<(&'static str, Judgement)>,
-    /// All measured quantities.
     pub quantities: Vec<QuantityPair>,
 }
 
@@ -70,10 +59,8 @@ impl Comparison {
             id: format!("{id}/{}", check.id),
             ..check.clone()
         };
-        let quantities = self
-            .quantities
-            .iter()
-            .map(|pair| pair.check(id, self.bits_expected));
+        let quantities = self.quantities.iter();
+        let quantities = quantities.map(|pair| pair.check(id, self.bits_expected));
         self.checks.iter().map(of).chain(quantities).collect()
     }
 
@@ -95,6 +82,12 @@ impl Comparison {
     fn check(&mut self, id: &str, quantity: &str, outcome: Outcome, found: impl Into<String>) {
         let check = Check::of_words(id, quantity, outcome, &found.into());
         self.checks.push(check);
+    }
+
+    /// A check that its id names.
+    fn holds(&mut self, id: &str, holds: bool, found: String) {
+        let quantity = id.replace('-', " ");
+        self.check(id, &quantity, Outcome::pass_if(holds), found);
     }
 
     /// What was checked, as a table.
@@ -123,7 +116,6 @@ impl Comparison {
         Table::from(table)
     }
 
-    /// The comparison for people.
     pub fn document(&self) -> Document {
         let mut sections = vec![
             Section::new("Checks", format!("A: {}\nB: {}", self.a, self.b))
@@ -152,14 +144,9 @@ impl Comparison {
         }
     }
 
-    /// The verdict, and what it rests on.
     pub fn answer(&self) -> String {
-        let mut said = format!(
-            "{}: {} against {}",
-            self.verdict().in_words(),
-            self.a,
-            self.b
-        );
+        let verdict = self.verdict().in_words();
+        let mut said = format!("{verdict}: {} against {}", self.a, self.b);
         if let Some(first) = &self.first_difference {
             said += &format!("; first difference: {first}");
         }
@@ -205,8 +192,8 @@ impl QuantityPair {
 /// Compares two runs. With a locator the engines are run again: where bits are expected and differ, to find the first step and
 /// grain; where they may differ, to judge the engines' first steps.
 pub fn compare(a: &RunFolder, b: &RunFolder, locator: Option<&Locator>) -> Comparison {
-    let bits_expected = a.record.engine.keeps_order() && b.record.engine.keeps_order();
-    compare_as(a, b, bits_expected, locator)
+    let keep_order = [a, b].map(|run| run.record.engine.keeps_order());
+    compare_as(a, b, keep_order == [true; 2], locator)
 }
 
 /// The same where somebody says whether bits are expected: of external engines nobody else knows.
@@ -220,12 +207,7 @@ pub fn compare_as(
         a: a.record.engine.label(),
         b: b.record.engine.label(),
         bits_expected,
-        checks: Vec::new(),
-        tables: Vec::new(),
-        same_bits: false,
-        first_difference: None,
-        first_steps: Vec::new(),
-        quantities: Vec::new(),
+        ..Comparison::default()
     };
     same_question(a, b, &mut comparison);
     for (name, run) in [("A", a), ("B", b)] {
@@ -254,31 +236,16 @@ pub fn compare_as(
 /// Scene, start and protocol are the same in both.
 fn same_question(a: &RunFolder, b: &RunFolder, comparison: &mut Comparison) {
     let differing = bits::differing_keys(&a.scene, &b.scene);
-    comparison.check(
-        "same-scene",
-        "same scene",
-        Outcome::pass_if(differing.is_empty()),
-        if differing.is_empty() {
-            format!("digest {}", &a.record.scene_digest[..16])
-        } else {
-            format!("the scenes differ in {}", differing.join(", "))
-        },
-    );
-    comparison.check(
-        "same-start",
-        "same start",
-        Outcome::pass_if(a.record.initial_digest == b.record.initial_digest),
-        format!(
-            "initial states {} and {}",
-            a.record.initial_digest, b.record.initial_digest
-        ),
-    );
-    comparison.check(
-        "same-protocol",
-        "same protocol",
-        Outcome::pass_if(a.record.protocol == b.record.protocol),
-        format!("{} and {}", a.record.protocol, b.record.protocol),
-    );
+    let found = match differing.is_empty() {
+        true => format!("digest {}", &a.record.scene_digest[..16]),
+        false => format!("the scenes differ in {}", differing.join(", ")),
+    };
+    comparison.holds("same-scene", differing.is_empty(), found);
+    let (of_a, of_b) = (&a.record.initial_digest, &b.record.initial_digest);
+    let found = format!("initial states {of_a} and {of_b}");
+    comparison.holds("same-start", of_a == of_b, found);
+    let (of_a, of_b) = (a.record.protocol, b.record.protocol);
+    comparison.holds("same-protocol", of_a == of_b, format!("{of_a} and {of_b}"));
 }
 
 fn expect_bits(
@@ -288,16 +255,9 @@ fn expect_bits(
     comparison: &mut Comparison,
 ) {
     let (of_a, of_b) = (a.stages_in_words(), b.stages_in_words());
-    comparison.check(
-        "same-stages",
-        "same stages",
-        Outcome::pass_if(of_a == of_b),
-        if of_a == of_b {
-            of_a
-        } else {
-            format!("{of_a} against {of_b}")
-        },
-    );
+    let same = of_a == of_b;
+    let against = format!("{of_a} against {of_b}");
+    comparison.holds("same-stages", same, if same { of_a } else { against });
     for table in comparison.tables.clone() {
         let id = format!("bits-of-{}", table.table.replace(' ', "-"));
         let quantity = format!("bits of {}", table.table);
@@ -312,35 +272,22 @@ fn expect_bits(
         ));
     }
     let history = bits::history(a, b);
-    comparison.check(
-        "bits-along-the-way",
-        "bits along the way",
-        Outcome::pass_if(history.agrees()),
-        history.to_string(),
-    );
-    if comparison
-        .checks
-        .iter()
-        .all(|check| check.outcome != Outcome::Fail)
-    {
+    let found = history.to_string();
+    comparison.holds("bits-along-the-way", history.agrees(), found);
+    let mut checks = comparison.checks.iter();
+    if checks.all(|check| check.outcome != Outcome::Fail) {
         return;
     }
-    match locator {
-        Some(locator) => match locator.locate(a, b) {
-            Ok(found) => comparison.first_difference = found,
-            Err(reason) => comparison.check(
-                "first-difference",
-                "first difference",
-                Outcome::Skipped,
-                reason,
-            ),
-        },
-        None => comparison.check(
-            "first-difference",
-            "first difference",
-            Outcome::Skipped,
-            "not asked for",
-        ),
+    let found = match locator {
+        Some(locator) => locator.locate(a, b),
+        None => Err("not asked for".to_owned()),
+    };
+    match found {
+        Ok(found) => comparison.first_difference = found,
+        Err(reason) => {
+            let id = "first-difference";
+            comparison.check(id, "first difference", Outcome::Skipped, reason);
+        }
     }
 }
 
@@ -368,9 +315,8 @@ fn expect_rounding(
         match judged {
             Ok(None) => {}
             Ok(Some(judgement)) => {
-                comparison
-                    .checks
-                    .extend(first_steps::checks(&judgement, &id));
+                let checks = first_steps::checks(&judgement, &id);
+                comparison.checks.extend(checks);
                 comparison.first_steps.push((name, judgement));
             }
             Err(why) => {
@@ -407,9 +353,8 @@ fn of_first_steps(run: &RunFolder, locator: &Locator) -> Result<Option<Judgement
 fn quantities(a: &RunFolder, b: &RunFolder, comparison: &mut Comparison) {
     let (of_a, of_b) = (a.quantities(), b.quantities());
     let find = |list: &[Quantity], key: &str| {
-        list.iter()
-            .find(|quantity| quantity.key == key)
-            .map(|quantity| quantity.value)
+        let found = list.iter().find(|of| of.key == key);
+        found.map(|of| of.value)
     };
     let mut all: Vec<&Quantity> = of_a.iter().collect();
     all.extend(of_b.iter().filter(|of| find(&of_a, &of.key).is_none()));

@@ -9,7 +9,9 @@ pub mod yade;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use clap::ValueEnum;
 use exec::{Options, PROTOCOL};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use watch::Limits;
 
@@ -21,19 +23,15 @@ use grains::scene::Scene;
 use grains::tables::Stage;
 use grains::task::{Case, Task, Until};
 
-/// An engine did not finish.
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
-    /// Our own.
     #[error(transparent)]
     Native(#[from] NativeError),
-    /// Any other.
     #[error(transparent)]
     Program(#[from] ProgramError),
 }
 
 impl EngineError {
-    /// The exit code of the command that needed the engine.
     pub fn exit_code(&self) -> u8 {
         match self {
             EngineError::Native(_) if self.is_interruption() => exit::TRY_AGAIN,
@@ -54,7 +52,6 @@ impl EngineError {
 /// An engine that is a program did not give a run that can be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ProgramError {
-    /// It is not installed.
     #[error(
         "{engine} is missing: {reason}; on Debian 12 install it with `apt-get install --no-install-recommends {package}`"
     )]
@@ -119,13 +116,28 @@ pub enum ProgramError {
 }
 
 impl ProgramError {
-    /// The exit code of the command that needed the engine.
     pub fn exit_code(&self) -> u8 {
         match self {
             ProgramError::Unsupported { .. } | ProgramError::NotStarted { .. } => exit::USAGE,
             ProgramError::File(_) | ProgramError::Interrupted => exit::TRY_AGAIN,
             _ => exit::ENGINE_FAILED,
         }
+    }
+
+    /// Whether it says nothing of the engine: it was never started, a signal ended it, or a file failed.
+    pub fn is_no_fault_of_it(&self) -> bool {
+        matches!(
+            self,
+            ProgramError::NotStarted { .. } | ProgramError::Interrupted | ProgramError::File(_)
+        )
+    }
+
+    /// Whether the engine was understood, though its run is of no use.
+    pub fn was_understood(&self) -> bool {
+        matches!(
+            self,
+            ProgramError::Nonsense(_) | ProgramError::WentWrong { .. }
+        )
     }
 
     /// Whether the engine is not installed here, or too old.
@@ -153,17 +165,37 @@ fn nonsense(reason: impl Into<String>) -> ProgramError {
     ProgramError::Nonsense(reason.into())
 }
 
-/// What `describe` printed.
+/// Nonsense unless this holds.
+fn ensure(holds: bool, otherwise: impl FnOnce() -> String) -> Result<(), ProgramError> {
+    if holds {
+        Ok(())
+    } else {
+        Err(nonsense(otherwise()))
+    }
+}
+
+/// What an engine says in JSON, in a file or a line of one.
+fn parsed<T: DeserializeOwned>(text: &str, name: &str) -> Result<T, ProgramError> {
+    serde_json::from_str(text).map_err(|error| nonsense(format!("{name}: {error}")))
+}
+
+/// A file of one such text, of at most so many bytes.
+fn read_json<T: DeserializeOwned>(
+    path: &Path,
+    longest: u64,
+    name: &str,
+) -> Result<T, ProgramError> {
+    let text = read_text(path, longest).map_err(|error| nonsense(format!("{name}: {error}")))?;
+    parsed(&text, name)
+}
+
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Description {
     /// [`PROTOCOL`].
     pub protocol: u32,
-    /// Its name.
     pub name: String,
-    /// Its version.
     pub version: String,
-    /// What it has.
     pub parts: Vec<Part>,
     /// Where it does something else than the model says, in words; shown wherever its results are.
     #[serde(default)]
@@ -179,12 +211,10 @@ impl Description {
         })
     }
 
-    /// Whether it has this part.
     pub fn has(&self, part: Part) -> bool {
         self.parts.contains(&part)
     }
 
-    /// Name and version.
     pub fn label(&self) -> String {
         format!("{} {}", self.name, self.version)
     }
@@ -267,82 +297,58 @@ fn parse(
 }
 
 /// What an engine may have; the vocabulary of version 1 of the protocol.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, ValueEnum)]
 #[serde(rename_all = "snake_case")]
+#[value(rename_all = "snake_case")]
 pub enum Part {
-    /// Linear springs along the normal.
+    /// normal springs
     NormalSpring,
-    /// Tangential springs with a Coulomb limit and their history.
+    /// friction
     TangentialSpring,
-    /// Grains that turn.
+    /// rotating grains
     Rotation,
-    /// Dashpots along the normal.
+    /// dashpots
     Dashpots,
-    /// Cundall's damping.
+    /// Cundall's damping
     LocalDamping,
-    /// Gravity.
+    /// gravity
     Gravity,
-    /// Infinite walls.
+    /// walls
     Walls,
-    /// The rigid punch.
+    /// punch
     Punch,
-    /// The rules that end stages.
+    /// rules that end a stage
     StopRules,
-    /// Lists of small experiments in one start.
+    /// lists of small experiments
     Cases,
-    /// Beds whose steps it times by its own clock.
+    /// clock of its own steps
     Timing,
 }
 
 impl Part {
-    /// All of them.
-    pub const ALL: [Part; 11] = [
-        Part::NormalSpring,
-        Part::TangentialSpring,
-        Part::Rotation,
-        Part::Dashpots,
-        Part::LocalDamping,
-        Part::Gravity,
-        Part::Walls,
-        Part::Punch,
-        Part::StopRules,
-        Part::Cases,
-        Part::Timing,
-    ];
-
-    /// The name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Part::NormalSpring => "normal_spring",
-            Part::TangentialSpring => "tangential_spring",
-            Part::Rotation => "rotation",
-            Part::Dashpots => "dashpots",
-            Part::LocalDamping => "local_damping",
-            Part::Gravity => "gravity",
-            Part::Walls => "walls",
-            Part::Punch => "punch",
-            Part::StopRules => "stop_rules",
-            Part::Cases => "cases",
-            Part::Timing => "timing",
-        }
+    /// In files.
+    pub fn name(self) -> String {
+        value_name(&self)
     }
 
-    /// For messages.
-    pub fn in_words(self) -> &'static str {
-        match self {
-            Part::NormalSpring => "normal springs (normal_spring)",
-            Part::TangentialSpring => "friction (tangential_spring)",
-            Part::Rotation => "rotating grains (rotation)",
-            Part::Dashpots => "dashpots (dashpots)",
-            Part::LocalDamping => "Cundall's damping (local_damping)",
-            Part::Gravity => "gravity (gravity)",
-            Part::Walls => "walls (walls)",
-            Part::Punch => "punch (punch)",
-            Part::StopRules => "rules that end a stage (stop_rules)",
-            Part::Cases => "lists of small experiments (cases)",
-            Part::Timing => "clock of its own steps (timing)",
-        }
+    /// With the name in files.
+    pub fn in_words(self) -> String {
+        let value = self.to_possible_value();
+        let words = value.and_then(|of| of.get_help().map(ToString::to_string));
+        format!("{} ({})", words.unwrap_or_default(), self.name())
     }
+
+    /// Some of them, in words.
+    pub fn list(of: &[Part]) -> String {
+        let words: Vec<String> = of.iter().map(|part| part.in_words()).collect();
+        words.join(", ")
+    }
+}
+
+/// As it is written on the command line or in files.
+pub fn value_name(of: &impl ValueEnum) -> String {
+    let value = of.to_possible_value();
+    value.map_or(String::new(), |of| of.get_name().to_owned())
 }
 
 /// What this model asks for.

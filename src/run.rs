@@ -31,7 +31,6 @@ const MARKED: usize = 100;
 /// Which engine, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Engine {
-    /// Our own.
     Native(native::Options),
     Yade(yade::Options),
     /// A program that speaks the engine protocol.
@@ -145,8 +144,8 @@ struct Recorder<'a> {
 
 impl Observer for Recorder<'_> {
     fn snapshot(&mut self, snapshot: &Snapshot) {
-        self.history
-            .push(measure::history_row(self.scene, snapshot));
+        let row = measure::history_row(self.scene, snapshot);
+        self.history.push(row);
         let bodies = &snapshot.bodies;
         for id in (0..bodies.len()).step_by((bodies.len() / MARKED).max(1)) {
             self.trace.push(TraceRow {
@@ -183,10 +182,8 @@ pub fn command(engine: &Engine, protocol: Protocol) -> String {
         }
         Engine::Yade(options) => {
             let order = if options.sorted { "sorted" } else { "ordinary" };
-            words += &format!(
-                " --engine yade --loop {order} --verlet-distance {:?}",
-                options.verlet_distance
-            );
+            let distance = options.verlet_distance;
+            words += &format!(" --engine yade --loop {order} --verlet-distance {distance:?}");
         }
         // The path belongs to a machine.
         Engine::Exec(_) => words += " --engine exec:PATH",
@@ -226,14 +223,8 @@ pub fn to_folder(
     out: &Path,
     display: &Display,
 ) -> Result<RunFolder, KeptError> {
-    prepared(
-        scene,
-        Preparation::default(),
-        engine,
-        protocol,
-        out,
-        display,
-    )
+    let nothing = Preparation::default();
+    prepared(scene, nothing, engine, protocol, out, display)
 }
 
 /// What was done before a run, for its record.
@@ -269,14 +260,8 @@ pub fn prepared(
         Some((softened, bodies)) => (Some(softened), bodies),
         None => (None, initial_bodies(scene)),
     };
-    let run = recorded(
-        scene,
-        engine,
-        protocol,
-        initial,
-        work.path(),
-        &mut |stage, step, share| task.run(stage, step, share),
-    );
+    let mut progress = |stage, step, share| task.run(stage, step, share);
+    let run = recorded(scene, engine, protocol, initial, work.path(), &mut progress);
     let mut run = match run {
         Ok(run) => run,
         Err(error) => {
@@ -287,10 +272,8 @@ pub fn prepared(
     };
     run.record.step_choice = preparation.step_choice;
     if softened.is_some() {
-        run.record.command = run
-            .record
-            .command
-            .replace(" --out ", " --reduced-stiffness --out ");
+        let command = &mut run.record.command;
+        *command = command.replace(" --out ", " --reduced-stiffness --out ");
     }
     run.record.softened = softened;
     run.write(out)?;
@@ -307,15 +290,11 @@ fn keep_evidence(engine: &Engine, error: &EngineError, work: TempDir, out: &Path
         Engine::Exec(_) => (".engine.log", "the engine's"),
     };
     // An engine that was never started has said nothing.
-    let EngineError::Program(error) = error else {
-        return;
+    let error = match error {
+        EngineError::Native(_) => return,
+        EngineError::Program(ProgramError::Missing { .. } | ProgramError::Interrupted) => return,
+        EngineError::Program(error) => error,
     };
-    if matches!(
-        error,
-        ProgramError::Missing { .. } | ProgramError::Interrupted
-    ) {
-        return;
-    }
     let beside = |end: &str| {
         let mut name = out.as_os_str().to_owned();
         name.push(end);

@@ -10,7 +10,6 @@ pub mod conformance;
 mod conservation;
 pub mod cross_code;
 pub mod detection;
-mod document;
 mod drops;
 mod oscillators;
 pub mod parameters;
@@ -52,11 +51,8 @@ type Judge = Box<dyn Fn(&[Track], &mut Figures) + Send + Sync>;
 pub struct CaseGroup {
     /// Lasting and unique, in kebab-case.
     pub id: &'static str,
-    /// What it shows, in one line.
     pub title: &'static str,
-    /// What kind of evidence it gives.
     pub evidence: Evidence,
-    /// What is run.
     pub cases: Vec<Case>,
     /// Judges, each with the number of cases that are its own.
     judges: Vec<(usize, Judge)>,
@@ -74,7 +70,6 @@ impl CaseGroup {
         }
     }
 
-    /// With one more experiment.
     #[must_use]
     pub fn with(
         mut self,
@@ -105,7 +100,6 @@ impl CaseGroup {
     }
 }
 
-/// Every group that one engine can run alone.
 pub fn groups() -> Vec<CaseGroup> {
     let parts = [
         collisions::groups(),
@@ -124,11 +118,8 @@ pub fn groups() -> Vec<CaseGroup> {
 
 /// Passed if there are checks and all hold.
 pub fn outcome(checks: &[Check]) -> Outcome {
-    if !checks.is_empty() && checks.iter().all(|of| of.outcome == Outcome::Pass) {
-        Outcome::Pass
-    } else {
-        Outcome::Fail
-    }
+    let holds = |of: &Check| of.outcome == Outcome::Pass;
+    Outcome::pass_if(!checks.is_empty() && checks.iter().all(holds))
 }
 
 /// The checks of experiments. One rule for all: |value − expected| ≤ tolerance, and what is no number fails.
@@ -159,16 +150,15 @@ impl Figures {
             Some((id, words)) => (id, words.to_owned()),
             None => (what, what.replace('-', " ")),
         };
-        let separator = if self.case.is_empty() { "" } else { "/" };
-        let of = if self.case.is_empty() { "" } else { ", " };
-        let holds = (value - expected).abs() <= tolerance;
-        let outcome = Outcome::pass_if(holds);
-        let check = Check::of_words(
-            format!("{}{separator}{id}", self.case),
-            &format!("{words}{of}{}", self.case.replace('-', " ")),
-            outcome,
-            "",
-        );
+        let (id, words) = match self.case.as_str() {
+            "" => (id.to_owned(), words),
+            case => (
+                format!("{case}/{id}"),
+                format!("{words}, {}", case.replace('-', " ")),
+            ),
+        };
+        let outcome = Outcome::pass_if((value - expected).abs() <= tolerance);
+        let check = Check::of_words(id, &words, outcome, "");
         let check = check.with_limits(value, expected, Some(tolerance));
         self.checks.push(Check {
             unit: unit.to_owned(),
@@ -183,7 +173,6 @@ impl Figures {
         self.is(what, value, expected, rounding(steps, size));
     }
 
-    /// All of them.
     pub fn done(self) -> Vec<Check> {
         self.checks
     }
@@ -199,7 +188,6 @@ fn rounding(steps: u64, size: f64) -> f64 {
 #[derive(Clone, Copy)]
 struct View<'a>(Option<&'a Snapshot>);
 
-/// The state after this step.
 fn at(track: &Track, step: u64) -> View<'_> {
     View(track.iter().find(|snapshot| snapshot.step == step))
 }
@@ -236,12 +224,7 @@ impl<'a> View<'a> {
 /// The value that is furthest from this one; not a number if one of them is none.
 fn furthest(from: f64, values: impl IntoIterator<Item = f64>) -> f64 {
     let off = |value: f64| (value - from).abs();
-    let further = |worst: f64, value: f64| {
-        if worst.is_nan() || off(value) <= off(worst) {
-            worst
-        } else {
-            value
-        }
-    };
+    let nearer = |worst: f64, value: f64| worst.is_nan() || off(value) <= off(worst);
+    let further = |worst, value| if nearer(worst, value) { worst } else { value };
     values.into_iter().fold(from, further)
 }

@@ -1,6 +1,5 @@
 //! Independent pieces of work on several threads.
 
-use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
@@ -34,22 +33,6 @@ pub fn each<T: Send, E: Send>(
     });
     let failure = lock(&failure).take();
     failure.map_or(Ok(()), Err)
-}
-
-/// What `one` makes of 0 to `count` − 1, in this order, on every core. The first failure, which is returned, stops it; a
-/// signal to end does too, and leaves the last of them away.
-pub fn map<T: Send, E: Send>(
-    count: usize,
-    one: impl Fn(usize) -> Result<T, E> + Sync,
-) -> Result<Vec<T>, E> {
-    let made: Mutex<BTreeMap<usize, T>> = Mutex::default();
-    each(0..count, cores().min(count), |index| {
-        let of = one(index)?;
-        lock(&made).insert(index, of);
-        Ok(())
-    })?;
-    let made = std::mem::take(&mut *lock(&made));
-    Ok(made.into_values().collect())
 }
 
 /// The machine's cores.

@@ -53,12 +53,12 @@ fn agree_to_the_bit(folder: &Path, begin: &str) {
 #[test]
 fn every_file_of_the_adapters_is_placed() {
     let folder = tempdir().expect("a folder");
-    let engine = Adapter::Toy.place(folder.path(), &usual_limits());
+    let engine = Adapter::TOY.place(folder.path(), &usual_limits());
     assert_eq!(
         engine.expect("needs a Python alone").description.name,
         "toy"
     );
-    let engines = Adapter::ALL.map(|of| format!("{}.py", of.key()));
+    let engines = Adapter::ALL.map(|of| format!("{}.py", of.key));
     for entry in fs::read_dir(adapter_path("")).expect("a folder") {
         let (name, text) = {
             let path = entry.expect("readable").path();
@@ -80,10 +80,10 @@ fn every_file_of_the_adapters_is_placed() {
 )]
 fn every_adapter_is_placed_and_describes_itself() {
     // Kratos DEM is no Debian package; its own test has it.
-    for adapter in Adapter::ALL.into_iter().filter(|of| *of != Adapter::Kratos) {
+    for adapter in Adapter::ALL.into_iter().filter(|of| *of != Adapter::KRATOS) {
         let folder = tempdir().expect("a folder");
         let engine = adapter.place(folder.path(), &usual_limits()).expect("here");
-        assert_eq!(engine.description.name, adapter.name());
+        assert_eq!(engine.description.name, adapter.name);
     }
 }
 
@@ -160,7 +160,7 @@ fn alike_up_to_rounding(case: &Case, adapter: &str) -> [Vec<Snapshot>; 2] {
     let engine = ExternalEngine::ask(Options::new(adapter_path(adapter))).expect("an engine");
     let (of, options, work) = (&engine.description, &engine.options, tempdir());
     let work = work.expect("a folder");
-    let theirs = exec::run_cases(&[case], of, options, work.path(), &mut ()).expect("an answer");
+    let theirs = exec::run_cases(&[case], of, options, work.path()).expect("an answer");
     let theirs = theirs.into_iter().next().expect("a case").expect("a track");
     let native = run_case(case, None).expect("a track");
     for ((their, own), (step, allowed)) in theirs.iter().zip(&native).zip(ROUNDING) {
@@ -209,7 +209,7 @@ fn esysparticle_is_native_up_to_rounding_but_for_damping() {
 #[ignore = "needs Kratos DEM, which is on PyPI and not in Debian: ci/install_engines, then -- --ignored kratos, as ci/test does where it is installed"]
 fn kratos_is_native_up_to_rounding_but_for_damping_under_the_punch_too() {
     let folder = tempdir().expect("a folder");
-    let engine = Adapter::Kratos.place(folder.path(), &usual_limits());
+    let engine = Adapter::KRATOS.place(folder.path(), &usual_limits());
     assert_eq!(engine.expect("here").description.name, "Kratos DEM");
     let (scene, mut bed) = bed();
     bed.model.alpha = 0.0;

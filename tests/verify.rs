@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crossgrain::checks::Outcome;
 use crossgrain::engine::yade;
 use crossgrain::progress::Display;
-use crossgrain::suite::detection::{FromYade, Limit, limits};
+use crossgrain::suite::detection::{Limit, limits};
 use crossgrain::suite::run::{Engines, Options, Role, Suite, verify};
 use crossgrain::suite::{Evidence, parameters};
 use grains::scene::{ContactLaw, NewContactSlip, Scene, Tension, Viscosity};
@@ -82,7 +82,7 @@ fn a_case_that_was_shown_nothing_fails() {
 /// What must hold without YADE: every fault is detected, every case detects one, none has false positives.
 #[test]
 fn every_fault_is_detected_by_the_native_suite() {
-    let table = limits(&Suite::new(0), FromYade::default(), &|_, _| {});
+    let table = limits(&Suite::new(0), &[], &[], None, &|_, _| {});
     for check in table.checks() {
         assert_eq!(check.outcome, Outcome::Pass, "{check:?}");
     }

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use clap::ValueEnum;
 
+use crate::engine::value_name;
 use crate::suite::run::Engines;
 
 /// One engine.
@@ -51,10 +52,10 @@ impl FromStr for Several {
 
 impl Several {
     /// As a command has it, the path left out: it belongs to a machine.
-    pub fn name(&self) -> &'static str {
+    pub fn name(&self) -> String {
         match self {
-            Several::BuiltIn(engine) => engine.name(),
-            Several::Exec(_) => "exec:PATH",
+            Several::BuiltIn(engine) => value_name(engine),
+            Several::Exec(_) => "exec:PATH".to_owned(),
         }
     }
 }

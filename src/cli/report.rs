@@ -7,8 +7,8 @@ use clap::{Args, Subcommand};
 use super::{json, print, tell};
 use crate::checks::record::{Record, read};
 use crate::checks::{Check, Outcome};
-use crate::compare::baseline::Store;
 use crate::compare::baseline::diff::{Diff, diff};
+use crate::compare::baseline::{self, NONE, Store};
 use crate::document::{Document, Table};
 use crate::error::{Error, exit};
 use crate::explain::{EXPLANATIONS, of};
@@ -115,10 +115,7 @@ impl Files {
     /// Writes those that were asked for, with what a baseline says.
     pub fn write(&self, record: &Record, diff: Option<&Diff>) -> Result<(), Error> {
         let mut checks = record.checks.clone();
-        checks.extend(
-            diff.map(crate::compare::baseline::checks)
-                .unwrap_or_default(),
-        );
+        checks.extend(diff.map(baseline::checks).unwrap_or_default());
         let name = format!("crossgrain {}", record.job);
         self.write_all(&name, &checks, &record.document(diff))
     }
@@ -163,19 +160,17 @@ fn append(path: &Path, text: &str) -> Result<(), Error> {
         .create(true)
         .append(true)
         .open(path);
-    file.and_then(|mut file| file.write_all(text.as_bytes()))
-        .map_err(failed("write", path))
-        .map_err(Error::File)
+    let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
+    Ok(written.map_err(failed("write", path))?)
 }
 
 /// Writes a file whole; into a pipe or a device that has this name instead of in its place.
 fn write(path: &Path, text: &str) -> Result<(), Error> {
     if std::fs::metadata(path).is_ok_and(|of| !of.is_file() && !of.is_dir()) {
         let file = std::fs::OpenOptions::new().write(true).open(path);
-        return file
-            .and_then(|mut file| std::io::Write::write_all(&mut file, text.as_bytes()))
-            .map_err(failed("write", path))
-            .map_err(Error::File);
+        let written =
+            file.and_then(|mut file| std::io::Write::write_all(&mut file, text.as_bytes()));
+        return Ok(written.map_err(failed("write", path))?);
     }
     Ok(write_whole(path, text.as_bytes())?)
 }
@@ -188,9 +183,7 @@ impl Checks {
         };
         let record = read(path)?;
         self.files.write(&record, None)?;
-        print(&if self.json {
-            json(&record)?
-        } else {
+        tell(self.json, &json(&record)?, || {
             let lines = report::check_lines(&record.checks, self.all);
             let [job, verdict] = [&record.job, record.verdict.word()];
             lines + &format!("{job}: {verdict}; {}\n", record.tally())
@@ -233,18 +226,13 @@ impl Explain {
         );
         if let Some(path) = &self.record {
             let record = read(path)?;
-            let within = |check: &&Check| {
-                check.id == *id
-                    || check
-                        .id
-                        .starts_with(&format!("{}/", id.trim_end_matches('/')))
-            };
+            let below = format!("{}/", id.trim_end_matches('/'));
+            let within = |check: &&Check| check.id == *id || check.id.starts_with(&below);
             let shown: Vec<&Check> = record.checks.iter().filter(within).collect();
             if shown.is_empty() {
+                let path = path.display();
                 return Err(Error::Usage(format!(
-                    "{} has no check {id}; crossgrain report checks {} --all names them",
-                    path.display(),
-                    path.display()
+                    "{path} has no check {id}; crossgrain report checks {path} --all names them"
                 )));
             }
             for check in shown.iter().take(MOST_SHOWN) {
@@ -260,12 +248,8 @@ impl Explain {
 }
 
 fn lines(check: &Check) -> String {
-    let mut text = format!(
-        "\n{}: {}\n    {}\n",
-        check.id,
-        check.outcome.word(),
-        check.in_a_line()
-    );
+    let (outcome, line) = (check.outcome.word(), check.in_a_line());
+    let mut text = format!("\n{}: {outcome}\n    {line}\n", check.id);
     for (title, words) in [("method", &check.method), ("limits", &check.basis)] {
         if !words.is_empty() {
             text += &format!("    {title}: {words}\n");
@@ -364,8 +348,7 @@ impl Baseline {
                     text += &format!("{name}: {job}, crossgrain {version}, {}\n", record.tally());
                 }
                 if text.is_empty() {
-                    text = "there are none yet; crossgrain report baseline save makes one\n"
-                        .to_owned();
+                    text = format!("{NONE}\n");
                 }
                 print(&text)?;
                 Ok(exit::AGREED)
@@ -392,11 +375,8 @@ impl DiffArguments {
         if let Some(path) = &self.summary {
             append(path, &report::markdown(&record.document(Some(&found))))?;
         }
-        print(&if self.json {
-            json(&found)?
-        } else {
-            report::terminal(&found.document(self.all))
-        })?;
+        let words = || report::terminal(&found.document(self.all));
+        tell(self.json, &json(&found)?, words)?;
         Ok(found.verdict.exit_code())
     }
 }
@@ -419,9 +399,8 @@ impl Folders {
             files.extend(vtk_files(&run.scene, settled, "settled-"));
         }
         write_folder::<FileError>(&self.out, |aside| {
-            files
-                .iter()
-                .try_for_each(|(name, text)| write_whole(&aside.join(name), text.as_bytes()))
+            let mut files = files.iter();
+            files.try_for_each(|(name, text)| write_whole(&aside.join(name), text.as_bytes()))
         })?;
         let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
         print(&format!("{}: {}\n", self.out.display(), names.join(", ")))?;
@@ -433,10 +412,8 @@ impl Folders {
         // Only what belongs together is worth an archive's room.
         let run = RunFolder::read(&self.run)?;
         let name = self.out.file_name().and_then(|name| name.to_str());
-        let name = name
-            .and_then(|name| name.split('.').next())
-            .filter(|name| !name.is_empty());
-        let Some(name) = name else {
+        let name = name.and_then(|name| name.split('.').next());
+        let Some(name) = name.filter(|name| !name.is_empty()) else {
             return Err(Error::Usage(format!(
                 "{} is no name for an archive; give one such as run.tar.gz",
                 self.out.display()

@@ -1,15 +1,21 @@
-//! `crossgrain scene`: print, check, model, schema.
+//! `crossgrain scene`: print, check, model, the parameters that engines use, schema.
 
 use std::path::PathBuf;
 
-use clap::Subcommand;
+use clap::{Args, Subcommand};
 
-use super::{json, print};
+use super::run::YadeLimits;
+use super::{json, print, tell};
+use crate::checks::Outcome;
+use crate::document::Table;
 use crate::error::{Error, exit};
+use crate::files::work_folder;
 use crate::run::folder::read_scene;
 use crate::study::realization::free_mode_scene;
+use crate::suite::parameters::{self, Parameter, ParameterPair};
+use crate::suite::run::Engines;
 use grains::model::Model;
-use grains::scene::{json_schema, paper_scene};
+use grains::scene::{Scene, json_schema, paper_scene};
 
 #[derive(Debug, Subcommand)]
 #[command(
@@ -43,7 +49,7 @@ pub enum Verb {
         file: PathBuf,
     },
     /// The parameters that each engine uses for a scene: stiffness, mass, damping, time step
-    Parameters(super::parameters::Arguments),
+    Parameters(Parameters),
     /// Print the JSON Schema of scene files
     #[command(after_help = "Example:\n  crossgrain scene schema > scene.schema.json")]
     Schema,
@@ -74,4 +80,69 @@ impl Verb {
         }
         Ok(exit::AGREED)
     }
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  crossgrain scene parameters scene.json --engine yade\n  crossgrain scene parameters scene.json --engine both"
+)]
+pub struct Parameters {
+    /// A scene file
+    scene: PathBuf,
+    /// Which engine is asked; both must be equal to 1e-14
+    #[arg(long, value_enum)]
+    engine: Engines,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    limits: YadeLimits,
+}
+
+impl Parameters {
+    fn execute(self) -> Result<u8, Error> {
+        let scene = read_scene(&self.scene)?;
+        match self.engine {
+            Engines::Native => self.show(&parameters::of_native(&scene)?),
+            Engines::Yade => self.show(&self.of_yade(&scene)?),
+            Engines::Both => {
+                let native = parameters::of_native(&scene)?;
+                self.compare(&parameters::side_by_side(native, &self.of_yade(&scene)?))
+            }
+        }
+    }
+
+    fn of_yade(&self, scene: &Scene) -> Result<Vec<Parameter>, Error> {
+        let (work, options) = (work_folder()?, self.limits.options());
+        Ok(parameters::of_yade(scene, &options, work.path())?)
+    }
+
+    fn show(&self, parameters: &[Parameter]) -> Result<u8, Error> {
+        let table = Table::of("parameters", "Parameters", parameters)
+            .column("of", |of| &of.of)
+            .column("symbol", |of| of.symbol)
+            .column("value", |of| digits(of.value))
+            .column("unit", |of| of.unit);
+        tell(self.json, &json(&parameters)?, || Table::from(table).text())?;
+        Ok(exit::AGREED)
+    }
+
+    fn compare(&self, pairs: &[ParameterPair]) -> Result<u8, Error> {
+        let table = Table::of("parameters", "Parameters in both engines", pairs)
+            .column("of", |pair| &pair.native.of)
+            .column("symbol", |pair| pair.native.symbol)
+            .column("native", |pair| digits(pair.native.value))
+            .column("YADE", |pair| pair.yade.map(digits))
+            .column("difference", |pair| pair.difference)
+            .column("unit", |pair| pair.native.unit)
+            .column("", |pair| if pair.agrees() { "" } else { "DIFFERENT" });
+        tell(self.json, &json(&pairs)?, || Table::from(table).text())?;
+        let agree = pairs.iter().all(ParameterPair::agrees);
+        Ok(Outcome::pass_if(agree).exit_code())
+    }
+}
+
+/// All of them: two numbers that differ in the last are different.
+fn digits(value: f64) -> String {
+    format!("{value:?}")
 }

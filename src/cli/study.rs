@@ -3,7 +3,6 @@
 mod paper;
 pub mod plan;
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
@@ -164,12 +163,14 @@ impl Verb {
                 Ok(exit::AGREED)
             }
             Verb::Slurm(arguments) => arguments.execute(),
-            Verb::Report(arguments) => {
-                let done = report(&arguments.folder, arguments.json, &arguments.files);
+            Verb::Report(ReportArguments {
+                folder,
+                json,
+                files,
+            }) => {
+                let done = report(&folder, json, &files);
                 if let Err(error) = &done {
-                    arguments
-                        .files
-                        .write_error("crossgrain study report", error)?;
+                    files.write_error("crossgrain study report", error)?;
                 }
                 done
             }
@@ -230,9 +231,8 @@ pub fn engines_of(
     let external = match (study.program(), named) {
         (Some(program), named) => Some(limits.external(named.unwrap_or(&program.path))?),
         (None, Some(_)) => {
-            return Err(Error::Usage(
-                "no external engine is planned here".to_owned(),
-            ));
+            let why = "no external engine is planned here";
+            return Err(Error::Usage(why.to_owned()));
         }
         (None, None) => None,
     };
@@ -252,31 +252,24 @@ impl StatusArguments {
 }
 
 fn of_status(status: &Status) -> String {
+    let (finished, rows) = (status.finished, status.rows);
+    let merged = if status.merged { ", merged" } else { "" };
     let mut text = format!(
-        "{}: {} of {} rows finished{}\n",
-        status.kind,
-        status.finished,
-        status.rows,
-        if status.merged { ", merged" } else { "" }
+        "{}: {finished} of {rows} rows finished{merged}\n",
+        status.kind
     );
     for (file, rows) in &status.files {
-        let _ = writeln!(text, "  {file}: {rows}");
+        text += &format!("  {file}: {rows}\n");
     }
     if status.repeated > 0 {
-        let _ = writeln!(
-            text,
-            "  {} lines repeat a row; it counts once",
-            status.repeated
-        );
+        let count = status.repeated;
+        text += &format!("  {count} lines repeat a row; it counts once\n");
     }
     for (file, line) in &status.damaged {
-        let _ = writeln!(
-            text,
-            "  {file} line {line} is no whole row and is not believed"
-        );
+        text += &format!("  {file} line {line} is no whole row and is not believed\n");
     }
     if !status.missing.is_empty() {
-        let _ = writeln!(text, "missing: rows {}", status.missing);
+        text += &format!("missing: rows {}\n", status.missing);
     }
     text
 }
@@ -317,18 +310,13 @@ pub fn report(folder: &Path, as_json: bool, files: &Files) -> Result<u8, Error> 
 
 fn in_words(summary: &Summary) -> String {
     let endings = summary.endings.iter();
-    let endings: Vec<String> = endings
-        .map(|(how, count)| format!("{count} {how}"))
-        .collect();
+    let endings = endings.map(|(how, count)| format!("{count} {how}"));
+    let endings: Vec<String> = endings.collect();
     // None where it gave up on every row, or where several take part.
     let engine = match summary.engine.as_str() {
         "" => String::new(),
         engine => format!(" of {engine}"),
     };
-    format!(
-        "merged {} rows{engine}: {}; sha256 {}\n",
-        summary.rows,
-        endings.join(", "),
-        &summary.sha256[..16]
-    )
+    let (rows, endings, digest) = (summary.rows, endings.join(", "), &summary.sha256[..16]);
+    format!("merged {rows} rows{engine}: {endings}; sha256 {digest}\n")
 }

@@ -5,7 +5,7 @@ pub mod diff;
 
 use std::path::{Path, PathBuf};
 
-use diff::{Change, Changed, Diff, Pace, SpeedPair};
+use diff::{Change, Changed, Diff, Pace, SpeedPair, UNTOLD};
 use serde::{Deserialize, Serialize};
 
 use crate::checks::record::{Record, RecordError};
@@ -19,16 +19,13 @@ const VERSION: u32 = 1;
 /// Longest file that is read, bytes.
 const LONGEST: u64 = 200_000_000;
 
-/// Longest name.
 const LONGEST_NAME: usize = 100;
 
 /// A run's checks under a name.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Baseline {
-    /// Version of this format.
     pub baseline: u32,
-    /// As it was saved.
     pub name: String,
     /// SHA-256 of the record that it was made from.
     pub source: String,
@@ -36,7 +33,6 @@ pub struct Baseline {
     pub record: Record,
 }
 
-/// What can go wrong with a baseline.
 #[derive(Debug, thiserror::Error)]
 pub enum BaselineError {
     #[error(transparent)]
@@ -58,6 +54,9 @@ pub enum BaselineError {
     #[error("{path} is no baseline: {reason}; save it again from a run")]
     Malformed { path: String, reason: String },
 }
+
+/// Where there is no baseline.
+pub const NONE: &str = "there are none yet; crossgrain report baseline save makes one";
 
 /// The folder of baselines.
 #[derive(Debug, Clone)]
@@ -97,17 +96,16 @@ impl Store {
             source: sha256_hex(text.as_bytes()),
             record: crate::checks::record::read(record)?,
         };
-        let text =
-            serde_json::to_string_pretty(&baseline).map_err(|error| BaselineError::Malformed {
-                path: record.display().to_string(),
-                reason: error.to_string(),
-            })?;
+        let malformed = |error: serde_json::Error| BaselineError::Malformed {
+            path: record.display().to_string(),
+            reason: error.to_string(),
+        };
+        let text = serde_json::to_string_pretty(&baseline).map_err(malformed)?;
         std::fs::create_dir_all(&self.0).map_err(failed("create", &self.0))?;
         write_whole(&path, (text + "\n").as_bytes())?;
         Ok(path)
     }
 
-    /// The baseline of this name.
     pub fn load(&self, name: &str) -> Result<Baseline, BaselineError> {
         let path = self.path(name)?;
         if !path.exists() {
@@ -115,10 +113,8 @@ impl Store {
             return Err(BaselineError::Missing {
                 name: name.to_owned(),
                 store: self.0.display().to_string(),
-                there: match names.as_slice() {
-                    [] => {
-                        "there are none yet; crossgrain report baseline save makes one".to_owned()
-                    }
+                there: match &names[..] {
+                    [] => NONE.to_owned(),
                     names => format!("there are {}", names.join(", ")),
                 },
             });
@@ -163,36 +159,20 @@ const MOST_NAMES: usize = 5;
 
 /// New failures, what can no longer be told, and every speed.
 pub fn checks(diff: &Diff) -> Vec<Check> {
-    let failures = counted(
-        diff,
-        "baseline/new-failures",
-        "checks that fail and did not",
-        &[Change::NewFailure],
-        Outcome::Fail,
-    );
-    let untold = counted(
-        diff,
-        "baseline/told-no-more",
-        "checks that are gone, no longer made or defined otherwise",
-        &[
-            Change::NoLongerMade,
-            Change::Removed,
-            Change::DefinitionChanged,
-        ],
-        Outcome::Skipped,
-    );
+    let what = "checks that fail and did not";
+    let new = [Change::NewFailure];
+    let failures = counted(diff, "new-failures", what, &new, Outcome::Fail);
+    let what = "checks that are gone, no longer made or defined otherwise";
+    let untold = counted(diff, "told-no-more", what, &UNTOLD, Outcome::Skipped);
     let speeds = diff.speeds.iter().map(speed);
     [failures, untold].into_iter().chain(speeds).collect()
 }
 
 /// How many changes are of these kinds; with any it comes to `otherwise`.
 fn counted(diff: &Diff, id: &str, what: &str, kinds: &[Change], otherwise: Outcome) -> Check {
-    let of: Vec<&str> = diff
-        .changes
-        .iter()
-        .filter(|of| kinds.contains(&of.change))
-        .map(|of| of.id.as_str())
-        .collect();
+    let of = diff.changes.iter();
+    let of = of.filter(|of| kinds.contains(&of.change));
+    let of: Vec<&str> = of.map(|of| of.id.as_str()).collect();
     let mut found = of[..of.len().min(MOST_NAMES)].join(", ");
     if of.len() > MOST_NAMES {
         found += &format!(" and {} more", of.len() - MOST_NAMES);
@@ -203,12 +183,10 @@ fn counted(diff: &Diff, id: &str, what: &str, kinds: &[Change], otherwise: Outco
         otherwise
     };
     let quantity = format!("{what} in baseline {}", diff.baseline);
-    Check::of_words(id.to_owned(), &quantity, outcome, &found)
+    let method = "every check is held against the one of the same id";
+    Check::of_words(format!("baseline/{id}"), &quantity, outcome, &found)
         .with_limits(of.len() as f64, 0.0, Some(0.0))
-        .judged_by(
-            "every check is held against the one of the same id",
-            "docs/checks.md",
-        )
+        .judged_by(method, "docs/checks.md")
 }
 
 /// A cost over that of the baseline, beyond what scatters.
@@ -218,12 +196,9 @@ fn speed(pair: &SpeedPair) -> Check {
         Pace::Faster | Pace::Same => Outcome::Pass,
         Pace::NotJudged => Outcome::Skipped,
     };
-    let mut check = Check::of_words(
-        format!("baseline/speed/{}", pair.id),
-        "cost over the baseline's",
-        outcome,
-        &pair.in_a_line(),
-    );
+    let id = format!("baseline/speed/{}", pair.id);
+    let what = "cost over the baseline's";
+    let mut check = Check::of_words(id, what, outcome, &pair.in_a_line());
     check.value = pair.cost.filter(|cost| cost.is_finite());
     check.expected = Some(1.0);
     check.upper = pair.scatter.is_finite().then_some(pair.scatter);
@@ -250,7 +225,6 @@ impl Record {
 }
 
 impl Diff {
-    /// As a document of its own.
     pub fn document(&self, all: bool) -> Document {
         Document {
             title: format!("Against the baseline {}", self.baseline),
@@ -288,78 +262,39 @@ impl Diff {
     /// What is not as it was, the worst first; `all` that moved, or what moved most.
     pub fn section(&self, all: bool) -> Section {
         let most = if all { usize::MAX } else { MOST_MOVED };
-        let columns = [
-            "change",
-            "check",
-            "before",
-            "now",
-            "moved by so many tolerances",
-        ];
-        let mut changes = Table::new("changes", "", &columns);
-        let (moved, others): (Vec<_>, Vec<_>) = self
-            .changes
-            .iter()
-            .partition(|of| of.change == Change::Moved);
-        for of in others.into_iter().chain(moved.into_iter().take(most)) {
-            let side = |check: &Option<Check>| Cell::from(check.as_ref().map(Check::in_a_line));
-            let words = match of.change {
+        let mut shown: Vec<&Changed> = self.changes.iter().collect();
+        // They stand last, what moved most first.
+        let others = shown.iter().filter(|of| of.change != Change::Moved).count();
+        shown.truncate(others.saturating_add(most));
+        let side = |check: &Option<Check>| check.as_ref().map(Check::in_a_line);
+        let changes = Table::of("changes", "", shown)
+            .column("change", |of| match of.change {
                 Change::NewFailure => of.change.words().to_uppercase(),
                 change => change.words().to_owned(),
-            };
-            changes.row([
-                words.into(),
-                Cell::Code(of.id.clone()),
-                side(&of.before),
-                side(&of.after),
-                of.share_of_tolerance.into(),
-            ]);
-        }
-        let title = format!(
-            "{} of {} measured numbers moved",
-            self.moved.len(),
-            self.moved.len() + self.unmoved
-        );
-        let mut numbers = Table::new(
-            "moved",
-            &title,
-            &["measured", "before", "now", "relative difference", "unit"],
-        );
-        for of in self.moved.iter().take(most) {
-            let id = Cell::Code(of.id.clone());
-            numbers.row([
-                id,
-                of.before.into(),
-                of.after.into(),
-                of.relative.into(),
-                of.unit.as_str().into(),
-            ]);
-        }
-        let mut speeds = Table::new(
-            "speeds",
-            "",
-            &["speed", "what", "before", "now", "times the cost", "unit"],
-        );
-        for of in &self.speeds {
-            let cost = of.cost.map(|cost| rounded(cost, 4));
-            let pace = Cell::from(of.pace.words());
-            speeds.row([
-                pace,
-                of.what.as_str().into(),
-                of.before.into(),
-                of.after.into(),
-                cost.into(),
-                of.unit.as_str().into(),
-            ]);
-        }
-        let mut section = Section::new(
-            &format!("What changed since {}", self.baseline),
-            self.answer(),
-        );
-        for table in [changes, numbers, speeds] {
-            if !table.rows.is_empty() {
-                section = section.with(table);
-            }
-        }
+            })
+            .column("check", |of| Cell::Code(of.id.clone()))
+            .column("before", |of| side(&of.before))
+            .column("now", |of| side(&of.after))
+            .column("moved by so many tolerances", |of| of.share_of_tolerance);
+        let moved = self.moved.len();
+        let title = format!("{moved} of {} measured numbers moved", moved + self.unmoved);
+        let numbers = Table::of("moved", &title, self.moved.iter().take(most))
+            .column("measured", |of| Cell::Code(of.id.clone()))
+            .column("before", |of| of.before)
+            .column("now", |of| of.after)
+            .column("relative difference", |of| of.relative)
+            .column("unit", |of| &of.unit);
+        let speeds = Table::of("speeds", "", &self.speeds)
+            .column("speed", |of| of.pace.words())
+            .column("what", |of| &of.what)
+            .column("before", |of| of.before)
+            .column("now", |of| of.after)
+            .column("times the cost", |of| of.cost.map(|cost| rounded(cost, 4)))
+            .column("unit", |of| &of.unit);
+        let title = format!("What changed since {}", self.baseline);
+        let tables = [Table::from(changes), numbers.into(), speeds.into()];
+        let tables = tables.into_iter().filter(|table| !table.rows.is_empty());
+        let mut section = Section::new(&title, self.answer()).with_all(tables);
         if !self.same_machine && !self.speeds.is_empty() {
             section = section.with("Speeds are not judged: the machines are not of one kind.");
         }

@@ -11,12 +11,9 @@ use grains::measure::HistoryRow;
 use grains::scene::Scene;
 use grains::tables::{Bodies, Contact, Stage};
 
-/// A table of both runs, number by number.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TableBits {
-    /// What the table is.
     pub table: String,
-    /// How many numbers were compared.
     pub numbers: usize,
     /// How many of them differ in any bit; all, if the tables have not the same rows.
     pub differing: usize,
@@ -29,11 +26,8 @@ pub struct TableBits {
 pub struct NumberPair {
     /// Grain, or the pair of a contact.
     pub id: String,
-    /// The column.
     pub key: &'static str,
-    /// In run A.
     pub a: f64,
-    /// In run B.
     pub b: f64,
     /// How many floating-point numbers further b is than a.
     pub ulps: u64,
@@ -41,19 +35,13 @@ pub struct NumberPair {
 
 impl fmt::Display for NumberPair {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let NumberPair {
-            id,
-            key,
-            a,
-            b,
-            ulps,
-        } = self;
+        let (a, b, ulps) = (self.a, self.b, self.ulps);
+        let (key, id) = (self.key, &self.id);
         write!(out, "{key} of {id}: {a:e} against {b:e}, {ulps} ulp apart")
     }
 }
 
 impl TableBits {
-    /// Whether every bit is the same.
     pub fn agrees(&self) -> bool {
         self.differing == 0
     }
@@ -86,11 +74,8 @@ pub fn tables(a: &RunFolder, b: &RunFolder) -> Vec<TableBits> {
     ];
     let mut moment = |when: &str, a: &Moment, b: &Moment| {
         tables.push(bodies(&format!("{when} grains"), &a.bodies, &b.bodies));
-        tables.push(contacts(
-            &format!("{when} contacts"),
-            &a.contacts,
-            &b.contacts,
-        ));
+        let table = format!("{when} contacts");
+        tables.push(contacts(&table, &a.contacts, &b.contacts));
     };
     if let (Some(a), Some(b)) = (&a.settled, &b.settled) {
         moment("settled", a, b);
@@ -116,7 +101,6 @@ fn sizes(table: &str, a: &Bodies, b: &Bodies) -> TableBits {
     columns(table, &of(a), &of(b))
 }
 
-/// A column with its name.
 type Column<'a> = (&'static str, &'a [f64]);
 
 fn columns(table: &str, a: &[Column<'_>], b: &[Column<'_>]) -> TableBits {
@@ -143,24 +127,26 @@ fn columns(table: &str, a: &[Column<'_>], b: &[Column<'_>]) -> TableBits {
     }
 }
 
+/// Numbers of a contact.
+pub const COLUMNS: usize = 7;
+
+/// They are compared, with the names of their columns.
+pub fn of_contact(contact: &Contact) -> [(&'static str, f64); COLUMNS] {
+    [
+        ("overlap", contact.overlap),
+        ("fn", contact.normal_force),
+        ("ft", contact.tangential_force),
+        ("nx", contact.normal[0]),
+        ("nz", contact.normal[1]),
+        ("x", contact.point[0]),
+        ("z", contact.point[1]),
+    ]
+}
+
 fn contacts(table: &str, a: &[Contact], b: &[Contact]) -> TableBits {
-    const COLUMNS: usize = 7;
-    let columns = |contact: &Contact| -> [(&'static str, f64); COLUMNS] {
-        [
-            ("overlap", contact.overlap),
-            ("fn", contact.normal_force),
-            ("ft", contact.tangential_force),
-            ("nx", contact.normal[0]),
-            ("nz", contact.normal[1]),
-            ("x", contact.point[0]),
-            ("z", contact.point[1]),
-        ]
-    };
     let numbers = COLUMNS * a.len().max(b.len());
-    let same_pairs = a.len() == b.len()
-        && a.iter()
-            .zip(b)
-            .all(|(a, b)| (a.id1, a.id2) == (b.id1, b.id2));
+    let ids = |of: &Contact| (of.id1, of.id2);
+    let same_pairs = a.iter().map(ids).eq(b.iter().map(ids));
     let mut result = TableBits {
         table: table.to_owned(),
         numbers,
@@ -171,7 +157,7 @@ fn contacts(table: &str, a: &[Contact], b: &[Contact]) -> TableBits {
         return result;
     }
     for (a, b) in a.iter().zip(b) {
-        for ((key, in_a), (_, in_b)) in columns(a).into_iter().zip(columns(b)) {
+        for ((key, in_a), (_, in_b)) in of_contact(a).into_iter().zip(of_contact(b)) {
             // A zero of either sign is the same absence of a tangential force.
             let no_force = key == "ft" && in_a == 0.0 && in_b == 0.0;
             if in_a.to_bits() != in_b.to_bits() && !no_force {
@@ -206,20 +192,14 @@ pub fn ulps_between(a: f64, b: f64) -> u64 {
 }
 
 /// Agreement of the states along two runs.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct HistoryBits {
-    /// Moments that both runs have.
     pub moments: usize,
-    /// Moments whose states have the same bits.
     pub agreeing: usize,
-    /// The last moment before the first disagreement.
-    pub last_equal: Option<(Stage, u64)>,
-    /// The first moment that disagrees.
     pub first_unequal: Option<(Stage, u64)>,
     /// The last moment before, and the first moment at which, grains or punch are elsewhere; forces may
     /// disagree a moment earlier.
     pub apart: Option<[(Stage, u64); 2]>,
-    /// The runs have not the same moments.
     pub unpaired: usize,
 }
 
@@ -253,14 +233,7 @@ pub fn history(a: &RunFolder, b: &RunFolder) -> HistoryBits {
     let moment = |row: &HistoryRow| (row.stage, row.step);
     let others: BTreeMap<(Stage, u64), &HistoryRow> =
         b.history.iter().map(|row| (moment(row), row)).collect();
-    let mut result = HistoryBits {
-        moments: 0,
-        agreeing: 0,
-        last_equal: None,
-        first_unequal: None,
-        apart: None,
-        unpaired: 0,
-    };
+    let mut result = HistoryBits::default();
     let mut together = None;
     for row in &a.history {
         let Some(other) = others.get(&moment(row)) else {
@@ -276,11 +249,8 @@ pub fn history(a: &RunFolder, b: &RunFolder) -> HistoryBits {
         }
         if row == *other {
             result.agreeing += 1;
-            if result.first_unequal.is_none() {
-                result.last_equal = Some(moment(row));
-            }
-        } else if result.first_unequal.is_none() {
-            result.first_unequal = Some(moment(row));
+        } else {
+            result.first_unequal.get_or_insert(moment(row));
         }
     }
     result.unpaired += b.history.len() - result.moments;
@@ -306,12 +276,8 @@ fn walk(place: &str, a: &serde_json::Value, b: &serde_json::Value, keys: &mut Ve
                     continue;
                 }
                 let nothing = serde_json::Value::Null;
-                walk(
-                    &format!("{place}/{name}"),
-                    of_a.get(name).unwrap_or(&nothing),
-                    of_b.get(name).unwrap_or(&nothing),
-                    keys,
-                );
+                let [a, b] = [of_a, of_b].map(|of| of.get(name).unwrap_or(&nothing));
+                walk(&format!("{place}/{name}"), a, b, keys);
             }
         }
         _ if a != b => keys.push(place.to_owned()),
@@ -328,10 +294,7 @@ mod tests {
         assert_eq!(ulps_between(1.0, 1.0 + f64::EPSILON), 1);
         assert_eq!(ulps_between(-1.0, -1.0), 0);
         assert_eq!(ulps_between(0.0, -0.0), 0);
-        assert_eq!(
-            ulps_between(f64::from_bits(1), -f64::from_bits(1)),
-            2,
-            "one step up from zero and one down"
-        );
+        // One step up from zero and one down.
+        assert_eq!(ulps_between(f64::from_bits(1), -f64::from_bits(1)), 2);
     }
 }

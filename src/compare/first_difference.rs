@@ -18,10 +18,8 @@ use grains::scene::Scene;
 use grains::tables::Stage;
 use grains::task::{Start, Task, Until};
 
-/// Where two runs part.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FirstDifference {
-    /// The stage in which they part.
     pub stage: Stage,
     /// The first step after which the states differ; all before agree in every bit.
     pub step: u64,
@@ -29,19 +27,16 @@ pub struct FirstDifference {
     pub differing: usize,
     /// The differing number of the grain with the lowest id.
     pub number: NumberPair,
-    /// How many times an engine was started to find it.
     pub engine_starts: usize,
 }
 
 impl std::fmt::Display for FirstDifference {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (step, stage, count) = (self.step, self.stage.name(), self.differing);
+        let number = &self.number;
         write!(
             out,
-            "step {} of stage {}: {} ({} numbers differ after this step)",
-            self.step,
-            self.stage.name(),
-            self.number,
-            self.differing
+            "step {step} of stage {stage}: {number} ({count} numbers differ after this step)"
         )
     }
 }
@@ -79,15 +74,17 @@ impl Locator {
             };
         };
         if stage == Stage::Load && unequal == 0 {
-            return Err(
-                "the states agree, but one run begins to load before the other: the settle rules \
-                 differ"
-                    .to_owned(),
-            );
+            let why = "the states agree, but one run begins to load before the other: the settle rules differ";
+            return Err(why.to_owned());
         }
+        let side = |run| {
+            let engine = self.engine_of(run)?;
+            let scene = &run.scene;
+            Ok::<_, String>(Side { scene, engine })
+        };
         let mut search = Search {
-            a: Side::new(a, self)?,
-            b: Side::new(b, self)?,
+            a: side(a)?,
+            b: side(b)?,
             starts: 0,
         };
         let equal = if together.0 == stage { together.1 } else { 0 };
@@ -99,23 +96,14 @@ impl Locator {
                  cannot be taken up there; a smaller measurement.history_every narrows it down"
             ));
         }
-        let proof = a
-            .history
-            .iter()
-            .find(|row| (row.stage, row.step) == (stage, equal))
-            .map(|row| row.state.as_str());
+        let mut moments = a.history.iter();
+        let proof = moments.find(|row| (row.stage, row.step) == (stage, equal));
+        let proof = proof.map(|row| row.state.as_str());
         let taken_up = if has_history { 0 } else { equal };
         let start = search.state_at(a, stage, taken_up, proof)?;
-        let between = Between {
-            equal,
-            unequal,
-            has_history,
-        };
-        search.halve(start, between).map(Some)
+        search.halve(start, [equal, unequal], has_history).map(Some)
     }
-}
 
-impl Locator {
     /// The engine of a run, as it was, ready to be run again.
     pub fn engine_of(&self, run: &RunFolder) -> Result<Engine, String> {
         Ok(match &run.record.engine {
@@ -168,14 +156,7 @@ struct Side<'a> {
     engine: Engine,
 }
 
-impl<'a> Side<'a> {
-    fn new(run: &'a RunFolder, locator: &Locator) -> Result<Self, String> {
-        Ok(Side {
-            scene: &run.scene,
-            engine: locator.engine_of(run)?,
-        })
-    }
-
+impl Side<'_> {
     /// The state after `step`, from an earlier one.
     fn advance(&self, start: &Start, step: u64) -> Result<Start, String> {
         let work = work_folder().map_err(|error| error.to_string())?;
@@ -185,11 +166,12 @@ impl<'a> Side<'a> {
         };
         let (outcome, _, _) = bare(self.scene, &self.engine, &task, work.path(), &mut ())
             .map_err(|error| error.to_string())?;
+        let last = outcome.last;
         Ok(Start {
-            stage: outcome.last.stage,
-            step: outcome.last.step,
-            bodies: outcome.last.bodies,
-            punch: outcome.last.punch,
+            stage: last.stage,
+            step: last.step,
+            bodies: last.bodies,
+            punch: last.punch,
         })
     }
 }
@@ -236,24 +218,23 @@ impl Search<'_> {
         }
         self.starts += 1;
         let state = self.a.advance(&start, step)?;
-        if proved(&state) {
-            Ok(state)
-        } else {
-            Err(format!(
-                "the state at step {step} of stage {} cannot be made again with the same bits",
-                stage.name()
-            ))
-        }
+        let again = proved(&state).then_some(state);
+        again.ok_or_else(|| {
+            let stage = stage.name();
+            format!(
+                "the state at step {step} of stage {stage} cannot be made again with the same bits"
+            )
+        })
     }
 
-    /// Both agree up to a step and differ after a later one; runs begin at `start`.
-    fn halve(&mut self, mut start: Start, between: Between) -> Result<FirstDifference, String> {
+    /// Both agree after the step `equal` and differ after `unequal`. Runs begin at `start`, or later where nothing remembers.
+    fn halve(
+        &mut self,
+        mut start: Start,
+        [mut equal, mut unequal]: [u64; 2],
+        has_history: bool,
+    ) -> Result<FirstDifference, String> {
         let stage = start.stage;
-        let Between {
-            mut equal,
-            mut unequal,
-            has_history,
-        } = between;
         loop {
             // The last round takes a single step, whose outcome is then looked at number by number.
             let middle = equal + (unequal - equal).div_ceil(2);
@@ -288,16 +269,6 @@ impl Search<'_> {
             }
         }
     }
-}
-
-/// Where a first difference is looked for.
-struct Between {
-    /// Both runs agree after this step.
-    equal: u64,
-    /// They differ after this one.
-    unequal: u64,
-    /// Whether runs must begin at the start.
-    has_history: bool,
 }
 
 /// Grains and punch of two states.

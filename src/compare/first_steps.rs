@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 
 use crate::checks::{Check, Outcome};
 use crate::document::{Cell, Section, Table};
-use crate::engine::exec::{self, Description, missing_for_case};
+use crate::engine::exec::{self, Description, Part, missing_for_case};
 use crate::engine::{EngineError, ProgramError, yade};
 use crate::files::work_folder;
 use grains::model::Kernel;
@@ -12,7 +12,7 @@ use grains::native::{self, CaseOptions};
 use grains::task::Case;
 use verdict::Answer;
 use verdict::envelope::{FACTOR, REPLICAS};
-use verdict::judge::{Judgement, Limit, OfStart, Reference, Verdict};
+use verdict::judge::{Cause, Judgement, Limit, OfStart, Reference, Verdict};
 
 /// An engine that refuses a bed is asked for one of so many grains.
 const SMALL: u32 = 200;
@@ -37,8 +37,7 @@ impl Asked<'_> {
             Asked::Yade(_) => yade::unsupported(&case.model),
             Asked::Exec(engine, _) => {
                 let missing = missing_for_case(engine, case);
-                let missing: Vec<&str> = missing.iter().map(|part| part.in_words()).collect();
-                (!missing.is_empty()).then(|| missing.join(", "))
+                (!missing.is_empty()).then(|| Part::list(&missing))
             }
         }
     }
@@ -59,13 +58,9 @@ impl Asked<'_> {
                 let run = yade::run_cases(cases, options, work.path(), &mut ())?;
                 Ok(run.cases.into_iter().map(|of| Ok(of.track)).collect())
             }
-            Asked::Exec(engine, options) => Ok(exec::run_cases(
-                cases,
-                engine,
-                options,
-                work.path(),
-                &mut (),
-            )?),
+            Asked::Exec(engine, options) => {
+                Ok(exec::run_cases(cases, engine, options, work.path())?)
+            }
         }
     }
 }
@@ -73,7 +68,6 @@ impl Asked<'_> {
 /// The bed that an engine starts from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OfBed {
-    /// How many grains.
     pub grains: u32,
     /// How much their radii differ, as a share of the mean radius.
     pub dispersion: f64,
@@ -128,9 +122,8 @@ pub fn from_bed(
     engine: Asked<'_>,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Judgement, EngineError> {
-    let lacks = |case: &Case| engine.lacks(case);
     let mut run = |cases: &[&Case]| engine.run(cases);
-    reference.judge(&lacks, &mut run, progress)
+    reference.judge(&|case| engine.lacks(case), &mut run, progress)
 }
 
 /// One for each state, or a missing one where the engine lacks something for all of them; their ids begin with this one.
@@ -187,12 +180,11 @@ pub fn answer(of: &Judgement) -> String {
     let precision = of.resolution.name();
     let seen = seen(&of.limits);
     let mut said = match of.verdict() {
-        Verdict::Different => of
-            .causes
-            .iter()
-            .map(|cause| format!("Its first steps: {}", cause.sentence()))
-            .collect::<Vec<_>>()
-            .join(" "),
+        Verdict::Different => {
+            let causes = of.causes.iter().map(Cause::sentence);
+            let causes: Vec<_> = causes.map(|of| format!("Its first steps: {of}")).collect();
+            causes.join(" ")
+        }
         Verdict::Undecided if of.starts.is_empty() => "no state was looked at.".to_owned(),
         Verdict::Undecided => {
             let open = of.starts.iter().filter(|of| of.skipped.is_some()).count();
@@ -212,32 +204,24 @@ pub fn answer(of: &Judgement) -> String {
             )
         }
     };
-    if let Some(lacking) = of.not_asked.first() {
-        said = format!(
-            "{said} Of {} other states nothing is said: it has no {}{}.",
-            of.not_asked.len(),
-            lacking.lacking,
-            if of.not_asked.iter().any(|of| of.lacking != lacking.lacking) {
-                " and more"
-            } else {
-                ""
-            }
-        );
+    if let Some(first) = of.not_asked.first() {
+        let others = of.not_asked.iter().any(|of| of.lacking != first.lacking);
+        let (count, more) = (of.not_asked.len(), if others { " and more" } else { "" });
+        let lacking = &first.lacking;
+        said += &format!(" Of {count} other states nothing is said: it has no {lacking}{more}.");
     }
     said
 }
 
 fn seen(limits: &[Limit]) -> String {
     let ends = limits.first().zip(limits.last());
+    let range = |of: &Limit| format!("{:.0e} ({})", of.smallest, of.constant);
     ends.map_or(String::new(), |(first, last)| {
-        format!(
-            "A constant that is wrong by more than {:.0e} ({}) to {:.0e} ({}) would have been seen.",
-            first.smallest, first.constant, last.smallest, last.constant
-        )
+        let (first, last) = (range(first), range(last));
+        format!("A constant that is wrong by more than {first} to {last} would have been seen.")
     })
 }
 
-/// State by state.
 pub fn state_table(of: &Judgement) -> Table {
     Table::of("first-steps", "", of.starts.iter())
         .column("law", |of: &OfStart| of.law.name())
@@ -253,7 +237,6 @@ pub fn state_table(of: &Judgement) -> Table {
         .into()
 }
 
-/// For the page.
 pub fn sections(of: &Judgement) -> Vec<Section> {
     let about = format!(
         "A bed of {} grains. The engine computes in {}: it notices changes of {:.1e} m in places, {:.1e} m in overlaps, {:.1e} in \
@@ -278,12 +261,8 @@ pub fn sections(of: &Judgement) -> Vec<Section> {
         .with(Table::from(limits)),
     ];
     if !of.causes.is_empty() {
-        let why = Section::new("What is wrong", "");
-        sections.push(
-            of.causes
-                .iter()
-                .fold(why, |section, cause| section.with(cause.sentence())),
-        );
+        let why = of.causes.iter().map(Cause::sentence);
+        sections.push(Section::new("What is wrong", "").with_all(why));
     }
     sections
 }

@@ -2,7 +2,8 @@
 //! that only in a job folder that holds everything it is told, and is believed only what its tables prove.
 
 use std::cell::Cell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Display;
 use std::fs::{self, File};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
@@ -10,7 +11,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::read::{self, Timed, TimedSteps};
 use super::watch::{self, Beats, Done, Ended, Limits, end_of, length, watch};
@@ -21,23 +22,19 @@ use crate::files::{FileError, failed, file_digest, read_text, sha256_hex, write_
 use crate::tables as text;
 use grains::model::Model;
 use grains::scene::Scene;
-use grains::tables::{Bodies, Punch, Snapshot, Stage};
+use grains::tables::{Bodies, Punch, Snapshot};
 use grains::task::{Case, Observer, Outcome, Task, Until};
 
-/// The version of the protocol that this program speaks.
 pub const PROTOCOL: u32 = 1;
 
 /// A program that is an engine, and how far it may go.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// The program, as it was named.
     pub program: PathBuf,
-    /// How far it may go.
     pub limits: Limits,
 }
 
 impl Options {
-    /// With the usual limits.
     pub fn new(program: PathBuf) -> Self {
         Options {
             program,
@@ -56,12 +53,9 @@ pub fn usual_limits() -> Limits {
     }
 }
 
-/// A program that was asked what it is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExternalEngine {
-    /// The program.
     pub options: Options,
-    /// What it says of itself.
     pub description: Description,
     /// [`program_digest`] before it was asked; a run of another program is an error.
     pub digest: String,
@@ -111,17 +105,11 @@ fn imported<'a>(line: &'a str) -> Vec<&'a str> {
 }
 
 impl ExternalEngine {
-    /// Asks it.
     pub fn ask(options: Options) -> Result<Self, ProgramError> {
-        let digest =
-            program_digest(&options.program).map_err(|error| ProgramError::NotStarted {
-                path: options.program.clone(),
-                reason: error.to_string(),
-            })?;
         Ok(ExternalEngine {
+            digest: program_digest(&options.program).map_err(not_started(&options.program))?,
             description: describe(&options)?,
             options,
-            digest,
         })
     }
 
@@ -137,17 +125,13 @@ impl ExternalEngine {
 
 /// An engine that comes with this program: the toy, or an adapter of another program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Adapter {
-    /// The engine in Python of `docs/bring-your-own-engine.md`.
-    Toy,
-    /// `lmp`.
-    Lammps,
-    /// `liggghts`.
-    Liggghts,
-    /// `esysparticle`.
-    EsysParticle,
-    /// Kratos DEM, in an environment of its own.
-    Kratos,
+pub struct Adapter {
+    /// On the command line, and of its file.
+    pub key: &'static str,
+    pub name: &'static str,
+    /// The program that it needs on the path, and the Debian package that has it.
+    needs: Option<(&'static str, &'static str)>,
+    script: &'static str,
 }
 
 /// What the adapters import.
@@ -159,68 +143,57 @@ const MODULES: [(&str, &str); 4] = [
 ];
 
 impl Adapter {
-    /// All of them.
+    pub const LAMMPS: Adapter = Adapter {
+        key: "lammps",
+        name: "LAMMPS",
+        needs: Some(("lmp", "lammps")),
+        script: include_str!("../../adapters/lammps.py"),
+    };
+    pub const LIGGGHTS: Adapter = Adapter {
+        key: "liggghts",
+        name: "LIGGGHTS",
+        needs: Some(("liggghts", "liggghts")),
+        script: include_str!("../../adapters/liggghts.py"),
+    };
+    pub const ESYS_PARTICLE: Adapter = Adapter {
+        key: "esysparticle",
+        name: "ESyS-Particle",
+        needs: Some(("esysparticle", "esys-particle")),
+        script: include_str!("../../adapters/esysparticle.py"),
+    };
+    /// In an environment of its own.
+    pub const KRATOS: Adapter = Adapter {
+        key: "kratos",
+        name: "Kratos DEM",
+        needs: None,
+        script: include_str!("../../adapters/kratos.py"),
+    };
+    /// The engine in Python of `docs/bring-your-own-engine.md`.
+    pub const TOY: Adapter = Adapter {
+        key: "toy",
+        name: "toy",
+        needs: None,
+        script: include_str!("../../adapters/toy.py"),
+    };
     pub const ALL: [Adapter; 5] = [
-        Adapter::Lammps,
-        Adapter::Liggghts,
-        Adapter::EsysParticle,
-        Adapter::Kratos,
-        Adapter::Toy,
+        Adapter::LAMMPS,
+        Adapter::LIGGGHTS,
+        Adapter::ESYS_PARTICLE,
+        Adapter::KRATOS,
+        Adapter::TOY,
     ];
-
-    /// Its name on the command line, which is its file's.
-    pub fn key(self) -> &'static str {
-        match self {
-            Adapter::Toy => "toy",
-            Adapter::Lammps => "lammps",
-            Adapter::Liggghts => "liggghts",
-            Adapter::EsysParticle => "esysparticle",
-            Adapter::Kratos => "kratos",
-        }
-    }
-
-    /// For people.
-    pub fn name(self) -> &'static str {
-        match self {
-            Adapter::Toy => "toy",
-            Adapter::Lammps => "LAMMPS",
-            Adapter::Liggghts => "LIGGGHTS",
-            Adapter::EsysParticle => "ESyS-Particle",
-            Adapter::Kratos => "Kratos DEM",
-        }
-    }
-
-    /// The program that it needs on the path, and the Debian package that has it.
-    fn needs(self) -> Option<(&'static str, &'static str)> {
-        match self {
-            Adapter::Lammps => Some(("lmp", "lammps")),
-            Adapter::Liggghts => Some(("liggghts", "liggghts")),
-            Adapter::EsysParticle => Some(("esysparticle", "esys-particle")),
-            Adapter::Toy | Adapter::Kratos => None,
-        }
-    }
-
-    fn script(self) -> &'static str {
-        match self {
-            Adapter::Toy => include_str!("../../adapters/toy.py"),
-            Adapter::Lammps => include_str!("../../adapters/lammps.py"),
-            Adapter::Liggghts => include_str!("../../adapters/liggghts.py"),
-            Adapter::EsysParticle => include_str!("../../adapters/esysparticle.py"),
-            Adapter::Kratos => include_str!("../../adapters/kratos.py"),
-        }
-    }
 
     /// Writes the adapter into this folder and asks it what it is.
     pub fn place(self, folder: &Path, limits: &Limits) -> Result<ExternalEngine, ProgramError> {
-        if let Some((name, package)) = self.needs().filter(|(name, _)| on_path(name).is_none()) {
+        if let Some((name, package)) = self.needs.filter(|(name, _)| on_path(name).is_none()) {
             return Err(ProgramError::Missing {
-                engine: self.name(),
+                engine: self.name,
                 reason: format!("there is no program `{name}` on the path"),
                 package,
             });
         }
-        let program = folder.join(format!("{}.py", self.key()));
-        write_whole(&program, self.script().as_bytes())?;
+        let program = folder.join(format!("{}.py", self.key));
+        write_whole(&program, self.script.as_bytes())?;
         for (name, text) in MODULES {
             write_whole(&folder.join(format!("{name}.py")), text.as_bytes())?;
         }
@@ -233,16 +206,12 @@ impl Adapter {
     }
 }
 
-/// A finished run of an engine.
 #[derive(Debug)]
 pub struct ExecRun {
-    /// Stages and last moment.
     pub outcome: Outcome,
-    /// What the engine is.
     pub description: Description,
     /// [`program_digest`].
     pub digest: String,
-    /// What it wrote on its standard output and error.
     pub log: String,
     /// What the job took, its start and its tables included, as this program has seen it.
     pub took: Done,
@@ -256,13 +225,8 @@ pub fn run(
     work: &Path,
     observer: &mut dyn Observer,
 ) -> Result<ExecRun, ProgramError> {
-    run_external(
-        scene,
-        task,
-        &ExternalEngine::ask(options.clone())?,
-        work,
-        observer,
-    )
+    let engine = ExternalEngine::ask(options.clone())?;
+    run_external(scene, task, &engine, work, observer)
 }
 
 /// Runs the task in an engine that was asked what it is before.
@@ -273,24 +237,18 @@ pub fn run_external(
     work: &Path,
     observer: &mut dyn Observer,
 ) -> Result<ExecRun, ProgramError> {
-    let ExternalEngine {
-        options,
-        description,
-        digest,
-    } = engine;
+    let description = &engine.description;
     let missing = missing_for_scene(description, scene, task);
-    if !missing.is_empty() {
-        return Err(unsupported(description, missing, HINT_SCENE));
-    }
+    has_all(description, missing.into_iter().collect(), HINT_SCENE)?;
     write_scene(work, scene, task, &Value::Null)?;
     engine.check_unchanged()?;
-    let took = start(options, work, observer)?;
+    let took = start(&engine.options, work, observer)?;
     engine.check_unchanged()?;
     let outcome = read::scene(work, scene, task, observer)?;
     Ok(ExecRun {
         outcome,
         description: description.clone(),
-        digest: digest.clone(),
+        digest: engine.digest.clone(),
         log: log(work),
         took,
     })
@@ -300,15 +258,19 @@ const HINT_SCENE: &str = "take an engine that has it, a scene that does not ask 
                           (--steps N, --until settled)";
 const HINT_CASES: &str = "these experiments ask for it";
 
-fn unsupported(description: &Description, missing: Vec<Part>, hint: &'static str) -> ProgramError {
-    ProgramError::Unsupported {
-        engine: description.name.clone(),
-        missing: missing
-            .iter()
-            .map(|part| part.in_words().to_owned())
-            .collect(),
-        hint,
+fn has_all(
+    engine: &Description,
+    missing: BTreeSet<Part>,
+    hint: &'static str,
+) -> Result<(), ProgramError> {
+    if missing.is_empty() {
+        return Ok(());
     }
+    Err(ProgramError::Unsupported {
+        engine: engine.name.clone(),
+        missing: missing.into_iter().map(Part::in_words).collect(),
+        hint,
+    })
 }
 
 /// What an engine made of a case: the states at its moments, or why it refused.
@@ -321,24 +283,15 @@ pub fn run_cases(
     description: &Description,
     options: &Options,
     work: &Path,
-    observer: &mut dyn Observer,
 ) -> Result<Vec<CaseResult>, ProgramError> {
-    let mut missing: Vec<Part> = cases
+    let missing = cases
         .iter()
-        .flat_map(|case| missing_for_case(description, case))
-        .collect();
-    missing.sort();
-    missing.dedup();
-    if !missing.is_empty() {
-        return Err(unsupported(description, missing, HINT_CASES));
-    }
+        .flat_map(|case| missing_for_case(description, case));
+    has_all(description, missing.collect(), HINT_CASES)?;
     write_cases(work, cases, &Value::Null)?;
-    start(options, work, observer)?;
-    let results = read::cases(work, cases)?;
-    Ok(results
-        .into_iter()
-        .map(|of| of.map(|run| run.track))
-        .collect())
+    start(options, work, &mut ())?;
+    let results = read::cases(work, cases)?.into_iter();
+    Ok(results.map(|of| of.map(|run| run.track)).collect())
 }
 
 /// Has the engine time steps of this bed by its own clock; `work` is an empty folder. The engine's program runs `under`
@@ -351,13 +304,12 @@ pub fn time(
     under: &[String],
     work: &Path,
 ) -> Result<Timed, ProgramError> {
-    if !engine.description.has(Part::Timing) {
-        return Err(unsupported(
-            &engine.description,
-            vec![Part::Timing],
-            HINT_CASES,
-        ));
-    }
+    let missing = (!engine.description.has(Part::Timing)).then_some(Part::Timing);
+    has_all(
+        &engine.description,
+        missing.into_iter().collect(),
+        HINT_CASES,
+    )?;
     write_timing(work, model, bodies, steps, under, &Value::Null)?;
     start(&engine.options, work, &mut ())?;
     read::timed(work, model, bodies, steps)
@@ -382,37 +334,31 @@ fn start(
     let work = &fs::canonicalize(work).map_err(failed("find", work))?;
     let mut command = program(options)?;
     command.arg("run").arg(work);
-    finish(
-        &mut command,
-        SAID,
-        &options.limits,
-        work,
-        observer,
-        &mut || true,
-    )
+    let limits = &options.limits;
+    finish(&mut command, SAID, limits, work, observer, &mut || true)
 }
 
 /// Has the engine describe itself into `work`.
 pub(super) fn ask(options: &Options, work: &Path) -> Result<(), ProgramError> {
     let mut command = program(options)?;
     command.arg("describe");
-    finish(
-        &mut command,
-        COMPLAINED,
-        &options.limits,
-        work,
-        &mut (),
-        &mut || true,
-    )?;
+    let limits = &options.limits;
+    finish(&mut command, COMPLAINED, limits, work, &mut (), &mut || {
+        true
+    })?;
     Ok(())
+}
+
+fn not_started<E: Display>(path: &Path) -> impl FnOnce(E) -> ProgramError {
+    move |error| ProgramError::NotStarted {
+        path: path.to_owned(),
+        reason: error.to_string(),
+    }
 }
 
 fn program(options: &Options) -> Result<Command, ProgramError> {
     // The path as it is: nothing is looked up, and no shell sees it.
-    let program = fs::canonicalize(&options.program).map_err(|error| ProgramError::NotStarted {
-        path: options.program.clone(),
-        reason: error.to_string(),
-    })?;
+    let program = fs::canonicalize(&options.program).map_err(not_started(&options.program))?;
     Ok(Command::new(program))
 }
 
@@ -444,10 +390,8 @@ pub fn finish(
         .env_remove("DISPLAY")
         .stdout(output)
         .stderr(errors);
-    let child = Group::spawn(command).map_err(|error| ProgramError::NotStarted {
-        path: command.get_program().into(),
-        reason: error.to_string(),
-    })?;
+    let path = PathBuf::from(command.get_program());
+    let child = Group::spawn(command).map_err(not_started(&path))?;
     let mut beats = Beats::default();
     let said = work.join(SAID);
     let written = Written::new(work);
@@ -514,85 +458,20 @@ fn size_of_folder(folder: &Path) -> u64 {
     entries.flatten().map(size).sum()
 }
 
-#[derive(Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-enum Job<'a> {
-    Scene {
-        protocol: u32,
-        model: Model,
-        stage: Stage,
-        step: u64,
-        until_step: Option<u64>,
-        ends_settled: bool,
-        moments_every: u64,
-        settle: SettleRule,
-        loading: Loading,
-        punch: Option<GivenPunch>,
-        #[serde(skip_serializing_if = "Value::is_null")]
-        settings: &'a Value,
-    },
-    Case {
-        protocol: u32,
-        name: &'a str,
-        model: &'a Model,
-        moments: &'a [u64],
-        punch: Option<GivenPunch>,
-    },
-    Timing {
-        protocol: u32,
-        model: &'a Model,
-        warm_up: u64,
-        steps: u64,
-        shares: u64,
-        under: &'a [String],
-        #[serde(skip_serializing_if = "Value::is_null")]
-        settings: &'a Value,
-    },
-    Cases {
-        protocol: u32,
-        folders: Vec<String>,
-        #[serde(skip_serializing_if = "Value::is_null")]
-        settings: &'a Value,
-    },
+/// What is told of a punch.
+fn told(of: Punch) -> Value {
+    json!({"centre": of.centre, "half_extents": of.half_extents, "start": of.start, "velocity": of.velocity})
 }
 
-#[derive(Serialize)]
-struct SettleRule {
-    kinetic_energy_fraction: f64,
-    check_every: u64,
-    max_steps: u64,
-}
-
-#[derive(Serialize)]
-struct Loading {
-    axis: f64,
-    half_extents: [f64; 2],
-    speed: f64,
-    target_force: f64,
-    give_up_depth: f64,
-    steps_standing_still: Option<u64>,
-}
-
-#[derive(Serialize)]
-struct GivenPunch {
-    centre: [f64; 2],
-    half_extents: [f64; 2],
-    start: f64,
-    velocity: f64,
-}
-
-impl From<Punch> for GivenPunch {
-    fn from(of: Punch) -> Self {
-        GivenPunch {
-            centre: of.centre,
-            half_extents: of.half_extents,
-            start: of.start,
-            velocity: of.velocity,
-        }
+/// Writes `job.json`; `settings` are those of an adapter, null where there are none.
+fn write_job(folder: &Path, mut job: Value, settings: &Value) -> Result<(), ProgramError> {
+    job["protocol"] = PROTOCOL.into();
+    if !settings.is_null() {
+        job["settings"] = settings.clone();
     }
+    write_json(&folder.join("job.json"), &job)
 }
 
-/// Writes scene, grains and job into `work`; `settings` are those of an adapter, null where there are none.
 pub fn write_scene(
     work: &Path,
     scene: &Scene,
@@ -609,35 +488,31 @@ pub fn write_scene(
         },
         ..punch
     });
-    let job = Job::Scene {
-        protocol: PROTOCOL,
-        model: Model::of(scene),
-        stage: task.start.stage,
-        step: task.start.step,
-        until_step: match task.until {
-            Until::Step(step) => Some(step),
-            Until::EndOfSettling | Until::EndOfLoading => None,
-        },
-        ends_settled: task.until == Until::EndOfSettling,
-        moments_every: scene.measurement.history_every,
-        settle: SettleRule {
-            kinetic_energy_fraction: scene.settle.kinetic_energy_fraction,
-            check_every: scene.settle.check_every,
-            max_steps: scene.settle.max_steps,
-        },
-        loading: Loading {
-            axis: scene.punch_axis(),
-            half_extents: [loading.half_width, 0.5 * loading.punch_height],
-            speed: loading.speed,
-            target_force: scene.target_force(),
-            give_up_depth: loading.give_up_depth,
-            steps_standing_still: scene.steps_standing_still(),
-        },
-        punch: punch.map(GivenPunch::from),
-        settings,
+    let until_step = match task.until {
+        Until::Step(step) => Some(step),
+        Until::EndOfSettling | Until::EndOfLoading => None,
     };
+    let job = json!({
+        "kind": "scene",
+        "model": Model::of(scene),
+        "stage": task.start.stage,
+        "step": task.start.step,
+        "until_step": until_step,
+        "ends_settled": task.until == Until::EndOfSettling,
+        "moments_every": scene.measurement.history_every,
+        "settle": scene.settle,
+        "loading": {
+            "axis": scene.punch_axis(),
+            "half_extents": [loading.half_width, 0.5 * loading.punch_height],
+            "speed": loading.speed,
+            "target_force": scene.target_force(),
+            "give_up_depth": loading.give_up_depth,
+            "steps_standing_still": scene.steps_standing_still(),
+        },
+        "punch": punch.map(told),
+    });
     write_json(&work.join("scene.json"), scene)?;
-    write_json(&work.join("job.json"), &job)?;
+    write_job(work, job, settings)?;
     write_grains(work, &task.start.bodies)
 }
 
@@ -655,22 +530,18 @@ pub fn write_cases(work: &Path, cases: &[&Case], settings: &Value) -> Result<(),
     for (index, case) in cases.iter().enumerate() {
         let folder = case_folder(work, index);
         fs::create_dir(&folder).map_err(failed("create", &folder))?;
-        let job = Job::Case {
-            protocol: PROTOCOL,
-            name: &case.name,
-            model: &case.model,
-            moments: &case.moments,
-            punch: case.punch.map(GivenPunch::from),
-        };
-        write_json(&folder.join("job.json"), &job)?;
+        let job = json!({
+            "kind": "case",
+            "name": case.name,
+            "model": case.model,
+            "moments": case.moments,
+            "punch": case.punch.map(told),
+        });
+        write_job(&folder, job, &Value::Null)?;
         write_grains(&folder, &case.bodies)?;
     }
-    let job = Job::Cases {
-        protocol: PROTOCOL,
-        folders: (0..cases.len()).map(case_name).collect(),
-        settings,
-    };
-    write_json(&work.join("job.json"), &job)
+    let folders: Vec<String> = (0..cases.len()).map(case_name).collect();
+    write_job(work, json!({"kind": "cases", "folders": folders}), settings)
 }
 
 /// Writes a bed whose steps are to be timed into `work`; the program runs `under` another one, such as valgrind, if any is
@@ -683,16 +554,15 @@ pub fn write_timing(
     under: &[String],
     settings: &Value,
 ) -> Result<(), ProgramError> {
-    let job = Job::Timing {
-        protocol: PROTOCOL,
-        model,
-        warm_up: steps.warm_up,
-        steps: steps.timed,
-        shares: steps.shares,
-        under,
-        settings,
-    };
-    write_json(&work.join("job.json"), &job)?;
+    let job = json!({
+        "kind": "timing",
+        "model": model,
+        "warm_up": steps.warm_up,
+        "steps": steps.timed,
+        "shares": steps.shares,
+        "under": under,
+    });
+    write_job(work, job, settings)?;
     write_grains(work, bodies)
 }
 

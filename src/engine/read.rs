@@ -9,7 +9,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use super::exec::case_folder;
-use super::{ProgramError, nonsense};
+use super::{ProgramError, ensure, nonsense, parsed, read_json};
 use crate::files::read_text;
 use crate::tables as text;
 use grains::model::Model;
@@ -66,7 +66,6 @@ struct DoneFile {
 /// What an engine made of a case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseRun {
-    /// The state at each moment.
     pub track: Vec<Snapshot>,
     /// Force and torque summed on each grain at each moment, where it tells them.
     pub loads: Vec<Vec<Load>>,
@@ -110,8 +109,7 @@ pub fn scene(
     let mut seen: Vec<(Stage, u64)> = Vec::new();
     for line in list.lines() {
         if line.starts_with(r#"{"end""#) {
-            let report = end_of_stage(line)
-                .map_err(|reason| nonsense(format!("moments.jsonl: {reason}")))?;
+            let report = end_of_stage(line)?;
             if report.stop == StopReason::Settled {
                 settled.clone_from(&last);
             }
@@ -119,12 +117,13 @@ pub fn scene(
             continue;
         }
         let (snapshot, _) = given.moment(work, &mut numbers, line, "")?;
-        if seen.is_empty() && snapshot.bodies.digest() != start.digest() {
-            return Err(nonsense(
-                "its first moment is not the start that it was given; write the grains of initial.csv as they are, digit by \
-                 digit",
-            ));
-        }
+        ensure(
+            !seen.is_empty() || snapshot.bodies.digest() == start.digest(),
+            || {
+                "its first moment is not the start that it was given; write the grains of initial.csv as they are, digit by digit"
+                .to_owned()
+            },
+        )?;
         check_moment(&snapshot, scene.container.width).map_err(|trouble| {
             ProgramError::WentWrong {
                 stage: snapshot.stage,
@@ -138,7 +137,10 @@ pub fn scene(
     }
     numbers.at_end("")?;
     let last = last.ok_or_else(|| nonsense("moments.jsonl has not one moment of the run"))?;
-    check_completeness(scene, task, &stages, &seen, own_count(work)?).map_err(nonsense)?;
+    let done: DoneFile = done(work)?;
+    check_stages(task, &stages)?;
+    check_moments(scene, task, &stages, &seen)?;
+    check_own_count(task, &stages, done.steps)?;
     // A bed that was settled at the very end of a run without loading is its last moment anyway.
     let loaded = stages.iter().any(|stage| stage.stage == Stage::Load);
     Ok(Outcome {
@@ -159,12 +161,10 @@ pub fn cases(work: &Path, cases: &[&Case]) -> Result<Vec<Result<CaseRun, String>
         }
         results.push(result);
     }
-    let counted = own_count(work)?;
-    if counted != steps {
-        return Err(nonsense(format!(
-            "done.json counts {counted} steps, its cases have {steps}"
-        )));
-    }
+    let DoneFile { steps: counted } = done(work)?;
+    ensure(counted == steps, || {
+        format!("done.json counts {counted} steps, its cases have {steps}")
+    })?;
     Ok(results)
 }
 
@@ -184,14 +184,14 @@ fn read_case(folder: &Path, case: &Case) -> Result<Result<CaseRun, String>, Prog
         return Ok(Err(reason));
     }
     let effective = folder.join("effective.json");
-    let effective = if effective.exists() {
-        let broken = |error: String| nonsense(format!("{name}effective.json: {error}"));
-        let said =
-            read_text(&effective, LONGEST_PARAMETERS).map_err(|error| broken(error.to_string()))?;
-        Some(serde_json::from_str(&said).map_err(|error| broken(error.to_string()))?)
-    } else {
-        None
+    let read = || {
+        read_json(
+            &effective,
+            LONGEST_PARAMETERS,
+            &format!("{name}effective.json"),
+        )
     };
+    let effective = effective.exists().then(read).transpose()?;
     let mut numbers = Numbers::new(folder);
     let mut track = Vec::with_capacity(case.moments.len());
     let mut loads = Vec::new();
@@ -201,33 +201,27 @@ fn read_case(folder: &Path, case: &Case) -> Result<Result<CaseRun, String>, Prog
             .next()
             .ok_or_else(|| nonsense(format!("{name}moments.jsonl ends before step {step}")))?;
         let (moment, of_moment) = given.moment(folder, &mut numbers, line, &name)?;
-        if (moment.stage, moment.step) != (Stage::Settle, step) {
-            return Err(nonsense(format!(
-                "{name}step {} of stage {} where step {step} of stage settle should be",
-                moment.step,
-                moment.stage.name()
-            )));
-        }
-        if of_moment
-            .as_ref()
-            .is_some_and(|rows| rows.len() != case.bodies.len())
-        {
-            return Err(nonsense(format!("{name}loads of other grains")));
-        }
+        let found = (moment.stage, moment.step);
+        ensure(found == (Stage::Settle, step), || {
+            let (stage, at) = (found.0.name(), found.1);
+            format!("{name}step {at} of stage {stage} where step {step} of stage settle should be")
+        })?;
+        let rows = of_moment.as_ref().map_or(case.bodies.len(), Vec::len);
+        ensure(rows == case.bodies.len(), || {
+            format!("{name}loads of other grains")
+        })?;
         track.push(moment);
         loads.extend(of_moment);
     }
     numbers.at_end(&name)?;
-    match lines.next() {
-        None => Ok(Ok(CaseRun {
-            track,
-            loads,
-            effective,
-        })),
-        Some(_) => Err(nonsense(format!(
-            "{name}moments.jsonl goes on after its last moment"
-        ))),
-    }
+    ensure(lines.next().is_none(), || {
+        format!("{name}moments.jsonl goes on after its last moment")
+    })?;
+    Ok(Ok(CaseRun {
+        track,
+        loads,
+        effective,
+    }))
 }
 
 /// Steps before, in and after a timed window.
@@ -244,7 +238,6 @@ pub struct TimedSteps {
 /// A bed whose steps an engine has timed by its own clock.
 #[derive(Debug)]
 pub struct Timed {
-    /// The timed steps.
     pub window: Window,
     /// The bed after warm-up and window.
     pub last: Snapshot,
@@ -296,24 +289,17 @@ pub fn timed(
     let mut numbers = Numbers::new(work);
     let (last, _) = given.moment(work, &mut numbers, list.trim_end(), "")?;
     numbers.at_end("")?;
-    let after = steps.warm_up + steps.timed;
-    if last.step != after {
-        return Err(nonsense(format!(
-            "step {} where step {after} should be",
-            last.step
-        )));
-    }
+    let (after, at) = (steps.warm_up + steps.timed, last.step);
+    ensure(at == after, || {
+        format!("step {at} where step {after} should be")
+    })?;
     let done: TimedDone = done(work)?;
-    if done.steps != after + steps.shares {
-        return Err(nonsense(format!(
-            "done.json counts {} steps, {} were asked for",
-            done.steps,
-            after + steps.shares
-        )));
-    }
-    if !(done.wall_seconds > 0.0 && done.cpu_seconds.is_none_or(|seconds| seconds > 0.0)) {
-        return Err(nonsense("times that are not above zero"));
-    }
+    let (asked, counted) = (after + steps.shares, done.steps);
+    ensure(counted == asked, || {
+        format!("done.json counts {counted} steps, {asked} were asked for")
+    })?;
+    let times = done.wall_seconds > 0.0 && done.cpu_seconds.is_none_or(|seconds| seconds > 0.0);
+    ensure(times, || "times that are not above zero".to_owned())?;
     let total: f64 = done.shares.iter().map(|of| of.nanoseconds as f64).sum();
     let shares = done.shares.into_iter().map(|of| Share {
         share: of.nanoseconds as f64 / total,
@@ -345,21 +331,15 @@ fn refusal(list: &str) -> Result<Option<String>, ProgramError> {
     if !list.starts_with(r#"{"refused""#) {
         return Ok(None);
     }
-    let line: RefusedLine = serde_json::from_str(list.trim_end())
-        .map_err(|error| nonsense(format!("moments.jsonl: {error}")))?;
+    let line: RefusedLine = parsed(list.trim_end(), "moments.jsonl")?;
     Ok(Some(line.refused.chars().take(400).collect()))
 }
 
-/// The engine's own count of steps.
-fn own_count(work: &Path) -> Result<u64, ProgramError> {
-    done(work).map(|done: DoneFile| done.steps)
-}
-
-/// `done.json`.
+/// `done.json`, with the engine's own count of steps.
 fn done<T: DeserializeOwned>(work: &Path) -> Result<T, ProgramError> {
     let text = read_text(&work.join("done.json"), 1 << 16)
         .map_err(|error| nonsense(format!("it ended well before the job was done: {error}")))?;
-    serde_json::from_str(&text).map_err(|error| nonsense(format!("done.json: {error}")))
+    parsed(&text, "done.json")
 }
 
 impl Given<'_> {
@@ -370,12 +350,11 @@ impl Given<'_> {
         line: &str,
         name: &str,
     ) -> Result<(Snapshot, Option<Vec<Load>>), ProgramError> {
-        let of: MomentLine = serde_json::from_str(line)
-            .map_err(|error| nonsense(format!("{name}moments.jsonl: {error}")))?;
+        let of: MomentLine = parsed(line, &format!("{name}moments.jsonl"))?;
         let at = format!("{name}stage {} step {}", of.stage.name(), of.step);
-        if of.out_of_plane != 0.0 {
-            return Err(nonsense(format!("{at}: grains have left the plane")));
-        }
+        ensure(of.out_of_plane == 0.0, || {
+            format!("{at}: grains have left the plane")
+        })?;
         let (bodies, contacts) = match of.contacts {
             Some(count) => {
                 let bodies = numbers.bodies(self.bodies, &at)?;
@@ -417,27 +396,27 @@ impl Given<'_> {
 
     fn check_contact(&self, of: &Contact, at: &str) -> Result<(), ProgramError> {
         let ordered = of.id1 < of.id2 || !self.ids.is_grain(of.id1);
-        if !self.ids.is_grain(of.id2) || !ordered {
-            return Err(nonsense(format!(
-                "{at}: a contact of {} and {}: of two grains the lower id stands first, a wall or the punch always does",
-                of.id1, of.id2
-            )));
-        }
-        if of.overlap < 0.0 {
-            return Err(nonsense(format!(
-                "{at}: a contact of {} and {} with the overlap {}: only what touches is a contact",
-                of.id1, of.id2, of.overlap
-            )));
-        }
-        Ok(())
+        let pair = || format!("{at}: a contact of {} and {}", of.id1, of.id2);
+        ensure(self.ids.is_grain(of.id2) && ordered, || {
+            format!(
+                "{}: of two grains the lower id stands first, a wall or the punch always does",
+                pair()
+            )
+        })?;
+        ensure(of.overlap >= 0.0, || {
+            format!(
+                "{} with the overlap {}: only what touches is a contact",
+                pair(),
+                of.overlap
+            )
+        })
     }
 
     fn punch(&self, of: &PunchLine, at: &str) -> Result<Punch, ProgramError> {
         let [x, z] = of.centre;
         let numbers = [x, z, of.start, of.velocity, of.force];
-        if !numbers.iter().all(|value| value.is_finite()) {
-            return Err(nonsense(format!("{at}: the punch is not finite")));
-        }
+        let finite = numbers.iter().all(|value| value.is_finite());
+        ensure(finite, || format!("{at}: the punch is not finite"))?;
         Ok(Punch {
             centre: of.centre,
             half_extents: self.half_extents,
@@ -448,27 +427,23 @@ impl Given<'_> {
     }
 
     fn same_grains(&self, bodies: &Bodies, at: &str) -> Result<(), ProgramError> {
-        if bodies.len() != self.bodies.len() {
-            return Err(nonsense(format!(
-                "{at}: {} grains instead of {}",
-                bodies.len(),
-                self.bodies.len()
-            )));
-        }
-        if bodies.rotate() != self.bodies.rotate() {
-            return Err(nonsense(format!(
+        let (found, wanted) = (bodies.len(), self.bodies.len());
+        ensure(found == wanted, || {
+            format!("{at}: {found} grains instead of {wanted}")
+        })?;
+        ensure(bodies.rotate() == self.bodies.rotate(), || {
+            format!(
                 "{at}: the columns spin and inertia are for grains that rotate, and for those always"
-            )));
-        }
+            )
+        })?;
         let same = bodies.radius == self.bodies.radius
             && bodies.mass == self.bodies.mass
             && bodies.inertia == self.bodies.inertia;
-        if same {
-            return Ok(());
-        }
-        Err(nonsense(format!(
-            "{at}: other radii, masses or moments of inertia than in initial.csv; write them as they were given"
-        )))
+        ensure(same, || {
+            format!(
+                "{at}: other radii, masses or moments of inertia than in initial.csv; write them as they were given"
+            )
+        })
     }
 }
 
@@ -492,23 +467,21 @@ impl Numbers {
     fn take(&mut self, count: usize, at: &str) -> Result<Vec<f64>, ProgramError> {
         if self.file.is_none() {
             // Asked before opening: opening a pipe would wait for a writer.
-            if !self.path.is_file() {
-                return Err(nonsense(format!("{at}: there is no tables.bin")));
-            }
+            ensure(self.path.is_file(), || {
+                format!("{at}: there is no tables.bin")
+            })?;
             let file = File::open(&self.path)
                 .map_err(|error| nonsense(format!("{at}: tables.bin: {error}")))?;
             self.file = Some(BufReader::new(file));
         }
         let mut bytes = vec![0; count * 8];
         let all = self.file.as_mut().map(|file| file.read_exact(&mut bytes));
-        if !matches!(all, Some(Ok(()))) {
-            return Err(nonsense(format!("{at}: tables.bin is cut off")));
-        }
+        ensure(matches!(all, Some(Ok(()))), || {
+            format!("{at}: tables.bin is cut off")
+        })?;
         let (eights, _) = bytes.as_chunks::<8>();
-        let numbers: Vec<f64> = eights
-            .iter()
-            .map(|eight| f64::from_le_bytes(*eight))
-            .collect();
+        let numbers = eights.iter().map(|eight| f64::from_le_bytes(*eight));
+        let numbers: Vec<f64> = numbers.collect();
         match numbers.iter().find(|number| !number.is_finite()) {
             Some(number) => Err(nonsense(format!("{at}: a {number} among its numbers"))),
             None => Ok(numbers),
@@ -537,29 +510,30 @@ impl Numbers {
         ids: BodyIds,
         at: &str,
     ) -> Result<Vec<Contact>, ProgramError> {
-        if count > text::most_contacts(ids.grains) {
-            return Err(nonsense(format!("{at}: {count} contacts")));
-        }
+        let few = count <= text::most_contacts(ids.grains);
+        ensure(few, || format!("{at}: {count} contacts"))?;
         let numbers = self.take(count as usize * CONTACT_COLUMNS, at)?;
         let (rows, _) = numbers.as_chunks::<CONTACT_COLUMNS>();
         let contacts: Option<Vec<Contact>> = rows.iter().map(|row| contact(*row, ids)).collect();
         let contacts = contacts
             .ok_or_else(|| nonsense(format!("{at}: a contact between bodies that do not exist")))?;
         let key = |of: &Contact| (of.id1, of.id2);
-        if let Some(pair) = contacts.windows(2).find(|of| key(&of[0]) >= key(&of[1])) {
-            let [id1, id2] = [pair[1].id1, pair[1].id2];
-            return Err(nonsense(format!(
-                "{at}: the contact of {id1} and {id2} must stand after the pair of the row before"
-            )));
+        for pair in contacts.windows(2) {
+            let (id1, id2) = key(&pair[1]);
+            ensure(key(&pair[0]) < (id1, id2), || {
+                format!(
+                    "{at}: the contact of {id1} and {id2} must stand after the pair of the row before"
+                )
+            })?;
         }
-        if let Some(of) = contacts
-            .iter()
-            .find(|of| (of.normal[0].hypot(of.normal[1]) - 1.0).abs() > text::NORMAL_TOLERANCE)
-        {
-            return Err(nonsense(format!(
-                "{at}: the normal of {} and {} must be of length 1",
-                of.id1, of.id2
-            )));
+        for of in &contacts {
+            let off = (of.normal[0].hypot(of.normal[1]) - 1.0).abs();
+            ensure(off <= text::NORMAL_TOLERANCE, || {
+                format!(
+                    "{at}: the normal of {} and {} must be of length 1",
+                    of.id1, of.id2
+                )
+            })?;
         }
         Ok(contacts)
     }
@@ -567,12 +541,10 @@ impl Numbers {
     /// Nothing follows the last moment.
     fn at_end(&mut self, name: &str) -> Result<(), ProgramError> {
         let mut more = [0; 1];
-        match self.file.as_mut().map(|file| file.read(&mut more)) {
-            None | Some(Ok(0)) => Ok(()),
-            _ => Err(nonsense(format!(
-                "{name}tables.bin goes on after the last moment"
-            ))),
-        }
+        let rest = self.file.as_mut().map(|file| file.read(&mut more));
+        ensure(matches!(rest, None | Some(Ok(0))), || {
+            format!("{name}tables.bin goes on after the last moment")
+        })
     }
 }
 
@@ -604,20 +576,6 @@ fn contact(row: [f64; CONTACT_COLUMNS], ids: BodyIds) -> Option<Contact> {
     })
 }
 
-/// Checks stages, moments and the engine's own count of steps against the task; else what is wrong.
-fn check_completeness(
-    scene: &Scene,
-    task: &Task,
-    stages: &[StageReport],
-    seen: &[(Stage, u64)],
-    own_count: u64,
-) -> Result<(), String> {
-    check_stages(task, stages)?;
-    check_moments(scene, task, stages, seen)?;
-    check_own_count(task, stages, own_count)
-}
-
-/// A line that says how a stage ended.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct EndLine {
@@ -628,27 +586,19 @@ struct EndLine {
     cpu_seconds: f64,
 }
 
-/// How a stage ended, from such a line; else what is wrong with it.
-fn end_of_stage(line: &str) -> Result<StageReport, String> {
-    let of: EndLine = serde_json::from_str(line).map_err(|error| error.to_string())?;
-    let stop = match of.stop.as_str() {
-        "settled" => StopReason::Settled,
-        "reached" => StopReason::Reached,
-        "target_load_not_reached" => StopReason::TargetLoadNotReached,
-        "steps_done" => StopReason::StepsDone,
-        "max_steps" => StopReason::MaxSteps,
-        "not_finite" => {
-            return Err(format!(
-                "numbers that are not finite in step {} of stage {}",
-                of.steps,
-                of.end.name()
-            ));
-        }
-        other => return Err(format!("the stop reason {other:?}")),
-    };
-    if !(of.wall_seconds >= 0.0 && of.cpu_seconds >= 0.0) {
-        return Err("times that are below 0 or none".to_owned());
-    }
+/// How a stage ended, from such a line.
+fn end_of_stage(line: &str) -> Result<StageReport, ProgramError> {
+    let of: EndLine = parsed(line, "moments.jsonl")?;
+    ensure(of.stop != "not_finite", || {
+        let (step, stage) = (of.steps, of.end.name());
+        format!("moments.jsonl: numbers that are not finite in step {step} of stage {stage}")
+    })?;
+    let stop = serde_json::from_value(of.stop.as_str().into());
+    let stop =
+        stop.map_err(|_| nonsense(format!("moments.jsonl: the stop reason {:?}", of.stop)))?;
+    ensure(of.wall_seconds >= 0.0 && of.cpu_seconds >= 0.0, || {
+        "moments.jsonl: times that are below 0 or none".to_owned()
+    })?;
     Ok(StageReport {
         stage: of.end,
         steps: of.steps,
@@ -664,19 +614,17 @@ fn check_moments(
     task: &Task,
     stages: &[StageReport],
     seen: &[(Stage, u64)],
-) -> Result<(), String> {
+) -> Result<(), ProgramError> {
     let every = scene.measurement.history_every;
     // A count that somebody made up is not counted through.
     let most = seen.len() as u64;
-    if let Some(stage) = stages
-        .iter()
-        .find(|stage| stage.steps / every > most + task.start.step / every)
-    {
-        return Err(format!(
-            "stage {} of {} steps has more moments than the {most} that there are",
-            stage.stage.name(),
-            stage.steps
-        ));
+    for StageReport { stage, steps, .. } in stages {
+        ensure(steps / every <= most + task.start.step / every, || {
+            let stage = stage.name();
+            format!(
+                "stage {stage} of {steps} steps has more moments than the {most} that there are"
+            )
+        })?;
     }
     let wanted: Vec<(Stage, u64)> = stages
         .iter()
@@ -686,9 +634,6 @@ fn check_moments(
             steps.into_iter().map(move |step| (stage.stage, step))
         })
         .collect();
-    if wanted == seen {
-        return Ok(());
-    }
     let odd = wanted.iter().zip(seen).position(|(want, see)| want != see);
     let at = odd.unwrap_or(wanted.len().min(seen.len()));
     let moment = |of: Option<&(Stage, u64)>| {
@@ -696,25 +641,19 @@ fn check_moments(
             format!("{} {step}", stage.name())
         })
     };
-    Err(format!(
-        "moment {at} of the run should be {} and is {}",
-        moment(wanted.get(at)),
-        moment(seen.get(at))
-    ))
+    ensure(wanted == seen, || {
+        let (wanted, seen) = (moment(wanted.get(at)), moment(seen.get(at)));
+        format!("moment {at} of the run should be {wanted} and is {seen}")
+    })
 }
 
 /// The engine's own count of steps is that of the stages.
-fn check_own_count(task: &Task, stages: &[StageReport], own_count: u64) -> Result<(), String> {
-    let steps: u64 = stages
-        .iter()
-        .map(|stage| stage.steps.saturating_sub(first_step(task, stage.stage)))
-        .sum();
-    if own_count == steps {
-        return Ok(());
-    }
-    Err(format!(
-        "it counts {own_count} steps, its stages have {steps}"
-    ))
+fn check_own_count(task: &Task, stages: &[StageReport], counted: u64) -> Result<(), ProgramError> {
+    let own = |of: &StageReport| of.steps.saturating_sub(first_step(task, of.stage));
+    let steps: u64 = stages.iter().map(own).sum();
+    ensure(counted == steps, || {
+        format!("it counts {counted} steps, its stages have {steps}")
+    })
 }
 
 /// The step that a stage starts at in this task.
@@ -727,17 +666,15 @@ fn first_step(task: &Task, stage: Stage) -> u64 {
 }
 
 /// The stages are those asked for, each ended by a rule of its own.
-fn check_stages(task: &Task, stages: &[StageReport]) -> Result<(), String> {
+fn check_stages(task: &Task, stages: &[StageReport]) -> Result<(), ProgramError> {
     use StopReason::{MaxSteps, Reached, Settled, StepsDone, TargetLoadNotReached};
     let ends: Vec<(Stage, StopReason)> = stages.iter().map(|of| (of.stage, of.stop)).collect();
     let fits = match (task.until, task.start.stage, ends.as_slice()) {
         (Until::Step(step), stage, [(end, StepsDone)]) => {
-            if stages[0].steps != step {
-                return Err(format!(
-                    "{step} steps were asked for and {} were done",
-                    stages[0].steps
-                ));
-            }
+            let done = stages[0].steps;
+            ensure(done == step, || {
+                format!("{step} steps were asked for and {done} were done")
+            })?;
             *end == stage
         }
         (Until::EndOfSettling, Stage::Settle, [(Stage::Settle, Settled | MaxSteps)])
@@ -755,17 +692,10 @@ fn check_stages(task: &Task, stages: &[StageReport]) -> Result<(), String> {
         }
         _ => false,
     };
-    if fits {
-        return Ok(());
-    }
     let of = |stage: &StageReport| format!("{} {:?}", stage.stage.name(), stage.stop);
     let stages: Vec<String> = stages.iter().map(of).collect();
-    Err(format!(
-        "its stages are not those of the task: {}",
-        if stages.is_empty() {
-            "none was finished".to_owned()
-        } else {
-            stages.join(", ")
-        }
-    ))
+    ensure(fits, || match &stages[..] {
+        [] => "its stages are not those of the task: none was finished".to_owned(),
+        some => format!("its stages are not those of the task: {}", some.join(", ")),
+    })
 }

@@ -96,10 +96,8 @@ pub fn watch(
             return Err(Ended::Hung(format!("not done within {:?}", limits.time)));
         }
         if moved.elapsed() > limits.stall {
-            return Err(Ended::Hung(format!(
-                "no sign of life for {:?}",
-                limits.stall
-            )));
+            let stall = limits.stall;
+            return Err(Ended::Hung(format!("no sign of life for {stall:?}")));
         }
         thread::sleep(LOOK_EVERY);
     }
@@ -107,25 +105,17 @@ pub fn watch(
 }
 
 fn weigh(child: &Group, limits: &Limits, written: &dyn Fn() -> u64) -> Result<(), Ended> {
-    let too_much = |what: &str, is: u64, limit: u64| {
-        let message = format!(
-            "{} MB of {what}, and {} MB is its limit",
-            is >> 20,
-            limit >> 20
-        );
+    let check = |what: &str, is: &dyn Fn() -> u64, limit: u64| {
+        let is = if limit < u64::MAX { is() } else { 0 };
+        if is <= limit {
+            return Ok(());
+        }
+        let (is, limit) = (is >> 20, limit >> 20);
+        let message = format!("{is} MB of {what}, and {limit} MB is its limit");
         Err(Ended::TooMuch(message))
     };
-    if limits.memory < u64::MAX {
-        let memory = child.memory();
-        if memory > limits.memory {
-            return too_much("memory", memory, limits.memory);
-        }
-    }
-    let output = written();
-    if output > limits.output {
-        return too_much("output", output, limits.output);
-    }
-    Ok(())
+    check("memory", &|| child.memory(), limits.memory)?;
+    check("output", written, limits.output)
 }
 
 /// Bytes of a file; 0 if there is none.
@@ -185,9 +175,8 @@ impl Beats {
 fn beat(line: &str) -> Option<(Stage, u64, f64)> {
     let mut words = line.split(' ');
     let name = words.next()?;
-    let stage = [Stage::Settle, Stage::Load]
-        .into_iter()
-        .find(|stage| stage.name() == name)?;
+    let mut stages = [Stage::Settle, Stage::Load].into_iter();
+    let stage = stages.find(|stage| stage.name() == name)?;
     let step = words.next()?.parse().ok()?;
     let share: f64 = words.next()?.parse().ok()?;
     share.is_finite().then_some((stage, step, share))

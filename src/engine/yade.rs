@@ -2,6 +2,7 @@
 //! socket, and has what they write read as that of any engine is.
 
 use std::env;
+use std::ffi::OsStr;
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::fs::symlink;
@@ -14,9 +15,9 @@ use serde_json::{Value, json};
 use super::exec::{SAID, finish, usual_limits};
 use super::read::{Timed, TimedSteps};
 use super::watch::Limits;
-use super::{ProgramError, exec, nonsense, read};
+use super::{ProgramError, ensure, exec, nonsense, read, read_json};
 use crate::child::on_path;
-use crate::files::{failed, read_text, sha256_hex, write_whole};
+use crate::files::{failed, sha256_hex, write_whole};
 use grains::model::Model;
 use grains::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
 use grains::tables::{Bodies, Snapshot};
@@ -34,7 +35,6 @@ pub struct Options {
     pub sorted: bool,
     /// YADE's `verletDist`, m. In sorted mode the bits do not depend on it.
     pub verlet_distance: f64,
-    /// How far it may go.
     pub limits: Limits,
     /// The `yade` to use instead of the one on the path.
     pub program: Option<PathBuf>,
@@ -61,7 +61,6 @@ impl Options {
     }
 }
 
-/// A fixed script: its name and its text.
 type Script = (&'static str, &'static str);
 
 const RUN_SCENE: Script = (
@@ -90,7 +89,6 @@ pub fn script_digest() -> String {
     sha256_hex(format!("{}{}", RUN_SCENE.1, SHARED.1).as_bytes())
 }
 
-/// There is no YADE that can be used.
 fn missing(reason: String) -> ProgramError {
     ProgramError::Missing {
         engine: "YADE",
@@ -99,7 +97,6 @@ fn missing(reason: String) -> ProgramError {
     }
 }
 
-/// YADE has no such thing.
 fn lacks(what: String) -> ProgramError {
     ProgramError::Unsupported {
         engine: "YADE".to_owned(),
@@ -152,14 +149,10 @@ pub fn unsupported(model: &Model) -> Option<String> {
 /// What YADE wrote on its standard output and error; of a very long log the end.
 pub use super::exec::log;
 
-/// A finished run of YADE.
 #[derive(Debug)]
 pub struct YadeRun {
-    /// Stages and last moment.
     pub outcome: Outcome,
-    /// As YADE prints it.
     pub version: String,
-    /// What YADE wrote on its standard output and error.
     pub log: String,
 }
 
@@ -183,21 +176,16 @@ pub fn run(
     })
 }
 
-/// What YADE made of all cases.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CasesInYade {
-    /// As YADE prints it.
     pub version: String,
-    /// In the order of the cases.
     pub cases: Vec<CaseInYade>,
 }
 
-/// What YADE made of one case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseInYade {
     /// The parameters that YADE says it uses.
     pub effective: Effective,
-    /// The state at each moment of the case.
     pub track: Vec<Snapshot>,
     /// Force and torque summed on each grain at each moment; empty for large cases.
     pub loads: Vec<Vec<Load>>,
@@ -217,19 +205,12 @@ pub fn run_cases(
     let runs = read::cases(work, cases).map_err(hinted)?;
     let complete = |(case, run): (&&Case, Result<read::CaseRun, String>)| {
         let run = run.map_err(ProgramError::Refused)?;
-        let wanted = if case.bodies.len() <= MOST_LOADED {
-            case.moments.len()
-        } else {
-            0
-        };
+        let has_loads = case.bodies.len() <= MOST_LOADED;
+        let wanted = if has_loads { case.moments.len() } else { 0 };
         let effective = run.effective.filter(|_| run.loads.len() == wanted);
-        let name = &case.name;
+        let lacking = || format!("{}: no parameters, or loads of other grains", case.name);
         Ok(CaseInYade {
-            effective: effective.ok_or_else(|| {
-                hinted(nonsense(format!(
-                    "{name}: no parameters, or loads of other grains"
-                )))
-            })?,
+            effective: effective.ok_or_else(|| hinted(nonsense(lacking())))?,
             track: run.track,
             loads: run.loads,
         })
@@ -279,17 +260,12 @@ pub fn propose(
     work: &Path,
 ) -> Result<(Vec<Proposal>, String), ProgramError> {
     let version = start_cases(cases, PROPOSE_STEPS, options, work, &mut ())?;
-    let text = read_text(&work.join("proposals.json"), 1 << 24)
-        .map_err(|error| nonsense(error.to_string()))?;
-    let proposals: Vec<Proposal> = serde_json::from_str(&text)
-        .map_err(|error| nonsense(format!("proposals.json: {error}")))?;
-    if proposals.len() != cases.len() {
-        return Err(nonsense(format!(
-            "proposals.json has {} steps for {} cases",
-            proposals.len(),
-            cases.len()
-        )));
-    }
+    let name = "proposals.json";
+    let proposals: Vec<Proposal> = read_json(&work.join(name), 1 << 24, name)?;
+    let (found, wanted) = (proposals.len(), cases.len());
+    ensure(found == wanted, || {
+        format!("{name} has {found} steps for {wanted} cases")
+    })?;
     Ok((proposals, version))
 }
 
@@ -305,10 +281,8 @@ pub fn time(
     let yade = find(options.program.as_deref())?;
     exec::write_timing(work, model, bodies, steps, &[], &options.settings())?;
     let version = start(&yade, TIME_STEPS, work, options, &mut ())?;
-    Ok((
-        read::timed(work, model, bodies, steps).map_err(hinted)?,
-        version,
-    ))
+    let timed = read::timed(work, model, bodies, steps).map_err(hinted)?;
+    Ok((timed, version))
 }
 
 fn can(model: &Model) -> Result<(), ProgramError> {
@@ -339,39 +313,36 @@ fn start(
     // Under this name Python imports the program, and the program then opens no socket.
     let link = work.join("yadeimport.py");
     symlink(&yade.program, &link).map_err(failed("create", &link))?;
-    let mut command = match options.under.split_first() {
-        None => Command::new(&yade.interpreter),
-        Some((program, arguments)) => {
-            let mut command = Command::new(program);
-            command.args(arguments).arg(&yade.interpreter);
-            command
-        }
-    };
+    let under = options.under.iter().map(OsStr::new);
+    let mut words = under.chain([yade.interpreter.as_os_str(), OsStr::new(script.0)]);
+    let mut command = Command::new(words.next().unwrap_or_default());
     command
-        .arg(script.0)
+        .args(words)
         .env("CROSSGRAIN_JOB", work)
         .env("CROSSGRAIN_PARENT", std::process::id().to_string())
         .env("PYTHONPATH", work)
         .env("HOME", &home)
         .env("IPYTHONDIR", &home);
     let mut version = Ok(None);
+    let mut fits = || {
+        if matches!(version, Ok(None)) {
+            version = hello(work);
+        }
+        version.is_ok()
+    };
     let done = finish(
         &mut command,
         SAID,
         &options.limits,
         work,
         observer,
-        &mut || {
-            if matches!(version, Ok(None)) {
-                version = hello(work);
-            }
-            version.is_ok()
-        },
+        &mut fits,
     );
-    let version = match version.map_err(hinted)? {
-        Some(version) => Some(version),
-        None => hello(work).map_err(hinted)?,
-    };
+    let version = version.and_then(|version| match version {
+        Some(_) => Ok(version),
+        None => hello(work),
+    });
+    let version = version.map_err(hinted)?;
     done.map_err(|error| match error {
         ProgramError::NotStarted { reason, .. } => missing(format!(
             "{} cannot be started: {reason}",
@@ -392,9 +363,7 @@ fn hello(work: &Path) -> Result<Option<String>, ProgramError> {
     if !path.is_file() {
         return Ok(None);
     }
-    let text = read_text(&path, 1 << 16).map_err(|error| nonsense(error.to_string()))?;
-    let hello: Hello =
-        serde_json::from_str(&text).map_err(|error| nonsense(format!("hello.json: {error}")))?;
+    let hello: Hello = read_json(&path, 1 << 16, "hello.json")?;
     let number = |text: &str| -> Option<u32> {
         let digits: String = text.chars().take_while(char::is_ascii_digit).collect();
         digits.parse().ok()
@@ -457,10 +426,9 @@ pub fn find(program: Option<&Path>) -> Result<Installation, ProgramError> {
 /// The build of the same YADE that has this name (`yade-float128`), which stands beside it.
 pub fn sibling(program: Option<&Path>, name: &str) -> Result<PathBuf, ProgramError> {
     let of = find(program)?.program.with_file_name(name);
-    if of.is_file() {
-        Ok(of)
-    } else {
-        Err(missing(format!("{} does not exist", of.display())))
+    match of.is_file() {
+        true => Ok(of),
+        false => Err(missing(format!("{} does not exist", of.display()))),
     }
 }
 

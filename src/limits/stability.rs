@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::checks::{Check, Measured, Outcome, verdict};
 use crate::engine::exec::{self, missing_for_case};
 use crate::engine::yade::{self, Proposal, propose};
-use crate::engine::{EngineError, ProgramError};
+use crate::engine::{EngineError, Part, ProgramError};
 use crate::files::failed;
 use crate::study::machine::Folder;
 use crate::study::plan::Program;
@@ -392,8 +392,7 @@ impl SceneTrials {
             External::Exec(exec::ExternalEngine { description, .. }) => {
                 // The damped search asks for all that the other does.
                 let missing = missing_for_case(description, &searches[1].at_start());
-                let words: Vec<&str> = missing.iter().map(|part| part.in_words()).collect();
-                let reason = format!("{} has no {}", description.name, words.join(", "));
+                let reason = format!("{} has no {}", description.name, Part::list(&missing));
                 self.row.skipped = (!missing.is_empty()).then_some(reason);
                 (description.name.as_str(), description.version.clone())
             }
@@ -411,7 +410,7 @@ impl SceneTrials {
                     options,
                     description,
                     ..
-                }) => exec::run_cases(cases, description, options, &place()?, &mut ()),
+                }) => exec::run_cases(cases, description, options, &place()?),
             }
         })?;
         let refused = found.iter().find_map(|found| found.as_ref().err());

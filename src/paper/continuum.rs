@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 use nalgebra::{Complex, DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::paper::quadrature::integrate;
+use crate::paper::integrate;
 use grains::measure::stress::Components;
 
 /// What the load stands on.
@@ -259,14 +259,8 @@ fn punch(model: Model, load: Load) -> [f64; TERMS] {
     for row in 0..TERMS {
         // Even in v, so half of it will do.
         let v = (PI * (2.0 * row as f64 + 1.0) / (4.0 * TERMS as f64)).cos();
-        let kernel: Vec<(f64, f64)> = samples()
-            .map(|t| {
-                (
-                    t,
-                    answer.difference(load.half_width * (v - t)) / SAMPLES as f64,
-                )
-            })
-            .collect();
+        let kernel = |t| answer.difference(load.half_width * (v - t)) / SAMPLES as f64;
+        let kernel: Vec<(f64, f64)> = samples().map(|t| (t, kernel(t))).collect();
         let term = |index: usize| {
             let smooth: f64 = kernel.iter().map(|(t, k)| chebyshev(index, *t) * k).sum();
             let logarithm = match index {
@@ -384,9 +378,8 @@ impl Answer {
         let end = DECAY / (2.0 * self.depth);
         match self.walls {
             None => {
-                let of = |k: f64| {
-                    (self.less_than_open(k) * (k * x).cos() + (-2.0 * k * self.depth).exp()) / k
-                };
+                let decay = |k: f64| (-2.0 * k * self.depth).exp();
+                let of = |k: f64| (self.less_than_open(k) * (k * x).cos() + decay(k)) / k;
                 let panels = oscillations(end, x.abs() + 2.0 * self.depth);
                 integrate(0.0, end, panels, of)
             }
@@ -399,11 +392,9 @@ impl Answer {
                     angle.sin() / angle
                 };
                 let first = 2.0 * PI / width;
-                let walls: f64 = (1..=(end / first).ceil() as u32)
-                    .map(f64::from)
-                    .map(|m| self.less_than_open(m * first) * (m * first * x).cos() / m)
-                    .sum();
-                walls - ratio.ln()
+                let wall = |m: f64| self.less_than_open(m * first) * (m * first * x).cos() / m;
+                let walls = (1..=(end / first).ceil() as u32).map(f64::from).map(wall);
+                walls.sum::<f64>() - ratio.ln()
             }
         }
     }

@@ -36,7 +36,7 @@ use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, PI, SQRT_2, TAU};
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::paper::quadrature::integrate;
+use crate::paper::integrate;
 
 /// What is left of forces and moments that balance, as a share of the sum of the forces' sizes.
 const BALANCE: f64 = 1e-9;
@@ -66,39 +66,20 @@ pub struct PointForce {
 /// Why there is no such field.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DiscFieldError {
-    /// The radius is not a positive number.
     #[error("the disc's radius is {0} m, must be above 0 and finite")]
     Radius(f64),
-    /// A coordinate, a force or the body force is not finite.
     #[error("{what} is not finite")]
-    NotFinite {
-        /// What it is.
-        what: String,
-    },
-    /// Forces and body force have a resultant.
+    NotFinite { what: String },
     #[error("forces and weight leave ({x}, {z}) N/m, must balance")]
-    Forces {
-        /// Of the resultant, N/m.
-        x: f64,
-        /// Of the resultant, N/m.
-        z: f64,
-    },
-    /// The forces turn the disc.
+    Forces { x: f64, z: f64 },
     #[error("the moments about the centre leave {0} N, must balance")]
     Moments(f64),
-    /// A control square that is not within the disc.
     #[error(
         "the square's side is {side} m, must be above 0 and at most {largest} m within the disc"
     )]
-    Square {
-        /// m.
-        side: f64,
-        /// √2 R, m.
-        largest: f64,
-    },
+    Square { side: f64, largest: f64 },
 }
 
-/// A force and its point, from the centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Load {
     point: Vector2<f64>,
@@ -155,7 +136,6 @@ impl DiscField {
         self.radius
     }
 
-    /// The forces on the rim.
     pub fn forces(&self) -> impl Iterator<Item = PointForce> + '_ {
         self.loads.iter().map(|load| PointForce {
             point: load.point.into(),
@@ -187,11 +167,8 @@ impl DiscField {
     /// integrated in polar coordinates about its own point, where the element r dr dθ takes the
     /// singularity away and the disc is 0 < r < 2R cosθ; the rest about the centre.
     pub fn average_over_disc(&self) -> [[f64; 2]; 2] {
-        let singular: Matrix2<f64> = self
-            .loads
-            .iter()
-            .map(|load| self.integral_about(load))
-            .sum();
+        let singular = self.loads.iter().map(|load| self.integral_about(load));
+        let singular: Matrix2<f64> = singular.sum();
         let smooth = integrate(0.0, TAU, PANELS, |angle| {
             let direction = unit(angle);
             integrate(0.0, self.radius, PANELS, |r| r * self.smooth(r * direction))
@@ -245,11 +222,11 @@ impl DiscField {
     /// resultant in the centre and adds nothing. Balanced moments make it symmetric; the rounding
     /// that is left is halved between the two.
     fn extensive(&self) -> Matrix2<f64> {
-        let sum: Matrix2<f64> = self
+        let terms = self
             .loads
             .iter()
-            .map(|load| load.point * load.force.transpose())
-            .sum();
+            .map(|load| load.point * load.force.transpose());
+        let sum: Matrix2<f64> = terms.sum();
         0.5 * (sum + sum.transpose())
     }
 
@@ -291,17 +268,13 @@ fn check_numbers(
         return Err(DiscFieldError::Radius(radius));
     }
     let finite = |vector: &Vector2<f64>| vector.iter().all(|value| value.is_finite());
-    let not_finite = |what: String| Err(DiscFieldError::NotFinite { what });
-    if !finite(&body_force) {
-        return not_finite("the body force".to_owned());
-    }
-    match loads
-        .iter()
-        .position(|load| !finite(&load.point) || !finite(&load.force))
-    {
-        Some(index) => not_finite(format!("force {index}")),
-        None => Ok(()),
-    }
+    let is_broken = |load: &Load| !finite(&load.point) || !finite(&load.force);
+    let what = match loads.iter().position(is_broken) {
+        _ if !finite(&body_force) => "the body force".to_owned(),
+        Some(index) => format!("force {index}"),
+        None => return Ok(()),
+    };
+    Err(DiscFieldError::NotFinite { what })
 }
 
 fn check_balance(

@@ -1,11 +1,9 @@
 //! Every figure that the paper prints and that is held against one of ours: recomputed ones, and those of its simulations.
 
-/// A printed figure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Printed {
     /// Short and lasting: `table-4/stress/O`.
     pub id: &'static str,
-    /// Where it stands in the paper.
     pub place: &'static str,
     /// In `unit`.
     pub value: f64,
@@ -18,9 +16,7 @@ pub struct Printed {
 /// How a figure is got from realizations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Of {
-    /// Mean of a measured quantity.
     Mean,
-    /// Coefficient of variation.
     Variation,
     /// Share above so many times the mean.
     ShareAbove(u32),
@@ -33,13 +29,10 @@ pub enum Of {
 pub struct Published {
     /// Short and lasting: `height`, `stress.O`.
     pub id: &'static str,
-    /// For people.
     pub title: &'static str,
-    /// Where it stands in the paper.
     pub place: &'static str,
     /// The measured quantity of a realization.
     pub key: &'static str,
-    /// What of it.
     pub of: Of,
     /// In `unit`.
     pub value: f64,
@@ -47,7 +40,6 @@ pub struct Published {
     pub tolerance: f64,
     /// SI unit, `1` for a ratio.
     pub unit: &'static str,
-    /// Where the tolerance comes from.
     pub reason: &'static str,
 }
 
@@ -187,7 +179,6 @@ pub const PRESSURE: f64 = value("load/pressure");
 /// V_c, m³.
 pub const CONTROL_VOLUME: f64 = value("table-4/control-volume");
 
-/// A row of Table 4.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parts {
     /// σ_g,zz, Pa.

@@ -9,8 +9,8 @@ use statrs::distribution::{ContinuousCDF, Erlang};
 use super::Number;
 use super::continuum::strip_load;
 use super::disc_field::figure_4;
+use super::integrate;
 use super::published::{CONTROL_VOLUME, HEIGHT, POINTS, POROSITY, PRESSURE, TABLE_1, table_4};
-use super::quadrature::integrate;
 
 /// a, m.
 pub const HALF_WIDTH: f64 = 0.0225;
@@ -35,7 +35,6 @@ pub mod piles {
         pub name: &'static str,
         /// How many piles bear 0, 1, … 5 units.
         pub piles: Subclass,
-        /// Its cases, counted.
         pub cases: u32,
     }
 
@@ -128,72 +127,76 @@ pub fn of_piles() -> Vec<Number> {
         let id = format!("table-1/{}", row + 1);
         numbers.push(of(&id, &what, f64::from(subclass.cases)));
     }
-    numbers.extend([
-        of("table-1/subclasses", "subclasses", subclasses.len() as f64),
-        of(
-            "piles/most-likely",
-            "cases of each most likely subclass",
-            most,
-        ),
-        of(
-            "piles/likely-over-optimistic",
-            "most likely over optimistic",
-            most / optimistic,
-        ),
-        of(
-            "piles/likely-over-pessimistic",
-            "most likely over pessimistic",
-            most / pessimistic,
-        ),
-        of(
-            "piles/pessimistic-over-optimistic",
-            "pessimistic over optimistic",
-            pessimistic / optimistic,
-        ),
-        of(
-            "piles/symmetric",
-            "cases that are symmetric",
-            count(&symmetric),
-        ),
-        of(
-            "piles/moment-balance",
-            "cases left by a moment balance",
-            count(&no_moment),
-        )
-        .known(
-            12.0,
-            "for equally spaced piles the balance of moments about the middle one also admits \
-             unsymmetric cases such as (1 0 2 2 0); 6 counts the symmetric ones only",
-        ),
-        of(
-            "piles/chance-optimistic",
-            "chance of the optimistic case",
-            optimistic / total,
-        ),
-        of(
-            "piles/chance-pessimistic",
-            "chance of the pessimistic subclass",
-            pessimistic / total,
-        ),
+    let mut add = |id: &str, what: &str, value: f64| numbers.push(of(id, what, value));
+    add("table-1/subclasses", "subclasses", subclasses.len() as f64);
+    add(
+        "piles/most-likely",
+        "cases of each most likely subclass",
+        most,
+    );
+    let (over_optimistic, over_pessimistic) = (most / optimistic, most / pessimistic);
+    add(
+        "piles/likely-over-optimistic",
+        "most likely over optimistic",
+        over_optimistic,
+    );
+    add(
+        "piles/likely-over-pessimistic",
+        "most likely over pessimistic",
+        over_pessimistic,
+    );
+    let ratio = pessimistic / optimistic;
+    add(
+        "piles/pessimistic-over-optimistic",
+        "pessimistic over optimistic",
+        ratio,
+    );
+    add(
+        "piles/symmetric",
+        "cases that are symmetric",
+        count(&symmetric),
+    );
+    let balance = of(
+        "piles/moment-balance",
+        "cases left by a moment balance",
+        count(&no_moment),
+    );
+    numbers.push(balance.known(
+        12.0,
+        "for equally spaced piles the balance of moments about the middle one also admits \
+         unsymmetric cases such as (1 0 2 2 0); 6 counts the symmetric ones only",
+    ));
+    let mut add = |id: &str, what: &str, value: f64| numbers.push(of(id, what, value));
+    let (optimistic, pessimistic) = (optimistic / total, pessimistic / total);
+    add(
+        "piles/chance-optimistic",
+        "chance of the optimistic case",
+        optimistic,
+    );
+    add(
+        "piles/chance-pessimistic",
+        "chance of the pessimistic subclass",
+        pessimistic,
+    );
+    let many = |id: &str, what: &str, mean: u32, how: &str| {
+        let how = format!("counting the cases of 10,000 piles whose mean load is {how}");
         Number::of(
-            "piles/twice-the-mean",
-            "chance of at least twice the mean, many piles",
-            piles::chance_of_at_least(10_000, 10_000, 20_000),
-            "counting the cases of 10,000 piles whose mean load is 10,000 steps",
-        ),
-        Number::of(
-            "piles/twice-in-whole-units",
-            "the same in the whole units of the example",
-            piles::chance_of_at_least(10_000, 1, 2),
-            "counting the cases of 10,000 piles whose mean load is 1 step",
+            id,
+            what,
+            piles::chance_of_at_least(10_000, mean, 2 * mean),
+            &how,
         )
-        .known(
-            0.250_012_500_625,
-            "loads in whole units are geometric, not exponential, however many piles there are: \
-             at least 2 units has 25 %, more than 2 has 12.5 %; 13.5 % needs loads in steps much \
-             finer than the mean",
-        ),
-    ]);
+    };
+    let what = "chance of at least twice the mean, many piles";
+    numbers.push(many("piles/twice-the-mean", what, 10_000, "10,000 steps"));
+    let what = "the same in the whole units of the example";
+    let whole_units = many("piles/twice-in-whole-units", what, 1, "1 step");
+    numbers.push(whole_units.known(
+        0.250_012_500_625,
+        "loads in whole units are geometric, not exponential, however many piles there are: \
+         at least 2 units has 25 %, more than 2 has 12.5 %; 13.5 % needs loads in steps much \
+         finer than the mean",
+    ));
     numbers
 }
 
@@ -229,20 +232,11 @@ pub fn of_disc() -> Vec<Number> {
     let of = |id: &str, what: &str, value: f64, how: &str| {
         Number::of(&format!("table-3/{id}"), what, value, how)
     };
+    let integrated = "integration";
     vec![
-        of("volume", "total volume", volume, "integration"),
-        of(
-            "particle-volume",
-            "particle volume",
-            particle,
-            "integration",
-        ),
-        of(
-            "porosity",
-            "porosity",
-            1.0 - particle / volume,
-            "integration",
-        ),
+        of("volume", "total volume", volume, integrated),
+        of("particle-volume", "particle volume", particle, integrated),
+        of("porosity", "porosity", 1.0 - particle / volume, integrated),
         of("sum-zz", "Σ_zz", zz, field),
         of("stress-zz", "σ_zz", zz / volume, field),
         of("sum-xx", "Σ_xx", xx, field),
@@ -308,67 +302,47 @@ pub fn of_continuum() -> Vec<Number> {
             ));
         }
         let formula = equation_3_as_printed(offset);
+        let misprint = format!(
+            "misprint: the formula is at fault, not the table: its sign is wrong (X₁ is the left limit), and its size is {:.2} \
+             times the integral",
+            formula.abs() / load
+        );
+        let how = "the printed formula, θ read as arctan((X−x)/z)";
         let as_printed = Number {
             id: format!("eq-3/as-printed/{point}"),
             place: "Eq. 3".to_owned(),
-            ..of(
-                "load",
-                "Eq. 3 as printed against Table 4",
-                formula,
-                "the printed formula, θ read as arctan((X−x)/z)",
-            )
+            ..of("load", "Eq. 3 as printed against Table 4", formula, how)
         };
+        let weighing = "weighing discs on a lattice of porosity n, counted above the depth";
+        let integrating = "Flamant's line load integrated over the strip";
         numbers.extend([
-            of(
-                "weight",
-                "σ_g,zz",
-                weight,
-                "weighing discs on a lattice of porosity n, counted above the depth",
-            ),
-            of(
-                "load",
-                "σ_p,zz",
-                load,
-                "Flamant's line load integrated over the strip",
-            ),
+            of("weight", "σ_g,zz", weight, weighing),
+            of("load", "σ_p,zz", load, integrating),
             sum,
             of("extensive", "Σ_zz", (weight + load) * CONTROL_VOLUME, both),
-            as_printed.known(
-                known,
-                &format!(
-                    "misprint: the formula is at fault, not the table: its sign is wrong (X₁ is the left \
-                     limit), and its size is {:.2} times the integral",
-                    formula.abs() / load
-                ),
-            ),
+            as_printed.known(known, &misprint),
         ]);
     }
-    numbers.extend([
-        Number::of(
-            "load/force",
-            "force 2ap on the punch",
-            integrate(-HALF_WIDTH, HALF_WIDTH, 1, |_| PRESSURE),
-            "the load integrated over the strip",
-        )
-        .derived("the target of loading"),
-        Number::of(
-            "table-4/control-volume",
-            "V_c, a square of side R and 1 m deep",
-            integrate(-0.0025, 0.0025, 1, |_| 0.005),
-            "area of the square",
-        ),
-        Number::of(
-            "section-5/control-volume",
-            "V_c over the mean cell of a grain",
-            CONTROL_VOLUME / (mean_solid_area() / (1.0 - POROSITY)),
-            "mean area of the grains over 1−n",
-        )
-        .known(
-            0.263_977_22,
-            "misprint: 1 if V_c were the particle and its void, as section 5 says; section 3.2.3 and Table 4 \
-             use a square of side R. The exponential law scales, so only the name is at fault",
-        ),
-    ]);
+    let force = integrate(-HALF_WIDTH, HALF_WIDTH, 1, |_| PRESSURE);
+    let how = "the load integrated over the strip";
+    let force = Number::of("load/force", "force 2ap on the punch", force, how);
+    let (id, what) = (
+        "table-4/control-volume",
+        "V_c, a square of side R and 1 m deep",
+    );
+    let square = integrate(-0.0025, 0.0025, 1, |_| 0.005);
+    let square = Number::of(id, what, square, "area of the square");
+    let (id, what) = (
+        "section-5/control-volume",
+        "V_c over the mean cell of a grain",
+    );
+    let share = CONTROL_VOLUME / (mean_solid_area() / (1.0 - POROSITY));
+    let share = Number::of(id, what, share, "mean area of the grains over 1−n").known(
+        0.263_977_22,
+        "misprint: 1 if V_c were the particle and its void, as section 5 says; section 3.2.3 and Table 4 \
+         use a square of side R. The exponential law scales, so only the name is at fault",
+    );
+    numbers.extend([force.derived("the target of loading"), square, share]);
     numbers
 }
 
@@ -385,35 +359,24 @@ pub fn of_bed() -> Vec<Number> {
     let solid = 5000.0 * mean_solid_area();
     let how = "area of 5,000 discs over a box 1 m wide";
     let porosity_at = |height: f64| 1.0 - solid / height;
+    let of = |id: &str, what: &str, value: f64| Number::of(id, what, value, how);
+    let what = "porosity n at the upper end, H = 0.47 m";
     let upper = Number {
         id: "bed/porosity-at-the-upper-end".to_owned(),
-        ..Number::of(
-            "bed/porosity",
-            "porosity n at the upper end, H = 0.47 m",
-            porosity_at(0.47),
-            how,
-        )
+        ..of("bed/porosity", what, porosity_at(0.47))
     };
+    let what = "porosity n at the published height H = 0.46 m";
+    let porosity = of("bed/porosity", what, porosity_at(HEIGHT));
+    let what = "height H at the published porosity n = 0.17";
+    let height = of("bed/height", what, solid / (1.0 - POROSITY));
     vec![
-        Number::of(
-            "bed/porosity",
-            "porosity n at the published height H = 0.46 m",
-            porosity_at(HEIGHT),
-            how,
-        )
-        .known(
+        porosity.known(
             0.145_594_93,
             "the published mean height and mean porosity do not belong together for R = 0.005 m; \
              0.01 is the published scatter",
         ),
         upper.derived("only beds near the upper end of H meet both, at the lower end of n"),
-        Number::of(
-            "bed/height",
-            "height H at the published porosity n = 0.17",
-            solid / (1.0 - POROSITY),
-            how,
-        )
-        .known(0.473_525_70, "0.01 is the published scatter"),
+        height.known(0.473_525_70, "0.01 is the published scatter"),
     ]
 }
 
@@ -476,27 +439,15 @@ pub fn of_sums() -> Vec<Number> {
             number.judged()
         };
     let law = |id: &str, what: &str, value: f64| {
-        let how = "numerical integration of the density";
-        of(
-            format!("eq-7/{id}"),
-            "Eq. 7, section 3.3",
-            what,
-            [1.0, 1e-9, value],
-            how,
-        )
+        let (id, how) = (format!("eq-7/{id}"), "numerical integration of the density");
+        of(id, "Eq. 7, section 3.3", what, [1.0, 1e-9, value], how)
     };
     let density = |x: f64| (-x).exp();
+    let whole = integrate(0.0, LENGTH, 60, density);
+    let mean = integrate(0.0, LENGTH, 60, |x| x * density(x));
     let mut numbers = vec![
-        law(
-            "integral",
-            "integral of the density",
-            integrate(0.0, LENGTH, 60, density),
-        ),
-        law(
-            "mean",
-            "mean over μ",
-            integrate(0.0, LENGTH, 60, |x| x * density(x)),
-        ),
+        law("integral", "integral of the density", whole),
+        law("mean", "mean over μ", mean),
     ];
     // The grid's own error is a few parts in a hundred thousand.
     let grid = 1e-4;
@@ -512,17 +463,11 @@ pub fn of_sums() -> Vec<Number> {
         let what = format!("mean over Vσ of {terms} cells");
         add("mean", what, [1.0, grid, mean / count]);
         let what = format!("variance over (Vσ)² of {terms} cells, printed 1/N");
-        add(
-            "variance",
-            what,
-            [1.0 / count, grid, (deviation / count).powi(2)],
-        );
+        let found = (deviation / count).powi(2);
+        add("variance", what, [1.0 / count, grid, found]);
         let what = format!("coefficient of variation of {terms} cells, printed 1/√N");
-        add(
-            "variation",
-            what,
-            [1.0 / count.sqrt(), grid, deviation / mean],
-        );
+        let found = deviation / mean;
+        add("variation", what, [1.0 / count.sqrt(), grid, found]);
         // The grid knows the chance of ending before a whole step; half a stretch a term is added back.
         let steps = ((count / STEP) - 0.5 * count) as usize;
         let below: f64 = sum[..steps].iter().sum();

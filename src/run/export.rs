@@ -19,7 +19,7 @@ use crate::run::folder::{Moment, RunFolder};
 use grains::measure::cells::radical;
 use grains::measure::stress::{Components, of_grains};
 use grains::scene::Scene;
-use grains::tables::BodyIds;
+use grains::tables::{Bodies, BodyIds, Contact};
 
 /// Files of a run folder, and what they are.
 const FILES: [(&str, &str, &str); 11] = [
@@ -73,10 +73,8 @@ pub fn pack_archive(
     let mut members: Vec<(String, Vec<u8>)> = Vec::new();
     let mut parts = Vec::new();
     for (file, kind, words) in FILES {
-        for (file, kind) in [
-            (file.to_owned(), kind),
-            (format!("{file}.gz"), "application/gzip"),
-        ] {
+        let packed = (format!("{file}.gz"), "application/gzip");
+        for (file, kind) in [(file.to_owned(), kind), packed] {
             let path = folder.join(&file);
             let Ok(about) = fs::metadata(&path) else {
                 continue;
@@ -99,10 +97,8 @@ pub fn pack_archive(
         serde_json::to_string_pretty(&description(run, name, parts)).unwrap_or_default() + "\n";
     members.push(("ro-crate-metadata.json".to_owned(), crate_text.into_bytes()));
     members.sort();
-    let sums: String = members
-        .iter()
-        .map(|(file, bytes)| format!("{}  {file}\n", sha256_hex(bytes)))
-        .collect();
+    let sum = |(file, bytes): &(String, Vec<u8>)| format!("{}  {file}\n", sha256_hex(bytes));
+    let sums: String = members.iter().map(sum).collect();
     members.push(("SHA256SUMS".to_owned(), sums.into_bytes()));
     // No time and no name in the head, so that the same folder gives the same bytes.
     let packed = GzBuilder::new().mtime(0).write(to, Compression::best());
@@ -122,10 +118,8 @@ pub fn pack_archive(
 
 fn description(run: &RunFolder, name: &str, parts: Vec<Value>) -> Value {
     let record = &run.record;
-    let listed: Vec<Value> = parts
-        .iter()
-        .map(|part| json!({"@id": part["@id"]}))
-        .collect();
+    let listed = parts.iter().map(|part| json!({"@id": part["@id"]}));
+    let listed: Vec<Value> = listed.collect();
     let mut graph = vec![
         json!({
             "@id": "ro-crate-metadata.json", "@type": "CreativeWork", "about": {"@id": "./"},
@@ -225,20 +219,15 @@ fn contact_numbers(moment: &Moment) -> Vec<f64> {
 /// A point a grain: radius, mass, velocity, stress, number of contacts.
 fn grains(scene: &Scene, moment: &Moment) -> String {
     let bodies = &moment.bodies;
-    let points: Vec<[f64; 2]> = bodies
-        .x
-        .iter()
-        .copied()
-        .zip(bodies.z.iter().copied())
-        .map(<[f64; 2]>::from)
-        .collect();
+    let pairs =
+        |of: fn(&Bodies, usize) -> [f64; 2]| (0..bodies.len()).map(move |id| of(bodies, id));
+    let points: Vec<[f64; 2]> = pairs(|of, id| [of.x[id], of.z[id]]).collect();
     let (stress, areas) = stresses(scene, moment);
-    let velocity = bodies.vx.iter().copied().zip(bodies.vz.iter().copied());
     let mut columns = vec![
         scalar("id", (0..bodies.len()).map(|id| id as f64).collect()),
         scalar("radius", bodies.radius.clone()),
         scalar("mass", bodies.mass.clone()),
-        vector("velocity", velocity.map(<[f64; 2]>::from)),
+        vector("velocity", pairs(|of, id| [of.vx[id], of.vz[id]])),
         scalar("contacts", contact_numbers(moment)),
         scalar("cell_area", areas),
     ];
@@ -257,41 +246,25 @@ fn contacts(moment: &Moment) -> String {
     let centre = |id: u32| [bodies.x[id as usize], bodies.z[id as usize]];
     let of = &moment.contacts;
     let ends = of.iter().flat_map(|contact| {
-        let first = if ids.is_grain(contact.id1) {
-            centre(contact.id1)
-        } else {
-            contact.point
+        let first = match ids.is_grain(contact.id1) {
+            true => centre(contact.id1),
+            false => contact.point,
         };
         [first, centre(contact.id2)]
     });
     let points: Vec<[f64; 2]> = ends.collect();
+    let number = |name, part: fn(&Contact) -> f64| scalar(name, of.iter().map(part).collect());
     let columns = [
-        scalar(
-            "id1",
-            of.iter().map(|contact| f64::from(contact.id1)).collect(),
-        ),
-        scalar(
-            "id2",
-            of.iter().map(|contact| f64::from(contact.id2)).collect(),
-        ),
-        scalar(
-            "overlap",
-            of.iter().map(|contact| contact.overlap).collect(),
-        ),
-        scalar(
-            "normal_force",
-            of.iter().map(|contact| contact.normal_force).collect(),
-        ),
-        scalar(
-            "tangential_force",
-            of.iter().map(|contact| contact.tangential_force).collect(),
-        ),
+        number("id1", |contact| f64::from(contact.id1)),
+        number("id2", |contact| f64::from(contact.id2)),
+        number("overlap", |contact| contact.overlap),
+        number("normal_force", |contact| contact.normal_force),
+        number("tangential_force", |contact| contact.tangential_force),
         vector("force_on_id2", of.iter().map(|contact| contact.force())),
         vector("contact_point", of.iter().map(|contact| contact.point)),
     ];
-    let elements: Vec<Vec<usize>> = (0..of.len())
-        .map(|line| vec![2 * line, 2 * line + 1])
-        .collect();
+    let elements = (0..of.len()).map(|line| vec![2 * line, 2 * line + 1]);
+    let elements: Vec<Vec<usize>> = elements.collect();
     poly_data(&points, &[], Elements::Lines, &elements, &columns)
 }
 
@@ -301,15 +274,12 @@ fn cells(scene: &Scene, moment: &Moment) -> String {
     let (stress, areas) = stresses(scene, moment);
     let points: Vec<[f64; 2]> = cells.corners.iter().flatten().copied().collect();
     let mut next = 0;
-    let elements: Vec<Vec<usize>> = cells
-        .corners
-        .iter()
-        .map(|corners| {
-            let own = (next..next + corners.len()).collect();
-            next += corners.len();
-            own
-        })
-        .collect();
+    let elements = cells.corners.iter().map(|corners| {
+        let first = next;
+        next += corners.len();
+        (first..next).collect()
+    });
+    let elements: Vec<Vec<usize>> = elements.collect();
     let mut columns = vec![
         scalar("id", (0..cells.corners.len()).map(|id| id as f64).collect()),
         scalar("area", areas),
@@ -348,30 +318,22 @@ fn poly_data(
         Elements::Polygons => "Polys",
     };
     text += &format!("<{tag}>\n");
-    whole_numbers(
-        &mut text,
-        "connectivity",
-        elements.iter().flatten().copied(),
-    );
-    let mut end = 0;
-    let ends = elements.iter().map(|element| {
-        end += element.len();
-        end
+    let points = elements.iter().flatten().copied();
+    whole_numbers(&mut text, "connectivity", points);
+    let ends = elements.iter().scan(0, |end, element| {
+        *end += element.len();
+        Some(*end)
     });
     whole_numbers(&mut text, "offsets", ends);
     text + &format!("</{tag}>\n</Piece>\n</PolyData>\n</VTKFile>\n")
 }
 
 fn column(text: &mut String, of: &Column) {
-    let Column {
-        name,
-        components,
-        values,
-    } = of;
+    let (name, components) = (of.name, of.components);
     *text += &format!(
         "<DataArray type=\"Float64\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"ascii\">\n"
     );
-    for row in values.chunks(*components) {
+    for row in of.values.chunks(components) {
         let row: Vec<String> = row.iter().map(|value| format!("{value:e}")).collect();
         *text += &row.join(" ");
         text.push('\n');

@@ -23,7 +23,6 @@ use grains::task::{StageReport, moments};
 /// Grains and contacts at one moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Moment {
-    /// All grains.
     pub bodies: Bodies,
     /// All contacts, sorted by ids.
     pub contacts: Vec<Contact>,
@@ -48,24 +47,17 @@ impl From<Snapshot> for Moment {
     }
 }
 
-/// Everything that a run folder holds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunFolder {
-    /// The scene that was run.
     pub scene: Scene,
     /// `run.json`.
     pub record: RunRecord,
-    /// The start.
     pub initial: Bodies,
     /// The settled bed, for a run with loading.
     pub settled: Option<Moment>,
-    /// The end.
     pub last: Moment,
-    /// A row a moment.
     pub history: Vec<HistoryRow>,
-    /// The paths of the marked grains.
     pub trace: Vec<TraceRow>,
-    /// What the engine printed.
     pub log: String,
 }
 
@@ -86,7 +78,6 @@ pub enum FolderError {
 }
 
 impl FolderError {
-    /// What to tell a script.
     pub fn exit_code(&self) -> u8 {
         match self {
             FolderError::File(error) => error.exit_code(),
@@ -103,7 +94,6 @@ pub const RECORD: &str = "run.json";
 const LARGEST_RECORD: u64 = 1 << 24;
 /// The most rows of history that a run may have.
 const MOST_MOMENTS: u64 = 1 << 20;
-/// The most grains that a trace may follow.
 const MOST_MARKED: u64 = 200;
 
 /// Looked at before the rest, which another version may not have.
@@ -125,11 +115,8 @@ impl RunFolder {
             });
         };
         for stage in &self.record.stages {
-            add(
-                format!("{}.steps", stage.stage.name()),
-                stage.steps as f64,
-                "1",
-            );
+            let key = format!("{}.steps", stage.stage.name());
+            add(key, stage.steps as f64, "1");
         }
         if let Some(last) = self.history.last() {
             if let Some(depth) = last.punch_depth {
@@ -171,16 +158,9 @@ impl RunFolder {
             text::write_bodies(&folder.join("settled-bodies.csv"), &settled.bodies)?;
             text::write_contacts(&folder.join("settled-contacts.csv"), &settled.contacts)?;
         }
-        text::write_rows(
-            &folder.join("history.csv"),
-            HistoryRow::HEADER,
-            self.history.iter(),
-        )?;
-        text::write_rows(
-            &folder.join("trace.csv"),
-            TraceRow::HEADER,
-            self.trace.iter(),
-        )?;
+        let (history, trace) = (folder.join("history.csv"), folder.join("trace.csv"));
+        text::write_rows(&history, HistoryRow::HEADER, self.history.iter())?;
+        text::write_rows(&trace, TraceRow::HEADER, self.trace.iter())?;
         if !self.log.is_empty() {
             let name = match self.record.engine {
                 EngineRecord::Exec { .. } => "engine.log",
@@ -212,44 +192,34 @@ impl RunFolder {
             path: scene_path,
             source,
         })?;
-        if scene.digest() != record.scene_digest {
-            return Err(wrong("scene.json is not the scene of run.json".to_owned()));
-        }
-        if record.time_step.to_bits() != scene.time_step_seconds().to_bits() {
-            return Err(wrong(
-                "the time step of run.json is not the scene's".to_owned(),
-            ));
-        }
+        let ensure = |holds: bool, otherwise: &str| match holds {
+            true => Ok(()),
+            false => Err(wrong(otherwise.to_owned())),
+        };
+        let same = scene.digest() == record.scene_digest;
+        ensure(same, "scene.json is not the scene of run.json")?;
+        let same = record.time_step.to_bits() == scene.time_step_seconds().to_bits();
+        ensure(same, "the time step of run.json is not the scene's")?;
         let count = scene.particles.count;
         let bodies_in = |name: &str| -> Result<Bodies, FolderError> {
             let bodies = text::read_bodies(&packed(path, name), count)?;
-            if bodies.len() != count as usize {
-                return Err(wrong(format!(
-                    "{name} has {} grains, the scene {count}",
-                    bodies.len()
-                )));
-            }
-            Ok(bodies)
+            let (found, wanted) = (bodies.len(), count as usize);
+            let otherwise = format!("{name} has {found} grains, the scene {count}");
+            ensure(found == wanted, &otherwise).map(|()| bodies)
         };
         let initial = bodies_in("initial.csv")?;
-        if initial.digest() != record.initial_digest {
-            return Err(wrong("initial.csv is not the start of run.json".to_owned()));
-        }
-        if initial.rotate() != Model::of(&scene).law.rotates() {
-            return Err(wrong(
-                "initial.csv and scene.json do not agree on whether grains rotate".to_owned(),
-            ));
-        }
+        let same = initial.digest() == record.initial_digest;
+        ensure(same, "initial.csv is not the start of run.json")?;
+        let same = initial.rotate() == Model::of(&scene).law.rotates();
+        let why = "initial.csv and scene.json do not agree on whether grains rotate";
+        ensure(same, why)?;
         let moment_in = |prefix: &str| -> Result<Moment, FolderError> {
             let bodies = bodies_in(&format!("{prefix}bodies.csv"))?;
-            if bodies.radius != initial.radius
-                || bodies.mass != initial.mass
-                || bodies.inertia != initial.inertia
-            {
-                return Err(wrong(format!(
-                    "{prefix}bodies.csv has other radii, masses or moments of inertia than initial.csv"
-                )));
-            }
+            let same = bodies.radius == initial.radius
+                && bodies.mass == initial.mass
+                && bodies.inertia == initial.inertia;
+            let why = "has other radii, masses or moments of inertia than initial.csv";
+            ensure(same, &format!("{prefix}bodies.csv {why}"))?;
             let contacts = packed(path, &format!("{prefix}contacts.csv"));
             let contacts = text::read_contacts(&contacts, BodyIds::of_box(count))?;
             Ok(Moment { bodies, contacts })
@@ -258,36 +228,32 @@ impl RunFolder {
         let loaded = record.stages.iter().any(|of| of.stage == Stage::Load);
         let settled = loaded.then(|| moment_in("settled-")).transpose()?;
         let every = scene.measurement.history_every;
-        let rows: u64 = record
-            .stages
-            .iter()
-            .map(|stage| (stage.steps / every).saturating_add(2))
-            .fold(0, u64::saturating_add);
-        if rows > MOST_MOMENTS {
-            return Err(wrong(format!("its stages have {rows} moments of history")));
-        }
+        let rows = record.stages.iter();
+        let rows = rows.map(|stage| (stage.steps / every).saturating_add(2));
+        let rows = rows.fold(0, u64::saturating_add);
+        let otherwise = format!("its stages have {rows} moments of history");
+        ensure(rows <= MOST_MOMENTS, &otherwise)?;
         let room = text::room_for(rows);
         let history: Vec<HistoryRow> = text::read_rows(&packed(path, "history.csv"), room)?;
-        if let Some(row) = history.iter().find(|row| !row.is_finite()) {
+        if let Some(HistoryRow { stage, step, .. }) = history.iter().find(|row| !row.is_finite()) {
+            let at = format!("{} {step}", stage.name());
             return Err(wrong(format!(
-                "history.csv has a number that is not finite at {} {}",
-                row.stage.name(),
-                row.step
+                "history.csv has a number that is not finite at {at}"
             )));
         }
         let room = text::room_for(rows * MOST_MARKED);
         let trace: Vec<TraceRow> = text::read_rows(&packed(path, "trace.csv"), room)?;
-        if let Some(row) = trace.iter().find(|row| !(row.x + row.z).is_finite()) {
+        if let Some(TraceRow { id, .. }) = trace.iter().find(|row| !(row.x + row.z).is_finite()) {
+            let grain = format!("grain {id}");
             return Err(wrong(format!(
-                "trace.csv has a place of grain {} that is not finite",
-                row.id
+                "trace.csv has a place of {grain} that is not finite"
             )));
         }
-        let logs = ["yade.log", "engine.log"].map(|name| packed(path, name));
-        let log = match logs.iter().find(|log| log.is_file()) {
-            Some(log) => read_text(log, LARGEST_RECORD)?,
-            None => String::new(),
-        };
+        let mut logs = ["yade.log", "engine.log"]
+            .map(|name| packed(path, name))
+            .into_iter();
+        let log = logs.find(|log| log.is_file());
+        let log = log.map(|log| read_text(&log, LARGEST_RECORD)).transpose()?;
         let run = RunFolder {
             scene,
             record,
@@ -296,12 +262,10 @@ impl RunFolder {
             last,
             history,
             trace,
-            log,
+            log: log.unwrap_or_default(),
         };
-        match run.history_fits() {
-            Ok(()) => Ok(run),
-            Err(reason) => Err(wrong(reason)),
-        }
+        run.history_fits().map_err(wrong)?;
+        Ok(run)
     }
 
     /// The history has every moment of the stages and no other, and its states at the start, at the
@@ -321,22 +285,17 @@ impl RunFolder {
             let row = if first { rows.next() } else { rows.next_back() };
             row.map(|row| row.state.as_str())
         };
-        let initial = self.initial.digest();
-        let last = self.last.bodies.digest();
-        let mut ties = vec![("initial.csv", state_at(Stage::Settle, true), initial)];
-        if let Some(settled) = &self.settled {
-            let digest = settled.bodies.digest();
-            ties.push((
-                "settled-bodies.csv",
-                state_at(Stage::Settle, false),
-                digest.clone(),
-            ));
-            ties.push(("settled-bodies.csv", state_at(Stage::Load, true), digest));
+        let first = state_at(Stage::Settle, true);
+        let mut ties = vec![("initial.csv", first, &self.initial)];
+        if let Some(Moment { bodies, .. }) = &self.settled {
+            let table = "settled-bodies.csv";
+            ties.push((table, state_at(Stage::Settle, false), bodies));
+            ties.push((table, state_at(Stage::Load, true), bodies));
         }
         let at_end = self.history.last().map(|row| row.state.as_str());
-        ties.push(("bodies.csv", at_end, last));
-        for (table, state, digest) in ties {
-            if state != Some(digest.as_str()) {
+        ties.push(("bodies.csv", at_end, &self.last.bodies));
+        for (table, state, bodies) in ties {
+            if state != Some(bodies.digest().as_str()) {
                 return Err(format!(
                     "history.csv has another state than {table} at its moment"
                 ));
@@ -370,7 +329,6 @@ pub enum SceneFileError {
 }
 
 impl SceneFileError {
-    /// What to tell a script.
     pub fn exit_code(&self) -> u8 {
         match self {
             SceneFileError::File(error) => error.exit_code(),
@@ -379,7 +337,6 @@ impl SceneFileError {
     }
 }
 
-/// Reads and validates a scene file.
 pub fn read_scene(path: &Path) -> Result<Scene, SceneFileError> {
     Ok(parse_scene(&read_text(path, LARGEST_SCENE)?)?)
 }
@@ -410,7 +367,6 @@ const RECORDED_FILES: &[(&str, &[u8])] = recorded_files![
     "yade.log",
 ];
 
-/// Writes the recorded run folder.
 pub fn unpack_recorded(folder: &Path) -> Result<(), FileError> {
     write_folder(folder, |aside| {
         for (name, bytes) in RECORDED_FILES {
@@ -420,7 +376,6 @@ pub fn unpack_recorded(folder: &Path) -> Result<(), FileError> {
     })
 }
 
-/// The history of the recorded run.
 pub fn recorded_history() -> Result<Vec<HistoryRow>, FolderError> {
     let path = Path::new("history.csv.gz");
     let packed = RECORDED_FILES

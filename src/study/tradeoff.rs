@@ -10,7 +10,7 @@ use std::path::Path;
 
 use crate::checks::Check;
 use crate::engine::EngineError;
-use crate::engine::exec::{Description, missing_for_scene};
+use crate::engine::exec::{Description, Part, missing_for_scene};
 use crate::study::machine::Folder;
 use crate::study::member::{Cost, Member, Members, values};
 use crate::study::realization::{Engines, Runner, Setting, Specification, sound};
@@ -227,17 +227,14 @@ fn notes(of: &Specification, engine: &Description) -> Vec<String> {
     let mut task = Task::whole(initial_bodies(&of.scene));
     task.until = Until::EndOfSettling;
     let missing = missing_for_scene(engine, &of.scene, &task);
-    let missing: Vec<&str> = missing.iter().map(|part| part.in_words()).collect();
-    let lacks = format!("{} has no {}", engine.name, missing.join(", "));
-    let mut notes: Vec<String> = engine.approximations.iter().map(says).collect();
-    if !missing.is_empty() {
-        notes.insert(0, lacks);
-    }
-    notes
-}
-
-fn says(approximation: &String) -> String {
-    format!("it says of itself: {approximation}")
+    let lacks = format!("{} has no {}", engine.name, Part::list(&missing));
+    let says = engine.approximations.iter();
+    let says = says.map(|says| format!("it says of itself: {says}"));
+    (!missing.is_empty())
+        .then_some(lacks)
+        .into_iter()
+        .chain(says)
+        .collect()
 }
 
 impl Point {

@@ -21,13 +21,11 @@ pub struct SpringDashpot {
     pub stiffness: f64,
     /// c, N·s/m.
     pub dashpot: f64,
-    /// How the contact ends.
     pub ends: Ends,
     /// g, towards the other body, m/s².
     pub pull: f64,
     /// v, the speed at touch, m/s.
     pub approach: f64,
-    /// Cundall's α.
     pub alpha: f64,
     /// s.
     pub dt: f64,
@@ -67,7 +65,6 @@ pub struct Release {
 /// The state at a step of the scheme.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
-    /// The number of the step.
     pub step: u64,
     /// u_n, m, negative before touch.
     pub overlap: f64,
@@ -123,10 +120,9 @@ impl SpringDashpot {
         let beta = 0.5 * self.dashpot / self.mass;
         let omega_squared = self.stiffness / self.mass - beta * beta;
         let root = omega_squared.abs().sqrt();
-        let (even, odd) = if omega_squared > 0.0 {
-            ((root * t).cos(), (root * t).sin() / root)
-        } else {
-            ((root * t).cosh(), (root * t).sinh() / root)
+        let (even, odd) = match omega_squared > 0.0 {
+            true => ((root * t).cos(), (root * t).sin() / root),
+            false => ((root * t).cosh(), (root * t).sinh() / root),
         };
         let rest = self.mass * self.pull / self.stiffness;
         let (a, b) = (-rest, self.approach - beta * rest);
@@ -153,15 +149,7 @@ impl SpringDashpot {
         while left(low + step) > 0.0 {
             low += step;
         }
-        let mut high = low + step;
-        for _ in 0..100 {
-            let middle = 0.5 * (low + high);
-            if left(middle) > 0.0 {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
+        let [low, _] = halved([low, low + step], 100, |t| left(t) > 0.0);
         let [overlap, speed] = self.at(low);
         Release {
             time: low,
@@ -179,13 +167,11 @@ impl SpringDashpot {
             let t = place * width;
             self.at(t)[0] * self.force_at(t)
         };
-        let sum: f64 = (0..PIECES)
-            .map(|piece| {
-                let from = f64::from(piece);
-                at(from) + 4.0 * at(from + 0.5) + at(from + 1.0)
-            })
-            .sum();
-        sum * width / 6.0
+        let sum = (0..PIECES).map(|piece| {
+            let from = f64::from(piece);
+            at(from) + 4.0 * at(from + 0.5) + at(from + 1.0)
+        });
+        sum.sum::<f64>() * width / 6.0
     }
 
     /// The state at each of these rising steps, from this one on.
@@ -324,6 +310,16 @@ impl State {
             approach,
         }
     }
+}
+
+/// The ends of an interval halved so many times; what `is_low` says of a place holds at the lower end alone.
+pub fn halved([mut low, mut high]: [f64; 2], times: u32, is_low: impl Fn(f64) -> bool) -> [f64; 2] {
+    for _ in 0..times {
+        let middle = 0.5 * (low + high);
+        let end = if is_low(middle) { &mut low } else { &mut high };
+        *end = middle;
+    }
+    [low, high]
 }
 
 /// ζ of a dashpot whose collisions, pulling included, have the restitution e: from

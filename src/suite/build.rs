@@ -125,6 +125,18 @@ pub fn wall(axis: Axis, place: f64) -> Wall {
     Wall { axis, place }
 }
 
+/// The same under this gravity, with this α, and with walls that hold x and z at these places, m.
+pub fn world(law: Law, dt: f64, gravity: [f64; 2], alpha: f64, [x, z]: [&[f64]; 2]) -> Model {
+    let across = x.iter().map(|place| wall(Axis::X, *place));
+    let up = z.iter().map(|place| wall(Axis::Z, *place));
+    Model {
+        gravity,
+        alpha,
+        walls: across.chain(up).collect(),
+        ..model(law, dt)
+    }
+}
+
 /// A case of these grains.
 pub fn case(name: &str, model: Model, grains: &[Grain], moments: Vec<u64>) -> Case {
     let mut bodies = Bodies::with_capacity(grains.len());

@@ -6,34 +6,29 @@
 use std::f64::consts::PI;
 
 use super::analytic::{
-    Ends, SpringDashpot, State, dashpot, deviations, nominal_ratio, random_rounding,
+    Ends, SpringDashpot, State, dashpot, deviations, halved, nominal_ratio, random_rounding,
     rounding_of_phase,
 };
 use super::build::{self, Grain};
 use super::{CaseGroup, Track, at, furthest};
-use grains::model::{Axis, Law, Model};
+use grains::model::Law;
 use grains::scene::{Tension, Viscosity};
 use grains::task::Case;
 
-/// The groups.
 pub fn groups() -> Vec<CaseGroup> {
     use Tension::{Clipped, Unclipped};
     vec![
         local_damping(),
         bodies_with_dashpots(
-            CaseGroup::new(
-                "bounce-dashpot",
-                "A spring and a dashpot that does not pull: rebound and contact time, pair and wall",
-            ),
+            "bounce-dashpot",
+            "A spring and a dashpot that does not pull: rebound and contact time, pair and wall",
             Clipped,
             &[0.05, 0.2, 0.5, 0.9, 1.5],
         ),
         // Above critical damping a dashpot that pulls never lets go.
         bodies_with_dashpots(
-            CaseGroup::new(
-                "bounce-dashpot-unclipped",
-                "A spring and a dashpot that may pull give back exp(−πζ/√(1−ζ²)) of the speed",
-            ),
+            "bounce-dashpot-unclipped",
+            "A spring and a dashpot that may pull give back exp(−πζ/√(1−ζ²)) of the speed",
             Unclipped,
             &[0.05, 0.2, 0.5],
         ),
@@ -41,18 +36,14 @@ pub fn groups() -> Vec<CaseGroup> {
         elastic(),
         // Without a dashpot nothing is clipped, so one of the two groups has it.
         rebounds(
-            CaseGroup::new(
-                "chung-ooi-3-rebound",
-                "Chung and Ooi 3: rebound from a wall, dashpots that do not pull",
-            ),
+            "chung-ooi-3-rebound",
+            "Chung and Ooi 3: rebound from a wall, dashpots that do not pull",
             Clipped,
             &[0.2, 0.4, 0.6, 0.8, 1.0],
         ),
         rebounds(
-            CaseGroup::new(
-                "chung-ooi-3-rebound-unclipped",
-                "Chung and Ooi 3: rebound from a wall, the restitution is the nominal one if dashpots may pull",
-            ),
+            "chung-ooi-3-rebound-unclipped",
+            "Chung and Ooi 3: rebound from a wall, the restitution is the nominal one if dashpots may pull",
             Unclipped,
             &[0.2, 0.4, 0.6, 0.8],
         ),
@@ -82,7 +73,6 @@ pub fn groups() -> Vec<CaseGroup> {
 /// A collision: along one line, unless its grains move across it or spin.
 #[derive(Debug, Clone)]
 pub struct HeadOn {
-    /// Of the experiment.
     pub id: String,
     /// The first grain; where it is and how fast it approaches is put in here.
     pub grain: Grain,
@@ -92,7 +82,6 @@ pub struct HeadOn {
     pub stiffness: f64,
     /// Its dashpot, if any.
     pub viscosity: Viscosity,
-    /// Cundall's α.
     pub alpha: f64,
     /// Speed of the approach, m/s.
     pub approach: f64,
@@ -214,11 +203,9 @@ impl HeadOn {
             Viscosity::None => law(modulus),
             _ => build::with_viscosity(law(modulus), self.viscosity.clone()),
         };
-        let mut model = build::model(law, self.dt());
-        model.alpha = self.alpha;
-        if self.other.is_none() {
-            model.walls.push(build::wall(Axis::Z, self.floor()));
-        }
+        let floor = [self.floor()];
+        let walls: [&[f64]; 2] = [&[], if self.other.is_none() { &floor } else { &[] }];
+        let model = build::world(law, self.dt(), [0.0; 2], self.alpha, walls);
         build::case(&self.id, model, &grains, moments)
     }
 
@@ -377,7 +364,13 @@ fn in_steps(steps: f64, ratio: f64, tension: Tension, of: HeadOn) -> HeadOn {
     }
 }
 
-fn bodies_with_dashpots(mut group: CaseGroup, tension: Tension, ratios: &[f64]) -> CaseGroup {
+fn bodies_with_dashpots(
+    id: &'static str,
+    title: &'static str,
+    tension: Tension,
+    ratios: &[f64],
+) -> CaseGroup {
+    let mut group = CaseGroup::new(id, title);
     for &ratio in ratios {
         for plain in glass(|what| format!("{what}/zeta-{ratio}")) {
             let mut damped = in_steps(500.0, ratio, tension, plain);
@@ -407,18 +400,11 @@ fn restitutions() -> CaseGroup {
                         ..plain.clone()
                     })
                 };
-                let (mut low, mut high) = match tension {
+                let (low, high) = match tension {
                     Tension::Clipped => (0.5 * nominal, 3.0 * nominal.max(0.1)),
                     Tension::Unclipped => (nominal, nominal),
                 };
-                for _ in 0..60 {
-                    let middle = 0.5 * (low + high);
-                    if rebound(middle).restitution > e_n {
-                        low = middle;
-                    } else {
-                        high = middle;
-                    }
-                }
+                let [low, high] = halved([low, high], 60, |ratio| rebound(ratio).restitution > e_n);
                 let mut found = rebound(0.5 * (low + high));
                 found.restitution = e_n;
                 found.coarse.viscosity = Viscosity::Restitution { e_n, tension };
@@ -473,7 +459,13 @@ fn elastic() -> CaseGroup {
     group
 }
 
-fn rebounds(mut group: CaseGroup, tension: Tension, restitutions: &[f64]) -> CaseGroup {
+fn rebounds(
+    id: &'static str,
+    title: &'static str,
+    tension: Tension,
+    restitutions: &[f64],
+) -> CaseGroup {
+    let mut group = CaseGroup::new(id, title);
     for (id, modulus, density) in [
         ("aluminium-oxide", 3.8e11, 4000.0),
         ("cast-iron", 1.0e11, 7000.0),
@@ -545,10 +537,8 @@ fn squeezed(group: CaseGroup) -> CaseGroup {
     // sin(θ/2) = ½ω dt.
     let dt = 2.0 * (0.5 * ANGLE).sin() * (grain.mass / (2.0 * STIFFNESS)).sqrt();
     let right = LEFT + 2.0 * (grain.radius - SQUEEZE);
-    let model = Model {
-        walls: vec![build::wall(Axis::X, LEFT), build::wall(Axis::X, right)],
-        ..build::model(build::springs(STIFFNESS / grain.radius), dt)
-    };
+    let law = build::springs(STIFFNESS / grain.radius);
+    let model = build::world(law, dt, [0.0; 2], 0.0, [&[LEFT, right], &[]]);
     let case = build::case("squeezed", model, &[grain], MOMENTS.to_vec());
     group.with([case], move |tracks, figures| {
         let spring = SpringDashpot::spring(grain.mass, 2.0 * STIFFNESS, dt);

@@ -8,11 +8,10 @@ use super::analytic::SpringDashpot;
 use super::build::{self, Grain};
 use super::collisions::HeadOn;
 use super::{CaseGroup, Figures, Track, View, at, furthest, rounding};
-use grains::model::{Axis, Law, Model};
+use grains::model::Law;
 use grains::tables::{Bodies, Contact, Snapshot};
 use grains::task::Case;
 
-/// The groups.
 pub fn groups() -> Vec<CaseGroup> {
     vec![momentum(), elastic_energy(), lost_energy()]
 }
@@ -128,17 +127,13 @@ fn momentum() -> CaseGroup {
             figures.because(
                 "conserved but for rounding: eight roundings a step of the sum of all terms",
             );
-            for (i, what) in [
-                "momentum-across, kg·m/s",
-                "momentum-up, kg·m/s",
-                "angular-momentum: angular momentum with spins, kg·m²/s",
-            ]
-            .into_iter()
-            .enumerate()
-            {
+            let mut kept = |i: usize, what: &str| {
                 let off = rounding(STEPS, sizes(&grains)[i]);
                 figures.is(what, found[i], start[i], off);
-            }
+            };
+            kept(0, "momentum-across, kg·m/s");
+            kept(1, "momentum-up, kg·m/s");
+            kept(2, "angular-momentum: angular momentum with spins, kg·m²/s");
         });
     }
     group
@@ -250,12 +245,8 @@ fn watched(
     const MOMENTS: u64 = 200;
     let [_, time] = crowd::modulus_and_time();
     let half = 8.0 * crowd::RADIUS;
-    let walls = |axis| [build::wall(axis, -half), build::wall(axis, half)];
-    let model = Model {
-        alpha,
-        walls: [walls(Axis::X), walls(Axis::Z)].concat(),
-        ..build::model(law, turn * time)
-    };
+    let walls: [&[f64]; 2] = [&[-half, half], &[-half, half]];
+    let model = build::world(law, turn * time, [0.0; 2], alpha, walls);
     let every = (0.5 / turn).round() as u64;
     let moments = (0..=MOMENTS).map(|i| i * every).collect();
     let case = build::case(id, model, &crowd::grains(rows, rows, [0.0; 2]), moments);
@@ -307,7 +298,6 @@ fn lost_energy() -> CaseGroup {
     group
 }
 
-/// The groups of two grains.
 pub fn pairs() -> Vec<CaseGroup> {
     vec![gross_sliding(), opposite_spins()]
 }
@@ -357,10 +347,8 @@ impl Couple {
 
     /// In the middle of the contact, and when it is over.
     fn moments(&self) -> [u64; 2] {
-        [
-            (LEAD + 0.5 * STEPS).round() as u64,
-            (LEAD + 1.02 * STEPS + 3.0).ceil() as u64,
-        ]
+        let end = LEAD + 1.02 * STEPS + 3.0;
+        [(LEAD + 0.5 * STEPS).round() as u64, end.ceil() as u64]
     }
 
     fn case(&self) -> Case {
@@ -397,11 +385,8 @@ impl Couple {
         let middle = at(track, self.moments()[0]);
         let (one, two) = (middle.position(0), middle.position(1));
         let (x, z) = (two[0] - one[0], two[1] - one[1]);
-        let length = x.hypot(z);
-        [
-            (of[0] * x + of[1] * z) / length,
-            (of[1] * x - of[0] * z) / length,
-        ]
+        let parts = [of[0] * x + of[1] * z, of[1] * x - of[0] * z];
+        parts.map(|part| part / x.hypot(z))
     }
 
     /// Momentum of both grains and angular momentum about the origin, Σ m z v_x − m x v_z + Iω. The scheme
@@ -467,33 +452,25 @@ impl Couple {
         let angular: f64 = self.grains.iter().map(angular).sum();
         let momentum: f64 = self.grains.iter().map(momentum).sum();
         figures.because("the scheme keeps it; rounding in every step");
-        for (index, (what, scale)) in [
-            ("momentum-across, N·s", momentum),
-            ("momentum-up, N·s", momentum),
-            ("angular-momentum, N·m·s", angular),
-        ]
-        .into_iter()
-        .enumerate()
-        {
+        let mut kept = |index: usize, what: &str, scale: f64| {
             let off = scale * self.rounding();
             figures.is(what, after[index], before[index], off);
-        }
+        };
+        kept(0, "momentum-across, N·s", momentum);
+        kept(1, "momentum-up, N·s", momentum);
+        kept(2, "angular-momentum, N·m·s", angular);
     }
 }
 
 fn gross_sliding() -> CaseGroup {
     let title = "Chung and Ooi 5 and 8 for a linear spring: two grains slide on each other, momenta are kept";
     let mut group = CaseGroup::new("gross-sliding-pair", title);
+    let (oblique, both) = ([1.0, -2.0], "unequal-oblique-and-spinning");
     for (id, radii, across, spins) in [
         ("equal-oblique", EQUAL, [-2.0, 2.0], [0.0; 2]),
         ("equal-spins", EQUAL, [0.0; 2], [300.0, 300.0]),
         ("unequal-one-spins", UNEQUAL, [0.0; 2], [500.0, 0.0]),
-        (
-            "unequal-oblique-and-spinning",
-            UNEQUAL,
-            [1.0, -2.0],
-            [-200.0, 50.0],
-        ),
+        (both, UNEQUAL, oblique, [-200.0, 50.0]),
     ] {
         for disc in [false, true] {
             let of = Couple::glass(id, disc, radii, across, spins);

@@ -5,25 +5,24 @@
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-use super::build::{self, Grain, friction, springs, wall, with_viscosity};
+use super::build::{self, Grain, friction, springs, with_viscosity};
 use super::{CaseGroup, Evidence, Figures, Track};
 use crate::checks::Check;
+use crate::compare::bits::{COLUMNS, of_contact};
 use crate::run::folder::recorded_history;
 use grains::generate::initial_bodies;
-use grains::measure::HistoryRow;
-use grains::model::{Axis, Law, Model};
+use grains::model::{Law, Model};
 use grains::native::{first_contact_punch, run_case};
 use grains::scene::{
     Cloud, ContactLaw, Rotation, Scene, SlipVelocity, Tension, TorqueArms, Viscosity, paper_scene,
 };
-use grains::tables::{Bodies, BodyIds, Contact, Punch, Snapshot, Stage};
+use grains::tables::{Bodies, BodyIds, Contact, Snapshot, Stage};
 use grains::task::{Case, Load};
 
 /// A case that two engines must agree on.
 pub struct CrossCase {
     /// Lasting and unique, in kebab-case.
     pub id: String,
-    /// What it shows, in one line.
     pub title: String,
     /// What is run in both engines.
     pub case: Case,
@@ -34,7 +33,6 @@ pub struct CrossCase {
 /// What YADE made of a case.
 #[derive(Debug, Clone)]
 pub struct InYade {
-    /// The state at each moment.
     pub track: Track,
     /// Forces and torques summed on each grain at each moment; empty for large cases.
     pub loads: Vec<Vec<Load>>,
@@ -43,11 +41,8 @@ pub struct InYade {
 /// The places at which contacts are compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
-    /// Two grains.
     Grains,
-    /// A wall and a grain.
     Wall,
-    /// A face of the punch and a grain.
     Face,
     /// A corner of the punch, which is an edge across the plane, and a grain.
     Corner,
@@ -76,18 +71,13 @@ impl Place {
         }
         let at = contact.id2 as usize;
         let position = [moment.bodies.x[at], moment.bodies.z[at]];
-        let Punch {
-            centre,
-            half_extents,
-            ..
-        } = moment.punch?;
-        let beyond = [0, 1].map(|axis: usize| {
-            usize::from((position[axis] - centre[axis]).abs() > half_extents[axis])
-        });
-        Some(match beyond[0] + beyond[1] {
-            0 => Place::Inside,
-            1 => Place::Face,
-            _ => Place::Corner,
+        let punch = moment.punch?;
+        let beyond =
+            |axis: usize| (position[axis] - punch.centre[axis]).abs() > punch.half_extents[axis];
+        Some(match [0, 1].map(beyond) {
+            [false, false] => Place::Inside,
+            [true, true] => Place::Corner,
+            _ => Place::Face,
         })
     }
 }
@@ -128,10 +118,9 @@ type Count = (&'static str, &'static str, usize, usize);
 
 /// Forces and torques summed on grains; torques where they turn them.
 fn differing_loads(of: &CrossCase, native: &[Vec<Load>], yade: &[Vec<Load>]) -> Count {
-    let (parts, what) = if of.case.model.law.rotates() {
-        (3, "forces and torques summed on grains")
-    } else {
-        (2, "forces summed on grains")
+    let (parts, what) = match of.case.model.law.rotates() {
+        true => (3, "forces and torques summed on grains"),
+        false => (2, "forces summed on grains"),
     };
     let rows = native.iter().flatten().zip(yade.iter().flatten());
     let unequal =
@@ -170,31 +159,15 @@ pub fn differ(a: &Snapshot, b: &Snapshot) -> bool {
 /// Numbers of motion that have not the same bits.
 fn differing_motion(a: &Bodies, b: &Bodies) -> usize {
     let columns = a.motion().into_iter().zip(b.motion());
-    columns
-        .map(|((_, a), (_, b))| {
-            let unequal = a.iter().zip(b).filter(|(a, b)| !same(**a, **b)).count();
-            unequal + a.len().abs_diff(b.len())
-        })
-        .sum()
+    let differing = columns.map(|((_, a), (_, b))| {
+        let unequal = a.iter().zip(b).filter(|(a, b)| !same(**a, **b)).count();
+        unequal + a.len().abs_diff(b.len())
+    });
+    differing.sum()
 }
-
-/// Columns of a contact that are compared.
-const COLUMNS: usize = 7;
 
 fn differing_contacts(a: &[Contact], b: &[Contact]) -> usize {
     let key = |contact: &Contact| (contact.id1, contact.id2);
-    let columns = |of: &Contact| -> [f64; COLUMNS] {
-        let ([nx, nz], [x, z]) = (of.normal, of.point);
-        [
-            of.overlap,
-            of.normal_force,
-            of.tangential_force,
-            nx,
-            nz,
-            x,
-            z,
-        ]
-    };
     let found = |of: &Contact| b.binary_search_by_key(&key(of), key).ok().map(|at| &b[at]);
     let mut differing = 0;
     let mut partners = 0;
@@ -203,8 +176,8 @@ fn differing_contacts(a: &[Contact], b: &[Contact]) -> usize {
             None => differing += COLUMNS,
             Some(partner) => {
                 partners += 1;
-                let pairs = columns(contact).into_iter().zip(columns(partner));
-                differing += pairs.filter(|(a, b)| !same(*a, *b)).count();
+                let pairs = of_contact(contact).into_iter().zip(of_contact(partner));
+                differing += pairs.filter(|(a, b)| !same(a.1, b.1)).count();
             }
         }
     }
@@ -222,11 +195,8 @@ pub fn recorded() -> Vec<CaseGroup> {
     /// Steps of pouring; enough for three forces on a grain, so that the order of sums shows.
     const STEPS: u64 = 3_000;
     // The program carries the record; a broken one leaves no moments, and the group fails.
-    let recorded: Vec<HistoryRow> = recorded_history()
-        .unwrap_or_default()
-        .into_iter()
-        .filter(|row| row.stage == Stage::Settle && row.step <= STEPS)
-        .collect();
+    let mut recorded = recorded_history().unwrap_or_default();
+    recorded.retain(|row| row.stage == Stage::Settle && row.step <= STEPS);
     let scene = paper_scene(1, 5000);
     let case = Case {
         name: "the paper's cloud".to_owned(),
@@ -235,11 +205,9 @@ pub fn recorded() -> Vec<CaseGroup> {
         punch: None,
         moments: recorded.iter().map(|row| row.step).collect(),
     };
-    let group = CaseGroup::new(
-        RECORDED,
-        "Pouring the paper's 5,000 grains gives the states that YADE gave when it was recorded",
-    );
-    let group = group.with([case], move |tracks, figures| {
+    let title =
+        "Pouring the paper's 5,000 grains gives the states that YADE gave when it was recorded";
+    let group = CaseGroup::new(RECORDED, title).with([case], move |tracks, figures| {
         let moments = tracks[0].iter().zip(&recorded);
         let differing = moments.filter(|(moment, row)| moment.bodies.digest() != row.state);
         let differing = differing.count() + tracks[0].len().abs_diff(recorded.len());
@@ -267,12 +235,8 @@ const PUNCH: [[f64; 2]; 2] = [[0.2, 0.25], [0.05, 0.03]];
 pub fn static_states() -> Vec<CrossCase> {
     use Place::{Corner, Face, Grains, Inside, Wall};
     let state = |(stream, (id, what, law)): (u64, (&str, &str, Law))| {
-        let model = Model {
-            gravity: [0.3, -9.81],
-            alpha: 0.3,
-            walls: vec![wall(Axis::X, 0.0), wall(Axis::X, WIDTH), wall(Axis::Z, 0.0)],
-            ..build::model(law, 1.0e-6)
-        };
+        let walls: [&[f64]; 2] = [&[0.0, WIDTH], &[0.0]];
+        let model = build::world(law, 1.0e-6, [0.3, -9.81], 0.3, walls);
         let moments = vec![0, 1, 2, 3, 30];
         let mut case = build::case(&format!("static {id}"), model, &scattered(stream), moments);
         let [centre, half_extents] = PUNCH;
@@ -304,11 +268,12 @@ fn laws() -> [(&'static str, &'static str, Law); 8] {
         Law { contact, ..law }
     };
     let free = |slip_velocity, arms| rough(Rotation::Free, slip_velocity, arms);
-    let blocked = ContactLaw {
-        rotation: Rotation::Blocked,
-        ..ContactLaw::default()
-    };
-    let blocked = rough(blocked.rotation, blocked.slip_velocity, blocked.torque_arms);
+    let default = ContactLaw::default();
+    let blocked = rough(
+        Rotation::Blocked,
+        default.slip_velocity,
+        default.torque_arms,
+    );
     let dashpot = |law| {
         let tension = Tension::Clipped;
         with_viscosity(law, Viscosity::Dashpot { c_n: 37.3, tension })

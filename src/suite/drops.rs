@@ -6,42 +6,21 @@ use super::analytic::{
 };
 use super::build::{self, Grain};
 use super::{CaseGroup, Track, at, furthest};
-use grains::model::{Axis, Model};
 use grains::scene::{Tension, Viscosity};
 use grains::task::Case;
 
-/// The groups.
 pub fn groups() -> Vec<CaseGroup> {
-    // The stiffnesses and restitutions of the published case that a dashpot tells apart.
-    let published = [
-        (1.0e4, 0.9),
-        (1.0e4, 0.6),
-        (5.0e4, 0.8),
-        (1.0e5, 0.9),
-        (1.0e5, 0.6),
-    ];
-    let clipped = CaseGroup::new(
-        "drop-on-wall",
-        "MFiX DEM01: a ball falls on a soft floor whose dashpot does not pull",
-    );
-    let unclipped = CaseGroup::new(
-        "drop-on-wall-unclipped",
-        "MFiX DEM01 as published: the floor's dashpot may pull",
-    );
-    let elastic = [(1.0e5, 1.0)];
-    let of = |tension| {
-        move |group, (stiffness, restitution)| {
-            first_bounce(group, Ball::new(stiffness, restitution, tension, 4.0e-5))
-        }
-    };
     vec![
-        published
-            .into_iter()
-            .chain(elastic)
-            .fold(clipped, of(Tension::Clipped)),
-        published
-            .into_iter()
-            .fold(unclipped, of(Tension::Unclipped)),
+        first_bounces(
+            "drop-on-wall",
+            "MFiX DEM01: a ball falls on a soft floor whose dashpot does not pull",
+            Tension::Clipped,
+        ),
+        first_bounces(
+            "drop-on-wall-unclipped",
+            "MFiX DEM01 as published: the floor's dashpot may pull",
+            Tension::Unclipped,
+        ),
         repeated_bounces(),
         damped_bounces(),
         recurrence(),
@@ -65,7 +44,6 @@ struct Ball {
     restitution: f64,
     /// Whether the dashpot may pull.
     tension: Tension,
-    /// Cundall's α.
     alpha: f64,
     /// s.
     dt: f64,
@@ -146,12 +124,8 @@ fn on_a_floor(
         None => springs,
         Some((c_n, tension)) => build::with_viscosity(springs, Viscosity::Dashpot { c_n, tension }),
     };
-    let model = Model {
-        gravity: [0.0, -GRAVITY],
-        alpha: contact.alpha,
-        walls: vec![build::wall(Axis::Z, floor)],
-        ..build::model(law, contact.dt)
-    };
+    let (dt, alpha) = (contact.dt, contact.alpha);
+    let model = build::world(law, dt, [0.0, -GRAVITY], alpha, [&[], &[floor]]);
     build::case(id, model, &[grain], moments)
 }
 
@@ -180,6 +154,23 @@ fn height(ball: &Ball, t: f64) -> f64 {
         let since = t - released;
         RADIUS - release.overlap + release.speed * since - 0.5 * GRAVITY * since * since
     }
+}
+
+/// The stiffnesses and restitutions of the published case that a dashpot tells apart; without one no dashpot pulls.
+fn first_bounces(id: &'static str, title: &'static str, tension: Tension) -> CaseGroup {
+    let (soft, stiff) = (1.0e4, 1.0e5);
+    let damped = [
+        (soft, 0.9),
+        (soft, 0.6),
+        (5.0e4, 0.8),
+        (stiff, 0.9),
+        (stiff, 0.6),
+    ];
+    let elastic = (tension == Tension::Clipped).then_some((stiff, 1.0));
+    let balls = damped.into_iter().chain(elastic);
+    balls.fold(CaseGroup::new(id, title), |group, (k, restitution)| {
+        first_bounce(group, Ball::new(k, restitution, tension, 4.0e-5))
+    })
 }
 
 /// Adds the first bounce, seen all along: at the last step before touch, then every so many steps until it is well off the floor.

@@ -6,12 +6,11 @@ use std::f64::consts::PI;
 use super::analytic::{SpringDashpot, State};
 use super::build::{self, Grain};
 use super::{CaseGroup, Track, at, rounding};
-use grains::model::{Axis, Law, Model};
+use grains::model::Law;
 use grains::scene::{ContactLaw, Rotation};
 use grains::tables::Snapshot;
 use grains::task::Case;
 
-/// The groups.
 pub fn groups() -> Vec<CaseGroup> {
     vec![
         free_fall(),
@@ -27,7 +26,6 @@ pub fn groups() -> Vec<CaseGroup> {
 
 /// m/s².
 const GRAVITY: f64 = 9.81;
-/// Local damping.
 const ALPHA: f64 = 0.3;
 
 /// Gravity and local damping alone.
@@ -40,11 +38,7 @@ mod flight {
     pub const MOMENTS: [u64; 2] = [100, 1000];
 
     pub fn case(gravity: [f64; 2], alpha: f64, grains: &[Grain]) -> Case {
-        let model = Model {
-            gravity,
-            alpha,
-            ..build::model(build::springs(1.0e6), DT)
-        };
+        let model = build::world(build::springs(1.0e6), DT, gravity, alpha, [&[], &[]]);
         build::case("flight", model, grains, MOMENTS.to_vec())
     }
 
@@ -147,11 +141,8 @@ fn between_walls(dt: f64, alpha: f64, velocity: f64, moments: Vec<u64>) -> Case 
     let start = [0.5 * width + AMPLITUDE, 0.0];
     let grain = Grain::disc(start, RADIUS, DENSITY).moving([velocity, 0.0]);
     let stiffness = 0.5 * grain.mass * OMEGA * OMEGA;
-    let model = Model {
-        alpha,
-        walls: vec![build::wall(Axis::X, 0.0), build::wall(Axis::X, width)],
-        ..build::model(build::springs(stiffness / RADIUS), dt)
-    };
+    let law = build::springs(stiffness / RADIUS);
+    let model = build::world(law, dt, [0.0; 2], alpha, [&[0.0, width], &[]]);
     build::case("between walls", model, &[grain], moments)
 }
 
@@ -159,11 +150,8 @@ fn between_walls(dt: f64, alpha: f64, velocity: f64, moments: Vec<u64>) -> Case 
 fn on_the_floor(dt: f64, moments: Vec<u64>) -> Case {
     let grain = Grain::disc([0.0, RADIUS - OVERLAP + AMPLITUDE], RADIUS, DENSITY);
     let stiffness = grain.mass * GRAVITY / OVERLAP;
-    let model = Model {
-        gravity: [0.0, -GRAVITY],
-        walls: vec![build::wall(Axis::Z, 0.0)],
-        ..build::model(build::springs(stiffness / RADIUS), dt)
-    };
+    let law = build::springs(stiffness / RADIUS);
+    let model = build::world(law, dt, [0.0, -GRAVITY], 0.0, [&[], &[0.0]]);
     build::case("on the floor", model, &[grain], moments)
 }
 
@@ -413,14 +401,9 @@ fn stack() -> CaseGroup {
     let of = Stack::new([lower.mass, upper.mass]);
     let [down, up] = of.velocities();
     let grains = [lower.moving([0.0, down]), upper.moving([0.0, up])];
-    let model = Model {
-        gravity: [0.0, -GRAVITY],
-        walls: vec![
-            build::wall(Axis::Z, 0.0),
-            build::wall(Axis::Z, Stack::HEIGHT),
-        ],
-        ..build::model(build::springs(Stack::STIFFNESS / Stack::RADIUS), Stack::DT)
-    };
+    let law = build::springs(Stack::STIFFNESS / Stack::RADIUS);
+    let walls: [&[f64]; 2] = [&[], &[0.0, Stack::HEIGHT]];
+    let model = build::world(law, Stack::DT, [0.0, -GRAVITY], 0.0, walls);
     let case = build::case("stack", model, &grains, vec![0, STEPS / 2, STEPS]);
     CaseGroup::new(
         "two-stacked-grains",
@@ -492,10 +475,8 @@ mod squeezed {
             ..law.contact
         };
         let ceiling = 2.0 * (RADIUS - OVERLAP);
-        let model = Model {
-            walls: vec![build::wall(Axis::Z, 0.0), build::wall(Axis::Z, ceiling)],
-            ..build::model(Law { contact, ..law }, DT)
-        };
+        let law = Law { contact, ..law };
+        let model = build::world(law, DT, [0.0; 2], 0.0, [&[], &[0.0, ceiling]]);
         build::case("squeezed", model, &[grain], MOMENTS.to_vec())
     }
 

@@ -23,22 +23,17 @@ use grains::task::{Case, Effective};
 /// The most that the parameters of two engines may differ, relative.
 pub const TOLERANCE: f64 = 1.0e-14;
 
-/// One parameter as an engine uses it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Parameter {
     /// Lasting and unique in its scene.
     pub id: String,
     /// Between what, or of what.
     pub of: String,
-    /// Its symbol.
     pub symbol: &'static str,
-    /// SI unit.
     pub unit: &'static str,
-    /// Its value.
     pub value: f64,
 }
 
-/// A parameter in both engines.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ParameterPair {
     /// As the native engine uses it.
@@ -50,7 +45,6 @@ pub struct ParameterPair {
 }
 
 impl ParameterPair {
-    /// Whether the two are equal to [`TOLERANCE`].
     pub fn agrees(&self) -> bool {
         self.difference
             .is_some_and(|difference| difference <= TOLERANCE)
@@ -73,33 +67,24 @@ pub fn probe(scene: &Scene) -> Case {
     // Touching by a hundredth of a radius, floors of four radii apart.
     let floor = |index: usize| (4.0 * index as f64 + 3.0) * large;
     let touch = 0.99;
-    let mut grains = Vec::new();
+    let (axis, mut grains) = (scene.punch_axis(), Vec::new());
     for (index, radius) in [small, mean, large].into_iter().enumerate() {
         grains.push(grain([touch * radius, floor(index)], radius));
     }
-    for (index, (low, high)) in [(small, large), (mean, mean), (large, large)]
-        .into_iter()
-        .enumerate()
-    {
-        let (x, z) = (scene.punch_axis(), floor(3 + 2 * index));
-        grains.push(grain([x, z], low));
-        grains.push(grain([x, z + touch * (low + high)], high));
+    let pairs = [(small, large), (mean, mean), (large, large)];
+    for (index, (low, high)) in pairs.into_iter().enumerate() {
+        let z = floor(3 + 2 * index);
+        grains.push(grain([axis, z], low));
+        grains.push(grain([axis, z + touch * (low + high)], high));
     }
     let bottom = floor(10);
-    let below = [scene.punch_axis(), bottom - touch * mean];
-    grains.push(grain(below, mean));
+    grains.push(grain([axis, bottom - touch * mean], mean));
     let half_extents = [scene.loading.half_width, 0.5 * scene.loading.punch_height];
     let mut case = case("parameters", Model::of(scene), &grains, vec![0]);
-    case.punch = Some(punch(
-        scene.punch_axis(),
-        bottom,
-        half_extents,
-        -scene.loading.speed,
-    ));
+    case.punch = Some(punch(axis, bottom, half_extents, -scene.loading.speed));
     case
 }
 
-/// What the native engine uses.
 pub fn of_native(scene: &Scene) -> Result<Vec<Parameter>, NativeError> {
     let case = probe(scene);
     Ok(list(&case, &native::effective(&case, None)?))
@@ -129,11 +114,9 @@ pub fn scenes() -> [(&'static str, Scene); 3] {
 /// A scene's probe, and what YADE says of it.
 #[derive(Debug, Clone)]
 pub struct Answer {
-    /// The scene's name.
     pub name: &'static str,
     /// The grains that were asked of.
     pub probe: Case,
-    /// What YADE says.
     pub yade: Effective,
 }
 
@@ -151,7 +134,7 @@ pub fn checks(
         let pairs = side_by_side(list(probe, &native), &list(probe, yade));
         let differences = pairs
             .iter()
-            .map(|pair| pair.difference.unwrap_or(f64::INFINITY));
+            .map(|of| of.difference.unwrap_or(f64::INFINITY));
         let largest = differences.fold(0.0, f64::max);
         let count = pairs.len();
         let what =
@@ -161,7 +144,6 @@ pub fn checks(
     Ok(figures.done())
 }
 
-/// The parameters of both, side by side.
 pub fn side_by_side(native: Vec<Parameter>, yade: &[Parameter]) -> Vec<ParameterPair> {
     let pair = |native: Parameter| {
         let same = |other: &&Parameter| other.id == native.id;
@@ -181,26 +163,20 @@ pub fn outcome(pairs: &[ParameterPair]) -> Option<Outcome> {
     (!pairs.is_empty()).then_some(Outcome::pass_if(agree))
 }
 
-/// A check for each parameter.
 pub fn pair_checks(pairs: &[ParameterPair]) -> Vec<Check> {
     let check = |pair: &ParameterPair| {
         let (native, yade) = (&pair.native, pair.yade.unwrap_or(f64::NAN));
-        let silent = pair.yade.is_none();
-        let check = Check::of_words(
-            format!("parameters/{}", native.id),
-            &format!("{} of {}", native.symbol, native.of),
-            Outcome::pass_if(pair.agrees()),
-            if silent { "YADE does not tell it" } else { "" },
-        );
-        let check = check
-            .with_limits(native.value, yade, Some(TOLERANCE * yade.abs()))
-            .judged_by(
-                "the native engine's parameter against the one that YADE says it uses",
-                "the same formulas of the same numbers, which may round once",
-            );
+        let found = pair.yade.map_or("YADE does not tell it", |_| "");
+        let id = format!("parameters/{}", native.id);
+        let what = format!("{} of {}", native.symbol, native.of);
+        let check = Check::of_words(id, &what, Outcome::pass_if(pair.agrees()), found);
+        let method = "the native engine's parameter against the one that YADE says it uses";
+        let basis = "the same formulas of the same numbers, which may round once";
         Check {
             unit: native.unit.to_owned(),
             ..check
+                .with_limits(native.value, yade, Some(TOLERANCE * yade.abs()))
+                .judged_by(method, basis)
         }
     };
     pairs.iter().map(check).collect()
@@ -288,7 +264,6 @@ const SCATTER: f64 = 2.5;
 pub struct Errors {
     /// Steps since the start.
     pub step: u64,
-    /// The native engine's.
     pub native: f64,
     /// YADE's, in double precision.
     pub yade: f64,
@@ -312,35 +287,28 @@ pub fn precision_case(grains: u32) -> Case {
     }
 }
 
-/// The case in every precision of YADE.
 #[derive(Debug, Clone)]
 pub struct Precisions {
-    /// What was run.
     pub case: Case,
     double: Track,
     long_double: Track,
     truth: Track,
 }
 
-/// Runs the case in every precision of YADE.
 pub fn run_precisions(case: Case, options: &yade::Options) -> Result<Precisions, ProgramError> {
-    let program = options.program.as_deref();
-    let double = in_yade(&case, options.clone())?;
     let build = |name: &str| -> Result<Track, ProgramError> {
-        let program = Some(sibling(program, name)?);
+        let program = Some(sibling(options.program.as_deref(), name)?);
         let options = yade::Options {
             program,
             ..options.clone()
         };
         in_yade(&case, options)
     };
-    let long_double = build("yade-longdouble")?;
-    let truth = build("yade-float128")?;
     Ok(Precisions {
+        double: in_yade(&case, options.clone())?,
+        long_double: build("yade-longdouble")?,
+        truth: build("yade-float128")?,
         case,
-        double,
-        long_double,
-        truth,
     })
 }
 
@@ -360,6 +328,13 @@ impl Precisions {
     }
 }
 
+/// How far each grain is off over its radius.
+pub fn apart(of: &Snapshot, truth: &Snapshot) -> impl Iterator<Item = f64> {
+    let (of, truth) = (&of.bodies, &truth.bodies);
+    let apart = |id: usize| (of.x[id] - truth.x[id]).hypot(of.z[id] - truth.z[id]);
+    (0..of.len()).map(move |id| apart(id) / of.radius[id])
+}
+
 fn in_yade(case: &Case, options: yade::Options) -> Result<Track, ProgramError> {
     let work = work_folder()?;
     let run = run_cases(&[case], &options, work.path(), &mut ())?;
@@ -367,16 +342,9 @@ fn in_yade(case: &Case, options: yade::Options) -> Result<Track, ProgramError> {
 }
 
 fn largest_error(of: &Snapshot, truth: &Snapshot) -> f64 {
-    let (of, truth) = (&of.bodies, &truth.bodies);
-    (0..of.len())
-        .map(|id| {
-            let apart = (of.x[id] - truth.x[id]).hypot(of.z[id] - truth.z[id]);
-            apart / of.radius[id]
-        })
-        .fold(0.0, f64::max)
+    apart(of, truth).fold(0.0, f64::max)
 }
 
-/// What the errors must show.
 pub fn precision_checks(errors: &[Errors]) -> Vec<Check> {
     let mut figures = Figures::default();
     let mut compared = 0;

@@ -10,10 +10,9 @@ use std::f64::consts::PI;
 use super::analytic::{SpringDashpot, State};
 use super::build::{self, Grain};
 use super::{CaseGroup, at};
-use grains::model::{Axis, Law, Model};
+use grains::model::Law;
 use grains::task::Case;
 
-/// The groups.
 pub fn groups() -> Vec<CaseGroup> {
     vec![
         sliding(),
@@ -81,11 +80,7 @@ impl Ball {
 
 /// Grains on the plane, moved to the right at this speed, under this gravity.
 fn on_a_plane(law: Law, dt: f64, gravity: [f64; 2], grains: &[Grain], moments: &[u64]) -> Case {
-    let model = Model {
-        gravity,
-        walls: vec![build::wall(Axis::Z, 0.0)],
-        ..build::model(law, dt)
-    };
+    let model = build::world(law, dt, gravity, 0.0, [&[], &[0.0]]);
     build::case("on a plane", model, grains, moments.to_vec())
 }
 
@@ -106,13 +101,10 @@ fn sliding() -> CaseGroup {
     let law = balls[0].law(1.0, FRICTION);
     let title = "Sliding friction slows a ball by μg dt a step and turns it by rμmg dt/I";
     let mut group = CaseGroup::new("sliding-ball", title);
+    let at_point = build::at_contact_point(law.clone());
     for (how, arm, law) in [
-        ("half-overlap", balls[0].arm, law.clone()),
-        (
-            "contact-point",
-            1.0 - balls[0].overlap,
-            build::at_contact_point(law),
-        ),
+        ("half-overlap", balls[0].arm, law),
+        ("contact-point", 1.0 - balls[0].overlap, at_point),
     ] {
         let case = on_a_plane(law, DT, [0.0, -GRAVITY], &grains, &MOMENTS);
         group = group.with([case], move |tracks, figures| {
@@ -206,7 +198,7 @@ impl Incline {
 
     /// On a plane of this slope (rad), at the overlap R/`stiff`.
     fn new(share: f64, slope: f64, stiff: f64) -> Self {
-        let (along, against) = (Self::GRAVITY * slope.sin(), Self::GRAVITY * slope.cos());
+        let [along, against] = [slope.sin(), slope.cos()].map(|share| Self::GRAVITY * share);
         let weight = Self::MASS * against;
         let stiffness = weight * stiff / Self::RADIUS;
         let ball = Ball::new(0.0, [Self::RADIUS, Self::MASS, share], weight, stiffness);
@@ -262,19 +254,14 @@ fn rolling_incline() -> CaseGroup {
             let mean = 0.5 * (early.velocity(0)[0] + late.velocity(0)[0]);
             let time = 0.5 * (MOMENTS[0] + MOMENTS[1]) as f64 * of.dt;
             let found = mean / time / of.along;
-            let Ball {
-                arm,
-                grain,
-                overlap,
-                ..
-            } = of.ball;
-            let of_arm = |arm: f64| 1.0 / (1.0 + grain.inertia / (Incline::MASS * arm * arm));
+            let of_arm =
+                |arm: f64| 1.0 / (1.0 + of.ball.grain.inertia / (Incline::MASS * arm * arm));
             let what = "acceleration: acceleration over g sinβ, 1";
-            figures.exact(what, found, of_arm(arm), n, 1.0);
+            figures.exact(what, found, of_arm(of.ball.arm), n, 1.0);
             figures.because("InclinedPlaneUnitTest; the arm is R − u/2 and not R");
             let what = "acceleration-rigid: acceleration over g sinβ as of a rigid ball, 1";
             let radius = Incline::RADIUS;
-            figures.is(what, found, of_arm(radius), overlap / radius);
+            figures.is(what, found, of_arm(radius), of.ball.overlap / radius);
         });
     }
     group

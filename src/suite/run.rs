@@ -1,15 +1,19 @@
-//! Running the suite: every case in every engine that is asked for.
+//! Running the suite: every case in every engine that is asked for; and what people are told of it.
+
+use std::collections::BTreeSet;
 
 use serde::Serialize;
 
 use super::cross_code::{self, CrossCase, InYade};
-use super::detection::{FromYade, Limits, limits};
+use super::detection::{Limit, Limits, Varied, limits};
 use super::parameters::{self, Answer, Errors, Precisions};
 use super::{CaseGroup, Evidence, Track, outcome};
 use crate::checks::{Check, Outcome, verdict};
-use crate::engine::ProgramError;
+use crate::document::plot::Point;
+use crate::document::{Axis, Cell, Colour, Document, Plot, Section, Table};
 use crate::engine::exec::{self, Description};
 use crate::engine::yade::{self, run_cases, unsupported};
+use crate::engine::{ProgramError, value_name};
 use crate::files::work_folder;
 use crate::paper::disc_field::{DiscField, DiscFieldError, figure_4};
 use crate::progress::{Display, StageObserver};
@@ -17,7 +21,6 @@ use crate::run::EngineError;
 use grains::native::{CaseOptions, loads, run_case};
 use grains::task::{Case, Observer};
 
-/// The suite could not be run.
 #[derive(Debug, thiserror::Error)]
 pub enum VerifyError {
     #[error(transparent)]
@@ -32,11 +35,9 @@ impl From<ProgramError> for VerifyError {
     }
 }
 
-/// Which engines run the suite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Engines {
-    /// Our own.
     Native,
     /// YADE alone.
     Yade,
@@ -44,69 +45,35 @@ pub enum Engines {
     Both,
 }
 
-impl Engines {
-    /// On the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Engines::Native => "native",
-            Engines::Yade => "yade",
-            Engines::Both => "both",
-        }
-    }
-}
-
-/// What is to be verified, and how.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// Which engines run the suite.
     pub engine: Engines,
     /// Trajectories and rounding errors of so many grains at most.
     pub grains: u32,
-    /// Whether detection limits are measured.
     pub detection_limits: bool,
-    /// How YADE is started.
     pub yade: yade::Options,
-    /// The command as it was given.
     pub command: String,
 }
 
 /// What part an engine has in a case; ids of checks have it in place of the engine's name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
-    /// It is verified.
     Tested,
     /// It is what another one is compared with, and runs the same cases.
     Reference,
-    /// Two engines are compared.
     CrossCode,
-    /// The suite itself is tested.
     Suite,
-}
-
-impl Role {
-    fn id(self) -> &'static str {
-        match self {
-            Role::Tested => "tested",
-            Role::Reference => "reference",
-            Role::CrossCode => "cross-code",
-            Role::Suite => "suite",
-        }
-    }
 }
 
 /// One case in one engine, or in two.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CaseResult {
-    /// Of the case.
     pub id: String,
     /// What it shows.
     pub title: String,
-    /// What kind of evidence it gives.
     pub evidence: Evidence,
-    /// What part the engine has.
     pub role: Role,
-    /// Which engines it is about, for people.
     pub engine: String,
     /// Passed if every check holds and there is one.
     pub outcome: Outcome,
@@ -159,7 +126,7 @@ impl CaseResult {
     }
 
     fn check_id(&self) -> String {
-        format!("verify/{}/{}", self.role.id(), self.id)
+        format!("verify/{}/{}", value_name(&self.role), self.id)
     }
 }
 
@@ -198,12 +165,10 @@ fn of_precision() -> CaseResult {
     case("precision", title, Evidence::Precision, TOGETHER)
 }
 
-/// How many cases, by outcome.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Tally {
     pub passed: usize,
     pub failed: usize,
-    /// Cases that could not be run.
     pub skipped: usize,
     /// Cases that an engine has no option for.
     pub inapplicable: usize,
@@ -226,40 +191,28 @@ impl Tally {
 
 impl std::fmt::Display for Tally {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Tally {
-            passed,
-            failed,
-            skipped,
-            inapplicable,
-        } = self;
+        let (passed, failed, skipped) = (self.passed, self.failed, self.skipped);
+        let counts = format!("{passed} cases passed, {failed} failed, {skipped} skipped");
+        let others = self.inapplicable;
         write!(
             out,
-            "{passed} cases passed, {failed} failed, {skipped} skipped, {inapplicable} of options that the engine does not have"
+            "{counts}, {others} of options that the engine does not have"
         )
     }
 }
 
-/// A verification.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Verification {
-    /// Version of crossgrain.
     pub crossgrain: String,
-    /// The command as it was given.
     pub command: String,
-    /// YADE's version, if it ran.
     pub yade: Option<String>,
-    /// What an external engine says of itself, if one ran the suite.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub exec: Option<Description>,
-    /// Every case in every engine.
     pub cases: Vec<CaseResult>,
-    /// Rounding errors, if they were measured.
     pub errors: Vec<Errors>,
     /// The stress inside Figure 4's disc.
     pub disc: DiscFigures,
-    /// Detection limits, if they were asked for.
     pub limits: Option<Limits>,
-    /// How many cases, by outcome.
     pub tally: Tally,
 }
 
@@ -280,12 +233,10 @@ impl Verification {
         })
     }
 
-    /// What the checks come to.
     pub fn verdict(&self) -> Outcome {
         verdict(self.cases.iter().flat_map(|case| &case.checks))
     }
 
-    /// Every check of every case.
     pub fn checks(&self) -> Vec<Check> {
         let checks = self.cases.iter().flat_map(|case| &case.checks);
         checks.cloned().collect()
@@ -317,11 +268,8 @@ impl DiscFigures {
     }
 }
 
-/// All cases.
 pub struct Suite {
-    /// Those that one engine can run alone.
     pub groups: Vec<CaseGroup>,
-    /// Those that take two.
     pub cross: Vec<CrossCase>,
 }
 
@@ -372,12 +320,13 @@ impl Suite {
         let work = work_folder().map_err(ProgramError::File)?;
         let run = run_cases(&cases, options, work.path(), observer)?;
         let mut rest = run.cases.into_iter();
-        let answer = |((name, probe), of): (&(&'static str, Case), yade::CaseInYade)| Answer {
+        let answers = scenes.iter().zip(rest.by_ref());
+        let answers = answers.map(|((name, probe), of)| Answer {
             name,
             probe: probe.clone(),
             yade: of.effective,
-        };
-        let answers = scenes.iter().zip(rest.by_ref()).map(answer).collect();
+        });
+        let answers = answers.collect();
         let tracks: Vec<Track> = rest.by_ref().take(alone).map(|of| of.track).collect();
         let cross = rest.map(|of| InYade {
             track: of.track,
@@ -422,13 +371,9 @@ impl Suite {
     /// All cases that need YADE, as skipped.
     fn without_yade(&self, reason: &str, role: Role) -> Vec<CaseResult> {
         let groups = self.groups.iter().map(|of| of_group(of, (role, "YADE")));
-        let cross = self.cross.iter().map(of_cross);
-        groups
-            .chain([of_parameters()])
-            .chain(cross)
-            .chain([of_precision()])
-            .map(|case| case.skipped(reason, false))
-            .collect()
+        let cross = self.cross.iter().map(of_cross).chain([of_precision()]);
+        let cases = groups.chain([of_parameters()]).chain(cross);
+        cases.map(|case| case.skipped(reason, false)).collect()
     }
 
     /// Every group in an external engine, each in a start of its own: what breaks one leaves the others.
@@ -444,31 +389,27 @@ impl Suite {
             progress(index, self.groups.len());
             let case = of_group(group, (Role::Tested, name));
             let cases: Vec<&Case> = group.cases.iter().collect();
-            let missing = cases
+            let mut missing = cases
                 .iter()
-                .flat_map(|case| exec::missing_for_case(engine, case))
-                .next();
-            if group.id == cross_code::RECORDED {
-                let reason = "nobody has promised YADE's bits for an external engine";
-                results.push(case.skipped(reason, true));
-                continue;
-            }
-            if let Some(part) = missing {
-                results.push(case.skipped(&format!("{name} has no {}", part.in_words()), true));
+                .flat_map(|case| exec::missing_for_case(engine, case));
+            let lacks = match missing.next() {
+                _ if group.id == cross_code::RECORDED => {
+                    Some("nobody has promised YADE's bits for an external engine".to_owned())
+                }
+                part => part.map(|part| format!("{name} has no {}", part.in_words())),
+            };
+            if let Some(reason) = lacks {
+                results.push(case.skipped(&reason, true));
                 continue;
             }
             let work = work_folder()?;
-            let run = exec::run_cases(&cases, engine, options, work.path(), &mut ());
+            let run = exec::run_cases(&cases, engine, options, work.path());
             results.push(match run {
                 Ok(run) => match run.into_iter().collect::<Result<Vec<Track>, String>>() {
                     Ok(tracks) => case.judged(Ok(group.judge(&tracks))),
                     Err(reason) => case.skipped(&format!("{name} refused: {reason}"), false),
                 },
-                Err(
-                    error @ (ProgramError::NotStarted { .. }
-                    | ProgramError::Interrupted
-                    | ProgramError::File(_)),
-                ) => return Err(error),
+                Err(error) if error.is_no_fault_of_it() => return Err(error),
                 Err(error) => case.judged(Err(error.to_string())),
             });
         }
@@ -491,7 +432,6 @@ pub fn native_tracks(cases: &[Case], options: &CaseOptions) -> Result<Vec<Track>
     cases.iter().map(run).collect()
 }
 
-/// Runs the suite as asked.
 pub fn verify(options: &Options, display: &Display) -> Result<Verification, VerifyError> {
     let both = options.engine == Engines::Both;
     // Trajectories are for comparing, and their beds have to be poured first.
@@ -529,12 +469,8 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Veri
     }
     let limits = options.detection_limits.then(|| {
         let task = display.task("detection limits");
-        let from_yade = FromYade {
-            cross: &cross,
-            answers: &answers,
-            precisions: precisions.as_ref(),
-        };
-        let limits = limits(&suite, from_yade, &|done, all| {
+        let precisions = precisions.as_ref();
+        let limits = limits(&suite, &cross, &answers, precisions, &|done, all| {
             task.share(done as f64 / all as f64, &format!("{done} of {all} cases"));
         });
         task.done("done");
@@ -554,7 +490,6 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Veri
     })
 }
 
-/// Runs the suite in an external engine.
 pub fn verify_exec(
     options: &exec::Options,
     command: &str,
@@ -613,4 +548,159 @@ fn precisions_in_yade(
             Ok(Err(of_precision().judged(Err(error.to_string()))))
         }
     }
+}
+
+impl Verification {
+    pub fn document(&self) -> Document {
+        let yade = match &self.yade {
+            Some(version) => format!(" YADE {version} ran live."),
+            None => String::new(),
+        };
+        Document {
+            title: "Verification suite: every contact law against what is known of it".to_owned(),
+            verdict: self.verdict(),
+            answer: format!("{}.{yade}", self.tally),
+            sections: self.sections(),
+            checks: self.checks(),
+        }
+    }
+
+    /// The sections, of this document and of the main job's.
+    pub fn sections(&self) -> Vec<Section> {
+        let mut sections = vec![self.cases()];
+        sections.extend(self.engine());
+        sections.extend(self.limits.as_ref().map(detection));
+        if !self.errors.is_empty() {
+            let rounding = Section::new(
+                "Rounding",
+                "Native and YADE round alike; 11 more bits make the error smaller by about 2¹¹, so it is rounding and nothing else.",
+            );
+            sections.push(rounding.with(errors(&self.errors)));
+        }
+        sections.push(self.disc());
+        sections
+    }
+
+    /// A row a case, in the order in which they were first run, with an outcome for each part that an engine had.
+    fn cases(&self) -> Section {
+        let mut answer = "Each case is a small experiment whose outcome is known. All engines run the same cases and are judged by \
+                          the same code."
+            .to_owned();
+        let missing = |case: &&CaseResult| case.outcome == Outcome::Skipped && !case.inapplicable;
+        if let Some(case) = self.cases.iter().find(missing) {
+            answer += &format!(" Skipped: {}", case.reason);
+        }
+        let mut cases: Vec<&CaseResult> = self.cases.iter().collect();
+        let mut seen = BTreeSet::new();
+        cases.retain(|case| seen.insert(&case.id));
+        let by = |case: &CaseResult, role: Role| {
+            let mut all = self.cases.iter();
+            all.find(|of| of.id == case.id && of.role == role)
+                .map(|of| of.outcome)
+        };
+        // What is missing for many is said once, above.
+        let reasons = |case: &CaseResult| {
+            let own = self.cases.iter().filter(|of| of.id == case.id);
+            let own = own.filter(|of| of.inapplicable || of.outcome == Outcome::Fail);
+            let reasons: Vec<&str> = own.map(|of| of.reason.as_str()).collect();
+            reasons.join(" ")
+        };
+        let table = Table::of("cases", "Cases", cases)
+            .column("case", |case| Cell::Code(case.id.clone()))
+            .column("tested", |case| by(case, Role::Tested))
+            .column("reference", |case| by(case, Role::Reference))
+            .column("cross-code", |of| {
+                by(of, Role::CrossCode).or(by(of, Role::Suite))
+            })
+            .column("what it shows", |case| &case.title)
+            .column("why", reasons);
+        Section::new("Cases", answer).with(table)
+    }
+
+    fn engine(&self) -> Option<Section> {
+        let engine = self.exec.as_ref()?;
+        let section = Section::new("The engine", format!("{} ran the suite.", engine.label()));
+        Some(section.with_all(engine.approximations.clone()))
+    }
+
+    fn disc(&self) -> Section {
+        let field = "field averaged over the";
+        let stresses = [
+            ("Σ/V of the contact forces".to_owned(), self.disc.contact),
+            (format!("{field} disc, by quadrature"), self.disc.disc),
+            (
+                format!("{field} control square of side R at the centre"),
+                self.disc.square,
+            ),
+            (
+                "Σ over the cell of side 2R: Table 3".to_owned(),
+                self.disc.cell,
+            ),
+        ];
+        let title = "Stresses of Figure 4's disc, tension positive";
+        let table = Table::of("disc", title, &stresses)
+            .column("stress", |(name, _)| name)
+            .column("σ_xx, Pa", |(_, stress)| stress[0])
+            .column("σ_zz, Pa", |(_, stress)| stress[1])
+            .column("σ_xz, Pa", |(_, stress)| stress[2]);
+        Section::new(
+            "Inside a grain: the disc of Figure 4",
+            "The paper computes a grain's stress from its contact forces and gives it to control volumes around it (section 3.3, \
+             second bullet). The elastic field inside the disc, in closed form, averages to Σ/V over the grain, as it must. Over \
+             the square at the centre it does not: the middle of a disc bears more of the vertical stress than its rim, and the \
+             voids outside bear none. Giving the grain's Σ to a control square in proportion to its volume is a convention, not \
+             the stress in that square.",
+        )
+        .with(table)
+    }
+}
+
+fn detection(limits: &Limits) -> Section {
+    let cell = |limit: &Limit| match limit {
+        Limit::Unaffected => Cell::Missing,
+        Limit::NotDetected => "not detected".into(),
+        Limit::Detected => "detected".into(),
+        Limit::From { size } => Cell::Number(*size),
+    };
+    let title = "Smallest relative size detected";
+    let table = Table::of("detection-limits", title, &limits.cases)
+        .column("case", |row| Cell::Code(row.case.clone()));
+    let faults = limits.faults.iter().enumerate();
+    let table = faults.fold(table, |table, (at, fault)| {
+        table.column(fault, |row| row.limits.get(at).map(cell))
+    });
+    let table = table
+        .column("false positives", |row| {
+            format!("{} of {}", row.false_positives, row.sound_runs)
+        })
+        .column("varied", |row| match row.varied {
+            Varied::Starts => "last bits at the start",
+            Varied::Stiffness => "stiffness",
+            Varied::Lists => "neighbour lists",
+        });
+    Section::new(
+        "Detection limits",
+        "For each deliberate fault the smallest relative size at which each case fails, found by halving. No value: the fault changes \
+         nothing in the case. False positives are runs that fail where nothing is wrong but what is varied differs. A symmetry \
+         detects faults that its two sides do not share; every fault here keeps action equal to reaction.",
+    )
+    .with(table)
+}
+
+/// How rounding errors grow in each precision.
+fn errors(errors: &[Errors]) -> Plot {
+    let points = |of: fn(&Errors) -> f64| -> Vec<[f64; 2]> {
+        let points = errors.iter().map(|errors| [errors.step as f64, of(errors)]);
+        points.filter(|[_, error]| *error > 0.0).collect()
+    };
+    let yade = points(|of| of.yade).into_iter();
+    Plot::new(
+        "rounding",
+        "Distance from the same run in 128-bit arithmetic. It grows while grains collide, until neighbours are no longer the same.",
+        Axis::linear("step of pouring"),
+        Axis::logarithmic("largest error over R"),
+    )
+    .line("native", Colour::Blue, points(|of| of.native))
+    .points("YADE, double", Colour::Vermilion, yade.map(|[x, y]| Point::at(x, y)))
+    .line("YADE, long double", Colour::Green, points(|of| of.long_double))
 }

@@ -6,20 +6,17 @@ use super::analytic::{
 use super::build::{self, Grain};
 use super::collisions::HeadOn;
 use super::{CaseGroup, Figures, Track, at, furthest};
-use grains::model::{Axis, Law, Model};
+use grains::model::Law;
 use grains::scene::{ContactLaw, NewContactSlip, Tension};
 use grains::task::Case;
 
-/// The groups.
 pub fn groups() -> Vec<CaseGroup> {
     vec![
         mfix(),
         chung_ooi_4(),
         spinning(
-            CaseGroup::new(
-                "gross-sliding",
-                "Chung and Ooi 5 and 6 for a linear spring: sliding with spin along and against the way",
-            ),
+            "gross-sliding",
+            "Chung and Ooi 5 and 6 for a linear spring: sliding with spin along and against the way",
             &[
                 ("no-spin", 2.0, 0.0),
                 ("spin-against", 2.0, -150.0),
@@ -28,10 +25,8 @@ pub fn groups() -> Vec<CaseGroup> {
             ],
         ),
         spinning(
-            CaseGroup::new(
-                "spin-impact",
-                "A spinning ball or disc that falls on a wall is thrown aside",
-            ),
+            "spin-impact",
+            "A spinning ball or disc that falls on a wall is thrown aside",
             &[
                 ("spin-to-the-right", 0.0, 200.0),
                 ("spin-to-the-left", 0.0, -200.0),
@@ -40,17 +35,13 @@ pub fn groups() -> Vec<CaseGroup> {
         recurrence(),
         sticking(),
         first_slip(
-            CaseGroup::new(
-                "first-slip",
-                "A new contact is given the slip of the whole step in which it was made",
-            ),
+            "first-slip",
+            "A new contact is given the slip of the whole step in which it was made",
             NewContactSlip::WholeStep,
         ),
         first_slip(
-            CaseGroup::new(
-                "first-slip-since-touch",
-                "A new contact is given the slip since the surfaces met",
-            ),
+            "first-slip-since-touch",
+            "A new contact is given the slip since the surfaces met",
             NewContactSlip::SinceTouch,
         ),
     ]
@@ -93,7 +84,6 @@ struct Slide {
     /// k_s/k_n.
     ratio: f64,
     tan_phi: f64,
-    /// Where the force acts.
     arms: Arms,
 }
 
@@ -134,20 +124,11 @@ impl Slide {
     /// Velocity along the wall and spin that follow from the impulse J = ∫N dt and from ∫u N dt: the
     /// tangential impulse is μJ and acts at the arm R − s·u, against the slip of the surface.
     fn sliding(&self, impulse: f64, overlap_impulse: f64) -> [f64; 2] {
-        let Grain {
-            velocity,
-            spin,
-            mass,
-            inertia,
-            radius,
-            ..
-        } = self.impact.grain;
-        let friction = (velocity[0] - radius * spin).signum() * self.tan_phi;
-        let turning = radius * impulse - self.shortening() * overlap_impulse;
-        [
-            velocity[0] - friction * impulse / mass,
-            spin + friction * turning / inertia,
-        ]
+        let of = self.impact.grain;
+        let friction = (of.velocity[0] - of.radius * of.spin).signum() * self.tan_phi;
+        let turning = of.radius * impulse - self.shortening() * overlap_impulse;
+        let velocity = of.velocity[0] - friction * impulse / of.mass;
+        [velocity, of.spin + friction * turning / of.inertia]
     }
 
     /// The same in continuous time: J = m(1+e)v.
@@ -169,17 +150,10 @@ impl Slide {
         let of_impulse = angle.powi(4) + 0.5 * rebound.ln().abs() * share + rounding;
         let impulse = contact.mass * (1.0 + rebound) * contact.approach * of_impulse;
         let shortening = self.shortening() * contact.overlap_impulse() * (angle * angle + share);
-        let Grain {
-            mass,
-            inertia,
-            radius,
-            ..
-        } = self.impact.grain;
-        let turning = radius * impulse + shortening;
-        [
-            self.tan_phi * impulse / mass,
-            self.tan_phi * turning / inertia,
-        ]
+        let of = self.impact.grain;
+        let turning = of.radius * impulse + shortening;
+        let [push, turn] = [impulse, turning].map(|normal| self.tan_phi * normal);
+        [push / of.mass, turn / of.inertia]
     }
 
     fn case(&self, moments: Vec<u64>) -> Case {
@@ -295,7 +269,8 @@ fn chung_ooi_4() -> CaseGroup {
 
 /// Aluminium alloy of Chung and Ooi's materials with a velocity and a spin, as long as it lasts sliding faster than friction can
 /// stop, with arms of both laws; speeds are our own.
-fn spinning(mut group: CaseGroup, motions: &[(&str, f64, f64)]) -> CaseGroup {
+fn spinning(id: &'static str, title: &'static str, motions: &[(&str, f64, f64)]) -> CaseGroup {
+    let mut group = CaseGroup::new(id, title);
     for (what, shape) in SHAPES {
         for (law, arms) in Arms::ALL {
             for (how, velocity, spin) in motions {
@@ -343,11 +318,8 @@ fn recurrence() -> CaseGroup {
             let states = contact.track(of.impact.start(), &(0..last).collect::<Vec<u64>>());
             let normal = |state: &State| of.impact.dt() * contact.force(state);
             let impulse: f64 = states.iter().map(normal).sum();
-            let overlap_impulse: f64 = states
-                .iter()
-                .map(|state| state.overlap * normal(state))
-                .sum();
-            let [_, of_spin] = of.sliding(impulse, overlap_impulse);
+            let overlaps = states.iter().map(|state| state.overlap * normal(state));
+            let [_, of_spin] = of.sliding(impulse, overlaps.sum());
             let start = at(&tracks[0], 0).velocity(0);
             let end = at(&tracks[0], last).velocity(0);
             let [_, spin] = of.seen(&tracks[0]);
@@ -400,12 +372,9 @@ impl Rocking {
 
     fn new(grain: Grain, arms: Arms) -> Self {
         let (radius, overlap) = (grain.radius, 0.1 * grain.radius);
+        let stretch = 2.0 * radius / (2.0 * radius - overlap);
         let (of_velocity, of_spin, arm) = match arms {
-            Arms::HalfOverlap => (
-                2.0 * radius / (2.0 * radius - overlap),
-                radius,
-                radius - 0.5 * overlap,
-            ),
+            Arms::HalfOverlap => (stretch, radius, radius - 0.5 * overlap),
             Arms::ContactPoint => (1.0, radius - overlap, radius - overlap),
         };
         Rocking {
@@ -464,11 +433,8 @@ fn sticking() -> CaseGroup {
             let of = Rocking::new(grain, arms);
             let modulus = of.stiffness / grain.radius;
             let law = arms.of(build::friction(modulus, Rocking::RATIO, 1.2));
-            let model = Model {
-                gravity: [0.0, -Rocking::GRAVITY],
-                walls: vec![build::wall(Axis::Z, FLOOR)],
-                ..build::model(law, of.dt())
-            };
+            let gravity = [0.0, -Rocking::GRAVITY];
+            let model = build::world(law, of.dt(), gravity, 0.0, [&[], &[FLOOR]]);
             let height = FLOOR + grain.radius - 0.1 * grain.radius;
             let grains = [grain.at([0.0, height]).moving([Rocking::SPEED, 0.0])];
             let id = format!("{what}/{how}");
@@ -478,12 +444,8 @@ fn sticking() -> CaseGroup {
                     let view = at(&tracks[0], step);
                     // Along (−n_z, n_x), so to the left.
                     let force = view.contact(|contact| -contact.tangential_force);
-                    [
-                        view.position(0)[0],
-                        view.velocity(0)[0],
-                        view.spin(0),
-                        force,
-                    ]
+                    let (way, velocity) = (view.position(0)[0], view.velocity(0)[0]);
+                    [way, velocity, view.spin(0), force]
                 };
                 let rate = (of.tangential() * of.mobility).sqrt();
                 let amplitude = of.swing(0).approach / rate;
@@ -491,15 +453,13 @@ fn sticking() -> CaseGroup {
                     + rounding_of_phase(STEPS as f64 * Rocking::ANGLE);
                 figures.case(&id);
                 figures.because(ROUNDING);
-                for (index, (what, scale)) in [
+                let scales = [
                     ("way", of.dt() * Rocking::SPEED * STEPS as f64),
                     ("velocity", Rocking::SPEED),
                     ("spin", Rocking::SPEED / of.grain.radius),
                     ("force", of.tangential() * amplitude),
-                ]
-                .into_iter()
-                .enumerate()
-                {
+                ];
+                for (index, (what, scale)) in scales.into_iter().enumerate() {
                     let off =
                         |step: u64| ((seen(step)[index] - of.expected(step)[index]) / scale).abs();
                     let what = format!("{what}: largest deviation of the {what} over its size, 1");
@@ -513,7 +473,11 @@ fn sticking() -> CaseGroup {
 
 /// How much slip a new contact is given, of a ball that touches a wall between two steps; the friction is too high for it to
 /// slide at once.
-fn first_slip(group: CaseGroup, new_contact_slip: NewContactSlip) -> CaseGroup {
+fn first_slip(
+    id: &'static str,
+    title: &'static str,
+    new_contact_slip: NewContactSlip,
+) -> CaseGroup {
     /// k_n, N/m, and k_s over it.
     const STIFFNESS: f64 = 1.0e5;
     const RATIO: f64 = 0.4;
@@ -535,13 +499,11 @@ fn first_slip(group: CaseGroup, new_contact_slip: NewContactSlip) -> CaseGroup {
         new_contact_slip,
         ..plain.contact
     };
-    let model = Model {
-        walls: vec![build::wall(Axis::Z, WALL)],
-        ..build::model(Law { contact, ..plain }, DT)
-    };
+    let law = Law { contact, ..plain };
+    let model = build::world(law, DT, [0.0; 2], 0.0, [&[], &[WALL]]);
     let ball = Grain::sphere([0.0, place], RADIUS, 2500.0).moving([SPEEDS[0], -SPEEDS[1]]);
     let case = build::case("first slip", model, &[ball], vec![first]);
-    group.with([case], move |tracks, figures| {
+    CaseGroup::new(id, title).with([case], move |tracks, figures| {
         // Slip of the undeformed surface, as the default law has it: stretched, and so is the approach that
         // the time since touch is told from.
         let stretch = 2.0 * RADIUS / (2.0 * RADIUS - overlap);
@@ -555,11 +517,7 @@ fn first_slip(group: CaseGroup, new_contact_slip: NewContactSlip) -> CaseGroup {
         let found = at(&tracks[0], first).contact(|contact| contact.tangential_force);
         figures.because("k_s times the slip; rounding of the overlap");
         let off = force * (rounding + 8.0 * f64::EPSILON);
-        figures.is(
-            "force: tangential force at first touch, N",
-            found,
-            force,
-            off,
-        );
+        let what = "force: tangential force at first touch, N";
+        figures.is(what, found, force, off);
     })
 }

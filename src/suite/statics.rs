@@ -1,14 +1,12 @@
 //! Grains at rest, against statics: piles of frictionless discs, and the disc of the paper's Figure 4.
 
-use super::build::{self, Grain, wall};
+use super::build::{self, Grain};
 use super::{CaseGroup, Figures, Track, furthest};
 use crate::paper::disc_field::{DiscField, RimForce};
 use grains::measure::{Bed, stress};
-use grains::model::{Axis, Model};
 use grains::tables::{BodyIds, Contact, Snapshot};
 use grains::task::Case;
 
-/// The groups.
 pub fn groups() -> Vec<CaseGroup> {
     vec![column(), pyramid(), disc(), field()]
 }
@@ -60,13 +58,8 @@ impl Pile {
         const STEPS: u64 = 8000;
         let disc = Grain::disc([0.0; 2], RADIUS, DENSITY);
         let period = (disc.mass / (modulus() * RADIUS)).sqrt();
-        let [left, right] = self.walls.map(|place| wall(Axis::X, place));
-        let model = Model {
-            gravity: [0.0, -GRAVITY],
-            alpha: ALPHA,
-            walls: vec![left, right, wall(Axis::Z, 0.0)],
-            ..build::model(build::springs(modulus()), 0.3 * period)
-        };
+        let (law, gravity) = (build::springs(modulus()), [0.0, -GRAVITY]);
+        let model = build::world(law, 0.3 * period, gravity, ALPHA, [&self.walls, &[0.0]]);
         build::case("pile", model, &self.grains, vec![STEPS])
     }
 
@@ -95,10 +88,8 @@ impl Pile {
 
     /// Every contact force that statics gives: as it is over as it should be.
     fn statics(&self, at: &Snapshot) -> Vec<f64> {
-        let given = at
-            .contacts
-            .iter()
-            .filter(|contact| self.given.contains(&(contact.id1, contact.id2)));
+        let is_given = |of: &&Contact| self.given.contains(&(of.id1, of.id2));
+        let given = at.contacts.iter().filter(is_given);
         let mut solved: Vec<(&Contact, f64)> = given.map(|of| (of, of.normal_force)).collect();
         let given = solved.len();
         for &(disc, bearers) in &self.rests {
@@ -223,12 +214,10 @@ fn pyramid() -> CaseGroup {
     let mut grains = Vec::new();
     let mut rows = Vec::new();
     for row in 0..BASE {
+        let above = base_radius + rise_from_base + (f64::from(row) - 1.0) * rise();
         let (radius, height) = match row {
             0 => (base_radius, base_radius),
-            _ => (
-                RADIUS,
-                base_radius + rise_from_base + f64::from(row - 1) * rise(),
-            ),
+            _ => (RADIUS, above),
         };
         rows.push(grains.len() as u32);
         for place in 0..BASE - row {
@@ -269,15 +258,9 @@ fn pyramid() -> CaseGroup {
 /// A disc of radius 1 m between two pairs of walls, with these overlaps across and up.
 fn squeezed(overlaps: [f64; 2], stiffness: f64, dt: f64, moments: Vec<u64>) -> Case {
     let [across, up] = overlaps.map(|overlap| RADIUS - overlap);
-    let model = Model {
-        walls: vec![
-            wall(Axis::X, -across),
-            wall(Axis::X, across),
-            wall(Axis::Z, -up),
-            wall(Axis::Z, up),
-        ],
-        ..build::model(build::springs(stiffness / RADIUS), dt)
-    };
+    let law = build::springs(stiffness / RADIUS);
+    let walls: [&[f64]; 2] = [&[-across, across], &[-up, up]];
+    let model = build::world(law, dt, [0.0; 2], 0.0, walls);
     let grain = Grain::disc([0.0; 2], RADIUS, 1.0);
     build::case("disc of Figure 4", model, &[grain], moments)
 }

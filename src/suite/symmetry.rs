@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use super::conservation::crowd;
 use super::{CaseGroup, Evidence, Track, build, furthest};
-use grains::model::{Axis, Law, Model, Wall};
+use grains::model::{Axis, Law, Wall};
 use grains::tables::{Bodies, Contact, Punch, Snapshot};
 use grains::task::Case;
 
@@ -89,17 +89,10 @@ pub fn groups() -> Vec<CaseGroup> {
 fn bed(name: &str, law: &Law, with_punch: bool) -> Case {
     let radius = crowd::RADIUS;
     let half = 4.6 * radius;
-    let model = Model {
-        // Strong enough to count within the few steps.
-        gravity: [150.0, -300.0],
-        alpha: 0.2,
-        walls: vec![
-            build::wall(Axis::X, -half),
-            build::wall(Axis::X, half),
-            build::wall(Axis::Z, 0.0),
-        ],
-        ..build::model(law.clone(), dt())
-    };
+    // Strong enough to count within the few steps.
+    let gravity = [150.0, -300.0];
+    let walls: [&[f64]; 2] = [&[-half, half], &[0.0]];
+    let model = build::world(law.clone(), dt(), gravity, 0.2, walls);
     let grains = crowd::grains(SIDE, SIDE, [0.0, 4.7 * radius]);
     let mut case = build::case(name, model, &grains, MOMENTS.to_vec());
     let half_extents = [2.5 * radius, 3.0 * radius];
@@ -154,15 +147,13 @@ fn group(
                      three thousandfold at most; times 2/√(m/k) for velocities, 2.5/R more for spins, and k for forces"
                 }
             });
-            for (index, what) in [
+            let quantities = [
                 "position: largest difference of a position, m",
                 "velocity: largest difference of a velocity, m/s",
                 "spin: largest difference of a spin, rad/s",
                 "contact-force: largest difference of a contact force, N",
-            ]
-            .into_iter()
-            .enumerate()
-            {
+            ];
+            for (index, what) in quantities.into_iter().enumerate() {
                 figures.is(what, found[index], 0.0, allowed[index]);
             }
         });
@@ -268,10 +259,9 @@ impl Frame {
             false => id,
         };
         let (one, two) = (number(contact.id1), number(contact.id2));
-        if one < two || one as usize >= grains {
-            ((one, two), force)
-        } else {
-            ((two, one), force.map(|component| -component))
+        match one < two || one as usize >= grains {
+            true => ((one, two), force),
+            false => ((two, one), force.map(|component| -component)),
         }
     }
 
@@ -337,12 +327,8 @@ mod tests {
                     case.model.law.modulus *= 1.0 + 4.0e-4 * f64::from(index - 75);
                 }
                 for check in crate::suite::detection::tests::judged(&group, None) {
-                    assert_eq!(
-                        check.outcome,
-                        Outcome::Pass,
-                        "{} {index}: {check:?}",
-                        group.id
-                    );
+                    let id = group.id;
+                    assert_eq!(check.outcome, Outcome::Pass, "{id} {index}: {check:?}");
                 }
             }
         }
@@ -357,8 +343,7 @@ mod tests {
                 case.moments = (0..=STEPS / 20).map(|i| 20 * i).collect();
                 let track = run_case(&case, None).expect("a sound case");
                 let contacts = track.iter().flat_map(|at| &at.contacts);
-                let pairs: BTreeSet<_> =
-                    contacts.map(|contact| (contact.id1, contact.id2)).collect();
+                let pairs: BTreeSet<_> = contacts.map(|of| (of.id1, of.id2)).collect();
                 assert!(pairs.len() > 25, "{name}: {}", pairs.len());
                 // Right wall, floor and punch; gravity leans to the right.
                 for body in 1..3 + u32::from(punch) {

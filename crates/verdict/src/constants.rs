@@ -16,15 +16,12 @@ use serde::Serialize;
 use crate::envelope::in_parallel;
 use crate::resolution::Resolution;
 
-/// A constant as fitted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Fitted {
-    /// Which.
     #[serde(serialize_with = "symbol")]
     pub constant: Constant,
     /// How much larger than the model's, relative; of gravity over |g|.
     pub larger: f64,
-    /// Standard error of that.
     pub error: f64,
 }
 
@@ -42,7 +39,6 @@ impl Fitted {
 /// The constants that fit best.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
-    /// With all constants found so far.
     pub variant: Variant,
     /// Those that were free.
     pub fitted: Vec<Fitted>,
@@ -78,9 +74,7 @@ const TOLD: f64 = 1.0e-9;
 
 /// What of a run is fitted: a number for each grain and component, in m/s, and which kind it is of.
 struct Data {
-    /// The last step of it.
     last: u64,
-    /// Runs of the engine.
     theirs: Vec<f64>,
     /// Kind of each number: the same quantity of grains in the same situation.
     kinds: Vec<usize>,
@@ -92,7 +86,8 @@ struct Data {
 /// The first answer of an engine to a case: case and moments.
 pub type Observed<'a> = (&'a Case, &'a [Snapshot]);
 
-fn until(case: &Case, last: u64) -> Case {
+/// The case, looked at up to this step.
+pub(crate) fn until(case: &Case, last: u64) -> Case {
     let mut case = case.clone();
     case.moments.retain(|step| *step <= last);
     case
@@ -104,11 +99,9 @@ fn numbers(case: &Case, run: &[Snapshot], contacts: &[Vec<(u32, u32)>]) -> Vec<f
     let mass = start.mass.iter().sum::<f64>() / start.len() as f64;
     let mut all = Vec::new();
     for (moment, ids) in run.iter().zip(contacts) {
-        let forces: BTreeMap<(u32, u32), [f64; 2]> = moment
-            .contacts
-            .iter()
-            .map(|of| ((of.id1, of.id2), [of.normal_force, of.tangential_force]))
-            .collect();
+        let forces = moment.contacts.iter();
+        let forces = forces.map(|of| ((of.id1, of.id2), [of.normal_force, of.tangential_force]));
+        let forces: BTreeMap<(u32, u32), [f64; 2]> = forces.collect();
         for ids in ids {
             let force = forces.get(ids).copied().unwrap_or([f64::NAN; 2]);
             all.extend(force.map(|force| force * dt / mass));
@@ -119,11 +112,8 @@ fn numbers(case: &Case, run: &[Snapshot], contacts: &[Vec<(u32, u32)>]) -> Vec<f
         let of = &moment.bodies;
         let time = dt * moment.step as f64;
         for id in 0..of.len() {
-            all.extend([of.vx[id], of.vz[id]]);
-            all.extend([
-                (of.x[id] - start.x[id]) / time,
-                (of.z[id] - start.z[id]) / time,
-            ]);
+            let way = [of.x[id] - start.x[id], of.z[id] - start.z[id]];
+            all.extend([of.vx[id], of.vz[id], way[0] / time, way[1] / time]);
             if of.rotate() {
                 all.push(of.spin[id] * of.radius[id]);
             }
@@ -144,15 +134,10 @@ impl Data {
         for (case, theirs) in observed {
             let case = until(case, last);
             let own = variant::run(&case, &Variant::default());
-            let contacts: Vec<Vec<(u32, u32)>> = own
-                .iter()
-                .map(|of| of.contacts.iter().map(|of| (of.id1, of.id2)).collect())
-                .collect();
-            data.theirs.extend(numbers(
-                &case,
-                &theirs[..own.len().min(theirs.len())],
-                &contacts,
-            ));
+            let ids = |of: &Snapshot| of.contacts.iter().map(|of| (of.id1, of.id2)).collect();
+            let contacts: Vec<Vec<(u32, u32)>> = own.iter().map(ids).collect();
+            let theirs = &theirs[..own.len().min(theirs.len())];
+            data.theirs.extend(numbers(&case, theirs, &contacts));
             let first = data.floors.len();
             let situations = situations(&case, &own);
             let wall = case.bodies.len() as u32;
@@ -186,26 +171,22 @@ impl Data {
         let numbers = self.theirs.iter().zip(&own).zip(&self.kinds);
         let of = numbers.map(|((their, own), kind)| ((their - own) / self.floors[*kind]).abs());
         // A contact that one of the two does not have counts as much as the worst number.
-        of.map(|of| if of.is_finite() { of } else { 1.0e12 })
-            .map(|of| (1.0 + of * of).ln())
-            .sum()
+        let of = of.map(|of| if of.is_finite() { of } else { 1.0e12 });
+        of.map(|of| (1.0 + of * of).ln()).sum()
     }
 
     fn of(&self, observed: &[Observed<'_>], variant: &Variant) -> Vec<f64> {
-        let runs = observed
-            .iter()
-            .zip(&self.contacts)
-            .map(|((case, _), contacts)| {
-                let case = until(case, self.last);
-                numbers(&case, &variant::run(&case, variant), contacts)
-            });
-        runs.flatten().collect()
+        let runs = observed.iter().zip(&self.contacts);
+        let numbers = runs.map(|((case, _), contacts)| {
+            let case = until(case, self.last);
+            numbers(&case, &variant::run(&case, variant), contacts)
+        });
+        numbers.flatten().collect()
     }
 }
 
 /// Touching nothing; after it come touching grains only, a wall, the punch.
 pub(crate) const FLYING: usize = 0;
-/// So many situations there are.
 pub(crate) const KINDS: usize = 4;
 
 /// Whether each grain flies, touches grains only, a wall, or the punch.
@@ -330,10 +311,8 @@ impl<'a> Search<'a> {
             of.larger = fit.variant.larger[&of.constant];
             of.error = *error;
         }
-        let steps = found.iter().zip(&errors);
-        steps
-            .into_iter()
-            .any(|(by, error)| by.abs() > 1.0e-3 * error)
+        let mut steps = found.iter().zip(&errors);
+        steps.any(|(by, error)| by.abs() > 1.0e-3 * error)
     }
 
     /// How badly a variant fits, the less the better.
@@ -348,10 +327,8 @@ impl<'a> Search<'a> {
             let start = until(case, 0);
             let of = &start.bodies;
             let grains = of.len() as u32;
-            for contact in variant::run(&start, known)
-                .iter()
-                .flat_map(|of| &of.contacts)
-            {
+            let run = variant::run(&start, known);
+            for contact in run.iter().flat_map(|of| &of.contacts) {
                 if contact.id1 < grains {
                     let (a, b) = (contact.id1 as usize, contact.id2 as usize);
                     distances.push((of.x[a] - of.x[b]).hypot(of.z[a] - of.z[b]));
@@ -365,20 +342,17 @@ impl<'a> Search<'a> {
         let between = |at: usize| 0.5 * (distances[at] + distances[at + 1]);
         let form: [fn(f64) -> Form; 2] = [Form::LostNear, Form::LostFar];
         let best = form.map(|form| {
-            let misfit = |at: usize| {
+            let misfit = |data: &Data, length: f64| {
                 let mut variant = known.clone();
-                variant.forms.push(form(between(at)));
-                self.early.misfit(self.observed, &variant)
+                variant.forms.push(form(length));
+                data.misfit(self.observed, &variant)
             };
             let (mut low, mut high) = (0, distances.len() - 2);
             while high - low > 1 {
                 let step = ((high - low) / PLACES).max(1);
                 let places: Vec<usize> = (low..=high).step_by(step).collect();
-                let misfits = in_parallel(places.len(), |at| misfit(places[at]));
-                let all = places.iter().zip(&misfits);
-                let best = all
-                    .min_by(|a, b| a.1.total_cmp(b.1))
-                    .map_or(low, |of| *of.0);
+                let of = |at: usize| misfit(&self.early, between(places[at]));
+                let best = least(places.len(), of).map_or(low, |at| places[at]);
                 (low, high) = (best.saturating_sub(step).max(low), (best + step).min(high));
                 if step == 1 {
                     low = best;
@@ -390,15 +364,8 @@ impl<'a> Search<'a> {
             for _ in 0..ZOOMS {
                 let part = (to - from) / PLACES as f64;
                 let lengths: Vec<f64> = (1..PLACES).map(|of| from + part * of as f64).collect();
-                let misfits = in_parallel(lengths.len(), |at| {
-                    let mut variant = known.clone();
-                    variant.forms.push(form(lengths[at]));
-                    self.misfit(&variant)
-                });
-                let all = lengths.iter().zip(&misfits);
-                let best = all
-                    .min_by(|a, b| a.1.total_cmp(b.1))
-                    .map_or(from, |of| *of.0);
+                let of = |at: usize| misfit(&self.late, lengths[at]);
+                let best = least(lengths.len(), of).map_or(from, |at| lengths[at]);
                 (from, to) = (best - part, best + part);
             }
             form(0.5 * (from + to))
@@ -411,6 +378,12 @@ impl<'a> Search<'a> {
 const PLACES: usize = 8;
 /// … and then so often among as many between the two nearest.
 const ZOOMS: usize = 4;
+
+/// The first of so many at which this is least.
+fn least(count: usize, of: impl Fn(usize) -> f64 + Sync) -> Option<usize> {
+    let all = in_parallel(count, of);
+    (0..count).min_by(|a, b| all[*a].total_cmp(&all[*b]))
+}
 
 fn unfitted(constant: Constant) -> Fitted {
     Fitted {
@@ -446,14 +419,8 @@ fn untold(responses: &DMatrix<f64>, free: &[Constant]) -> Vec<usize> {
     let sound: Vec<usize> = (0..responses.nrows())
         .filter(|row| responses.row(*row).iter().all(|of| of.is_finite()))
         .collect();
-    let columns: Vec<DVector<f64>> = (0..free.len())
-        .map(|column| {
-            DVector::from_iterator(
-                sound.len(),
-                sound.iter().map(|row| responses[(*row, column)]),
-            )
-        })
-        .collect();
+    let column = |at| DVector::from_fn(sound.len(), |row, _| responses[(sound[row], at)]);
+    let columns: Vec<DVector<f64>> = (0..free.len()).map(column).collect();
     let strongest = columns.iter().map(|of| of.norm()).fold(0.0, f64::max);
     kept.retain(|at| columns[*at].norm() > TOLD * strongest);
     loop {
@@ -465,29 +432,24 @@ fn untold(responses: &DMatrix<f64>, free: &[Constant]) -> Vec<usize> {
             columns[of[a]].dot(&columns[of[b]]) / (columns[of[a]].norm() * columns[of[b]].norm())
         });
         let eigen = correlation.symmetric_eigen();
-        let least = eigen
-            .eigenvalues
-            .iter()
-            .enumerate()
-            .min_by(|a, b| a.1.total_cmp(b.1));
+        let values = eigen.eigenvalues.iter().enumerate();
+        let least = values.min_by(|a, b| a.1.total_cmp(b.1));
         let Some((which, _)) = least.filter(|(_, of)| **of < TOLD) else {
             break;
         };
         let direction = eigen.eigenvectors.column(which);
         // Only a constant that takes part in the direction makes the others known.
         let in_it = |at: usize| direction[at].abs() > 0.1;
-        let given_up = GIVEN_UP_FIRST
-            .iter()
-            .find_map(|constant| (0..of.len()).find(|at| free[of[*at]] == *constant && in_it(*at)));
-        match given_up {
+        let mut given_up = GIVEN_UP_FIRST.iter().filter_map(|constant| {
+            (0..of.len()).find(|at| free[of[*at]] == *constant && in_it(*at))
+        });
+        match given_up.next() {
             Some(at) => kept.remove(&of[at]),
             None => break,
         };
     }
-    (0..free.len())
-        .rev()
-        .filter(|at| !kept.contains(at))
-        .collect()
+    let all = (0..free.len()).rev();
+    all.filter(|at| !kept.contains(at)).collect()
 }
 
 /// Least squares with weights; the estimates and their standard errors. None where they cannot be solved for.
@@ -497,17 +459,13 @@ fn weighted(
     data: &Data,
 ) -> Option<(Vec<f64>, Vec<f64>)> {
     let columns = responses.ncols();
-    let scale: Vec<f64> = (0..columns)
-        .map(|column| {
-            let of = responses.column(column);
-            let sum: f64 = of
-                .iter()
-                .filter(|of| of.is_finite())
-                .map(|of| of * of)
-                .sum();
-            sum.sqrt().max(f64::MIN_POSITIVE)
-        })
-        .collect();
+    let scale = (0..columns).map(|column| {
+        let of = responses.column(column);
+        let finite = of.iter().filter(|of| of.is_finite());
+        let sum: f64 = finite.map(|of| of * of).sum();
+        sum.sqrt().max(f64::MIN_POSITIVE)
+    });
+    let scale: Vec<f64> = scale.collect();
     // Row by row in memory, as they are walked through.
     let mut rows: Vec<usize> = Vec::new();
     let mut scaled: Vec<f64> = Vec::new();
@@ -521,23 +479,19 @@ fn weighted(
     let mut found = DVector::<f64>::zeros(columns);
     let mut errors = Vec::new();
     for _ in 0..REWEIGHTED {
-        let left: Vec<f64> = rows
-            .iter()
-            .zip(scaled.chunks_exact(columns))
-            .map(|(row, of)| {
-                let by: f64 = of.iter().zip(&found).map(|(of, found)| of * found).sum();
-                differences[*row] - by
-            })
-            .collect();
+        let left = rows.iter().zip(scaled.chunks_exact(columns));
+        let left = left.map(|(row, of)| {
+            let by: f64 = of.iter().zip(&found).map(|(of, found)| of * found).sum();
+            differences[*row] - by
+        });
+        let left: Vec<f64> = left.collect();
         let mut by_kind: Vec<Vec<f64>> = vec![Vec::new(); data.floors.len()];
         for (row, left) in rows.iter().zip(&left) {
             by_kind[data.kinds[*row]].push(left.abs());
         }
-        let scales: Vec<f64> = by_kind
-            .iter()
-            .zip(&data.floors)
-            .map(|(of, floor)| median(of).unwrap_or(0.0).max(*floor))
-            .collect();
+        let scales = by_kind.iter().zip(&data.floors);
+        let scales = scales.map(|(of, floor)| median(of).unwrap_or(0.0).max(*floor));
+        let scales: Vec<f64> = scales.collect();
         let mut normal = DMatrix::<f64>::zeros(columns, columns);
         let mut right = DVector::<f64>::zeros(columns);
         let mut spread = DMatrix::<f64>::zeros(columns, columns);
@@ -563,9 +517,8 @@ fn weighted(
         found += &step;
         // What rounding leaves open, and the sandwich: weights that depend on the differences, which are of many sizes.
         let covariance = &inverse + &inverse * spread * &inverse;
-        errors = (0..columns)
-            .map(|at| covariance[(at, at)].max(0.0).sqrt() / scale[at])
-            .collect();
+        let error = |at: usize| covariance[(at, at)].max(0.0).sqrt() / scale[at];
+        errors = (0..columns).map(error).collect();
         if step.norm() <= SETTLED * found.norm() {
             break;
         }

@@ -1,8 +1,11 @@
 //! How far runs part that are the same but for rounding, and whether another engine's run lies among them.
 
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use grains::native::{CaseOptions, NativeError, Noise, run_case};
+use grains::scene::Viscosity;
 use grains::tables::Snapshot;
 use grains::task::Case;
 use grains::variant::Constant;
@@ -35,7 +38,6 @@ pub enum Quantity {
 impl Quantity {
     const ALL: [Quantity; 3] = [Quantity::Position, Quantity::Velocity, Quantity::Spin];
 
-    /// In words.
     pub fn name(self) -> &'static str {
         match self {
             Quantity::Position => "position",
@@ -49,12 +51,14 @@ impl Quantity {
         let (a, b) = (&their.bodies, &own.bodies);
         let grains = 0..b.len();
         match self {
-            Quantity::Position => grains
-                .map(|id| (a.x[id] - b.x[id]).hypot(a.z[id] - b.z[id]) / b.radius[id])
-                .collect(),
-            Quantity::Velocity => grains
-                .map(|id| (a.vx[id] - b.vx[id]).hypot(a.vz[id] - b.vz[id]) * dt / b.radius[id])
-                .collect(),
+            Quantity::Position => {
+                let apart = |id: usize| (a.x[id] - b.x[id]).hypot(a.z[id] - b.z[id]) / b.radius[id];
+                grains.map(apart).collect()
+            }
+            Quantity::Velocity => {
+                let apart = |id: usize| (a.vx[id] - b.vx[id]).hypot(a.vz[id] - b.vz[id]);
+                grains.map(|id| apart(id) * dt / b.radius[id]).collect()
+            }
             Quantity::Spin => {
                 let spins = a.spin.iter().zip(&b.spin);
                 spins.map(|(a, b)| (a - b).abs() * dt).collect()
@@ -84,7 +88,6 @@ pub struct Farthest {
     pub ratio: f64,
     /// After so many steps.
     pub step: u64,
-    /// In this.
     pub quantity: Quantity,
     /// The grain that is farthest off then.
     pub grain: usize,
@@ -104,9 +107,7 @@ impl Farthest {
 /// One start, its native run and the reach of its replicas.
 #[derive(Debug, Clone)]
 pub struct Envelope {
-    /// The case.
     pub case: Case,
-    /// The native run.
     pub own: Vec<Snapshot>,
     reach: Vec<Summary>,
 }
@@ -141,13 +142,10 @@ impl Envelope {
         for replica in replicas {
             for ((reach, their), own) in reach.iter_mut().zip(&replica?).zip(&own) {
                 let apart = summary(their, own, dt);
-                for (reach, apart) in reach
-                    .as_flattened_mut()
-                    .iter_mut()
+                let reach = reach.as_flattened_mut().iter_mut();
+                reach
                     .zip(apart.as_flattened())
-                {
-                    *reach = reach.max(*apart);
-                }
+                    .for_each(|(reach, apart)| *reach = reach.max(*apart));
             }
         }
         if coarse {
@@ -184,10 +182,9 @@ impl Envelope {
             for (index, quantity) in Quantity::ALL.into_iter().enumerate() {
                 let ratios = apart[index].iter().zip(&reach[index]);
                 // What is not a number is as far off as can be.
-                let ratio = ratios
-                    .map(|(apart, reach)| apart / reach)
-                    .map(|of| if of.is_nan() { f64::INFINITY } else { of })
-                    .fold(0.0, f64::max);
+                let ratios = ratios.map(|(apart, reach)| apart / reach);
+                let ratios = ratios.map(|of| if of.is_nan() { f64::INFINITY } else { of });
+                let ratio = ratios.fold(0.0, f64::max);
                 if ratio > FACTOR {
                     left_after = left_after.or(Some(own.step));
                 }
@@ -286,8 +283,7 @@ fn with_larger(case: &Case, constant: Constant, larger: f64) -> Option<Case> {
             model.law.friction_angle = (model.law.friction_angle.tan() * factor).atan();
         }
         Constant::Dashpot => {
-            if let grains::scene::Viscosity::Dashpot { c_n, .. } = &mut model.law.contact.viscosity
-            {
+            if let Viscosity::Dashpot { c_n, .. } = &mut model.law.contact.viscosity {
                 *c_n *= factor;
             }
         }
@@ -316,24 +312,19 @@ fn largest(of: &[Snapshot]) -> (f64, f64) {
 
 /// The results of `work` for 0 … count−1 in order, worked out by as many threads as there are processors.
 pub fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let threads = thread::available_parallelism()
-        .map_or(1, |of| of.get())
-        .min(count.max(1));
+    let next = AtomicUsize::new(0);
+    let share = || {
+        let indices = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
+        let mine = indices.take_while(|index| *index < count);
+        mine.map(|index| (index, work(index))).collect::<Vec<_>>()
+    };
+    let threads = thread::available_parallelism().map_or(1, usize::from);
     let mut results: Vec<(usize, T)> = thread::scope(|scope| {
-        let work = &work;
-        let share = move |first| {
-            let mine = (first..count).step_by(threads);
-            mine.map(|index| (index, work(index))).collect::<Vec<_>>()
-        };
-        let others: Vec<_> = (1..threads)
-            .map(|of| scope.spawn(move || share(of)))
-            .collect();
-        let mut all = share(0);
+        let others = (1..threads.min(count)).map(|_| scope.spawn(share));
+        let others: Vec<_> = others.collect();
+        let mut all = share();
         for other in others {
-            match other.join() {
-                Ok(of) => all.extend(of),
-                Err(panic) => std::panic::resume_unwind(panic),
-            }
+            all.extend(other.join().unwrap_or_else(|panic| resume_unwind(panic)));
         }
         all
     });

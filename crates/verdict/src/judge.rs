@@ -1,6 +1,7 @@
 //! The verdict on an engine's first steps: how coarsely it computes, whether it stays among the replicas, which faults would have
 //! been seen, and what is wrong if it does not.
 
+use std::collections::{BTreeSet, HashSet};
 use std::sync::OnceLock;
 
 use grains::model::Wall;
@@ -10,7 +11,7 @@ use grains::task::Case;
 use grains::variant::{self, Constant, Form, Variant};
 use serde::Serialize;
 
-use crate::constants::{Fit, Fitted, Observed, Search};
+use crate::constants::{Fit, Fitted, Observed, Search, until};
 use crate::envelope::{Envelope, Farthest, in_parallel};
 use crate::forms;
 use crate::resolution::{self, Resolution};
@@ -34,7 +35,6 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// For people.
     pub fn in_words(self) -> &'static str {
         match self {
             Verdict::Identical => "identical",
@@ -49,24 +49,17 @@ impl Verdict {
 /// One start under one law.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OfStart {
-    /// The contact law.
     pub law: LawKind,
-    /// The state.
     pub start: Start,
-    /// What was found.
     pub verdict: Verdict,
-    /// Why it was not looked at, if it was not.
     pub skipped: Option<String>,
-    /// Where it is farthest off.
     pub farthest: Option<Farthest>,
 }
 
 /// A state that the engine was not asked for.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NotAsked {
-    /// The contact law.
     pub law: LawKind,
-    /// The state.
     pub start: Start,
     /// What the engine says it has not.
     pub lacking: String,
@@ -75,13 +68,9 @@ pub struct NotAsked {
 /// The smallest fault in a constant that would have been seen.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Limit {
-    /// The constant's symbol.
     pub constant: &'static str,
-    /// Relative.
     pub smallest: f64,
-    /// The law and the state that show it.
     pub law: LawKind,
-    /// The state.
     pub start: Start,
 }
 
@@ -93,12 +82,10 @@ pub struct Cause {
     /// The native engine with these constants and forms comes nearest.
     #[serde(skip)]
     pub variant: Variant,
-    /// The constants that are wrong.
     pub constants: Vec<Fitted>,
     /// Constants that the engine's first steps do not tell from the others; they were taken as given.
     #[serde(serialize_with = "symbols")]
     pub tied: Vec<Constant>,
-    /// The terms that have another form.
     #[serde(serialize_with = "in_words")]
     pub forms: Vec<Form>,
     /// Other forms that explain it as well.
@@ -109,12 +96,10 @@ pub struct Cause {
     /// Grains that are farther off than rounding takes them, at the first moment at which there are any, though the constants
     /// and forms are taken into account.
     pub left: Vec<usize>,
-    /// In this state.
     pub left_in: Start,
     /// The state, as it is handed to engines.
     #[serde(skip)]
     pub state: Option<Snapshot>,
-    /// The walls of the state.
     #[serde(skip)]
     pub walls: Vec<Wall>,
 }
@@ -132,16 +117,11 @@ impl Cause {
     pub fn sentence(&self) -> String {
         let mut with: Vec<String> = Vec::new();
         let mut look_at: Vec<&str> = Vec::new();
-        let stiffnesses = [
-            Constant::GrainStiffness,
-            Constant::WallStiffness,
-            Constant::PunchStiffness,
-        ];
-        let of_springs: Vec<&Fitted> = self
-            .constants
-            .iter()
-            .filter(|of| stiffnesses.contains(&of.constant))
-            .collect();
+        let is_of_springs = |of: &&Fitted| {
+            use Constant::{GrainStiffness, PunchStiffness, WallStiffness};
+            [GrainStiffness, WallStiffness, PunchStiffness].contains(&of.constant)
+        };
+        let of_springs: Vec<&Fitted> = self.constants.iter().filter(is_of_springs).collect();
         let one_factor = of_springs.len() > 1
             && of_springs[0].constant == Constant::GrainStiffness
             && of_springs.iter().all(|of| {
@@ -149,25 +129,18 @@ impl Cause {
                 apart <= 6.0 * (of.error + of_springs[0].error) + 1.0e-12
             });
         for of in &self.constants {
-            let in_springs = stiffnesses.contains(&of.constant);
-            if one_factor && in_springs && of.constant != of_springs[0].constant {
+            let joint = one_factor && is_of_springs(&of);
+            if joint && of.constant != of_springs[0].constant {
                 continue;
             }
-            let symbol = if one_factor && in_springs {
-                "k_n"
-            } else {
-                of.constant.symbol()
-            };
+            let symbol = if joint { "k_n" } else { of.constant.symbol() };
+            let (larger, error) = (of.larger, of.error);
             with.push(match of.constant {
-                Constant::GravityAcross => {
-                    format!("g_x = {:.3e}·|g| ± {:.0e}", of.larger, of.error)
-                }
-                Constant::WallPlace(_) => {
-                    format!("{symbol} off by {:.3e} R ± {:.0e}", of.larger, of.error)
-                }
+                Constant::GravityAcross => format!("g_x = {larger:.3e}·|g| ± {error:.0e}"),
+                Constant::WallPlace(_) => format!("{symbol} off by {larger:.3e} R ± {error:.0e}"),
                 _ => {
-                    let error = of.error.max(f64::EPSILON);
-                    format!("{symbol} × {:.12} ± {error:.0e}", 1.0 + of.larger)
+                    let error = error.max(f64::EPSILON);
+                    format!("{symbol} × {:.12} ± {error:.0e}", 1.0 + larger)
                 }
             });
             let place = look_at_for(of.constant);
@@ -182,11 +155,8 @@ impl Cause {
             } else {
                 "nearest"
             };
-            said = format!(
-                "{is} with {}; look at {}",
-                with.join(", "),
-                look_at.join(", ")
-            );
+            let (with, look_at) = (with.join(", "), look_at.join(", "));
+            said = format!("{is} with {with}; look at {look_at}");
         }
         for form in &self.forms {
             let joint = if said.is_empty() { "" } else { ". And " };
@@ -217,9 +187,8 @@ impl Cause {
         let tied: Vec<&str> = self.tied.iter().map(|of| of.symbol()).collect();
         if !tied.is_empty() {
             let tied = tied.join(", ");
-            said = format!(
-                "{said}. Its first steps do not tell {tied} from the other constants: taken as given"
-            );
+            let why = "from the other constants: taken as given";
+            said = format!("{said}. Its first steps do not tell {tied} {why}");
         }
         format!("{said}.")
     }
@@ -247,7 +216,6 @@ fn look_at_for(constant: Constant) -> &'static str {
 /// All that was found about an engine.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Judgement {
-    /// Grains of the bed.
     pub grains: usize,
     /// How coarsely the engine computes; that of double precision where it was not measured.
     pub resolution: Resolution,
@@ -275,7 +243,6 @@ impl Judgement {
         found.unwrap_or(Verdict::Undecided)
     }
 
-    /// The farthest off of all states.
     pub fn farthest(&self) -> Option<&OfStart> {
         let looked_at = self.starts.iter().filter(|of| of.farthest.is_some());
         looked_at.max_by(|a, b| ratio(a).total_cmp(&ratio(b)))
@@ -303,7 +270,6 @@ pub struct Reference {
 #[derive(Debug, Clone)]
 struct Native {
     envelope: Envelope,
-    /// The smallest faults that it shows.
     limits: Vec<(Constant, f64)>,
 }
 
@@ -330,13 +296,11 @@ impl Reference {
     ) -> Result<Self, NativeError> {
         progress("pouring a bed");
         let bed = Bed::new(grains, dispersion)?;
-        let cases: Vec<(LawKind, Start, Case)> = LawKind::ALL
-            .into_iter()
-            .flat_map(|law| {
-                let of = bed.cases(law).into_iter();
-                of.map(move |(start, case)| (law, start, case))
-            })
-            .collect();
+        let cases = LawKind::ALL.into_iter().flat_map(|law| {
+            let of = bed.cases(law).into_iter();
+            of.map(move |(start, case)| (law, start, case))
+        });
+        let cases: Vec<(LawKind, Start, Case)> = cases.collect();
         let double = vec![OnceLock::new(); cases.len()];
         Ok(Reference { cases, double })
     }
@@ -350,34 +314,45 @@ impl Reference {
     ) -> Result<Judgement, E> {
         let (mut cases, mut double, mut not_asked) = (Vec::new(), Vec::new(), Vec::new());
         for (of, native) in self.cases.iter().zip(&self.double) {
-            match lacks(&of.2) {
+            let (law, start, case) = of.clone();
+            match lacks(&case) {
                 Some(lacking) => not_asked.push(NotAsked {
-                    law: of.0,
-                    start: of.1,
+                    law,
+                    start,
                     lacking,
                 }),
                 None => {
-                    cases.push(of.clone());
+                    cases.push((law, start, case));
                     double.push(native);
                 }
             }
         }
         // The punch is large, so that numbers that are small differences of its own are coarser there.
-        let probed: Vec<&Case> = cases
-            .iter()
-            .filter(|of| {
-                of.0 == LawKind::Springs && [Start::Pouring, Start::UnderPunch].contains(&of.1)
-            })
-            .map(|of| &of.2)
-            .collect();
+        let is_probed = |of: &&(LawKind, Start, Case)| {
+            of.0 == LawKind::Springs && [Start::Pouring, Start::UnderPunch].contains(&of.1)
+        };
+        let probed: Vec<&Case> = cases.iter().filter(is_probed).map(|of| &of.2).collect();
         let probes: Vec<Vec<Case>> = probed.iter().map(|case| resolution::cases(case)).collect();
         progress("the engine runs");
         let of_probes = probes.iter().flatten();
         let asked: Vec<&Case> = of_probes.chain(cases.iter().map(|of| &of.2)).collect();
         let mut of_cases = engine(&asked)?;
+        let mut judgement = Judgement {
+            grains: cases.first().map_or(0, |of| of.2.bodies.len()),
+            resolution: Resolution::DOUBLE,
+            starts: Vec::new(),
+            not_asked,
+            limits: Vec::new(),
+            causes: Vec::new(),
+        };
         if of_cases.iter().all(Result::is_err) {
+            // Nothing need be known of it.
             let answers = of_cases.into_iter().skip(probes.iter().flatten().count());
-            return Ok(refused(cases, not_asked, answers.collect()));
+            let starts = cases.into_iter().zip(answers);
+            let refused =
+                |((law, start, _), answer): (_, Answer)| of_start(law, start, None, &answer);
+            judgement.starts = starts.map(refused).collect();
+            return Ok(judgement);
         }
         let mut resolution = Resolution::DOUBLE;
         for (case, probes) in probed.iter().zip(&probes) {
@@ -398,22 +373,13 @@ impl Reference {
                 _ => Native::new(case, resolution)?,
             });
         }
-        let starts: Vec<OfStart> = cases
-            .iter()
-            .zip(&natives)
-            .zip(&of_cases)
-            .map(|(((law, start, _), native), answer)| {
-                of_start(*law, *start, &native.envelope, answer)
-            })
-            .collect();
-        let mut judgement = Judgement {
-            grains: cases.first().map_or(0, |of| of.2.bodies.len()),
-            resolution,
-            limits: limits(&starts, &natives),
-            starts,
-            not_asked,
-            causes: Vec::new(),
-        };
+        let starts = cases.iter().zip(&natives).zip(&of_cases);
+        let starts = starts.map(|(((law, start, _), native), answer)| {
+            of_start(*law, *start, Some(&native.envelope), answer)
+        });
+        judgement.starts = starts.collect();
+        judgement.limits = limits(&judgement.starts, &natives);
+        judgement.resolution = resolution;
         if judgement.verdict() == Verdict::Different {
             judgement.causes = causes(&cases, &natives, &of_cases, resolution, progress);
         }
@@ -421,83 +387,45 @@ impl Reference {
     }
 }
 
-/// Of an engine that has refused everything, for which nothing need be known.
-fn refused(
-    cases: Vec<(LawKind, Start, Case)>,
-    not_asked: Vec<NotAsked>,
-    answers: Vec<Answer>,
-) -> Judgement {
-    Judgement {
-        grains: cases.first().map_or(0, |of| of.2.bodies.len()),
-        resolution: Resolution::DOUBLE,
-        starts: cases
-            .into_iter()
-            .zip(answers)
-            .map(|((law, start, _), answer)| OfStart {
-                law,
-                start,
-                verdict: Verdict::Undecided,
-                skipped: answer.err(),
-                farthest: None,
-            })
-            .collect(),
-        not_asked,
-        limits: Vec::new(),
-        causes: Vec::new(),
-    }
-}
-
 /// For each constant the smallest fault that any of the states that were looked at shows.
 fn limits(starts: &[OfStart], natives: &[Native]) -> Vec<Limit> {
     let mut limits: Vec<Limit> = Vec::new();
-    let looked_at = starts
-        .iter()
-        .zip(natives)
-        .filter(|(of, _)| of.skipped.is_none());
-    for (of, native) in looked_at {
-        for (constant, smallest) in &native.limits {
-            let limit = Limit {
-                constant: constant.symbol(),
-                smallest: *smallest,
-                law: of.law,
-                start: of.start,
-            };
-            match limits
-                .iter_mut()
-                .find(|of| of.constant == constant.symbol())
-            {
-                Some(known) if known.smallest <= *smallest => {}
-                Some(known) => *known = limit,
-                None => limits.push(limit),
-            }
-        }
+    let looked_at = starts.iter().zip(natives);
+    for (of, native) in looked_at.filter(|(of, _)| of.skipped.is_none()) {
+        limits.extend(native.limits.iter().map(|(constant, smallest)| Limit {
+            constant: constant.symbol(),
+            smallest: *smallest,
+            law: of.law,
+            start: of.start,
+        }));
     }
+    // The first of several that are as small.
     limits.sort_by(|a, b| a.smallest.total_cmp(&b.smallest));
+    let mut seen = BTreeSet::new();
+    limits.retain(|of| seen.insert(of.constant));
     limits
 }
 
-fn of_start(law: LawKind, start: Start, envelope: &Envelope, answer: &Answer) -> OfStart {
-    let (verdict, skipped, farthest) = match answer {
-        Err(reason) => (Verdict::Undecided, Some(reason.clone()), None),
-        Ok(theirs) => match envelope.farthest(theirs) {
-            None => {
-                let why = "it wrote other moments than were asked for".to_owned();
-                (Verdict::Different, Some(why), None)
-            }
-            Some(of) => {
+/// What an answer says; without an envelope nothing was answered.
+fn of_start(law: LawKind, start: Start, native: Option<&Envelope>, answer: &Answer) -> OfStart {
+    let why = "it wrote other moments than were asked for";
+    let (mut verdict, mut skipped, mut farthest) = (Verdict::Different, Some(why.to_owned()), None);
+    match (answer, native) {
+        (Err(reason), _) => (verdict, skipped) = (Verdict::Undecided, Some(reason.clone())),
+        (Ok(theirs), Some(native)) => {
+            if let Some(of) = native.farthest(theirs) {
                 // By their bits: == takes −0 for 0.
                 let same = |(a, b): (&Snapshot, &Snapshot)| a.digest() == b.digest();
-                let verdict = if theirs.iter().zip(&envelope.own).all(same) {
-                    Verdict::Identical
-                } else if of.is_rounding() {
-                    Verdict::EqualToRounding
-                } else {
-                    Verdict::Different
+                verdict = match theirs.iter().zip(&native.own).all(same) {
+                    true => Verdict::Identical,
+                    false if of.is_rounding() => Verdict::EqualToRounding,
+                    false => Verdict::Different,
                 };
-                (verdict, None, Some(of))
+                (skipped, farthest) = (None, Some(of));
             }
-        },
-    };
+        }
+        (Ok(_), None) => {}
+    }
     OfStart {
         law,
         start,
@@ -544,12 +472,8 @@ fn causes(
         });
         let until = left_after.min().unwrap_or(0).max(EXPLAINED_UNTIL);
         let tried = Tried { until, ..tried };
-        judged.extend(
-            tried
-                .of_law
-                .iter()
-                .flat_map(|at| forms::candidates(&cases[*at].2)),
-        );
+        let of_law = tried.of_law.iter();
+        judged.extend(of_law.flat_map(|at| forms::candidates(&cases[*at].2)));
         if tried.is_explained(&known) {
             continue;
         }
@@ -567,13 +491,9 @@ fn causes(
 
 fn same_kinds(a: &[Form], b: &[Form]) -> bool {
     let kinds = |of: &[Form]| {
-        let mut kinds: Vec<_> = of
-            .iter()
-            .map(|of| format!("{:?}", std::mem::discriminant(of)))
-            .collect();
-        kinds.sort();
-        kinds.dedup();
-        kinds
+        of.iter()
+            .map(std::mem::discriminant)
+            .collect::<HashSet<_>>()
     };
     kinds(a) == kinds(b)
 }
@@ -597,30 +517,24 @@ impl Tried<'_> {
 
     /// The first steps of a case, with the answer cut to them.
     fn first_steps(&self, at: usize) -> (Case, &[Snapshot]) {
-        let mut case = self.cases[at].2.clone();
-        case.moments.retain(|step| *step <= self.until);
+        let case = until(&self.cases[at].2, self.until);
         let answer = self.answer(at);
-        (
-            case.clone(),
-            &answer[..case.moments.len().min(answer.len())],
-        )
+        let count = case.moments.len().min(answer.len());
+        (case, &answer[..count])
     }
 
     fn farthest(&self, variant: &Variant) -> Vec<Option<Farthest>> {
         in_parallel(self.of_law.len(), |index| {
             let at = self.of_law[index];
             let (case, answer) = self.first_steps(at);
-            self.natives[at]
-                .envelope
-                .farthest_from(&variant::run(&case, variant), answer)
+            let own = variant::run(&case, variant);
+            self.natives[at].envelope.farthest_from(&own, answer)
         })
     }
 
     fn is_explained(&self, variant: &Variant) -> bool {
-        let farthest = self.farthest(variant);
-        farthest
-            .iter()
-            .all(|of| of.as_ref().is_some_and(Farthest::is_rounding))
+        let mut farthest = self.farthest(variant).into_iter();
+        farthest.all(|of| of.is_some_and(|of| of.is_rounding()))
     }
 
     /// The constants that play a part under this law and did not under those before.
@@ -638,12 +552,9 @@ impl Tried<'_> {
             let farthest = self.natives[**at].envelope.farthest(self.answer(**at));
             !farthest.is_some_and(|of| of.is_rounding())
         };
-        let observed: Vec<Observed<'_>> = self
-            .of_law
-            .iter()
-            .filter(differs)
-            .map(|at| (&self.cases[*at].2, self.answer(*at)))
-            .collect();
+        let differing = self.of_law.iter().filter(differs);
+        let observed = differing.map(|at| (&self.cases[*at].2, self.answer(*at)));
+        let observed: Vec<Observed<'_>> = observed.collect();
         let free = self.free(fitted);
         let search = Search::new(&observed, self.resolution, self.until);
         let full = search.fit(known, &free);
@@ -652,11 +563,12 @@ impl Tried<'_> {
             return self.cause(constants_alone, true, Vec::new());
         }
         let mut forms: Vec<Form> = Vec::new();
-        for (case, _) in &observed {
-            for form in forms::candidates(case) {
-                if !forms.contains(&form) && !self.ruled_out.contains(&form) {
-                    forms.push(form);
-                }
+        for form in observed
+            .iter()
+            .flat_map(|(case, _)| forms::candidates(case))
+        {
+            if !forms.contains(&form) && !self.ruled_out.contains(&form) {
+                forms.push(form);
             }
         }
         let with = |form: Form| {

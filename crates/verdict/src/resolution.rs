@@ -1,7 +1,7 @@
 //! How coarsely an engine computes, by its answers to small changes of its start.
 
 use grains::native::Noise;
-use grains::tables::{Bodies, Snapshot};
+use grains::tables::Bodies;
 use grains::task::Case;
 use serde::Serialize;
 
@@ -52,12 +52,19 @@ impl Resolution {
         coarsest <= SMALLEST * RATIO * RATIO
     }
 
-    /// In words.
     pub fn name(&self) -> &'static str {
-        if self.is_double() {
-            "double precision"
-        } else {
-            "single precision"
+        match self.is_double() {
+            true => "double precision",
+            false => "single precision",
+        }
+    }
+
+    /// The coarser of two, number by number.
+    pub fn coarser(self, other: Resolution) -> Resolution {
+        Resolution {
+            position: self.position.max(other.position),
+            velocity: self.velocity.max(other.velocity),
+            overlap: self.overlap.max(other.overlap),
         }
     }
 }
@@ -100,10 +107,9 @@ fn at_start(case: &Case) -> Vec<usize> {
 
 /// From the answers to [`cases`]; none if the engine refused one of them.
 pub fn measured(case: &Case, answers: &[Answer]) -> Option<Resolution> {
-    let last: Option<Vec<&Bodies>> = answers
-        .iter()
-        .map(|of| bodies(of.as_deref().ok()?))
-        .collect();
+    let last = answers.iter().map(|of| of.as_deref().ok()?.last());
+    let last = last.map(|of| of.map(|of| &of.bodies));
+    let last: Option<Vec<&Bodies>> = last.collect();
     let (base, changed) = last.as_deref()?.split_first()?;
     let situations = at_start(case);
     // The smallest change that enough of these grains notice.
@@ -130,19 +136,4 @@ pub fn measured(case: &Case, answers: &[Answer]) -> Option<Resolution> {
             .map(|kind| noticed(&sped, &|id| situations[id] == kind))
             .fold(0.0, f64::max),
     })
-}
-
-impl Resolution {
-    /// The coarser of two, number by number.
-    pub fn coarser(self, other: Resolution) -> Resolution {
-        Resolution {
-            position: self.position.max(other.position),
-            velocity: self.velocity.max(other.velocity),
-            overlap: self.overlap.max(other.overlap),
-        }
-    }
-}
-
-fn bodies(moments: &[Snapshot]) -> Option<&Bodies> {
-    moments.last().map(|of| &of.bodies)
 }

@@ -18,7 +18,6 @@ pub const MOMENTS: [u64; 6] = [0, 1, 3, 10, 30, 100];
 /// How much radii differ in the paper's scene, as a share of their mean.
 pub const DISPERSION: f64 = 0.05;
 
-/// A time in the life of the bed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Start {
@@ -33,7 +32,6 @@ pub enum Start {
 }
 
 impl Start {
-    /// In words.
     pub fn name(self) -> &'static str {
         match self {
             Start::Loose => "the loose cloud",
@@ -58,7 +56,6 @@ impl Start {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LawKind {
-    /// Normal springs alone.
     Springs,
     /// Friction with history, grains that turn.
     Friction,
@@ -69,7 +66,6 @@ pub enum LawKind {
 }
 
 impl LawKind {
-    /// All of them.
     pub const ALL: [LawKind; 4] = [
         LawKind::Springs,
         LawKind::Friction,
@@ -77,7 +73,6 @@ impl LawKind {
         LawKind::FrictionAndDashpots,
     ];
 
-    /// In words.
     pub fn name(self) -> &'static str {
         match self {
             LawKind::Springs => "springs",
@@ -144,19 +139,19 @@ impl Bed {
         scene.container.width = pitch * f64::from(*columns);
         scene.loading.half_width = (0.1 * scene.container.width).min(scene.loading.half_width);
         let cloud = initial_bodies(&scene);
-        let at = |steps| {
-            let task = Task::pour(cloud.clone(), steps);
-            native::run(&scene, &task, &native::Options::default(), &mut ())
+        let after = |task: Task| -> Result<Bodies, NativeError> {
+            Ok(
+                native::run(&scene, &task, &native::Options::default(), &mut ())?
+                    .last
+                    .bodies,
+            )
         };
         // The time in which a grain falls half the cloud's height.
         let height = cloud.z.iter().copied().fold(0.0, f64::max);
         let halfway = ((height / scene.gravity).sqrt() / scene.time_step_seconds()) as u64;
-        let loose = at(30)?.last.bodies;
-        let pouring = at(halfway)?.last.bodies;
-        let task = Task::settle(cloud.clone());
-        let rest = native::run(&scene, &task, &native::Options::default(), &mut ())?
-            .last
-            .bodies;
+        let loose = after(Task::pour(cloud.clone(), 30))?;
+        let pouring = after(Task::pour(cloud.clone(), halfway))?;
+        let rest = after(Task::settle(cloud))?;
         let punch = first_contact_punch(&scene, &rest);
         let step = scene.loading.speed * scene.time_step_seconds();
         let steps = (PRESSED * 0.5 * scene.particles.mean_diameter / step) as u64;
@@ -186,30 +181,25 @@ impl Bed {
         model.law = law.of(&self.scene);
         let mut scene = self.scene.clone();
         scene.material.friction_angle = model.law.friction_angle;
-        let spins = |bodies: &mut Bodies| {
-            for (id, (radius, mass)) in bodies.radius.iter().zip(&bodies.mass).enumerate() {
+        let case = |(start, bodies, punch): &(Start, Bodies, Option<Punch>)| {
+            let mut bodies = bodies.clone();
+            let rotating = if model.law.rotates() { bodies.len() } else { 0 };
+            for id in 0..rotating {
                 // Any spins will do: these are of all sizes and signs.
                 bodies.spin.push(SPIN * (1.7 * id as f64).sin());
-                bodies.inertia.push(scene.grain_inertia(*radius, *mass));
+                let inertia = scene.grain_inertia(bodies.radius[id], bodies.mass[id]);
+                bodies.inertia.push(inertia);
             }
+            let case = Case {
+                name: format!("{}, {}", law.name(), start.name()),
+                model: model.clone(),
+                bodies,
+                punch: *punch,
+                moments: MOMENTS.to_vec(),
+            };
+            (*start, case)
         };
-        let states = self.states.iter();
-        states
-            .map(|(start, bodies, punch)| {
-                let mut bodies = bodies.clone();
-                if model.law.rotates() {
-                    spins(&mut bodies);
-                }
-                let case = Case {
-                    name: format!("{}, {}", law.name(), start.name()),
-                    model: model.clone(),
-                    bodies,
-                    punch: *punch,
-                    moments: MOMENTS.to_vec(),
-                };
-                (*start, case)
-            })
-            .collect()
+        self.states.iter().map(case).collect()
     }
 }
 

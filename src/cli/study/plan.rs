@@ -250,15 +250,13 @@ impl Place {
     }
 
     /// What is printed of a plan: its own words, the rows that were taken over, and how it goes on.
-    pub fn words(&self, plan: &str, reused: u64) -> String {
+    fn words(&self, plan: &str, reused: u64) -> String {
         let reused = match reused {
             0 => String::new(),
             rows => format!("{rows} rows taken over\n"),
         };
-        format!(
-            "{plan}\n{reused}run it: crossgrain study run {}\n",
-            self.out.display()
-        )
+        let out = self.out.display();
+        format!("{plan}\n{reused}run it: crossgrain study run {out}\n")
     }
 }
 
@@ -296,7 +294,6 @@ impl CampaignArguments {
             Vec::new()
         };
         let campaign = Campaign::new(&scene, runner, phases, self.members, self.seed);
-        let Place { out, reuse } = &self.place;
         let last = self.seed.saturating_add(self.members.saturating_sub(1));
         let words = format!(
             "{} members of {:?} in {}, realizations {} to {last}",
@@ -305,8 +302,6 @@ impl CampaignArguments {
             runner.name(),
             self.seed
         );
-        let reused = create(out, campaign, program, reuse.as_deref())?;
-        print(&self.place.words(&words, reused))?;
-        Ok(exit::AGREED)
+        self.place.create(campaign, program, &words)
     }
 }

@@ -17,7 +17,6 @@ pub enum Change {
     NewFailure,
     /// It was made and is not now.
     NoLongerMade,
-    /// It is gone.
     Removed,
     /// Its unit, method, basis or limits are others, so its values do not compare.
     DefinitionChanged,
@@ -25,14 +24,19 @@ pub enum Change {
     Fixed,
     /// It was not made and is now.
     NowMade,
-    /// It was not there.
     Added,
     /// Its value is another, its outcome the same.
     Moved,
 }
 
+/// What leaves something that can no longer be told.
+pub const UNTOLD: [Change; 3] = [
+    Change::NoLongerMade,
+    Change::Removed,
+    Change::DefinitionChanged,
+];
+
 impl Change {
-    /// For people.
     pub fn words(self) -> &'static str {
         match self {
             Change::NewFailure => "new failure",
@@ -50,13 +54,9 @@ impl Change {
 /// A check that is not as it was.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Changed {
-    /// Of the check.
     pub id: String,
-    /// What became of it.
     pub change: Change,
-    /// In the baseline.
     pub before: Option<Check>,
-    /// In this run.
     pub after: Option<Check>,
     /// Value after minus value before, in the check's unit.
     pub by: Option<f64>,
@@ -67,13 +67,9 @@ pub struct Changed {
 /// A measured number that is not as it was.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MovedNumber {
-    /// Of the number.
     pub id: String,
-    /// SI unit.
     pub unit: String,
-    /// In the baseline, if it was there.
     pub before: Option<f64>,
-    /// In this run, if it is there.
     pub after: Option<f64>,
     /// |after − before| over the larger of the two; none where one is missing.
     pub relative: Option<f64>,
@@ -82,13 +78,9 @@ pub struct MovedNumber {
 /// A run against a baseline.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Diff {
-    /// The baseline's name.
     pub baseline: String,
-    /// Versions of crossgrain, before and after.
     pub crossgrain: [String; 2],
-    /// Commands, before and after.
     pub commands: [String; 2],
-    /// Both were made on machines of the same kind.
     pub same_machine: bool,
     /// Every check that is not as it was, the worst first.
     pub changes: Vec<Changed>,
@@ -100,7 +92,6 @@ pub struct Diff {
     pub moved: Vec<MovedNumber>,
     /// Measured numbers that are the same to the last bit.
     pub unmoved: usize,
-    /// All speeds.
     pub speeds: Vec<SpeedPair>,
     /// Failed if anything is worse; not made if something can no longer be told; else passed.
     pub verdict: Outcome,
@@ -134,12 +125,9 @@ pub fn diff(baseline: &Baseline, run: &Record) -> Diff {
     });
     let same_machine = before.machine_kind == run.machine_kind && run.machine_kind.is_some();
     let speeds = speeds(&before.speeds, &run.speeds, same_machine);
-    let failing = |id: &String| {
-        let fails = |of: &BTreeMap<String, Check>| {
-            of.get(id)
-                .is_some_and(|check| check.outcome == Outcome::Fail)
-        };
-        fails(&old) && fails(&new)
+    let failing = |id: &&String| {
+        let mut both = [&old, &new].into_iter().map(|of| of.get(*id));
+        both.all(|check| check.is_some_and(|check| check.outcome == Outcome::Fail))
     };
     let (moved, unmoved) = numbers(&before.measured, &run.measured);
     Diff {
@@ -150,7 +138,7 @@ pub fn diff(baseline: &Baseline, run: &Record) -> Diff {
         commands: [before.command.clone(), run.command.clone()],
         same_machine,
         same,
-        still_failing: new.keys().filter(|id| failing(id)).count(),
+        still_failing: new.keys().filter(failing).count(),
         verdict: verdict(&changes, &speeds),
         changes,
         speeds,
@@ -166,7 +154,6 @@ impl Diff {
         self
     }
 
-    /// The counts.
     pub fn in_a_line(&self) -> String {
         let mut parts = Vec::new();
         let mut count = |number: usize, words: &str| {
@@ -174,18 +161,9 @@ impl Diff {
                 parts.push(format!("{number} {words}"));
             }
         };
-        for change in [
-            Change::NewFailure,
-            Change::NoLongerMade,
-            Change::Removed,
-            Change::DefinitionChanged,
-            Change::Fixed,
-            Change::NowMade,
-            Change::Added,
-            Change::Moved,
-        ] {
-            let of = self.changes.iter().filter(|of| of.change == change);
-            count(of.count(), change.words());
+        // They stand in their order.
+        for of in self.changes.chunk_by(|a, b| a.change == b.change) {
+            count(of.len(), of[0].change.words());
         }
         for (pace, words) in [(Pace::Slower, "slower"), (Pace::Faster, "faster")] {
             let of = self.speeds.iter().filter(|of| of.pace == pace);
@@ -206,11 +184,7 @@ fn verdict(changes: &[Changed], speeds: &[SpeedPair]) -> Outcome {
     let any = |wanted: &[Change]| changes.iter().any(|of| wanted.contains(&of.change));
     if any(&[Change::NewFailure]) || speeds.iter().any(|of| of.pace == Pace::Slower) {
         Outcome::Fail
-    } else if any(&[
-        Change::NoLongerMade,
-        Change::Removed,
-        Change::DefinitionChanged,
-    ]) {
+    } else if any(&UNTOLD) {
         Outcome::Skipped
     } else {
         Outcome::Pass
@@ -250,40 +224,26 @@ fn moved(id: &str, before: &Check, after: &Check) -> Option<Changed> {
 
 fn of(id: &str, change: Change, before: Option<&Check>, after: Option<&Check>) -> Changed {
     let value = |check: Option<&Check>| check.and_then(|check| check.value);
-    let by = value(before)
-        .zip(value(after))
-        .map(|(before, after)| after - before);
-    let room = after.and_then(|check| {
-        let [below, above] = room(check);
-        if by.is_some_and(|by| by < 0.0) {
-            below
-        } else {
-            above
-        }
-    });
+    let both = value(before).zip(value(after));
+    let by = both.map(|(before, after)| after - before);
+    let side = usize::from(!by.is_some_and(|by| by < 0.0));
+    let room = after.and_then(|check| room(check)[side]);
     Changed {
         id: id.to_owned(),
         change,
         before: before.cloned(),
         after: after.cloned(),
         by,
-        share_of_tolerance: by
-            .zip(room)
-            .and_then(|(by, room)| (room > 0.0).then(|| by.abs() / room)),
+        share_of_tolerance: (by.zip(room.filter(|room| *room > 0.0)))
+            .map(|(by, room)| by.abs() / room),
     }
 }
 
 /// What the limits leave below and above what is expected.
 fn room(check: &Check) -> [Option<f64>; 2] {
-    let expected = check.expected;
-    [
-        expected
-            .zip(check.lower)
-            .map(|(expected, lower)| expected - lower),
-        expected
-            .zip(check.upper)
-            .map(|(expected, upper)| upper - expected),
-    ]
+    let [lower, upper] = [check.lower, check.upper].map(|limit| check.expected.zip(limit));
+    let below = lower.map(|(expected, lower)| expected - lower);
+    [below, upper.map(|(expected, upper)| upper - expected)]
 }
 
 fn same_definition(a: &Check, b: &Check) -> bool {
@@ -344,7 +304,6 @@ pub enum Pace {
 }
 
 impl Pace {
-    /// For people.
     pub fn words(self) -> &'static str {
         match self {
             Pace::Slower => "SLOWER",
@@ -358,21 +317,15 @@ impl Pace {
 /// A speed in both.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpeedPair {
-    /// Of the speed.
     pub id: String,
-    /// For people.
     pub what: String,
-    /// Of both.
     pub unit: String,
-    /// In the baseline.
     pub before: Option<f64>,
-    /// In this run.
     pub after: Option<f64>,
     /// Cost after over cost before: above 1 is slower.
     pub cost: Option<f64>,
     /// A change of cost up to this factor, either way, says nothing.
     pub scatter: f64,
-    /// What that amounts to.
     pub pace: Pace,
 }
 
@@ -384,40 +337,26 @@ const APART: f64 = 1.05;
 const INSTRUCTIONS: f64 = 1.01;
 
 impl SpeedPair {
-    /// Both values, and what that amounts to.
     pub fn in_a_line(&self) -> String {
         let number = |of: Option<f64>| of.map_or("–".to_owned(), |of| format!("{of:.4}"));
-        let cost = self
-            .cost
-            .map_or(String::new(), |cost| format!(", {cost:.3} times the cost"));
-        format!(
-            "{}: {} to {} {}{cost}",
-            self.what,
-            number(self.before),
-            number(self.after),
-            self.unit
-        )
+        let cost = |cost| format!(", {cost:.3} times the cost");
+        let cost = self.cost.map_or(String::new(), cost);
+        let (before, after) = (number(self.before), number(self.after));
+        format!("{}: {before} to {after} {}{cost}", self.what, self.unit)
     }
 }
 
 /// All speeds of either; judged on machines of one kind only.
 pub fn speeds(before: &[Speed], after: &[Speed], same_machine: bool) -> Vec<SpeedPair> {
     let find = |list: &[Speed], id: &str| list.iter().find(|speed| speed.id == id).cloned();
-    let mut ids: Vec<&Speed> = after.iter().collect();
-    ids.extend(
-        before
-            .iter()
-            .filter(|speed| find(after, &speed.id).is_none()),
-    );
+    let gone = before.iter().filter(|of| find(after, &of.id).is_none());
+    let all = after.iter().chain(gone);
     let pair = |speed: &Speed| {
         let (old, new) = (find(before, &speed.id), find(after, &speed.id));
         let both = old.as_ref().zip(new.as_ref());
-        let cost = both.map(|(old, new)| {
-            if new.less_is_better {
-                new.value / old.value
-            } else {
-                old.value / new.value
-            }
+        let cost = both.map(|(old, new)| match new.less_is_better {
+            true => new.value / old.value,
+            false => old.value / new.value,
         });
         let scatter = both.map_or(SINGLE_ROUND, |(old, new)| scatter(old, new));
         SpeedPair {
@@ -434,7 +373,7 @@ pub fn speeds(before: &[Speed], after: &[Speed], same_machine: bool) -> Vec<Spee
             },
         }
     };
-    ids.into_iter().map(pair).collect()
+    all.map(pair).collect()
 }
 
 fn pace(cost: f64, scatter: f64) -> Pace {

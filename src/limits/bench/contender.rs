@@ -225,8 +225,8 @@ pub fn timed(
         ..options.clone()
     };
     let adapter = match contender {
-        Contender::Lammps => Adapter::Lammps,
-        Contender::Liggghts => Adapter::Liggghts,
+        Contender::Lammps => Adapter::LAMMPS,
+        Contender::Liggghts => Adapter::LIGGGHTS,
         _ => return Ok(yade::time(&model, &bed.bodies, steps, &options, work)?),
     };
     let engine = adapter.place(work, &options.limits)?;

@@ -10,7 +10,6 @@ use crate::paper::recomputed::{DENSITY, DEPTH, GRAVITY, HALF_WIDTH};
 
 use super::{Field, Load, Model, Spread, beneath, weight, within};
 
-/// A control point.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Point {
     /// `O` in the paper.
@@ -78,10 +77,8 @@ pub enum Above {
     },
 }
 
-/// One point of one case.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// Name of the control point.
     pub point: String,
     /// What the load stands on, before it sinks.
     pub model: Model,
@@ -137,7 +134,6 @@ pub fn rows(setup: &Setup) -> Vec<Row> {
     rows
 }
 
-/// A row a point.
 fn add_case(
     rows: &mut Vec<Row>,
     setup: &Setup,
@@ -174,17 +170,14 @@ fn add_case(
     }
 }
 
-/// The stresses of a setup.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Continuum {
-    /// What they are computed for.
     pub setup: Setup,
     /// See [`rows`].
     pub rows: Vec<Row>,
 }
 
 impl Continuum {
-    /// Of this setup.
     pub fn of(setup: Setup) -> Self {
         Continuum {
             rows: rows(&setup),
@@ -192,7 +185,6 @@ impl Continuum {
         }
     }
 
-    /// A row a case, the control points side by side.
     pub fn document(&self) -> Document {
         let setup = &self.setup;
         // The rows of a case stand together.
@@ -208,23 +200,17 @@ impl Continuum {
                 let at = |of: fn(&Row) -> f64| {
                     move |rows: &[Row]| rows.iter().find(|row| row.point == *name).map(of)
                 };
+                let load = format!("load at {name} (x = {offset} m), kPa");
+                let [change, stress, of_stress] = [
+                    format!("change at {name}, %"),
+                    format!("with weight at {name}, kPa"),
+                    format!("change with weight at {name}, %"),
+                ];
                 table
-                    .column(
-                        &format!("load at {name} (x = {offset} m), kPa"),
-                        at(|row| 1e-3 * row.load),
-                    )
-                    .column(
-                        &format!("change at {name}, %"),
-                        at(|row| row.change_of_load),
-                    )
-                    .column(
-                        &format!("with weight at {name}, kPa"),
-                        at(|row| 1e-3 * row.stress),
-                    )
-                    .column(
-                        &format!("change with weight at {name}, %"),
-                        at(|row| row.change),
-                    )
+                    .column(&load, at(|row| 1e-3 * row.load))
+                    .column(&change, at(|row| row.change_of_load))
+                    .column(&stress, at(|row| 1e-3 * row.stress))
+                    .column(&of_stress, at(|row| row.change))
             });
         Document {
             title: "The continuum under the punch".to_owned(),
@@ -251,7 +237,6 @@ impl Continuum {
     }
 }
 
-/// A case in words.
 fn name(row: &Row) -> String {
     let ground = match row.model {
         Model::HalfSpace => "half-space",
@@ -262,12 +247,11 @@ fn name(row: &Row) -> String {
         Spread::Uniform => "uniform",
         Spread::RigidPunch => "rigid punch",
     };
+    let depth = 1e3 * row.sunk;
     let sunk = match row.above {
         None => String::new(),
-        Some(Above::Nothing) => format!(", sunk {:.0} mm, in air", 1e3 * row.sunk),
-        Some(Above::Elastic { poisson }) => {
-            format!(", sunk {:.0} mm, within, ν = {poisson}", 1e3 * row.sunk)
-        }
+        Some(Above::Nothing) => format!(", sunk {depth:.0} mm, in air"),
+        Some(Above::Elastic { poisson }) => format!(", sunk {depth:.0} mm, within, ν = {poisson}"),
     };
     format!("{ground}, {load}{sunk}")
 }

@@ -17,7 +17,6 @@ pub const RECORD_VERSION: u32 = 4;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "name", rename_all = "snake_case", deny_unknown_fields)]
 pub enum EngineRecord {
-    /// The native engine.
     Native {
         version: String,
         /// The deliberate fault that was put in.
@@ -26,7 +25,6 @@ pub enum EngineRecord {
         #[serde(default, skip_serializing_if = "Mode::is_exact")]
         mode: Mode,
     },
-    /// Debian's YADE.
     Yade {
         version: String,
         /// Interactions visited in the order of their ids: the mode with the native engine's bits.
@@ -38,7 +36,6 @@ pub enum EngineRecord {
     },
     /// A program that speaks the engine protocol.
     Exec {
-        /// What it said of itself.
         described: Description,
         /// SHA-256 of the program's file.
         digest: String,
@@ -55,14 +52,9 @@ impl EngineRecord {
         }
     }
 
-    /// Whether this run does the exact mode's operations, in whatever order.
+    /// Whether this run does the exact mode's operations, in whatever order. Of an external engine nobody has promised it.
     pub fn keeps_operations(&self) -> bool {
-        match self {
-            EngineRecord::Native { mode, .. } => mode.is_exact(),
-            EngineRecord::Yade { .. } => true,
-            // Nobody has promised it.
-            EngineRecord::Exec { .. } => false,
-        }
+        self.keeps_order() || matches!(self, EngineRecord::Yade { .. })
     }
 
     /// Where the engine does something else than the model says, in its own words.
@@ -87,14 +79,11 @@ impl EngineRecord {
             EngineRecord::Native {
                 perturbation, mode, ..
             } => {
-                let mut words = "native".to_owned();
-                if !mode.is_exact() {
-                    words += &format!(", {} mode", mode.name());
+                let fault = perturbation.map_or(String::new(), |of| format!(" with {of}"));
+                match mode.is_exact() {
+                    true => format!("native{fault}"),
+                    false => format!("native, {} mode{fault}", mode.name()),
                 }
-                if let Some(fault) = perturbation {
-                    words += &format!(" with {fault}");
-                }
-                words
             }
             EngineRecord::Yade {
                 version,
@@ -110,7 +99,6 @@ impl EngineRecord {
     }
 }
 
-/// What was asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Protocol {
@@ -136,7 +124,6 @@ impl std::fmt::Display for Protocol {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Softened {
-    /// The phases before the one at the scene's own modulus.
     pub phases: Vec<Phase>,
     /// Digest of the poured cloud that they began with.
     pub cloud_digest: String,
@@ -153,9 +140,7 @@ pub struct Softened {
 #[serde(deny_unknown_fields)]
 pub struct RunRecord {
     pub version: u32,
-    /// Version of crossgrain.
     pub crossgrain: String,
-    /// Who ran, and how.
     pub engine: EngineRecord,
     /// Which terms of the method the scene needs, and why.
     pub model: ModelRecord,
@@ -163,7 +148,6 @@ pub struct RunRecord {
     pub scene_digest: String,
     /// Digest of the initial positions and velocities.
     pub initial_digest: String,
-    /// What was asked for.
     pub protocol: Protocol,
     /// The command that does this run again, in a folder that holds `scene.json`.
     pub command: String,
@@ -175,7 +159,6 @@ pub struct RunRecord {
     /// How the grains were poured before `initial.csv`, where they were softened; `settle` is then the last phase alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub softened: Option<Softened>,
-    /// The stages as they went, in order.
     pub stages: Vec<StageReport>,
     /// Largest resident memory of the crossgrain process up to the end of the run, bytes, where the
     /// system tells; YADE's own is not in it.
@@ -196,7 +179,6 @@ pub struct StepChoice {
     pub limit: f64,
     /// The same look without Cundall damping: 2/ω_max where there are no dashpots, s.
     pub limit_without_damping: f64,
-    /// The scene's α.
     pub alpha: f64,
     /// The step of the probing run, s.
     pub probed_at: f64,
@@ -216,11 +198,9 @@ pub struct StepChoice {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StepLook {
-    /// The stage that was under way.
     pub stage: Stage,
     /// Steps of the stage so far, of the probe's length.
     pub step: u64,
-    /// Contacts.
     pub contacts: u64,
     /// With the scene's α, s.
     pub limit: f64,
@@ -254,19 +234,13 @@ impl RunRecord {
     }
 }
 
-/// The path of a marked grain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TraceRow {
-    /// The stage that is under way.
     pub stage: Stage,
-    /// Steps of the stage so far.
     pub step: u64,
-    /// The marked grain.
     pub id: u32,
-    /// Its centre, m.
     pub x: f64,
-    /// Its centre, m.
     pub z: f64,
 }
 

@@ -1,14 +1,16 @@
 //! The conformance table: engines before one judge, each with what it cannot express.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use clap::ValueEnum;
 use serde::Serialize;
 
 use super::{Conformance, conformance, of_yade};
 use crate::checks::{Check, Outcome, slug, verdict};
 use crate::compare::first_steps::{self, Beds, OfBed};
-use crate::document::{Cell, Document, Section, Table};
+use crate::document::{Document, Section, Table};
 use crate::engine::exec::{self, Adapter, Part};
 use crate::engine::{ProgramError, yade};
 use crate::files::work_folder;
@@ -17,7 +19,6 @@ use verdict::envelope::FACTOR;
 use verdict::judge::{Cause, Judgement, Verdict};
 use verdict::starts::DISPERSION;
 
-/// An engine of the table.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Candidate {
     /// In its sorted or in its ordinary loop.
@@ -29,19 +30,17 @@ pub enum Candidate {
 }
 
 impl Candidate {
-    /// Those that have a name.
     pub fn all() -> Vec<Candidate> {
         let yade = [true, false].map(|sorted| Candidate::Yade { sorted });
         let adapters = Adapter::ALL.map(Candidate::Adapter);
         yade.into_iter().chain(adapters).collect()
     }
 
-    /// As it is named on the command line.
     pub fn key(&self) -> &str {
         match self {
             Candidate::Yade { sorted: true } => "yade-sorted",
             Candidate::Yade { sorted: false } => "yade-ordinary",
-            Candidate::Adapter(adapter) => adapter.key(),
+            Candidate::Adapter(adapter) => adapter.key,
             Candidate::Exec(_) => "exec:PATH",
         }
     }
@@ -49,27 +48,24 @@ impl Candidate {
     fn name(&self) -> &str {
         match self {
             Candidate::Yade { .. } => "YADE",
-            Candidate::Adapter(adapter) => adapter.name(),
+            Candidate::Adapter(adapter) => adapter.name,
             Candidate::Exec(_) => self.key(),
         }
     }
 
     /// How much radii may differ without an approximation of the adapter's.
     fn dispersion(&self) -> f64 {
+        let of_one_radius = [Adapter::LAMMPS, Adapter::LIGGGHTS, Adapter::ESYS_PARTICLE];
         match self {
-            Candidate::Adapter(Adapter::Lammps | Adapter::Liggghts | Adapter::EsysParticle) => 0.0,
+            Candidate::Adapter(adapter) if of_one_radius.contains(adapter) => 0.0,
             _ => DISPERSION,
         }
     }
 
     /// How it is known to differ, as the beginning of the sentence that says so.
     fn known_difference(&self) -> Option<&'static str> {
-        match self {
-            Candidate::Adapter(Adapter::EsysParticle | Adapter::Kratos) => {
-                Some("the sign in the damping is that of a·(v + 0·Δt·a)")
-            }
-            _ => None,
-        }
+        let so = [Adapter::ESYS_PARTICLE, Adapter::KRATOS].map(Candidate::Adapter);
+        (so.contains(self)).then_some("the sign in the damping is that of a·(v + 0·Δt·a)")
     }
 }
 
@@ -90,7 +86,6 @@ impl FromStr for Candidate {
 /// What the table is made with.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// Grains of the beds.
     pub grains: u32,
     /// Of the radii of every bed, instead of one that each engine can express.
     pub dispersion: Option<f64>,
@@ -98,16 +93,12 @@ pub struct Options {
     pub installed: bool,
     /// YADE, and the limits of all.
     pub yade: yade::Options,
-    /// How to make it again.
     pub command: String,
 }
 
-/// The table.
 #[derive(Debug, Clone, Serialize)]
 pub struct ConformanceTable {
-    /// Version of crossgrain.
     pub crossgrain: &'static str,
-    /// How to make it again.
     pub command: String,
     /// In the order in which they were named.
     pub engines: Vec<Row>,
@@ -115,10 +106,8 @@ pub struct ConformanceTable {
     checks: Vec<Check>,
 }
 
-/// An engine in the table.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
-    /// As it is named on the command line.
     pub key: String,
     /// Its name, with its version if it is here.
     pub name: String,
@@ -128,13 +117,10 @@ pub struct Row {
     pub verdict: Verdict,
     /// It differs as it is known to, and in nothing else.
     pub as_known: bool,
-    /// Why it could not be asked.
     pub not_installed: Option<String>,
-    /// What was found.
     pub found: Option<Conformance>,
 }
 
-/// Judges them one after the other; `progress` hears what is under way.
 pub fn table(
     candidates: &[Candidate],
     options: &Options,
@@ -247,17 +233,14 @@ impl Row {
         let Some(found) = &self.found else {
             return Vec::new();
         };
-        let parts = Part::ALL
-            .into_iter()
-            .filter(|part| !found.engine.has(*part));
-        let mut lacks: Vec<String> = parts.map(|part| part.in_words().to_owned()).collect();
+        let parts = Part::value_variants().iter().copied();
+        let parts = parts.filter(|part| !found.engine.has(*part));
+        let mut lacks: Vec<String> = parts.map(Part::in_words).collect();
         if lacks.is_empty() {
             let not_asked = self.judgement().map_or(&[][..], |of| &of.not_asked);
-            for of in not_asked {
-                if !lacks.contains(&of.lacking) {
-                    lacks.push(of.lacking.clone());
-                }
-            }
+            lacks.extend(not_asked.iter().map(|of| of.lacking.clone()));
+            let mut seen = BTreeSet::new();
+            lacks.retain(|of| seen.insert(of.clone()));
         }
         lacks
     }
@@ -293,12 +276,10 @@ impl Row {
 }
 
 impl ConformanceTable {
-    /// One for each engine.
     pub fn checks(&self) -> &[Check] {
         &self.checks
     }
 
-    /// What people are told.
     pub fn document(&self) -> Document {
         let engines = Table::of("engines", "", &self.engines)
             .column("engine", |of: &Row| &of.name)
@@ -312,10 +293,8 @@ impl ConformanceTable {
             .column("computes in", |of| {
                 of.judgement().map(|of| of.resolution.name())
             });
-        let found = self
-            .engines
-            .iter()
-            .map(|of| format!("{}: {}", of.name, of.said()));
+        let found = self.engines.iter();
+        let found = found.map(|of| format!("{}: {}", of.name, of.said()));
         let cannot = Table::of("cannot-express", "", &self.engines)
             .column("engine", |of: &Row| &of.name)
             .column("has no", |of| of.lacks().join(", "))
@@ -323,56 +302,29 @@ impl ConformanceTable {
                 let engine = of.found.as_ref().map(|of| &of.engine);
                 engine.map(|of| of.approximations.join("; "))
             });
-        let mut states = Table::new(
-            "states",
-            "",
-            &[
-                "engine",
-                "law",
-                "state",
-                "verdict",
-                "times as far as replicas",
-            ],
-        );
-        for (row, of) in self
-            .engines
-            .iter()
-            .filter_map(|of| Some((of, of.judgement()?)))
-        {
-            for start in &of.starts {
-                let ratio = start.farthest.as_ref().map(|of| of.ratio);
-                let words = [
-                    start.law.name(),
-                    start.start.name(),
-                    start.verdict.in_words(),
-                ];
-                let cells = words.map(Cell::from).into_iter();
-                states.row(
-                    [Cell::from(&row.name)]
-                        .into_iter()
-                        .chain(cells)
-                        .chain([ratio.into()]),
-                );
-            }
-        }
+        let judged = |row| Some((row, Row::judgement(row)?));
+        let states = self.engines.iter().filter_map(judged);
+        let states = states.flat_map(|(row, of)| of.starts.iter().map(move |start| (row, start)));
+        let states = Table::of("states", "", states)
+            .column("engine", |(row, _)| &row.name)
+            .column("law", |(_, of)| of.law.name())
+            .column("state", |(_, of)| of.start.name())
+            .column("verdict", |(_, of)| of.verdict.in_words())
+            .column("times as far as replicas", |(_, of)| {
+                of.farthest.as_ref().map(|of| of.ratio)
+            });
         let about = "The first hundred steps from a bed in four states, under the laws that an engine says it has, are held against the \
                      native engine's. Replicas are native runs with rounding errors as coarse as the engine's in every step.";
+        let about = format!("{about} Up to {FACTOR} times as far as they are is rounding.");
+        let neither_way = "States that ask for it count neither way.";
         Document {
             title: "Conformance table".to_owned(),
             verdict: verdict(&self.checks),
             answer: self.answer(),
             sections: vec![
-                Section::new(
-                    "Engines",
-                    format!("{about} Up to {FACTOR} times as far as they are is rounding."),
-                )
-                .with(engines),
+                Section::new("Engines", about).with(engines),
                 Section::new("What was found", "").with_all(found),
-                Section::new(
-                    "What each cannot express",
-                    "States that ask for it count neither way.",
-                )
-                .with(cannot),
+                Section::new("What each cannot express", neither_way).with(cannot),
                 Section::new("State by state", "").with(states).as_details(),
             ],
             checks: self.checks.clone(),
@@ -387,9 +339,8 @@ impl ConformanceTable {
                 None => counted.push((words, 1)),
             }
         }
-        let counted = counted
-            .iter()
-            .map(|(words, count)| format!("{count} {words}"));
+        let counted = counted.iter();
+        let counted = counted.map(|(words, count)| format!("{count} {words}"));
         let counted = counted.collect::<Vec<_>>().join(", ");
         format!("of {} engines {counted}", self.engines.len())
     }
