@@ -325,7 +325,7 @@ mod tests {
     use grains::tables::Contact;
 
     #[test]
-    fn another_pair_counts_as_all_its_numbers_and_the_lowest_grain_is_first() {
+    fn each_number_that_differs_counts_and_the_lowest_grain_is_first() {
         let of = |id1| Contact {
             id1,
             id2: 9,
@@ -342,6 +342,15 @@ mod tests {
         assert_eq!(differing(&[1, 2], &[1, 2]), 0);
         assert_eq!(differing(&[1, 2], &[1]), 14, "one is missing");
         assert_eq!(differing(&[1, 2], &[1, 3]), 14, "one is of another pair");
+        let force = |normal_force, tangential_force| Contact {
+            normal_force,
+            tangential_force,
+            ..of(1)
+        };
+        let numbers = |a, b| contacts("contacts", &[a], &[b]).differing;
+        assert_eq!(numbers(force(0.0, 0.0), force(0.0, -0.0)), 0);
+        assert_eq!(numbers(force(0.0, 0.0), force(-0.0, 0.0)), 1);
+        assert_eq!(numbers(force(1.0, 1.0), force(0.0, 0.0)), 2);
         let (x, z): ([f64; 3], [f64; 3]) = ([0.0, 1.0, 2.0], [0.0, 1.0, 2.0]);
         let (other_x, other_z) = ([0.0, 1.0, 3.0], [0.0, 3.0, 2.0]);
         let found = columns(
