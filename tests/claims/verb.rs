@@ -69,6 +69,19 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
         // plane.
         assert_eq!(page.matches("<svg").count(), pictures, "{name}");
         assert!(!page.contains("NaN"), "{name}");
+        // The line that ties porosity to height is drawn over the heights that beds have.
+        let plane = at.join(&out).join("figures/height-and-porosity.csv");
+        let plane = fs::read_to_string(plane).expect("numbers");
+        let line = plane
+            .lines()
+            .filter_map(|of| of.strip_prefix("area of the grains,"));
+        let heights = line.map(|of| of.split(',').next().map(str::parse::<f64>));
+        let heights: Vec<f64> = heights.flatten().map(|of| of.expect("a height")).collect();
+        assert_eq!(heights.len(), 21, "{name}");
+        assert!(
+            heights.iter().all(|of| (0.4..0.55).contains(of)),
+            "{heights:?}"
+        );
     }
     // An earlier result is kept, and a folder without one is never written into.
     let (code, _, errors) = told(&crossgrain(
