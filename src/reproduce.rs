@@ -203,7 +203,6 @@ impl Job<'_> {
         Ok(Some(recorded))
     }
 
-    /// Why YADE does not run live.
     fn without_yade(&self) -> Option<String> {
         if self.options.recorded {
             return Some("--recorded leaves it out".to_owned());
@@ -226,7 +225,6 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// What of the verification suite is skipped.
     fn skipped_of_suite(&mut self) {
         let (id, what, why) = if self.options.suite {
             (
@@ -496,7 +494,6 @@ fn of_loops(options: &Options, display: &Display) -> Result<Vec<LoopSteps>, Erro
     Ok(found)
 }
 
-/// A whole run in YADE's sorted loop.
 fn yade_run(
     options: &Options,
     display: &Display,

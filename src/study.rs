@@ -62,7 +62,6 @@ pub trait Study: Serialize + DeserializeOwned + Sync + Sized {
     /// What is wrong with the plan, which may have been read from a file.
     fn check(&self) -> Result<(), String>;
 
-    /// In which engine the task runs.
     fn runner(&self, task: u64) -> Runner;
 
     /// Everything in the plan that the task's row depends on, in words or a digest: tasks of two plans with the same
@@ -118,7 +117,6 @@ impl Outline {
     }
 }
 
-/// A study cannot go on.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     #[error(
@@ -215,7 +213,6 @@ pub fn create<S: Study>(
     }
 }
 
-/// The record's file in the study's folder.
 pub const RECORD: &str = "report.json";
 
 /// What a judge says.

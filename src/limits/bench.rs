@@ -44,7 +44,6 @@ pub struct Missed {
     pub why: String,
     /// It is there and failed, instead of not being there.
     pub failed: bool,
-    /// A benchmark without it is incomplete.
     pub needed: bool,
 }
 
@@ -86,12 +85,9 @@ pub struct Options {
     pub command: String,
 }
 
-/// How much is measured.
 #[derive(Debug, Clone, Copy)]
 pub struct Plan {
-    /// Of all engines side by side.
     pub rounds: u32,
-    /// Steps before a window.
     pub warm_up: u64,
     /// Steps of a window of the native engine, and of another one.
     pub native: u64,
@@ -129,13 +125,11 @@ impl Plan {
         counts_others: true,
     };
 
-    /// Steps after which beds are compared.
     pub fn compared_after(&self) -> u64 {
         self.warm_up + self.other
     }
 }
 
-/// What is measured with.
 #[derive(Debug, Clone, Copy)]
 pub struct Setup<'a> {
     pub plan: Plan,
@@ -149,7 +143,6 @@ pub struct Setup<'a> {
     pub work: &'a Path,
 }
 
-/// The bed of the rounds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BedRecord {
     pub grains: u32,
@@ -170,11 +163,9 @@ pub struct Distance {
     pub grains: u32,
     /// What a step is measured to take, s.
     pub seconds_per_step: f64,
-    /// Bytes that a step passes over.
     pub bytes: f64,
     /// Bytes a second, from a working set of that size.
     pub read_rate: f64,
-    /// The bounds, the nearest first.
     pub bounds: Vec<Bound>,
 }
 
@@ -183,7 +174,6 @@ pub struct Distance {
 pub struct Bench {
     pub crossgrain: String,
     pub command: String,
-    /// Whether it was the quick one.
     pub quick: bool,
     pub rounds: u32,
     pub machine: Machine,
@@ -192,10 +182,8 @@ pub struct Bench {
     pub contests: Vec<Contest>,
     /// Native exact against YADE's sorted loop after the same steps.
     pub sorted_bits: Option<TableBits>,
-    /// Where the native exact step's time goes.
     pub stages: Vec<Share>,
     pub instructions: Vec<Instructions>,
-    /// Throughputs of the machine.
     pub throughput: Throughput,
     /// Native exact against them.
     pub distances: Vec<Distance>,
@@ -204,7 +192,6 @@ pub struct Bench {
     /// Whether the machine had other things to do meanwhile, as far as clocks tell: then no time is to be trusted, and
     /// ratios against YADE flatter, because its steps suffer more from shared caches.
     pub disturbed: bool,
-    /// What was not made, or failed.
     pub missed: Vec<Missed>,
     pub seconds: f64,
 }

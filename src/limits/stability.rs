@@ -40,7 +40,6 @@ const QUICK_GRAINS: u32 = 500;
 const FULL_GRAINS: u32 = 5000;
 const NATIVE: Runner = Runner::Native(NativeMode::Exact);
 
-/// What is mapped; the study's plan.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stability {
@@ -76,10 +75,12 @@ pub enum Made {
         version: String,
         row: Box<Row>,
     },
-    /// A failure mode in the native engine.
     Failure(Failure),
     /// What a failure mode comes to in YADE.
-    FailureInYade { name: String, end: String },
+    FailureInYade {
+        name: String,
+        end: String,
+    },
 }
 
 impl Stability {
@@ -240,7 +241,6 @@ pub struct Limits {
     pub external: Option<Found>,
 }
 
-/// A scene of the map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Row {
@@ -264,7 +264,6 @@ pub struct Row {
     pub damped: Limits,
     /// With it, from a random disturbance: not predicted.
     pub damped_at_random: Option<Found>,
-    /// What YADE would choose, by its formulas.
     pub proposal: Proposal,
     /// What YADE says that it would choose.
     pub proposal_of_yade: Option<Proposal>,
@@ -272,7 +271,6 @@ pub struct Row {
     pub skipped: Option<String>,
 }
 
-/// The external engine of a map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExternalEngine {
@@ -285,7 +283,6 @@ pub struct ExternalEngine {
     pub missing: String,
 }
 
-/// The stability map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Map {
     /// SHA-256 of the canonical JSON of the scene that the beds come from.
@@ -299,7 +296,6 @@ pub struct Map {
     pub failures: Vec<Failure>,
 }
 
-/// An engine that is another program.
 enum External<'a> {
     Yade(&'a yade::Options),
     Exec(&'a exec::ExternalEngine),

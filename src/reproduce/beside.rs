@@ -15,7 +15,6 @@ use crate::study::tradeoff::{TRADEOFF_VERSION, Tradeoff};
 /// The most of a record that is read, bytes.
 const LARGEST: u64 = 1 << 28;
 
-/// What a record says of itself.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stated {
     pub job: &'static str,
@@ -36,7 +35,6 @@ pub struct Beside {
 /// A job whose records are known here.
 struct Kind {
     job: &'static str,
-    /// The command that makes one.
     made_by: &'static str,
     file: &'static str,
     /// The newest; older ones have what the page shows.

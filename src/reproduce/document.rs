@@ -113,7 +113,6 @@ impl Reproduction {
         others.iter().map(tile).collect()
     }
 
-    /// How many faults were found.
     fn found(&self) -> usize {
         let found = self.faults.iter();
         found.filter(|of| of.verdict == Outcome::Pass).count()
@@ -425,7 +424,6 @@ fn histories(runs: &Runs) -> Section {
     }))
 }
 
-/// Quantiles that are drawn.
 const QUANTILES: usize = 100;
 
 /// Normal forces of the last moment in YADE over those in the native engine, quantile by quantile.

@@ -14,7 +14,6 @@ use crate::suite::run::Verification;
 use grains::scene::paper_scene;
 use verdict::judge::Judgement;
 
-/// The result of the main job.
 #[derive(Debug, Clone, Serialize)]
 pub struct Reproduction {
     pub crossgrain: String,
@@ -34,7 +33,6 @@ pub struct Reproduction {
     pub suite: Option<Verification>,
     pub skipped: Vec<Skipped>,
     pub claims: Vec<Claim>,
-    /// The paper's numbers that need no simulation.
     pub numbers: Vec<Number>,
     pub text_faults: Vec<paper::TextFault>,
     /// Records of other jobs that stand on the page; they are no part of the verdict.
@@ -44,7 +42,6 @@ pub struct Reproduction {
 }
 
 impl Reproduction {
-    /// Every check of the job.
     pub fn checks(&self) -> Vec<Check> {
         let compared = self.comparisons.iter().any(|of| of.comparison.agrees());
         let (outcome, found) = if compared {
@@ -108,7 +105,6 @@ pub struct NamedComparison {
     /// The beginning of its checks' ids.
     pub id: String,
     pub title: String,
-    /// The run folders, in the output folder.
     pub folders: Vec<String>,
     pub comparison: Comparison,
 }
@@ -122,17 +118,14 @@ pub struct LoopSteps {
     pub judgement: Judgement,
 }
 
-/// A check that was skipped, and why.
 #[derive(Debug, Clone, Serialize)]
 pub struct Skipped {
     pub id: String,
     pub what: String,
     pub why: String,
-    /// Whether the job is incomplete without it.
     pub required: bool,
 }
 
-/// One fault, and whether it was found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FaultCheck {
     /// As on the command line.
@@ -143,7 +136,6 @@ pub struct FaultCheck {
     pub found: String,
 }
 
-/// A run in one line.
 #[derive(Debug, Clone, Serialize)]
 pub struct RunSummary {
     /// In the output folder.
@@ -185,13 +177,11 @@ pub fn measured(run: &RunFolder) -> Vec<Measured> {
     run.quantities().into_iter().map(of).collect()
 }
 
-/// A published figure beside ours.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Claim {
     pub what: String,
     /// As printed, in `unit`.
     pub published: f64,
-    /// The published scatter, where there is one.
     pub scatter: Option<f64>,
     /// From this run, in `unit`.
     pub ours: f64,

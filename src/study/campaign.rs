@@ -20,7 +20,6 @@ use grains::tables::Snapshot;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-/// The plan of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Campaign {
@@ -234,7 +233,6 @@ pub struct Member {
 pub struct Fields {
     /// [`stress::across`] at the depth of the first control point.
     pub across: Vec<f64>,
-    /// [`stress::down`].
     pub down: Vec<f64>,
     /// In the order of the scene's control points; a point that is not inside the bed has none.
     pub points: Vec<Neighbourhood>,

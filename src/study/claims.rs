@@ -24,10 +24,8 @@ use evidence::{Interval, holm};
 use grains::scene::{Scene, paper_scene};
 use serde::{Deserialize, Serialize};
 
-/// The version of `claims.json`.
 pub const CLAIMS_VERSION: u32 = 3;
 
-/// Where the members come from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
     pub command: String,
@@ -50,7 +48,6 @@ pub struct Claims {
     pub claims: Vec<Claim>,
     /// How many claims came to which verdict; `undecided` for those that need more members.
     pub verdicts: BTreeMap<String, usize>,
-    /// Whether every claim has a verdict.
     pub complete: bool,
     pub figures: Figures,
 }
@@ -213,7 +210,6 @@ impl Verdict {
 pub struct Judged {
     /// It should be at least this; none for no lower limit.
     pub low: Option<f64>,
-    /// It should be at most this.
     pub high: Option<f64>,
     /// Whether it is; skipped: the 90 % interval holds a limit, or there are too few realizations for one.
     pub outcome: Outcome,
@@ -248,7 +244,6 @@ pub struct Probability {
     pub adjusted: f64,
 }
 
-/// A number of a claim.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     pub what: String,

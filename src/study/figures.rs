@@ -59,7 +59,6 @@ pub struct LoadedBed {
     pub scene: Scene,
     /// Height that depths are counted from, m: of the settled bed.
     pub surface: f64,
-    /// The last moment, punch included.
     pub last: Snapshot,
 }
 
@@ -176,7 +175,6 @@ const UP_TO: f64 = 6.0;
 /// Bins at most, for samples of both signs.
 const MOST_BINS: f64 = 200.0;
 const LEVEL: f64 = 0.95;
-/// Points of each curve.
 const POINTS: u32 = 100;
 
 /// One number a realization, with the laws that are held against it.
@@ -251,7 +249,6 @@ impl Distribution {
         matches!(self.fitted, Some(Law::Laplace { .. }))
     }
 
-    /// Name, colour and law of each curve.
     fn laws(&self) -> Vec<(&'static str, Colour, Law)> {
         let theory = self.theory.map(|mean| Law::Exponential { mean });
         let own = (!self.has_both_signs()).then(|| mean(&self.values));

@@ -41,7 +41,6 @@ pub struct Job<'a> {
 /// What it did.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Done {
-    /// Rows of the shard.
     pub wanted: u64,
     /// How many of them had been written before.
     pub before: u64,
@@ -50,7 +49,6 @@ pub struct Done {
     pub damaged: Vec<Damaged>,
 }
 
-/// How far a study is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Status {
     /// See [`Study::KIND`].
@@ -75,7 +73,6 @@ pub struct Summary {
     pub rows: u64,
     /// Engine and version, where one engine made all rows.
     pub engine: String,
-    /// How many rows ended in which way.
     pub endings: BTreeMap<String, u64>,
     /// SHA-256 of `rows.jsonl`.
     pub sha256: String,
@@ -102,7 +99,6 @@ pub struct Folder<S> {
 /// What every study's folder can do, whatever its kind.
 pub trait Machine {
     fn count(&self) -> u64;
-    /// The external engine that the plan names.
     fn program(&self) -> Option<&Program>;
     fn check_program(&self) -> Result<(), StudyError>;
     /// Makes the rows of the shard that are missing, each written down when it is finished.
@@ -157,7 +153,6 @@ impl<S: Study> Folder<S> {
         Ok(())
     }
 
-    /// All rows of a merged study.
     pub fn merged(self) -> Result<Merged<S>, StudyError> {
         let mut rows = Vec::new();
         let summary = self.each_merged(|_, row| rows.push(row))?;
@@ -466,7 +461,6 @@ struct Work<'a, S> {
     broken: Mutex<Broken>,
 }
 
-/// Rows whose engine failed.
 #[derive(Default)]
 struct Broken {
     rows: Vec<u64>,

@@ -36,7 +36,6 @@ pub struct Member {
     pub measured: BTreeMap<String, f64>,
 }
 
-/// What a realization cost.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cost {
@@ -51,7 +50,6 @@ pub struct Cost {
 pub struct Members(BTreeMap<(String, u64), Member>);
 
 impl Members {
-    /// The member of this specification and realization.
     pub fn get(&self, of: &Specification, realization: u64) -> Option<&Member> {
         self.0.get(&(of.digest(), realization))
     }
@@ -219,7 +217,6 @@ pub fn exact() -> native::Options {
     realization::in_mode(Mode::Exact)
 }
 
-/// How members ended.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Endings {

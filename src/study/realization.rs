@@ -18,7 +18,6 @@ use grains::tables::{Snapshot, Stage, StopReason};
 use grains::task::{Outcome, Task, Until};
 use serde::{Deserialize, Serialize};
 
-/// How a realization ended.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ending {
@@ -30,7 +29,6 @@ pub enum Ending {
     NotSettled,
     /// Settled, in an engine that has no punch: nobody asked for more.
     Poured,
-    /// The engine gave up, with its words.
     Failed(String),
 }
 
@@ -71,7 +69,6 @@ impl Runner {
         }
     }
 
-    /// Whether it runs in this process.
     pub fn is_native(self) -> bool {
         matches!(self, Runner::Native(_))
     }
@@ -86,7 +83,6 @@ impl Runner {
 #[derive(Debug, Clone, Default)]
 pub struct Engines {
     pub yade: yade::Options,
-    /// The external engine, for its runner.
     pub external: Option<ExternalEngine>,
 }
 
@@ -103,7 +99,6 @@ impl Engines {
 
 #[derive(Debug)]
 pub struct Realization {
-    /// Settled and last moment.
     pub outcome: Outcome,
     /// [`Ending::Reached`], [`Ending::TargetLoadNotReached`] or [`Ending::NotSettled`].
     pub ending: Ending,
@@ -300,7 +295,6 @@ pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f6
     measured
 }
 
-/// The tables of a moment, for measuring.
 pub fn bed_of(snapshot: &Snapshot) -> Bed<'_> {
     Bed {
         bodies: &snapshot.bodies,
@@ -423,7 +417,6 @@ pub enum Change {
     Alpha(f64),
     /// The bed counts as settled at this share of the largest kinetic energy.
     Settled(f64),
-    /// Columns of the cloud.
     Columns(u32),
     /// Speed of the cloud's grains, m/s.
     CloudSpeed(f64),

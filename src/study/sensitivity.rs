@@ -24,7 +24,6 @@ use evidence::{Interval, selection};
 use grains::native::Mode;
 use serde::{Deserialize, Serialize};
 
-/// Kept besides the published figures' quantities.
 const KEPT: [&str; 7] = [
     "settled.porosity.of_cells",
     "settled.coordination.mean",
@@ -156,7 +155,6 @@ impl Study for Plan {
     }
 }
 
-/// A published figure.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
     pub id: String,
@@ -168,9 +166,7 @@ pub struct Figure {
     /// Where the tolerance comes from.
     pub reason: String,
     pub comes_out: Vec<String>,
-    /// In which that is undecided.
     pub undecided: Vec<String>,
-    /// In which it does not.
     pub does_not: Vec<String>,
     /// In which too few members gave it.
     pub skipped: Vec<String>,
@@ -181,7 +177,6 @@ pub struct Point {
     pub setting: Setting,
     /// As in the rows.
     pub digest: String,
-    /// Members that were made.
     pub made: usize,
     pub endings: Endings,
     /// Share of them in which the punch got its force.
@@ -196,7 +191,6 @@ pub struct Point {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
     pub title: String,
-    /// Ids of the figures.
     pub figures: Vec<String>,
     /// Ids of the settings in which all come out.
     pub comes_out: Vec<String>,
@@ -209,7 +203,6 @@ pub struct Joint {
 /// The share of the map's decisions that may be wrong on average.
 pub const WRONG: f64 = 0.05;
 
-/// The map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Sensitivity {
     pub scene_digest: String,

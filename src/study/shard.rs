@@ -97,7 +97,6 @@ impl FromStr for Shard {
     }
 }
 
-/// What is asked of Slurm.
 #[derive(Debug, Clone)]
 pub struct Array<'a> {
     /// Tasks of the array; task k runs shard k of so many.
@@ -170,7 +169,6 @@ pub fn write(
     ])
 }
 
-/// How the scripts differ.
 struct Script {
     name: &'static str,
     processors: u16,

@@ -200,7 +200,6 @@ pub struct Reader<'a> {
     open: BTreeMap<u32, File>,
 }
 
-/// As many files as are held open.
 const MOST_OPEN: usize = 256;
 
 impl<'a> Reader<'a> {

@@ -84,7 +84,6 @@ impl Study for Plan {
     }
 }
 
-/// The version of `tradeoff.json`.
 pub const TRADEOFF_VERSION: u32 = 1;
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -93,7 +92,6 @@ pub struct Costs {
     pub cpu_seconds: f64,
     /// Least and most, s.
     pub range: [f64; 2],
-    /// Mean steps of pouring.
     pub pour_steps: f64,
     pub load_steps: f64,
     /// Median time of measuring, s.
@@ -122,7 +120,6 @@ pub struct Point {
     pub notes: Vec<String>,
 }
 
-/// A quantity in words.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Quantity {
     pub key: Cow<'static, str>,
@@ -152,7 +149,6 @@ pub struct Tradeoff {
     /// Realizations of the tests of equivalence.
     pub confirmatory: u64,
     pub quantities: Vec<Quantity>,
-    /// What all others are compared with.
     pub reference: Point,
     /// The reference against itself on other clouds: the error that chance alone gives.
     pub null_comparison: Judgement,
@@ -196,7 +192,6 @@ impl Tradeoff {
         }
     }
 
-    /// The point of this id.
     pub fn point(&self, id: &str) -> Option<&Point> {
         self.points.iter().find(|point| point.method.id == id)
     }

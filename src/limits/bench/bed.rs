@@ -102,7 +102,6 @@ pub fn laid_out(of: &Bed, copies: u32) -> Result<Bed, NativeError> {
 }
 
 impl Bed {
-    /// So many steps from it.
     pub fn task(&self, steps: u64) -> Task {
         Task::pour(self.bodies.clone(), steps)
     }

@@ -70,7 +70,6 @@ impl Setup<'_> {
     }
 }
 
-/// What an engine did in a round.
 #[derive(Debug)]
 pub struct Turn {
     pub window: Window,
@@ -88,15 +87,12 @@ pub struct Turn {
 pub const YADE_OVER_EXACT: f64 = 30.0;
 pub const LAMMPS_OVER_EXACT: f64 = 7.0;
 
-/// What is known of a contender beforehand.
 pub struct Known {
     /// In ids of checks, unique.
     pub id: &'static str,
     pub name: &'static str,
-    /// Of a native engine.
     pub mode: Option<Mode>,
     tolerance: Tolerance,
-    /// Whether a benchmark without it lacks something.
     pub needed: bool,
     /// How many times native exact's time a step of it is to take, where that is a goal.
     pub goal: Option<f64>,
@@ -373,7 +369,6 @@ impl Sanity {
     }
 }
 
-/// Contacts between two grains.
 pub fn between_grains(snapshot: &Snapshot) -> usize {
     let grains = snapshot.bodies.len() as u32;
     let contacts = snapshot.contacts.iter();
@@ -399,7 +394,6 @@ pub struct Contest {
     pub contender: Contender,
     pub name: String,
     pub version: String,
-    /// Steps of a window.
     pub steps: u64,
     /// Seconds a step, round by round; of processor time, or on the clock where the engine tells no other.
     pub seconds_per_step: Spread,
@@ -418,14 +412,12 @@ pub struct Contest {
     pub sanity: Sanity,
 }
 
-/// What the rounds gave.
 #[derive(Debug)]
 pub struct Rounds {
     /// The engines that ran in every round.
     pub contests: Vec<Contest>,
     /// Native exact against YADE's sorted loop after the same steps: every position and velocity.
     pub sorted_bits: Option<TableBits>,
-    /// What is not there, and why.
     pub missed: Vec<Missed>,
 }
 

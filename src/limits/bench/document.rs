@@ -21,9 +21,7 @@ pub struct Goal {
     pub at_least: bool,
     /// Median; none where it could not be measured.
     pub measured: Option<f64>,
-    /// Least and most of the rounds.
     pub range: Option<[f64; 2]>,
-    /// Whether the median meets it.
     pub met: Option<bool>,
 }
 

@@ -8,7 +8,6 @@ use std::time::Instant;
 use multiversion::multiversion;
 use serde::Serialize;
 
-/// What is known of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Machine {
     /// Model name of the processor, where the system tells.
@@ -34,7 +33,6 @@ impl Machine {
         format!("{}, {}", self.processor, self.vector_unit)
     }
 
-    /// This machine, now.
     pub fn this() -> Self {
         let text = |path: &str| fs::read_to_string(path).unwrap_or_default();
         let field = |text: &str, key: &str| -> Option<String> {
@@ -90,7 +88,6 @@ pub fn vector_unit() -> &'static str {
     "the plainest of its kind"
 }
 
-/// Throughputs of this machine, one thread.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Throughput {
     /// Seconds a division of doubles.
@@ -135,7 +132,6 @@ pub struct Bound {
 }
 
 impl Work {
-    /// Bytes that a step passes over.
     pub fn bytes(&self) -> f64 {
         self.pairs * BYTES_A_PAIR + self.grains * BYTES_A_GRAIN
     }
@@ -223,7 +219,6 @@ fn square_root(numbers: &[f64], out: &mut [f64]) {
     }
 }
 
-/// Operations on each number in [`add_and_multiply`].
 const OPERATIONS: usize = 16;
 
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]

@@ -40,7 +40,6 @@ const NATIVE: [(&str, Mode, bool); 4] = [
     ("native exact, ids shuffled", Mode::Exact, true),
 ];
 
-/// YADE's way, in its points.
 pub const YADE: &str = "YADE -j1, ordinary loop";
 
 pub fn measure(setup: &Setup<'_>, progress: &Task) -> Result<(Vec<Point>, Vec<Missed>), Error> {

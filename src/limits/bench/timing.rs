@@ -178,7 +178,6 @@ pub fn run(command: &mut Command, work: &Path, limit: Duration) -> Result<String
     Ok(exec::log(work))
 }
 
-/// A folder inside `work` for one run.
 pub fn folder(work: &Path, name: &str) -> Result<PathBuf, Error> {
     let folder = work.join(name);
     if folder.exists() {
@@ -188,7 +187,6 @@ pub fn folder(work: &Path, name: &str) -> Result<PathBuf, Error> {
     Ok(folder)
 }
 
-/// Of measurements in one unit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spread {
     /// Every measurement, in the order of the rounds.

@@ -20,7 +20,6 @@ use grains::task::{self, Task};
 
 const GRAINS: u32 = 60;
 
-/// A failure mode as it was tried.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Failure {
@@ -246,7 +245,6 @@ fn lattice(scene: &mut Scene) -> (&mut u32, &mut f64) {
     (columns, speed)
 }
 
-/// What a run came to.
 enum Run {
     /// An end by a rule.
     Ended(Box<task::Outcome>),

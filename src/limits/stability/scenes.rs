@@ -37,11 +37,9 @@ const PRESS_LOOK_EVERY: usize = 100;
 /// tan φ is that of this angle, rad, and k_s = k_n.
 const FRICTION_ANGLE: f64 = 0.5;
 
-/// A scene of the map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MapScene {
     pub name: String,
-    /// What it is, in a line.
     pub title: String,
     /// In equilibrium, at rest.
     pub case: Case,
@@ -194,7 +192,6 @@ fn one_contact() -> MapScene {
         )
 }
 
-/// A grain on the floor under gravity.
 fn resting(law: Law) -> Case {
     let resting = grain([0.0, RADIUS - SQUEEZED * RADIUS]);
     let gravity = gravity(resting.mass);

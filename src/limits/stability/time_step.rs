@@ -227,7 +227,6 @@ fn trial(scene: &Scene, probe: f64, settled: &Snapshot) -> Result<Option<StepTri
 
 /// √2 as YADE's stepper has it.
 const ROOT_TWO: f64 = 1.41044;
-/// YADE's `timestepSafetyCoefficient`.
 const SAFETY: f64 = 0.8;
 
 /// YADE's formulas on a case at its start: shown where YADE is not there to be asked.

@@ -45,7 +45,6 @@ const MOST_STARTS: usize = 5;
 /// An external engine's limit is known to this share.
 const EXTERNAL_RESOLUTION: f64 = 6.0e-3;
 
-/// The largest stable step as found.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Found {
     /// The largest step tried at which nothing grew, below which nothing grew either, s.
@@ -278,7 +277,6 @@ pub struct Search {
     stable: Option<f64>,
     unstable: Option<f64>,
     trials: u32,
-    /// Why the engine would not do it.
     refused: Option<String>,
 }
 

@@ -68,7 +68,6 @@ pub struct Compared {
     pub difference_p: Option<f64>,
     /// The probability that `equivalence_p` is below 0.05 if the means are equal, for these packings and deviations.
     pub power: Option<f64>,
-    /// The whole distribution, which judges nothing.
     pub distribution: Option<TwoSamples>,
     /// p of its D, corrected for the number of quantities (Holm).
     pub distribution_p: Option<f64>,
@@ -85,14 +84,12 @@ pub struct Judgement {
     pub quantities: Vec<Compared>,
 }
 
-/// Two campaigns compared.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
     pub engines: [String; 2],
     pub packings: [usize; 2],
     /// What both have run.
     pub bits: Bits,
-    /// None where the bits say all.
     pub judged: Option<Judgement>,
     /// The probability that the packings would be found equal in distribution if all means were equal, with its 95 % interval: the
     /// share of pairs of campaigns that were, drawn with replacement from both after their means were made equal.
@@ -105,7 +102,6 @@ pub struct Comparison {
 pub struct Packings {
     /// Of each of [`QUANTITIES`], one a packing.
     columns: Vec<Vec<Option<f64>>>,
-    /// Whether the punch got its force.
     reached: Vec<bool>,
 }
 

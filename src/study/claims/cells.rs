@@ -30,7 +30,6 @@ const GOOD_ENOUGH: f64 = 0.1;
 pub struct Volume {
     /// How many.
     pub cells: usize,
-    /// Over so many packings.
     pub packings: usize,
     /// Their mean area together, m².
     pub area: f64,

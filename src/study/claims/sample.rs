@@ -74,7 +74,6 @@ pub fn nearest<'a>(
     singly.collect()
 }
 
-/// The nearest so many cells together.
 pub fn together(members: &[Member], moment: Moment, point: &str, grains: usize) -> Vec<Together> {
     let of = |member| {
         let volumes = &around(member, moment, point)?.together;
@@ -101,7 +100,6 @@ impl<'a> Number<'a> {
         (self.of)(level)
     }
 
-    /// The number over another one.
     pub fn over(self, other: f64) -> Self {
         Number::new(self.packings, move |level| {
             Some(self.at(level)?.over(other))

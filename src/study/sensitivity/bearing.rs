@@ -112,7 +112,6 @@ pub struct Curve {
     pub alpha: f64,
     /// Friction angle between grains, rad.
     pub friction: f64,
-    /// Clouds that were run.
     pub clouds: usize,
     /// Clouds that got their force, of a standing punch.
     pub reached: usize,
@@ -124,9 +123,7 @@ pub struct Curve {
 /// Pressure at rest at a depth, from the slowest punches.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AtRest {
-    /// Middle of the window, m.
     pub depth: f64,
-    /// Speeds of the line, m/s.
     pub speeds: Vec<f64>,
     /// Clouds that have all of them.
     pub clouds: usize,
@@ -144,7 +141,6 @@ pub struct Bearing {
     pub soil: Soil,
     /// Depth of the bed, m.
     pub height: f64,
-    /// The published load, Pa.
     pub wanted: f64,
     /// rad.
     pub angle: f64,

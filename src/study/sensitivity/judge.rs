@@ -17,7 +17,6 @@ const FEWEST: [usize; 2] = [3, 8];
 /// Stresses of a setting in which a smaller share of the punches gets the force are those of its firmer beds.
 const ENOUGH_REACHED: f64 = 0.9;
 
-/// Whether a figure comes out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {

@@ -22,7 +22,6 @@ pub enum Kind {
     Stand,
 }
 
-/// A punch that is watched.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Penetration {
@@ -50,7 +49,6 @@ const NEVER_REACHED: f64 = 1.0e12;
 type Varied = (f64, f64, f64);
 
 impl Penetration {
-    /// Of the paper's bed.
     pub fn all(base: &Scene, clouds: u64) -> Vec<Penetration> {
         let narrow = &changed(base.clone(), &[Size(NARROW, 1.0)]);
         let of_alpha = |alpha, speeds: &[f64]| {
@@ -126,7 +124,6 @@ impl Penetration {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Window {
-    /// Start of the window, m or s.
     pub from: f64,
     pub to: f64,
     /// Mean force on the punch over its width, Pa.
@@ -135,11 +132,9 @@ pub struct Window {
     pub largest: f64,
     /// What the floor bears more than under gravity alone, over the punch's width, Pa.
     pub on_floor: f64,
-    /// Moments that were looked at.
     pub moments: u32,
 }
 
-/// One watched punch on one cloud.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Watched {

@@ -84,11 +84,9 @@ const ALPHAS: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.8];
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
-    /// The scene that all settings differ from.
     pub base: Scene,
     /// Every setting; the base may be one of several axes.
     pub settings: Vec<Setting>,
-    /// Punches that are watched.
     pub penetrations: Vec<Penetration>,
     /// Clouds of a cheap setting.
     pub clouds: u64,
@@ -101,7 +99,6 @@ pub struct Plan {
 pub enum Task {
     /// One bed, loaded by each of these settings.
     Loads(Vec<usize>, u64),
-    /// One watched punch.
     Penetration(usize, u64),
 }
 

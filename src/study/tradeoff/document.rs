@@ -299,7 +299,6 @@ fn row_of<'a>(point: &'a Point, key: &'a str) -> (String, &'a Judgement, &'a str
     (point.method.name.clone(), &point.screened, key)
 }
 
-/// Exact, approximate, or another engine.
 fn kind(point: &Point) -> usize {
     match point.method.specification.runner {
         Runner::Native(Mode::Exact) => 0,

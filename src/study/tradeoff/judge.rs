@@ -22,11 +22,9 @@ pub struct Difference {
     pub p: Option<f64>,
 }
 
-/// A method against the reference.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Judgement {
-    /// Clouds that both ran.
     pub clouds: usize,
     /// How the method's members ended.
     pub endings: Endings,
@@ -34,7 +32,6 @@ pub struct Judgement {
     pub missed: Option<Interval>,
     /// That share against its margin.
     pub missed_finding: Option<Finding>,
-    /// Every quantity that both have.
     pub differences: Vec<Difference>,
     /// The largest bias over its margin of the settled bed.
     pub bed: Option<Worst>,
@@ -184,7 +181,6 @@ pub struct Quantity {
     pub reason: &'static str,
 }
 
-/// The largest bias that is no matter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Margin {
     /// In the quantity's unit.

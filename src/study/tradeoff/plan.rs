@@ -16,7 +16,6 @@ use grains::scene::Scene;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
-    /// What all others are compared with.
     pub reference: Setting,
     /// All others. Those with clouds from [`FIRST_CONFIRMATORY`] on are candidates, whose equivalence is tested on these.
     pub methods: Vec<Setting>,
@@ -34,7 +33,6 @@ pub const FIRST_CONFIRMATORY: u64 = 1001;
 /// The candidate that is the free mode's default: `run --mode free --reduced-stiffness` (`docs/tradeoff.md`).
 pub const DEFAULT: &str = "free-0.65-soft-10-1e-3";
 
-/// α of the paper's scene.
 const ALPHA: f64 = 0.2;
 /// Half of the paper scene's step, for external engines.
 const SHORT_STEP: f64 = 0.225;
