@@ -192,7 +192,6 @@ fn read_json<T: DeserializeOwned>(
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Description {
-    /// [`PROTOCOL`].
     pub protocol: u32,
     pub name: String,
     pub version: String,
@@ -233,7 +232,6 @@ const LONGEST_WORDS: usize = 400;
 /// A description takes no longer.
 const TIME: Duration = Duration::from_secs(30);
 
-/// Asks the engine what it is.
 pub fn describe(options: &Options) -> Result<Description, ProgramError> {
     let work = work_folder()?;
     let limits = Limits {

@@ -28,7 +28,6 @@ use grains::task::{Observer, Outcome, Task, Until};
 /// About so many grains are marked, evenly by id, and their paths kept in the trace.
 const MARKED: usize = 100;
 
-/// Which engine, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Engine {
     Native(native::Options),

@@ -28,7 +28,6 @@ use grains::task::Case;
 /// The states of a case at its moments.
 pub type Track = Vec<Snapshot>;
 
-/// What kind of evidence a group of cases gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Evidence {

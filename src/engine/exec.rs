@@ -43,7 +43,6 @@ impl Options {
     }
 }
 
-/// How far an engine may usually go.
 pub fn usual_limits() -> Limits {
     Limits {
         time: Duration::from_secs(4 * 3600),
@@ -516,7 +515,6 @@ pub fn write_scene(
     write_grains(work, &task.start.bodies)
 }
 
-/// The folder of the case with this number.
 pub fn case_folder(work: &Path, index: usize) -> PathBuf {
     work.join(case_name(index))
 }

@@ -63,7 +63,6 @@ struct DoneFile {
     steps: u64,
 }
 
-/// What an engine made of a case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseRun {
     pub track: Vec<Snapshot>,
@@ -150,7 +149,6 @@ pub fn scene(
     })
 }
 
-/// Reads what the engine made of each case.
 pub fn cases(work: &Path, cases: &[&Case]) -> Result<Vec<Result<CaseRun, String>>, ProgramError> {
     let mut results = Vec::with_capacity(cases.len());
     let mut steps = 0;
@@ -447,7 +445,6 @@ impl Given<'_> {
     }
 }
 
-/// Numbers in the row of a contact.
 const CONTACT_COLUMNS: usize = 9;
 
 /// `tables.bin`: the tables of all moments as numbers, read from the front.

@@ -381,7 +381,6 @@ fn hello(work: &Path) -> Result<Option<String>, ProgramError> {
     }
 }
 
-/// A YADE that can be started.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Installation {
     /// The `yade` program, itself a Python file that can be imported.

@@ -64,7 +64,6 @@ impl Load {
     }
 }
 
-/// The stress everywhere under one load.
 #[derive(Debug, Clone)]
 pub struct Field {
     model: Model,

@@ -63,7 +63,6 @@ pub struct PointForce {
     pub force: [f64; 2],
 }
 
-/// Why there is no such field.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DiscFieldError {
     #[error("the disc's radius is {0} m, must be above 0 and finite")]

@@ -140,7 +140,6 @@ pub const PRINTED: &[Printed] = &[
     at("section-5/control-volume", "section 5", 1.0, 0.0, "1"),
 ];
 
-/// The printed figure of this id.
 pub const fn printed(id: &str) -> Option<&'static Printed> {
     let mut index = 0;
     while index < PRINTED.len() {
@@ -339,7 +338,6 @@ const fn shape(id: &'static str, title: &'static str, key: &'static str, of: Of)
     }
 }
 
-/// The figure of the simulations of this id.
 pub fn published(id: &str) -> Option<&'static Published> {
     PUBLISHED.iter().find(|of| of.id == id)
 }

@@ -203,7 +203,6 @@ fn stress_columns(of: &[Components]) -> [Column; 3] {
     ]
 }
 
-/// Contacts of every grain.
 fn contact_numbers(moment: &Moment) -> Vec<f64> {
     let mut numbers = vec![0.0; moment.bodies.len()];
     for contact in &moment.contacts {

@@ -29,7 +29,6 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// For measuring.
     pub fn bed(&self) -> Bed<'_> {
         Bed {
             bodies: &self.bodies,
@@ -50,10 +49,8 @@ impl From<Snapshot> for Moment {
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunFolder {
     pub scene: Scene,
-    /// `run.json`.
     pub record: RunRecord,
     pub initial: Bodies,
-    /// The settled bed, for a run with loading.
     pub settled: Option<Moment>,
     pub last: Moment,
     pub history: Vec<HistoryRow>,
@@ -61,7 +58,6 @@ pub struct RunFolder {
     pub log: String,
 }
 
-/// A run folder that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
     #[error(transparent)]
@@ -319,7 +315,6 @@ fn packed(folder: &Path, name: &str) -> PathBuf {
 /// A scene file larger than this is not one of ours.
 const LARGEST_SCENE: u64 = 1 << 20;
 
-/// A scene file that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneFileError {
     #[error(transparent)]

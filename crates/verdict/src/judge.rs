@@ -349,9 +349,14 @@ impl Reference {
             // Nothing need be known of it.
             let answers = of_cases.into_iter().skip(probes.iter().flatten().count());
             let starts = cases.into_iter().zip(answers);
-            let refused =
-                |((law, start, _), answer): (_, Answer)| of_start(law, start, None, &answer);
-            judgement.starts = starts.map(refused).collect();
+            let refused = starts.map(|((law, start, _), answer)| OfStart {
+                law,
+                start,
+                verdict: Verdict::Undecided,
+                skipped: answer.err(),
+                farthest: None,
+            });
+            judgement.starts = refused.collect();
             return Ok(judgement);
         }
         let mut resolution = Resolution::DOUBLE;
@@ -375,7 +380,7 @@ impl Reference {
         }
         let starts = cases.iter().zip(&natives).zip(&of_cases);
         let starts = starts.map(|(((law, start, _), native), answer)| {
-            of_start(*law, *start, Some(&native.envelope), answer)
+            of_start(*law, *start, &native.envelope, answer)
         });
         judgement.starts = starts.collect();
         judgement.limits = limits(&judgement.starts, &natives);
@@ -406,26 +411,22 @@ fn limits(starts: &[OfStart], natives: &[Native]) -> Vec<Limit> {
     limits
 }
 
-/// What an answer says; without an envelope nothing was answered.
-fn of_start(law: LawKind, start: Start, native: Option<&Envelope>, answer: &Answer) -> OfStart {
+fn of_start(law: LawKind, start: Start, native: &Envelope, answer: &Answer) -> OfStart {
     let why = "it wrote other moments than were asked for";
-    let (mut verdict, mut skipped, mut farthest) = (Verdict::Different, Some(why.to_owned()), None);
-    match (answer, native) {
-        (Err(reason), _) => (verdict, skipped) = (Verdict::Undecided, Some(reason.clone())),
-        (Ok(theirs), Some(native)) => {
-            if let Some(of) = native.farthest(theirs) {
-                // By their bits: == takes −0 for 0.
-                let same = |(a, b): (&Snapshot, &Snapshot)| a.digest() == b.digest();
-                verdict = match theirs.iter().zip(&native.own).all(same) {
-                    true => Verdict::Identical,
-                    false if of.is_rounding() => Verdict::EqualToRounding,
-                    false => Verdict::Different,
-                };
-                (skipped, farthest) = (None, Some(of));
-            }
+    let (verdict, skipped, farthest) = match answer.as_ref().map(|of| (of, native.farthest(of))) {
+        Err(reason) => (Verdict::Undecided, Some(reason.clone()), None),
+        Ok((_, None)) => (Verdict::Different, Some(why.to_owned()), None),
+        Ok((theirs, Some(of))) => {
+            // By their bits: == takes −0 for 0.
+            let same = |(a, b): (&Snapshot, &Snapshot)| a.digest() == b.digest();
+            let verdict = match theirs.iter().zip(&native.own).all(same) {
+                true => Verdict::Identical,
+                false if of.is_rounding() => Verdict::EqualToRounding,
+                false => Verdict::Different,
+            };
+            (verdict, None, Some(of))
         }
-        (Ok(_), None) => {}
-    }
+    };
     OfStart {
         law,
         start,

@@ -25,7 +25,6 @@ pub struct Point {
 pub struct Setup {
     /// Its spread is that of the half-space everything is compared with.
     pub load: Load,
-    /// Where the stress is wanted.
     pub points: Vec<Point>,
     /// Of the box, m.
     pub width: f64,
@@ -173,7 +172,6 @@ fn add_case(
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Continuum {
     pub setup: Setup,
-    /// See [`rows`].
     pub rows: Vec<Row>,
 }
 

@@ -13,13 +13,11 @@ use grains::task::StageReport;
 /// The version of `run.json` that this program writes and reads.
 pub const RECORD_VERSION: u32 = 4;
 
-/// Which engine ran, as it is recorded.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "name", rename_all = "snake_case", deny_unknown_fields)]
 pub enum EngineRecord {
     Native {
         version: String,
-        /// The deliberate fault that was put in.
         perturbation: Option<Perturbation>,
         /// Left out where it is the exact one.
         #[serde(default, skip_serializing_if = "Mode::is_exact")]
@@ -65,7 +63,6 @@ impl EngineRecord {
         }
     }
 
-    /// Version of the engine.
     pub fn version(&self) -> &str {
         match self {
             EngineRecord::Native { version, .. } | EngineRecord::Yade { version, .. } => version,
@@ -73,7 +70,6 @@ impl EngineRecord {
         }
     }
 
-    /// The engine in a few words.
     pub fn label(&self) -> String {
         match self {
             EngineRecord::Native {
@@ -127,7 +123,6 @@ pub struct Softened {
     pub phases: Vec<Phase>,
     /// Digest of the poured cloud that they began with.
     pub cloud_digest: String,
-    /// Steps of these phases.
     pub steps: u64,
     /// Largest kinetic energy that their rules saw, J; the settle rule goes on with it.
     pub energy_seen: f64,
