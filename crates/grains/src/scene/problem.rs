@@ -172,7 +172,7 @@ fn object_fits(
                 let near = |name: &&&str| strsim::jaro_winkler(name, key);
                 let nearest = names.iter().max_by(|a, b| near(a).total_cmp(&near(b)));
                 let wanted = match nearest {
-                    Some(name) if near(&name) > NEAR => format!("{name}"),
+                    Some(name) if near(&name) > NEAR => (*name).to_string(),
                     _ => format!("one of {}", names.join(", ")),
                 };
                 problems.push(Problem {
