@@ -198,6 +198,10 @@ fn what_cannot_be_used_is_said_with_what_to_do() {
         );
     }
     assert!(!store.exists(), "nothing is left behind");
+    // What cannot be read is not a store without baselines.
+    let file = path(&sound);
+    let (code, _, err) = run(&["report", "baseline", "diff", file, "main", "--store", file]);
+    assert!(code == 2 && !err.contains("there are none yet"), "{err}");
     fs::write(folder.path().join("other.json"), "{\"version\": 1}").expect("written");
     let other = folder.path().join("other.json");
     let (code, _, err) = run(&["report", "checks", path(&other)]);

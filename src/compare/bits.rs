@@ -321,7 +321,49 @@ fn walk(place: &str, a: &serde_json::Value, b: &serde_json::Value, keys: &mut Ve
 
 #[cfg(test)]
 mod tests {
-    use super::ulps_between;
+    use super::{columns, contacts, ulps_between};
+    use grains::tables::Contact;
+
+    #[test]
+    fn each_number_that_differs_counts_and_the_lowest_grain_is_first() {
+        let of = |id1| Contact {
+            id1,
+            id2: 9,
+            overlap: 0.0,
+            normal_force: 0.0,
+            tangential_force: 0.0,
+            normal: [0.0, 1.0],
+            point: [0.0; 2],
+        };
+        let differing = |a: &[u32], b: &[u32]| {
+            let [a, b] = [a, b].map(|ids| ids.iter().map(|id| of(*id)).collect::<Vec<_>>());
+            contacts("contacts", &a, &b).differing
+        };
+        assert_eq!(differing(&[1, 2], &[1, 2]), 0);
+        assert_eq!(differing(&[1, 2], &[1]), 14, "one is missing");
+        assert_eq!(differing(&[1, 2], &[1, 3]), 14, "one is of another pair");
+        let force = |normal_force, tangential_force| Contact {
+            normal_force,
+            tangential_force,
+            ..of(1)
+        };
+        let numbers = |a, b| contacts("contacts", &[a], &[b]).differing;
+        assert_eq!(numbers(force(0.0, 0.0), force(0.0, -0.0)), 0);
+        assert_eq!(numbers(force(0.0, 0.0), force(-0.0, 0.0)), 1);
+        assert_eq!(numbers(force(1.0, 1.0), force(0.0, 0.0)), 2);
+        let (x, z): ([f64; 3], [f64; 3]) = ([0.0, 1.0, 2.0], [0.0, 1.0, 2.0]);
+        let (other_x, other_z) = ([0.0, 1.0, 3.0], [0.0, 3.0, 2.0]);
+        let found = columns(
+            "t",
+            &[("x", &x), ("z", &z)],
+            &[("x", &other_x), ("z", &other_z)],
+        );
+        let first = found.first.expect("two differ");
+        assert_eq!(
+            (found.differing, first.id.as_str(), first.key),
+            (2, "grain 1", "z")
+        );
+    }
 
     #[test]
     fn ulps_count_numbers_across_zero() {

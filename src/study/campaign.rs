@@ -311,3 +311,18 @@ fn fields(scene: &Scene, of: &Snapshot, surface: f64) -> Fields {
             .collect(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Sums;
+
+    #[test]
+    fn sums_have_the_mean_and_the_deviation_of_the_values() {
+        let mut sums = Sums::default();
+        for value in [2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0] {
+            sums.add(value);
+        }
+        assert!((sums.mean - 5.0).abs() < 1.0e-15);
+        assert!((sums.deviation() - (32.0f64 / 7.0).sqrt()).abs() < 1.0e-15);
+    }
+}

@@ -163,7 +163,8 @@ mod tests {
     const TESTS: Key = *b"crossgrain: tests of mixed pairs";
 
     /// Each value with the next: `scipy.stats` 1.17.1, pearsonr −0.0265462, p 0.8913, interval −0.3892646 to
-    /// 0.3432996; spearmanr 0.0417387, p 0.8298.
+    /// 0.3432996; spearmanr 0.0417387, p 0.8298. The interval of the last by the formula of its documentation: −0.3299614 to
+    /// 0.4022337.
     #[test]
     fn a_known_sample() {
         let (first, second) = (&AIR_CONDITIONING[..29], &AIR_CONDITIONING[1..]);
@@ -174,6 +175,8 @@ mod tests {
         assert!((found.p - 0.89).abs() < 0.03, "{}", found.p);
         let found = spearman(first, second, 4999).expect("29 pairs");
         assert!((found.value.estimate - 0.041_738_7).abs() < 1.0e-6);
+        assert!((found.value.low + 0.329_961_4).abs() < 1.0e-6);
+        assert!((found.value.high - 0.402_233_7).abs() < 1.0e-6);
         assert!((found.p - 0.8298).abs() < 0.03, "{}", found.p);
     }
 

@@ -340,3 +340,24 @@ pub fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> V
     results.sort_by_key(|(index, _)| *index);
     results.into_iter().map(|(_, result)| result).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_number_is_that_of_either_sign() {
+        let mut cloud = grains::generate::initial_bodies(&grains::scene::paper_scene(1, 2));
+        (cloud.x, cloud.z) = (vec![0.5, -3.0], vec![2.0, 1.0]);
+        (cloud.vx, cloud.vz) = (vec![0.0, 4.0], vec![-5.0, 1.0]);
+        let case = Case {
+            name: String::new(),
+            model: grains::model::Model::of(&grains::scene::paper_scene(1, 2)),
+            bodies: cloud,
+            punch: None,
+            moments: vec![0],
+        };
+        let start = grains::variant::run(&case, &Default::default());
+        assert_eq!(largest(&start), (3.0, 5.0));
+    }
+}

@@ -235,3 +235,22 @@ fn touches(contact: &Contact, outside: &[f64; 2], punch: &Punch) -> bool {
     let near = [0, 1].map(|axis| outside[axis].abs() - punch.half_extents[axis]);
     normal[0] != 0.0 && normal[1] != 0.0 && near[0].max(near[1]) < punch.half_extents[0]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dashpots_are_three_tenths_of_what_lets_two_grains_part_without_a_bounce() {
+        let scene = paper_scene(1, 2);
+        let law = LawKind::Dashpots.of(&scene);
+        let radius = 0.5 * scene.particles.mean_diameter;
+        let stiffness = law.normal_stiffness(radius, radius);
+        let half_mass = 0.5 * scene.grain_mass(radius);
+        let Viscosity::Dashpot { c_n, .. } = law.contact.viscosity else {
+            panic!("{law:?}")
+        };
+        let share = c_n / (2.0 * (half_mass * stiffness).sqrt());
+        assert!((share - 0.3).abs() < 1.0e-12, "{share}");
+    }
+}

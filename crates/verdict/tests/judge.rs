@@ -5,11 +5,12 @@ use std::sync::LazyLock;
 use grains::native::{CaseOptions, Mode, NativeError, run_case};
 use grains::task::Case;
 use grains::variant::{self, Constant, Form, Variant};
+use verdict::constants::Fitted;
 use verdict::envelope::in_parallel;
 use verdict::forms;
-use verdict::judge::{Judgement, Reference, Verdict};
+use verdict::judge::{Cause, Judgement, Reference, Verdict};
 use verdict::starts::{Bed, DISPERSION, LawKind, Start};
-use verdict::{Answer, Engine};
+use verdict::{Answer, Engine, resolution};
 
 static REFERENCE: LazyLock<Reference> =
     LazyLock::new(|| Reference::new(300, DISPERSION, &mut |_| ()).expect("a bed"));
@@ -141,6 +142,86 @@ fn several_wrong_constants_are_found_at_once() {
         assert!(apart < 1.0e-11, "{}: {apart:e}", constant.symbol());
     }
     assert!(of.causes.iter().all(|of| of.explained));
+    let farthest = of.farthest().and_then(|of| of.farthest.as_ref());
+    assert_eq!(farthest.and_then(|of| of.left_after), Some(1));
+}
+
+/// Springs that are all stiffer by the same share, as far as it is known, are said once.
+#[test]
+fn one_stiffness_for_all_springs_is_one_cause() {
+    let causes_of = |of_wall, of_punch, error| {
+        let stiffer = |constant, larger| Fitted {
+            constant,
+            larger,
+            error,
+        };
+        let cause = Cause {
+            law: LawKind::Springs,
+            variant: Variant::default(),
+            constants: vec![
+                stiffer(Constant::GrainStiffness, 0.05),
+                stiffer(Constant::WallStiffness, of_wall),
+                stiffer(Constant::PunchStiffness, of_punch),
+            ],
+            tied: Vec::new(),
+            forms: Vec::new(),
+            also: Vec::new(),
+            explained: true,
+            left: Vec::new(),
+            left_in: Start::Loose,
+            state: None,
+            walls: Vec::new(),
+        };
+        cause.sentence().matches('×').count()
+    };
+    assert_eq!(causes_of(0.05, 0.05, 0.0), 1);
+    assert_eq!(causes_of(0.0505, 0.051, 1.0e-4), 1);
+    assert_eq!(causes_of(0.0505, 0.052, 1.0e-4), 3);
+}
+
+/// Positions in single precision, or the velocities of the grains that fly, or of those that touch: each shows in its own number.
+#[test]
+fn a_coarse_number_is_told_from_the_others() {
+    let bed = Bed::new(300, DISPERSION).expect("a bed");
+    let mut cases = bed.cases(LawKind::Springs).into_iter();
+    let (_, case) = cases.find(|of| of.0 == Start::Pouring).expect("a state");
+    let start = Case {
+        moments: vec![0],
+        ..case.clone()
+    };
+    let contacts = &variant::run(&start, &Variant::default())[0].contacts;
+    let touches = |id: usize| {
+        contacts
+            .iter()
+            .any(|of| of.id1 as usize == id || of.id2 as usize == id)
+    };
+    let single = |of: &mut f64| *of = f64::from(*of as f32);
+    let coarse = |positions: bool, velocities: &dyn Fn(usize) -> bool| {
+        let answers: Vec<Answer> = resolution::cases(&case)
+            .iter()
+            .map(|case| {
+                let mut run = variant::run(case, &Variant::default());
+                let of = &mut run[0].bodies;
+                for id in 0..of.len() {
+                    if positions {
+                        single(&mut of.x[id]);
+                        single(&mut of.z[id]);
+                    }
+                    if velocities(id) {
+                        single(&mut of.vx[id]);
+                        single(&mut of.vz[id]);
+                    }
+                }
+                Ok(run)
+            })
+            .collect();
+        let of = resolution::measured(&case, &answers).expect("answers");
+        [of.position, of.velocity, of.overlap].map(|of| of > 1.0e-13)
+    };
+    assert_eq!(coarse(false, &|_| false), [false; 3]);
+    assert_eq!(coarse(true, &|_| false), [true, false, false]);
+    assert_eq!(coarse(false, &|id| !touches(id)), [false, true, false]);
+    assert_eq!(coarse(false, &touches), [false, false, true]);
 }
 
 #[test]

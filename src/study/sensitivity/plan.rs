@@ -346,7 +346,7 @@ pub fn can_share_beds(setting: &Setting) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use grains::scene::parse_scene;
+    use grains::scene::{Particles, parse_scene};
 
     #[test]
     fn every_setting_is_a_sound_scene_and_none_is_planned_twice_on_an_axis() {
@@ -360,6 +360,12 @@ mod tests {
                 assert!(seen.insert((&setting.axis, digest)), "{}", setting.id);
                 assert!(ids.insert(&setting.id), "{}", setting.id);
                 assert!(setting.realizations().count() >= 1, "{}", setting.id);
+                if setting.axis == DIAMETER_SAME_AREA {
+                    let area = |of: &Particles| f64::from(of.count) * of.mean_diameter.powi(2);
+                    let scene = &setting.specification.scene;
+                    let share = area(&scene.particles) / area(&plan.base.particles);
+                    assert!((share - 1.0).abs() < 1.0e-3, "{}: {share}", setting.id);
+                }
             }
         }
     }
