@@ -195,3 +195,13 @@ fn a_cloud_may_stand_over_a_part_of_the_box() {
     assert!(bodies.x.iter().all(|x| (0.0..=0.1).contains(x)));
     assert!(bodies.x.iter().any(|x| *x > 0.08));
 }
+
+/// Neither looking for a key given twice nor for lines takes longer than the file is long, many times over.
+#[test]
+fn very_many_unknown_keys_are_refused_in_time() {
+    let keys: Vec<String> = (0..50_000).map(|key| format!("\"k{key}\": 0")).collect();
+    let began = std::time::Instant::now();
+    let refused = parse_scene(&format!("{{{}}}", keys.join(", ")));
+    assert!(matches!(refused, Err(SceneError::Problems(of)) if of.len() > 50_000));
+    assert!(began.elapsed().as_secs() < 60, "{:?}", began.elapsed());
+}

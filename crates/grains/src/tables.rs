@@ -307,3 +307,14 @@ pub fn short_hex(hash: Sha256) -> String {
 pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::tangential;
+
+    #[test]
+    fn a_tangential_force_of_zero_has_no_sign() {
+        assert_eq!(tangential(-0.0).to_bits(), 0.0f64.to_bits());
+        assert_eq!(tangential(-5e-324), -5e-324);
+    }
+}

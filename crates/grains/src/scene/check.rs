@@ -19,6 +19,9 @@ const LONGEST_STRIDE: f64 = 0.1;
 /// A slower punch would never arrive.
 const MOST_LOADING_STEPS: f64 = 1.0e9;
 
+/// So many problems get their line; each search reads the text again.
+const LOCATED: usize = 100;
+
 /// A scene that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
@@ -47,7 +50,7 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
         });
     }
     let located = |mut problems: Vec<Problem>| {
-        for problem in &mut problems {
+        for problem in problems.iter_mut().take(LOCATED) {
             problem.at = Some(line_and_column(text, &problem.place));
         }
         SceneError::Problems(problems)
@@ -145,7 +148,7 @@ fn grains(scene: &Scene, found: &mut Findings) {
     found.unless(
         0.0 <= from && from < to && to <= scene.container.width,
         "/cloud/over",
-        &over,
+        &[from, to],
         "two places inside the box, the left one first",
     );
     found.unless(

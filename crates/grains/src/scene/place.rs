@@ -1,5 +1,6 @@
 //! Where something stands in the text of a scene, and what was given twice there.
 
+use std::collections::BTreeSet;
 use std::fmt;
 
 use serde::Deserialize;
@@ -44,10 +45,10 @@ fn parts(text: &str) -> Vec<(String, &str)> {
 
 /// The JSON pointer of the first key that is given twice in its object.
 pub(super) fn twice(text: &str, place: &str) -> Option<String> {
-    let parts = parts(text);
-    for (at, (key, of)) in parts.iter().enumerate() {
-        let here = format!("{place}/{}", escaped(key));
-        if parts[..at].iter().any(|(other, _)| other == key) {
+    let mut seen = BTreeSet::new();
+    for (key, of) in parts(text) {
+        let here = format!("{place}/{}", escaped(&key));
+        if !seen.insert(key) {
             return Some(here);
         }
         if let Some(inside) = twice(of, &here) {
