@@ -161,15 +161,20 @@ fn inside_punch(
     }
 }
 
-/// What a contact remembers from step to step.
+/// What a contact remembers from step to step; of a pair that does not touch, zeros.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Memory {
-    /// Whether the pair touches.
-    pub touching: bool,
     /// The normal of the last step.
     pub normal: [f64; 2],
     /// Tangential force S on body 2, N.
     pub shear: [f64; 2],
+}
+
+impl Memory {
+    /// Whether the pair touched in the last step: a normal has a length.
+    pub fn touching(&self) -> bool {
+        self.normal != [0.0; 2]
+    }
 }
 
 /// Parameters of one contact.
@@ -248,6 +253,13 @@ impl ContactRules {
         }
     }
 
+    /// Whether anything asks where on a grain a contact is.
+    pub fn needs_points(&self) -> bool {
+        self.dashpots
+            || self.slip_velocity == SlipVelocity::ContactPoint
+            || self.torque_arms == TorqueArms::ContactPoint
+    }
+
     /// What the contact does in this step; its memory moves on by a step.
     pub fn act(
         &self,
@@ -261,7 +273,6 @@ impl ContactRules {
         if self.friction {
             self.move_on(touch, of, normal_force, one, two, memory);
         }
-        memory.touching = true;
         memory.normal = touch.normal;
         let force = [
             normal_force[0] + memory.shear[0],
@@ -310,7 +321,7 @@ impl ContactRules {
     ) {
         let [nx, nz] = touch.normal;
         let mut shear = [0.0; 2];
-        if memory.touching {
+        if memory.touching() {
             let [old_x, old_z] = memory.normal;
             let turn = old_z * nx - old_x * nz;
             let [sx, sz] = memory.shear;
@@ -319,7 +330,7 @@ impl ContactRules {
         let relative = self.slip_velocity(touch, one, two);
         let along = dot(touch.normal, relative);
         let slip = [relative[0] - along * nx, relative[1] - along * nz];
-        let share = self.share_of_step(touch, along, memory.touching);
+        let share = self.share_of_step(touch, along, memory.touching());
         // YADE's laws with and without a dashpot multiply in different orders.
         let growth = |slip: f64| {
             if self.dashpots {

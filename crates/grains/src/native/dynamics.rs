@@ -378,6 +378,7 @@ fn advance<const DAMPED: bool>(
 }
 
 /// The spins, damped and advanced like a velocity component.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 pub fn integrate_spins(state: &mut State, dt: f64, alpha: f64) {
     let half_step = 0.5 * dt;
     for ((spin, torque), inertia) in state.spin.iter_mut().zip(&state.torque).zip(&state.inertia) {

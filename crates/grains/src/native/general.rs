@@ -1,8 +1,9 @@
-//! The general kernel: friction with history, rotations and dashpots, one pair after the other in the
-//! order of the list, scalar and obvious.
+//! The general kernel: friction with history, rotations and dashpots; pairs of grains in vector lanes, then walls and punch by
+//! the scalar law, one after the other in the order of the list.
 
 use super::contact::{Action, ContactRules, Memory, Motion, Parameters, Touch};
 use super::neighbours::Neighbours;
+use super::pairs::Pairs;
 use super::state::{Constants, State, contact_row};
 use crate::tables::{Contact, Punch};
 
@@ -14,9 +15,7 @@ pub fn evaluate_forces(
     constants: &Constants,
     rules: &ContactRules,
 ) {
-    state.force.fill([0.0; 2]);
-    state.torque.fill(0.0);
-    grain_pairs(state, list, rules);
+    list.history.pairs.sum_forces(state, rules);
     for (index, wall) in constants.walls.iter().enumerate() {
         let memories = &mut list.history.by_wall[index];
         for (id, memory) in list.by_wall[index].iter().zip(memories) {
@@ -32,23 +31,6 @@ pub fn evaluate_forces(
         }
     }
     punch_contacts(state, list, constants, rules);
-}
-
-fn grain_pairs(state: &mut State, list: &mut Neighbours, rules: &ContactRules) {
-    let pairs = list.grain.iter().zip(&list.other);
-    let history = &mut list.history;
-    for ((pair, of), memory) in pairs.zip(&history.parameters).zip(&mut history.pairs) {
-        let (a, b) = (*pair.0 as usize, *pair.1 as usize);
-        let Some(touch) = state.grain_touch(a, b) else {
-            *memory = Memory::default();
-            continue;
-        };
-        let action = rules.act(&touch, of, &state.motion(a), &state.motion(b), memory);
-        state.force[a][0] -= action.force[0];
-        state.force[a][1] -= action.force[1];
-        state.torque[a] += action.torques[0];
-        push(state, b, &action);
-    }
 }
 
 fn punch_contacts(
@@ -108,7 +90,7 @@ pub fn contacts(
     let mut contacts = Vec::new();
     let mut add =
         |ids: (u32, u32), touch: Option<Touch>, of: &Parameters, one: &Motion, memory: &Memory| {
-            let Some(touch) = touch.filter(|_| memory.touching) else {
+            let Some(touch) = touch.filter(|_| memory.touching()) else {
                 return;
             };
             let normal = rules.normal_force(&touch, of, one, &state.motion(ids.1 as usize));
@@ -116,10 +98,11 @@ pub fn contacts(
             contacts.push(contact_row(ids.0, ids.1, &touch, force));
         };
     let history = &list.history;
-    for ((ids, of), memory) in list.pairs().zip(&history.parameters).zip(&history.pairs) {
+    for (at, ids) in list.pairs().enumerate() {
         let (a, b) = (ids.0 as usize, ids.1 as usize);
+        let (of, memory) = history.pairs.get(at);
         let touch = state.grain_touch(a, b);
-        add(ids, touch, of, &state.motion(a), memory);
+        add(ids, touch, &of, &state.motion(a), &memory);
     }
     for (index, wall) in constants.walls.iter().enumerate() {
         for (id, memory) in list.by_wall[index].iter().zip(&history.by_wall[index]) {
@@ -145,14 +128,12 @@ pub fn contacts(
 /// its memory. Memories and parameters stand in the order of the list and are reused from build to build.
 #[derive(Debug, Default)]
 pub struct History {
-    /// Of each listed pair of grains.
-    pub pairs: Vec<Memory>,
+    /// Of each listed pair of grains, with its parameters.
+    pub pairs: Pairs,
     /// Of each grain near each wall.
     pub by_wall: Vec<Vec<Memory>>,
     /// Of each grain near the punch.
     pub by_punch: Vec<Memory>,
-    /// Parameters of each listed pair of grains.
-    pub parameters: Vec<Parameters>,
     aside: Aside,
 }
 
@@ -161,7 +142,7 @@ pub struct History {
 struct Aside {
     start: Vec<u32>,
     other: Vec<u32>,
-    pairs: Vec<Memory>,
+    pairs: Pairs,
     by_wall: Vec<(Vec<u32>, Vec<Memory>)>,
     by_punch: (Vec<u32>, Vec<Memory>),
 }
@@ -197,6 +178,7 @@ impl History {
         other: &[u32],
         by_wall: &[Vec<u32>],
         by_punch: &[u32],
+        of_pair: impl Fn(u32, u32) -> ([f64; 2], Parameters),
     ) {
         let aside = &self.aside;
         self.pairs.clear();
@@ -205,11 +187,14 @@ impl History {
                 Some(row) => row[0] as usize..row[1] as usize,
                 None => 0..0,
             };
-            let (old, memories) = (&aside.other[before.clone()], &aside.pairs[before]);
+            let old = &aside.other[before.clone()];
             for id in &other[row[0] as usize..row[1] as usize] {
                 let found = old.iter().position(|old| old == id);
+                let memory = found.map(|at| aside.pairs.get(before.start + at).1);
+                let (radii, parameters) = of_pair(i as u32, *id);
+                let memory = memory.unwrap_or_default();
                 self.pairs
-                    .push(found.map_or(Memory::default(), |at| memories[at]));
+                    .push((i as u32, *id), radii, &parameters, &memory);
             }
         }
         self.by_wall.resize_with(by_wall.len(), Default::default);

@@ -38,6 +38,8 @@ pub struct Neighbours {
     displaced: f64,
     /// No grain has gone further since, m.
     gone_since: f64,
+    /// Steps since the build.
+    held: u32,
     /// How often it was built.
     pub builds: u64,
     cells: Cells,
@@ -85,23 +87,29 @@ impl Default for Skin {
 
 impl Skin {
     /// The cost of a build, over the interval skin/(2v·dt) between builds, plus that of the pairs that the
-    /// skin adds, is least at a skin in proportion to √(R·v·dt).
-    fn of(self, state: &State, constants: &Constants) -> f64 {
-        let radius = match self {
-            Skin::Fixed(skin) => return skin,
-            Skin::Adaptive { radius } => radius,
-        };
-        let punch = state
-            .punch
-            .map_or(0.0, |punch| punch.velocity * punch.velocity);
-        let square = |v: &[f64; 2]| v[0] * v[0] + v[1] * v[1];
-        let fastest = state.velocity.iter().map(square).fold(punch, f64::max);
-        let way = fastest.sqrt() * constants.dt;
-        (WAY_FACTOR * radius * way)
-            .sqrt()
-            .clamp(LEAST_SKIN * radius, LARGEST_SKIN * radius)
+    /// skin adds, is least at a skin in proportion to √(R·v·dt); `way` is v·dt of the fastest, m.
+    fn of(self, way: f64) -> f64 {
+        match self {
+            Skin::Fixed(skin) => skin,
+            Skin::Adaptive { radius } => (WAY_FACTOR * radius * way)
+                .sqrt()
+                .clamp(LEAST_SKIN * radius, LARGEST_SKIN * radius),
+        }
     }
 }
+
+/// The way of the fastest grain or of the punch in a step, m.
+fn fastest_way(state: &State, constants: &Constants) -> f64 {
+    let punch = state
+        .punch
+        .map_or(0.0, |punch| punch.velocity * punch.velocity);
+    let square = |v: &[f64; 2]| v[0] * v[0] + v[1] * v[1];
+    let fastest = state.velocity.iter().map(square).fold(punch, f64::max);
+    fastest.sqrt() * constants.dt
+}
+
+/// A list that has held for so many steps is looked at: a bed that has come to rest needs fewer pairs.
+const OLD: u32 = 500;
 
 /// Skin² over R·v·dt, found by trying.
 const WAY_FACTOR: f64 = 64.0;
@@ -161,7 +169,12 @@ impl Neighbours {
         position: &[[f64; 2]],
         punch_height: Option<f64>,
     ) -> bool {
-        self.gone_since += dt * (fastest[0] + fastest[1]).sqrt();
+        let way = dt * (fastest[0] + fastest[1]).sqrt();
+        self.gone_since += way;
+        self.held += 1;
+        if self.held.is_multiple_of(OLD) && self.policy.of(way) < 0.5 * self.skin {
+            return false;
+        }
         let punch_moved = punch_height.map_or(0.0, |height| (height - self.punch_reference).abs());
         // Two grains may approach each other by twice a displacement, a grain and the punch by one each.
         let limit = (0.5 * self.skin).min(self.skin - punch_moved);
@@ -178,7 +191,8 @@ impl Neighbours {
     /// Lists anew what is near what.
     pub fn build(&mut self, state: &State, constants: &Constants) {
         self.builds += 1;
-        self.skin = self.policy.of(state, constants);
+        self.skin = self.policy.of(fastest_way(state, constants));
+        self.held = 0;
         self.cells.sort(state, self.skin);
         let general = constants.kernel() == Kernel::General;
         if general {
@@ -188,9 +202,19 @@ impl Neighbours {
         self.grain_pairs(state, constants);
         self.flat_bodies(state, constants);
         if general {
-            self.history
-                .take_over(&self.start, &self.other, &self.by_wall, &self.by_punch);
-            self.pair_parameters(state, constants);
+            let of_pair = |first: u32, second: u32| {
+                let of = |id: u32| (state.radius[id as usize], state.mass[id as usize]);
+                let ((r1, m1), (r2, m2)) = (of(first), of(second));
+                let effective = m1 * m2 / (m1 + m2);
+                ([r1, r2], constants.parameters(r1, r2, effective))
+            };
+            self.history.take_over(
+                &self.start,
+                &self.other,
+                &self.by_wall,
+                &self.by_punch,
+                of_pair,
+            );
         } else {
             self.lay_out_rows(state, constants);
         }
@@ -204,18 +228,6 @@ impl Neighbours {
     /// The listed pairs as (id1, id2).
     pub fn pairs(&self) -> impl Iterator<Item = (u32, u32)> {
         self.grain.iter().copied().zip(self.other.iter().copied())
-    }
-
-    fn pair_parameters(&mut self, state: &State, constants: &Constants) {
-        self.history.parameters.clear();
-        for (a, b) in self.grain.iter().zip(&self.other) {
-            let (a, b) = (*a as usize, *b as usize);
-            let (m1, m2) = (state.mass[a], state.mass[b]);
-            let effective = m1 * m2 / (m1 + m2);
-            let (r1, r2) = (state.radius[a], state.radius[b]);
-            let parameters = constants.parameters(r1, r2, effective);
-            self.history.parameters.push(parameters);
-        }
     }
 
     fn lay_out_rows(&mut self, state: &State, constants: &Constants) {

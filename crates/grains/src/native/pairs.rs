@@ -1,0 +1,484 @@
+//! The law of [`super::contact`] between grains, eight pairs at a time: what each contact does is computed in vector lanes,
+//! then added pair after pair in the order of the list, as the sorted loop does. No operation is fused, left out or
+//! reordered, so every lane has the bits of the scalar law.
+//!
+//! A pair that does not touch has a memory of zeros, and what it adds are zeros. A sum that begins at +0 is never −0, so
+//! adding a zero changes no bit of it.
+
+use multiversion::multiversion;
+
+use super::contact::{ContactRules, Memory, Parameters};
+use super::lanes::{LANES, Lanes, Mask};
+use super::state::State;
+use crate::scene::{NewContactSlip, SlipVelocity, Tension, TorqueArms};
+
+type Vector = [Lanes; 2];
+
+/// Eight listed pairs: whose they are, their parameters, and what they remember. Places left over in the last block
+/// hold pairs of the first grain with itself that never touch.
+#[derive(Debug, Clone, Default)]
+pub struct Block {
+    first: [u32; LANES],
+    second: [u32; LANES],
+    /// R_1 and R_2, m; −1 in a place that is left over.
+    radius: Vector,
+    k_n: Lanes,
+    k_s: Lanes,
+    c_n: Lanes,
+    normal: Vector,
+    shear: Vector,
+}
+
+/// The listed pairs in the order of their sums. Reused from build to build.
+#[derive(Debug, Default)]
+pub struct Pairs {
+    blocks: Vec<Block>,
+    len: usize,
+    sums: Vec<Sum>,
+}
+
+/// Force across and up, N; torque, N·m; nothing.
+type Sum = [f64; 4];
+
+impl Pairs {
+    /// Forgets all pairs.
+    pub fn clear(&mut self) {
+        self.blocks.clear();
+        self.len = 0;
+    }
+
+    /// Lists one more pair.
+    pub fn push(
+        &mut self,
+        (first, second): (u32, u32),
+        radii: [f64; 2],
+        of: &Parameters,
+        memory: &Memory,
+    ) {
+        let lane = self.len % LANES;
+        if lane == 0 {
+            self.blocks.push(Block {
+                radius: [Lanes::all(-1.0); 2],
+                ..Block::default()
+            });
+        }
+        self.len += 1;
+        let Some(block) = self.blocks.last_mut() else {
+            return;
+        };
+        (block.first[lane], block.second[lane]) = (first, second);
+        let put = |to: &mut Vector, [a, b]: [f64; 2]| (to[0].0[lane], to[1].0[lane]) = (a, b);
+        put(&mut block.radius, radii);
+        put(&mut block.normal, memory.normal);
+        put(&mut block.shear, memory.shear);
+        block.k_n.0[lane] = of.k_n;
+        block.k_s.0[lane] = of.k_s;
+        block.c_n.0[lane] = of.c_n;
+    }
+
+    /// Parameters and memory of a listed pair.
+    pub fn get(&self, at: usize) -> (Parameters, Memory) {
+        let (block, lane) = (&self.blocks[at / LANES], at % LANES);
+        let of = |vector: &Vector| [vector[0].0[lane], vector[1].0[lane]];
+        let parameters = Parameters {
+            k_n: block.k_n.0[lane],
+            k_s: block.k_s.0[lane],
+            c_n: block.c_n.0[lane],
+        };
+        let memory = Memory {
+            normal: of(&block.normal),
+            shear: of(&block.shear),
+        };
+        (parameters, memory)
+    }
+
+    /// Forces and torques of all listed pairs, summed on each grain; what was there before is lost. Every contact's memory
+    /// moves on by a step.
+    pub fn sum_forces(&mut self, state: &mut State, rules: &ContactRules) {
+        self.sums.clear();
+        self.sums.resize(state.position.len(), [0.0; 4]);
+        sum_forces(&mut self.blocks, state, rules, &mut self.sums);
+        let to = state.force.iter_mut().zip(&mut state.torque);
+        for ((force, torque), [x, z, turn, _]) in to.zip(&self.sums) {
+            *force = [*x, *z];
+            *torque = *turn;
+        }
+    }
+}
+
+/// [`sum_forces_plain`], compiled for the widest vector unit that the machine has.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn sum_forces(blocks: &mut [Block], state: &State, rules: &ContactRules, sums: &mut [Sum]) {
+    sum_forces_plain(blocks, state, rules, sums);
+}
+
+/// Blocks that are computed before what they do is added: a few, so that it stays near.
+const CHUNK: usize = 8;
+
+#[inline(always)]
+fn sum_forces_plain(blocks: &mut [Block], state: &State, rules: &ContactRules, sums: &mut [Sum]) {
+    let grains = Grains::of(state);
+    let mut actions: [Action; CHUNK] = Default::default();
+    for blocks in blocks.chunks_mut(CHUNK) {
+        for (block, action) in blocks.iter_mut().zip(&mut actions) {
+            *action = act(block, &grains, rules);
+        }
+        for (block, action) in blocks.iter().zip(&actions) {
+            for lane in 0..LANES {
+                let [x, z] = [action.force[0].0[lane], action.force[1].0[lane]];
+                let [one, two] = [action.torques[0].0[lane], action.torques[1].0[lane]];
+                add(&mut sums[block.first[lane] as usize], [-x, -z, one, 0.0]);
+                add(&mut sums[block.second[lane] as usize], [x, z, two, 0.0]);
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn add(sum: &mut Sum, more: Sum) {
+    for (sum, more) in sum.iter_mut().zip(more) {
+        *sum += more;
+    }
+}
+
+/// What the contacts of a block do: [`super::contact::Action`] in lanes.
+#[derive(Default)]
+struct Action {
+    force: Vector,
+    torques: Vector,
+}
+
+/// One side of the contacts of a block.
+#[derive(Default)]
+struct Side {
+    position: Vector,
+    velocity: Vector,
+    spin: Lanes,
+}
+
+/// How all grains move: slices of one length, so that an id is checked once.
+struct Grains<'a> {
+    position: &'a [[f64; 2]],
+    velocity: &'a [[f64; 2]],
+    spin: &'a [f64],
+}
+
+impl<'a> Grains<'a> {
+    #[inline(always)]
+    fn of(state: &'a State) -> Self {
+        let all = state.position.len();
+        Grains {
+            position: &state.position[..all],
+            velocity: &state.velocity[..all],
+            spin: &state.spin[..all],
+        }
+    }
+}
+
+#[inline(always)]
+fn gather(grains: &Grains, ids: &[u32; LANES]) -> Side {
+    let mut side = Side::default();
+    for (lane, id) in ids.iter().enumerate() {
+        let id = *id as usize;
+        [side.position[0].0[lane], side.position[1].0[lane]] = grains.position[id];
+        [side.velocity[0].0[lane], side.velocity[1].0[lane]] = grains.velocity[id];
+        side.spin.0[lane] = grains.spin[id];
+    }
+    side
+}
+
+/// [`ContactRules::act`] with [`super::contact::grains`], in its order of operations.
+#[inline(always)]
+fn act(block: &mut Block, grains: &Grains, rules: &ContactRules) -> Action {
+    let one = gather(grains, &block.first);
+    let two = gather(grains, &block.second);
+    let zero = Lanes::all(0.0);
+    let [r1, r2] = block.radius;
+    let way = difference(two.position, one.position);
+    let distance = dot(way, way).sqrt();
+    let overlap = r1 + r2 - distance;
+    let touching = overlap.reaches(zero);
+    let normal = [way[0] / distance, way[1] / distance];
+    let half_overlap = Lanes::all(0.5) * overlap;
+    let mut arms = [[zero; 2]; 2];
+    let mut at_point = [zero; 2];
+    if rules.needs_points() {
+        let point = sum(one.position, times(normal, r1 - half_overlap));
+        arms = [
+            difference(point, one.position),
+            difference(point, two.position),
+        ];
+        at_point = difference(
+            sum(two.velocity, cross(two.spin, arms[1])),
+            sum(one.velocity, cross(one.spin, arms[0])),
+        );
+    }
+
+    let mut size = block.k_n * overlap;
+    if rules.dashpots {
+        size = size - block.c_n * dot(normal, at_point);
+    }
+    let mut normal_force = times(normal, size);
+    if rules.dashpots && rules.tension == Tension::Clipped {
+        let pulls = zero.exceeds(size);
+        normal_force = pulls.choose([zero; 2], normal_force);
+    }
+
+    let mut force = normal_force;
+    if rules.friction {
+        let mut relative = at_point;
+        if rules.slip_velocity == SlipVelocity::RatchetingCorrected {
+            let stretch = (r1 + r2) / (r1 + r2 - overlap);
+            let of_two = cross(two.spin, times(normal, -r2));
+            let of_one = cross(one.spin, times(normal, r1));
+            let apart = times(difference(two.velocity, one.velocity), stretch);
+            relative = difference(sum(apart, of_two), of_one);
+        }
+        let shear = move_on(block, rules, normal, overlap, normal_force, relative);
+        block.shear = touching.choose(shear, [zero; 2]);
+        force = sum(normal_force, shear);
+    }
+    block.normal = touching.choose(normal, [zero; 2]);
+
+    let mut torques = [zero; 2];
+    if rules.rotates {
+        let on_one = [-force[0], -force[1]];
+        torques = match rules.torque_arms {
+            TorqueArms::HalfOverlap => {
+                let turn = torque(normal, on_one);
+                [(r1 - half_overlap) * turn, (r2 - half_overlap) * turn]
+            }
+            TorqueArms::ContactPoint => [torque(arms[0], on_one), torque(arms[1], force)],
+        };
+    }
+    Action {
+        force: touching.choose(force, [zero; 2]),
+        torques: touching.choose(torques, [zero; 2]),
+    }
+}
+
+/// The shear force after this step; that of a pair which did not touch begins at zero.
+#[inline(always)]
+fn move_on(
+    block: &Block,
+    rules: &ContactRules,
+    normal: Vector,
+    overlap: Lanes,
+    normal_force: Vector,
+    relative: Vector,
+) -> Vector {
+    let turn = block.normal[1] * normal[0] - block.normal[0] * normal[1];
+    let [sx, sz] = block.shear;
+    let turned = [sx + sz * turn, sz - sx * turn];
+    let along = dot(normal, relative);
+    let slip = difference(relative, times(normal, along));
+    let dt = Lanes::all(rules.dt);
+    let mut growth = if rules.dashpots {
+        times(slip, block.k_s * dt)
+    } else {
+        times(times(slip, dt), block.k_s)
+    };
+    if rules.new_contact_slip == NewContactSlip::SinceTouch {
+        let way = -along * dt;
+        let timed = way.exceeds(overlap).but_not(block.touched());
+        growth = timed.choose(times(growth, overlap / way), growth);
+    }
+    let shear = difference(turned, growth);
+    let limit_squared = dot(normal_force, normal_force) * Lanes::all(rules.tan_squared);
+    let squared = dot(shear, shear);
+    let slides = squared.exceeds(limit_squared);
+    if !slides.any() {
+        return shear;
+    }
+    let ratio = limit_squared.sqrt() / squared.sqrt();
+    slides.choose(times(shear, ratio), shear)
+}
+
+impl Block {
+    /// Which pairs touched a step ago.
+    #[inline(always)]
+    fn touched(&self) -> Mask {
+        let [x, z] = self.normal;
+        (x * x + z * z).exceeds(Lanes::all(0.0))
+    }
+}
+
+#[inline(always)]
+fn dot(a: Vector, b: Vector) -> Lanes {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+#[inline(always)]
+fn times(a: Vector, by: Lanes) -> Vector {
+    [a[0] * by, a[1] * by]
+}
+
+#[inline(always)]
+fn sum(a: Vector, b: Vector) -> Vector {
+    [a[0] + b[0], a[1] + b[1]]
+}
+
+#[inline(always)]
+fn difference(a: Vector, b: Vector) -> Vector {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+/// ω × a.
+#[inline(always)]
+fn cross(spin: Lanes, arm: Vector) -> Vector {
+    [spin * arm[1], -(spin * arm[0])]
+}
+
+/// (a × F) about y.
+#[inline(always)]
+fn torque(arm: Vector, force: Vector) -> Lanes {
+    arm[1] * force[0] - arm[0] * force[1]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Mode;
+    use super::super::dynamics::Dynamics;
+    use super::super::neighbours::Skin;
+    use super::super::state::Constants;
+    use super::*;
+    use crate::generate::initial_bodies;
+    use crate::model::Model;
+    use crate::scene::{Viscosity, paper_scene};
+
+    /// The obvious version: the scalar law, one pair after the other in the order of the sorted loop.
+    fn reference(state: &State, pairs: &Pairs, rules: &ContactRules) -> (Vec<Sum>, Vec<Memory>) {
+        let mut sums = vec![[0.0; 4]; state.position.len()];
+        let mut memories = Vec::new();
+        for at in 0..pairs.len {
+            let (block, lane) = (&pairs.blocks[at / LANES], at % LANES);
+            let (a, b) = (block.first[lane] as usize, block.second[lane] as usize);
+            let (of, mut memory) = pairs.get(at);
+            let Some(touch) = state.grain_touch(a, b) else {
+                memories.push(Memory::default());
+                continue;
+            };
+            let action = rules.act(&touch, &of, &state.motion(a), &state.motion(b), &mut memory);
+            memories.push(memory);
+            let [x, z] = action.force;
+            (sums[a][0], sums[a][1]) = (sums[a][0] - x, sums[a][1] - z);
+            (sums[b][0], sums[b][1]) = (sums[b][0] + x, sums[b][1] + z);
+            sums[a][2] += action.torques[0];
+            sums[b][2] += action.torques[1];
+        }
+        (sums, memories)
+    }
+
+    /// All laws that the general kernel has, on the paper's grains; 3,001 of them, so that a block stays unfilled.
+    fn laws() -> Vec<Constants> {
+        let viscosity = |tension| Viscosity::Dashpot {
+            c_n: 900.0,
+            tension,
+        };
+        let viscosities = [
+            Viscosity::None,
+            viscosity(Tension::Clipped),
+            viscosity(Tension::Unclipped),
+        ];
+        let mut laws = Vec::new();
+        for (friction_angle, viscosity) in [(0.0, 1), (0.0, 2), (0.5, 0), (0.1, 1), (0.5, 2)] {
+            for slip_velocity in [
+                SlipVelocity::RatchetingCorrected,
+                SlipVelocity::ContactPoint,
+            ] {
+                for torque_arms in [TorqueArms::HalfOverlap, TorqueArms::ContactPoint] {
+                    for new_contact_slip in [NewContactSlip::WholeStep, NewContactSlip::SinceTouch]
+                    {
+                        let scene = paper_scene(1, 3001);
+                        let mut constants = Constants::new(&Model::of(&scene), 3001);
+                        constants.change_law(|law| {
+                            law.friction_angle = friction_angle;
+                            law.stiffness_ratio = 0.3;
+                            law.contact.viscosity = viscosities[viscosity].clone();
+                            law.contact.slip_velocity = slip_velocity;
+                            law.contact.torque_arms = torque_arms;
+                            law.contact.new_contact_slip = new_contact_slip;
+                        });
+                        laws.push(constants);
+                    }
+                }
+            }
+        }
+        laws
+    }
+
+    #[test]
+    fn lanes_have_the_bits_of_the_scalar_law_summed_pair_after_pair() {
+        let scene = paper_scene(1, 3001);
+        let mut bodies = initial_bodies(&scene);
+        let mass = bodies.mass.iter().zip(&bodies.radius);
+        bodies.inertia = mass.map(|(m, r)| 0.5 * m * r * r).collect();
+        bodies.spin = (0..bodies.len()).map(|id| (id as f64).sin()).collect();
+        let (mut touching, mut sheared) = (0, 0);
+        for constants in laws() {
+            let rules = constants.rules();
+            let skin = Skin::Adaptive { radius: 0.005 };
+            let mut dynamics =
+                Dynamics::new(&bodies, None, constants, skin, Mode::Exact).expect("a sound start");
+            for step in 1..=4000 {
+                // What contacts remember of the step before; a list that was made anew has other pairs.
+                let (blocks, len) = match step % 1999 {
+                    0 => {
+                        let pairs = &dynamics.neighbours.history.pairs;
+                        (pairs.blocks.clone(), pairs.len)
+                    }
+                    _ => (Vec::new(), 0),
+                };
+                let builds = dynamics.neighbours.builds;
+                dynamics.step().expect("a sound step");
+                if len == 0 || dynamics.neighbours.builds > builds {
+                    continue;
+                }
+                let state = &dynamics.state;
+                let pairs = Pairs {
+                    blocks,
+                    len,
+                    sums: Vec::new(),
+                };
+                let (expected, memories) = reference(state, &pairs, &rules);
+                let plain = |blocks: &mut [Block], sums: &mut [Sum]| {
+                    sum_forces_plain(blocks, state, &rules, sums);
+                };
+                let widest = |blocks: &mut [Block], sums: &mut [Sum]| {
+                    sum_forces(blocks, state, &rules, sums);
+                };
+                for sum in [&plain as &dyn Fn(&mut [Block], &mut [Sum]), &widest] {
+                    let mut blocks = pairs.blocks.clone();
+                    let mut sums = vec![[0.0; 4]; expected.len()];
+                    sum(&mut blocks, &mut sums);
+                    for (id, (sum, expected)) in sums.iter().zip(&expected).enumerate() {
+                        assert_eq!(
+                            sum.map(f64::to_bits),
+                            expected.map(f64::to_bits),
+                            "grain {id}, step {step}: {sum:?} for {expected:?}, {rules:?}"
+                        );
+                    }
+                    let after = Pairs {
+                        blocks,
+                        len: pairs.len,
+                        sums: Vec::new(),
+                    };
+                    for (at, expected) in memories.iter().enumerate() {
+                        let memory = after.get(at).1;
+                        let bits = |memory: &Memory| {
+                            let [[a, b], [c, d]] = [memory.normal, memory.shear];
+                            [a, b, c, d].map(f64::to_bits)
+                        };
+                        assert_eq!(bits(&memory), bits(expected), "pair {at}, {rules:?}");
+                    }
+                }
+                touching += memories.iter().filter(|of| of.touching()).count();
+                sheared += memories.iter().filter(|of| of.shear != [0.0; 2]).count();
+            }
+        }
+        assert!(
+            touching > 10_000 && sheared > 5_000,
+            "{touching}, {sheared}"
+        );
+    }
+}
