@@ -370,6 +370,7 @@ fn the_timed_steps_of_yade_have_the_native_bits() {
 #[test]
 fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
     let bed = bed::settled(60, &mut ()).expect("a bed that settles");
+    let with_friction = bed.with_friction();
     let work = tempfile::tempdir().expect("a temporary folder");
     let yade = yade::Options {
         program: Some("/nowhere/yade".into()),
@@ -384,6 +385,7 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
             ..Plan::QUICK
         },
         bed: &bed,
+        with_friction: &with_friction,
         yade: &yade,
         external: None,
         crossgrain: Path::new(env!("CARGO_BIN_EXE_crossgrain")),
@@ -394,6 +396,7 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
     let contender::Rounds {
         mut contests,
         sorted_bits,
+        friction_bits,
         mut missed,
     } = rounds.expect("a round");
     // Whatever else this machine has.
@@ -431,6 +434,8 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
             steps_per_build: 100.0,
         },
         sorted_bits,
+        friction_bits,
+        friction_cost: None,
         stages: clocked.shares,
         instructions: Vec::new(),
         distances: vec![Distance {
@@ -452,7 +457,7 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
     assert_eq!(document.verdict, Outcome::Skipped);
     let checks = document.checks.iter();
     let beds = checks.filter(|of| of.id.starts_with("bench/bed/"));
-    assert_eq!(beds.count(), 9);
+    assert_eq!(beds.count(), 12);
     let yade = "bench/missed/ordinary-loop";
     let check = document.checks.iter().find(|of| of.id == yade);
     assert!(check.is_some_and(|of| of.required && of.outcome == Outcome::Skipped));

@@ -24,11 +24,12 @@ use grains::native::timing::Share;
 
 use bed::Bed;
 use bed::PAPER;
-use contender::Contest;
+use contender::{Contender, Contest};
 use document::Goal;
 use instructions::Instructions;
 use machine::{Bound, Machine, Throughput, Work};
 use scaling::Point;
+use timing::Spread;
 
 /// What came back makes no sense.
 fn nonsense(what: impl ToString) -> Error {
@@ -135,6 +136,7 @@ pub struct Setup<'a> {
     pub plan: Plan,
     /// The paper's.
     pub bed: &'a Bed,
+    pub with_friction: &'a Bed,
     pub yade: &'a yade::Options,
     pub external: Option<&'a ExternalEngine>,
     /// This program, for the parts that need a process of their own.
@@ -182,6 +184,10 @@ pub struct Bench {
     pub contests: Vec<Contest>,
     /// Native exact against YADE's sorted loop after the same steps.
     pub sorted_bits: Option<TableBits>,
+    /// The same on the bed with friction: spins too.
+    pub friction_bits: Option<TableBits>,
+    /// Time a step of native exact with friction over that without, round by round.
+    pub friction_cost: Option<Spread>,
     pub stages: Vec<Share>,
     pub instructions: Vec<Instructions>,
     pub throughput: Throughput,
@@ -219,12 +225,14 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
     } else {
         Plan::FULL
     };
+    let with_friction = bed.with_friction();
     let setup = Setup {
         plan: Plan {
             rounds: options.rounds.unwrap_or(usual.rounds),
             ..usual
         },
         bed: &bed,
+        with_friction: &with_friction,
         yade: &options.yade,
         external: options.external.as_ref(),
         crossgrain: &options.crossgrain,
@@ -250,6 +258,7 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
     missed.extend(not_scaled);
     task.done(&format!("{} sizes", plan.sizes.len()));
 
+    let friction_cost = friction_cost(&rounds.contests);
     let pairs_a_grain = clocked.listed_pairs as f64 / f64::from(PAPER);
     Ok(Bench {
         crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
@@ -269,14 +278,22 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
         instructions,
         distances: distances(&scaling, pairs_a_grain, &throughput),
         throughput,
-        goals: document::goals(&rounds.contests, &scaling),
+        goals: document::goals(&rounds.contests, friction_cost.as_ref(), &scaling),
+        friction_cost,
         disturbed: disturbed(&rounds.contests),
         contests: rounds.contests,
         sorted_bits: rounds.sorted_bits,
+        friction_bits: rounds.friction_bits,
         scaling,
         missed,
         seconds: began.elapsed().as_secs_f64(),
     })
+}
+
+fn friction_cost(contests: &[Contest]) -> Option<Spread> {
+    let of = |wanted| contests.iter().find(|of| of.contender == wanted);
+    let [friction, exact] = [Contender::ExactFriction, Contender::Exact].map(of);
+    Spread::ratio(&friction?.seconds_per_step, &exact?.seconds_per_step)
 }
 
 /// Of the smallest and the largest bed from the paper's size on.

@@ -24,6 +24,7 @@ fn turn(bed: &Bed, external: &ExternalEngine) -> Result<(Turn, Sanity, String), 
     let setup = Setup {
         plan: PLAN,
         bed,
+        with_friction: bed,
         yade: &yade,
         external: Some(external),
         crossgrain: work.path(),

@@ -101,7 +101,24 @@ pub fn laid_out(of: &Bed, copies: u32) -> Result<Bed, NativeError> {
     Ok(Bed { bodies, ..restless })
 }
 
+/// Angle of friction of the bed with friction, rad.
+pub const FRICTION: f64 = 0.5;
+
 impl Bed {
+    /// The same grains where they lie, from now on with friction and free to turn.
+    pub fn with_friction(&self) -> Bed {
+        let mut scene = self.scene.clone();
+        scene.material.friction_angle = FRICTION;
+        let of = |(radius, mass): (&f64, &f64)| scene.grain_inertia(*radius, *mass);
+        let Bodies { radius, mass, .. } = &self.bodies;
+        let bodies = Bodies {
+            inertia: radius.iter().zip(mass).map(of).collect(),
+            spin: vec![0.0; radius.len()],
+            ..self.bodies.clone()
+        };
+        Bed { scene, bodies }
+    }
+
     pub fn task(&self, steps: u64) -> Task {
         Task::pour(self.bodies.clone(), steps)
     }

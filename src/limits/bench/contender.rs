@@ -37,12 +37,16 @@ pub enum Contender {
     YadeSorted,
     Lammps,
     Liggghts,
+    /// The first on the bed with friction.
+    ExactFriction,
+    YadeOrdinaryFriction,
+    YadeSortedFriction,
     /// A program that speaks the engine protocol.
     External,
 }
 
 /// Those that always take part, in the order in which they stand in tables.
-pub const ALL: [Contender; 7] = [
+pub const ALL: [Contender; 10] = [
     Contender::Exact,
     Contender::Free,
     Contender::Single,
@@ -50,9 +54,20 @@ pub const ALL: [Contender; 7] = [
     Contender::YadeSorted,
     Contender::Lammps,
     Contender::Liggghts,
+    Contender::ExactFriction,
+    Contender::YadeOrdinaryFriction,
+    Contender::YadeSortedFriction,
 ];
 
 impl Setup<'_> {
+    /// What it computes.
+    pub fn bed_of(&self, contender: Contender) -> &Bed {
+        match contender.friction() {
+            true => self.with_friction,
+            false => self.bed,
+        }
+    }
+
     /// For tables. An external engine may have the name of one that takes part anyway.
     pub fn name_of(&self, contender: Contender) -> String {
         match (contender, self.external) {
@@ -83,9 +98,11 @@ pub struct Turn {
     pub shares: Vec<Share>,
 }
 
-/// Goals: how many times native exact's time a step of YADE's ordinary loop is to take, and one of LAMMPS.
+/// Goals: how many times native exact's time a step of YADE's ordinary loop is to take, and one of LAMMPS; and both with
+/// friction.
 pub const YADE_OVER_EXACT: f64 = 30.0;
 pub const LAMMPS_OVER_EXACT: f64 = 7.0;
+pub const YADE_OVER_EXACT_FRICTION: f64 = 25.0;
 
 pub struct Known {
     /// In ids of checks, unique.
@@ -111,6 +128,24 @@ impl Turn {
 }
 
 impl Contender {
+    /// Whether it computes the bed with friction.
+    pub fn friction(self) -> bool {
+        use Contender::{ExactFriction, YadeOrdinaryFriction, YadeSortedFriction};
+        matches!(
+            self,
+            ExactFriction | YadeOrdinaryFriction | YadeSortedFriction
+        )
+    }
+
+    /// Whether it is native exact, which others on the same bed are held against.
+    pub fn is_exact(self) -> bool {
+        matches!(self, Contender::Exact | Contender::ExactFriction)
+    }
+
+    fn sorted(self) -> bool {
+        matches!(self, Contender::YadeSorted | Contender::YadeSortedFriction)
+    }
+
     pub fn known(self) -> Known {
         let native = |id, name, mode, tolerance| Known {
             id,
@@ -149,13 +184,32 @@ impl Contender {
                     Within::OTHER_LAW,
                 )
             },
+            Contender::ExactFriction => native(
+                "exact-friction",
+                "native exact, friction",
+                Mode::Exact,
+                Within::ROUNDING,
+            ),
+            Contender::YadeOrdinaryFriction => Known {
+                goal: Some(YADE_OVER_EXACT_FRICTION),
+                ..other(
+                    "ordinary-loop-friction",
+                    "YADE -j1, ordinary loop, friction",
+                    Within::ROUNDING,
+                )
+            },
+            Contender::YadeSortedFriction => other(
+                "sorted-loop-friction",
+                "YADE -j1, sorted loop, friction",
+                Within::ROUNDING,
+            ),
             Contender::External => other("external", "exec", Within::FREE),
         }
     }
 
     /// Times its window on the bed.
     pub fn run(self, setup: &Setup<'_>) -> Result<Turn, Error> {
-        let Setup { bed, plan, .. } = setup;
+        let (bed, plan) = (setup.bed_of(self), &setup.plan);
         let folder = timing::folder(setup.work, "turn")?;
         if let Some(mode) = self.known().mode {
             let window = timing::time(bed, mode, plan.native)?;
@@ -172,7 +226,7 @@ impl Contender {
             return by_two_runs(bed, plan, engine, &folder);
         }
         // Only YADE has an account of its own.
-        let is_yade = matches!(self, Contender::YadeOrdinary | Contender::YadeSorted);
+        let is_yade = !matches!(self, Contender::Lammps | Contender::Liggghts);
         let steps = TimedSteps {
             warm_up: plan.warm_up,
             timed: plan.other,
@@ -188,7 +242,7 @@ impl Contender {
 
     /// Holds its bed against the exact one after the same steps.
     pub fn check(self, turn: &Turn, setup: &Setup<'_>, exact: &Snapshot) -> Result<Sanity, Error> {
-        let (known, bed) = (self.known(), setup.bed);
+        let (known, bed) = (self.known(), setup.bed_of(self));
         let own;
         let (bodies, contacts) = match &turn.bed {
             Some((bodies, contacts)) => (bodies, *contacts),
@@ -217,7 +271,7 @@ pub fn timed(
 ) -> Result<(Timed, String), Error> {
     let model = Model::of(&bed.scene);
     let options = yade::Options {
-        sorted: contender == Contender::YadeSorted,
+        sorted: contender.sorted(),
         ..options.clone()
     };
     let adapter = match contender {
@@ -418,6 +472,8 @@ pub struct Rounds {
     pub contests: Vec<Contest>,
     /// Native exact against YADE's sorted loop after the same steps: every position and velocity.
     pub sorted_bits: Option<TableBits>,
+    /// The same with friction: spins too.
+    pub friction_bits: Option<TableBits>,
     pub missed: Vec<Missed>,
 }
 
@@ -449,18 +505,25 @@ pub fn rounds(setup: &Setup<'_>, progress: &progress::Task) -> Result<Rounds, Er
         // What has failed once does not run again.
         turns.retain(|(contender, _)| missed.iter().all(|of| of.id != contender.known().id));
     }
-    let exact_bed = timing::after(setup.bed, Mode::Exact, setup.plan.compared_after())?;
+    let after = setup.plan.compared_after();
+    let exact_bed = timing::after(setup.bed, Mode::Exact, after)?;
+    let friction_bed = timing::after(setup.with_friction, Mode::Exact, after)?;
     let of = |wanted: Contender| {
         let found = turns.iter().find(|(contender, _)| *contender == wanted);
         found.map(|(_, turns)| turns.as_slice())
     };
-    let [exact, free] = [Contender::Exact, Contender::Free].map(|base| of(base).and_then(spread));
+    let bases = [Contender::Exact, Contender::Free, Contender::ExactFriction];
+    let [exact, free, friction] = bases.map(|base| of(base).and_then(spread));
     let mut contests = Vec::new();
     for (contender, of) in &turns {
         let (Some(seconds_per_step), Some(last)) = (spread(of), of.last()) else {
             continue;
         };
         let over = |base: &Option<Spread>| Spread::ratio(&seconds_per_step, base.as_ref()?);
+        let (exact, free, exact_bed) = match contender.friction() {
+            true => (&friction, &None, &friction_bed),
+            false => (&exact, &free, &exact_bed),
+        };
         let shares = of.iter().filter_map(|turn| turn.window.processor_share());
         contests.push(Contest {
             contender: *contender,
@@ -468,21 +531,30 @@ pub fn rounds(setup: &Setup<'_>, progress: &progress::Task) -> Result<Rounds, Er
             version: last.version.clone(),
             steps: last.window.steps,
             processor_share: shares.min_by(f64::total_cmp),
-            over_exact: over(&exact),
-            over_free: over(&free),
+            over_exact: over(exact),
+            over_free: over(free),
             peak_memory: last.peak_memory,
             shares: last.shares.clone(),
             approximations: setup.approximations_of(*contender),
-            sanity: contender.check(last, setup, &exact_bed)?,
+            sanity: contender.check(last, setup, exact_bed)?,
             seconds_per_step,
         });
     }
-    let sorted = of(Contender::YadeSorted).and_then(|turns| turns.last()?.bed.as_ref());
-    let against = |(bodies, _): &(Bodies, usize)| {
-        bits::bodies("positions and velocities", &exact_bed.bodies, bodies)
+    let bits_of = |sorted, name, exact: &Snapshot| {
+        let (bodies, _) = of(sorted)?.last()?.bed.as_ref()?;
+        Some(bits::bodies(name, &exact.bodies, bodies))
     };
     Ok(Rounds {
-        sorted_bits: sorted.map(against),
+        sorted_bits: bits_of(
+            Contender::YadeSorted,
+            "positions and velocities",
+            &exact_bed,
+        ),
+        friction_bits: bits_of(
+            Contender::YadeSortedFriction,
+            "positions, velocities and spins",
+            &friction_bed,
+        ),
         contests,
         missed,
     })

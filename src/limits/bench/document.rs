@@ -4,7 +4,9 @@ use serde::Serialize;
 
 use super::Bench;
 use super::bed::PAPER;
-use super::contender::{Contender, Contest, LAMMPS_OVER_EXACT, YADE_OVER_EXACT};
+use super::contender::{
+    Contender, Contest, LAMMPS_OVER_EXACT, YADE_OVER_EXACT, YADE_OVER_EXACT_FRICTION,
+};
 use super::instructions::Instructions;
 use super::scaling::Point as Size;
 use super::timing::Spread;
@@ -26,7 +28,7 @@ pub struct Goal {
 }
 
 /// All goals, held against these figures.
-pub fn goals(contests: &[Contest], points: &[Size]) -> Vec<Goal> {
+pub fn goals(contests: &[Contest], friction_cost: Option<&Spread>, points: &[Size]) -> Vec<Goal> {
     let of = |wanted: Contender| contests.iter().find(|of| of.contender == wanted);
     let over_exact = |wanted| of(wanted).and_then(|contest| contest.over_exact.clone());
     let over_free = of(Contender::YadeOrdinary).and_then(|contest| contest.over_free.clone());
@@ -62,6 +64,17 @@ pub fn goals(contests: &[Contest], points: &[Size]) -> Vec<Goal> {
             lammps,
         ),
         faster("native free against YADE's ordinary loop", 45.0, over_free),
+        faster(
+            "with friction, native exact against YADE's ordinary loop",
+            YADE_OVER_EXACT_FRICTION,
+            over_exact(Contender::YadeOrdinaryFriction),
+        ),
+        goal(
+            "native exact, a step with friction over one without",
+            false,
+            3.0,
+            friction_cost.cloned(),
+        ),
         goal(cost, false, 1.6, growth),
     ]
 }
@@ -82,10 +95,19 @@ impl Bench {
     /// Every check: beds, bits, and what was missed. No time counts.
     pub fn checks(&self) -> Vec<Check> {
         let mut checks: Vec<Check> = self.contests.iter().flat_map(of_bed).collect();
-        if let Some(bits) = &self.sorted_bits {
-            let what = "native exact against YADE's sorted loop";
+        let tables = [
+            ("bench/bits", "", &self.sorted_bits),
+            (
+                "bench/bits-friction",
+                ", with friction",
+                &self.friction_bits,
+            ),
+        ];
+        for (id, with, bits) in tables {
+            let Some(bits) = bits else { continue };
+            let what = format!("native exact against YADE's sorted loop{with}");
             let outcome = Outcome::pass_if(bits.agrees());
-            let check = Check::of_words("bench/bits", what, outcome, &bits.to_string());
+            let check = Check::of_words(id, &what, outcome, &bits.to_string());
             let check = Check {
                 n: bits.numbers as u64,
                 ..check.with_limits(bits.differing as f64, 0.0, Some(0.0))
@@ -112,7 +134,7 @@ impl Bench {
     /// Times over native exact's, and instructions.
     pub fn speeds(&self) -> Vec<Speed> {
         let others = self.contests.iter();
-        let others = others.filter(|contest| contest.contender != Contender::Exact);
+        let others = others.filter(|contest| !contest.contender.is_exact());
         let ratios = others.filter_map(|contest| {
             let over = contest.over_exact.as_ref()?;
             // Of the native engine's own modes less is better; what others take longer is to its credit.
@@ -125,6 +147,14 @@ impl Bench {
                 less_is_better: contest.contender.known().mode.is_some(),
             })
         });
+        let friction = self.friction_cost.as_ref().map(|cost| Speed {
+            id: "time/friction".to_owned(),
+            what: "time a step of native exact with friction over that without".to_owned(),
+            unit: "times without friction".to_owned(),
+            value: cost.median,
+            range: Some([cost.least, cost.most]),
+            less_is_better: true,
+        });
         let instructions = self.instructions.iter().map(|of| Speed {
             id: format!("instructions/{}", of.contender.known().id),
             what: format!("instructions a step of {}", of.name),
@@ -133,7 +163,7 @@ impl Bench {
             range: None,
             less_is_better: true,
         });
-        ratios.chain(instructions).collect()
+        ratios.chain(friction).chain(instructions).collect()
     }
 
     pub fn document(&self) -> Document {
@@ -143,6 +173,12 @@ impl Bench {
                 bits.differing, bits.numbers
             ),
             None => "The bits of YADE's sorted loop were not compared.".to_owned(),
+        } + &match &self.friction_bits {
+            Some(bits) => format!(
+                " With friction, spins too: {} of {} differ.",
+                bits.differing, bits.numbers
+            ),
+            None => String::new(),
         };
         let disturbed = " The machine was busy with other things: some engine had the processor for less than 95 % of the time. Measure again \
              on an idle machine before believing any ratio.";
@@ -183,7 +219,9 @@ impl Bench {
         let mut section = section.with(table).with(
             "The bed: contacts between grains, the largest distance of a grain from its place in native exact after the same steps, \
              kinetic energy. YADE runs with verletDist 1e-4 m, its best on this bed, frictionless as the scene is; it computes spheres \
-             in three dimensions with friction and rotation at hand, and a good part of the ratio is what is not computed. LAMMPS and \
+             in three dimensions with friction and rotation at hand, and a good part of the ratio is what is not computed. With \
+             friction (angle 0.5, grains free to turn) nothing is left out in either, and engines are held against native exact \
+             with friction. LAMMPS and \
              LIGGGHTS know one stiffness for all pairs, have a drag force in place of Cundall's damping and do not integrate \
              rotation, so their bed is a slightly other one, and their time is that of a general code over the same pairs.",
         );
@@ -206,7 +244,7 @@ impl Bench {
     /// Each round's ratio to native exact, and the median with the middle half.
     fn ratios(&self) -> Option<Plot> {
         let others = self.contests.iter();
-        let others = others.filter(|contest| contest.contender != Contender::Exact);
+        let others = others.filter(|contest| !contest.contender.is_exact());
         let rows: Vec<_> = others
             .filter_map(|contest| Some((contest, contest.over_exact.as_ref()?)))
             .collect();

@@ -48,7 +48,13 @@ pub fn all(
         let exact = all.first().map(|exact| exact.per_step);
         // Without native exact there is nothing to hold it against.
         let lacks = exact.is_none() && contender != Contender::Exact;
-        if !counts || lacks || contender == Contender::YadeSorted {
+        if !counts
+            || lacks
+            || matches!(
+                contender,
+                Contender::YadeSorted | Contender::YadeSortedFriction
+            )
+        {
             continue;
         }
         progress.share(index as f64 / ALL.len() as f64, name);
@@ -121,7 +127,7 @@ fn profile(
     ];
     let limit = setup.yade.limits.time;
     let done = if let Some(mode) = contender.known().mode {
-        timing::write_bed(setup.bed, &folder)?;
+        timing::write_bed(setup.bed_of(contender), &folder)?;
         let mut command = Command::new(valgrind);
         let command = command.args(&under).arg(setup.crossgrain);
         let command = command.args(timing::arguments(&folder, mode, steps));
@@ -136,7 +142,7 @@ fn profile(
             shares: 0,
         };
         let job = timing::folder(&folder, "timed")?;
-        contender::timed(contender, setup.bed, steps, &options, &job)?;
+        contender::timed(contender, setup.bed_of(contender), steps, &options, &job)?;
         steps.timed
     };
     Ok((parse(&read_text(&out, 1 << 28)?), done))
