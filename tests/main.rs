@@ -12,6 +12,7 @@ mod scene;
 mod corpus;
 mod generate;
 
+mod emulated;
 mod native;
 mod soak;
 mod standing_punch;

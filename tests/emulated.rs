@@ -1,0 +1,71 @@
+//! The same bits on another arithmetic: the program on processors that qemu computes in software, without vectors wider than
+//! SSE2 and with AVX2, friction and the punch included. `ci/on_arm` does the same with the program built for ARM.
+
+use std::path::Path;
+use std::process::Command;
+
+use crossgrain::limits::bench::bed::Bed;
+use crossgrain::limits::bench::timing;
+use crossgrain::run::folder::RunFolder;
+use grains::native::Mode;
+
+use crate::support::{crossgrain, frictional_scene, tiny_scene, told, write_scene};
+
+/// qemu's names of processors, and what the program finds in them.
+const PROCESSORS: [(&str, &str); 2] = [("qemu64", "the plainest of its kind"), ("max", "AVX2")];
+
+fn on(processor: &str, arguments: &[&str], folder: &Path) -> String {
+    let output = Command::new("qemu-x86_64")
+        .args(["-cpu", processor, env!("CARGO_BIN_EXE_crossgrain")])
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .expect("Debian's package qemu-user is installed");
+    let (code, out, error) = told(&output);
+    assert_eq!(code, 0, "{processor}: {error}");
+    out
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "live"),
+    ignore = "needs qemu-user (ci/install qemu-x86_64:qemu-user): --features live"
+)]
+fn processors_computed_in_software_give_the_same_bits() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    for (name, scene) in [("smooth", tiny_scene()), ("rough", frictional_scene())] {
+        let file = format!("{name}.json");
+        write_scene(&scene, &at.join(&file));
+        let run = ["run", &file, "--engine", "native", "--quiet", "--out"];
+        let output = crossgrain(&[&run[..], &[name]].concat(), at);
+        assert_eq!(told(&output).0, 0);
+        let here = RunFolder::read(&at.join(name)).expect("a run folder");
+        assert_eq!(here.record.stages.len(), 2, "poured and loaded");
+        for (processor, _) in PROCESSORS {
+            let out = format!("{name}-{processor}");
+            on(processor, &[&run[..], &[&out]].concat(), at);
+            let there = RunFolder::read(&at.join(&out)).expect("a run folder");
+            assert_eq!(there.last, here.last, "{name} on {processor}");
+            assert_eq!(there.history, here.history, "{name} on {processor}");
+        }
+    }
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "live"),
+    ignore = "needs qemu-user (ci/install qemu-x86_64:qemu-user): --features live"
+)]
+fn each_of_them_takes_the_code_for_its_vectors() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scene = tiny_scene();
+    let bodies = grains::generate::initial_bodies(&scene);
+    timing::write_bed(&Bed { scene, bodies }, folder.path()).expect("a writable folder");
+    for (processor, vectors) in PROCESSORS {
+        let arguments = timing::arguments(folder.path(), Mode::Exact, 8);
+        let arguments = arguments.each_ref().map(String::as_str);
+        let said = on(processor, &arguments, folder.path());
+        assert!(said.contains(vectors), "{processor}: {said}");
+    }
+}
