@@ -50,6 +50,12 @@ impl Table {
         text
     }
 
+    /// Whether a cell is too long for a column of one word a line.
+    fn has_sentences(&self, column: usize) -> bool {
+        let mut cells = self.rows.iter().filter_map(|row| row.get(column));
+        cells.any(|cell| matches!(cell, Cell::Text(text) if text.len() > 16))
+    }
+
     /// As an element that scrolls sideways where it is too wide, with its title as a caption.
     pub fn html(&self) -> String {
         let mut html = String::from("<div class=\"scroll\"><table>\n");
@@ -59,6 +65,8 @@ impl Table {
         let class = |column: usize| {
             if self.has_numbers(column) {
                 " class=\"n\""
+            } else if self.has_sentences(column) {
+                " class=\"w\""
             } else {
                 ""
             }
