@@ -37,7 +37,7 @@ pub struct Arguments {
     #[command(subcommand)]
     command: Command,
     /// Print help
-    #[arg(short, long, global = true, action = ArgAction::HelpShort)]
+    #[arg(short, long, global = true, action = ArgAction::HelpShort, display_order = 999)]
     help: Option<bool>,
 }
 
