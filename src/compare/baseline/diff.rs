@@ -167,7 +167,11 @@ impl Diff {
         };
         // They stand in their order.
         for of in self.changes.chunk_by(|a, b| a.change == b.change) {
-            count(of.len(), of[0].change.words());
+            let words = match (of[0].change, of.len()) {
+                (Change::NewFailure, 2..) => "new failures",
+                (change, _) => change.words(),
+            };
+            count(of.len(), words);
         }
         for (pace, words) in [(Pace::Slower, "slower"), (Pace::Faster, "faster")] {
             let of = self.speeds.iter().filter(|of| of.pace == pace);
