@@ -15,9 +15,10 @@ mod stability;
 mod study;
 mod verify;
 
-use clap::{ArgAction, Parser, Subcommand};
+use clap::{ArgAction, ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::{Error, exit};
+use report::Files;
 
 /// Pours, settles and presses discs in two engines, and says whether they agree.
 #[derive(Debug, Parser)]
@@ -36,7 +37,7 @@ pub struct Arguments {
     #[command(subcommand)]
     command: Command,
     /// Print help
-    #[arg(short, long, global = true, action = ArgAction::HelpShort)]
+    #[arg(short, long, global = true, action = ArgAction::HelpShort, display_order = 999)]
     help: Option<bool>,
 }
 
@@ -74,9 +75,43 @@ enum Command {
     Shell(shell::Verb),
 }
 
-impl Arguments {
+/// Arguments that were understood, and where an error of theirs is written to.
+pub struct Asked {
+    arguments: Arguments,
+    files: Option<(String, Files)>,
+}
+
+impl Asked {
+    /// Of this process; ends it with a usage error, or with help.
+    pub fn parse() -> Self {
+        let matches = Arguments::command().get_matches();
+        let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+        let files = files(&matches);
+        Asked { arguments, files }
+    }
+
     /// Does what was asked; the value is the exit code.
     pub fn execute(self) -> Result<u8, Error> {
+        let done = self.arguments.execute();
+        if let (Err(error), Some((name, files))) = (&done, &self.files) {
+            files.write_error(name, error)?;
+        }
+        done
+    }
+}
+
+/// The name of the verb that was given, and the files that it was asked for if it judges.
+fn files(mut matches: &ArgMatches) -> Option<(String, Files)> {
+    let mut name = "crossgrain".to_owned();
+    while let Some((verb, below)) = matches.subcommand() {
+        name = name + " " + verb;
+        matches = below;
+    }
+    Some((name, Files::asked(matches)?))
+}
+
+impl Arguments {
+    fn execute(self) -> Result<u8, Error> {
         match self.command {
             Command::Scene(verb) => verb.execute(),
             Command::Run(arguments) => arguments.execute(),
@@ -130,7 +165,7 @@ fn exit_code_if(complete: bool) -> u8 {
 
 #[cfg(test)]
 mod tests {
-    use clap::{Command, CommandFactory};
+    use clap::Command;
 
     use super::*;
 
@@ -183,6 +218,66 @@ mod tests {
             look(verb, &names)
         });
         1 + below.sum::<usize>()
+    }
+
+    /// Verbs that judge nothing: they make, show or keep something.
+    const NO_JUDGES: [&str; 22] = [
+        "scene paper",
+        "scene check",
+        "scene model",
+        "scene parameters",
+        "scene schema",
+        "run",
+        "study plan campaign",
+        "study plan tradeoff",
+        "study plan sensitivity",
+        "study plan stability",
+        "study status",
+        "study merge",
+        "study slurm",
+        "study figures",
+        "paper continuum",
+        "report explain",
+        "report baseline save",
+        "report baseline list",
+        "report vtk",
+        "report archive",
+        "shell completions",
+        "shell man",
+    ];
+
+    /// Verbs without verbs below them, as they are typed.
+    fn leaves<'a>(command: &'a Command, name: &str) -> Vec<(String, &'a Command)> {
+        let below = command.get_subcommands().flat_map(|verb| {
+            let name = format!("{name} {}", verb.get_name());
+            leaves(verb, name.trim_start())
+        });
+        let below: Vec<_> = below.collect();
+        if below.is_empty() {
+            return vec![(name.to_owned(), command)];
+        }
+        below
+    }
+
+    #[test]
+    fn every_verb_that_judges_writes_junit_a_table_and_a_summary() {
+        let command = Arguments::command();
+        let mut judges = 0;
+        for (name, verb) in leaves(&command, "") {
+            let has = |flag: &&str| verb.get_arguments().any(|of| of.get_long() == Some(flag));
+            let flags = ["junit", "csv", "summary"]
+                .iter()
+                .filter(|flag| has(flag))
+                .count();
+            let wanted = if NO_JUDGES.contains(&name.as_str()) {
+                0
+            } else {
+                3
+            };
+            assert_eq!(flags, wanted, "{name}");
+            judges += usize::from(flags > 0);
+        }
+        assert_eq!(judges, 14);
     }
 
     #[test]

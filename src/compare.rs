@@ -128,12 +128,12 @@ impl Comparison {
                 ..section
             }));
         }
-        let about = if self.bits_expected {
-            ""
-        } else {
-            "One realization each, and rounding has made them two: these numbers judge nothing. Whether their distributions are \
-             the same, two campaigns say (`crossgrain study compare`)."
-        };
+        let mut about =
+            "`settled` is measured in the settled bed, `loaded` at the end of the run.".to_owned();
+        if !self.bits_expected {
+            about += " One realization each, and rounding has made them two: these numbers judge nothing. Whether their distributions are \
+             the same, two campaigns say (`crossgrain study compare`).";
+        }
         sections.push(Section::new("Measured quantities", about).with(self.quantity_table("")));
         Document {
             title: "Two runs compared".to_owned(),

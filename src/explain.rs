@@ -16,7 +16,7 @@ pub struct Explanation {
 }
 
 /// All families.
-pub const EXPLANATIONS: [Explanation; 20] = [
+pub const EXPLANATIONS: [Explanation; 24] = [
     Explanation {
         pattern: "compare/*",
         meaning: "Two runs of one scene agree in what is named last in the id.",
@@ -107,6 +107,35 @@ pub const EXPLANATIONS: [Explanation; 20] = [
             computes otherwise, each with the reason.",
         source: "src/paper/; crossgrain paper",
         breaks: "A change of the recomputation. The published numbers do not change.",
+    },
+    Explanation {
+        pattern: "claims/*",
+        meaning: "The campaign decides the claim, whichever way: which verdict it has is a finding.",
+        formula: "A 90 % interval within the limits holds, one outside does not, and one that holds a limit decides nothing.",
+        source: "docs/claims.md; src/study/claims.rs",
+        breaks: "Too few members: the interval narrows with the square root of their number.",
+    },
+    Explanation {
+        pattern: "campaigns/*",
+        meaning: "Two campaigns of one scene have the same bits, or packings of one kind: a mean differs by no more than its margin.",
+        formula: "Bits of the realizations that both have run; else two one-sided tests of the difference of means at 5 %, Welch.",
+        source: "docs/tradeoff.md; src/study/campaign/compare.rs",
+        breaks: "Engines that differ in more than rounding, or, where it is skipped, too few packings for the margin.",
+    },
+    Explanation {
+        pattern: "*/rows",
+        meaning: "No row of a study is missing.",
+        formula: "Rows that are there, of those that are planned.",
+        source: "docs/campaigns.md; src/study.rs",
+        breaks: "A shard that was not run or was ended: `crossgrain study status DIR` names the rows that are missing, and `crossgrain study run DIR` \
+            makes them.",
+    },
+    Explanation {
+        pattern: "tradeoff/*",
+        meaning: "The free mode's default gives the reference's packings.",
+        formula: "Two one-sided t tests at 5 % in every quantity with a margin, with clouds that chose nothing.",
+        source: "docs/tradeoff.md; src/study/tradeoff/",
+        breaks: "A change of the free mode's kernel or pouring. The quantities that are not shown to be equal stand beside it.",
     },
     Explanation {
         pattern: "stability/*",
@@ -202,6 +231,7 @@ mod tests {
             ("verify/tested/free-fall/dropped/x/100-steps", "verify/*"),
             ("verify", "verify/*"),
             ("bench/bits", "bench/bits"),
+            ("campaign/rows", "*/rows"),
             ("parameters/everything/dt", "parameters/*"),
         ] {
             assert_eq!(of(id).map(|of| of.pattern), Some(pattern), "{id}");

@@ -2,12 +2,11 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
-use crossgrain::cli::Arguments;
+use crossgrain::cli::Asked;
 use crossgrain::progress::say;
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = Asked::parse();
     if let Err(error) = crossgrain::interrupt::notice() {
         say(&format!("crossgrain: signals will not be noticed: {error}"));
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::support::{crossgrain, told};
+use crate::support::{crossgrain, folder_with, tiny_scene, told};
 
 /// A record with these checks, as `(id, value, outcome)`, each expected to be 1 ± 0.5, and one speed.
 fn record(
@@ -340,5 +340,215 @@ fn a_pipe_is_written_into_and_not_replaced() {
         let kind = fs::symlink_metadata(&pipe).expect("is there").file_type();
         assert!(kind.is_fifo(), "{option} replaced the pipe");
         assert!(reader.join().expect("reads").contains(words));
+    }
+}
+
+/// The files that a verb that judges is asked for.
+const FILES: [&str; 6] = ["--junit", "j.xml", "--csv", "c.csv", "--summary", "s.md"];
+
+/// Runs a verb with those files in a folder, and holds them against each other: the same verdict as the exit code, a test case and a
+/// row for each check, lasting ids that are explained. The value is the exit code, and the summary's first lines.
+fn told_alike(arguments: &[&str], folder: &Path) -> (i32, String) {
+    let (code, _, errors) = told(&crossgrain(&[arguments, &FILES].concat(), folder));
+    let read = |name: &str| {
+        let text = fs::read_to_string(folder.join(name));
+        text.unwrap_or_else(|error| panic!("{arguments:?}: {name}: {error}: {errors}"))
+    };
+    let (junit, table, summary) = (read("j.xml"), read("c.csv"), read("s.md"));
+    for name in ["j.xml", "c.csv", "s.md"] {
+        fs::remove_file(folder.join(name)).expect("was written");
+    }
+    let junit = roxmltree::Document::parse(&junit).expect("XML");
+    let count = |of: &str| -> usize {
+        let count = junit.root_element().attribute(of).expect("a count");
+        count.parse().expect("a number")
+    };
+    let mut table = csv::Reader::from_reader(table.as_bytes());
+    let rows: Vec<csv::StringRecord> = table.records().map(|row| row.expect("a row")).collect();
+    let with = |outcomes: &[&str]| {
+        let of = rows.iter().filter(|row| outcomes.contains(&&row[0]));
+        of.count()
+    };
+    let (failed, passed) = (with(&["FAIL"]), with(&["pass"]));
+    let skipped = [with(&["skipped"]), with(&["expected failure"])];
+    assert_eq!(count("tests"), rows.len(), "{arguments:?}");
+    assert_eq!(count("failures"), failed, "{arguments:?}");
+    assert_eq!(count("skipped"), skipped[0] + skipped[1], "{arguments:?}");
+    let tally = format!(
+        "{passed} checks passed, {failed} failed, {} skipped, {} expected failures.",
+        skipped[0], skipped[1]
+    );
+    assert!(
+        summary.contains(&tally),
+        "{arguments:?}: {tally}\n{summary}"
+    );
+    let (word, failures) = match code {
+        0 => ("Agreed", false),
+        1 => ("Different", true),
+        3 => ("Incomplete", false),
+        _ => panic!("{arguments:?}: {code} {errors}"),
+    };
+    let head = summary.lines().next().expect("a heading").to_owned();
+    assert!(
+        head.ends_with(&format!(": {word}")),
+        "{arguments:?}: {head}"
+    );
+    assert_eq!(failed > 0, failures, "{arguments:?}");
+    let mut seen = std::collections::BTreeSet::new();
+    for id in rows.iter().map(|row| &row[1]) {
+        assert!(seen.insert(id.to_owned()), "{arguments:?}: {id} repeats");
+        assert!(
+            crossgrain::explain::of(id).is_some(),
+            "{id} is not explained"
+        );
+        let engines = ["yade", "lammps", "liggghts", "esys", "native"];
+        assert!(engines.iter().all(|engine| !id.contains(engine)), "{id}");
+    }
+    (code, summary.lines().take(4).collect::<Vec<_>>().join("\n"))
+}
+
+/// Verbs that need no other engine say the same in all files.
+#[test]
+fn files_of_every_verb_say_what_its_exit_code_says() {
+    let (folder, _) = folder_with(&tiny_scene());
+    let at = folder.path();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data");
+    let campaign = |name: &str| path(&data.join(name)).to_owned();
+    let plan = [
+        "study",
+        "plan",
+        "campaign",
+        "scene.json",
+        "--members",
+        "2",
+        "--out",
+        "c",
+    ];
+    assert_eq!(told(&crossgrain(&plan, at)).0, 0);
+    let sound = [("verify/a", 1.0, "pass"), ("verify/b", 1.0, "pass")];
+    let before = record(at, "before.json", &sound, 60.0);
+    let broken = [("verify/a", 1.7, "fail"), ("verify/b", 1.2, "pass")];
+    record(at, "broken.json", &broken, 60.0);
+    record(at, "fewer.json", &sound[..1], 60.0);
+    record(at, "slow.json", &sound, 30.0);
+    let save = ["report", "baseline", "save", path(&before), "main"];
+    assert_eq!(told(&crossgrain(&save, at)).0, 0);
+    let [few, native, sorted, half, lammps] = [
+        "campaign-yade-ordinary-1",
+        "campaign-native-1",
+        "campaign-yade-sorted-1",
+        "campaign-native-half-1",
+        "campaign-lammps-half-1",
+    ]
+    .map(campaign);
+    let diff = ["report", "baseline", "diff"];
+    for (verb, rest, wanted) in [
+        (&["paper", "numbers"][..], &[][..], 0),
+        (&["study", "run", "c"], &["--quiet"], 0),
+        (&["study", "report", "c"], &[], 0),
+        (&["study", "compare"], &[&native, &sorted], 0),
+        (&["study", "compare"], &[&half, &lammps], 3),
+        (&["study", "claims", &few], &["--out", "claims"], 3),
+        (&["report", "checks"], &["before.json"], 0),
+        (&["report", "checks"], &["broken.json"], 1),
+        (&diff, &["before.json", "main"], 0),
+        (&diff, &["broken.json", "main"], 1),
+        (&diff, &["fewer.json", "main"], 3),
+        (&diff, &["slow.json", "main"], 1),
+        (&diff, &["slow.json", "main", "--json"], 1),
+    ] {
+        let (code, head) = told_alike(&[verb, rest].concat(), at);
+        assert_eq!(code, wanted, "{verb:?} {rest:?}: {head}");
+    }
+    // The summary says what the page says.
+    let again = at.join("again.md");
+    for (arguments, page) in [
+        (&["study", "report", "c"][..], "c/report.html"),
+        (
+            &["study", "claims", &few, "--out", "claims"],
+            "claims/report.html",
+        ),
+    ] {
+        let summary = [arguments, &["--summary", "again.md"]].concat();
+        told(&crossgrain(&summary, at));
+        let page = fs::read_to_string(at.join(page)).expect("a page");
+        let page = page.replace("&#39;", "'");
+        let summary = fs::read_to_string(&again).expect("a summary");
+        fs::remove_file(&again).expect("was written");
+        let head = summary.lines().next().expect("a heading");
+        let (title, verdict) = head[3..].split_once(": ").expect("a verdict");
+        assert!(
+            page.contains(&format!("<title>{title}: {verdict}</title>")),
+            "{title}"
+        );
+        for heading in summary.lines().filter_map(|line| line.strip_prefix("### ")) {
+            let heading = heading.replace('\\', "");
+            let on_page = page.contains(&format!(">{heading}</h2>"));
+            assert!(on_page || heading.contains(" ("), "{heading}");
+        }
+    }
+    // A part of a study is not judged.
+    let shard = ["study", "run", "c", "--shard", "1/2", "--junit", "j.xml"];
+    let (code, _, errors) = told(&crossgrain(&shard, at));
+    assert!(code == 2 && errors.contains("--shard"), "{code} {errors}");
+}
+
+/// A baseline's bits are a check where they are demanded.
+#[test]
+fn other_bits_are_a_failure_where_they_are_demanded() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let checks = [("verify/a", 1.0, "pass")];
+    for (name, value) in [("before.json", 1.0), ("after.json", 1.0 + f64::EPSILON)] {
+        let path = record(at, name, &checks, 60.0);
+        let text = fs::read_to_string(&path).expect("a record");
+        let mut record: Value = serde_json::from_str(&text).expect("JSON");
+        record["measured"] = serde_json::json!([{"id": "height", "unit": "m", "value": value}]);
+        fs::write(&path, record.to_string()).expect("written");
+    }
+    let save = ["report", "baseline", "save", "before.json", "main"];
+    assert_eq!(told(&crossgrain(&save, at)).0, 0);
+    let diff = ["report", "baseline", "diff", "after.json", "main"];
+    assert_eq!(told_alike(&diff, at).0, 0);
+    assert_eq!(told_alike(&[&diff[..], &["--bits"]].concat(), at).0, 1);
+}
+
+/// A job that ended with an error says so in the files of every verb that judges.
+#[test]
+fn errors_are_told_in_the_files_too() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    for (verb, rest) in [
+        ("compare", "nowhere nowhere"),
+        ("reproduce", "--scene nowhere.json"),
+        ("verify", "--engine exec:./nowhere"),
+        ("engine check", "exec:./nowhere"),
+        ("engine table", "exec:./nowhere"),
+        ("study run", "nowhere"),
+        ("study report", "nowhere"),
+        ("study compare", "nowhere nowhere"),
+        ("study claims", "nowhere"),
+        ("stability", "--quick --engine exec:./nowhere"),
+        ("bench", "--quick --engine exec:./nowhere"),
+        ("report checks", "nowhere.json"),
+        ("report baseline diff", "nowhere.json main"),
+    ] {
+        let given = format!("{verb} {rest} --junit j.xml --summary s.md");
+        let words: Vec<&str> = given.split(' ').collect();
+        let (code, out, _) = told(&crossgrain(&words, at));
+        assert!(code > 1, "{verb}: {code} {out}");
+        let text = fs::read_to_string(at.join("j.xml")).expect("JUnit");
+        let junit = roxmltree::Document::parse(&text).expect("XML");
+        let root = junit.root_element();
+        let named = format!("crossgrain {verb}");
+        let counts = ["name", "errors"].map(|of| root.attribute(of));
+        assert_eq!(counts, [Some(named.as_str()), Some("1")]);
+        let kind = format!("type=\"exit code {code}\"");
+        assert!(text.contains(&kind), "{verb}: {code} {text}");
+        let summary = fs::read_to_string(at.join("s.md")).expect("a summary");
+        assert!(summary.starts_with(&format!("## {named}: ")), "{summary}");
+        for name in ["j.xml", "s.md"] {
+            fs::remove_file(at.join(name)).expect("was written");
+        }
     }
 }

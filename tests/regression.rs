@@ -73,7 +73,7 @@ fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary(
     );
     let summary = fs::read_to_string(folder.path().join("summary.md")).expect("Markdown");
     for words in [
-        "## reproduce: Different",
+        "## The paper's experiment in two engines: Different",
         "WORSE than main: ",
         &format!("| NEW FAILURE | `{bits}`"),
         "### FAIL (",

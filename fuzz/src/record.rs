@@ -23,6 +23,6 @@ pub fn read(input: &[u8]) -> bool {
     let table = Table::of_checks("checks", &record.checks).csv();
     assert!(table.lines().count() > record.checks.len());
     assert!(!report::junit(&record.job, &record.checks).is_empty());
-    assert!(!report::markdown(&record.document(None)).is_empty());
+    assert!(!report::markdown(&record.document()).is_empty());
     true
 }

@@ -95,6 +95,8 @@ pub fn read(path: &Path) -> Result<Record, RecordError> {
 #[derive(Deserialize)]
 struct Head {
     version: u32,
+    #[serde(default)]
+    job: Option<Value>,
 }
 
 /// Reads a record from text and holds its ids and its verdict against its checks; `path` is for messages.
@@ -103,9 +105,14 @@ pub fn parse(path: &str, text: &str) -> Result<Record, RecordError> {
         path: path.to_owned(),
         reason: error.to_string(),
     };
-    let found = serde_json::from_str::<Head>(text)
-        .map_err(malformed)?
-        .version;
+    let head = serde_json::from_str::<Head>(text).map_err(malformed)?;
+    let found = head.version;
+    if head.job.is_none() {
+        return Err(RecordError::Malformed {
+            path: path.to_owned(),
+            reason: "it names no job, as the run.json of a run folder".to_owned(),
+        });
+    }
     if found > VERSION {
         let path = path.to_owned();
         return Err(RecordError::TooNew { path, found });
@@ -252,6 +259,7 @@ mod tests {
             ("[]", "invalid length"),
             ("{\"version\": -1}", "invalid value"),
             (newer.as_str(), "newer crossgrain"),
+            ("{\"version\": 4, \"engine\": {}}", "it names no job"),
             ("{\"version\": 1, \"job\": \"verify\"}", "missing field"),
         ] {
             let error = refused(text);

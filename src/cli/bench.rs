@@ -87,7 +87,7 @@ impl Arguments {
         };
         let (text, record) = record::write("bench", &bench, bench.machine.kind(), found)?;
         FOLDER.finish(&out, &[page(&document)], &text)?;
-        self.output.files.write(&record, None)?;
+        self.output.files.write(&record.job, &document)?;
         tell(self.output.json, &text, || {
             terminal(&document) + &page_line(&out)
         })?;

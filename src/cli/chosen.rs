@@ -25,7 +25,10 @@ impl FromStr for Chosen {
             ("native", _) => Ok(Chosen::Native),
             ("yade", _) => Ok(Chosen::Yade),
             (_, Some(path)) => Ok(Chosen::Exec(path)),
-            _ => Err("an engine is native, yade or exec:PATH".to_owned()),
+            _ => Err(
+                "an engine is native, yade or exec:PATH, such as exec:adapters/lammps.py"
+                    .to_owned(),
+            ),
         }
     }
 }

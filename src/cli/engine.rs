@@ -4,9 +4,9 @@ use clap::{Args, Subcommand};
 
 use super::chosen::Chosen;
 use super::job_folder::Results;
+use super::json;
 use super::report::Output;
 use super::run::{YadeArguments, YadeLimits};
-use super::{json, tell};
 use crate::checks::Outcome;
 use crate::checks::record::{self, Found};
 use crate::compare::first_steps::{Beds, OfBed};
@@ -170,8 +170,7 @@ impl TableArguments {
         };
         let (text, record) = record::write("conformance", &made, Machine::this().kind(), found)?;
         let document = made.document();
-        self.output.files.write(&record, None)?;
-        tell(self.output.json, &text, || report::terminal(&document))?;
+        self.output.tell(&record.job, &text, &document)?;
         let markdown = report::markdown(&document);
         let files = [(TABLE, text.as_str()), ("conformance.md", &markdown)];
         self.results.write(&document, &files)?;

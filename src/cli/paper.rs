@@ -3,6 +3,7 @@
 use clap::{Args, Subcommand};
 use serde::Serialize;
 
+use super::report::Files;
 use super::{json, tell};
 use crate::error::{Error, exit};
 use crate::paper::continuum::table::{Continuum, Setup};
@@ -26,6 +27,8 @@ pub struct Numbers {
     /// Print JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    files: Files,
 }
 
 #[derive(Debug, Args)]
@@ -67,6 +70,7 @@ impl Numbers {
         };
         let text = json(&output)?;
         let document = paper::document(&output.numbers, &output.text_faults);
+        self.files.write("paper numbers", &document)?;
         tell(self.json, &text, || terminal(&document))?;
         Ok(document.verdict.exit_code())
     }

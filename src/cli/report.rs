@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Subcommand};
+use clap::{ArgMatches, Args, FromArgMatches, Subcommand};
 
 use super::{json, print, tell};
 use crate::checks::record::{Record, read};
 use crate::checks::{Check, Outcome};
-use crate::compare::baseline::diff::{Diff, diff};
+use crate::compare::baseline::diff::diff;
 use crate::compare::baseline::{self, NONE, Store};
 use crate::document::{Document, Table};
 use crate::error::{Error, exit};
@@ -89,10 +89,9 @@ pub struct Output {
 }
 
 impl Output {
-    /// What was found, as JSON or as words, and the files that were asked for; for a verb without a record.
-    pub fn tell(&self, name: &str, text: &str, document: &Document) -> Result<(), Error> {
-        let name = format!("crossgrain {name}");
-        self.files.write_all(&name, &document.checks, document)?;
+    /// What was found, as JSON or as words, and the files that were asked for.
+    pub fn tell(&self, job: &str, text: &str, document: &Document) -> Result<(), Error> {
+        self.files.write(job, document)?;
         tell(self.json, text, || report::terminal(document))
     }
 }
@@ -112,17 +111,17 @@ pub struct Files {
 }
 
 impl Files {
-    /// Writes those that were asked for, with what a baseline says.
-    pub fn write(&self, record: &Record, diff: Option<&Diff>) -> Result<(), Error> {
-        let mut checks = record.checks.clone();
-        checks.extend(diff.map(baseline::checks).unwrap_or_default());
-        let name = format!("crossgrain {}", record.job);
-        self.write_all(&name, &checks, &record.document(diff))
+    /// Those that the arguments of a verb ask for; none for a verb that judges nothing.
+    pub fn asked(arguments: &ArgMatches) -> Option<Self> {
+        let judges = arguments.try_contains_id("junit").is_ok();
+        judges.then(|| Files::from_arg_matches(arguments).ok())?
     }
 
-    fn write_all(&self, name: &str, checks: &[Check], document: &Document) -> Result<(), Error> {
+    /// Writes those that were asked for, from what the page is made of.
+    pub fn write(&self, job: &str, document: &Document) -> Result<(), Error> {
+        let checks = &document.checks;
         if let Some(path) = &self.junit {
-            write(path, &report::junit(name, checks))?;
+            write(path, &report::junit(&format!("crossgrain {job}"), checks))?;
         }
         if let Some(path) = &self.csv {
             write(path, &Table::of_checks("checks", checks).csv())?;
@@ -182,7 +181,7 @@ impl Checks {
             return Ok(exit::AGREED);
         };
         let record = read(path)?;
-        self.files.write(&record, None)?;
+        self.files.write(&record.job, &record.document())?;
         tell(self.json, &json(&record)?, || {
             let lines = report::check_lines(&record.checks, self.all);
             let [job, verdict] = [&record.job, record.verdict.word()];
@@ -319,9 +318,8 @@ pub struct DiffArguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Append a job summary in Markdown
-    #[arg(long, value_name = "FILE")]
-    summary: Option<PathBuf>,
+    #[command(flatten)]
+    files: Files,
     #[command(flatten)]
     at: Where,
 }
@@ -372,11 +370,12 @@ impl DiffArguments {
         if self.bits {
             found = found.demanding_bits();
         }
-        if let Some(path) = &self.summary {
-            append(path, &report::markdown(&record.document(Some(&found))))?;
-        }
-        let words = || report::terminal(&found.document(self.all));
+        let document = found.document(self.all);
+        let words = || report::terminal(&document);
         tell(self.json, &json(&found)?, words)?;
+        let checks = baseline::checks(&found);
+        let name = "report baseline diff";
+        self.files.write(name, &Document { checks, ..document })?;
         Ok(found.verdict.exit_code())
     }
 }

@@ -10,7 +10,8 @@ use super::run::YadeLimits;
 use super::{json, print};
 use crate::checks::Outcome;
 use crate::checks::record::{self, Found, Record};
-use crate::compare::baseline::diff::diff;
+use crate::compare::baseline::{self, diff::diff};
+use crate::document::Document;
 use crate::error::Error;
 use crate::files::write_whole;
 use crate::interrupt::asked_to_end;
@@ -73,14 +74,6 @@ pub struct Arguments {
 
 impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
-        let done = self.reproduce();
-        if let Err(error) = &done {
-            self.files.write_error("crossgrain reproduce", error)?;
-        }
-        done
-    }
-
-    fn reproduce(&self) -> Result<u8, Error> {
         let scene = match &self.scene {
             Some(path) => read_scene(path)?,
             None => paper_scene(1, 5000),
@@ -138,15 +131,19 @@ impl Arguments {
         let pages: Vec<Page> = pages
             .map(|(name, of)| page_against(name, of, against(name)))
             .collect();
-        self.files.write(&record, diff.as_ref())?;
+        let worse = diff.as_ref().map(|diff| diff.verdict) == Some(Outcome::Fail);
+        let verdict = if worse { Outcome::Fail } else { record.verdict };
+        if let Some((_, first)) = documents.into_iter().next() {
+            let mut of = Document { verdict, ..first };
+            of.checks.extend(diff.iter().flat_map(baseline::checks));
+            self.files.write(&record.job, &of)?;
+        }
         FOLDER.finish(&out, &pages, &text)?;
         let mut words = terminal(&reproduction.summary()) + &page_line(&out);
         if let Some(diff) = &diff {
             words += &terminal(&diff.document(false));
         }
         print(&(words + &what_next(&reproduction, &record, &out)))?;
-        let worse = diff.is_some_and(|diff| diff.verdict == Outcome::Fail);
-        let verdict = if worse { Outcome::Fail } else { record.verdict };
         Ok(verdict.exit_code())
     }
 

@@ -69,7 +69,7 @@ pub struct Arguments {
     /// sums=reversed; a wrong one is answered with all that there are
     #[arg(long, value_name = "FAULT")]
     perturb: Option<Perturbation>,
-    /// Native: which promise it keeps
+    /// Native: exact, free or single; which promise it keeps
     #[arg(long, value_enum, default_value = "exact")]
     mode: native::Mode,
     /// Choose the time step: this share of the largest stable step that a probe of the scene in the native

@@ -73,7 +73,7 @@ pub struct RunArguments {
     /// The study's folder
     folder: PathBuf,
     /// I/N: every N-th row from the I-th on; auto: by the variables of a Slurm job array
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["junit", "csv", "summary"])]
     shard: Option<String>,
     /// Rows at a time [default: the machine's cores; with --shard 1]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -86,6 +86,8 @@ pub struct RunArguments {
     /// No progress
     #[arg(long)]
     quiet: bool,
+    #[command(flatten)]
+    files: Files,
 }
 
 #[derive(Debug, Args)]
@@ -132,6 +134,8 @@ pub struct CompareArguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    files: Files,
 }
 
 /// Opens a study of any kind.
@@ -163,17 +167,7 @@ impl Verb {
                 Ok(exit::AGREED)
             }
             Verb::Slurm(arguments) => arguments.execute(),
-            Verb::Report(ReportArguments {
-                folder,
-                json,
-                files,
-            }) => {
-                let done = report(&folder, json, &files);
-                if let Err(error) = &done {
-                    files.write_error("crossgrain study report", error)?;
-                }
-                done
-            }
+            Verb::Report(of) => report(&of.folder, of.json, &of.files),
             Verb::Compare(arguments) => arguments.execute(),
             Verb::Claims(arguments) => arguments.execute(),
             Verb::Figures(arguments) => arguments.execute(),
@@ -210,7 +204,7 @@ impl RunArguments {
         ))?;
         if shard == Shard::WHOLE {
             print(&in_words(&study.merge()?))?;
-            return report(&self.folder, false, &Files::default());
+            return report(&self.folder, false, &self.files);
         }
         if done.complete {
             let folder = self.folder.display();
@@ -293,6 +287,7 @@ impl CompareArguments {
     fn execute(self) -> Result<u8, Error> {
         let comparison = compare(&merged(&self.first)?, &merged(&self.second)?)?;
         let document = comparison.document();
+        self.files.write("study compare", &document)?;
         tell(self.json, &json(&comparison)?, || terminal(&document))?;
         Ok(document.verdict.exit_code())
     }
@@ -301,7 +296,7 @@ impl CompareArguments {
 /// Writes record and page, and says what the checks come to.
 pub fn report(folder: &Path, as_json: bool, files: &Files) -> Result<u8, Error> {
     let report = open(folder)?.judge()?;
-    files.write(&report.record, None)?;
+    files.write(&report.record.job, &report.document)?;
     page(&report.document).write(folder)?;
     write_whole(&folder.join(RECORD), report.text.as_bytes())?;
     tell(as_json, &report.text, || terminal(&report.document))?;

@@ -7,13 +7,11 @@ use super::chosen::Several;
 use super::job_folder::Results;
 use super::report::Output;
 use super::run::YadeLimits;
-use super::tell;
 use crate::checks::record::{self, Found};
 use crate::error::Error;
 use crate::interrupt::asked_to_end;
 use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
-use crate::report;
 use crate::report::disc_field::of_figure_4;
 use crate::suite::run::{Options, verify, verify_exec};
 
@@ -86,8 +84,7 @@ impl Arguments {
         let (text, record) = record::write("verify", &verification, machine, found)?;
         let mut document = verification.document();
         document.sections.push(of_figure_4()?);
-        self.output.files.write(&record, None)?;
-        tell(self.output.json, &text, || report::terminal(&document))?;
+        self.output.tell(&record.job, &text, &document)?;
         self.results.write(&document, &[(RECORD, &text)])?;
         Ok(verification.verdict().exit_code())
     }

@@ -157,7 +157,7 @@ impl Store {
 /// Names in a check's words at most; the rest is counted.
 const MOST_NAMES: usize = 5;
 
-/// New failures, what can no longer be told, and every speed.
+/// New failures, what can no longer be told, bits where they are demanded, and every speed.
 pub fn checks(diff: &Diff) -> Vec<Check> {
     let what = "checks that fail and did not";
     let new = [Change::NewFailure];
@@ -165,7 +165,24 @@ pub fn checks(diff: &Diff) -> Vec<Check> {
     let what = "checks that are gone, no longer made or defined otherwise";
     let untold = counted(diff, "told-no-more", what, &UNTOLD, Outcome::Skipped);
     let speeds = diff.speeds.iter().map(speed);
-    [failures, untold].into_iter().chain(speeds).collect()
+    let bits = diff.bits_demanded.then(|| bits(diff));
+    let all = [failures.required(), untold.required()];
+    all.into_iter().chain(bits).chain(speeds).collect()
+}
+
+fn bits(diff: &Diff) -> Check {
+    let moved = diff.moved.len() as f64;
+    let outcome = Outcome::pass_if(diff.moved.is_empty());
+    let quantity = format!(
+        "measured numbers with other bits than in baseline {}",
+        diff.baseline
+    );
+    Check::of_words("baseline/bits", &quantity, outcome, "")
+        .with_limits(moved, 0.0, Some(0.0))
+        .judged_by(
+            "every measured number is held against the one of the same id",
+            "--bits",
+        )
 }
 
 /// How many changes are of these kinds; with any it comes to `otherwise`.
@@ -212,13 +229,13 @@ fn speed(pair: &SpeedPair) -> Check {
 const MOST_MOVED: usize = 12;
 
 impl Record {
-    /// What all records have, and what a baseline says of it.
-    pub fn document(&self, diff: Option<&Diff>) -> Document {
+    /// What all records have.
+    pub fn document(&self) -> Document {
         Document {
             title: self.job.clone(),
             verdict: self.verdict,
             answer: format!("`{}`, crossgrain {}.", self.command, self.crossgrain),
-            sections: diff.map(|diff| diff.section(false)).into_iter().collect(),
+            sections: Vec::new(),
             checks: self.checks.clone(),
         }
     }

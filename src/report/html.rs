@@ -294,7 +294,7 @@ pub fn terminal(document: &Document) -> String {
     harmless(&text).into_owned()
 }
 
-/// A document as the summary of a job in Markdown: verdict and answer, the sections' tables, and the checks that did not pass.
+/// A document as the summary of a job in Markdown: verdict and answer, what failed, the sections' tables, and what was not made.
 pub fn markdown(document: &Document) -> String {
     let (sections, checks) = (&document.sections, &document.checks);
     let mut text = format!(
@@ -306,6 +306,14 @@ pub fn markdown(document: &Document) -> String {
     if !checks.is_empty() {
         let _ = write!(text, "\n{}.\n", Tally::of(checks));
     }
+    let listed = |outcome: Outcome| {
+        let of = checks.iter().filter(|check| check.outcome == outcome);
+        let of: Vec<&Check> = of.collect();
+        let rows = short_table(&of).markdown(MOST_CHECKS);
+        let list = format!("\n### {} ({})\n\n{rows}", outcome.word(), of.len());
+        (!of.is_empty()).then_some(list)
+    };
+    text.extend(listed(Outcome::Fail));
     for section in sections.iter().filter(|section| !section.details) {
         let _ = write!(text, "\n### {}\n", in_markdown(&section.title));
         if !section.answer.is_empty() {
@@ -320,16 +328,8 @@ pub fn markdown(document: &Document) -> String {
             };
         }
     }
-    for outcome in [Outcome::Fail, Outcome::Skipped, Outcome::ExpectedFailure] {
-        let of: Vec<&Check> = checks
-            .iter()
-            .filter(|check| check.outcome == outcome)
-            .collect();
-        if !of.is_empty() {
-            let rows = short_table(&of).markdown(MOST_CHECKS);
-            let _ = write!(text, "\n### {} ({})\n\n{rows}", outcome.word(), of.len());
-        }
-    }
+    text.extend(listed(Outcome::Skipped));
+    text.extend(listed(Outcome::ExpectedFailure));
     text
 }
 

@@ -2,7 +2,7 @@
 //! kind of pair and every option of the contact law that YADE has; trajectories of 5, 500 and 5,000 spinning grains, poured and
 //! under the punch, with friction and with dashpots; and the first steps of a recorded run.
 
-use rand_chacha::ChaCha8Rng;
+use chacha20::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
 use super::build::{self, Grain, friction, springs, with_viscosity};

@@ -194,10 +194,7 @@ impl std::fmt::Display for Tally {
         let (passed, failed, skipped) = (self.passed, self.failed, self.skipped);
         let counts = format!("{passed} cases passed, {failed} failed, {skipped} skipped");
         let others = self.inapplicable;
-        write!(
-            out,
-            "{counts}, {others} of options that the engine does not have"
-        )
+        write!(out, "{counts}, {others} not for this engine")
     }
 }
 

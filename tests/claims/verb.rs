@@ -8,6 +8,7 @@ use crossgrain::files::sha256_hex;
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::machine::Summary;
 use crossgrain::study::realization::Runner;
+use evidence::distribution::Distribution;
 use grains::native::Mode;
 use grains::scene::paper_scene;
 
@@ -42,12 +43,18 @@ fn write_campaign(folder: &Path, truth: &Truth) {
 fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
+    let narrow = Distribution::Gamma {
+        shape: 4.0,
+        scale: 0.25,
+    };
     for (name, count, wanted, pictures) in [
         ("many", 600, 3, 29),
         ("few", 20, 3, 29),
         // Two have no cells, which take three; one has neither intervals nor distributions, and its bed.
         ("two", 2, 3, 23),
         ("one", 1, 3, 1),
+        // So far from what the paper says that so many decide all.
+        ("far", 300, 0, 29),
     ] {
         let mut truth = Truth {
             members: count,
@@ -55,6 +62,18 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
         };
         if count < 3 {
             truth.heights = [0.42; 3];
+        }
+        if name == "far" {
+            truth = Truth {
+                members: count,
+                normal: narrow,
+                shear: narrow,
+                factor: [0.5; 3],
+                common: 0.8,
+                heights: [0.44; 3],
+                porosity: 0.13,
+                ..truth
+            };
         }
         write_campaign(&at.join(name), &truth);
         let out = format!("{name}-claims");
@@ -67,6 +86,7 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
         assert_eq!(record, said, "{name}");
         let record: serde_json::Value = serde_json::from_str(&record).expect("JSON");
         assert_eq!(record["complete"], code == 0);
+        assert_eq!(record["verdicts"]["undecided"].is_null(), code == 0);
         let page = fs::read_to_string(at.join(&out).join("report.html")).expect("a page");
         // Three points in each of four histograms, three of them with shares of larger values, six volumes, the means and the
         // plane.

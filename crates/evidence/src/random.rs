@@ -5,14 +5,14 @@ use std::num::NonZero;
 use std::ops::Range;
 use std::thread;
 
-use rand_chacha::ChaCha8Rng;
+use chacha20::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
 /// Key of the random numbers of one purpose.
 pub type Key = [u8; 32];
 
 /// The numbers of one replicate.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Source(ChaCha8Rng);
 
 impl Source {

@@ -4,7 +4,7 @@
 //! exact operations only (no transcendental function), and grains are numbered row by row from the
 //! floor up, so that neighbours stand near each other in memory.
 
-use rand_chacha::ChaCha8Rng;
+use chacha20::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
 use crate::model::Model;

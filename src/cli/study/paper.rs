@@ -6,6 +6,7 @@ use clap::Args;
 
 use crate::checks::Outcome;
 use crate::cli::job_folder::Results;
+use crate::cli::report::Files;
 use crate::cli::{json, print, tell};
 use crate::document::{Document, Section};
 use crate::error::{Error, exit};
@@ -32,6 +33,8 @@ pub struct Claims {
     /// Print JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    files: Files,
 }
 
 /// The file of the record.
@@ -49,6 +52,7 @@ impl Claims {
         };
         let found = claims::of(&merged.plan.study.scene, &merged.rows, origin);
         let (text, document) = (json(&found)?, found.document());
+        self.files.write("study claims", &document)?;
         self.results.write(&document, &[(CLAIMS, &text)])?;
         tell(self.json, &text, || terminal(&document))?;
         Ok(document.verdict.exit_code())

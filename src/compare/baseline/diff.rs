@@ -92,6 +92,8 @@ pub struct Diff {
     pub moved: Vec<MovedNumber>,
     /// Measured numbers that are the same to the last bit.
     pub unmoved: usize,
+    /// Whether a measured number that moved fails.
+    pub bits_demanded: bool,
     pub speeds: Vec<SpeedPair>,
     /// Failed if anything is worse; not made if something can no longer be told; else passed.
     pub verdict: Outcome,
@@ -134,6 +136,7 @@ pub fn diff(baseline: &Baseline, run: &Record) -> Diff {
         baseline: baseline.name.clone(),
         moved,
         unmoved,
+        bits_demanded: false,
         crossgrain: [before.crossgrain.clone(), run.crossgrain.clone()],
         commands: [before.command.clone(), run.command.clone()],
         same_machine,
@@ -148,6 +151,7 @@ pub fn diff(baseline: &Baseline, run: &Record) -> Diff {
 impl Diff {
     /// Every measured number must be the same to the last bit, as in a change that is to change nothing.
     pub fn demanding_bits(mut self) -> Self {
+        self.bits_demanded = true;
         if !self.moved.is_empty() {
             self.verdict = Outcome::Fail;
         }
@@ -163,7 +167,11 @@ impl Diff {
         };
         // They stand in their order.
         for of in self.changes.chunk_by(|a, b| a.change == b.change) {
-            count(of.len(), of[0].change.words());
+            let words = match (of[0].change, of.len()) {
+                (Change::NewFailure, 2..) => "new failures",
+                (change, _) => change.words(),
+            };
+            count(of.len(), words);
         }
         for (pace, words) in [(Pace::Slower, "slower"), (Pace::Faster, "faster")] {
             let of = self.speeds.iter().filter(|of| of.pace == pace);

@@ -26,8 +26,8 @@
 //! component, so the same mode u grows from (dt² K + 2dt C) u = 4/(1+α) M u on. That is a necessary condition;
 //! that no other motion grows at a smaller step is measured, not proved.
 
+use chacha20::ChaCha8Rng;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
 use grains::model::Law;

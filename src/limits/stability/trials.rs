@@ -4,8 +4,8 @@
 //! What grows first turns its sign with every step, so the energy of that part is looked at,
 //! Σ ½m |(v_{n+1} − 2v_n + v_{n−1})/4|² (and of the spins): slow motions of the bed, and free fall, are not in it.
 
+use chacha20::ChaCha8Rng;
 use nalgebra::DVector;
-use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,6 @@
 //! Rounding errors as another engine makes them, for replicas of a run: how far runs part that are the same but for rounding.
 
-use rand_chacha::ChaCha8Rng;
+use chacha20::ChaCha8Rng;
 use rand_core::SeedableRng;
 
 use super::state::{Constants, State};
