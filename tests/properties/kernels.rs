@@ -74,16 +74,7 @@ fn seconds(scene: &Scene, poured: &Bodies, steps: u64) -> f64 {
     ] {
         to.clone_from(from);
     }
-    let task = Task {
-        start: Start {
-            stage: Stage::Settle,
-            step: 0,
-            bodies,
-            punch: None,
-        },
-        until: Until::Step(steps),
-    };
-    let outcome = native::run(scene, &task, &sound(), &mut ()).expect("a sound run");
+    let outcome = native::run(scene, &Task::pour(bodies, steps), &sound(), &mut ()).expect("a sound run");
     assert!(
         outcome.last.contacts.len() > 5000,
         "{}",
