@@ -22,6 +22,7 @@ mod tables;
 
 mod measure;
 mod modes;
+mod parts;
 
 mod paper;
 

@@ -3,7 +3,7 @@
 use grains::generate::initial_bodies;
 use grains::scene::{AfterForce, Scene};
 use grains::tables::{Punch, Stage, StopReason};
-use grains::task::{Start, Task, Until};
+use grains::task::{Task, Until};
 
 use crate::support::{native_outcome, small_scene};
 

@@ -220,11 +220,7 @@ impl Arguments {
     }
 
     /// Pours the grains softened and stiffens them, if that was asked for.
-    fn deposit(
-        &self,
-        scene: &Scene,
-        engine: &Engine,
-    ) -> Result<Option<(Softened, Bodies)>, Error> {
+    fn deposit(&self, scene: &Scene, engine: &Engine) -> Result<Option<(Softened, Bodies)>, Error> {
         if !self.reduced_stiffness {
             return Ok(None);
         }

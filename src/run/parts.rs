@@ -43,7 +43,11 @@ pub fn cuts(scene: &Scene, history: &[HistoryRow]) -> Vec<u64> {
         })
         .collect();
     let parts = (done / WORK).round();
-    let at = |part: u64| until.iter().find(|(_, of)| *of >= done * part as f64 / parts);
+    let at = |part: u64| {
+        until
+            .iter()
+            .find(|(_, of)| *of >= done * part as f64 / parts)
+    };
     let cuts = (1..parts as u64).filter_map(at).map(|(step, _)| *step);
     cuts.filter(|step| step.is_multiple_of(every)).collect()
 }
@@ -95,7 +99,9 @@ fn in_parts(
     })?;
     // Without an error, only a signal to end leaves a part out.
     let interrupted = || EngineError::from(ProgramError::Interrupted);
-    let made = made.iter().map(|of| lock(of).take().ok_or_else(interrupted));
+    let made = made
+        .iter()
+        .map(|of| lock(of).take().ok_or_else(interrupted));
     let made: Vec<Made> = made.collect::<Result<_, _>>()?;
     let mut pairs = parts.iter().zip(made);
     let (_, mut whole) = pairs.next().ok_or_else(interrupted)?;
