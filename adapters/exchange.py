@@ -66,7 +66,7 @@ class Job:
             energy = 0.0
             for grain, (_, _, vx, vz) in zip(self.grains, motion):
                 energy += 0.5 * grain["mass"] * (vx * vx + vz * vz)
-            memory["peak"] = max(memory.get("peak", 0.0), energy)
+            memory["peak"] = max(memory.get("peak", self.asked["energy_seen"]), energy)
             fraction = settle["kinetic_energy_fraction"]
             if energy <= fraction * memory["peak"]:
                 return "settled"

@@ -18,7 +18,7 @@ use crate::files::work_folder;
 use crate::progress::Display;
 use crate::run::folder::record::{EngineRecord, Protocol};
 use crate::run::folder::{RECORDED, RunFolder, is_recorded, unpack_recorded};
-use crate::run::{Engine, EngineError, recorded, to_folder};
+use crate::run::{Engine, EngineError, parts, recorded, to_folder};
 use crate::suite::parameters;
 use crate::suite::run::{Engines, Verification, verify};
 use crate::{paper, suite};
@@ -149,7 +149,7 @@ struct Job<'a> {
 
 impl Job<'_> {
     fn run(&mut self, scene: &Scene, name: &str, engine: &Engine) -> Result<RunFolder, Error> {
-        let run = run_or_take_over(self.options, self.display, scene, name, engine)?;
+        let run = run_or_take_over(self.options, self.display, scene, name, engine, &[])?;
         self.made.runs.push(RunSummary::of(name, &run));
         Ok(run)
     }
@@ -269,7 +269,7 @@ const GRAINS: u32 = 1000;
 const FURTHER_REALIZATIONS: u64 = 2;
 
 impl Job<'_> {
-    /// YADE live: the whole experiment in the sorted loop on one core, all else on the other. Without YADE, all else.
+    /// YADE live: the whole experiment in the sorted loop, and all else beside it. Without YADE, all else.
     fn live(&mut self, native: &RunFolder) -> Result<Option<RunFolder>, Error> {
         let differ = parameters::outcome(&self.made.facts) != Some(Outcome::Pass);
         let why_not = self.without_yade().or_else(|| {
@@ -285,13 +285,14 @@ impl Job<'_> {
             self.made.suite = suite(options, Engines::Native, display)?;
             return Ok(None);
         }
+        let cuts = parts::cuts(scene, &native.history);
         let (sorted, others) = thread::scope(|scope| {
             let others = scope.spawn(|| -> Result<_, Error> {
                 let first_steps = of_loops(options, display)?;
                 let faults = faults(scene, display)?;
                 Ok((first_steps, faults, suite(options, Engines::Both, display)?))
             });
-            let sorted = yade_run(options, display, scene, "yade-sorted");
+            let sorted = yade_run(options, display, scene, "yade-sorted", &cuts);
             (sorted, joined(others))
         });
         let sorted = sorted?;
@@ -322,7 +323,7 @@ impl Job<'_> {
         let sorted: Vec<Result<RunFolder, Error>> = thread::scope(|scope| {
             let start = |scene| {
                 let name = name("yade-sorted", scene);
-                scope.spawn(move || yade_run(options, display, scene, &name))
+                scope.spawn(move || yade_run(options, display, scene, &name, &[]))
             };
             let handles: Vec<_> = realizations.iter().map(start).collect();
             handles.into_iter().map(joined).collect()
@@ -342,17 +343,21 @@ impl Job<'_> {
     }
 }
 
-/// Runs, or reads the folder that an earlier, interrupted job has left.
+/// Runs, in parts if there are cuts, or reads the folder that an earlier, interrupted job has left.
 fn run_or_take_over(
     options: &Options,
     display: &Display,
     scene: &Scene,
     name: &str,
     engine: &Engine,
+    cuts: &[u64],
 ) -> Result<RunFolder, Error> {
     let folder = options.out.join(name);
     if !folder.exists() {
-        return Ok(to_folder(scene, engine, Protocol::Whole, &folder, display)?);
+        return Ok(match cuts {
+            [] => to_folder(scene, engine, Protocol::Whole, &folder, display)?,
+            cuts => parts::to_folder(scene, engine, cuts, &folder, display)?,
+        });
     }
     let run = RunFolder::read(&folder)?;
     let mut same = run.record.scene_digest == scene.digest()
@@ -499,10 +504,11 @@ fn yade_run(
     display: &Display,
     scene: &Scene,
     name: &str,
+    cuts: &[u64],
 ) -> Result<RunFolder, Error> {
     let engine = Engine::Yade(yade::Options {
         sorted: true,
         ..options.yade.clone()
     });
-    run_or_take_over(options, display, scene, name, &engine)
+    run_or_take_over(options, display, scene, name, &engine, cuts)
 }

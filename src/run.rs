@@ -3,6 +3,7 @@
 
 pub mod export;
 pub mod folder;
+pub mod parts;
 
 use std::path::{Path, PathBuf};
 
@@ -23,7 +24,7 @@ use grains::model::ModelRecord;
 use grains::native;
 use grains::scene::Scene;
 use grains::tables::{Bodies, Snapshot, Stage};
-use grains::task::{Observer, Outcome, Task, Until};
+use grains::task::{Observer, Outcome, Start, Task, Until};
 
 /// About so many grains are marked, evenly by id, and their paths kept in the trace.
 const MARKED: usize = 100;
@@ -81,15 +82,36 @@ pub fn recorded(
     scene: &Scene,
     engine: &Engine,
     protocol: Protocol,
-    initial: Bodies,
+    start: impl Into<Start>,
     work: &Path,
     progress: &mut dyn FnMut(Stage, u64, f64),
 ) -> Result<RunFolder, EngineError> {
     let task = match protocol {
-        Protocol::Whole => Task::whole(initial),
-        Protocol::Steps { steps } => Task::pour(initial, steps),
-        Protocol::Settled => Task::settle(initial),
+        Protocol::Whole => Task::whole(start),
+        Protocol::Steps { steps } => Task::pour(start, steps),
+        Protocol::Settled => Task::settle(start),
     };
+    let made = followed(scene, engine, &task, work, progress)?;
+    Ok(made.folder(scene, engine, protocol, task.start.bodies))
+}
+
+/// What a run has made, from its first moment to its last.
+struct Made {
+    outcome: Outcome,
+    engine: EngineRecord,
+    log: String,
+    history: Vec<HistoryRow>,
+    trace: Vec<TraceRow>,
+}
+
+/// Runs the task and records it.
+fn followed(
+    scene: &Scene,
+    engine: &Engine,
+    task: &Task,
+    work: &Path,
+    progress: &mut dyn FnMut(Stage, u64, f64),
+) -> Result<Made, EngineError> {
     let mut recorder = Recorder {
         scene,
         history: Vec::new(),
@@ -100,37 +122,56 @@ pub fn recorded(
             Until::EndOfSettling | Until::EndOfLoading => None,
         },
     };
-    let (outcome, record, log) = bare(scene, engine, &task, work, &mut recorder)?;
-    let (history, trace) = (recorder.history, recorder.trace);
-    // A bed that was settled at the very end of a run without loading is its last moment anyway.
-    let settled = outcome.settled.map(Moment::from);
-    let last = Moment::from(outcome.last);
-    let record = RunRecord {
-        version: RECORD_VERSION,
-        crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
-        engine: record,
-        model: ModelRecord::of(scene, matches!(engine, Engine::Native(_))),
-        scene_digest: scene.digest(),
-        initial_digest: task.start.bodies.digest(),
-        protocol,
-        command: command(engine, protocol),
-        time_step: scene.time_step_seconds(),
-        step_choice: None,
-        softened: None,
-        stages: outcome.stages,
-        peak_memory: peak_memory(),
-        measures: measure::all(scene, settled.as_ref().map(Moment::bed), last.bed()),
-    };
-    Ok(RunFolder {
-        scene: scene.clone(),
-        record,
-        initial: task.start.bodies,
-        settled,
-        last,
-        history,
-        trace,
+    let (outcome, engine, log) = bare(scene, engine, task, work, &mut recorder)?;
+    Ok(Made {
+        outcome,
+        engine,
         log,
+        history: recorder.history,
+        trace: recorder.trace,
     })
+}
+
+impl Made {
+    fn folder(
+        self,
+        scene: &Scene,
+        engine: &Engine,
+        protocol: Protocol,
+        initial: Bodies,
+    ) -> RunFolder {
+        let outcome = self.outcome;
+        // A bed that was settled at the very end of a run without loading is its last moment anyway.
+        let settled = outcome.settled.map(Moment::from);
+        let last = Moment::from(outcome.last);
+        let record = RunRecord {
+            version: RECORD_VERSION,
+            crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
+            engine: self.engine,
+            model: ModelRecord::of(scene, matches!(engine, Engine::Native(_))),
+            scene_digest: scene.digest(),
+            initial_digest: initial.digest(),
+            protocol,
+            command: command(engine, protocol),
+            time_step: scene.time_step_seconds(),
+            step_choice: None,
+            softened: None,
+            parts: None,
+            stages: outcome.stages,
+            peak_memory: peak_memory(),
+            measures: measure::all(scene, settled.as_ref().map(Moment::bed), last.bed()),
+        };
+        RunFolder {
+            scene: scene.clone(),
+            record,
+            initial,
+            settled,
+            last,
+            history: self.history,
+            trace: self.trace,
+            log: self.log,
+        }
+    }
 }
 
 struct Recorder<'a> {
@@ -244,23 +285,18 @@ pub fn prepared(
     out: &Path,
     display: &Display,
 ) -> Result<RunFolder, KeptError> {
-    let name = match engine {
-        Engine::Native(_) => "native".to_owned(),
-        Engine::Yade(options) if options.sorted => "YADE sorted".to_owned(),
-        Engine::Yade(options) => format!("YADE ordinary {:?}", options.verlet_distance),
-        Engine::Exec(options) => {
-            let name = options.program.file_name().unwrap_or_default();
-            format!("exec {}", name.to_string_lossy())
-        }
-    };
-    let task = display.task(&name);
+    let task = display.task(&name(engine));
     let work = folder_aside(out)?;
-    let (softened, initial) = match preparation.softened {
+    let (softened, bodies) = match preparation.softened {
         Some((softened, bodies)) => (Some(softened), bodies),
         None => (None, initial_bodies(scene)),
     };
+    let start = Start {
+        energy_seen: softened.as_ref().map_or(0.0, |of| of.energy_seen),
+        ..bodies.into()
+    };
     let mut progress = |stage, step, share| task.run(stage, step, share);
-    let run = recorded(scene, engine, protocol, initial, work.path(), &mut progress);
+    let run = recorded(scene, engine, protocol, start, work.path(), &mut progress);
     let mut run = match run {
         Ok(run) => run,
         Err(error) => {
@@ -278,6 +314,19 @@ pub fn prepared(
     run.write(out)?;
     task.done(&run.stages_in_words());
     Ok(run)
+}
+
+/// A run, for whoever waits for it.
+fn name(engine: &Engine) -> String {
+    match engine {
+        Engine::Native(_) => "native".to_owned(),
+        Engine::Yade(options) if options.sorted => "YADE sorted".to_owned(),
+        Engine::Yade(options) => format!("YADE ordinary {:?}", options.verlet_distance),
+        Engine::Exec(options) => {
+            let name = options.program.file_name().unwrap_or_default();
+            format!("exec {}", name.to_string_lossy())
+        }
+    }
 }
 
 /// An engine that failed leaves its whole log beside where its run folder would have been; one whose files cannot be used

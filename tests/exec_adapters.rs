@@ -11,7 +11,7 @@ use grains::model::Model;
 use grains::native::{first_contact_punch, run_case};
 use grains::scene::Scene;
 use grains::tables::{Bodies, Snapshot};
-use grains::task::Case;
+use grains::task::{Case, Start, Task};
 use tempfile::tempdir;
 
 use crate::support::engines::{adapter, adapter_path, narrow_scene, ran_in};
@@ -252,5 +252,25 @@ fn engine_check_finds_both_equal_to_rounding_in_all_states_of_a_bed_of_one_radiu
             states == 4 && text.contains("AGREED: equal to rounding"),
             "{text}"
         );
+    }
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "live"),
+    ignore = "needs LAMMPS and ESyS-Particle: --features live"
+)]
+fn the_settle_rule_counts_the_energy_that_was_seen_before() {
+    let scene = narrow_scene(0.05);
+    for name in ["lammps.py", "esysparticle.py"] {
+        let work = tempdir().expect("a folder");
+        let start = Start {
+            energy_seen: 1.0e9,
+            ..initial_bodies(&scene).into()
+        };
+        let options = Options::new(adapter_path(name));
+        let run = exec::run(&scene, &Task::settle(start), &options, work.path(), &mut ());
+        let stages = run.expect("a run").outcome.stages;
+        assert_eq!(stages[0].steps, scene.settle.check_every, "{name}");
     }
 }

@@ -23,6 +23,7 @@ mod tables;
 
 mod measure;
 mod modes;
+mod parts;
 
 mod paper;
 

@@ -3,7 +3,7 @@
 use grains::generate::initial_bodies;
 use grains::scene::{AfterForce, Scene};
 use grains::tables::{Punch, Stage, StopReason};
-use grains::task::{Start, Task, Until};
+use grains::task::{Task, Until};
 
 use crate::support::{native_outcome, small_scene};
 
@@ -59,12 +59,7 @@ fn a_standing_punch_goes_on_standing_when_the_run_is_taken_up() {
     let middle = middle.expect("a moment of standing");
     let end = whole.stages[1].steps;
     assert!(middle.step < end);
-    let start = Start {
-        stage: Stage::Load,
-        step: middle.step,
-        bodies: middle.bodies.clone(),
-        punch: middle.punch,
-    };
+    let start = middle.clone().into();
     let until = Until::Step(end);
     let (again, _) = native_outcome(&scene, &Task { start, until }, None);
     assert_eq!(again.last.digest(), whole.last.digest());

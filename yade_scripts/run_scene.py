@@ -73,7 +73,7 @@ def load_rule(step, memory):
 
 def run_stage(stage, step, rule):
     wall, cpu = time.monotonic(), time.process_time()
-    memory = {"peak": 0.0, "share": 0.0}
+    memory = {"peak": job["energy_seen"], "share": 0.0}
     last_beat = wall
     if stage == "load" and model.punch["state"].vel[2] == 0.0:
         memory["standing_since"] = step

@@ -189,10 +189,9 @@ impl Arguments {
         };
         let display = Display::new(self.quiet);
         let choice = self.choose_step(&mut scene, &display)?;
-        let (softened, engine) = self.deposit(&scene, engine)?;
         let preparation = Preparation {
             step_choice: choice,
-            softened,
+            softened: self.deposit(&scene, &engine)?,
         };
         clear(&self.out, RECORD)?;
         let run = prepared(&scene, preparation, &engine, protocol, &self.out, &display)?;
@@ -221,13 +220,9 @@ impl Arguments {
     }
 
     /// Pours the grains softened and stiffens them, if that was asked for.
-    fn deposit(
-        &self,
-        scene: &Scene,
-        engine: Engine,
-    ) -> Result<(Option<(Softened, Bodies)>, Engine), Error> {
+    fn deposit(&self, scene: &Scene, engine: &Engine) -> Result<Option<(Softened, Bodies)>, Error> {
         if !self.reduced_stiffness {
-            return Ok((None, engine));
+            return Ok(None);
         }
         let usage = |reason: &str| Err(Error::Usage(format!("--reduced-stiffness {reason}")));
         let Engine::Native(options) = engine else {
@@ -247,13 +242,9 @@ impl Arguments {
         let mut phases = softly.phases(scene);
         phases.pop();
         let began = ThreadTime::now();
-        let poured = pour(scene, &phases, &options, cloud)?;
+        let poured = pour(scene, &phases, options, cloud)?;
         let Some(poured) = poured else {
             return usage("has no phases");
-        };
-        let options = native::Options {
-            energy_seen: poured.energy_seen,
-            ..options
         };
         let softened = Softened {
             phases,
@@ -262,8 +253,7 @@ impl Arguments {
             energy_seen: poured.energy_seen,
             cpu_seconds: began.elapsed().as_secs_f64(),
         };
-        let softened = Some((softened, poured.bed.bodies));
-        Ok((softened, Engine::Native(options)))
+        Ok(Some((softened, poured.bed.bodies)))
     }
 
     fn engine(&self) -> Result<Engine, Error> {

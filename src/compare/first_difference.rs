@@ -166,13 +166,7 @@ impl Side<'_> {
         };
         let (outcome, _, _) = bare(self.scene, &self.engine, &task, work.path(), &mut ())
             .map_err(|error| error.to_string())?;
-        let last = outcome.last;
-        Ok(Start {
-            stage: last.stage,
-            step: last.step,
-            bodies: last.bodies,
-            punch: last.punch,
-        })
+        Ok(outcome.last.into())
     }
 }
 
@@ -198,9 +192,7 @@ impl Search<'_> {
         };
         let start = Start {
             stage,
-            step: 0,
-            bodies,
-            punch: None,
+            ..bodies.into()
         };
         if step == 0 {
             return Ok(start);

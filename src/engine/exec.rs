@@ -496,6 +496,7 @@ pub fn write_scene(
         "model": Model::of(scene),
         "stage": task.start.stage,
         "step": task.start.step,
+        "energy_seen": task.start.energy_seen,
         "until_step": until_step,
         "ends_settled": task.until == Until::EndOfSettling,
         "moments_every": scene.measurement.history_every,

@@ -279,10 +279,11 @@ impl Reproduction {
             .column("stages", |run| &run.stages)
             .column("time a step, µs", |run| run.microseconds_per_step)
             .column("times native", |run| run.times_native)
-            .column("wall time, s", |run| run.wall_seconds)
+            .column("processor time, s", |run| run.cpu_seconds)
             .column("command", |run| Cell::Code(run.command.clone()));
         let answer = format!(
-            "`{}`, crossgrain {}, {} s. Scene with digest `{}`. A run without times native was made on another machine.",
+            "`{}`, crossgrain {}, {} s. Scene with digest `{}`. A run without times native was made on another machine. The \
+             parts of a run go on in the very bits that the part before has left.",
             self.command,
             self.crossgrain,
             self.seconds.round(),

@@ -143,25 +143,26 @@ pub struct RunSummary {
     /// Who ran, in words.
     pub engine: String,
     pub stages: String,
-    /// Wall time over all stages, µs.
+    /// Processor time over all stages, µs.
     pub microseconds_per_step: f64,
     /// Time per step over that of the native run of this job; none for a run made elsewhere.
     pub times_native: Option<f64>,
-    /// Wall time of all stages, s.
-    pub wall_seconds: f64,
+    /// Processor time of all stages, s.
+    pub cpu_seconds: f64,
     pub command: String,
 }
 
 impl RunSummary {
     pub fn of(folder: &str, run: &RunFolder) -> Self {
         let record = &run.record;
+        let parts = record.parts.map(|of| format!(", in {of} parts"));
         RunSummary {
             folder: folder.to_owned(),
             engine: record.engine.label(),
-            stages: run.stages_in_words(),
+            stages: run.stages_in_words() + &parts.unwrap_or_default(),
             microseconds_per_step: 1e6 * record.seconds_per_step(),
             times_native: None,
-            wall_seconds: record.stages.iter().map(|of| of.wall_seconds).sum(),
+            cpu_seconds: record.cpu_seconds(),
             command: record.command.clone(),
         }
     }

@@ -692,9 +692,7 @@ fn punch() -> Job {
     let task = Task {
         start: Start {
             stage: Stage::Load,
-            step: 0,
-            bodies,
-            punch: None,
+            ..bodies.into()
         },
         until: Until::Step(60),
     };

@@ -53,9 +53,8 @@ fn is_pressed_like_all_pairs(scene: &mut Scene, poured: u64, steps: u64) -> Snap
     let task = Task {
         start: Start {
             stage: Stage::Load,
-            step: 0,
-            bodies,
             punch: Some(punch),
+            ..bodies.into()
         },
         until: Until::Step(steps),
     };

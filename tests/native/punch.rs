@@ -75,9 +75,8 @@ fn the_punch_reaches_a_grain_that_was_far_when_the_list_was_made() {
     let task = Task {
         start: Start {
             stage: Stage::Load,
-            step: 0,
-            bodies,
             punch: Some(punch),
+            ..bodies.into()
         },
         until: Until::Step(1800),
     };

@@ -3,8 +3,8 @@
 use grains::generate::initial_bodies;
 use grains::model::{Kernel, Model};
 use grains::scene::{Scene, paper_scene};
-use grains::tables::{Bodies, Stage};
-use grains::task::{Start, Task, Until};
+use grains::tables::Bodies;
+use grains::task::Task;
 
 use super::*;
 use crate::support::{native_outcome, small_scene, sound};
@@ -74,16 +74,8 @@ fn seconds(scene: &Scene, poured: &Bodies, steps: u64) -> f64 {
     ] {
         to.clone_from(from);
     }
-    let task = Task {
-        start: Start {
-            stage: Stage::Settle,
-            step: 0,
-            bodies,
-            punch: None,
-        },
-        until: Until::Step(steps),
-    };
-    let outcome = native::run(scene, &task, &sound(), &mut ()).expect("a sound run");
+    let outcome =
+        native::run(scene, &Task::pour(bodies, steps), &sound(), &mut ()).expect("a sound run");
     assert!(
         outcome.last.contacts.len() > 5000,
         "{}",

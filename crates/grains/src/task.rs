@@ -29,6 +29,33 @@ pub struct Start {
     /// The punch, if it is there already; its speed is the scene's, or zero if it stands still. A loading stage at
     /// step 0 makes it.
     pub punch: Option<Punch>,
+    /// The largest kinetic energy that the rule of settling has seen before, J.
+    pub energy_seen: f64,
+}
+
+impl From<Bodies> for Start {
+    /// Of pouring.
+    fn from(bodies: Bodies) -> Self {
+        Start {
+            stage: Stage::Settle,
+            step: 0,
+            bodies,
+            punch: None,
+            energy_seen: 0.0,
+        }
+    }
+}
+
+impl From<Snapshot> for Start {
+    /// Of going on from a moment, without the peak that the rule of settling has seen.
+    fn from(moment: Snapshot) -> Self {
+        Start {
+            stage: moment.stage,
+            step: moment.step,
+            punch: moment.punch,
+            ..moment.bodies.into()
+        }
+    }
 }
 
 /// Where a run ends.
@@ -44,20 +71,15 @@ pub enum Until {
 
 impl Task {
     /// The whole experiment from the poured cloud on.
-    pub fn whole(initial: Bodies) -> Self {
+    pub fn whole(initial: impl Into<Start>) -> Self {
         Task {
-            start: Start {
-                stage: Stage::Settle,
-                step: 0,
-                bodies: initial,
-                punch: None,
-            },
+            start: initial.into(),
             until: Until::EndOfLoading,
         }
     }
 
     /// Pouring until the bed has settled.
-    pub fn settle(initial: Bodies) -> Self {
+    pub fn settle(initial: impl Into<Start>) -> Self {
         Task {
             until: Until::EndOfSettling,
             ..Task::whole(initial)
@@ -65,7 +87,7 @@ impl Task {
     }
 
     /// Exactly `steps` steps of pouring.
-    pub fn pour(initial: Bodies, steps: u64) -> Self {
+    pub fn pour(initial: impl Into<Start>, steps: u64) -> Self {
         Task {
             until: Until::Step(steps),
             ..Task::whole(initial)

@@ -154,6 +154,11 @@ pub struct RunRecord {
     /// How the grains were poured before `initial.csv`, where they were softened; `settle` is then the last phase alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub softened: Option<Softened>,
+    /// How many processes of the engine made the run, each going on from the bits that the one before had left; none where it
+    /// was one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub parts: Option<usize>,
+    /// Times are summed over the parts.
     pub stages: Vec<StageReport>,
     /// Largest resident memory of the crossgrain process up to the end of the run, bytes, where the
     /// system tells; YADE's own is not in it.
@@ -221,11 +226,15 @@ impl RunRecord {
         self.stages.last().map(|stage| stage.stop)
     }
 
-    /// Wall time per step over all stages, s.
+    /// Processor time of all stages, s.
+    pub fn cpu_seconds(&self) -> f64 {
+        self.stages.iter().map(|stage| stage.cpu_seconds).sum()
+    }
+
+    /// Processor time per step over all stages, s.
     pub fn seconds_per_step(&self) -> f64 {
-        let wall: f64 = self.stages.iter().map(|stage| stage.wall_seconds).sum();
         let steps: u64 = self.stages.iter().map(|stage| stage.steps).sum();
-        wall / steps.max(1) as f64
+        self.cpu_seconds() / steps.max(1) as f64
     }
 }
 

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::stages::{NativeError, Options, run};
 use crate::scene::{Damping, Scene, TimeStep};
-use crate::tables::{Bodies, Snapshot, Stage};
-use crate::task::{Start, Task, Until};
+use crate::tables::{Bodies, Snapshot};
+use crate::task::Task;
 
 /// A part of pouring.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -164,14 +164,5 @@ fn steps_of(
     bodies: Bodies,
     steps: u64,
 ) -> Result<Snapshot, NativeError> {
-    let task = Task {
-        start: Start {
-            stage: Stage::Settle,
-            step: 0,
-            bodies,
-            punch: None,
-        },
-        until: Until::Step(steps),
-    };
-    Ok(run(scene, &task, options, &mut ())?.last)
+    Ok(run(scene, &Task::pour(bodies, steps), options, &mut ())?.last)
 }

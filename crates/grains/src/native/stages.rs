@@ -23,8 +23,6 @@ pub struct Options {
     pub perturbation: Option<Perturbation>,
     /// Whether it keeps YADE's bits.
     pub mode: Mode,
-    /// The largest kinetic energy that was seen before the start, J; the settle rule counts it.
-    pub energy_seen: f64,
 }
 
 /// Signals and signs of trouble are looked for every so many steps.
@@ -86,7 +84,7 @@ pub fn run(
         observer,
         given: &start.bodies,
         energy_limit: 0.0,
-        energy_seen: options.energy_seen,
+        energy_seen: start.energy_seen,
         standing_since: (start.stage == Stage::Load
             && punch.is_some_and(|punch| punch.velocity == 0.0))
         .then_some(start.step),

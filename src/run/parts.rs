@@ -1,0 +1,267 @@
+//! One run of an engine in parts, side by side. Where contacts remember nothing, positions and velocities are the whole state, so
+//! parts can begin in states that the native engine has made. A part counts only if the one before has ended in the very bits that
+//! it began with: the parts that count are then the engine's own run, bit for bit.
+
+use std::path::Path;
+use std::sync::Mutex;
+
+use super::{Engine, EngineError, KeptError, Made, followed, keep_evidence, name};
+use crate::engine::ProgramError;
+use crate::files::folder_aside;
+use crate::progress::{self, Display};
+use crate::run::folder::RunFolder;
+use crate::run::folder::record::Protocol;
+use crate::workers::{cores, each, lock};
+use grains::generate::initial_bodies;
+use grains::measure::HistoryRow;
+use grains::model::Model;
+use grains::native;
+use grains::scene::Scene;
+use grains::tables::{Stage, StopReason};
+use grains::task::{StageReport, Start, Task, Until};
+
+/// Work of a part, steps times contacts: about half a minute of YADE's.
+const WORK: f64 = 3.5e7;
+
+/// Steps of settling at which to cut a run that goes about like this one, so that the parts are equally long; none where it is
+/// short, or cannot be cut.
+pub fn cuts(scene: &Scene, history: &[HistoryRow]) -> Vec<u64> {
+    // The peak that the rule of settling goes by is known where each of its looks is a moment.
+    let every = scene.measurement.history_every;
+    let is_seen = scene.settle.check_every.is_multiple_of(every);
+    if Model::of(scene).law.has_history() || !is_seen {
+        return Vec::new();
+    }
+    // Grains take time too where nothing touches.
+    let grains = 0.5 * f64::from(scene.particles.count);
+    let settling = history.iter().filter(|row| row.stage == Stage::Settle);
+    let mut done = 0.0;
+    let until: Vec<(u64, f64)> = settling
+        .map(|row| {
+            done += every as f64 * (row.contacts as f64 + grains);
+            (row.step, done)
+        })
+        .collect();
+    let parts = (done / WORK).round();
+    let at = |part: u64| {
+        until
+            .iter()
+            .find(|(_, of)| *of >= done * part as f64 / parts)
+    };
+    let cuts = (1..parts as u64).filter_map(at).map(|(step, _)| *step);
+    cuts.filter(|step| step.is_multiple_of(every)).collect()
+}
+
+/// Runs the scene whole, cut at these steps of settling, and writes its folder.
+pub fn to_folder(
+    scene: &Scene,
+    engine: &Engine,
+    cuts: &[u64],
+    out: &Path,
+    display: &Display,
+) -> Result<RunFolder, KeptError> {
+    let task = display.task(&name(engine));
+    let made = in_parts(scene, engine, cuts, out, &task);
+    let (made, parts) = made.inspect_err(|_| task.done("failed"))?;
+    let mut run = made.folder(scene, engine, Protocol::Whole, initial_bodies(scene));
+    run.record.parts = Some(parts);
+    run.write(out)?;
+    task.done(&format!("{}, in {parts} parts", run.stages_in_words()));
+    Ok(run)
+}
+
+/// The run, and how many parts it is of.
+fn in_parts(
+    scene: &Scene,
+    engine: &Engine,
+    cuts: &[u64],
+    out: &Path,
+    task: &progress::Task,
+) -> Result<(Made, usize), KeptError> {
+    let parts = begun(scene, cuts)?;
+    let shares = Mutex::new(vec![0.0; parts.len()]);
+    let made: Vec<Mutex<Option<Made>>> = parts.iter().map(|_| Mutex::default()).collect();
+    // The last ones, loading among them, are the longest.
+    let order = (0..parts.len()).rev();
+    each(order, cores(), |at| {
+        let part = &parts[at];
+        let mut progress = |_, step, share| {
+            let mut shares = lock(&shares);
+            shares[at] = part.share(step, share);
+            let all = shares.iter().sum::<f64>() / shares.len() as f64;
+            let done = shares.iter().filter(|share| **share >= 1.0).count();
+            task.share(all, &format!("{done} of {} parts", shares.len()));
+        };
+        let done = part.run(engine, out, &mut progress)?;
+        progress(part.task.start.stage, part.end, 1.0);
+        *lock(&made[at]) = Some(done);
+        Ok::<_, KeptError>(())
+    })?;
+    // Without an error, only a signal to end leaves a part out.
+    let interrupted = || EngineError::from(ProgramError::Interrupted);
+    let made = made
+        .iter()
+        .map(|of| lock(of).take().ok_or_else(interrupted));
+    let made: Vec<Made> = made.collect::<Result<_, _>>()?;
+    let mut pairs = parts.iter().zip(made);
+    let (_, mut whole) = pairs.next().ok_or_else(interrupted)?;
+    let mut count = 1;
+    for (part, made) in pairs {
+        let goes_on = whole.next(scene);
+        if !goes_on.is_some_and(|next| is_same(&next, &part.task.start)) {
+            break;
+        }
+        whole = whole.and(made);
+        count += 1;
+    }
+    // The engine has other bits than the native one: it goes on alone from its own.
+    if let Some(start) = whole.next(scene) {
+        let rest = Part {
+            scene: scene.clone(),
+            task: Task {
+                start,
+                until: Until::EndOfLoading,
+            },
+            end: 0,
+        };
+        let mut progress = |stage, step, share| task.run(stage, step, share);
+        whole = whole.and(rest.run(engine, out, &mut progress)?);
+        count += 1;
+    }
+    Ok((whole, count))
+}
+
+struct Part {
+    /// With the step of the cut as the last one, so that each rule holds in each part.
+    scene: Scene,
+    task: Task,
+    /// The step at which the native engine ended it.
+    end: u64,
+}
+
+/// The parts as the native engine begins them.
+fn begun(scene: &Scene, cuts: &[u64]) -> Result<Vec<Part>, EngineError> {
+    let native = Engine::Native(native::Options::default());
+    let mut parts = Vec::new();
+    let mut whole: Option<Made> = None;
+    let mut next = Some(Start::from(initial_bodies(scene)));
+    while let Some(start) = next.take() {
+        let mut part = Part::new(scene, start, cuts);
+        if part.task.start.stage == Stage::Settle {
+            let nowhere = Path::new("");
+            let made = followed(&part.scene, &native, &part.task, nowhere, &mut |_, _, _| {})?;
+            part.end = made.outcome.last.step;
+            let made = match whole.take() {
+                Some(before) => before.and(made),
+                None => made,
+            };
+            next = made.next(scene);
+            whole = Some(made);
+        }
+        parts.push(part);
+    }
+    Ok(parts)
+}
+
+impl Part {
+    fn new(scene: &Scene, start: Start, cuts: &[u64]) -> Self {
+        let mut scene = scene.clone();
+        let cut = cuts.iter().find(|step| **step > start.step);
+        let until = match start.stage {
+            Stage::Settle => Until::EndOfSettling,
+            Stage::Load => Until::EndOfLoading,
+        };
+        if let Some(cut) = cut {
+            scene.settle.max_steps = scene.settle.max_steps.min(*cut);
+        }
+        Part {
+            scene,
+            task: Task { start, until },
+            end: 0,
+        }
+    }
+
+    fn run(
+        &self,
+        engine: &Engine,
+        out: &Path,
+        progress: &mut dyn FnMut(Stage, u64, f64),
+    ) -> Result<Made, KeptError> {
+        let work = folder_aside(out)?;
+        let made = followed(&self.scene, engine, &self.task, work.path(), progress);
+        made.map_err(|error| {
+            keep_evidence(engine, &error, work, out);
+            error.into()
+        })
+    }
+
+    /// The share of it that is done at a step, where its stage's is `share`.
+    fn share(&self, step: u64, share: f64) -> f64 {
+        let first = self.task.start.step;
+        match self.task.start.stage {
+            Stage::Settle => (step - first) as f64 / (self.end - first).max(1) as f64,
+            Stage::Load => share,
+        }
+    }
+}
+
+impl Made {
+    /// The state that the whole run goes on from, if it does.
+    fn next(&self, scene: &Scene) -> Option<Start> {
+        let last = &self.outcome.last;
+        let stage = self.outcome.stages.last()?;
+        match (stage.stage, stage.stop) {
+            (Stage::Settle, StopReason::Settled) => Some(Start {
+                stage: Stage::Load,
+                ..last.bodies.clone().into()
+            }),
+            (Stage::Settle, StopReason::MaxSteps) if stage.steps < scene.settle.max_steps => {
+                let is_look = |row: &&HistoryRow| {
+                    row.step > 0 && row.step.is_multiple_of(scene.settle.check_every)
+                };
+                let looks = self.history.iter().filter(is_look);
+                Some(Start {
+                    energy_seen: looks.map(|row| row.kinetic_energy).fold(0.0, f64::max),
+                    ..last.clone().into()
+                })
+            }
+            _ => None,
+        }
+    }
+
+    /// Both as one run; `after` has gone on where this one has ended.
+    fn and(mut self, after: Made) -> Made {
+        let last = &self.outcome.last;
+        let seam = (last.stage, last.step);
+        let rows = after.history.into_iter();
+        self.history
+            .extend(rows.filter(|row| (row.stage, row.step) != seam));
+        let rows = after.trace.into_iter();
+        self.trace
+            .extend(rows.filter(|row| (row.stage, row.step) != seam));
+        self.log += &after.log;
+        let stages = &mut self.outcome.stages;
+        for stage in after.outcome.stages {
+            match stages.last_mut() {
+                Some(before) if before.stage == stage.stage => {
+                    *before = StageReport {
+                        wall_seconds: before.wall_seconds + stage.wall_seconds,
+                        cpu_seconds: before.cpu_seconds + stage.cpu_seconds,
+                        ..stage
+                    };
+                }
+                _ => stages.push(stage),
+            }
+        }
+        let last = std::mem::replace(&mut self.outcome.last, after.outcome.last);
+        let is_settled = seam.0 == Stage::Settle && self.outcome.last.stage == Stage::Load;
+        let settled = after.outcome.settled;
+        self.outcome.settled = settled.or(is_settled.then_some(last));
+        self
+    }
+}
+
+/// Whether two states are the same to the bit.
+fn is_same(a: &Start, b: &Start) -> bool {
+    a == b && a.bodies.digest() == b.bodies.digest()
+}

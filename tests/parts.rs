@@ -1,0 +1,176 @@
+//! A run in parts is the run.
+
+use crossgrain::engine::{exec, yade};
+use crossgrain::progress::Display;
+use crossgrain::run::folder::record::Protocol;
+use crossgrain::run::folder::{RunFolder, recorded_history};
+use crossgrain::run::{Engine, parts, recorded};
+use grains::generate::initial_bodies;
+use grains::native;
+use grains::scene::{AfterForce, Scene, paper_scene};
+use grains::tables::{Stage, StopReason};
+use grains::task::{Start, Task, Until};
+use tempfile::tempdir;
+
+use crate::support::{faulty, frictional_scene, native_outcome, small_scene, sound};
+
+/// The first before a grain touches three others, the last after the energy has fallen.
+const CUTS: [u64; 3] = [500, 7250, 13_000];
+
+fn whole(scene: &Scene, engine: &Engine) -> RunFolder {
+    let work = tempdir().expect("a folder");
+    let (initial, work) = (initial_bodies(scene), work.path());
+    recorded(
+        scene,
+        engine,
+        Protocol::Whole,
+        initial,
+        work,
+        &mut |_, _, _| {},
+    )
+    .expect("a run")
+}
+
+/// Read again from its folder.
+fn in_parts(scene: &Scene, engine: &Engine, cuts: &[u64]) -> RunFolder {
+    let folder = tempdir().expect("a folder");
+    let out = folder.path().join("run");
+    parts::to_folder(scene, engine, cuts, &out, &Display::new(true)).expect("a run");
+    RunFolder::read(&out).expect("a run folder")
+}
+
+/// All but times, and how many parts it is of.
+fn is_of_parts(run: &RunFolder, whole: &RunFolder, parts: usize) {
+    let steps = |run: &RunFolder| -> Vec<(Stage, u64, StopReason)> {
+        let stages = run.record.stages.iter();
+        stages.map(|of| (of.stage, of.steps, of.stop)).collect()
+    };
+    assert_eq!(steps(run), steps(whole));
+    assert_eq!(run.history, whole.history);
+    assert_eq!(run.trace, whole.trace);
+    let bits = |of: &RunFolder| (of.last.bodies.digest(), of.initial.digest());
+    assert_eq!(bits(run), bits(whole));
+    assert_eq!(run.last, whole.last);
+    assert_eq!(run.settled, whole.settled);
+    assert_eq!(run.record.command, whole.record.command);
+    assert_eq!(run.record.measures, whole.record.measures);
+    assert_eq!((run.record.parts, whole.record.parts), (Some(parts), None));
+}
+
+#[test]
+fn parts_are_the_whole_run() {
+    let engine = Engine::Native(sound());
+    let mut standing = small_scene();
+    standing.loading.after_force = AfterForce::StandStill { seconds: 0.02 };
+    let mut restless = small_scene();
+    restless.settle.max_steps = 9000;
+    for (scene, cuts, parts) in [
+        (small_scene(), &CUTS[..], 5),
+        (standing, &CUTS[1..2], 3),
+        (restless, &CUTS, 3),
+    ] {
+        is_of_parts(
+            &in_parts(&scene, &engine, cuts),
+            &whole(&scene, &engine),
+            parts,
+        );
+    }
+}
+
+/// Of an engine that has other bits than the native one, what follows a seam is nobody's run.
+#[test]
+fn parts_that_do_not_fit_are_left_away() {
+    let scene = small_scene();
+    for (fault, parts) in [
+        ("gravity=1e-12", 2),
+        // Up to the first cut no grain touches three others.
+        ("sums=reversed", 3),
+    ] {
+        let engine = Engine::Native(faulty(fault));
+        let run = in_parts(&scene, &engine, &CUTS);
+        is_of_parts(&run, &whole(&scene, &engine), parts);
+        assert_ne!(run.last, whole(&scene, &Engine::Native(sound())).last);
+    }
+}
+
+#[test]
+fn a_part_that_fails_leaves_no_folder() {
+    let folder = tempdir().expect("a folder");
+    let out = folder.path().join("run");
+    let engine = Engine::Exec(exec::Options::new(folder.path().join("missing")));
+    let display = Display::new(true);
+    let error = parts::to_folder(&small_scene(), &engine, &CUTS, &out, &display);
+    assert!(error.is_err_and(|error| error.to_string().contains("cannot be started")));
+    assert!(!out.exists());
+}
+
+#[test]
+fn a_long_run_without_memory_is_cut_evenly() {
+    let history = recorded_history().expect("a history");
+    let scene = paper_scene(1, 5000);
+    let cuts = parts::cuts(&scene, &history);
+    assert!((8..16).contains(&cuts.len()), "{cuts:?}");
+    let lengths: Vec<u64> = cuts.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let (longest, shortest) = (lengths.iter().max(), lengths.iter().min());
+    assert!(longest < shortest.map(|of| of * 2).as_ref(), "{cuts:?}");
+    assert!(
+        cuts[0] > cuts[1] - cuts[0],
+        "first steps are cheap: {cuts:?}"
+    );
+    assert!(cuts.iter().all(|step| step % 250 == 0), "{cuts:?}");
+
+    let none: [u64; 0] = [];
+    assert_eq!(parts::cuts(&scene, &history[..20]), none, "it is short");
+    let mut unseen = scene.clone();
+    unseen.settle.check_every = 1001;
+    assert_eq!(
+        parts::cuts(&unseen, &history),
+        none,
+        "looks between moments"
+    );
+    let mut rough = frictional_scene();
+    rough.particles.count = 5000;
+    assert_eq!(parts::cuts(&rough, &history), none, "contacts remember");
+}
+
+/// The state after so many steps of pouring.
+fn poured(scene: &Scene, steps: u64) -> Start {
+    let (outcome, _) = native_outcome(scene, &Task::pour(initial_bodies(scene), steps), None);
+    outcome.last.into()
+}
+
+#[test]
+fn the_settle_rule_counts_the_energy_that_was_seen_before() {
+    let scene = small_scene();
+    let settles_at = |energy_seen| {
+        let start = Start {
+            energy_seen,
+            ..poured(&scene, 5000)
+        };
+        let until = Until::EndOfSettling;
+        let task = Task { start, until };
+        let outcome = native::run(&scene, &task, &sound(), &mut ()).expect("a run");
+        outcome.stages[0].steps
+    };
+    assert_eq!(settles_at(1.0e9), 6000, "the first look");
+    assert!(settles_at(0.0) > 6000);
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE: cargo test --features yade"
+)]
+fn yade_in_parts_is_yade_as_a_whole() {
+    let engine = Engine::Yade(yade::Options::default());
+    let mut standing = small_scene();
+    standing.realization = 3;
+    standing.loading.after_force = AfterForce::StandStill { seconds: 0.02 };
+    for scene in [small_scene(), standing] {
+        is_of_parts(
+            &in_parts(&scene, &engine, &CUTS),
+            &whole(&scene, &engine),
+            5,
+        );
+    }
+}
