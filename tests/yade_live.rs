@@ -16,12 +16,15 @@ use crossgrain::run::folder::record::Protocol;
 use crossgrain::run::{Engine, recorded};
 use crossgrain::suite::run::{self, Engines, Role};
 use grains::generate::initial_bodies;
-use grains::scene::{AfterForce, Damping, Scene, paper_scene};
+use grains::scene::{
+    AfterForce, Damping, Scene, SlipVelocity, Tension, TorqueArms, Viscosity, paper_scene,
+};
 use grains::tables::Stage;
 use verdict::judge::Verdict;
 
 use crate::support::{
-    crossgrain as program, faulty, folder_with, native_run, small_scene, sound, told,
+    crossgrain as program, faulty, folder_with, frictional_scene, native_run, small_scene, sound,
+    told,
 };
 
 fn yade_run(scene: &Scene, options: yade::Options, protocol: Protocol) -> RunFolder {
@@ -112,6 +115,44 @@ fn rough_spinning_grains_poured_and_pressed_have_the_same_bits() {
     let count = native.last.contacts.iter().filter(sliding).count();
     assert!(count > 5000, "{count} contacts bear a tangential force");
     assert!(native.last.bodies.spin.iter().all(|spin| *spin != 0.0));
+}
+
+/// Friction angles, stiffness ratios and clouds, each a whole experiment, and the laws that friction goes with: every bit of every
+/// moment, shear forces included.
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE: cargo test --features yade"
+)]
+fn friction_has_the_same_bits_for_several_angles_stiffnesses_and_clouds() {
+    let dashpot = Viscosity::Dashpot {
+        c_n: 900.0,
+        tension: Tension::Clipped,
+    };
+    let laws = [
+        (0.2, 1.0, SlipVelocity::RatchetingCorrected, Viscosity::None),
+        (0.5, 0.3, SlipVelocity::RatchetingCorrected, Viscosity::None),
+        (0.9, 0.7, SlipVelocity::ContactPoint, Viscosity::None),
+        (0.5, 0.5, SlipVelocity::ContactPoint, dashpot),
+    ];
+    for (realization, (angle, ratio, slip, viscosity)) in (1..).zip(laws) {
+        let mut scene = frictional_scene();
+        scene.realization = realization;
+        scene.material.friction_angle = angle;
+        scene.material.stiffness_ratio = ratio;
+        scene.contact.slip_velocity = slip;
+        if slip == SlipVelocity::ContactPoint {
+            scene.contact.torque_arms = TorqueArms::ContactPoint;
+        }
+        scene.contact.viscosity = viscosity;
+        scene.measurement.history_every = 50;
+        let native = native_run(&scene, sound(), Protocol::Whole);
+        let yade = yade_run(&scene, sorted(), Protocol::Whole);
+        all_pass(&native, &yade);
+        assert_eq!(native.record.stages.len(), 2);
+        let mut contacts = native.last.contacts.iter();
+        assert!(contacts.any(|contact| contact.tangential_force != 0.0));
+    }
 }
 
 /// Every case in both engines, with trajectories of 500 grains, rounding errors and detection limits.
