@@ -98,8 +98,8 @@ pub struct Turn {
     pub shares: Vec<Share>,
 }
 
-/// Goals: how many times native exact's time a step of YADE's ordinary loop is to take, and one of LAMMPS; and both with
-/// friction.
+/// Goals: how many times native exact's time a step of YADE's ordinary loop is to take, and one of LAMMPS; and
+/// YADE's where both have friction.
 pub const YADE_OVER_EXACT: f64 = 30.0;
 pub const LAMMPS_OVER_EXACT: f64 = 7.0;
 pub const YADE_OVER_EXACT_FRICTION: f64 = 25.0;
