@@ -321,6 +321,8 @@ pub enum Part {
     Cases,
     /// clock of its own steps
     Timing,
+    /// constants of its own for loading
+    Stages,
 }
 
 impl Part {
@@ -367,6 +369,12 @@ fn of_model(model: &Model) -> Vec<Part> {
 /// What a task of this scene asks for and the engine does not have.
 pub fn missing_for_scene(engine: &Description, scene: &Scene, task: &Task) -> Vec<Part> {
     let mut asked = of_model(&Model::of(scene));
+    if scene.has_stages() {
+        asked.extend(of_model(&Model::in_stage(scene, Stage::Load)));
+        asked.push(Part::Stages);
+        asked.sort();
+        asked.dedup();
+    }
     if task.start.stage == Stage::Load || task.until == Until::EndOfLoading {
         asked.push(Part::Punch);
     }

@@ -24,7 +24,6 @@ use crate::suite::run::{Engines, Verification, verify};
 use crate::{paper, suite};
 use beside::Beside;
 use grains::generate::initial_bodies;
-use grains::model::Model;
 use grains::native;
 use grains::native::perturb::{Quantity, Switch};
 use grains::native::{Perturbation, Trouble};
@@ -208,7 +207,7 @@ impl Job<'_> {
             return Some("--recorded leaves it out".to_owned());
         }
         let missing = yade::find(self.options.yade.program.as_deref()).err();
-        let unsupported = yade::unsupported(&Model::of(&self.options.scene));
+        let unsupported = yade::lacking(&self.options.scene);
         let unsupported = unsupported.map(|reason| format!("YADE has no {reason}"));
         missing.map(|error| error.to_string()).or(unsupported)
     }

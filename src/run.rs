@@ -24,7 +24,7 @@ use grains::model::ModelRecord;
 use grains::native;
 use grains::scene::Scene;
 use grains::tables::{Bodies, Snapshot, Stage};
-use grains::task::{Observer, Outcome, Start, Task, Until};
+use grains::task::{Observer, Outcome, Seen, Start, Task, Until};
 
 /// About so many grains are marked, evenly by id, and their paths kept in the trace.
 const MARKED: usize = 100;
@@ -292,7 +292,10 @@ pub fn prepared(
         None => (None, initial_bodies(scene)),
     };
     let start = Start {
-        energy_seen: softened.as_ref().map_or(0.0, |of| of.energy_seen),
+        seen: Seen {
+            energy: softened.as_ref().map_or(0.0, |of| of.energy_seen),
+            standing_since: None,
+        },
         ..bodies.into()
     };
     let mut progress = |stage, step, share| task.run(stage, step, share);

@@ -11,7 +11,7 @@ use grains::model::Model;
 use grains::native::{first_contact_punch, run_case};
 use grains::scene::Scene;
 use grains::tables::{Bodies, Snapshot};
-use grains::task::{Case, Start, Task};
+use grains::task::{Case, Seen, Start, Task};
 use tempfile::tempdir;
 
 use crate::support::engines::{adapter, adapter_path, narrow_scene, ran_in};
@@ -265,7 +265,10 @@ fn the_settle_rule_counts_the_energy_that_was_seen_before() {
     for name in ["lammps.py", "esysparticle.py"] {
         let work = tempdir().expect("a folder");
         let start = Start {
-            energy_seen: 1.0e9,
+            seen: Seen {
+                energy: 1.0e9,
+                standing_since: None,
+            },
             ..initial_bodies(&scene).into()
         };
         let options = Options::new(adapter_path(name));

@@ -5,6 +5,7 @@ mod broken;
 mod check;
 mod tables;
 
+use grains::scene::Damping;
 use std::fs;
 
 use crate::support::engines::{adapter, changed_toy, narrow_scene, program, ran_in, run_in};
@@ -97,9 +98,16 @@ fn a_module_beside_the_program_counts_as_the_program() {
 
 #[test]
 fn what_an_engine_does_not_have_is_not_asked_of_it() {
-    let (folder, _) = folder_with(&narrow_scene(0.05));
+    let mut scene = narrow_scene(0.05);
+    scene.loading.damping = Some(Damping::Cundall { alpha: 0.5 });
+    let (folder, _) = folder_with(&scene);
     let toy = adapter("toy.py");
-    for (more, missing) in [(None, "punch (punch)"), (Some("settled"), "stop_rules")] {
+    let stages = "constants of its own for loading (stages)";
+    for (more, missing) in [
+        (None, "punch (punch)"),
+        (Some("settled"), "stop_rules"),
+        (None, stages),
+    ] {
         let more: Vec<&str> = more.iter().flat_map(|until| ["--until", until]).collect();
         let (code, _, errors) = run_in(folder.path(), &toy, &more, "out");
         assert_eq!(code, 2, "{errors}");

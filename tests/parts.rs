@@ -9,7 +9,7 @@ use grains::generate::initial_bodies;
 use grains::native;
 use grains::scene::{AfterForce, Scene, paper_scene};
 use grains::tables::{Stage, StopReason};
-use grains::task::{Start, Task, Until};
+use grains::task::{Seen, Start, Task, Until};
 use tempfile::tempdir;
 
 use crate::support::{faulty, frictional_scene, native_outcome, small_scene, sound};
@@ -142,9 +142,12 @@ fn poured(scene: &Scene, steps: u64) -> Start {
 #[test]
 fn the_settle_rule_counts_the_energy_that_was_seen_before() {
     let scene = small_scene();
-    let settles_at = |energy_seen| {
+    let settles_at = |energy| {
         let start = Start {
-            energy_seen,
+            seen: Seen {
+                energy,
+                standing_since: None,
+            },
             ..poured(&scene, 5000)
         };
         let until = Until::EndOfSettling;

@@ -23,8 +23,8 @@ use grains::tables::Stage;
 use verdict::judge::Verdict;
 
 use crate::support::{
-    crossgrain as program, faulty, folder_with, frictional_scene, native_run, small_scene, sound,
-    told,
+    STAGES, crossgrain as program, faulty, folder_with, frictional_scene, native_run, small_scene,
+    sound, staged_scene, told,
 };
 
 fn yade_run(scene: &Scene, options: yade::Options, protocol: Protocol) -> RunFolder {
@@ -152,6 +152,24 @@ fn friction_has_the_same_bits_for_several_angles_stiffnesses_and_clouds() {
         assert_eq!(native.record.stages.len(), 2);
         let mut contacts = native.last.contacts.iter();
         assert!(contacts.any(|contact| contact.tangential_force != 0.0));
+    }
+}
+
+#[test]
+#[cfg_attr(
+    not(feature = "yade"),
+    ignore = "needs YADE: cargo test --features yade"
+)]
+fn constants_of_loading_have_the_same_bits_in_both_engines() {
+    for (name, changes, _, has_yade) in STAGES {
+        let mut scene = staged_scene(changes);
+        scene.measurement.history_every = 50;
+        assert_eq!(yade::lacking(&scene).is_none(), *has_yade, "{name}");
+        if *has_yade {
+            let native = native_run(&scene, sound(), Protocol::Whole);
+            all_pass(&native, &yade_run(&scene, sorted(), Protocol::Whole));
+            assert_eq!(native.record.stages.len(), 2);
+        }
     }
 }
 

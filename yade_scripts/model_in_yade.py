@@ -4,6 +4,7 @@ The plane is YADE's x-z plane. The model is that of `src/model.rs`, as JSON.
 """
 import csv
 import json
+import math
 import os
 import sys
 from array import array
@@ -66,6 +67,11 @@ def dashpot(law):
     return viscosity["c_n"] if viscosity["kind"] == "dashpot" else None
 
 
+def compliances_in_series(a, b):
+    """The stiffness of two springs, or the constant of two dashpots, one behind the other."""
+    return 1.0 / (1.0 / a + 1.0 / b)
+
+
 def rotates(law):
     return law["friction_angle"] > 0.0 and law["contact"]["rotation"] == "free"
 
@@ -75,7 +81,9 @@ class ModelInYade:
 
     def __init__(self, model, grains, sorted, verlet_distance):
         self.law = model["law"]
-        self.rotates = rotates(self.law)
+        # Whether grains rotate in any stage.
+        self.rotates = "inertia" in grains[0]
+        self.radii = [grain["radius"] for grain in grains]
         self.material = self._material()
         O.materials.append(self.material)
         self.grains = len(grains)
@@ -124,21 +132,63 @@ class ModelInYade:
         return ViscElMat(cn=2.0 * c_n, cs=0.0, **common)
 
     def _interaction_loop(self, sorted):
-        contact = self.law["contact"]
-        corrected = contact["slip_velocity"] == "ratcheting_corrected"
-        geometries = [
-            Ig2_Sphere_Sphere_ScGeom(avoidGranularRatcheting=corrected),
-            Ig2_Wall_Sphere_ScGeom(noRatch=corrected),
-            Ig2_Box_Sphere_ScGeom(),
-        ]
+        self.grain_geometry = Ig2_Sphere_Sphere_ScGeom()
+        self.wall_geometry = Ig2_Wall_Sphere_ScGeom()
+        geometries = [self.grain_geometry, self.wall_geometry, Ig2_Box_Sphere_ScGeom()]
         if dashpot(self.law) is None:
-            half_overlap = contact["torque_arms"] == "half_overlap"
             physics = [Ip2_FrictMat_FrictMat_FrictPhys()]
-            laws = [Law2_ScGeom_FrictPhys_CundallStrack(sphericalBodies=half_overlap)]
+            self.contact_law = Law2_ScGeom_FrictPhys_CundallStrack()
         else:
             physics = [Ip2_ViscElMat_ViscElMat_ViscElPhys()]
-            laws = [Law2_ScGeom_ViscElPhys_Basic()]
-        return InteractionLoop(geometries, physics, laws, loopOnSortedInteractions=sorted)
+            self.contact_law = Law2_ScGeom_ViscElPhys_Basic()
+        self._choose()
+        return InteractionLoop(
+            geometries, physics, [self.contact_law], loopOnSortedInteractions=sorted
+        )
+
+    def _choose(self):
+        """What the contact law leaves open, and whether grains rotate."""
+        contact = self.law["contact"]
+        corrected = contact["slip_velocity"] == "ratcheting_corrected"
+        self.grain_geometry.avoidGranularRatcheting = corrected
+        self.wall_geometry.noRatch = corrected
+        if dashpot(self.law) is None:
+            self.contact_law.sphericalBodies = contact["torque_arms"] == "half_overlap"
+        for state in self.states:
+            state.blockedDOFs = "yXZ" if rotates(self.law) else "yXYZ"
+
+    def change(self, model):
+        """Go on with the constants of another model; contacts keep their shear forces."""
+        if not rotates(self.law):
+            # Normal forces have torques, of rounding, that nothing has felt so far.
+            for grain in range(self.grains):
+                O.forces.addT(grain, -O.forces.t(grain))
+        self.law = model["law"]
+        self.newton.damping = model["alpha"]
+        material = self._material()
+        self.material.young = material.young
+        self.material.poisson = material.poisson
+        self.material.frictionAngle = material.frictionAngle
+        c_n = dashpot(self.law)
+        if c_n is not None:
+            self.material.cn = material.cn
+        self._choose()
+        for contact in self.real_contacts():
+            # A flat body counts as a grain of the same radius.
+            radii = [self.radii[of if of < self.grains else contact.id2] for of in (contact.id1, contact.id2)]
+            normal = [self.law["modulus"] * radius for radius in radii]
+            tangential = [of * self.law["stiffness_ratio"] for of in normal]
+            physics = contact.phys
+            physics.kn, physics.ks = self._in_series(*normal), self._in_series(*tangential)
+            physics.tangensOfFrictionAngle = math.tan(self.law["friction_angle"])
+            if c_n is not None:
+                physics.cn = compliances_in_series(2.0 * c_n, 2.0 * c_n)
+
+    def _in_series(self, a, b):
+        """The law with dashpots adds compliances, which rounds in another way."""
+        if dashpot(self.law) is None:
+            return 2.0 * a * b / (a + b)
+        return compliances_in_series(2.0 * a, 2.0 * b)
 
     def _add_grain(self, grain):
         body = utils.sphere(
@@ -151,9 +201,6 @@ class ModelInYade:
             inertia = grain["inertia"]
             state.inertia = (inertia, inertia, inertia)
             state.angVel = (0.0, grain["spin"], 0.0)
-            state.blockedDOFs = "yXZ"
-        else:
-            state.blockedDOFs = "yXYZ"
         O.bodies.append(body)
         return state
 

@@ -84,6 +84,8 @@ def run_stage(stage, step, rule):
         if until_step is not None and step >= until_step:
             stop = "steps_done"
             break
+        if stage == "load" and step == 0 and "loading_model" in job:
+            model.change(job["loading_model"])
         O.step()
         step += 1
         stop = rule(step, memory)

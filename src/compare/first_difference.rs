@@ -89,7 +89,7 @@ impl Locator {
         };
         let equal = if together.0 == stage { together.1 } else { 0 };
         // Contacts with friction remember, so such a run can be taken up at its very start only.
-        let has_history = Model::of(&a.scene).law.has_history();
+        let has_history = Model::in_stage(&a.scene, stage).law.has_history();
         if has_history && stage == Stage::Load {
             return Err(format!(
                 "the runs part between steps {equal} and {unequal} of stage load, and a run with friction \

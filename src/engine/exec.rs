@@ -22,7 +22,7 @@ use crate::files::{FileError, failed, file_digest, read_text, sha256_hex, write_
 use crate::tables as text;
 use grains::model::Model;
 use grains::scene::Scene;
-use grains::tables::{Bodies, Punch, Snapshot};
+use grains::tables::{Bodies, Punch, Snapshot, Stage};
 use grains::task::{Case, Observer, Outcome, Task, Until};
 
 pub const PROTOCOL: u32 = 1;
@@ -491,12 +491,12 @@ pub fn write_scene(
         Until::Step(step) => Some(step),
         Until::EndOfSettling | Until::EndOfLoading => None,
     };
-    let job = json!({
+    let mut job = json!({
         "kind": "scene",
-        "model": Model::of(scene),
+        "model": Model::in_stage(scene, task.start.constants()),
         "stage": task.start.stage,
         "step": task.start.step,
-        "energy_seen": task.start.energy_seen,
+        "energy_seen": task.start.seen.energy,
         "until_step": until_step,
         "ends_settled": task.until == Until::EndOfSettling,
         "moments_every": scene.measurement.history_every,
@@ -512,6 +512,9 @@ pub fn write_scene(
         "punch": punch.map(told),
     });
     write_json(&work.join("scene.json"), scene)?;
+    if scene.has_stages() {
+        job["loading_model"] = json!(Model::in_stage(scene, Stage::Load));
+    }
     write_job(work, job, settings)?;
     write_grains(work, &task.start.bodies)
 }

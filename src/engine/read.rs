@@ -17,8 +17,9 @@ use grains::native::check_moment;
 use grains::native::timing::{Share, Window};
 use grains::scene::Scene;
 use grains::tables::{Bodies, BodyIds, Contact, Punch, Snapshot, Stage, StopReason, tangential};
-use grains::task::{Case, Effective, Load};
-use grains::task::{Observer, Outcome, StageReport, Task, Until, moments};
+use grains::task::{
+    Case, Effective, Load, Observer, Outcome, Seen, StageReport, Task, Until, moments,
+};
 
 /// The most that the list of moments may have, bytes.
 const LONGEST_LIST: u64 = 1 << 26;
@@ -146,6 +147,7 @@ pub fn scene(
         settled: settled.filter(|_| loaded),
         stages,
         last,
+        seen: Seen::default(),
     })
 }
 
@@ -370,6 +372,7 @@ impl Given<'_> {
             time: of.step as f64 * self.dt,
             bodies,
             contacts,
+            memory: Vec::new(),
             punch,
         };
         Ok((snapshot, of.loads))

@@ -115,6 +115,18 @@ fn hinted(error: ProgramError) -> ProgramError {
     }
 }
 
+/// What the scene asks for that YADE does not have, if there is anything.
+pub fn lacking(scene: &Scene) -> Option<String> {
+    let stages: Vec<Model> = scene
+        .stages()
+        .map(|of| Model::in_stage(scene, of))
+        .collect();
+    let dashpots = stages.iter().filter(|of| of.law.has_dashpots()).count();
+    let one =
+        (0 < dashpots && dashpots < stages.len()).then(|| "dashpots in one stage only".to_owned());
+    stages.iter().find_map(unsupported).or(one)
+}
+
 /// What the model asks for that YADE does not have, if there is anything.
 pub fn unsupported(model: &Model) -> Option<String> {
     let contact = &model.law.contact;
@@ -165,7 +177,7 @@ pub fn run(
     work: &Path,
     observer: &mut dyn Observer,
 ) -> Result<YadeRun, ProgramError> {
-    can(&Model::of(scene))?;
+    can(lacking(scene))?;
     let yade = find(options.program.as_deref())?;
     exec::write_scene(work, scene, task, &options.settings())?;
     let version = start(&yade, RUN_SCENE, work, options, observer)?;
@@ -231,7 +243,7 @@ fn start_cases(
     observer: &mut dyn Observer,
 ) -> Result<String, ProgramError> {
     for case in cases {
-        can(&case.model)?;
+        can(unsupported(&case.model))?;
     }
     let yade = find(options.program.as_deref())?;
     let mut settings = options.settings();
@@ -277,7 +289,7 @@ pub fn time(
     options: &Options,
     work: &Path,
 ) -> Result<(Timed, String), ProgramError> {
-    can(model)?;
+    can(unsupported(model))?;
     let yade = find(options.program.as_deref())?;
     exec::write_timing(work, model, bodies, steps, &[], &options.settings())?;
     let version = start(&yade, TIME_STEPS, work, options, &mut ())?;
@@ -285,8 +297,8 @@ pub fn time(
     Ok((timed, version))
 }
 
-fn can(model: &Model) -> Result<(), ProgramError> {
-    unsupported(model).map_or(Ok(()), |reason| Err(lacks(reason)))
+fn can(lacking: Option<String>) -> Result<(), ProgramError> {
+    lacking.map_or(Ok(()), |what| Err(lacks(what)))
 }
 
 /// Runs the script on the job in `work` to its end, or ends it; returns YADE's version.

@@ -15,7 +15,7 @@ use crate::exit;
 use crate::files::{FileError, read_text, unpacked, write_folder, write_whole};
 use crate::tables::{self as text, TableError, parse_rows};
 use grains::measure::{self, Bed, HistoryRow, Quantity};
-use grains::model::Model;
+use grains::model::rotates;
 use grains::scene::{Scene, SceneError, parse_scene};
 use grains::tables::{Bodies, BodyIds, Contact, Snapshot, Stage};
 use grains::task::{StageReport, moments};
@@ -206,7 +206,7 @@ impl RunFolder {
         let initial = bodies_in("initial.csv")?;
         let same = initial.digest() == record.initial_digest;
         ensure(same, "initial.csv is not the start of run.json")?;
-        let same = initial.rotate() == Model::of(&scene).law.rotates();
+        let same = initial.rotate() == rotates(&scene);
         let why = "initial.csv and scene.json do not agree on whether grains rotate";
         ensure(same, why)?;
         let moment_in = |prefix: &str| -> Result<Moment, FolderError> {

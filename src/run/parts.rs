@@ -18,7 +18,7 @@ use grains::model::Model;
 use grains::native;
 use grains::scene::Scene;
 use grains::tables::{Stage, StopReason};
-use grains::task::{StageReport, Start, Task, Until};
+use grains::task::{Seen, StageReport, Start, Task, Until};
 
 /// Work of a part, steps times contacts: about half a minute of YADE's.
 const WORK: f64 = 3.5e7;
@@ -221,7 +221,10 @@ impl Made {
                 };
                 let looks = self.history.iter().filter(is_look);
                 Some(Start {
-                    energy_seen: looks.map(|row| row.kinetic_energy).fold(0.0, f64::max),
+                    seen: Seen {
+                        energy: looks.map(|row| row.kinetic_energy).fold(0.0, f64::max),
+                        standing_since: None,
+                    },
                     ..last.clone().into()
                 })
             }

@@ -6,11 +6,11 @@ use grains::model::Model;
 use grains::native::{self, CaseOptions, contact};
 use grains::scene::{NewContactSlip, Rotation, Scene, Shape, SlipVelocity, TimeStep, TorqueArms};
 use grains::tables::{Bodies, Snapshot, Stage};
-use grains::task::{Case, Start, Task, Until};
+use grains::task::{Case, Outcome, Start, Task, Until};
 use proptest::prelude::*;
 
 use crate::support::all_pairs::AllPairs;
-use crate::support::{frictional_scene, native_outcome, small_scene};
+use crate::support::{STAGES, frictional_scene, native_outcome, small_scene, staged_scene};
 
 /// Skins of the neighbour list: most pairs near one another or hardly any, m.
 const SKINS: [f64; 4] = [2.0e-5, 2.0e-4, 1.0e-3, 4.0e-3];
@@ -106,26 +106,47 @@ fn friction_has_the_bits_of_looking_at_every_pair_under_the_punch() {
     assert!(turned && rubbed);
 }
 
-/// Settled by its rule, then loaded: what contacts remember goes from one stage into the next.
-#[test]
-fn friction_has_the_bits_of_looking_at_every_pair_in_a_whole_experiment() {
-    let scene = frictional_scene();
-    let initial = initial_bodies(&scene);
+/// Settled by its rule, then loaded: what contacts remember goes from one stage into the next. Returns the outcome.
+fn is_loaded_like_all_pairs(scene: &Scene) -> Outcome {
+    let initial = initial_bodies(scene);
     let task = Task::whole(initial.clone());
-    let [outcome, ..] = SKINS.map(|skin| native_outcome(&scene, &task, Some(skin)).0);
+    let [outcome, ..] = SKINS.map(|skin| native_outcome(scene, &task, Some(skin)).0);
     let steps: Vec<u64> = outcome.stages.iter().map(|stage| stage.steps).collect();
-    let mut all = AllPairs::new(&Model::of(&scene), &initial, None);
+    let mut all = AllPairs::new(&Model::of(scene), &initial, None);
     (0..steps[0]).for_each(|_| all.step());
     let settled = outcome.settled.as_ref().expect("a settled bed");
     assert_same(settled, &all, "settled");
-    assert!(settled.contacts.iter().any(|c| c.tangential_force != 0.0));
-    all.punch = Some(native::first_contact_punch(&scene, &all.bodies));
+    all.punch = Some(native::first_contact_punch(scene, &all.bodies));
+    all.change(&Model::in_stage(scene, Stage::Load));
     (0..steps[1]).for_each(|_| all.step());
     assert_same(&outcome.last, &all, "loaded");
     for skin in &SKINS[1..] {
-        let (other, _) = native_outcome(&scene, &task, Some(*skin));
+        let (other, _) = native_outcome(scene, &task, Some(*skin));
         assert_eq!(other.last, outcome.last, "skin {skin}");
         assert_eq!(other.settled, outcome.settled, "skin {skin}");
+    }
+    outcome
+}
+
+/// Whether contacts bear more tangential force than rounding gives.
+fn rubs(moment: &Snapshot) -> bool {
+    let mut contacts = moment.contacts.iter();
+    contacts.any(|of| of.tangential_force.abs() > 1.0e-6 * of.normal_force.abs())
+}
+
+#[test]
+fn friction_has_the_bits_of_looking_at_every_pair_in_a_whole_experiment() {
+    let outcome = is_loaded_like_all_pairs(&frictional_scene());
+    assert!(outcome.settled.is_some_and(|settled| rubs(&settled)));
+}
+
+#[test]
+fn constants_of_loading_have_the_bits_of_looking_at_every_pair() {
+    for (name, changes, expected, _) in STAGES {
+        let outcome = is_loaded_like_all_pairs(&staged_scene(changes));
+        let settled = outcome.settled.expect("a settled bed");
+        let rub = [&settled, &outcome.last].map(rubs);
+        assert_eq!(rub, *expected, "{name}");
     }
 }
 

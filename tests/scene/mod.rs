@@ -7,6 +7,7 @@ use grains::generate::initial_bodies;
 use grains::scene::{
     Cloud, OPEN_CHOICES, Scene, SceneError, json_schema, paper_scene, parse_scene,
 };
+use grains::tables::Stage;
 
 use crate::support::{crossgrain, told};
 
@@ -184,6 +185,30 @@ fn what_a_scene_leaves_out_has_a_default_that_its_record_states() {
     assert_eq!(
         parse_scene(&whole).expect("a scene").digest(),
         scene.digest()
+    );
+}
+
+/// Of the constants of loading, what is left out is as in pouring; a scene without them keeps its digest.
+#[test]
+fn loading_has_the_constants_of_pouring_where_it_gives_no_others() {
+    let text = fs::read_to_string("examples/friction-after-pouring.json").expect("an example");
+    let scene = parse_scene(&text).expect("a scene");
+    let mut expected = scene.material.clone();
+    assert_eq!(expected.friction_angle, 0.0);
+    expected.friction_angle = 0.5;
+    let loading = scene.in_stage(Stage::Load);
+    assert_eq!(loading.material, expected);
+    assert_eq!(loading.contact, scene.contact);
+    assert_eq!(loading.damping, scene.damping);
+    assert_eq!(loading.time_step_seconds(), scene.time_step_seconds());
+    assert!(!loading.has_stages() && *scene.in_stage(Stage::Settle) == scene);
+    let mut without = scene.clone();
+    without.loading.material = None;
+    assert_ne!(without.digest(), scene.digest());
+    assert!(
+        !serde_json::to_string(&without.loading)
+            .expect("JSON")
+            .contains("material")
     );
 }
 

@@ -60,6 +60,14 @@ impl AllPairs {
         all
     }
 
+    /// Goes on with another model: forces are those of the old one until the next step, contacts keep what they remember.
+    pub fn change(&mut self, model: &Model) {
+        if !self.model.law.rotates() {
+            self.torque.fill(0.0);
+        }
+        self.model = model.clone();
+    }
+
     /// One time step.
     pub fn step(&mut self) {
         let (dt, alpha) = (self.model.dt, self.model.alpha);
@@ -83,7 +91,7 @@ impl AllPairs {
             of.vz[i] += dt * damped(self.force[i][1] / of.mass[i] + gz, of.vz[i]);
             of.x[i] += dt * of.vx[i];
             of.z[i] += dt * of.vz[i];
-            if of.rotate() {
+            if self.model.law.rotates() {
                 of.spin[i] += dt * damped(self.torque[i] / of.inertia[i], of.spin[i]);
             }
         }

@@ -13,9 +13,10 @@ use crossgrain::run::folder::record::Protocol;
 use crossgrain::run::{Engine, recorded};
 use grains::generate::initial_bodies;
 use grains::native::{self, Perturbation};
-use grains::scene::{Cloud, Scene, paper_scene};
+use grains::scene::{Cloud, Scene, paper_scene, parse_scene};
 use grains::tables::Snapshot;
 use grains::task::{Observer, Outcome, Task};
+use serde_json::Value;
 
 /// The paper's scene in a box of this width, m, with so many grains; `offsets` is a factor, `depth` in m.
 fn paper_in(width: f64, grains: u32, offsets: f64, depth: f64) -> Scene {
@@ -57,6 +58,76 @@ pub fn frictional_scene() -> Scene {
         over: None,
     };
     scene
+}
+
+/// Pourings and loadings with different constants: a name, what is put over [`frictional_scene`], whether contacts bear
+/// tangential forces in the settled and in the loaded bed, and whether YADE has it.
+pub const STAGES: &[Staged] = &[
+    (
+        "friction is switched on",
+        r#"{"material": {"friction_angle": 0.0}, "loading": {"material": {"friction_angle": 0.4}}}"#,
+        [false, true],
+        true,
+    ),
+    (
+        "friction is switched off",
+        r#"{"loading": {"material": {"friction_angle": 0.0}}}"#,
+        [true, false],
+        true,
+    ),
+    (
+        "other springs, friction and damping",
+        r#"{"loading": {"material": {"youngs_modulus": 7e9, "stiffness_ratio": 0.6, "friction_angle": 0.2},
+            "damping": {"alpha": 0.5}}}"#,
+        [true, true],
+        true,
+    ),
+    (
+        "other rules of friction",
+        r#"{"loading": {"contact": {"slip_velocity": "contact_point", "torque_arms": "contact_point"}}}"#,
+        [true, true],
+        true,
+    ),
+    (
+        "rotation is set free",
+        r#"{"contact": {"rotation": "blocked"}, "loading": {"contact": {"rotation": "free"}}}"#,
+        [true, true],
+        true,
+    ),
+    (
+        "stronger dashpots",
+        r#"{"contact": {"viscosity": {"kind": "dashpot", "c_n": 300.0, "tension": "clipped"},
+            "slip_velocity": "contact_point", "torque_arms": "contact_point"},
+            "loading": {"contact": {"viscosity": {"c_n": 900.0}}}}"#,
+        [true, true],
+        true,
+    ),
+    (
+        "dashpots are put in",
+        r#"{"loading": {"contact": {"viscosity": {"kind": "restitution", "e_n": 0.5, "tension": "clipped"}}}}"#,
+        [true, true],
+        false,
+    ),
+];
+
+/// An entry of [`STAGES`].
+pub type Staged = (&'static str, &'static str, [bool; 2], bool);
+
+/// The frictional scene with these changes, a JSON merge patch.
+pub fn staged_scene(changes: &str) -> Scene {
+    fn merge(into: &mut Value, changes: Value) {
+        match changes {
+            Value::Object(changes) if into.is_object() => {
+                for (key, value) in changes {
+                    merge(&mut into[key], value);
+                }
+            }
+            other => *into = other,
+        }
+    }
+    let mut scene = serde_json::to_value(frictional_scene()).expect("a scene");
+    merge(&mut scene, serde_json::from_str(changes).expect("JSON"));
+    parse_scene(&scene.to_string()).expect("a valid scene")
 }
 
 /// The native engine as it is.

@@ -7,7 +7,7 @@
 use chacha20::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-use crate::model::Model;
+use crate::model::{Model, rotates};
 use crate::scene::{Cloud, Scene};
 use crate::tables::Bodies;
 
@@ -51,11 +51,18 @@ pub fn initial_bodies(scene: &Scene) -> Bodies {
             scene.grain_mass(radius),
         );
     }
-    if Model::of(scene).law.rotates() {
+    if rotates(scene) {
+        // What nothing slows down in pouring would never rest.
+        let spin = if Model::of(scene).law.rotates() {
+            spin
+        } else {
+            0.0
+        };
         // After all other numbers, so that a cloud has the same places with and without spins.
         for index in 0..count {
             let (radius, mass) = (bodies.radius[index], bodies.mass[index]);
-            bodies.spin.push(spin * symmetric(&mut random));
+            // A sum, so that no spin is a negative zero.
+            bodies.spin.push(0.0 + spin * symmetric(&mut random));
             bodies.inertia.push(scene.grain_inertia(radius, mass));
         }
     }

@@ -48,7 +48,8 @@ pub fn all(scene: &Scene, settled: Option<Bed<'_>>, last: Bed<'_>) -> Vec<Quanti
     if let Some(settled) = settled {
         quantities.extend(bed(scene, "settled", settled, surface));
     }
-    quantities.extend(bed(scene, "loaded", last, surface));
+    let stage = settled.map_or(Stage::Settle, |_| Stage::Load);
+    quantities.extend(bed(&scene.in_stage(stage), "loaded", last, surface));
     quantities
 }
 
@@ -237,6 +238,7 @@ pub fn history_row(scene: &Scene, snapshot: &Snapshot) -> HistoryRow {
         bodies: &snapshot.bodies,
         contacts: &snapshot.contacts,
     };
+    let scene = &scene.in_stage(snapshot.constants());
     HistoryRow {
         stage: snapshot.stage,
         step: snapshot.step,

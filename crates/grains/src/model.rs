@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use crate::scene::{ContactLaw, Rotation, Scene, Tension, Viscosity};
+use crate::tables::Stage;
 
 /// Everything that a step depends on besides the grains and the punch. SI units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -61,7 +62,12 @@ pub struct Wall {
 }
 
 impl Model {
-    /// What this scene asks for.
+    /// What this scene asks for in this stage.
+    pub fn in_stage(scene: &Scene, stage: Stage) -> Self {
+        Model::of(&scene.in_stage(stage))
+    }
+
+    /// What this scene asks for in pouring.
     pub fn of(scene: &Scene) -> Self {
         let wall = |axis, place| Wall { axis, place };
         Model {
@@ -111,6 +117,12 @@ impl Law {
     }
 }
 
+/// Whether grains can change their spin in any stage of the scene.
+pub fn rotates(scene: &Scene) -> bool {
+    let mut stages = scene.stages();
+    stages.any(|stage| Model::in_stage(scene, stage).law.rotates())
+}
+
 /// One term of the method.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -123,8 +135,8 @@ pub struct Term {
     pub reason: String,
 }
 
-/// The contact kernels of the native engine; the scene selects one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+/// The contact kernels of the native engine, the cheaper one first; the contact law selects one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kernel {
     /// Normal springs only: no rotations, no history, no dashpots.
@@ -155,8 +167,21 @@ impl Kernel {
 }
 
 impl ModelRecord {
-    /// What this scene pays for, in the native engine or in another.
+    /// What this scene pays for in any stage, in the native engine or in another.
     pub fn of(scene: &Scene, native: bool) -> Self {
+        let mut record = ModelRecord::of_stage(scene, native);
+        let loading = ModelRecord::of_stage(&scene.in_stage(Stage::Load), native);
+        record.kernel = record.kernel.max(loading.kernel);
+        for (term, of_loading) in record.terms.iter_mut().zip(loading.terms) {
+            term.computed |= of_loading.computed;
+            if term.reason != of_loading.reason {
+                term.reason += &format!("; in loading {}", of_loading.reason);
+            }
+        }
+        record
+    }
+
+    fn of_stage(scene: &Scene, native: bool) -> Self {
         let law = Model::of(scene).law;
         let angle = law.friction_angle;
         let alpha = scene.damping.alpha();

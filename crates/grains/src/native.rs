@@ -225,6 +225,7 @@ fn start(case: &Case, options: &CaseOptions) -> Result<Dynamics, Trouble> {
     Dynamics::new(
         &bodies,
         case.punch,
+        &[],
         constants,
         Skin::Fixed(skin),
         options.mode,

@@ -10,10 +10,13 @@ pub use check::{SceneError, parse_scene};
 pub use paper_scene::{OPEN_CHOICES, paper_scene};
 pub use problem::Problem;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+use crate::tables::Stage;
 
 /// The JSON Schema of a scene file, generated from the types; what has a default may be left out.
 pub fn json_schema() -> serde_json::Value {
@@ -153,7 +156,7 @@ pub enum Cloud {
         jitter: f64,
         /// Each velocity component is uniform in ±speed, m/s.
         speed: f64,
-        /// Each spin is uniform in ±spin, rad/s, where grains rotate.
+        /// Each spin is uniform in ±spin, rad/s, where grains rotate in pouring.
         #[serde(default)]
         spin: f64,
         /// From where to where the cells stand, m; left out, over the whole width of the box.
@@ -204,6 +207,19 @@ pub struct Loading {
     pub after_force: AfterForce,
     /// Loading ends without the force when the punch has gone this deep, m.
     pub give_up_depth: f64,
+    /// The material from the first step of loading on, of the same density; left out, that of pouring. Contacts of the
+    /// settled bed keep their shear forces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Material")]
+    pub material: Option<Material>,
+    /// The contact law likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "ContactLaw")]
+    pub contact: Option<ContactLaw>,
+    /// Damping likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Damping")]
+    pub damping: Option<Damping>,
 }
 
 /// What is done to the surface before loading.
@@ -277,6 +293,40 @@ pub struct ControlPoint {
 }
 
 impl Scene {
+    /// The scene with the constants of this stage throughout: those of loading in place of those of pouring. The time step is
+    /// pouring's.
+    pub fn in_stage(&self, stage: Stage) -> Cow<'_, Scene> {
+        if stage == Stage::Settle || !self.has_stages() {
+            return Cow::Borrowed(self);
+        }
+        let mut scene = self.clone();
+        scene.time_step = TimeStep::Absolute {
+            seconds: self.time_step_seconds(),
+        };
+        let Loading {
+            material,
+            contact,
+            damping,
+            ..
+        } = &mut scene.loading;
+        scene.material = material.take().unwrap_or(scene.material);
+        scene.contact = contact.take().unwrap_or(scene.contact);
+        scene.damping = damping.take().unwrap_or(scene.damping);
+        Cow::Owned(scene)
+    }
+
+    /// Whether loading has constants of its own.
+    pub fn has_stages(&self) -> bool {
+        let of = &self.loading;
+        of.material.is_some() || of.contact.is_some() || of.damping.is_some()
+    }
+
+    /// The stages with constants of their own.
+    pub fn stages(&self) -> impl Iterator<Item = Stage> {
+        let loading = self.has_stages().then_some(Stage::Load);
+        std::iter::once(Stage::Settle).chain(loading)
+    }
+
     /// dt in seconds. For a fraction: dt = f·√(m/k) with m and k = E·R of the mean grain.
     pub fn time_step_seconds(&self) -> f64 {
         match self.time_step {

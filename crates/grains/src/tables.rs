@@ -195,6 +195,14 @@ pub enum Stage {
 }
 
 impl Stage {
+    /// The stage whose constants contacts have after so many steps of this one: those of loading hold from its first step on.
+    pub fn of_constants(self, step: u64) -> Stage {
+        match step {
+            0 => Stage::Settle,
+            _ => self,
+        }
+    }
+
     /// The name in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -231,6 +239,19 @@ impl Punch {
     }
 }
 
+/// What a contact with friction remembers from step to step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Remembered {
+    /// Body 1; a wall or the punch, if there is one in the pair.
+    pub id1: u32,
+    /// Body 2; always a grain.
+    pub id2: u32,
+    /// From body 1 to body 2, a unit vector.
+    pub normal: [f64; 2],
+    /// Tangential force on body 2, N.
+    pub shear: [f64; 2],
+}
+
 /// One moment of a run: the state after `step` steps of its stage, contacts at these positions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Snapshot {
@@ -244,11 +265,18 @@ pub struct Snapshot {
     pub bodies: Bodies,
     /// Sorted by (id1, id2).
     pub contacts: Vec<Contact>,
+    /// Of all contacts, in the same order; empty without friction, and of engines that do not tell.
+    pub memory: Vec<Remembered>,
     /// The punch, once there is one.
     pub punch: Option<Punch>,
 }
 
 impl Snapshot {
+    /// The stage whose constants its contacts have.
+    pub fn constants(&self) -> Stage {
+        self.stage.of_constants(self.step)
+    }
+
     /// 64 bits of SHA-256 over the bits of grains, contacts and punch: as [`Bodies::digest`], for a whole moment.
     pub fn digest(&self) -> String {
         let mut hash = Sha256::new();

@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
-use crate::tables::{Bodies, Punch, Snapshot, Stage, StopReason};
+use crate::tables::{Bodies, Punch, Remembered, Snapshot, Stage, StopReason};
 
 /// From where to where an engine runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,8 +29,28 @@ pub struct Start {
     /// The punch, if it is there already; its speed is the scene's, or zero if it stands still. A loading stage at
     /// step 0 makes it.
     pub punch: Option<Punch>,
-    /// The largest kinetic energy that the rule of settling has seen before, J.
-    pub energy_seen: f64,
+    /// What contacts with friction remember; where it is empty, they begin to in this state.
+    pub memory: Vec<Remembered>,
+    /// What the rules have seen before.
+    pub seen: Seen,
+}
+
+/// What the rules that end a stage remember of it.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Seen {
+    /// The largest kinetic energy at a look of the rule of settling, J.
+    pub energy: f64,
+    /// The step in which the force was reached and the punch stopped.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub standing_since: Option<u64>,
+}
+
+impl Start {
+    /// The stage whose constants its contacts have.
+    pub fn constants(&self) -> Stage {
+        self.stage.of_constants(self.step)
+    }
 }
 
 impl From<Bodies> for Start {
@@ -41,18 +61,20 @@ impl From<Bodies> for Start {
             step: 0,
             bodies,
             punch: None,
-            energy_seen: 0.0,
+            memory: Vec::new(),
+            seen: Seen::default(),
         }
     }
 }
 
 impl From<Snapshot> for Start {
-    /// Of going on from a moment, without the peak that the rule of settling has seen.
+    /// Of going on from a moment, without what the rules have seen.
     fn from(moment: Snapshot) -> Self {
         Start {
             stage: moment.stage,
             step: moment.step,
             punch: moment.punch,
+            memory: moment.memory,
             ..moment.bodies.into()
         }
     }
@@ -135,6 +157,8 @@ pub struct Outcome {
     pub settled: Option<Snapshot>,
     /// The last moment.
     pub last: Snapshot,
+    /// What the rule of the last stage has seen.
+    pub seen: Seen,
 }
 
 /// The moments at which an observer sees a stage: its start, every `every` steps, its end.

@@ -703,6 +703,7 @@ impl<'a> Stepper<'a> {
             time: step as f64 * self.constants.dt,
             bodies,
             contacts,
+            memory: Vec::new(),
             punch: self.state.punch,
         }
     }

@@ -33,7 +33,10 @@ const MOST_HALVINGS: u32 = 4;
 ///
 /// Those of the native engine, which probes the scene: a scene that goes wrong at any step.
 pub fn choose(scene: &Scene, share: f64) -> Result<StepChoice, NativeError> {
-    let mut probe = probing_step(scene);
+    let of_stages = scene
+        .stages()
+        .map(|stage| probing_step(&scene.in_stage(stage)));
+    let mut probe = of_stages.fold(f64::INFINITY, f64::min);
     let mut halvings = 0;
     let (looks, last) = loop {
         match looks_of(scene, probe) {
@@ -98,8 +101,13 @@ pub fn with_step(scene: &Scene, choice: &StepChoice) -> Scene {
 ///
 /// Those of the native engine, for bodies that it cannot start from.
 pub fn share_of_limit(scene: &Scene, bodies: &Bodies) -> Result<Option<f64>, NativeError> {
-    let network = Network::of(&still(Model::of(scene), bodies, None))?;
-    let limit = network.limit(scene.damping.alpha()).dt;
+    let mut limit = f64::INFINITY;
+    for stage in scene.stages() {
+        let model = Model::in_stage(scene, stage);
+        let alpha = model.alpha;
+        let network = Network::of(&still(model, bodies, None))?;
+        limit = limit.min(network.limit(alpha).dt);
+    }
     Ok(limit.is_finite().then(|| scene.time_step_seconds() / limit))
 }
 
@@ -136,7 +144,7 @@ fn looks_of(scene: &Scene, probe: f64) -> Result<(Vec<StepLook>, Snapshot), Nati
     scene.time_step = TimeStep::Absolute { seconds: probe };
     scene.measurement.history_every = LOOK_EVERY;
     let mut looker = Looker {
-        model: Model::of(&scene),
+        scene: scene.clone(),
         looks: Vec::new(),
         failed: None,
     };
@@ -149,7 +157,7 @@ fn looks_of(scene: &Scene, probe: f64) -> Result<(Vec<StepLook>, Snapshot), Nati
 }
 
 struct Looker {
-    model: Model,
+    scene: Scene,
     looks: Vec<StepLook>,
     failed: Option<NativeError>,
 }
@@ -159,8 +167,9 @@ impl Observer for Looker {
         if snapshot.contacts.is_empty() || self.failed.is_some() {
             return;
         }
-        let alpha = self.model.alpha;
-        let case = still(self.model.clone(), &snapshot.bodies, snapshot.punch);
+        let model = Model::in_stage(&self.scene, snapshot.constants());
+        let alpha = model.alpha;
+        let case = still(model, &snapshot.bodies, snapshot.punch);
         match Network::of(&case) {
             Ok(network) => {
                 let undamped = network.limit(0.0).dt;

@@ -11,7 +11,7 @@ use super::neighbours::{Neighbours, Skin};
 use super::springs::{self, Single};
 use super::state::{Constants, State, contact_row};
 use crate::model::Kernel;
-use crate::tables::{Bodies, Contact, Punch, Snapshot, Stage};
+use crate::tables::{Bodies, Contact, Punch, Remembered, Snapshot, Stage};
 
 /// The parts of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,10 +59,12 @@ pub struct Dynamics {
 }
 
 impl Dynamics {
-    /// Lists the neighbours and evaluates the forces at the start.
+    /// Lists the neighbours and evaluates the forces at the start. Where contacts remember something, the evaluation leaves it
+    /// as it is; elsewhere they begin to.
     pub fn new(
         bodies: &Bodies,
         punch: Option<Punch>,
+        memory: &[Remembered],
         constants: Constants,
         skin: Skin,
         mode: Mode,
@@ -82,10 +84,42 @@ impl Dynamics {
             mode,
             single: Single::default(),
         };
-        dynamics.list_neighbours()?;
-        dynamics.evaluate_forces();
+        if memory.is_empty() {
+            dynamics.list_neighbours()?;
+            dynamics.evaluate_forces();
+        } else {
+            dynamics.recall(memory)?;
+            // Neither slip nor a limit: what is remembered stays to the bit.
+            let rules = ContactRules {
+                dt: 0.0,
+                tan_squared: f64::INFINITY,
+                ..dynamics.rules.clone()
+            };
+            let rules = std::mem::replace(&mut dynamics.rules, rules);
+            dynamics.evaluate_forces();
+            dynamics.rules = rules;
+        }
         dynamics.half_step_to_come = dynamics.constants.half_step_start;
         Ok(dynamics)
+    }
+
+    /// Goes on with other constants. Forces stay what they are until the next step, and so do shear forces of contacts.
+    pub fn change(&mut self, constants: Constants) -> Result<(), Trouble> {
+        let memory = self.contacts().1;
+        self.kernel = constants.kernel();
+        self.rules = constants.rules();
+        self.constants = constants;
+        self.state.suit(self.kernel);
+        self.recall(&memory)
+    }
+
+    /// Lists the neighbours anew, and contacts remember this.
+    fn recall(&mut self, memory: &[Remembered]) -> Result<(), Trouble> {
+        if self.kernel == Kernel::General {
+            let grains = self.state.position.len();
+            self.neighbours.recall(grains, &self.constants, memory);
+        }
+        self.list_neighbours()
     }
 
     /// One time step.
@@ -224,21 +258,42 @@ impl Dynamics {
 
     /// This moment as a table.
     pub fn snapshot(&self, stage: Stage, step: u64) -> Snapshot {
-        let mut contacts = match self.kernel {
-            Kernel::Frictionless => self.spring_contacts(),
-            Kernel::General => {
-                general::contacts(&self.state, &self.neighbours, &self.constants, &self.rules)
-            }
-        };
-        contacts.sort_by_key(|contact| (contact.id1, contact.id2));
+        let (contacts, mut memory) = self.contacts();
+        if !self.constants.law.has_history() {
+            memory.clear();
+        }
         Snapshot {
             stage,
             step,
             time: step as f64 * self.constants.dt,
             bodies: self.state.bodies(),
             contacts,
+            memory,
             punch: self.state.punch,
         }
+    }
+
+    /// All contacts with what they remember, sorted by ids. Without friction that is the normal alone.
+    fn contacts(&self) -> (Vec<Contact>, Vec<Remembered>) {
+        let mut contacts = match self.kernel {
+            Kernel::Frictionless => {
+                let remembered = |contact: Contact| {
+                    let of = Remembered {
+                        id1: contact.id1,
+                        id2: contact.id2,
+                        normal: contact.normal,
+                        shear: [0.0; 2],
+                    };
+                    (contact, of)
+                };
+                self.spring_contacts().into_iter().map(remembered).collect()
+            }
+            Kernel::General => {
+                general::contacts(&self.state, &self.neighbours, &self.constants, &self.rules)
+            }
+        };
+        contacts.sort_by_key(|(contact, _)| (contact.id1, contact.id2));
+        contacts.into_iter().unzip()
     }
 
     /// The contacts of the frictionless kernel, evaluated by the scalar law.

@@ -5,7 +5,7 @@ use super::contact::{Action, ContactRules, Memory, Motion, Parameters, Touch};
 use super::neighbours::Neighbours;
 use super::pairs::Pairs;
 use super::state::{Constants, State, contact_row};
-use crate::tables::{Contact, Punch};
+use crate::tables::{Contact, Punch, Remembered};
 
 /// Evaluates all contacts at the present positions and velocities and sums forces and torques.
 /// Every contact's memory moves on by a step.
@@ -80,13 +80,13 @@ fn punch_motion(punch: &Punch) -> Motion {
     }
 }
 
-/// The contacts as the last evaluation left them.
+/// The contacts as the last evaluation left them, and what they remember.
 pub fn contacts(
     state: &State,
     list: &Neighbours,
     constants: &Constants,
     rules: &ContactRules,
-) -> Vec<Contact> {
+) -> Vec<(Contact, Remembered)> {
     let mut contacts = Vec::new();
     let mut add =
         |ids: (u32, u32), touch: Option<Touch>, of: &Parameters, one: &Motion, memory: &Memory| {
@@ -95,7 +95,13 @@ pub fn contacts(
             };
             let normal = rules.normal_force(&touch, of, one, &state.motion(ids.1 as usize));
             let force = [normal[0] + memory.shear[0], normal[1] + memory.shear[1]];
-            contacts.push(contact_row(ids.0, ids.1, &touch, force));
+            let remembered = Remembered {
+                id1: ids.0,
+                id2: ids.1,
+                normal: memory.normal,
+                shear: memory.shear,
+            };
+            contacts.push((contact_row(ids.0, ids.1, &touch, force), remembered));
         };
     let history = &list.history;
     for (at, ids) in list.pairs().enumerate() {

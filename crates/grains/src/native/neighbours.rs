@@ -4,11 +4,13 @@
 //! are summed. The skin decides how often the list is rebuilt and never what a step gives: pairs
 //! that do not touch add nothing.
 
+use super::contact::{Memory, Parameters};
 use super::dynamics::Fastest;
 use super::general::History;
 use super::springs::{Pair, Rows};
 use super::state::{Constants, State};
 use crate::model::Kernel;
+use crate::tables::Remembered;
 
 /// Candidate pairs and the positions they were made for. Reused from build to build.
 #[derive(Debug, Default)]
@@ -223,6 +225,41 @@ impl Neighbours {
         self.punch_reference = state.punch.map_or(0.0, |punch| punch.centre[1]);
         self.displaced = 0.0;
         self.gone_since = 0.0;
+    }
+
+    /// Lists these contacts, sorted by ids, and nothing else: the next [`Neighbours::build`] finds their memory.
+    pub fn recall(&mut self, grains: usize, constants: &Constants, contacts: &[Remembered]) {
+        self.start.clear();
+        self.other.clear();
+        let of = |id: u32| {
+            let first = contacts.partition_point(|of| of.id1 < id);
+            let last = contacts.partition_point(|of| of.id1 <= id);
+            &contacts[first..last]
+        };
+        let memory = |of: &Remembered| Memory {
+            normal: of.normal,
+            shear: of.shear,
+        };
+        let History {
+            pairs,
+            by_wall,
+            by_punch,
+            ..
+        } = &mut self.history;
+        pairs.clear();
+        self.start.push(0);
+        for id in 0..grains as u32 {
+            for contact in of(id) {
+                let ids = (id, contact.id2);
+                pairs.push(ids, [0.0; 2], &Parameters::default(), &memory(contact));
+                self.other.push(contact.id2);
+            }
+            self.start.push(self.other.len() as u32);
+        }
+        let flat = |id| of(id).iter().map(|of| (of.id2, memory(of))).unzip();
+        let ids = constants.walls.iter().map(|wall| wall.id);
+        (self.by_wall, *by_wall) = ids.map(flat).unzip();
+        (self.by_punch, *by_punch) = flat(constants.ids.punch());
     }
 
     /// The listed pairs as (id1, id2).

@@ -140,7 +140,9 @@ impl Perturbation {
     /// Whether a run of this scene is any different with the fault: without gravity, a fault in
     /// gravity is none.
     pub fn changes(self, scene: &Scene) -> bool {
-        self.changes_case(&Model::of(scene), &initial_bodies(scene))
+        let bodies = initial_bodies(scene);
+        let mut stages = scene.stages();
+        stages.any(|stage| self.changes_case(&Model::in_stage(scene, stage), &bodies))
     }
 
     /// Whether these grains with this model are any different with the fault.

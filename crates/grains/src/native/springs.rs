@@ -383,7 +383,7 @@ mod tests {
         let bodies = initial_bodies(&scene);
         let skin = Skin::Adaptive { radius: 0.005 };
         let mut dynamics =
-            Dynamics::new(&bodies, None, constants, skin, Mode::Exact).expect("a sound start");
+            Dynamics::new(&bodies, None, &[], constants, skin, Mode::Exact).expect("a sound start");
         for step in 1..=9000 {
             dynamics.step().expect("a sound step");
             if step % 3000 == 0 {

@@ -12,7 +12,7 @@ use super::timing::{Slowness, ThreadTime};
 use crate::model::Model;
 use crate::scene::Scene;
 use crate::tables::{Bodies, Punch, Snapshot, Stage, StopReason};
-use crate::task::{Observer, Outcome, StageReport, Task, Until, asked_to_end};
+use crate::task::{Observer, Outcome, Seen, StageReport, Task, Until, asked_to_end};
 
 /// How the native engine goes about it; none of it is physics.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -47,12 +47,8 @@ pub fn run(
     options: &Options,
     observer: &mut dyn Observer,
 ) -> Result<Outcome, NativeError> {
-    let mut bodies = task.start.bodies.clone();
-    let mut constants = Constants::new(&Model::of(scene), scene.particles.count);
-    constants.box_width = Some(scene.container.width);
-    if let Some(perturbation) = options.perturbation {
-        perturbation.apply(&mut constants, &mut bodies);
-    }
+    let start = &task.start;
+    let (constants, bodies) = faulty(scene, start.constants(), options, &start.bodies);
     // A punch that stands still goes on doing so; any other has the scene's speed.
     let punch = task.start.punch.map(|punch| Punch {
         velocity: if punch.velocity == 0.0 {
@@ -68,26 +64,23 @@ pub fn run(
             radius: 0.5 * scene.particles.mean_diameter,
         },
     };
-    let start = &task.start;
     let at_start = |trouble| NativeError {
         stage: start.stage,
         step: start.step,
         trouble,
     };
-    let dynamics =
-        Dynamics::new(&bodies, punch, constants, skin, options.mode).map_err(at_start)?;
+    let mode = options.mode;
+    let dynamics = Dynamics::new(&bodies, punch, &start.memory, constants, skin, mode);
     let mut runner = Runner {
         scene,
-        dynamics,
+        options,
+        dynamics: dynamics.map_err(at_start)?,
         stage: start.stage,
         step: start.step,
         observer,
         given: &start.bodies,
         energy_limit: 0.0,
-        energy_seen: start.energy_seen,
-        standing_since: (start.stage == Stage::Load
-            && punch.is_some_and(|punch| punch.velocity == 0.0))
-        .then_some(start.step),
+        seen: start.seen,
         slowness: options
             .perturbation
             .and_then(Perturbation::slowed)
@@ -95,20 +88,34 @@ pub fn run(
         reports: Vec::new(),
     };
     runner.energy_limit = runner.energy_limit();
+    if start.stage == Stage::Load && punch.is_some_and(|punch| punch.velocity == 0.0) {
+        runner.seen.standing_since.get_or_insert(start.step);
+    }
     runner.run(task)
+}
+
+/// The constants of a stage and the grains, with the fault if one is asked for.
+fn faulty(scene: &Scene, stage: Stage, options: &Options, bodies: &Bodies) -> (Constants, Bodies) {
+    let model = Model::in_stage(scene, stage);
+    let mut constants = Constants::new(&model, scene.particles.count);
+    constants.box_width = Some(scene.container.width);
+    let mut bodies = bodies.clone();
+    if let Some(perturbation) = options.perturbation {
+        perturbation.apply(&mut constants, &mut bodies);
+    }
+    (constants, bodies)
 }
 
 struct Runner<'a> {
     scene: &'a Scene,
+    options: &'a Options,
     dynamics: Dynamics,
     stage: Stage,
     step: u64,
     observer: &'a mut dyn Observer,
     given: &'a Bodies,
     energy_limit: f64,
-    energy_seen: f64,
-    /// The step in which the force was reached and the punch stopped.
-    standing_since: Option<u64>,
+    seen: Seen,
     /// Asked for as a fault.
     slowness: Option<Slowness>,
     reports: Vec<StageReport>,
@@ -129,6 +136,7 @@ impl Runner<'_> {
             settled = Some(self.snapshot());
             self.stage = Stage::Load;
             self.step = 0;
+            self.seen = Seen::default();
         }
         if self.dynamics.state.punch.is_none() {
             self.lower_punch()?;
@@ -140,22 +148,24 @@ impl Runner<'_> {
     fn stage_loop(
         &mut self,
         exactly: Option<u64>,
-        mut rule: impl FnMut(&mut Self, &mut f64) -> Result<Option<StopReason>, NativeError>,
+        mut rule: impl FnMut(&mut Self) -> Option<StopReason>,
     ) -> Result<StopReason, NativeError> {
         let (wall, cpu) = (Instant::now(), ThreadTime::now());
         let every = self.scene.measurement.history_every;
-        let mut peak = self.energy_seen;
         self.observe()?;
         let mut observed = self.step;
         let stop = loop {
             if exactly.is_some_and(|steps| self.step >= steps) {
                 break StopReason::StepsDone;
             }
+            if (self.stage, self.step) == (Stage::Load, 0) && self.scene.has_stages() {
+                self.change_constants()?;
+            }
             self.dynamics
                 .step()
                 .map_err(|trouble| self.error(self.step + 1, trouble))?;
             self.step += 1;
-            if let Some(stop) = rule(self, &mut peak)?
+            if let Some(stop) = rule(self)
                 && exactly.is_none()
             {
                 break stop;
@@ -183,17 +193,18 @@ impl Runner<'_> {
     }
 
     /// Settled when the kinetic energy is at most the scene's share of its peak.
-    fn settle_rule(&mut self, peak: &mut f64) -> Result<Option<StopReason>, NativeError> {
+    fn settle_rule(&mut self) -> Option<StopReason> {
         let settle = &self.scene.settle;
         if self.step.is_multiple_of(settle.check_every) {
             let energy = self.dynamics.state.kinetic_energy();
-            *peak = peak.max(energy);
-            if energy <= settle.kinetic_energy_fraction * *peak {
-                return Ok(Some(StopReason::Settled));
+            let peak = self.seen.energy.max(energy);
+            self.seen.energy = peak;
+            if energy <= settle.kinetic_energy_fraction * peak {
+                return Some(StopReason::Settled);
             }
-            self.settled_share(energy / *peak);
+            self.settled_share(energy / peak);
         }
-        Ok((self.step >= settle.max_steps).then_some(StopReason::MaxSteps))
+        (self.step >= settle.max_steps).then_some(StopReason::MaxSteps)
     }
 
     /// The energy falls about exponentially, so its logarithm tells how far settling is.
@@ -203,33 +214,31 @@ impl Runner<'_> {
     }
 
     /// The force is reached, or the punch is too deep.
-    fn load_rule(&mut self, _: &mut f64) -> Result<Option<StopReason>, NativeError> {
-        let Some(punch) = self.dynamics.state.punch else {
-            return Ok(None);
-        };
+    fn load_rule(&mut self) -> Option<StopReason> {
+        let punch = self.dynamics.state.punch?;
         let of_force = punch.force / self.scene.target_force();
         let of_depth = punch.depth() / self.scene.loading.give_up_depth;
         if self.step.is_multiple_of(LOOK_UP_EVERY) {
             self.observer
                 .progress(self.stage, self.step, of_force.max(of_depth));
         }
-        if let Some(since) = self.standing_since {
+        if let Some(since) = self.seen.standing_since {
             let long_enough = self.scene.steps_standing_still().unwrap_or(0);
-            return Ok((self.step >= since + long_enough).then_some(StopReason::Reached));
+            return (self.step >= since + long_enough).then_some(StopReason::Reached);
         }
         if punch.force >= self.scene.target_force() {
             if self.scene.steps_standing_still().is_none() {
-                return Ok(Some(StopReason::Reached));
+                return Some(StopReason::Reached);
             }
-            self.standing_since = Some(self.step);
+            self.seen.standing_since = Some(self.step);
             self.dynamics.state.punch = Some(Punch {
                 velocity: 0.0,
                 ..punch
             });
-            return Ok(None);
+            return None;
         }
         let too_deep = punch.depth() >= self.scene.loading.give_up_depth;
-        Ok(too_deep.then_some(StopReason::TargetLoadNotReached))
+        too_deep.then_some(StopReason::TargetLoadNotReached)
     }
 
     /// Sets the punch on the highest grain below it, moving down at its constant speed.
@@ -240,6 +249,15 @@ impl Runner<'_> {
         self.dynamics
             .list_neighbours()
             .map_err(|trouble| self.error(self.step, trouble))
+    }
+
+    /// Goes on with the constants of loading.
+    fn change_constants(&mut self) -> Result<(), NativeError> {
+        let (constants, _) = faulty(self.scene, Stage::Load, self.options, self.given);
+        let changed = self.dynamics.change(constants);
+        changed.map_err(|trouble| self.error(self.step, trouble))?;
+        self.energy_limit = self.energy_limit.max(self.energy_limit());
+        Ok(())
     }
 
     /// Ends the run if it was asked to end or has gone wrong.
@@ -304,6 +322,7 @@ impl Runner<'_> {
             stages: self.reports,
             settled,
             last,
+            seen: self.seen,
         }
     }
 

@@ -28,24 +28,32 @@ impl State {
     /// The state of these grains for this kernel; forces are still to be evaluated.
     pub fn new(bodies: &Bodies, punch: Option<Punch>, kernel: Kernel) -> Self {
         let pairs = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| [*a, *b]).collect();
-        let turning = match kernel {
-            Kernel::Frictionless => 0,
-            Kernel::General => bodies.len(),
-        };
-        let mut spin = bodies.spin.clone();
-        // Spins are kept even where a fault has taken the friction away.
-        spin.resize(turning.max(bodies.spin.len()), 0.0);
-        State {
+        let mut state = State {
             position: pairs(&bodies.x, &bodies.z),
             velocity: pairs(&bodies.vx, &bodies.vz),
             force: vec![[0.0; 2]; bodies.len()],
             radius: bodies.radius.clone(),
             mass: bodies.mass.clone(),
             component_mass: bodies.mass.iter().flat_map(|mass| [*mass; 2]).collect(),
-            spin,
-            torque: vec![0.0; turning],
+            // Kept even where nothing turns a grain in this stage.
+            spin: bodies.spin.clone(),
+            torque: Vec::new(),
             inertia: bodies.inertia.clone(),
             punch,
+        };
+        state.suit(kernel);
+        state
+    }
+
+    /// Makes room for what this kernel needs; what is there stays.
+    pub fn suit(&mut self, kernel: Kernel) {
+        let grains = self.position.len();
+        match kernel {
+            Kernel::Frictionless => self.torque.clear(),
+            Kernel::General => {
+                self.spin.resize(grains, 0.0);
+                self.torque.resize(grains, 0.0);
+            }
         }
     }
 

@@ -95,7 +95,7 @@ pub fn parts_of_a_step(
 ) -> Result<Clocked, Trouble> {
     let constants = Constants::new(model, bodies.len() as u32);
     let skin = Skin::Adaptive { radius };
-    let mut dynamics = Dynamics::new(bodies, None, constants, skin, mode)?;
+    let mut dynamics = Dynamics::new(bodies, None, &[], constants, skin, mode)?;
     let builds = dynamics.neighbours.builds;
     let mut clock = Watch::default();
     for _ in 0..steps {

@@ -88,7 +88,9 @@ fn impossible(scene: &Scene) -> Vec<Problem> {
     let mut found = Findings(Vec::new());
     found.name("/name", &scene.name);
     grains(scene, &mut found);
-    contact(scene, &mut found);
+    for (at, stage) in stages(scene) {
+        constants(at, &stage, &mut found);
+    }
     dynamics(scene, &mut found);
     loading(scene, &mut found);
     measurement(scene, &mut found);
@@ -120,15 +122,6 @@ fn grains(scene: &Scene, found: &mut Findings) {
         "/particles/dispersion",
         &particles.dispersion,
         "a number in [0, 1)",
-    );
-    found.positive("/material/youngs_modulus", scene.material.youngs_modulus);
-    found.positive("/material/density", scene.material.density);
-    found.positive("/material/stiffness_ratio", scene.material.stiffness_ratio);
-    found.unless(
-        (0.0..FRAC_PI_2).contains(&scene.material.friction_angle),
-        "/material/friction_angle",
-        &scene.material.friction_angle,
-        "a number in [0, π/2)",
     );
     found.positive("/box/width", scene.container.width);
     found.unless(
@@ -179,17 +172,50 @@ fn grains(scene: &Scene, found: &mut Findings) {
     );
 }
 
-fn contact(scene: &Scene, found: &mut Findings) {
-    match scene.contact.viscosity {
+/// The constants of a stage, which stand under `at`.
+fn constants(at: &str, stage: &Scene, found: &mut Findings) {
+    let place = |key: &str| format!("{at}{key}");
+    let material = &stage.material;
+    found.positive(&place("/material/youngs_modulus"), material.youngs_modulus);
+    found.positive(&place("/material/density"), material.density);
+    found.positive(
+        &place("/material/stiffness_ratio"),
+        material.stiffness_ratio,
+    );
+    found.unless(
+        (0.0..FRAC_PI_2).contains(&material.friction_angle),
+        &place("/material/friction_angle"),
+        &material.friction_angle,
+        "a number in [0, π/2)",
+    );
+    match stage.contact.viscosity {
         Viscosity::None => {}
-        Viscosity::Dashpot { c_n, .. } => found.positive("/contact/viscosity/c_n", c_n),
+        Viscosity::Dashpot { c_n, .. } => found.positive(&place("/contact/viscosity/c_n"), c_n),
         Viscosity::Restitution { e_n, .. } => found.unless(
             e_n > 0.0 && e_n <= 1.0,
-            "/contact/viscosity/e_n",
+            &place("/contact/viscosity/e_n"),
             &e_n,
             "a number in (0, 1]",
         ),
     }
+    let alpha = stage.damping.alpha();
+    found.unless(
+        (0.0..1.0).contains(&alpha),
+        &place("/damping/alpha"),
+        &alpha,
+        "a number in [0, 1)",
+    );
+}
+
+/// The stages with constants of their own, and under what these stand.
+fn stages(scene: &Scene) -> impl Iterator<Item = (&'static str, Cow<'_, Scene>)> {
+    let at = |stage| match stage {
+        Stage::Settle => "",
+        Stage::Load => "/loading",
+    };
+    scene
+        .stages()
+        .map(move |stage| (at(stage), scene.in_stage(stage)))
 }
 
 fn reason(scene: &Scene, key: &str, found: &mut Findings) {
@@ -203,13 +229,6 @@ fn reason(scene: &Scene, key: &str, found: &mut Findings) {
 }
 
 fn dynamics(scene: &Scene, found: &mut Findings) {
-    let alpha = scene.damping.alpha();
-    found.unless(
-        (0.0..1.0).contains(&alpha),
-        "/damping/alpha",
-        &alpha,
-        "a number in [0, 1)",
-    );
     found.unless(
         scene.gravity.is_finite() && scene.gravity >= 0.0,
         "/gravity",
@@ -245,11 +264,6 @@ fn derived(scene: &Scene, found: &mut Findings) {
             scene.grain_mass(smallest),
         ),
         (
-            "/material",
-            "stiffness E·R",
-            scene.material.youngs_modulus * radius,
-        ),
-        (
             "/time_step",
             "time step in seconds",
             scene.time_step_seconds(),
@@ -263,30 +277,38 @@ fn derived(scene: &Scene, found: &mut Findings) {
             &format!("a {what} that is a normal number above 0"),
         );
     }
-    let tangential = scene.material.stiffness_ratio * scene.material.youngs_modulus * radius;
     let Cloud::JitteredLattice { spin, .. } = scene.cloud;
     let dt = scene.time_step_seconds();
-    found.unless(
-        tangential.is_normal(),
-        "/material/stiffness_ratio",
-        &scene.material.stiffness_ratio,
-        "a ratio for which k_s = E·R·(k_s/k_n) is a normal number above 0",
-    );
     found.unless(
         spin * dt <= 1.0,
         "/cloud/spin",
         &spin,
         "a spin of at most one radian a step",
     );
-    if let Viscosity::Dashpot { c_n, .. } = scene.contact.viscosity {
-        let lightest = 0.5 * scene.grain_mass(smallest);
+    for (at, stage) in stages(scene) {
+        let normal = stage.material.youngs_modulus * radius;
         found.unless(
-            c_n * dt <= lightest,
-            "/contact/viscosity/c_n",
-            &c_n,
-            "a dashpot that takes no more than the approach speed of the two lightest grains in a \
-             step: c_n·dt ≤ m_eff",
+            normal.is_normal(),
+            &format!("{at}/material"),
+            &normal,
+            "a stiffness E·R that is a normal number above 0",
         );
+        found.unless(
+            (stage.material.stiffness_ratio * normal).is_normal(),
+            &format!("{at}/material/stiffness_ratio"),
+            &stage.material.stiffness_ratio,
+            "a ratio for which k_s = E·R·(k_s/k_n) is a normal number above 0",
+        );
+        if let Viscosity::Dashpot { c_n, .. } = stage.contact.viscosity {
+            let lightest = 0.5 * scene.grain_mass(smallest);
+            found.unless(
+                c_n * dt <= lightest,
+                &format!("{at}/contact/viscosity/c_n"),
+                &c_n,
+                "a dashpot that takes no more than the approach speed of the two lightest grains in a \
+                 step: c_n·dt ≤ m_eff",
+            );
+        }
     }
     let stride = scene.loading.speed * scene.time_step_seconds();
     found.unless(
@@ -315,6 +337,14 @@ fn loading(scene: &Scene, found: &mut Findings) {
     found.positive("/loading/pressure", loading.pressure);
     found.positive("/loading/speed", loading.speed);
     found.positive("/loading/give_up_depth", loading.give_up_depth);
+    if let Some(material) = &loading.material {
+        found.unless(
+            material.density == scene.material.density,
+            "/loading/material/density",
+            &material.density,
+            "the density of pouring: grains keep their masses",
+        );
+    }
     found.unless(
         loading.punch_height.is_finite() && loading.punch_height > loading.give_up_depth,
         "/loading/punch_height",

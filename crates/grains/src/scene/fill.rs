@@ -28,6 +28,14 @@ pub(super) fn filled(given: &Value) -> Value {
         object.and_then(|object| object.shift_remove(key));
     }
     put_over(&mut all, given);
+    // Of loading's constants the default is pouring's.
+    for key in ["material", "contact", "damping"] {
+        if let Some(given) = given.pointer(&format!("/loading/{key}")) {
+            let mut of_stage = all[key].clone();
+            put_over(&mut of_stage, given);
+            all["loading"][key] = of_stage;
+        }
+    }
     all
 }
 

@@ -117,6 +117,9 @@ pub fn paper_scene(realization: u64, particles: u32) -> Scene {
             surface: Surface::AsSettled,
             after_force: AfterForce::MeasureAtOnce,
             give_up_depth: 0.11,
+            material: None,
+            contact: None,
+            damping: None,
         },
         measurement: Measurement {
             surface_height: SurfaceHeight::MeanSurface,
