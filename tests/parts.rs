@@ -105,18 +105,23 @@ fn a_part_that_fails_leaves_no_folder() {
 }
 
 #[test]
-fn a_long_run_without_memory_is_cut_evenly() {
+fn a_long_run_without_memory_is_cut_into_ever_longer_parts() {
     let history = recorded_history().expect("a history");
     let scene = paper_scene(1, 5000);
     let cuts = parts::cuts(&scene, &history);
-    assert!((8..16).contains(&cuts.len()), "{cuts:?}");
-    let lengths: Vec<u64> = cuts.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let (longest, shortest) = (lengths.iter().max(), lengths.iter().min());
-    assert!(longest < shortest.map(|of| of * 2).as_ref(), "{cuts:?}");
-    assert!(
-        cuts[0] > cuts[1] - cuts[0],
-        "first steps are cheap: {cuts:?}"
-    );
+    assert!((6..12).contains(&cuts.len()), "{cuts:?}");
+    let contacts = |from: u64, to: u64| -> u64 {
+        let settling = history.iter().filter(|row| row.stage == Stage::Settle);
+        let part = settling.filter(|row| (from..to).contains(&row.step));
+        part.map(|row| row.contacts as u64).sum()
+    };
+    let ends = cuts.iter().chain([&42_000]);
+    let begins = [0].iter().chain(&cuts);
+    let works: Vec<u64> = begins.zip(ends).map(|(a, b)| contacts(*a, *b)).collect();
+    assert!(works.is_sorted(), "{works:?}");
+    let all: u64 = works.iter().sum();
+    let longest = works.last().expect("a part");
+    assert!(all > 3 * longest, "a core would wait for it: {works:?}");
     assert!(cuts.iter().all(|step| step % 250 == 0), "{cuts:?}");
 
     let none: [u64; 0] = [];

@@ -3,6 +3,7 @@
 The plane is YADE's x-z plane. The model is that of `src/model.rs`, as JSON.
 """
 import csv
+import gc
 import json
 import math
 import os
@@ -16,6 +17,8 @@ from yade import config, utils  # noqa: E402
 PUNCH_HALF_DEPTH = 10.0
 # verletDist of a case over its smallest radius; in sorted mode the bits do not depend on it.
 VERLET_OVER_RADIUS = 0.1
+
+gc.disable()  # nothing here is in a circle; looking for circles takes a quarter of the time of a moment
 
 GREY = (0.7, 0.7, 0.7)  # without a colour, YADE reseeds Python's random numbers
 
@@ -261,9 +264,10 @@ class Tables:
             geometry, physics = contact.geom, contact.phys
             normal, point = geometry.normal, geometry.contactPoint
             force = physics.normalForce + physics.shearForce
-            nx, nz, fx, fz = (float(vector[axis]) for vector in (normal, force) for axis in (0, 2))
-            table.extend((contact.id1, contact.id2, float(geometry.penetrationDepth)))
-            table.extend((fx * nx + fz * nz, fz * nx - fx * nz, nx, nz, float(point[0]), float(point[2])))
+            nx, nz, fx, fz = float(normal[0]), float(normal[2]), float(force[0]), float(force[2])
+            forces = fx * nx + fz * nz, fz * nx - fx * nz
+            place = float(point[0]), float(point[2])
+            table.extend((contact.id1, contact.id2, float(geometry.penetrationDepth), *forces, nx, nz, *place))
         if sys.byteorder == "big":
             table.byteswap()
         table.tofile(self.binary)

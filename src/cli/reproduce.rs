@@ -34,7 +34,7 @@ const FOLDER: JobFolder = JobFolder {
 #[derive(Debug, Args)]
 #[command(
     after_help = "Without YADE the native run is compared with a recorded YADE run. With YADE it also \
-    runs live: the whole experiment in the sorted loop on one core, all else on the other.\nAn interrupted job \
+    runs live: the whole experiment in the sorted loop in parts, and all else beside them.\nAn interrupted job \
     is taken up again when it is started with the same --out.\n\nExamples:\n  crossgrain reproduce\n  crossgrain reproduce --recorded\n  \
     crossgrain reproduce --baseline main --summary summary.md --junit checks.xml\n  \
     crossgrain reproduce --perturb stiffness=1e-3 --out faulty"

@@ -20,11 +20,11 @@ use grains::scene::Scene;
 use grains::tables::{Stage, StopReason};
 use grains::task::{Seen, StageReport, Start, Task, Until};
 
-/// Work of a part, steps times contacts: about half a minute of YADE's.
-const WORK: f64 = 3.5e7;
+/// Work of a part in the mean, steps times contacts: about half a minute of YADE's.
+const WORK: f64 = 4.5e7;
 
-/// Steps of settling at which to cut a run that goes about like this one, so that the parts are equally long; none where it is
-/// short, or cannot be cut.
+/// Steps of settling at which to cut a run that goes about like this one, each part longer than the one before; none where it
+/// is short, or cannot be cut.
 pub fn cuts(scene: &Scene, history: &[HistoryRow]) -> Vec<u64> {
     // The peak that the rule of settling goes by is known where each of its looks is a moment.
     let every = scene.measurement.history_every;
@@ -43,10 +43,10 @@ pub fn cuts(scene: &Scene, history: &[HistoryRow]) -> Vec<u64> {
         })
         .collect();
     let parts = (done / WORK).round();
+    // The longest are begun first, so that short ones are left when the cores come to their end.
     let at = |part: u64| {
-        until
-            .iter()
-            .find(|(_, of)| *of >= done * part as f64 / parts)
+        let share = (part as f64 / parts).powi(2);
+        until.iter().find(|(_, of)| *of >= done * share)
     };
     let cuts = (1..parts as u64).filter_map(at).map(|(step, _)| *step);
     cuts.filter(|step| step.is_multiple_of(every)).collect()
