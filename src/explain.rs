@@ -132,10 +132,10 @@ pub const EXPLANATIONS: [Explanation; 24] = [
     },
     Explanation {
         pattern: "tradeoff/*",
-        meaning: "The free mode's default gives the reference's packings.",
+        meaning: "The fast protocol gives the reference's packings.",
         formula: "Two one-sided t tests at 5 % in every quantity with a margin, with clouds that chose nothing.",
         source: "docs/tradeoff.md; src/study/tradeoff/",
-        breaks: "A change of the free mode's kernel or pouring. The quantities that are not shown to be equal stand beside it.",
+        breaks: "A change of the kernel or of reduced-stiffness deposition. The quantities that are not shown to be equal stand beside it.",
     },
     Explanation {
         pattern: "stability/*",
@@ -158,7 +158,7 @@ pub const EXPLANATIONS: [Explanation; 24] = [
         meaning: "An engine that was timed still has the bed that it was given: one that drops grains or contacts is fast for nothing.",
         formula: "Largest displacement, number of contacts and kinetic energy against native exact's after the same steps.",
         source: "src/limits/bench/contender.rs; docs/benchmark.md",
-        breaks: "A mode that rounds more than it may, a neighbour list that misses contacts, another contact law.",
+        breaks: "An engine that rounds more than it may, a neighbour list that misses contacts, another contact law.",
     },
     Explanation {
         pattern: "bench/bits",

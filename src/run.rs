@@ -51,7 +51,6 @@ pub fn bare(
             let record = EngineRecord::Native {
                 version: env!("CARGO_PKG_VERSION").to_owned(),
                 perturbation: options.perturbation,
-                mode: options.mode,
             };
             Ok((outcome, record, String::new()))
         }
@@ -215,9 +214,6 @@ pub fn command(engine: &Engine, protocol: Protocol) -> String {
             words += " --engine native";
             if let Some(fault) = options.perturbation {
                 words += &format!(" --perturb {fault}");
-            }
-            if !options.mode.is_exact() {
-                words += &format!(" --mode {}", options.mode.name());
             }
         }
         Engine::Yade(options) => {

@@ -20,7 +20,6 @@ use crossgrain::limits::bench::{BedRecord, Bench, Distance, Missed, Plan, Setup,
 use crossgrain::progress::Display;
 use crossgrain::report::page;
 use crossgrain::tables::write_bodies;
-use grains::native::Mode;
 use grains::tables::Bodies;
 
 use serde_json::json;
@@ -77,7 +76,7 @@ fn a_bed_laid_out_of_copies_is_as_dense_as_the_settled_one() {
     let wide = bed::laid_out(&small, 4).expect("a sound bed");
     assert_eq!(wide.bodies.len(), 2000);
     let contacts = |bed: &Bed| {
-        let now = timing::after(bed, Mode::Exact, 0).expect("a sound bed");
+        let now = timing::after(bed, 0).expect("a sound bed");
         between_grains(&now) as f64 / bed.bodies.len() as f64
     };
     let height = |bed: &Bed| bed.bodies.z.iter().sum::<f64>() / bed.bodies.len() as f64;
@@ -116,7 +115,7 @@ fn a_kept_bed_is_taken_over_and_a_spoilt_one_is_not() {
 #[test]
 fn a_lost_grain_contact_or_number_is_not_sane() {
     let bed = small_bed();
-    let exact = timing::after(&bed, Mode::Exact, 10).expect("a sound run");
+    let exact = timing::after(&bed, 10).expect("a sound run");
     let contacts = between_grains(&exact);
     let judge = |bodies: &Bodies, contacts: usize| {
         Sanity::of(bodies, contacts, &exact, 0.005, Tolerance::OTHER_LAW).holds
@@ -153,7 +152,7 @@ fn clocks_between_the_stages_change_no_bit() {
 #[test]
 fn a_window_has_the_steps_asked_for() {
     let bed = small_bed();
-    let window = timing::time(&bed, Mode::Exact, 400).expect("a sound run");
+    let window = timing::time(&bed, 400).expect("a sound run");
     assert_eq!(window.steps, 400);
     assert_eq!(timing::all_steps(400), 500);
     assert!(window.wall_seconds > 0.0 && window.cpu_seconds.is_some_and(|of| of > 0.0));
@@ -165,7 +164,7 @@ fn a_process_of_its_own_times_the_bed_it_is_given() {
     timing::write_bed(&small_bed(), folder.path()).expect("a written bed");
     let program = Path::new(env!("CARGO_BIN_EXE_crossgrain"));
     let limit = Duration::from_secs(60);
-    let one = timing::in_a_process(program, folder.path(), Mode::Exact, 80, limit).expect("a time");
+    let one = timing::in_a_process(program, folder.path(), 80, limit).expect("a time");
     assert_eq!((one.window.steps, one.steps), (80, 100));
     let (code, _, errors) = told(&crossgrain(&["bench", "--one", "nowhere"], folder.path()));
     assert_eq!(code, 2, "{errors}");
@@ -259,7 +258,7 @@ fn programs_time_their_own_steps_through_their_adapters() {
         shares: 0,
     };
     let options = yade::Options::default();
-    let exact = timing::after(&bed, Mode::Exact, 50).expect("a sound run");
+    let exact = timing::after(&bed, 50).expect("a sound run");
     for contender in [Contender::Lammps, Contender::Liggghts] {
         let work = tempfile::tempdir().expect("a temporary folder");
         let (timed, version) =
@@ -359,7 +358,7 @@ fn the_timed_steps_of_yade_have_the_native_bits() {
     let options = yade::Options::default();
     let (timed, _) =
         yade::time(&model, &bed.bodies, steps, &options, work.path()).expect("a timed run");
-    let exact = timing::after(&bed, Mode::Exact, 50).expect("a sound run");
+    let exact = timing::after(&bed, 50).expect("a sound run");
     assert_eq!(timed.last.bodies, exact.bodies);
     assert_eq!(timed.last.contacts.len(), exact.contacts.len());
     assert_eq!((timed.window.steps, timed.shares.len()), (40, 4));
@@ -400,7 +399,7 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
         mut missed,
     } = rounds.expect("a round");
     // Whatever else this machine has.
-    contests.retain(|of| of.contender.known().mode.is_some());
+    contests.retain(|of| of.contender.known().native);
     missed.retain(|of| of.what.starts_with("YADE"));
     let clocked = timing::clocked(&bed, 100).expect("the bits of the engine");
     let throughput = Throughput::measure();
@@ -457,13 +456,13 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
     assert_eq!(document.verdict, Outcome::Skipped);
     let checks = document.checks.iter();
     let beds = checks.filter(|of| of.id.starts_with("bench/bed/"));
-    assert_eq!(beds.count(), 12);
+    assert_eq!(beds.count(), 6);
     let yade = "bench/missed/ordinary-loop";
     let check = document.checks.iter().find(|of| of.id == yade);
     assert!(check.is_some_and(|of| of.required && of.outcome == Outcome::Skipped));
     let page = page(&document);
     each_figure_stands_once_and_has_numbers(&page);
-    assert_eq!(page.html.matches("<figure").count(), 3);
+    assert_eq!(page.html.matches("<figure").count(), 2);
     if let Some(folder) = std::env::var_os("CROSSGRAIN_DRAWINGS") {
         page.write(Path::new(&folder)).expect("a writable folder");
     }

@@ -11,7 +11,6 @@ use crossgrain::study::tradeoff::judge::QUANTITIES;
 use evidence::proportion::wilson;
 use evidence::random::{Key, Source, replicates};
 use evidence::t_test::Finding;
-use grains::native::Mode;
 use grains::scene::paper_scene;
 use verdict::judge::Verdict;
 
@@ -20,7 +19,7 @@ const HEIGHT: &str = "settled.height.mean_surface";
 /// Members whose numbers vary by a tenth of their margin, or by 3 % where there is none.
 fn campaign(engine: &str, seed: u64, members: u64, shift: f64) -> Merged {
     let scene = paper_scene(1, 5000);
-    let runner = Runner::Native(Mode::Exact);
+    let runner = Runner::Native;
     let plan = Campaign::plan(&scene, runner, Vec::new(), members, seed).expect("a plan");
     let mut noise = Source::new(b"crossgrain: synthetic campaigns ", seed);
     let members: Vec<Member> = (1..=members)

@@ -5,7 +5,6 @@ use crossgrain::compare::first_difference::Locator;
 use crossgrain::compare::{Comparison, compare};
 use crossgrain::run::folder::RunFolder;
 use crossgrain::run::folder::record::Protocol;
-use grains::native::{Mode, Options};
 use grains::tables::Stage;
 use verdict::judge::Verdict;
 
@@ -152,45 +151,6 @@ fn the_command_says_agreed_or_different_and_exits_so() {
     assert!(out.contains("/realization"), "{out}");
 }
 
-fn free(fault: Option<&str>) -> Options {
-    Options {
-        mode: Mode::Free,
-        ..fault.map_or_else(sound, faulty)
-    }
-}
-
-/// Where bits may differ, the engine of the run is judged by its first steps, and its numbers are not.
-#[test]
-fn a_run_in_another_order_of_sums_is_judged_by_its_engines_first_steps() {
-    let scene = small_scene();
-    let good = native_run(&scene, sound(), POUR);
-    let other = native_run(&scene, free(None), POUR);
-    let comparison = located(&good, &other);
-    assert!(!comparison.same_bits);
-    assert_eq!(
-        comparison.verdict(),
-        Verdict::EqualToRounding,
-        "{}",
-        comparison.answer()
-    );
-    let stiff = native_run(&scene, free(Some("stiffness=1e-8")), POUR);
-    let comparison = located(&good, &stiff);
-    assert_eq!(comparison.verdict(), Verdict::Different);
-    let said = comparison.answer();
-    assert!(said.contains("k_n × 1.000000010"), "{said}");
-}
-
-/// Nothing is said of a run in another order of sums whose engine is not run again.
-#[test]
-fn where_first_steps_are_not_looked_at_the_verdict_is_open() {
-    let scene = small_scene();
-    let good = native_run(&scene, sound(), POUR);
-    let other = native_run(&scene, free(None), POUR);
-    let comparison = compare(&good, &other, None);
-    assert_eq!(comparison.verdict(), Verdict::Undecided);
-    assert!(comparison.answer().contains("not looked at"));
-}
-
 #[test]
 fn other_sizes_or_masses_are_found() {
     let a = native_run(&small_scene(), sound(), POUR);
@@ -237,38 +197,63 @@ fn faults_in_friction_are_found_with_their_step() {
     assert!(late > 0, "no difference after the first row");
 }
 
-/// An engine that cannot be asked for first steps is not called equal because the folders are of one scene.
-#[test]
-fn an_engine_without_cases_leaves_the_comparison_open() {
+/// Exit code and words of the comparison of a native run with one of the toy after these changes of its text; the toy's
+/// operations are other ones in any case. It is asked for its first steps if that is wanted.
+fn against_toy(changes: &[(&str, &str)], asked: bool) -> (i32, String) {
     let (folder, _) = folder_with(&narrow_scene(0.05));
-    let toy = changed_toy("\"walls\", \"cases\"]", "\"walls\"]");
-    let toy = toy.replace("* (v[i][axis] + 0.5", "* (1.0 + 1e-14) * (v[i][axis] + 0.5");
-    let toy = toy.replace(
+    let other = ("* (v[i][axis] + 0.5", "* (1.0 + 1e-14) * (v[i][axis] + 0.5");
+    let toy = changed_toy(
         "v[i][axis] += dt * a",
-        "v[i][axis] += dt * a * (1.0 + 1e-14)",
+        "v[i][axis] += dt * a * (1.0 + 1e-15)",
     );
-    let engine = program(folder.path(), "caseless.py", &toy);
+    let toy = changes.iter().chain([&other]).fold(toy, |toy, (from, to)| {
+        assert_eq!(toy.matches(from).count(), 1, "{from}");
+        toy.replace(from, to)
+    });
+    let engine = program(folder.path(), "toy.py", &toy);
     let engine = format!("exec:{}", engine.display());
+    let run = ["run", "scene.json", "--steps", "600", "--quiet", "--engine"];
     for (of, out) in [("native", "native"), (engine.as_str(), "theirs")] {
-        let run = [
-            "run",
-            "scene.json",
-            "--engine",
-            of,
-            "--steps",
-            "600",
-            "--quiet",
-            "--out",
-            out,
-        ];
+        let run = [&run[..], &[of, "--out", out]].concat();
         let (code, _, errors) = told(&crossgrain(&run, folder.path()));
         assert_eq!(code, 0, "{errors}");
     }
-    let compare = ["compare", "native", "theirs", "--engine", &engine];
+    let engine = if asked {
+        &["--engine", &engine][..]
+    } else {
+        &[]
+    };
+    let compare = [&["compare", "native", "theirs"], engine].concat();
     let (code, text, errors) = told(&crossgrain(&compare, folder.path()));
-    assert_eq!(code, 3, "{text}{errors}");
+    (code, text + &errors)
+}
+
+/// Where bits may differ, the engine of the run is judged by its first steps, and its numbers are not.
+#[test]
+fn a_run_with_other_operations_is_judged_by_its_engines_first_steps() {
+    let (code, said) = against_toy(&[], true);
+    assert_eq!(code, 0, "{said}");
+    assert!(said.contains("AGREED: equal to rounding"), "{said}");
+    let k_n = "2.0 * a * b / (a + b)";
+    let stiff = against_toy(&[(k_n, &format!("(1.0 + 1e-8) * {k_n}"))], true);
+    assert_eq!(stiff.0, 1, "{}", stiff.1);
     assert!(
-        text.contains("undecided") && text.contains("cases"),
-        "{text}"
+        stiff.1.contains("k_n between grains × 1.00000001"),
+        "{}",
+        stiff.1
+    );
+}
+
+/// Nothing is said of a run with other operations whose engine is not run again, or cannot be asked for first steps.
+#[test]
+fn where_first_steps_are_not_looked_at_the_verdict_is_open() {
+    let (code, said) = against_toy(&[], false);
+    assert_eq!(code, 3, "{said}");
+    assert!(said.contains("undecided"), "{said}");
+    let (code, said) = against_toy(&[("\"walls\", \"cases\"]", "\"walls\"]")], true);
+    assert_eq!(code, 3, "{said}");
+    assert!(
+        said.contains("undecided") && said.contains("cases"),
+        "{said}"
     );
 }

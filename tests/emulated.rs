@@ -7,7 +7,6 @@ use std::process::Command;
 use crossgrain::limits::bench::bed::Bed;
 use crossgrain::limits::bench::timing;
 use crossgrain::run::folder::RunFolder;
-use grains::native::Mode;
 
 use crate::support::{crossgrain, frictional_scene, tiny_scene, told, write_scene};
 
@@ -63,7 +62,7 @@ fn each_of_them_takes_the_code_for_its_vectors() {
     let bodies = grains::generate::initial_bodies(&scene);
     timing::write_bed(&Bed { scene, bodies }, folder.path()).expect("a writable folder");
     for (processor, vectors) in PROCESSORS {
-        let arguments = timing::arguments(folder.path(), Mode::Exact, 8);
+        let arguments = timing::arguments(folder.path(), 8);
         let arguments = arguments.each_ref().map(String::as_str);
         let said = on(processor, &arguments, folder.path());
         assert!(said.contains(vectors), "{processor}: {said}");

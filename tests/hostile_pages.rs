@@ -5,7 +5,6 @@ use std::fs;
 
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::realization::Runner;
-use grains::native::Mode;
 use grains::scene::Scene;
 
 use crate::hostile_names::nothing_obeyed;
@@ -84,13 +83,7 @@ fn pages_and_files_of_a_job_hold_names_as_text() {
 #[test]
 fn the_table_of_a_campaign_has_as_many_cells_as_columns() {
     let (folder, _) = folder_with(&tiny_scene());
-    let plan = Campaign::plan(
-        &scene_of_markup(),
-        Runner::Native(Mode::Exact),
-        Vec::new(),
-        3,
-        1,
-    );
+    let plan = Campaign::plan(&scene_of_markup(), Runner::Native, Vec::new(), 3, 1);
     plan.and_then(|plan| plan.write(&folder.path().join("c")))
         .expect("a new campaign");
     let output = crossgrain(&["study", "run", "c"], folder.path());

@@ -10,7 +10,6 @@ use crossgrain::study::campaign::Campaign;
 use crossgrain::study::machine::Folder;
 use crossgrain::study::realization::Runner;
 use crossgrain::study::shard::{Array, write};
-use grains::native::Mode;
 
 use crate::hostile_names::{names, nothing_obeyed, program, two_grains};
 
@@ -42,7 +41,7 @@ fn job_scripts_hand_every_name_on_whole() {
         let top = tempfile::tempdir().expect("a temporary folder");
         let place = top.path().canonicalize().expect("a folder");
         let folder = place.join(&name);
-        let plan = Campaign::plan(&two_grains(), Runner::Native(Mode::Exact), Vec::new(), 4, 1);
+        let plan = Campaign::plan(&two_grains(), Runner::Native, Vec::new(), 4, 1);
         plan.and_then(|plan| plan.write(&folder))
             .expect("a new campaign");
         let tools = place.join("tools");

@@ -22,7 +22,6 @@ mod properties;
 mod tables;
 
 mod measure;
-mod modes;
 mod parts;
 
 mod paper;

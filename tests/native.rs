@@ -7,11 +7,12 @@ mod punch;
 
 use grains::generate::initial_bodies;
 use grains::measure::equilibrium;
-use grains::scene::{Damping, TimeStep};
-use grains::tables::Bodies;
-use grains::task::Task;
+use grains::native;
+use grains::scene::{Damping, Scene, TimeStep};
+use grains::tables::{Bodies, StopReason};
+use grains::task::{Task, Until};
 
-use crate::support::{native_outcome, small_scene};
+use crate::support::{native_outcome, small_scene, sound};
 
 #[test]
 fn free_fall_is_the_half_step_formula() {
@@ -85,4 +86,52 @@ fn collisions_keep_momentum_and_a_settled_bed_weighs_what_it_weighs() {
     let (outcome, _) = native_outcome(&scene, &Task::pour(cloud.clone(), 1000), None);
     assert!((momentum(&outcome.last.bodies) - before).abs() < 1e-14);
     assert_ne!(outcome.last.bodies.vx, cloud.vx, "they did collide");
+}
+
+#[test]
+fn a_task_may_end_with_settling() {
+    let scene = small_scene();
+    let whole = Task::whole(initial_bodies(&scene));
+    let settle = Task::settle(initial_bodies(&scene));
+    assert_eq!(settle.until, Until::EndOfSettling);
+    let whole = native::run(&scene, &whole, &sound(), &mut ()).expect("a sound run");
+    let settled = native::run(&scene, &settle, &sound(), &mut ()).expect("a sound run");
+    assert_eq!(settled.stages.len(), 1);
+    assert_eq!(settled.stages[0].stop, StopReason::Settled);
+    let bed = whole.settled.expect("a settled bed");
+    assert_eq!(settled.last.bodies, bed.bodies);
+    assert_eq!(settled.last.contacts, bed.contacts);
+}
+
+/// So many steps of a settled bed between two looks of anybody: what a steady step allocates would show.
+fn allocations(mut scene: Scene, steps: u64) -> u64 {
+    scene.measurement.history_every = 1_000_000;
+    let bed = native::run(
+        &scene,
+        &Task::settle(initial_bodies(&scene)),
+        &sound(),
+        &mut (),
+    );
+    let start = Task::settle(bed.expect("a sound run").last.bodies);
+    let task = Task {
+        until: Until::Step(steps),
+        ..start
+    };
+    allocation_counter::measure(|| {
+        native::run(&scene, &task, &sound(), &mut ()).expect("a sound run");
+    })
+    .count_total
+}
+
+#[test]
+fn a_steady_step_allocates_nothing() {
+    let mut rough = small_scene();
+    rough.material.friction_angle = 0.5;
+    for scene in [small_scene(), rough] {
+        let short = allocations(scene.clone(), 200);
+        let long = allocations(scene, 900);
+        assert!(short > 0, "starting a run allocates");
+        // The table at the end grows with its contacts; 700 steps of their own would show.
+        assert!(long < short + 20, "{short}, {long}");
+    }
 }

@@ -113,7 +113,7 @@ fn a_long_run_without_memory_is_cut_into_ever_longer_parts() {
     let contacts = |from: u64, to: u64| -> u64 {
         let settling = history.iter().filter(|row| row.stage == Stage::Settle);
         let part = settling.filter(|row| (from..to).contains(&row.step));
-        part.map(|row| row.contacts as u64).sum()
+        part.map(|row| row.contacts).sum()
     };
     let ends = cuts.iter().chain([&42_000]);
     let begins = [0].iter().chain(&cuts);

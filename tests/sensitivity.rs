@@ -12,7 +12,6 @@ use crossgrain::study::sensitivity::penetration::{self, Kind, Penetration};
 use crossgrain::study::sensitivity::plan::{Plan, SPEED_AND_DAMPING, can_share_beds};
 use crossgrain::study::sensitivity::{Row, Sensitivity, keep, load_all};
 use crossgrain::study::{Study, create};
-use grains::native::Mode;
 use grains::scene::Scene;
 use grains::tables::StopReason;
 
@@ -49,7 +48,7 @@ fn members(folder: &Path) -> (Members, usize) {
 }
 
 fn exact(scene: Scene) -> Specification {
-    Specification::native(Mode::Exact, scene)
+    Specification::native(scene)
 }
 
 /// The whole run in one go.

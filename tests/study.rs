@@ -20,7 +20,6 @@ use crossgrain::study::realization::{Engines, Runner};
 use crossgrain::study::shard::Shard;
 use crossgrain::study::store::{Writer, records_folder};
 use crossgrain::study::{Judged, Outline, Study, StudyError, create};
-use grains::native::Mode;
 
 use crate::support::engines::{adapter_path, program, ran_in, run_in};
 use crate::support::{crossgrain, folder_with, tiny_scene, told};
@@ -58,7 +57,7 @@ impl Study for Squares {
     }
 
     fn runner(&self, _: u64) -> Runner {
-        Runner::Native(Mode::Exact)
+        Runner::Native
     }
 
     fn identity(&self, task: u64) -> String {

@@ -11,23 +11,23 @@ use crossgrain::study::realization::Change::{Modulus, Settled, Size, Step};
 use crossgrain::study::realization::{Change, Engines, Runner, Specification, changed};
 use crossgrain::study::shard::Shard;
 use crossgrain::study::tradeoff::Tradeoff;
-use crossgrain::study::tradeoff::plan::{FIRST_CONFIRMATORY, Plan};
+use crossgrain::study::tradeoff::plan::{FAST, FIRST_CONFIRMATORY, Plan};
 use crossgrain::study::{Study, create};
 use grains::generate::initial_bodies;
+use grains::native;
 use grains::native::pouring::{End, Phase, pour};
-use grains::native::{self, Mode};
 use grains::task::Task;
 
 use crossgrain::progress::Display;
 
-use crate::support::{small_scene, told};
+use crate::support::{crossgrain, folder_with, small_scene, sound, told};
 
 /// Methods with one change each, on two clouds, as candidates on three more.
 fn plan(methods: &[(&str, Change)], confirmatory: u64) -> Plan {
     let mut plan = Plan::new(small_scene(), 2, confirmatory);
     for (id, change) in methods {
         let scene = changed(small_scene(), &[*change]);
-        plan.add(id, id, "test", Specification::native(Mode::Exact, scene), 1);
+        plan.add(id, id, "test", Specification::native(scene), 1);
         plan.test_last();
     }
     plan
@@ -92,7 +92,7 @@ fn a_bed_that_is_stiffened_ends_at_the_full_stiffness_at_rest() {
             phase(0.3, End::Seconds(0.004)),
             phase(1.0, End::Settled(1.0e-4)),
         ],
-        ..Specification::native(Mode::Exact, scene.clone())
+        ..Specification::native(scene.clone())
     };
     let options = native::Options::default();
     let initial = initial_bodies(&scene);
@@ -233,26 +233,15 @@ fn a_run_that_is_poured_softly_is_the_tested_method() {
     let mut scene = small_scene();
     scene.name = "poured softly".to_owned();
     let softly = Softly::tested(&scene).expect("a step in proportion");
-    let options = native::Options {
-        mode: Mode::Free,
-        ..native::Options::default()
-    };
     let phases = softly.phases(&scene);
-    let poured = pour(&scene, &phases, &options, initial_bodies(&scene)).expect("it settles");
+    let poured = pour(&scene, &phases, &sound(), initial_bodies(&scene)).expect("it settles");
     let poured = poured.expect("there are phases");
 
-    let (folder, _) = crate::support::folder_with(&scene);
+    let (folder, _) = folder_with(&scene);
     let run = |more: &[&str]| {
-        let mut words = vec![
-            "run",
-            "scene.json",
-            "--mode",
-            "free",
-            "--reduced-stiffness",
-            "--quiet",
-        ];
+        let mut words = vec!["run", "scene.json", "--reduced-stiffness", "--quiet"];
         words.extend(more);
-        crate::support::told(&crate::support::crossgrain(&words, folder.path()))
+        told(&crossgrain(&words, folder.path()))
     };
     let (code, _, message) = run(&["--engine", "native", "--out", "soft"]);
     assert_eq!(code, 0, "{message}");
@@ -267,7 +256,7 @@ fn a_run_that_is_poured_softly_is_the_tested_method() {
     assert!(
         read.record
             .command
-            .contains("--mode free --reduced-stiffness --out")
+            .contains("--engine native --reduced-stiffness --out")
     );
 
     // Where it means nothing it is refused.
@@ -288,7 +277,7 @@ fn a_run_that_is_poured_softly_is_the_tested_method() {
     assert!(!folder.path().join("no").exists());
 }
 
-/// Exact mode has the same bits on any machine, so a recorded realization comes out again; and the recorded judgement is that
+/// The native engine has the same bits on any machine, so a recorded realization comes out again; and the recorded judgement is that
 /// of the recorded rows.
 #[test]
 fn recorded_realizations_of_the_reference_come_out_again() {
@@ -300,7 +289,8 @@ fn recorded_realizations_of_the_reference_come_out_again() {
     let again: Tradeoff = serde_json::from_str(&report.text).expect("a record");
     assert!(again == recorded);
     let recommended = recorded.recommended.as_deref();
-    assert_eq!(recommended, Some("free-0.65-soft-10-1e-3"));
+    // A record without the fast protocol recommends nothing.
+    assert_eq!(recommended, recorded.point(FAST).map(|_| FAST));
     let merged = folder.merged().expect("merged");
     let plan = &merged.plan.study;
     let digest = plan.reference.specification.digest();
@@ -327,8 +317,31 @@ fn yade_has_no_clouds_that_the_reference_has_not() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let words = "study plan tradeoff --quick --clouds 2 --yade-clouds 3 --out no";
     let words: Vec<&str> = words.split(' ').collect();
-    let (code, _, message) = told(&crate::support::crossgrain(&words, folder.path()));
+    let (code, _, message) = told(&crossgrain(&words, folder.path()));
     assert_eq!(code, 2);
     assert!(message.contains("at most --clouds, 2"), "{message}");
     assert!(!folder.path().join("no").exists());
+}
+
+#[test]
+fn the_fast_protocols_scene_differs_in_the_step_and_what_goes_with_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let printed = |arguments: &[&str]| -> serde_json::Value {
+        let (code, text, _) = told(&crossgrain(arguments, folder.path()));
+        assert_eq!(code, 0);
+        serde_json::from_str(&text).expect("JSON")
+    };
+    let plain = printed(&["scene", "paper"]);
+    let mut fast = printed(&["scene", "paper", "--fast"]);
+    let step = "/time_step/of_sqrt_m_over_k";
+    assert_eq!(plain.pointer(step), Some(&0.45.into()));
+    assert_eq!(fast.pointer(step), Some(&0.65.into()));
+    // Looked at equally often in time.
+    let every = |of: &serde_json::Value| of.pointer("/settle/check_every").and_then(|n| n.as_f64());
+    let ratio = every(&plain).expect("a number") / every(&fast).expect("a number");
+    assert!((ratio - 0.65 / 0.45).abs() < 0.01, "{ratio}");
+    for key in ["time_step", "settle", "measurement", "choices"] {
+        fast[key] = plain[key].clone();
+    }
+    assert_eq!(fast, plain);
 }

@@ -5,7 +5,6 @@ use crossgrain::study::plan::Plan;
 use crossgrain::study::realization::Runner;
 use grains::generate::initial_bodies;
 use grains::model::Model;
-use grains::native::Mode;
 use grains::scene::{Cloud, Scene, paper_scene};
 use grains::task::Case;
 
@@ -30,7 +29,7 @@ pub fn scene() -> Scene {
 
 /// Three members of it.
 pub fn plan() -> Plan<Campaign> {
-    Campaign::plan(&scene(), Runner::Native(Mode::default()), Vec::new(), 3, 7).expect("a plan")
+    Campaign::plan(&scene(), Runner::Native, Vec::new(), 3, 7).expect("a plan")
 }
 
 /// Its grains for ten steps, without rules.

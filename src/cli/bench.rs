@@ -15,7 +15,6 @@ use crate::files::failed;
 use crate::limits::bench::{self, Options, timing};
 use crate::progress::Display;
 use crate::report::{page, terminal};
-use grains::native::Mode;
 
 const FOLDER: JobFolder = JobFolder {
     usual: "out/bench",
@@ -48,8 +47,6 @@ pub struct Arguments {
     /// Time the bed in this folder in this process and say so: for the parts that need a process of their own
     #[arg(long, hide = true)]
     one: Option<PathBuf>,
-    #[arg(long, hide = true, default_value = "exact")]
-    one_mode: Mode,
     #[arg(long, hide = true, default_value_t = 1000)]
     one_steps: u64,
 }
@@ -57,7 +54,7 @@ pub struct Arguments {
 impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
         if let Some(folder) = &self.one {
-            let one = timing::one(folder, self.one_mode, self.one_steps)?;
+            let one = timing::one(folder, self.one_steps)?;
             let line = serde_json::to_string(&one);
             print(&(line.map_err(|error| Error::Report(error.to_string()))? + "\n"))?;
             return Ok(exit::AGREED);

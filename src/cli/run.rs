@@ -20,9 +20,8 @@ use crate::run::folder::record::{Protocol, Softened, StepChoice};
 use crate::run::folder::{RECORD, RunFolder, read_scene};
 use crate::run::{Engine, Preparation, prepared};
 use grains::generate::initial_bodies;
-use grains::model::{Kernel, Model};
 use grains::native::pouring::{Softly, pour};
-use grains::native::{self, Perturbation, Trouble};
+use grains::native::{self, Perturbation};
 use grains::scene::Scene;
 use grains::tables::{Bodies, StopReason};
 
@@ -69,15 +68,12 @@ pub struct Arguments {
     /// sums=reversed; a wrong one is answered with all that there are
     #[arg(long, value_name = "FAULT")]
     perturb: Option<Perturbation>,
-    /// Native: exact, free or single; which promise it keeps
-    #[arg(long, value_enum, default_value = "exact")]
-    mode: native::Mode,
     /// Choose the time step: this share of the largest stable step that a probe of the scene in the native
     /// engine shows; the evidence is in run.json
     #[arg(long, value_name = "SHARE", num_args = 0..=1, default_missing_value = "0.8", value_parser = share)]
     auto_step: Option<f64>,
-    /// Native: reduced-stiffness deposition, the grains poured at a tenth of their modulus and stiffened: what the trade-off
-    /// study recommends with `--mode free` and the scene of `scene paper --free`
+    /// Native: reduced-stiffness deposition, the grains poured at a tenth of their modulus and stiffened; with the scene of
+    /// `scene paper --fast` the fast protocol, which the trade-off study recommends
     #[arg(long)]
     reduced_stiffness: bool,
     #[command(flatten)]
@@ -175,12 +171,6 @@ impl Arguments {
             scene.realization = seed;
         }
         has_room(&self.out, RECORD)?;
-        if !self.mode.is_exact() && Kernel::of(&Model::of(&scene).law) == Kernel::General {
-            let trouble = Trouble::OnlyExact {
-                mode: self.mode.name(),
-            };
-            return Err(Error::Usage(trouble.to_string()));
-        }
         let engine = self.engine()?;
         let protocol = match self.steps {
             Some(steps) => Protocol::Steps { steps },
@@ -260,7 +250,6 @@ impl Arguments {
         match &self.engine {
             Chosen::Native => Ok(Engine::Native(native::Options {
                 perturbation: self.perturb,
-                mode: self.mode,
                 ..native::Options::default()
             })),
             Chosen::Yade | Chosen::Exec(_) if self.perturb.is_some() => Err(Error::Usage(

@@ -11,7 +11,7 @@ use crate::document::Table;
 use crate::error::{Error, exit};
 use crate::files::work_folder;
 use crate::run::folder::read_scene;
-use crate::study::realization::free_mode_scene;
+use crate::study::realization::fast_scene;
 use crate::suite::parameters::{self, Parameter, ParameterPair};
 use crate::suite::run::Engines;
 use grains::model::Model;
@@ -32,9 +32,9 @@ pub enum Verb {
         /// Number of grains
         #[arg(long, default_value_t = 5000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
         particles: u32,
-        /// With the choices that are the default of `run --mode free`: a longer step, tested to be equivalent
+        /// The fast protocol's: a longer step, which with `run --reduced-stiffness` was tested to be equivalent
         #[arg(long)]
-        free: bool,
+        fast: bool,
     },
     /// Validate a scene file: every problem at once, each with its place and what would be right
     #[command(after_help = "Example:\n  crossgrain scene check scene.json")]
@@ -61,9 +61,9 @@ impl Verb {
             Verb::Paper {
                 seed,
                 particles,
-                free,
+                fast,
             } => {
-                let scene = if free { free_mode_scene } else { paper_scene };
+                let scene = if fast { fast_scene } else { paper_scene };
                 print(&json(&scene(seed, particles))?)?;
             }
             Verb::Check { file } => {

@@ -107,11 +107,8 @@ impl Locator {
     /// The engine of a run, as it was, ready to be run again.
     pub fn engine_of(&self, run: &RunFolder) -> Result<Engine, String> {
         Ok(match &run.record.engine {
-            EngineRecord::Native {
-                perturbation, mode, ..
-            } => Engine::Native(native::Options {
+            EngineRecord::Native { perturbation, .. } => Engine::Native(native::Options {
                 perturbation: *perturbation,
-                mode: *mode,
                 ..native::Options::default()
             }),
             EngineRecord::Yade {

@@ -7,8 +7,7 @@ use crate::document::{Cell, Section, Table};
 use crate::engine::exec::{self, Description, Part, missing_for_case};
 use crate::engine::{EngineError, ProgramError, yade};
 use crate::files::work_folder;
-use grains::model::Kernel;
-use grains::native::{self, CaseOptions};
+use grains::native;
 use grains::task::Case;
 use verdict::Answer;
 use verdict::envelope::{FACTOR, REPLICAS};
@@ -20,7 +19,7 @@ const SMALL: u32 = 200;
 /// An engine that is asked for its first steps.
 #[derive(Debug, Clone, Copy)]
 pub enum Asked<'a> {
-    /// Our own, in another mode or with a fault.
+    /// Our own, as it is or with a fault.
     Native(&'a native::Options),
     Yade(&'a yade::Options),
     /// One that says so of itself.
@@ -31,9 +30,7 @@ impl Asked<'_> {
     /// What it does not have of what the case asks for.
     fn lacks(self, case: &Case) -> Option<String> {
         match self {
-            Asked::Native(options) => (!options.mode.is_exact()
-                && Kernel::of(&case.model.law) == Kernel::General)
-                .then(|| format!("friction or dashpots in {} mode", options.mode.name())),
+            Asked::Native(_) => None,
             Asked::Yade(_) => yade::unsupported(&case.model),
             Asked::Exec(engine, _) => {
                 let missing = missing_for_case(engine, case);
@@ -46,12 +43,8 @@ impl Asked<'_> {
         let work = work_folder().map_err(ProgramError::File)?;
         match self {
             Asked::Native(options) => {
-                let options = CaseOptions {
-                    fault: options.perturbation,
-                    mode: options.mode,
-                    ..CaseOptions::default()
-                };
-                let run = |case: &&Case| Ok(Ok(native::run_case(case, options)?));
+                let fault = options.perturbation;
+                let run = |case: &&Case| Ok(Ok(native::run_case(case, fault)?));
                 cases.iter().map(run).collect()
             }
             Asked::Yade(options) => {

@@ -25,7 +25,7 @@ use crate::study::realization::{Engines, Runner};
 use crate::study::{Judged, Outline, Study, StudyError};
 use crate::workers::lock;
 use failures::{Failure, MODES, Mode};
-use grains::native::{Mode as NativeMode, NativeError};
+use grains::native::NativeError;
 use scenes::{ClosedForm, MapScene, bed_scene};
 use spectrum::Network;
 use time_step::by_formula;
@@ -38,7 +38,7 @@ pub const ALPHA: f64 = 0.2;
 /// Grains of the beds, quick and in full.
 const QUICK_GRAINS: u32 = 500;
 const FULL_GRAINS: u32 = 5000;
-const NATIVE: Runner = Runner::Native(NativeMode::Exact);
+const NATIVE: Runner = Runner::Native;
 
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -170,7 +170,7 @@ impl Study for Stability {
             Task::Limits(name, runner) => {
                 let mut trials = SceneTrials::new(self.scene(name)?)?;
                 let version = match runner {
-                    Runner::Native(_) => trials.in_native()?,
+                    Runner::Native => trials.in_native()?,
                     _ => trials.in_external(&External::of(runner, engines)?, work)?,
                 };
                 Ok(Made::Limits {
@@ -179,7 +179,7 @@ impl Study for Stability {
                     row: Box::new(trials.row),
                 })
             }
-            Task::Failure(mode, Runner::Native(_)) => Ok(Made::Failure(mode.in_native()?)),
+            Task::Failure(mode, Runner::Native) => Ok(Made::Failure(mode.in_native()?)),
             Task::Failure(mode, _) => Ok(Made::FailureInYade {
                 name: mode.name.to_owned(),
                 end: mode.in_yade(&engines.yade, work)?,

@@ -562,7 +562,7 @@ mod tests {
             );
         let engines = [
             "native exact",
-            "native free",
+            "native, shuffled",
             "YADE, ordinary loop",
             "LAMMPS",
             "LIGGGHTS",

@@ -17,7 +17,6 @@ use evidence::moments::{mean, standard_deviation};
 use evidence::proportion::{Bins, wilson};
 use evidence::zeros::Parted;
 use grains::measure;
-use grains::native::Mode;
 use grains::scene::Scene;
 use grains::tables::Snapshot;
 use serde::{Deserialize, Serialize};
@@ -73,8 +72,8 @@ impl LoadedBed {
 }
 
 /// Runs the scene in the native engine to the end of loading.
-pub fn loaded_bed(scene: &Scene, mode: Mode) -> Result<LoadedBed, StudyError> {
-    let of = Specification::native(mode, scene.clone());
+pub fn loaded_bed(scene: &Scene) -> Result<LoadedBed, StudyError> {
+    let of = Specification::native(scene.clone());
     let run = of.run(scene.realization, &Engines::default(), Path::new(""));
     let Realization { outcome, .. } = run?;
     let settled = outcome.settled.ok_or_else(|| {

@@ -466,7 +466,7 @@ struct Broken {
     rows: Vec<u64>,
     first: Option<String>,
     /// Engines that are not there, by name.
-    unavailable: Vec<String>,
+    unavailable: Vec<&'static str>,
 }
 
 impl<S: Study> Work<'_, S> {

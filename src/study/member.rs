@@ -9,8 +9,8 @@ use super::Outline;
 use super::realization::{self, Ending, Engines, Realization, Setting, Specification, went_wrong};
 use crate::engine::EngineError;
 use grains::generate::initial_bodies;
+use grains::native;
 use grains::native::timing::ThreadTime;
-use grains::native::{self, Mode};
 use grains::scene::Scene;
 use grains::tables::{Snapshot, StopReason};
 use grains::task::Task;
@@ -169,7 +169,7 @@ fn failure(error: EngineError) -> Result<String, EngineError> {
     }
 }
 
-/// A bed that was poured in exact mode, or why there is none.
+/// A bed that was poured in the native engine, or why there is none.
 #[derive(Debug)]
 pub enum Poured {
     /// The last moment of pouring, and whether the settle rule ended it.
@@ -183,13 +183,15 @@ impl Poured {
     pub fn of(scene: &Scene) -> Result<Poured, EngineError> {
         let scene = realization::unobserved(scene);
         let task = Task::settle(initial_bodies(&scene));
-        Ok(match native::run(&scene, &task, &exact(), &mut ()) {
-            Ok(outcome) => {
-                let stop = outcome.stages.last().map(|stage| stage.stop);
-                Poured::Bed(Box::new(outcome.last), stop == Some(StopReason::Settled))
-            }
-            Err(error) => Poured::Failed(went_wrong(EngineError::Native(error))?),
-        })
+        Ok(
+            match native::run(&scene, &task, &native::Options::default(), &mut ()) {
+                Ok(outcome) => {
+                    let stop = outcome.stages.last().map(|stage| stage.stop);
+                    Poured::Bed(Box::new(outcome.last), stop == Some(StopReason::Settled))
+                }
+                Err(error) => Poured::Failed(went_wrong(EngineError::Native(error))?),
+            },
+        )
     }
 
     /// Loads the bed by the specification, which pours it so: without friction the bits are those of the whole run.
@@ -203,18 +205,13 @@ impl Poured {
         let ending = match self {
             Poured::Failed(reason) => Ending::Failed(reason.clone()),
             Poured::Bed(_, false) => Ending::NotSettled,
-            Poured::Bed(bed, true) => match realization::loaded(&scene, bed, true, &exact()) {
+            Poured::Bed(bed, true) => match realization::loaded(&scene, bed, true) {
                 Ok(run) => return Ok(Member::measured(of, &scene, &run, keep)),
                 Err(error) => Ending::Failed(went_wrong(EngineError::Native(error))?),
             },
         };
         Ok(Member::without(of, realization, ending))
     }
-}
-
-/// The bits are the same on any machine, and YADE's.
-pub fn exact() -> native::Options {
-    realization::in_mode(Mode::Exact)
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]

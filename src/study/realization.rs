@@ -12,7 +12,7 @@ use grains::generate::initial_bodies;
 use grains::measure::{self, Bed, equilibrium, stress};
 use grains::native;
 use grains::native::pouring::{Phase, Softly};
-use grains::native::{Mode, NativeError, Trouble};
+use grains::native::{NativeError, Trouble};
 use grains::scene::{AfterForce, Cloud, Damping, Scene, Shape, TimeStep, paper_scene, parse_scene};
 use grains::tables::{Snapshot, Stage, StopReason};
 use grains::task::{Outcome, Task, Until};
@@ -49,7 +49,9 @@ impl Ending {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Runner {
-    Native(Mode),
+    /// In records `{"native": "exact"}`: with YADE's bits.
+    #[serde(with = "exact")]
+    Native,
     /// YADE's ordinary loop, as it is usually run.
     YadeOrdinary,
     /// YADE's loop over sorted interactions, which has the native engine's bits.
@@ -58,24 +60,42 @@ pub enum Runner {
 }
 
 impl Runner {
-    /// For people and in job files: `native`, `native-free`, `yade-ordinary`.
-    pub fn name(self) -> String {
+    /// For people and in job files: `native`, `yade-ordinary`.
+    pub fn name(self) -> &'static str {
         match self {
-            Runner::Native(mode) if mode.is_exact() => "native".to_owned(),
-            Runner::Native(mode) => format!("native-{}", mode.name()),
-            Runner::YadeOrdinary => "yade-ordinary".to_owned(),
-            Runner::YadeSorted => "yade-sorted".to_owned(),
-            Runner::External => "exec".to_owned(),
+            Runner::Native => "native",
+            Runner::YadeOrdinary => "yade-ordinary",
+            Runner::YadeSorted => "yade-sorted",
+            Runner::External => "exec",
         }
     }
 
     pub fn is_native(self) -> bool {
-        matches!(self, Runner::Native(_))
+        self == Runner::Native
     }
 
     /// Whether YADE is needed.
     pub fn is_yade(self) -> bool {
         matches!(self, Runner::YadeOrdinary | Runner::YadeSorted)
+    }
+}
+
+/// The form of [`Runner::Native`] in records.
+mod exact {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    enum Bits {
+        Exact,
+    }
+
+    pub fn serialize<S: Serializer>(to: S) -> Result<S::Ok, S::Error> {
+        Bits::Exact.serialize(to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<(), D::Error> {
+        Bits::deserialize(from).map(|Bits::Exact| ())
     }
 }
 
@@ -119,7 +139,7 @@ impl Specification {
     ) -> Result<Realization, EngineError> {
         let scene = unobserved(&self.scene_of(realization));
         match self.runner {
-            Runner::Native(mode) => Ok(in_native(&scene, &self.phases, &in_mode(mode))?),
+            Runner::Native => Ok(in_native(&scene, &self.phases)?),
             Runner::YadeOrdinary | Runner::YadeSorted => {
                 let options = yade::Options {
                     sorted: self.runner == Runner::YadeSorted,
@@ -134,14 +154,6 @@ impl Specification {
             }
             Runner::External => Ok(in_external(&scene, engines.external()?, work)?),
         }
-    }
-}
-
-/// The native engine in this mode.
-pub fn in_mode(mode: Mode) -> native::Options {
-    native::Options {
-        mode,
-        ..native::Options::default()
     }
 }
 
@@ -185,36 +197,28 @@ pub fn went_wrong(error: EngineError) -> Result<String, EngineError> {
     }
 }
 
-fn in_native(
-    scene: &Scene,
-    phases: &[Phase],
-    options: &native::Options,
-) -> Result<Realization, NativeError> {
-    let initial = initial_bodies(scene);
+fn in_native(scene: &Scene, phases: &[Phase]) -> Result<Realization, NativeError> {
+    let (initial, options) = (initial_bodies(scene), native::Options::default());
     if !phases.is_empty()
-        && let Some(poured) = native::pouring::pour(scene, phases, options, initial.clone())?
+        && let Some(poured) = native::pouring::pour(scene, phases, &options, initial.clone())?
     {
         return Ok(Realization {
             pour_steps: poured.steps,
-            ..loaded(scene, &poured.bed, poured.settled, options)?
+            ..loaded(scene, &poured.bed, poured.settled)?
         });
     }
-    let outcome = native::run(scene, &Task::whole(initial), options, &mut ())?;
+    let outcome = native::run(scene, &Task::whole(initial), &options, &mut ())?;
     Ok(whole(outcome, 0.0, native_engine()))
 }
 
 /// Loads a bed that was poured before, in the native engine; a bed that has not `settled` is none to judge by. The
 /// bits are those of the whole run as long as contacts remember nothing, that is without friction.
-pub fn loaded(
-    scene: &Scene,
-    bed: &Snapshot,
-    settled: bool,
-    options: &native::Options,
-) -> Result<Realization, NativeError> {
+pub fn loaded(scene: &Scene, bed: &Snapshot, settled: bool) -> Result<Realization, NativeError> {
     let scene = &unobserved(scene);
     let mut task = Task::whole(bed.bodies.clone());
     task.start.stage = Stage::Load;
-    let mut outcome = native::run(scene, &task, options, &mut ())?;
+    let options = native::Options::default();
+    let mut outcome = native::run(scene, &task, &options, &mut ())?;
     outcome.settled = Some(bed.clone());
     Ok(Realization {
         ending: ending(&outcome, !settled),
@@ -319,21 +323,21 @@ pub struct Specification {
 
 impl Specification {
     /// The scene by its own rules in the native engine.
-    pub fn native(mode: Mode, scene: Scene) -> Self {
+    pub fn native(scene: Scene) -> Self {
         Specification {
             scene,
-            runner: Runner::Native(mode),
+            runner: Runner::Native,
             phases: Vec::new(),
             program: None,
         }
     }
 
     /// The scene poured softly in the native engine.
-    pub fn soft(mode: Mode, scene: &Scene, softly: &Softly) -> Self {
+    pub fn soft(scene: &Scene, softly: &Softly) -> Self {
         let longer = changed(scene.clone(), &[Change::Step(softly.step)]);
         Specification {
             phases: softly.phases(scene),
-            ..Specification::native(mode, longer)
+            ..Specification::native(longer)
         }
     }
 
@@ -497,8 +501,8 @@ fn check_settling(scene: &mut Scene, ratio: f64) {
 }
 
 const GRAINS: u32 = 5000;
-/// dt over √(m/k) of the free mode's default.
-pub const FREE_MODE_STEP: f64 = 0.65;
+/// dt over √(m/k) of the fast protocol.
+pub const FAST_STEP: f64 = 0.65;
 
 /// The paper's scene; realizations are put in later.
 pub fn whole_scene() -> Scene {
@@ -514,13 +518,12 @@ pub fn small_scene() -> Scene {
     scene
 }
 
-/// The paper's scene with the choices that are the free mode's default: those of the candidate of that step, which
-/// was tested to be equivalent.
-pub fn free_mode_scene(realization: u64, grains: u32) -> Scene {
+/// The paper's scene with the fast protocol's step: that of the candidate that was tested to be equivalent.
+pub fn fast_scene(realization: u64, grains: u32) -> Scene {
     let paper = paper_scene(realization, grains);
-    let mut scene = changed(paper, &[Change::Step(FREE_MODE_STEP)]);
+    let mut scene = changed(paper, &[Change::Step(FAST_STEP)]);
     let reason = format!(
-        "not printed; {FREE_MODE_STEP} of sqrt(m/k) was tested to be equivalent to 0.45 (docs/tradeoff.md)"
+        "not printed; {FAST_STEP} of sqrt(m/k) was tested to be equivalent to 0.45 (docs/tradeoff.md)"
     );
     scene.choices.insert("/time_step".to_owned(), reason);
     scene

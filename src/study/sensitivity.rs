@@ -21,7 +21,6 @@ use crate::study::sensitivity::plan::{COMBINED, Plan, Task, can_share_beds};
 use crate::study::{Judged, Outline, Study, StudyError};
 use evidence::moments::{mean, mean_interval};
 use evidence::{Interval, selection};
-use grains::native::Mode;
 use serde::{Deserialize, Serialize};
 
 const KEPT: [&str; 7] = [
@@ -88,7 +87,7 @@ impl Study for Plan {
     }
 
     fn runner(&self, _: u64) -> Runner {
-        Runner::Native(Mode::Exact)
+        Runner::Native
     }
 
     fn identity(&self, task: u64) -> String {

@@ -16,13 +16,12 @@ use crate::study::member::{Cost, Member, Members, values};
 use crate::study::realization::{Engines, Runner, Setting, Specification, sound};
 use crate::study::tradeoff::convergence::Convergence;
 use crate::study::tradeoff::judge::{Judgement, QUANTITIES, judge, outcome};
-use crate::study::tradeoff::plan::{DEFAULT, FIRST_CONFIRMATORY, Plan};
+use crate::study::tradeoff::plan::{FAST, FIRST_CONFIRMATORY, Plan};
 use crate::study::{Judged, Outline, Study, StudyError};
 use evidence::Interval;
 use evidence::moments::{mean, median, standard_deviation};
 use evidence::t_test::Finding;
 use grains::generate::initial_bodies;
-use grains::native::Mode;
 use grains::task::{Task, Until};
 
 use serde::{Deserialize, Serialize};
@@ -196,15 +195,15 @@ impl Tradeoff {
         self.points.iter().find(|point| point.method.id == id)
     }
 
-    /// That the free mode's default is equivalent, where that was tested.
+    /// That the fast protocol is equivalent, where that was tested.
     pub fn checks(&self) -> Vec<Check> {
-        let default = self.point(DEFAULT);
+        let default = self.point(FAST);
         let Some(confirmed) = default.and_then(|point| point.confirmed.as_ref()) else {
             return Vec::new();
         };
         let check = Check::of_words(
             "tradeoff/default-is-equivalent",
-            "the free mode's default against the reference",
+            "the fast protocol against the reference",
             outcome(confirmed.finding()),
             &confirmed.not_shown().join(", "),
         );
@@ -289,13 +288,12 @@ fn dominance(points: &mut [Point]) {
     }
 }
 
-/// The cheapest candidate in free mode that is equivalent on its own realizations.
+/// The cheapest candidate that is equivalent on its own realizations.
 fn recommended(points: &[Point]) -> Option<&Point> {
     let equivalent = points.iter().filter_map(|point| {
         let finding = point.confirmed.as_ref()?.finding();
-        let free = point.method.specification.runner == Runner::Native(Mode::Free);
         let seconds = point.costs?.cpu_seconds;
-        (free && finding == Finding::Equivalent).then_some((point, seconds))
+        (finding == Finding::Equivalent).then_some((point, seconds))
     });
     let cheapest = equivalent.min_by(|a, b| a.1.total_cmp(&b.1));
     cheapest.map(|(point, _)| point)

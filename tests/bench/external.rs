@@ -6,7 +6,6 @@ use crossgrain::error::Error;
 use crossgrain::limits::bench::bed::{self, Bed};
 use crossgrain::limits::bench::contender::{Contender, Sanity, Tolerance, Turn};
 use crossgrain::limits::bench::{Missed, Plan, Setup, timing};
-use grains::native::Mode;
 
 use crate::support::engines::{adapter_path, changed_toy, program};
 
@@ -31,7 +30,7 @@ fn turn(bed: &Bed, external: &ExternalEngine) -> Result<(Turn, Sanity, String), 
         work: work.path(),
     };
     let turn = Contender::External.run(&setup)?;
-    let exact = timing::after(bed, Mode::Exact, PLAN.compared_after())?;
+    let exact = timing::after(bed, PLAN.compared_after())?;
     let sanity = Contender::External.check(&turn, &setup, &exact)?;
     Ok((turn, sanity, setup.name_of(Contender::External)))
 }

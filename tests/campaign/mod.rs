@@ -17,7 +17,6 @@ use std::time::{Duration, Instant};
 
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::realization::Runner;
-use grains::native::Mode;
 use grains::scene::Scene;
 
 use crate::support::{crossgrain, tiny_scene, told};
@@ -25,7 +24,7 @@ use crate::support::{crossgrain, tiny_scene, told};
 /// A folder that goes away, with a campaign of this name in it.
 pub fn plan(scene: &Scene, members: u64, name: &str) -> tempfile::TempDir {
     let place = tempfile::tempdir().expect("a temporary folder");
-    let plan = Campaign::plan(scene, Runner::Native(Mode::Exact), Vec::new(), members, 1);
+    let plan = Campaign::plan(scene, Runner::Native, Vec::new(), members, 1);
     plan.and_then(|plan| plan.write(&place.path().join(name)))
         .expect("a new campaign");
     place

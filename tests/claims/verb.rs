@@ -9,7 +9,6 @@ use crossgrain::study::campaign::Campaign;
 use crossgrain::study::machine::Summary;
 use crossgrain::study::realization::Runner;
 use evidence::distribution::Distribution;
-use grains::native::Mode;
 use grains::scene::paper_scene;
 
 use super::truth::{Truth, members};
@@ -18,7 +17,7 @@ use crate::support::{crossgrain, told};
 /// Writes members as a merged campaign.
 fn write_campaign(folder: &Path, truth: &Truth) {
     let scene = paper_scene(1, 5000);
-    let runner = Runner::Native(Mode::Exact);
+    let runner = Runner::Native;
     let plan = Campaign::plan(&scene, runner, Vec::new(), truth.members, 1).expect("a plan");
     plan.write(folder).expect("a new folder");
     let lines: String = members(&scene, truth)

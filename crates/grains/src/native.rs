@@ -25,53 +25,11 @@ pub use noise::Noise;
 pub use perturb::{Perturbation, PerturbationError};
 pub use stages::{NativeError, Options, first_contact_punch, run};
 
-use serde::{Deserialize, Serialize};
-
 use crate::tables::{Bodies, Snapshot, Stage};
 use crate::task::{Case, Effective, EffectiveContact, Load};
 use dynamics::Dynamics;
 use neighbours::Skin;
 use state::Constants;
-
-/// How sums and precision are chosen. Every result of another mode than the exact one is labelled with it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Mode {
-    /// YADE's operations in YADE's order: the same bits as its sorted loop
-    #[default]
-    Exact,
-    /// Double precision, operations and sums in any order; frictionless scenes only
-    Free,
-    /// As free, with contact forces in single precision from cell-relative coordinates
-    Single,
-}
-
-impl std::str::FromStr for Mode {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        [Mode::Exact, Mode::Free, Mode::Single]
-            .into_iter()
-            .find(|mode| mode.name() == text)
-            .ok_or_else(|| "a mode is exact, free or single".to_owned())
-    }
-}
-
-impl Mode {
-    /// The word for it, as on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Mode::Exact => "exact",
-            Mode::Free => "free",
-            Mode::Single => "single",
-        }
-    }
-
-    /// Whether this is the mode that records and commands need not mention.
-    pub fn is_exact(&self) -> bool {
-        *self == Mode::Exact
-    }
-}
 
 /// Skin over the largest radius; the bits do not depend on it.
 const SKIN_OVER_RADIUS: f64 = 0.1;
@@ -83,8 +41,6 @@ pub struct CaseOptions {
     pub fault: Option<Perturbation>,
     /// Skin of the neighbour list over the largest radius.
     pub skin_over_radius: f64,
-    /// Whether YADE's bits are kept.
-    pub mode: Mode,
     /// Rounding errors of another engine, put in after each step.
     pub noise: Option<Noise>,
 }
@@ -94,7 +50,6 @@ impl Default for CaseOptions {
         CaseOptions {
             fault: None,
             skin_over_radius: SKIN_OVER_RADIUS,
-            mode: Mode::Exact,
             noise: None,
         }
     }
@@ -222,14 +177,7 @@ fn start(case: &Case, options: &CaseOptions) -> Result<Dynamics, Trouble> {
     }
     let largest = bodies.radius.iter().copied().fold(0.0, f64::max);
     let skin = options.skin_over_radius * largest;
-    Dynamics::new(
-        &bodies,
-        case.punch,
-        &[],
-        constants,
-        Skin::Fixed(skin),
-        options.mode,
-    )
+    Dynamics::new(&bodies, case.punch, &[], constants, Skin::Fixed(skin))
 }
 
 fn error(step: u64, trouble: Trouble) -> NativeError {

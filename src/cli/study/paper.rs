@@ -17,7 +17,6 @@ use crate::report::{page, terminal};
 use crate::study::campaign::merged;
 use crate::study::claims::{self, Origin};
 use crate::study::figures::{Distribution, distributions, loaded_bed, setup_of, sharings};
-use grains::native::Mode;
 use grains::scene::paper_scene;
 
 #[derive(Debug, Args)]
@@ -100,7 +99,7 @@ impl Figures {
                 "It is of a campaign's members: name one with --campaign.",
             ),
         };
-        let chains = force_chains(&loaded_bed(&scene, Mode::Exact)?)?;
+        let chains = force_chains(&loaded_bed(&scene)?)?;
         let (table, shares) = sharings();
         let disc = Section {
             title: "Figure 4".to_owned(),

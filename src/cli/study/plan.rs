@@ -15,8 +15,6 @@ use crate::study::plan::Program;
 use crate::study::realization::Runner;
 use crate::study::{Study, create, sensitivity, tradeoff};
 use crate::suite::run::Engines;
-use grains::model::{Kernel, Model};
-use grains::native::Mode;
 use grains::native::pouring::Softly;
 
 #[derive(Debug, Subcommand)]
@@ -50,9 +48,6 @@ pub struct CampaignArguments {
     /// native, yade or exec:PATH
     #[arg(long, default_value = "native")]
     engine: Chosen,
-    /// Native: which promise it keeps
-    #[arg(long, default_value = "exact")]
-    mode: Mode,
     /// Native: reduced-stiffness deposition, as in `crossgrain run --reduced-stiffness`
     #[arg(long)]
     reduced_stiffness: bool,
@@ -263,21 +258,14 @@ impl Place {
 impl CampaignArguments {
     fn execute(self) -> Result<u8, Error> {
         let scene = read_scene(&self.scene)?;
-        let general = Kernel::of(&Model::of(&scene).law) == Kernel::General;
-        if general && !self.mode.is_exact() {
-            return Err(Error::Usage(format!(
-                "--mode {} is for frictionless scenes without dashpots; leave it away",
-                self.mode.name()
-            )));
-        }
         let is_native = matches!(self.engine, Chosen::Native);
-        if !is_native && (!self.mode.is_exact() || self.reduced_stiffness) {
+        if !is_native && self.reduced_stiffness {
             return Err(Error::Usage(
-                "--mode and --reduced-stiffness are of the native engine".to_owned(),
+                "--reduced-stiffness is of the native engine".to_owned(),
             ));
         }
         let (runner, program) = match (&self.engine, self.order) {
-            (Chosen::Native, _) => (Runner::Native(self.mode), None),
+            (Chosen::Native, _) => (Runner::Native, None),
             (Chosen::Yade, LoopOrder::Sorted) => (Runner::YadeSorted, None),
             (Chosen::Yade, LoopOrder::Ordinary) => (Runner::YadeOrdinary, None),
             (Chosen::Exec(path), _) => (

@@ -12,7 +12,7 @@ use crate::files::write_whole;
 use crate::study::realization::unobserved;
 use crate::tables::{read_bodies, write_bodies};
 use grains::generate::initial_bodies;
-use grains::native::{self, Mode, NativeError};
+use grains::native::{self, NativeError};
 use grains::scene::{Cloud, Scene, paper_scene};
 use grains::tables::Bodies;
 use grains::task::{Observer, Task};
@@ -97,7 +97,7 @@ pub fn laid_out(of: &Bed, copies: u32) -> Result<Bed, NativeError> {
     let Cloud::JitteredLattice { columns, .. } = of.scene.cloud;
     let bodies = side_by_side(&of.bodies, of.scene.container.width, columns, copies);
     let restless = Bed { scene, bodies };
-    let bodies = after(&restless, Mode::Exact, RELAXING)?.bodies;
+    let bodies = after(&restless, RELAXING)?.bodies;
     Ok(Bed { bodies, ..restless })
 }
 

@@ -17,7 +17,6 @@ use crate::progress;
 use crate::study::realization::unobserved;
 use grains::measure::equilibrium::kinetic_energy;
 use grains::model::Model;
-use grains::native::Mode;
 use grains::native::timing::{Share, Window};
 use grains::tables::{Bodies, Snapshot};
 
@@ -27,10 +26,6 @@ use grains::tables::{Bodies, Snapshot};
 pub enum Contender {
     /// The native engine, YADE's bits.
     Exact,
-    /// The native engine, any order.
-    Free,
-    /// The native engine, contact forces in single precision.
-    Single,
     /// YADE `-j1`, its own order.
     YadeOrdinary,
     /// YADE `-j1`, interactions in the order of their ids.
@@ -46,10 +41,8 @@ pub enum Contender {
 }
 
 /// Those that always take part, in the order in which they stand in tables.
-pub const ALL: [Contender; 10] = [
+pub const ALL: [Contender; 8] = [
     Contender::Exact,
-    Contender::Free,
-    Contender::Single,
     Contender::YadeOrdinary,
     Contender::YadeSorted,
     Contender::Lammps,
@@ -108,7 +101,8 @@ pub struct Known {
     /// In ids of checks, unique.
     pub id: &'static str,
     pub name: &'static str,
-    pub mode: Option<Mode>,
+    /// Part of this program, so timed longer and without a process of its own.
+    pub native: bool,
     tolerance: Tolerance,
     pub needed: bool,
     /// How many times native exact's time a step of it is to take, where that is a goal.
@@ -147,23 +141,21 @@ impl Contender {
     }
 
     pub fn known(self) -> Known {
-        let native = |id, name, mode, tolerance| Known {
+        use Tolerance as Within;
+        let other = |id, name, tolerance| Known {
             id,
             name,
-            mode: Some(mode),
+            native: false,
             tolerance,
             needed: true,
             goal: None,
         };
-        let other = |id, name, tolerance| Known {
-            mode: None,
-            ..native(id, name, Mode::Exact, tolerance)
+        let native = |id, name| Known {
+            native: true,
+            ..other(id, name, Within::ROUNDING)
         };
-        use Tolerance as Within;
         match self {
-            Contender::Exact => native("exact", "native exact", Mode::Exact, Within::ROUNDING),
-            Contender::Free => native("free", "native free", Mode::Free, Within::FREE),
-            Contender::Single => native("single", "native single", Mode::Single, Within::SINGLE),
+            Contender::Exact => native("exact", "native exact"),
             Contender::YadeOrdinary => Known {
                 goal: Some(YADE_OVER_EXACT),
                 ..other("ordinary-loop", "YADE -j1, ordinary loop", Within::ROUNDING)
@@ -184,12 +176,7 @@ impl Contender {
                     Within::OTHER_LAW,
                 )
             },
-            Contender::ExactFriction => native(
-                "exact-friction",
-                "native exact, friction",
-                Mode::Exact,
-                Within::ROUNDING,
-            ),
+            Contender::ExactFriction => native("exact-friction", "native exact, friction"),
             Contender::YadeOrdinaryFriction => Known {
                 goal: Some(YADE_OVER_EXACT_FRICTION),
                 ..other(
@@ -203,7 +190,7 @@ impl Contender {
                 "YADE -j1, sorted loop, friction",
                 Within::ROUNDING,
             ),
-            Contender::External => other("external", "exec", Within::FREE),
+            Contender::External => other("external", "exec", Within::OTHER_OPERATIONS),
         }
     }
 
@@ -211,8 +198,8 @@ impl Contender {
     pub fn run(self, setup: &Setup<'_>) -> Result<Turn, Error> {
         let (bed, plan) = (setup.bed_of(self), &setup.plan);
         let folder = timing::folder(setup.work, "turn")?;
-        if let Some(mode) = self.known().mode {
-            let window = timing::time(bed, mode, plan.native)?;
+        if self.known().native {
+            let window = timing::time(bed, plan.native)?;
             return Ok(Turn::new(
                 window,
                 env!("CARGO_PKG_VERSION").to_owned(),
@@ -247,7 +234,7 @@ impl Contender {
         let (bodies, contacts) = match &turn.bed {
             Some((bodies, contacts)) => (bodies, *contacts),
             None => {
-                own = timing::after(bed, known.mode.unwrap_or_default(), exact.step)?;
+                own = timing::after(bed, exact.step)?;
                 (&own.bodies, between_grains(&own))
             }
         };
@@ -355,15 +342,9 @@ impl Tolerance {
     };
     /// Other operations: a force is then rounded by a distance's last digit over the overlap, some 10⁴ times more than a sum
     /// in another order is, and so much further apart are grains after the same steps.
-    pub const FREE: Tolerance = Tolerance {
+    pub const OTHER_OPERATIONS: Tolerance = Tolerance {
         displacement: 1.0e-2,
         ..Tolerance::ROUNDING
-    };
-    /// Forces in single precision: rounding that may have grown until grains are apart by as much as they have moved.
-    pub const SINGLE: Tolerance = Tolerance {
-        displacement: 0.1,
-        contacts: 0.05,
-        energy: 1.5,
     };
     /// One stiffness for all contacts and a drag in place of Cundall's damping: the same method with other choices.
     pub const OTHER_LAW: Tolerance = Tolerance {
@@ -454,7 +435,6 @@ pub struct Contest {
     /// Processor time over time on the clock, the least of the rounds, where both are known; well below 1 on a busy machine.
     pub processor_share: Option<f64>,
     pub over_exact: Option<Spread>,
-    pub over_free: Option<Spread>,
     /// Largest resident memory of its process, bytes, where it has one of its own.
     pub peak_memory: Option<u64>,
     /// Its own account of where the time goes, where it gives one.
@@ -506,24 +486,25 @@ pub fn rounds(setup: &Setup<'_>, progress: &progress::Task) -> Result<Rounds, Er
         turns.retain(|(contender, _)| missed.iter().all(|of| of.id != contender.known().id));
     }
     let after = setup.plan.compared_after();
-    let exact_bed = timing::after(setup.bed, Mode::Exact, after)?;
-    let friction_bed = timing::after(setup.with_friction, Mode::Exact, after)?;
+    let exact_bed = timing::after(setup.bed, after)?;
+    let friction_bed = timing::after(setup.with_friction, after)?;
     let of = |wanted: Contender| {
         let found = turns.iter().find(|(contender, _)| *contender == wanted);
         found.map(|(_, turns)| turns.as_slice())
     };
-    let bases = [Contender::Exact, Contender::Free, Contender::ExactFriction];
-    let [exact, free, friction] = bases.map(|base| of(base).and_then(spread));
+    let bases = [Contender::Exact, Contender::ExactFriction];
+    let [exact, friction] = bases.map(|base| of(base).and_then(spread));
     let mut contests = Vec::new();
     for (contender, of) in &turns {
         let (Some(seconds_per_step), Some(last)) = (spread(of), of.last()) else {
             continue;
         };
-        let over = |base: &Option<Spread>| Spread::ratio(&seconds_per_step, base.as_ref()?);
-        let (exact, free, exact_bed) = match contender.friction() {
-            true => (&friction, &None, &friction_bed),
-            false => (&exact, &free, &exact_bed),
+        let (exact, exact_bed) = match contender.friction() {
+            true => (&friction, &friction_bed),
+            false => (&exact, &exact_bed),
         };
+        let over_exact = exact.as_ref();
+        let over_exact = over_exact.and_then(|exact| Spread::ratio(&seconds_per_step, exact));
         let shares = of.iter().filter_map(|turn| turn.window.processor_share());
         contests.push(Contest {
             contender: *contender,
@@ -531,8 +512,7 @@ pub fn rounds(setup: &Setup<'_>, progress: &progress::Task) -> Result<Rounds, Er
             version: last.version.clone(),
             steps: last.window.steps,
             processor_share: shares.min_by(f64::total_cmp),
-            over_exact: over(exact),
-            over_free: over(free),
+            over_exact,
             peak_memory: last.peak_memory,
             shares: last.shares.clone(),
             approximations: setup.approximations_of(*contender),

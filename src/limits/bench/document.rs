@@ -31,7 +31,6 @@ pub struct Goal {
 pub fn goals(contests: &[Contest], friction_cost: Option<&Spread>, points: &[Size]) -> Vec<Goal> {
     let of = |wanted: Contender| contests.iter().find(|of| of.contender == wanted);
     let over_exact = |wanted| of(wanted).and_then(|contest| contest.over_exact.clone());
-    let over_free = of(Contender::YadeOrdinary).and_then(|contest| contest.over_free.clone());
     let goal = |goal: &str, at_least: bool, bound: f64, of: Option<Spread>| {
         let of = of.as_ref();
         Goal {
@@ -63,7 +62,6 @@ pub fn goals(contests: &[Contest], friction_cost: Option<&Spread>, points: &[Siz
             LAMMPS_OVER_EXACT,
             lammps,
         ),
-        faster("native free against YADE's ordinary loop", 45.0, over_free),
         faster(
             "with friction, native exact against YADE's ordinary loop",
             YADE_OVER_EXACT_FRICTION,
@@ -137,14 +135,14 @@ impl Bench {
         let others = others.filter(|contest| !contest.contender.is_exact());
         let ratios = others.filter_map(|contest| {
             let over = contest.over_exact.as_ref()?;
-            // Of the native engine's own modes less is better; what others take longer is to its credit.
+            // What others take longer is to native's credit.
             Some(Speed {
                 id: format!("time/{}", contest.contender.known().id),
                 what: format!("time a step of {} over native exact", contest.name),
                 unit: "times native exact".to_owned(),
                 value: over.median,
                 range: Some([over.least, over.most]),
-                less_is_better: contest.contender.known().mode.is_some(),
+                less_is_better: false,
             })
         });
         let friction = self.friction_cost.as_ref().map(|cost| Speed {
@@ -197,7 +195,6 @@ impl Bench {
 
     fn side_by_side(&self) -> Section {
         let micro = |of: fn(&Spread) -> f64| move |row: &Contest| 1e6 * of(&row.seconds_per_step);
-        let over = |of: &Option<Spread>| of.as_ref().map(|over| over.median);
         let table = Table::of("engines", "", &self.contests)
             .column("engine", |of| &of.name)
             .column("time a step, median, µs", micro(|of| of.median))
@@ -205,8 +202,9 @@ impl Bench {
             .column("most, µs", micro(|of| of.most))
             .column("steps", |of| of.steps)
             .column("least share of the processor", |of| of.processor_share)
-            .column("times native exact", |of| over(&of.over_exact))
-            .column("times native free", |of| over(&of.over_free))
+            .column("times native exact", |of| {
+                of.over_exact.as_ref().map(|over| over.median)
+            })
             .column("contacts", |of| of.sanity.contacts)
             .column("moved, R", |of| of.sanity.displacement)
             .column("kinetic energy, mJ", |of| 1e3 * of.sanity.energy)
@@ -338,13 +336,7 @@ impl Bench {
                 names.push(&point.name);
             }
         }
-        let colours = [
-            Colour::Blue,
-            Colour::Green,
-            Colour::Purple,
-            Colour::Grey,
-            Colour::Vermilion,
-        ];
+        let colours = [Colour::Blue, Colour::Grey, Colour::Vermilion];
         let draw = |name: &str, caption: &str, y: &str, of: fn(&Size) -> Option<f64>| {
             let (x, y) = (Axis::logarithmic("grains"), Axis::logarithmic(y));
             let plot = Plot::new(name, caption, x, y);

@@ -43,8 +43,10 @@ pub fn all(
 ) -> Result<Vec<Instructions>, Error> {
     let mut all: Vec<Instructions> = Vec::new();
     for (index, contender) in ALL.into_iter().enumerate() {
-        let Known { id, name, mode, .. } = contender.known();
-        let counts = mode.is_some() || setup.plan.counts_others;
+        let Known {
+            id, name, native, ..
+        } = contender.known();
+        let counts = native || setup.plan.counts_others;
         let exact = all.first().map(|exact| exact.per_step);
         // Without native exact there is nothing to hold it against.
         let lacks = exact.is_none() && contender != Contender::Exact;
@@ -89,9 +91,9 @@ fn count(setup: &Setup<'_>, contender: Contender) -> Result<(f64, Vec<(String, f
         reason: "there is no such program on the path".to_owned(),
         package: "valgrind",
     })?;
-    let [few, many] = match contender.known().mode {
-        Some(_) => NATIVE_STEPS,
-        None => OTHER_STEPS,
+    let [few, many] = match contender.known().native {
+        true => NATIVE_STEPS,
+        false => OTHER_STEPS,
     };
     let (of_few, first) = profile(setup, &valgrind, contender, few)?;
     let (of_many, last) = profile(setup, &valgrind, contender, many)?;
@@ -126,11 +128,11 @@ fn profile(
         format!("--callgrind-out-file={}", out.display()),
     ];
     let limit = setup.yade.limits.time;
-    let done = if let Some(mode) = contender.known().mode {
+    let done = if contender.known().native {
         timing::write_bed(setup.bed_of(contender), &folder)?;
         let mut command = Command::new(valgrind);
         let command = command.args(&under).arg(setup.crossgrain);
-        let command = command.args(timing::arguments(&folder, mode, steps));
+        let command = command.args(timing::arguments(&folder, steps));
         timing::said(&timing::run(command, &folder, limit)?)?.steps
     } else {
         let mut options = setup.yade.clone();

@@ -11,7 +11,6 @@ use super::{Missed, Setup, nonsense};
 use crate::engine::read::TimedSteps;
 use crate::error::Error;
 use crate::progress::Task;
-use grains::native::Mode;
 
 /// Grains times steps of a native window: some tenths of a second.
 const NATIVE_GRAIN_STEPS: u64 = 40_000_000;
@@ -32,13 +31,8 @@ pub struct Point {
     pub peak_memory: Option<u64>,
 }
 
-/// The ways of the native engine: name, mode, and whether ids are shuffled.
-const NATIVE: [(&str, Mode, bool); 4] = [
-    ("native exact", Mode::Exact, false),
-    ("native free", Mode::Free, false),
-    ("native single", Mode::Single, false),
-    ("native exact, ids shuffled", Mode::Exact, true),
-];
+/// The native engine on a bed as it is, and with its ids shuffled.
+const NATIVE: [&str; 2] = ["native exact", "native exact, ids shuffled"];
 
 pub const YADE: &str = "YADE -j1, ordinary loop";
 
@@ -94,14 +88,9 @@ fn native_points(setup: &Setup<'_>, beds: &[Bed], progress: &Task) -> Result<Vec
                 &format!("native, {grains} grains"),
             );
             let steps = (NATIVE_GRAIN_STEPS / grains).max(FEWEST_STEPS);
-            for (way, (_, mode, shuffled)) in NATIVE.iter().enumerate() {
-                let one = timing::in_a_process(
-                    setup.crossgrain,
-                    &folders[at][usize::from(*shuffled)],
-                    *mode,
-                    steps,
-                    setup.yade.limits.time,
-                )?;
+            for (way, folder) in folders[at].iter().enumerate() {
+                let one =
+                    timing::in_a_process(setup.crossgrain, folder, steps, setup.yade.limits.time)?;
                 let (all, memory) = &mut times[at * NATIVE.len() + way];
                 all.push(one.window.seconds_per_step());
                 *memory = one.peak_memory;
@@ -111,7 +100,7 @@ fn native_points(setup: &Setup<'_>, beds: &[Bed], progress: &Task) -> Result<Vec
     let points = times.into_iter().enumerate();
     let points = points.filter_map(|(index, (all, memory))| {
         let grains = beds[index / NATIVE.len()].bodies.len() as u32;
-        let (name, _, _) = NATIVE[index % NATIVE.len()];
+        let name = NATIVE[index % NATIVE.len()];
         Some(point(name, grains, Spread::of(all)?, memory))
     });
     Ok(points.collect())

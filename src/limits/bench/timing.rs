@@ -14,10 +14,10 @@ use crate::engine::exec;
 use crate::engine::watch::Limits;
 use crate::error::Error;
 use crate::files::{failed, read_text, write_whole};
-use crate::study::realization::{in_mode, unobserved};
+use crate::study::realization::unobserved;
 use crate::tables::{read_bodies, write_bodies};
 use grains::native::timing::{ThreadTime, Window};
-use grains::native::{self, Mode, NativeError};
+use grains::native::{self, NativeError};
 use grains::scene::Scene;
 use grains::tables::{Bodies, Snapshot, Stage};
 use grains::task::Observer;
@@ -26,7 +26,7 @@ use grains::task::Observer;
 const PARTS: u64 = 5;
 
 /// Times about `steps` steps of this bed, after a quarter as many to warm up.
-pub fn time(bed: &Bed, mode: Mode, steps: u64) -> Result<Window, Error> {
+pub fn time(bed: &Bed, steps: u64) -> Result<Window, Error> {
     let part = part(steps);
     let mut scene = unobserved(&bed.scene);
     // The engine tells how far it is whenever it looks whether the bed has settled: once a part. The looks cost
@@ -34,7 +34,8 @@ pub fn time(bed: &Bed, mode: Mode, steps: u64) -> Result<Window, Error> {
     scene.settle.check_every = part;
     scene.settle.kinetic_energy_fraction = f64::MIN_POSITIVE;
     let mut watch = Watch::default();
-    native::run(&scene, &bed.task(PARTS * part), &in_mode(mode), &mut watch)?;
+    let options = native::Options::default();
+    native::run(&scene, &bed.task(PARTS * part), &options, &mut watch)?;
     match (watch.began, watch.last) {
         (Some((step0, wall0, cpu0)), Some((step1, wall1, cpu1))) if step1 == PARTS * part => {
             Ok(Window {
@@ -57,19 +58,19 @@ fn part(steps: u64) -> u64 {
 }
 
 /// The bed after exactly so many steps.
-pub fn after(bed: &Bed, mode: Mode, steps: u64) -> Result<Snapshot, NativeError> {
+pub fn after(bed: &Bed, steps: u64) -> Result<Snapshot, NativeError> {
     let scene = unobserved(&bed.scene);
-    Ok(native::run(&scene, &bed.task(steps), &in_mode(mode), &mut ())?.last)
+    let options = native::Options::default();
+    Ok(native::run(&scene, &bed.task(steps), &options, &mut ())?.last)
 }
 
-/// Where the exact mode's time goes in so many steps, and what it was spent on.
+/// Where the native engine's time goes in so many steps, and what it was spent on.
 pub fn clocked(bed: &Bed, steps: u64) -> Result<native::timing::Clocked, Error> {
     let model = grains::model::Model::of(&bed.scene);
     let mean_radius = 0.5 * bed.scene.particles.mean_diameter;
-    let mode = Mode::Exact;
-    let clocked = native::timing::parts_of_a_step(&model, &bed.bodies, mean_radius, mode, steps)
+    let clocked = native::timing::parts_of_a_step(&model, &bed.bodies, mean_radius, steps)
         .map_err(nonsense)?;
-    let plain: Bodies = after(bed, Mode::Exact, steps)?.bodies;
+    let plain: Bodies = after(bed, steps)?.bodies;
     if plain.digest() != clocked.bodies.digest() {
         let why = "the step with clocks in it has other bits than the engine's";
         return Err(nonsense(why));
@@ -117,12 +118,12 @@ pub fn write_bed(bed: &Bed, folder: &Path) -> Result<(), Error> {
 }
 
 /// Inside the process: times the bed in this folder.
-pub fn one(folder: &Path, mode: Mode, steps: u64) -> Result<One, Error> {
+pub fn one(folder: &Path, steps: u64) -> Result<One, Error> {
     let text = read_text(&folder.join("scene.json"), 1 << 20)?;
     // Not through the check of scenes: a narrow box has no room for the paper's control points.
     let scene: Scene = serde_json::from_str(&text).map_err(nonsense)?;
     let bodies = read_bodies(&folder.join("bed.csv"), scene.particles.count)?;
-    let window = time(&Bed { scene, bodies }, mode, steps)?;
+    let window = time(&Bed { scene, bodies }, steps)?;
     Ok(One {
         window,
         steps: all_steps(steps),
@@ -132,30 +133,20 @@ pub fn one(folder: &Path, mode: Mode, steps: u64) -> Result<One, Error> {
 }
 
 /// The arguments that make the program `crossgrain` do [`one`].
-pub fn arguments(folder: &Path, mode: Mode, steps: u64) -> [String; 7] {
+pub fn arguments(folder: &Path, steps: u64) -> [String; 5] {
     let (folder, steps) = (folder.display().to_string(), steps.to_string());
-    [
-        "bench",
-        "--one",
-        &folder,
-        "--one-mode",
-        mode.name(),
-        "--one-steps",
-        &steps,
-    ]
-    .map(str::to_owned)
+    ["bench", "--one", &folder, "--one-steps", &steps].map(str::to_owned)
 }
 
 /// Outside: starts the process on the bed in `folder` and waits for it.
 pub fn in_a_process(
     crossgrain: &Path,
     folder: &Path,
-    mode: Mode,
     steps: u64,
     limit: Duration,
 ) -> Result<One, Error> {
     let mut command = Command::new(crossgrain);
-    let command = command.args(arguments(folder, mode, steps));
+    let command = command.args(arguments(folder, steps));
     said(&run(command, folder, limit)?)
 }
 

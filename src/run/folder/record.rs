@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use crate::engine::exec::Description;
 use grains::measure;
 use grains::model::ModelRecord;
+use grains::native::Perturbation;
 use grains::native::pouring::Phase;
-use grains::native::{Mode, Perturbation};
 use grains::tables::{Stage, StopReason};
 use grains::task::StageReport;
 
@@ -19,13 +19,10 @@ pub enum EngineRecord {
     Native {
         version: String,
         perturbation: Option<Perturbation>,
-        /// Left out where it is the exact one.
-        #[serde(default, skip_serializing_if = "Mode::is_exact")]
-        mode: Mode,
     },
     Yade {
         version: String,
-        /// Interactions visited in the order of their ids: the mode with the native engine's bits.
+        /// Interactions visited in the order of their ids: the order with the native engine's bits.
         sorted: bool,
         /// `verletDist`, m.
         verlet_distance: f64,
@@ -44,13 +41,13 @@ impl EngineRecord {
     /// Whether this run is meant to have the native engine's bits.
     pub fn keeps_order(&self) -> bool {
         match self {
-            EngineRecord::Native { mode, .. } => mode.is_exact(),
+            EngineRecord::Native { .. } => true,
             EngineRecord::Yade { sorted, .. } => *sorted,
             EngineRecord::Exec { .. } => false,
         }
     }
 
-    /// Whether this run does the exact mode's operations, in whatever order. Of an external engine nobody has promised it.
+    /// Whether this run does the native engine's operations, in whatever order. Of an external engine nobody has promised it.
     pub fn keeps_operations(&self) -> bool {
         self.keeps_order() || matches!(self, EngineRecord::Yade { .. })
     }
@@ -72,14 +69,8 @@ impl EngineRecord {
 
     pub fn label(&self) -> String {
         match self {
-            EngineRecord::Native {
-                perturbation, mode, ..
-            } => {
-                let fault = perturbation.map_or(String::new(), |of| format!(" with {of}"));
-                match mode.is_exact() {
-                    true => format!("native{fault}"),
-                    false => format!("native, {} mode{fault}", mode.name()),
-                }
+            EngineRecord::Native { perturbation, .. } => {
+                perturbation.map_or("native".to_owned(), |of| format!("native with {of}"))
             }
             EngineRecord::Yade {
                 version,

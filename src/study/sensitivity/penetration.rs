@@ -4,11 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::plan::NARROW;
 use crate::engine::EngineError;
-use crate::study::member::exact;
 use crate::study::realization::Change::{Alpha, Friction, Hold, Size, Speed};
 use crate::study::realization::{Change, Specification, changed, went_wrong};
 use grains::generate::initial_bodies;
-use grains::native::{self, Mode};
+use grains::native;
 use grains::scene::Scene;
 use grains::tables::{BodyIds, Contact, Snapshot, Stage, StopReason};
 use grains::task::{Observer, Task};
@@ -111,7 +110,7 @@ impl Penetration {
 
     /// What is run, without its name.
     pub fn digest(&self) -> String {
-        Specification::native(Mode::Exact, self.scene.clone()).digest()
+        Specification::native(self.scene.clone()).digest()
     }
 
     /// m/s.
@@ -204,7 +203,8 @@ pub fn watch(of: &Penetration, realization: u64) -> Result<Watched, EngineError>
         depth: None,
         windows: Vec::new(),
     };
-    let outcome = match native::run(&scene, &Task::whole(initial), &exact(), &mut watch) {
+    let options = native::Options::default();
+    let outcome = match native::run(&scene, &Task::whole(initial), &options, &mut watch) {
         Ok(outcome) => outcome,
         Err(error) => {
             watched.failed = Some(went_wrong(EngineError::Native(error))?);

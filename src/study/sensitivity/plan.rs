@@ -13,7 +13,6 @@ use crate::study::realization::Change::{
 use crate::study::realization::{
     Change, Setting, Specification, changed, small_scene, whole_scene,
 };
-use grains::native::Mode;
 use grains::scene::Scene;
 
 /// The combined settings are run on clouds that took no part in choosing them.
@@ -214,7 +213,7 @@ impl Plan {
         changes: &[Change],
     ) -> &mut Setting {
         let scene = changed(self.base.clone(), changes);
-        let of = Specification::native(Mode::Exact, scene);
+        let of = Specification::native(scene);
         let clouds = self.clouds.div_ceil(share).max(FEWEST);
         let mut setting = Setting::new(id, name, axis, of, clouds);
         setting.at = vec![at];
@@ -290,7 +289,7 @@ impl Plan {
             control_points: self.base.control_points.clone(),
             ..setting.specification.scene.clone()
         };
-        Specification::native(Mode::Exact, scene).digest()
+        Specification::native(scene).digest()
     }
 
     pub fn task(&self, number: u64) -> &Task {
@@ -370,7 +369,7 @@ mod tests {
     #[test]
     fn axes_go_through_the_base() {
         let plan = Plan::full(12);
-        let base = Specification::native(Mode::Exact, plan.base.clone()).digest();
+        let base = Specification::native(plan.base.clone()).digest();
         for (axis, _) in AXES {
             let mut own = plan.settings.iter().filter(|of| of.axis == axis);
             let through = own.any(|of| of.specification.digest() == base);

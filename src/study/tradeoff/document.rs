@@ -7,7 +7,6 @@ use crate::document::{Axis, Colour, Document, Mark, Plot, Section, Table, plot};
 use crate::study::figures::in_row;
 use crate::study::realization::Runner;
 use evidence::t_test::Finding;
-use grains::native::Mode;
 
 /// Errors below this share of a margin are drawn there: no margin is known that well.
 const LOWEST: f64 = 0.02;
@@ -94,11 +93,7 @@ impl Tradeoff {
         let x = Axis::logarithmic("processor time of one realization, s");
         let y = Axis::logarithmic("largest bias over its margin");
         let mut plot = Plot::new(name, caption, x, y);
-        let groups = [
-            ("exact mode", Colour::Blue),
-            ("free and single", Colour::Vermilion),
-            ("other engines", Colour::Green),
-        ];
+        let groups = [("native", Colour::Blue), ("other engines", Colour::Green)];
         for (group, (name, colour)) in groups.into_iter().enumerate() {
             for hollow in [false, true] {
                 let own = |of: &&Point| kind(of) == group && of.dominated_by.is_some() == hollow;
@@ -301,9 +296,8 @@ fn row_of<'a>(point: &'a Point, key: &'a str) -> (String, &'a Judgement, &'a str
 
 fn kind(point: &Point) -> usize {
     match point.method.specification.runner {
-        Runner::Native(Mode::Exact) => 0,
-        Runner::Native(_) => 1,
-        Runner::YadeOrdinary | Runner::YadeSorted | Runner::External => 2,
+        Runner::Native => 0,
+        Runner::YadeOrdinary | Runner::YadeSorted | Runner::External => 1,
     }
 }
 

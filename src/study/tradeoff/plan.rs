@@ -7,9 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::study::realization::Change::{Alpha, CloudSpeed, Columns, Modulus, Settled, Size, Step};
 use crate::study::realization::{
-    Change, FREE_MODE_STEP, Runner, Setting, Specification, changed, small_scene, whole_scene,
+    Change, FAST_STEP, Runner, Setting, Specification, changed, small_scene, whole_scene,
 };
-use grains::native::Mode;
 use grains::native::pouring::{End, Phase, Softly};
 use grains::scene::Scene;
 
@@ -30,8 +29,8 @@ pub struct Plan {
 /// The clouds of a test are none that helped to choose what is tested.
 pub const FIRST_CONFIRMATORY: u64 = 1001;
 
-/// The candidate that is the free mode's default: `run --mode free --reduced-stiffness` (`docs/tradeoff.md`).
-pub const DEFAULT: &str = "free-0.65-soft-10-1e-3";
+/// The candidate that is the fast protocol: the scene of `scene paper --fast` with `run --reduced-stiffness` (`docs/tradeoff.md`).
+pub const FAST: &str = "step-0.65-soft-10-1e-3";
 
 const ALPHA: f64 = 0.2;
 /// Half of the paper scene's step, for external engines.
@@ -41,7 +40,7 @@ const SOFT: &str = "softened contacts";
 const DAMPING: &str = "damping";
 const COMBINED: &str = "combined";
 
-/// In exact mode: id, name, what is changed, share of the clouds.
+/// By the engine's own rules: id, name, what is changed, share of the clouds.
 type Cases = &'static [(&'static str, &'static str, Change, u64)];
 
 const STEPS: Cases = &[
@@ -88,26 +87,21 @@ const CLOUDS: Cases = &[
     ("cloud-1", "cloud at 1 m/s", CloudSpeed(1.0), 1),
 ];
 
-/// Protocols that might become the free mode's default, cheapest last: step, by how much softer it is poured and to which
-/// energy, whether it is tested. The last two were too dense or no cheaper at first sight, so nothing is spent on
-/// testing them.
-type Candidate = (f64, Option<(f64, f64)>, bool);
-const CANDIDATES: [Candidate; 6] = [
-    (FREE_MODE_STEP, None, true),
-    (FREE_MODE_STEP, Some((10.0, 1.0e-3)), true),
-    (FREE_MODE_STEP, Some((10.0, 3.0e-3)), true),
-    (0.6, None, false),
-    (FREE_MODE_STEP, Some((10.0, 1.0e-2)), false),
-    (FREE_MODE_STEP, Some((100.0, 1.0e-2)), false),
+/// Reduced-stiffness depositions at the fast protocol's step, cheapest last: by how much softer it is poured, to which energy,
+/// and whether it is a candidate, as the step alone is. The last two were too dense or no cheaper at first sight, so nothing is
+/// spent on testing them.
+const DEPOSITIONS: [(f64, f64, bool); 4] = [
+    (10.0, 1.0e-3, true),
+    (10.0, 3.0e-3, true),
+    (10.0, 1.0e-2, false),
+    (100.0, 1.0e-2, false),
 ];
 
-/// Of [`Plan::quick`], besides the candidates.
-const QUICK: [&str; 9] = [
+/// Of [`Plan::quick`], besides the depositions.
+const QUICK: [&str; 7] = [
     "step-0.1",
     "step-0.65",
     "step-0.9",
-    "free",
-    "single",
     "modulus-100",
     "settled-1e-3",
     "settled-1e-5",
@@ -136,10 +130,10 @@ impl Plan {
         plan
     }
 
-    /// The reference alone: the scene as it is, in exact mode. Against itself on other clouds it needs as many of those.
+    /// The reference alone: the scene as it is. Against itself on other clouds it needs as many of those.
     pub fn new(scene: Scene, screening: u64, confirmatory: u64) -> Self {
-        let name = "exact mode, the scene as it is";
-        let of = Specification::native(Mode::Exact, scene);
+        let name = "the scene as it is";
+        let of = Specification::native(scene);
         let mut reference = Setting::new("reference", name, "reference", of, screening);
         let others = screening.max(confirmatory);
         reference
@@ -171,9 +165,8 @@ impl Plan {
 
     fn add_all(&mut self) {
         let scene = self.reference.specification.scene.clone();
-        let native =
-            |mode, changes: &[Change]| Specification::native(mode, changed(scene.clone(), changes));
-        let soft = |mode, start: f64, ratio, until, step| {
+        let native = |changes: &[Change]| Specification::native(changed(scene.clone(), changes));
+        let soft = |start: f64, ratio, until, step| {
             let softly = Softly {
                 start,
                 ratio,
@@ -181,17 +174,17 @@ impl Plan {
                 alpha: ALPHA,
                 step,
             };
-            Specification::soft(mode, &scene, &softly)
+            Specification::soft(&scene, &softly)
         };
         let add_cases = |plan: &mut Plan, axis, cases: Cases| {
             for (id, name, change, share) in cases {
-                plan.add(id, name, axis, native(Mode::Exact, &[*change]), *share);
+                plan.add(id, name, axis, native(&[*change]), *share);
+                if matches!(change, Step(step) if *step == FAST_STEP) {
+                    plan.test_last();
+                }
             }
         };
         add_cases(self, "time step", STEPS);
-        for (id, mode) in [("free", Mode::Free), ("single", Mode::Single)] {
-            self.add(id, &format!("{id} mode"), "mode", native(mode, &[]), 1);
-        }
         add_cases(self, SOFT, MODULI);
         for softer in [10.0, 100.0] {
             let ways = [
@@ -199,7 +192,7 @@ impl Plan {
                 ("by-2", "in steps of 2", 2.0),
             ];
             for (id, how, ratio) in ways {
-                let of = soft(Mode::Exact, 1.0 / softer, ratio, 1.0e-4, 0.45);
+                let of = soft(1.0 / softer, ratio, 1.0e-4, 0.45);
                 let name = format!("poured at E/{softer}, stiffened {how}");
                 self.add(&format!("soft-{softer}-{id}"), &name, SOFT, of, 1);
             }
@@ -217,24 +210,17 @@ impl Plan {
             };
             let of = Specification {
                 phases: vec![phase],
-                ..native(Mode::Exact, &[])
+                ..native(&[])
             };
             let name = format!("poured with α = {alpha}");
             self.add(&format!("poured-alpha-{alpha}"), &name, DAMPING, of, 1);
         }
         add_cases(self, "cloud", CLOUDS);
-        for (step, softly, tested) in CANDIDATES {
-            let (id, name) = (format!("free-{step}"), format!("free mode, step {step}"));
-            match softly {
-                None => self.add(&id, &name, COMBINED, native(Mode::Free, &[Step(step)]), 1),
-                Some((softer, until)) => {
-                    let start = 1.0 / softer;
-                    let of = soft(Mode::Free, start, softer.sqrt(), until, step);
-                    let id = format!("{id}-soft-{softer}-{until:e}");
-                    let name = format!("{name}, E/{softer} until {until:e}");
-                    self.add(&id, &name, COMBINED, of, 1);
-                }
-            }
+        for (softer, until, tested) in DEPOSITIONS {
+            let of = soft(1.0 / softer, softer.sqrt(), until, FAST_STEP);
+            let id = format!("step-{FAST_STEP}-soft-{softer}-{until:e}");
+            let name = format!("step {FAST_STEP}, poured at E/{softer} until {until:e}");
+            self.add(&id, &name, COMBINED, of, 1);
             if tested {
                 self.test_last();
             }
@@ -256,7 +242,7 @@ impl Plan {
     /// Adds the reference's scene, and two other steps, in an external engine, on so many clouds; `digest` is that of its file.
     #[must_use]
     pub fn with_external(mut self, label: &str, digest: &str, clouds: u64) -> Self {
-        for step in [None, Some(SHORT_STEP), Some(FREE_MODE_STEP)] {
+        for step in [None, Some(SHORT_STEP), Some(FAST_STEP)] {
             let mut of = Specification {
                 runner: Runner::External,
                 program: Some(digest.to_owned()),
@@ -309,7 +295,7 @@ mod tests {
 
     #[test]
     fn every_scene_is_valid_and_every_method_is_itself() {
-        for (plan, methods) in [(Plan::full(24, 100, 1), 47), (Plan::quick(4, 1), 16)] {
+        for (plan, methods) in [(Plan::full(24, 100, 1), 43), (Plan::quick(4, 1), 12)] {
             assert_eq!(plan.methods.len(), methods);
             let (mut digests, mut ids) = (BTreeSet::new(), BTreeSet::new());
             for setting in plan.settings() {
@@ -328,13 +314,16 @@ mod tests {
 
     #[test]
     fn names_do_not_count_and_everything_else_does() {
-        let of = Specification::native(Mode::Exact, whole_scene());
+        let of = Specification::native(whole_scene());
         let mut other = of.clone();
         other.scene.realization = 7;
         assert_eq!(of.digest(), other.digest());
         other.scene.loading.speed *= 2.0;
         assert_ne!(of.digest(), other.digest());
-        let mode = Specification::native(Mode::Free, whole_scene());
-        assert_ne!(of.digest(), mode.digest());
+        other = Specification {
+            runner: Runner::YadeSorted,
+            ..of.clone()
+        };
+        assert_ne!(of.digest(), other.digest());
     }
 }

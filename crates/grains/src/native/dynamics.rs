@@ -3,12 +3,11 @@
 
 use multiversion::multiversion;
 
-use super::Mode;
 use super::contact::ContactRules;
 use super::general;
 use super::health::Trouble;
 use super::neighbours::{Neighbours, Skin};
-use super::springs::{self, Single};
+use super::springs;
 use super::state::{Constants, State, contact_row};
 use crate::model::Kernel;
 use crate::tables::{Bodies, Contact, Punch, Remembered, Snapshot, Stage};
@@ -53,9 +52,6 @@ pub struct Dynamics {
     half_step_to_come: bool,
     kernel: Kernel,
     rules: ContactRules,
-    mode: Mode,
-    /// For single mode alone.
-    single: Single,
 }
 
 impl Dynamics {
@@ -67,12 +63,8 @@ impl Dynamics {
         memory: &[Remembered],
         constants: Constants,
         skin: Skin,
-        mode: Mode,
     ) -> Result<Self, Trouble> {
         let kernel = constants.kernel();
-        if kernel == Kernel::General && !mode.is_exact() {
-            return Err(Trouble::OnlyExact { mode: mode.name() });
-        }
         let mut dynamics = Dynamics {
             state: State::new(bodies, punch, kernel),
             kernel,
@@ -81,8 +73,6 @@ impl Dynamics {
             neighbours: Neighbours::new(skin),
             punch_is_new: false,
             half_step_to_come: false,
-            mode,
-            single: Single::default(),
         };
         if memory.is_empty() {
             dynamics.list_neighbours()?;
@@ -159,11 +149,6 @@ impl Dynamics {
     pub fn list_neighbours(&mut self) -> Result<(), Trouble> {
         super::health::check(&self.state, &self.constants)?;
         self.neighbours.build(&self.state, &self.constants);
-        if self.mode == Mode::Single && self.kernel == Kernel::Frictionless {
-            let largest = self.state.radius.iter().copied().fold(0.0, f64::max);
-            self.single
-                .build(&self.state.position, &self.neighbours.rows, 2.0 * largest);
-        }
         Ok(())
     }
 
@@ -187,12 +172,7 @@ impl Dynamics {
             let State {
                 position, force, ..
             } = &mut self.state;
-            let rows = &self.neighbours.rows;
-            match self.mode {
-                Mode::Exact => springs::sum_forces::<false>(position, rows, force),
-                Mode::Free => springs::sum_forces::<true>(position, rows, force),
-                Mode::Single => self.single.sum_forces(position, rows, force),
-            }
+            springs::sum_forces(position, &self.neighbours.rows, force);
         });
         clock.time(Part::FlatBodies, || {
             self.add_wall_forces();

@@ -15,10 +15,6 @@ pub enum Trouble {
     )]
     Lost { grain: u32, x: f64, z: f64 },
     #[error(
-        "friction and dashpots are computed in exact mode only, and {mode} mode was asked for; leave --mode away"
-    )]
-    OnlyExact { mode: &'static str },
-    #[error(
         "the bed did not come to rest within {steps} steps, so nothing can be said of it at rest; with this load it may \
          not be able to"
     )]

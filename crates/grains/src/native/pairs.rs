@@ -337,7 +337,6 @@ fn torque(arm: Vector, force: Vector) -> Lanes {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Mode;
     use super::super::dynamics::Dynamics;
     use super::super::neighbours::Skin;
     use super::super::state::Constants;
@@ -418,8 +417,8 @@ mod tests {
         for constants in laws() {
             let rules = constants.rules();
             let skin = Skin::Adaptive { radius: 0.005 };
-            let mut dynamics = Dynamics::new(&bodies, None, &[], constants, skin, Mode::Exact)
-                .expect("a sound start");
+            let mut dynamics =
+                Dynamics::new(&bodies, None, &[], constants, skin).expect("a sound start");
             for step in 1..=4000 {
                 // What contacts remember of the step before; a list that was made anew has other pairs.
                 let (blocks, len) = match step % 1999 {

@@ -6,10 +6,7 @@
 //! the order in which the sorted loop adds to that grain: partners with lower ids first, then those with higher ones, so
 //! its sum has the same bits too.
 //!
-//! In exact mode no operation is fused, left out or reordered, so a lane gives the bits of the scalar law. In free mode the
-//! force is k_n·(reach/d − 1)·(x_2 − x_1): the same number in exact arithmetic, with fewer divisions. In single precision
-//! coordinates are taken from a corner of the grain's cell, so that their last digit is some 10⁻⁸ of a diameter whatever the
-//! size of the box; corners are multiples of a power of two, so that the way from one to another is exact.
+//! No operation is fused, left out or reordered, so a lane gives the bits of the scalar law.
 
 #[cfg(target_arch = "x86_64")]
 mod avx512;
@@ -17,31 +14,22 @@ mod avx512;
 use multiversion::multiversion;
 
 /// The summed spring force on every grain that is in the rows, N; what was in `force` before is lost.
-pub fn sum_forces<const FREE: bool>(position: &[[f64; 2]], rows: &Rows, force: &mut [[f64; 2]]) {
+pub fn sum_forces(position: &[[f64; 2]], rows: &Rows, force: &mut [[f64; 2]]) {
     #[cfg(target_arch = "x86_64")]
     if avx512::available() {
-        return avx512::sum_forces::<FREE>(position, rows, force);
+        return avx512::sum_forces(position, rows, force);
     }
-    if FREE {
-        free(position, rows, force);
-    } else {
-        exact(position, rows, force);
-    }
+    without_avx512(position, rows, force);
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn exact(position: &[[f64; 2]], rows: &Rows, force: &mut [[f64; 2]]) {
-    sum_forces_plain::<false>(position, rows, force);
-}
-
-#[multiversion(targets("x86_64+avx2"))]
-fn free(position: &[[f64; 2]], rows: &Rows, force: &mut [[f64; 2]]) {
-    sum_forces_plain::<true>(position, rows, force);
+fn without_avx512(position: &[[f64; 2]], rows: &Rows, force: &mut [[f64; 2]]) {
+    sum_forces_plain(position, rows, force);
 }
 
 /// As any machine can do it.
 #[inline(always)]
-fn sum_forces_plain<const FREE: bool>(position: &[[f64; 2]], rows: &Rows, force: &mut [[f64; 2]]) {
+fn sum_forces_plain(position: &[[f64; 2]], rows: &Rows, force: &mut [[f64; 2]]) {
     for (grain, columns) in rows.grain.iter().zip(rows.start.windows(2)) {
         let columns = columns[0] as usize..columns[1] as usize;
         let neighbours = rows.other[columns.clone()]
@@ -56,13 +44,8 @@ fn sum_forces_plain<const FREE: bool>(position: &[[f64; 2]], rows: &Rows, force:
                 let (dx, dz) = (x[lane] - own_x[lane], z[lane] - own_z[lane]);
                 let distance = (dx * dx + dz * dz).sqrt();
                 let overlap = reach[lane] - distance;
-                let pull = if FREE {
-                    let share = stiffness[lane] * (reach[lane] / distance - 1.0);
-                    [share * dx, share * dz]
-                } else {
-                    let size = stiffness[lane] * overlap;
-                    [size * (dx / distance), size * (dz / distance)]
-                };
+                let size = stiffness[lane] * overlap;
+                let pull = [size * (dx / distance), size * (dz / distance)];
                 // A mask instead of a choice, so that no lane becomes a branch.
                 let touching = u64::from(overlap >= 0.0).wrapping_neg();
                 sum_x[lane] -= f64::from_bits(pull[0].to_bits() & touching);
@@ -239,105 +222,8 @@ impl Rows {
     }
 }
 
-/// What single precision needs beside the rows. Reused from build to build.
-#[derive(Debug, Default)]
-pub struct Single {
-    /// The corner from which each grain's coordinates are taken, m.
-    corner: Vec<[f64; 2]>,
-    /// Each grain's coordinates from there, m.
-    local: Vec<[f32; 2]>,
-    /// Of each place in the rows: from the neighbour's corner to the grain's own, R_1 + R_2, k_n.
-    columns: Vec<Column>,
-}
-
-/// One neighbour of each grain of a group.
-#[derive(Debug, Clone)]
-pub struct Column {
-    pub x: Lanes<f32>,
-    pub z: Lanes<f32>,
-    pub reach: Lanes<f32>,
-    pub stiffness: Lanes<f32>,
-}
-
-impl Single {
-    /// Takes over new rows. Cells are about as wide as `size`, m.
-    pub fn build(&mut self, position: &[[f64; 2]], rows: &Rows, size: f64) {
-        let side = size.log2().round().exp2();
-        self.corner.clear();
-        let corner = |value: f64| (value / side).floor() * side;
-        self.corner
-            .extend(position.iter().map(|[x, z]| [corner(*x), corner(*z)]));
-        self.columns.clear();
-        for (grain, columns) in rows.grain.iter().zip(rows.start.windows(2)) {
-            for column in columns[0] as usize..columns[1] as usize {
-                let way = |lane: usize, axis: usize| {
-                    let (own, other) = (grain[lane], rows.other[column][lane]);
-                    self.corner[other as usize][axis] - self.corner[own as usize][axis]
-                };
-                self.columns.push(Column {
-                    x: std::array::from_fn(|lane| way(lane, 0) as f32),
-                    z: std::array::from_fn(|lane| way(lane, 1) as f32),
-                    reach: rows.reach[column].map(|reach| reach as f32),
-                    stiffness: rows.stiffness[column].map(|stiffness| stiffness as f32),
-                });
-            }
-        }
-    }
-
-    /// The summed spring force on every grain, N.
-    pub fn sum_forces(&mut self, position: &[[f64; 2]], rows: &Rows, force: &mut [[f64; 2]]) {
-        self.local.clear();
-        self.local.extend(
-            position
-                .iter()
-                .zip(&self.corner)
-                .map(|(at, corner)| [(at[0] - corner[0]) as f32, (at[1] - corner[1]) as f32]),
-        );
-        #[cfg(target_arch = "x86_64")]
-        if avx512::available() {
-            return avx512::sum_single(&self.local, &self.columns, rows, force);
-        }
-        sum_single_plain(&self.local, &self.columns, rows, force);
-    }
-}
-
-#[multiversion(targets("x86_64+avx2"))]
-fn sum_single_plain(local: &[[f32; 2]], all: &[Column], rows: &Rows, force: &mut [[f64; 2]]) {
-    for (grain, columns) in rows.grain.iter().zip(rows.start.windows(2)) {
-        let columns = columns[0] as usize..columns[1] as usize;
-        let own = gather_single(local, grain);
-        let (mut sum_x, mut sum_z) = ([0.0f32; LANES], [0.0f32; LANES]);
-        for (column, other) in all[columns.clone()].iter().zip(&rows.other[columns]) {
-            let there = gather_single(local, other);
-            for lane in 0..LANES {
-                let dx = (there.0[lane] - own.0[lane]) + column.x[lane];
-                let dz = (there.1[lane] - own.1[lane]) + column.z[lane];
-                let distance = (dx * dx + dz * dz).sqrt();
-                let share = column.reach[lane] / distance - 1.0;
-                let size = column.stiffness[lane] * share;
-                let touching = u32::from(share >= 0.0).wrapping_neg();
-                sum_x[lane] -= f32::from_bits((size * dx).to_bits() & touching);
-                sum_z[lane] -= f32::from_bits((size * dz).to_bits() & touching);
-            }
-        }
-        for lane in 0..LANES {
-            force[grain[lane] as usize] = [f64::from(sum_x[lane]), f64::from(sum_z[lane])];
-        }
-    }
-}
-
-#[inline(always)]
-fn gather_single(of: &[[f32; 2]], ids: &Lanes<u32>) -> (Lanes<f32>, Lanes<f32>) {
-    let (mut x, mut z) = ([0.0; LANES], [0.0; LANES]);
-    for lane in 0..LANES {
-        [x[lane], z[lane]] = of[ids[lane] as usize];
-    }
-    (x, z)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::Mode;
     use super::super::dynamics::Dynamics;
     use super::super::neighbours::Skin;
     use super::super::state::{Constants, State};
@@ -369,13 +255,6 @@ mod tests {
         force.iter().map(|f| f.map(f64::to_bits)).collect()
     }
 
-    /// The largest difference over the largest force.
-    fn difference(force: &[[f64; 2]], from: &[[f64; 2]]) -> f64 {
-        let largest = from.iter().flatten().fold(0.0f64, |a, b| a.max(b.abs()));
-        let pairs = force.iter().flatten().zip(from.iter().flatten());
-        pairs.fold(0.0f64, |a, (b, c)| a.max((b - c).abs())) / largest
-    }
-
     /// Moments of a pour in which grains touch; 3,001 of them, so that a group stays unfilled.
     fn moments(mut look: impl FnMut(&Dynamics)) {
         let scene = paper_scene(1, 3001);
@@ -383,7 +262,7 @@ mod tests {
         let bodies = initial_bodies(&scene);
         let skin = Skin::Adaptive { radius: 0.005 };
         let mut dynamics =
-            Dynamics::new(&bodies, None, &[], constants, skin, Mode::Exact).expect("a sound start");
+            Dynamics::new(&bodies, None, &[], constants, skin).expect("a sound start");
         for step in 1..=9000 {
             dynamics.step().expect("a sound step");
             if step % 3000 == 0 {
@@ -402,40 +281,17 @@ mod tests {
             let expected = reference(state, &dynamics.constants);
             touching += expected.iter().filter(|force| **force != [0.0; 2]).count();
             let mut force = vec![[f64::NAN; 2]; expected.len()];
-            sum_forces::<false>(&state.position, &neighbours.rows, &mut force);
+            sum_forces(&state.position, &neighbours.rows, &mut force);
             assert_eq!(
                 bits(&force),
                 bits(&expected),
                 "this machine's widest vectors"
             );
-            sum_forces_plain::<false>(&state.position, &neighbours.rows, &mut force);
+            sum_forces_plain(&state.position, &neighbours.rows, &mut force);
             assert_eq!(bits(&force), bits(&expected), "the plainest machine's code");
-            exact(&state.position, &neighbours.rows, &mut force);
+            without_avx512(&state.position, &neighbours.rows, &mut force);
             assert_eq!(bits(&force), bits(&expected), "as without 512-bit vectors");
         });
         assert!(touching > 1000, "{touching}");
-    }
-
-    #[test]
-    fn free_and_single_sums_differ_by_their_rounding_alone() {
-        moments(|dynamics| {
-            let Dynamics {
-                state, neighbours, ..
-            } = dynamics;
-            let (position, rows) = (&state.position, &neighbours.rows);
-            let expected = reference(state, &dynamics.constants);
-            let mut force = vec![[f64::NAN; 2]; expected.len()];
-            // Rounding of distances over overlaps: 1e-16·R/1e-5·R here, 6e-8 of the same in single.
-            sum_forces::<true>(position, rows, &mut force);
-            assert!(difference(&force, &expected) < 1.0e-10);
-            assert_ne!(bits(&force), bits(&expected));
-            sum_forces_plain::<true>(position, rows, &mut force);
-            assert!(difference(&force, &expected) < 1.0e-10);
-            let mut single = Single::default();
-            single.build(position, rows, 0.01);
-            single.sum_forces(position, rows, &mut force);
-            let found = difference(&force, &expected);
-            assert!(found < 1.0e-3 && found > 1.0e-8, "{found:e}");
-        });
     }
 }

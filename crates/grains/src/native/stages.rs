@@ -2,7 +2,6 @@
 
 use std::time::Instant;
 
-use super::Mode;
 use super::dynamics::Dynamics;
 use super::health::{self, Trouble};
 use super::neighbours::Skin;
@@ -21,8 +20,6 @@ pub struct Options {
     pub skin: Option<f64>,
     /// A deliberate fault.
     pub perturbation: Option<Perturbation>,
-    /// Whether it keeps YADE's bits.
-    pub mode: Mode,
 }
 
 /// Signals and signs of trouble are looked for every so many steps.
@@ -69,8 +66,7 @@ pub fn run(
         step: start.step,
         trouble,
     };
-    let mode = options.mode;
-    let dynamics = Dynamics::new(&bodies, punch, &start.memory, constants, skin, mode);
+    let dynamics = Dynamics::new(&bodies, punch, &start.memory, constants, skin);
     let mut runner = Runner {
         scene,
         options,

@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
 
-use super::Mode;
 use super::dynamics::{Clock, Dynamics, Part};
 use super::health::Trouble;
 use super::neighbours::Skin;
@@ -90,12 +89,11 @@ pub fn parts_of_a_step(
     model: &Model,
     bodies: &Bodies,
     radius: f64,
-    mode: Mode,
     steps: u64,
 ) -> Result<Clocked, Trouble> {
     let constants = Constants::new(model, bodies.len() as u32);
     let skin = Skin::Adaptive { radius };
-    let mut dynamics = Dynamics::new(bodies, None, &[], constants, skin, mode)?;
+    let mut dynamics = Dynamics::new(bodies, None, &[], constants, skin)?;
     let builds = dynamics.neighbours.builds;
     let mut clock = Watch::default();
     for _ in 0..steps {
