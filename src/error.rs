@@ -30,6 +30,9 @@ pub enum Error {
     Usage(String),
     #[error("asked to end; start the command again")]
     Interrupted,
+    /// What there is was kept.
+    #[error("{0}")]
+    Stopped(String),
     #[error("the report cannot be made: {0}")]
     Report(String),
     #[error(transparent)]
@@ -65,6 +68,8 @@ impl From<KeptError> for Error {
             KeptError::Engine(error) => Error::Engine(error),
             KeptError::Folder(error) => Error::Folder(error),
             KeptError::File(error) => Error::File(error),
+            other @ KeptError::NotResumed { .. } => Error::Usage(other.to_string()),
+            other @ KeptError::Interrupted { .. } => Error::Stopped(other.to_string()),
         }
     }
 }
@@ -99,7 +104,9 @@ impl Error {
             Error::Folder(error) => error.exit_code(),
             Error::Engine(error) => error.exit_code(),
             Error::File(error) => error.exit_code(),
-            Error::Output(_) | Error::Report(_) | Error::Interrupted => exit::TRY_AGAIN,
+            Error::Output(_) | Error::Report(_) | Error::Interrupted | Error::Stopped(_) => {
+                exit::TRY_AGAIN
+            }
         }
     }
 }

@@ -4,6 +4,7 @@
 pub mod export;
 pub mod folder;
 pub mod parts;
+mod resume;
 
 use std::path::{Path, PathBuf};
 
@@ -13,17 +14,17 @@ pub use crate::engine::EngineError;
 use crate::engine::exec::{self, log};
 use crate::engine::{ProgramError, yade};
 use crate::files::{FileError, folder_aside, keep_folder, write_beside};
-use crate::progress::{Display, say};
+use crate::progress::{self, Display, say};
 use crate::run::folder::record::{
-    EngineRecord, Protocol, RECORD_VERSION, RunRecord, Softened, StepChoice, TraceRow,
+    EngineRecord, GoingOn, Protocol, RECORD_VERSION, RunRecord, Softened, StepChoice, TraceRow,
 };
 use crate::run::folder::{FolderError, Moment, RunFolder};
 use grains::generate::initial_bodies;
 use grains::measure::{self, HistoryRow};
 use grains::model::ModelRecord;
-use grains::native;
+use grains::native::{self, NativeError, Trouble};
 use grains::scene::Scene;
-use grains::tables::{Bodies, Snapshot, Stage};
+use grains::tables::{Bodies, Snapshot, Stage, StopReason};
 use grains::task::{Observer, Outcome, Seen, Start, Task, Until};
 
 /// About so many grains are marked, evenly by id, and their paths kept in the trace.
@@ -48,11 +49,7 @@ pub fn bare(
     match engine {
         Engine::Native(options) => {
             let outcome = native::run(scene, task, options, observer)?;
-            let record = EngineRecord::Native {
-                version: env!("CARGO_PKG_VERSION").to_owned(),
-                perturbation: options.perturbation,
-            };
-            Ok((outcome, record, String::new()))
+            Ok((outcome, of_native(options), String::new()))
         }
         Engine::Yade(options) => {
             let run = yade::run(scene, task, options, work, observer)?;
@@ -75,6 +72,13 @@ pub fn bare(
     }
 }
 
+fn of_native(options: &native::Options) -> EngineRecord {
+    EngineRecord::Native {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        perturbation: options.perturbation,
+    }
+}
+
 /// Runs the scene from the poured cloud on and returns everything that a run folder holds.
 /// `progress` hears how far it is.
 pub fn recorded(
@@ -85,13 +89,24 @@ pub fn recorded(
     work: &Path,
     progress: &mut dyn FnMut(Stage, u64, f64),
 ) -> Result<RunFolder, EngineError> {
-    let task = match protocol {
-        Protocol::Whole => Task::whole(start),
-        Protocol::Steps { steps } => Task::pour(start, steps),
-        Protocol::Settled => Task::settle(start),
-    };
+    let task = protocol.task(start);
     let made = followed(scene, engine, &task, work, progress)?;
     Ok(made.folder(scene, engine, protocol, task.start.bodies))
+}
+
+/// Runs the task to its end and records it.
+fn followed(
+    scene: &Scene,
+    engine: &Engine,
+    task: &Task,
+    work: &Path,
+    progress: &mut dyn FnMut(Stage, u64, f64),
+) -> Result<Made, EngineError> {
+    let made = followed_so_far(scene, engine, task, work, progress)?;
+    match made.interrupted() {
+        Some(error) => Err(error.into()),
+        None => Ok(made),
+    }
 }
 
 /// What a run has made, from its first moment to its last.
@@ -103,8 +118,8 @@ struct Made {
     trace: Vec<TraceRow>,
 }
 
-/// Runs the task and records it.
-fn followed(
+/// Runs the task and records it; a run of the native engine that is asked to end, so far.
+fn followed_so_far(
     scene: &Scene,
     engine: &Engine,
     task: &Task,
@@ -120,8 +135,15 @@ fn followed(
             Until::Step(steps) => Some(steps),
             Until::EndOfSettling | Until::EndOfLoading => None,
         },
+        interrupted: None,
     };
-    let (outcome, engine, log) = bare(scene, engine, task, work, &mut recorder)?;
+    let run = bare(scene, engine, task, work, &mut recorder);
+    let (outcome, engine, log) = match (run, recorder.interrupted, engine) {
+        (Err(_), Some(outcome), Engine::Native(options)) => {
+            (outcome, of_native(options), String::new())
+        }
+        (run, _, _) => run?,
+    };
     Ok(Made {
         outcome,
         engine,
@@ -132,6 +154,16 @@ fn followed(
 }
 
 impl Made {
+    /// Where the native engine was asked to end, if it was.
+    fn interrupted(&self) -> Option<NativeError> {
+        let last = self.outcome.stages.last()?;
+        (last.stop == StopReason::Interrupted).then_some(NativeError {
+            stage: last.stage,
+            step: last.steps,
+            trouble: Trouble::Interrupted,
+        })
+    }
+
     fn folder(
         self,
         scene: &Scene,
@@ -140,6 +172,11 @@ impl Made {
         initial: Bodies,
     ) -> RunFolder {
         let outcome = self.outcome;
+        let is_native = matches!(engine, Engine::Native(_));
+        let going_on = is_native.then_some(GoingOn {
+            punch: outcome.last.punch,
+            seen: outcome.seen,
+        });
         // A bed that was settled at the very end of a run without loading is its last moment anyway.
         let settled = outcome.settled.map(Moment::from);
         let last = Moment::from(outcome.last);
@@ -147,7 +184,7 @@ impl Made {
             version: RECORD_VERSION,
             crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
             engine: self.engine,
-            model: ModelRecord::of(scene, matches!(engine, Engine::Native(_))),
+            model: ModelRecord::of(scene, is_native),
             scene_digest: scene.digest(),
             initial_digest: initial.digest(),
             protocol,
@@ -157,6 +194,7 @@ impl Made {
             softened: None,
             parts: None,
             stages: outcome.stages,
+            going_on,
             peak_memory: peak_memory(),
             measures: measure::all(scene, settled.as_ref().map(Moment::bed), last.bed()),
         };
@@ -179,6 +217,7 @@ struct Recorder<'a> {
     trace: Vec<TraceRow>,
     progress: &'a mut dyn FnMut(Stage, u64, f64),
     steps: Option<u64>,
+    interrupted: Option<Outcome>,
 }
 
 impl Observer for Recorder<'_> {
@@ -203,6 +242,10 @@ impl Observer for Recorder<'_> {
             None => share,
         };
         (self.progress)(stage, step, share.clamp(0.0, 1.0).abs());
+    }
+
+    fn interrupted(&mut self, outcome: Outcome) {
+        self.interrupted = Some(outcome);
     }
 }
 
@@ -249,6 +292,17 @@ pub enum KeptError {
     Folder(#[from] FolderError),
     #[error(transparent)]
     File(#[from] FileError),
+    #[error("{} cannot go on: {reason}", path.display())]
+    NotResumed { path: PathBuf, reason: String },
+    #[error(
+        "it was asked to end in step {step} of stage {}, and {} has what there is; go on with crossgrain run SCENE --engine native \
+         --from-state {} --out DIR", .stage.name(), out.display(), out.display()
+    )]
+    Interrupted {
+        stage: Stage,
+        step: u64,
+        out: PathBuf,
+    },
 }
 
 /// Runs the scene and writes its folder. When YADE fails, its log is kept beside.
@@ -270,6 +324,10 @@ pub struct Preparation {
     pub step_choice: Option<StepChoice>,
     /// Grains that were poured softly, with what that took; else the scene's cloud is the start.
     pub softened: Option<(Softened, Bodies)>,
+    /// Whether a run that is asked to end is written so far.
+    pub keeps: bool,
+    /// The run that goes on, and where it is.
+    pub before: Option<(RunFolder, PathBuf)>,
 }
 
 /// The same after a preparation.
@@ -283,6 +341,23 @@ pub fn prepared(
 ) -> Result<RunFolder, KeptError> {
     let task = display.task(&name(engine));
     let work = folder_aside(out)?;
+    if let Some((before, path)) = preparation.before {
+        let not_resumed = |reason| KeptError::NotResumed { path, reason };
+        let Engine::Native(options) = engine else {
+            let reason = "only the native engine goes on from a state".to_owned();
+            return Err(not_resumed(reason));
+        };
+        let rest = resume::rest(&before, scene, options, protocol);
+        let (rest, made) = rest.map_err(not_resumed)?;
+        let mut progress = |stage, step, share| task.run(stage, step, share);
+        let rest = followed_so_far(scene, engine, &rest, work.path(), &mut progress);
+        let made = made.and(rest.inspect_err(|_| task.done("failed"))?);
+        let mut run = made.folder(scene, engine, protocol, before.initial);
+        run.record.parts = Some(before.record.parts.unwrap_or(1) + 1);
+        run.record.step_choice = before.record.step_choice;
+        run.record.softened = before.record.softened;
+        return kept(run, out, &task);
+    }
     let (softened, bodies) = match preparation.softened {
         Some((softened, bodies)) => (Some(softened), bodies),
         None => (None, initial_bodies(scene)),
@@ -290,13 +365,24 @@ pub fn prepared(
     let start = Start {
         seen: Seen {
             energy: softened.as_ref().map_or(0.0, |of| of.energy_seen),
-            standing_since: None,
+            ..Seen::default()
         },
         ..bodies.into()
     };
     let mut progress = |stage, step, share| task.run(stage, step, share);
-    let run = recorded(scene, engine, protocol, start, work.path(), &mut progress);
-    let mut run = match run {
+    let follow = match preparation.keeps {
+        true => followed_so_far,
+        false => followed,
+    };
+    let bodies = start.bodies.clone();
+    let made = follow(
+        scene,
+        engine,
+        &protocol.task(start),
+        work.path(),
+        &mut progress,
+    );
+    let mut run = match made.map(|made| made.folder(scene, engine, protocol, bodies)) {
         Ok(run) => run,
         Err(error) => {
             task.done("failed");
@@ -310,9 +396,21 @@ pub fn prepared(
         *command = command.replace(" --out ", " --reduced-stiffness --out ");
     }
     run.record.softened = softened;
+    kept(run, out, &task)
+}
+
+/// Writes the folder, also of a run that was asked to end.
+fn kept(run: RunFolder, out: &Path, task: &progress::Task) -> Result<RunFolder, KeptError> {
     run.write(out)?;
     task.done(&run.stages_in_words());
-    Ok(run)
+    match run.record.stages.last() {
+        Some(last) if last.stop == StopReason::Interrupted => Err(KeptError::Interrupted {
+            stage: last.stage,
+            step: last.steps,
+            out: out.to_owned(),
+        }),
+        _ => Ok(run),
+    }
 }
 
 /// A run, for whoever waits for it.

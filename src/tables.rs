@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::exit;
 use crate::files::{FileError, read_text, write_whole};
-use grains::tables::{Bodies, BodyIds, Contact, tangential};
+use grains::tables::{Bodies, BodyIds, Contact, Remembered, tangential};
 
 /// The most text of a row, bytes: nine numbers and their separators, with room to spare.
 const LONGEST_ROW: u64 = 300;
@@ -243,6 +243,52 @@ pub fn read_contacts(path: &Path, ids: BodyIds) -> Result<Vec<Contact>, TableErr
         });
     }
     Ok(contacts)
+}
+
+#[derive(Serialize, Deserialize)]
+struct MemoryRow {
+    id1: u32,
+    id2: u32,
+    nx: f64,
+    nz: f64,
+    sx: f64,
+    sz: f64,
+}
+
+/// Writes what contacts remember with the columns `id1,id2,nx,nz,sx,sz`.
+pub fn write_memory(path: &Path, memory: &[Remembered]) -> Result<(), TableError> {
+    let rows = memory.iter().map(|of| MemoryRow {
+        id1: of.id1,
+        id2: of.id2,
+        nx: of.normal[0],
+        nz: of.normal[1],
+        sx: of.shear[0],
+        sz: of.shear[1],
+    });
+    write_rows(path, &["id1", "id2", "nx", "nz", "sx", "sz"], rows)
+}
+
+/// Reads what these contacts remember, in their order and with their normals.
+pub fn read_memory(path: &Path, contacts: &[Contact]) -> Result<Vec<Remembered>, TableError> {
+    let rows: Vec<MemoryRow> = read_rows(path, room_for(contacts.len() as u64))?;
+    let memory = rows.iter().map(|of| Remembered {
+        id1: of.id1,
+        id2: of.id2,
+        normal: [of.nx, of.nz],
+        shear: [of.sx, of.sz],
+    });
+    let memory: Vec<Remembered> = memory.collect();
+    let fits = |(of, contact): (&Remembered, &Contact)| {
+        (of.id1, of.id2, of.normal) == (contact.id1, contact.id2, contact.normal)
+            && of.shear.iter().all(|force| force.is_finite())
+    };
+    if memory.len() != contacts.len() || !memory.iter().zip(contacts).all(fits) {
+        return Err(TableError::Format {
+            path: path.to_owned(),
+            reason: "it does not belong to the table of contacts".to_owned(),
+        });
+    }
+    Ok(memory)
 }
 
 /// Writes rows under this header, which has their field names in order.

@@ -267,7 +267,7 @@ fn the_settle_rule_counts_the_energy_that_was_seen_before() {
         let start = Start {
             seen: Seen {
                 energy: 1.0e9,
-                standing_since: None,
+                ..Seen::default()
             },
             ..initial_bodies(&scene).into()
         };

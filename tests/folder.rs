@@ -123,9 +123,9 @@ fn a_killed_run_leaves_no_folder_under_its_name() {
     assert!(!folder.path().join("out").exists());
 }
 
-/// Asked to end, a run leaves nothing at all and says that it may be tried again.
+/// Asked to end, a run leaves the folder from which it can go on and nothing else.
 #[test]
-fn a_run_that_is_asked_to_end_cleans_up_and_exits_with_75() {
+fn a_run_that_is_asked_to_end_is_kept_and_exits_with_75() {
     let (folder, mut child) = endless_run();
     let asked = std::process::Command::new("kill")
         .args(["-TERM", &child.id().to_string()])
@@ -135,7 +135,12 @@ fn a_run_that_is_asked_to_end_cleans_up_and_exits_with_75() {
     let status = child.wait().expect("an ended child");
     assert_eq!(status.code(), Some(75));
     let left = fs::read_dir(folder.path()).expect("a folder").count();
-    assert_eq!(left, 1, "the scene and nothing else");
+    assert_eq!(left, 2, "the scene, the run and nothing else");
+    let run = RunFolder::read(&folder.path().join("out")).expect("a run folder");
+    assert_eq!(
+        run.record.stop(),
+        Some(grains::tables::StopReason::Interrupted)
+    );
 }
 
 /// Does something bad to a sound folder and returns exit code and message of a comparison with it.

@@ -23,6 +23,7 @@ mod tables;
 
 mod measure;
 mod parts;
+mod resume;
 
 mod paper;
 

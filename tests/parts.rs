@@ -151,7 +151,7 @@ fn the_settle_rule_counts_the_energy_that_was_seen_before() {
         let start = Start {
             seen: Seen {
                 energy,
-                standing_since: None,
+                ..Seen::default()
             },
             ..poured(&scene, 5000)
         };

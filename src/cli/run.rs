@@ -76,6 +76,10 @@ pub struct Arguments {
     /// `scene paper --fast` the fast protocol, which the trade-off study recommends
     #[arg(long)]
     reduced_stiffness: bool,
+    /// Native: go on from this run folder. A run that was interrupted or stopped at a step goes on to its end, with the bits of
+    /// the whole run; a settled bed is loaded as the scene says
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["seed", "auto_step", "reduced_stiffness"])]
+    from_state: Option<PathBuf>,
     #[command(flatten)]
     yade: YadeArguments,
     /// No progress
@@ -177,11 +181,17 @@ impl Arguments {
             None if self.until == LastStage::Settled => Protocol::Settled,
             None => Protocol::Whole,
         };
+        let before = match &self.from_state {
+            Some(path) => Some((RunFolder::read(path)?, path.clone())),
+            None => None,
+        };
         let display = Display::new(self.quiet);
         let choice = self.choose_step(&mut scene, &display)?;
         let preparation = Preparation {
             step_choice: choice,
             softened: self.deposit(&scene, &engine)?,
+            keeps: true,
+            before,
         };
         clear(&self.out, RECORD)?;
         let run = prepared(&scene, preparation, &engine, protocol, &self.out, &display)?;

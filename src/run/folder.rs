@@ -1,7 +1,8 @@
 //! The run folder: what a run leaves behind, and how it is read back without trust; and a scene as a file.
 //!
 //! `scene.json`, `run.json`, `initial.csv`, `bodies.csv`, `contacts.csv`, `history.csv`, `trace.csv`,
-//! for a run with loading also `settled-bodies.csv` and `settled-contacts.csv`, for YADE `yade.log`, for an external engine
+//! for a run with loading also `settled-bodies.csv` and `settled-contacts.csv`, of contacts with friction `memory.csv` and
+//! `settled-memory.csv`, for YADE `yade.log`, for an external engine
 //! `engine.log`. Any of the tables may be packed, with `.gz` after its name.
 
 pub mod record;
@@ -17,7 +18,7 @@ use crate::tables::{self as text, TableError, parse_rows};
 use grains::measure::{self, Bed, HistoryRow, Quantity};
 use grains::model::rotates;
 use grains::scene::{Scene, SceneError, parse_scene};
-use grains::tables::{Bodies, BodyIds, Contact, Snapshot, Stage};
+use grains::tables::{Bodies, BodyIds, Contact, Remembered, Snapshot, Stage};
 use grains::task::{StageReport, moments};
 
 /// Grains and contacts at one moment.
@@ -26,6 +27,8 @@ pub struct Moment {
     pub bodies: Bodies,
     /// All contacts, sorted by ids.
     pub contacts: Vec<Contact>,
+    /// What they remember, in the same order; empty without friction, and of engines that do not tell.
+    pub memory: Vec<Remembered>,
 }
 
 impl Moment {
@@ -42,6 +45,7 @@ impl From<Snapshot> for Moment {
         Moment {
             bodies: snapshot.bodies,
             contacts: snapshot.contacts,
+            memory: snapshot.memory,
         }
     }
 }
@@ -148,11 +152,15 @@ impl RunFolder {
         };
         json("scene.json", serde_json::to_string_pretty(&self.scene))?;
         text::write_bodies(&folder.join("initial.csv"), &self.initial)?;
-        text::write_bodies(&folder.join("bodies.csv"), &self.last.bodies)?;
-        text::write_contacts(&folder.join("contacts.csv"), &self.last.contacts)?;
-        if let Some(settled) = &self.settled {
-            text::write_bodies(&folder.join("settled-bodies.csv"), &settled.bodies)?;
-            text::write_contacts(&folder.join("settled-contacts.csv"), &settled.contacts)?;
+        let moments = [("", Some(&self.last)), ("settled-", self.settled.as_ref())];
+        for (prefix, moment) in moments {
+            let Some(moment) = moment else { continue };
+            let path = |name: &str| folder.join(format!("{prefix}{name}.csv"));
+            text::write_bodies(&path("bodies"), &moment.bodies)?;
+            text::write_contacts(&path("contacts"), &moment.contacts)?;
+            if !moment.memory.is_empty() {
+                text::write_memory(&path("memory"), &moment.memory)?;
+            }
         }
         let (history, trace) = (folder.join("history.csv"), folder.join("trace.csv"));
         text::write_rows(&history, HistoryRow::HEADER, self.history.iter())?;
@@ -218,7 +226,16 @@ impl RunFolder {
             ensure(same, &format!("{prefix}bodies.csv {why}"))?;
             let contacts = packed(path, &format!("{prefix}contacts.csv"));
             let contacts = text::read_contacts(&contacts, BodyIds::of_box(count))?;
-            Ok(Moment { bodies, contacts })
+            let memory = packed(path, &format!("{prefix}memory.csv"));
+            let memory = match memory.is_file() {
+                true => text::read_memory(&memory, &contacts)?,
+                false => Vec::new(),
+            };
+            Ok(Moment {
+                bodies,
+                contacts,
+                memory,
+            })
         };
         let last = moment_in("")?;
         let loaded = record.stages.iter().any(|of| of.stage == Stage::Load);

@@ -223,7 +223,7 @@ impl Made {
                 Some(Start {
                     seen: Seen {
                         energy: looks.map(|row| row.kinetic_energy).fold(0.0, f64::max),
-                        standing_since: None,
+                        ..Seen::default()
                     },
                     ..last.clone().into()
                 })
@@ -233,7 +233,7 @@ impl Made {
     }
 
     /// Both as one run; `after` has gone on where this one has ended.
-    fn and(mut self, after: Made) -> Made {
+    pub(super) fn and(mut self, after: Made) -> Made {
         let last = &self.outcome.last;
         let seam = (last.stage, last.step);
         let rows = after.history.into_iter();
@@ -258,8 +258,9 @@ impl Made {
         }
         let last = std::mem::replace(&mut self.outcome.last, after.outcome.last);
         let is_settled = seam.0 == Stage::Settle && self.outcome.last.stage == Stage::Load;
-        let settled = after.outcome.settled;
-        self.outcome.settled = settled.or(is_settled.then_some(last));
+        let settled = after.outcome.settled.or(is_settled.then_some(last));
+        self.outcome.settled = settled.or(self.outcome.settled);
+        self.outcome.seen = after.outcome.seen;
         self
     }
 }

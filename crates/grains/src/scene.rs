@@ -315,6 +315,19 @@ impl Scene {
         Cow::Owned(scene)
     }
 
+    /// Whether pouring is the same: all but the load, what is measured, and words.
+    pub fn pours_like(&self, other: &Scene) -> bool {
+        let mut measurement = self.measurement.clone();
+        measurement.history_every = other.measurement.history_every;
+        let other = Scene {
+            loading: self.loading.clone(),
+            control_points: self.control_points.clone(),
+            measurement,
+            ..other.clone()
+        };
+        self.digest() == other.digest()
+    }
+
     /// Whether loading has constants of its own.
     pub fn has_stages(&self) -> bool {
         let of = &self.loading;

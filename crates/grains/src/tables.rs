@@ -213,7 +213,8 @@ impl Stage {
 }
 
 /// The rigid punch at one moment.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Punch {
     /// Centre of the rectangle, m.
     pub centre: [f64; 2],
@@ -319,6 +320,8 @@ pub enum StopReason {
     StepsDone,
     /// The most steps that the scene allows are done and the rule does not hold.
     MaxSteps,
+    /// It was asked to end.
+    Interrupted,
 }
 
 /// SHA-256 of these bytes.

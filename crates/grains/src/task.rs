@@ -44,6 +44,9 @@ pub struct Seen {
     /// The step in which the force was reached and the punch stopped.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub standing_since: Option<u64>,
+    /// The rule held, and the stage went on because so many steps were asked for.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub held: bool,
 }
 
 impl Start {
@@ -125,6 +128,11 @@ pub trait Observer {
     /// How far the stage is: its step, and roughly which share of it is done (0 to 1).
     fn progress(&mut self, stage: Stage, step: u64, share: f64) {
         let _ = (stage, step, share);
+    }
+
+    /// What there is of a run that is asked to end before its end.
+    fn interrupted(&mut self, outcome: Outcome) {
+        let _ = outcome;
     }
 }
 

@@ -7,8 +7,8 @@ use grains::measure;
 use grains::model::ModelRecord;
 use grains::native::Perturbation;
 use grains::native::pouring::Phase;
-use grains::tables::{Stage, StopReason};
-use grains::task::StageReport;
+use grains::tables::{Punch, Stage, StopReason};
+use grains::task::{Seen, StageReport, Start, Task};
 
 /// The version of `run.json` that this program writes and reads.
 pub const RECORD_VERSION: u32 = 4;
@@ -97,6 +97,17 @@ pub enum Protocol {
     Settled,
 }
 
+impl Protocol {
+    /// What an engine is asked.
+    pub fn task(self, start: impl Into<Start>) -> Task {
+        match self {
+            Protocol::Whole => Task::whole(start),
+            Protocol::Steps { steps } => Task::pour(start, steps),
+            Protocol::Settled => Task::settle(start),
+        }
+    }
+}
+
 impl std::fmt::Display for Protocol {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -151,11 +162,22 @@ pub struct RunRecord {
     pub parts: Option<usize>,
     /// Times are summed over the parts.
     pub stages: Vec<StageReport>,
+    /// What a run of the native engine goes on with, besides the tables.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub going_on: Option<GoingOn>,
     /// Largest resident memory of the crossgrain process up to the end of the run, bytes, where the
     /// system tells; YADE's own is not in it.
     pub peak_memory: Option<u64>,
     /// Every measure of the settled and the last bed.
     pub measures: Vec<measure::Quantity>,
+}
+
+/// The state of a run at its end, besides the tables.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GoingOn {
+    pub punch: Option<Punch>,
+    pub seen: Seen,
 }
 
 /// How an automatic time step was chosen: a share of the largest stable step that a probe of the scene showed.

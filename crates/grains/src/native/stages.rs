@@ -77,6 +77,7 @@ pub fn run(
         given: &start.bodies,
         energy_limit: 0.0,
         seen: start.seen,
+        settled: None,
         slowness: options
             .perturbation
             .and_then(Perturbation::slowed)
@@ -112,6 +113,7 @@ struct Runner<'a> {
     given: &'a Bodies,
     energy_limit: f64,
     seen: Seen,
+    settled: Option<Snapshot>,
     /// Asked for as a fault.
     slowness: Option<Slowness>,
     reports: Vec<StageReport>,
@@ -119,7 +121,6 @@ struct Runner<'a> {
 
 impl Runner<'_> {
     fn run(mut self, task: &Task) -> Result<Outcome, NativeError> {
-        let mut settled = None;
         let exactly = match task.until {
             Until::Step(step) => Some(step),
             Until::EndOfSettling | Until::EndOfLoading => None,
@@ -127,9 +128,9 @@ impl Runner<'_> {
         if self.stage == Stage::Settle {
             let stop = self.stage_loop(exactly, Self::settle_rule)?;
             if stop != StopReason::Settled || task.until == Until::EndOfSettling {
-                return Ok(self.outcome(None));
+                return Ok(self.outcome());
             }
-            settled = Some(self.snapshot());
+            self.settled = Some(self.snapshot());
             self.stage = Stage::Load;
             self.step = 0;
             self.seen = Seen::default();
@@ -138,7 +139,7 @@ impl Runner<'_> {
             self.lower_punch()?;
         }
         self.stage_loop(exactly, Self::load_rule)?;
-        Ok(self.outcome(settled))
+        Ok(self.outcome())
     }
 
     fn stage_loop(
@@ -152,7 +153,10 @@ impl Runner<'_> {
         let mut observed = self.step;
         let stop = loop {
             if exactly.is_some_and(|steps| self.step >= steps) {
-                break StopReason::StepsDone;
+                break match asked_to_end() {
+                    true => StopReason::Interrupted,
+                    false => StopReason::StepsDone,
+                };
             }
             if (self.stage, self.step) == (Stage::Load, 0) && self.scene.has_stages() {
                 self.change_constants()?;
@@ -161,10 +165,11 @@ impl Runner<'_> {
                 .step()
                 .map_err(|trouble| self.error(self.step + 1, trouble))?;
             self.step += 1;
-            if let Some(stop) = rule(self)
-                && exactly.is_none()
-            {
-                break stop;
+            if let Some(stop) = rule(self) {
+                if exactly.is_none() {
+                    break stop;
+                }
+                self.seen.held = true;
             }
             if self.step.is_multiple_of(every) {
                 self.observe()?;
@@ -172,6 +177,9 @@ impl Runner<'_> {
             }
             if self.step.is_multiple_of(LOOK_UP_EVERY) {
                 self.look_up()?;
+                if asked_to_end() {
+                    break StopReason::Interrupted;
+                }
             }
         };
         self.look_up()?;
@@ -185,6 +193,11 @@ impl Runner<'_> {
             wall_seconds: wall.elapsed().as_secs_f64(),
             cpu_seconds: cpu.elapsed().as_secs_f64(),
         });
+        if stop == StopReason::Interrupted {
+            let outcome = self.outcome();
+            self.observer.interrupted(outcome);
+            return Err(self.error(self.step, Trouble::Interrupted));
+        }
         Ok(stop)
     }
 
@@ -256,7 +269,7 @@ impl Runner<'_> {
         Ok(())
     }
 
-    /// Ends the run if it was asked to end or has gone wrong.
+    /// Ends the run if it has gone wrong.
     fn look_up(&mut self) -> Result<(), NativeError> {
         if let Some(slowness) = &mut self.slowness {
             slowness.stretch();
@@ -264,13 +277,8 @@ impl Runner<'_> {
         let Dynamics {
             state, constants, ..
         } = &self.dynamics;
-        let found = if asked_to_end() {
-            Err(Trouble::Interrupted)
-        } else {
-            health::check(state, constants).and_then(|()| {
-                health::check_energy(state, state.kinetic_energy(), self.energy_limit)
-            })
-        };
+        let found = health::check(state, constants)
+            .and_then(|()| health::check_energy(state, state.kinetic_energy(), self.energy_limit));
         found.map_err(|trouble| self.error(self.step, trouble))
     }
 
@@ -312,12 +320,11 @@ impl Runner<'_> {
         snapshot
     }
 
-    fn outcome(self, settled: Option<Snapshot>) -> Outcome {
-        let last = self.snapshot();
+    fn outcome(&self) -> Outcome {
         Outcome {
-            stages: self.reports,
-            settled,
-            last,
+            stages: self.reports.clone(),
+            settled: self.settled.clone(),
+            last: self.snapshot(),
             seen: self.seen,
         }
     }

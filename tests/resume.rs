@@ -1,0 +1,174 @@
+//! Runs that go on from a folder: what comes out has the bits of the whole run, friction's memory included.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
+
+use crate::support::{STAGES, crossgrain, folder_with, frictional_scene, staged_scene, told};
+use crate::support::{small_scene, write_scene};
+
+/// What a run has made; times and the number of parts belong to how it was made.
+const TABLES: [&str; 8] = [
+    "bodies.csv",
+    "contacts.csv",
+    "memory.csv",
+    "settled-bodies.csv",
+    "settled-contacts.csv",
+    "settled-memory.csv",
+    "history.csv",
+    "trace.csv",
+];
+
+fn assert_same_tables(folder: &Path, a: &str, b: &str) {
+    for table in TABLES {
+        let [a, b] = [a, b].map(|run| fs::read(folder.join(run).join(table)).ok());
+        assert!(a == b, "{table}");
+    }
+}
+
+fn run(folder: &Path, scene: &str, out: &str, more: &[&str]) -> (i32, String, String) {
+    let mut words = vec!["run", scene, "--engine", "native", "--quiet", "--out", out];
+    words.extend(more);
+    told(&crossgrain(&words, folder))
+}
+
+#[test]
+fn a_run_with_friction_goes_on_from_any_step_of_pouring() {
+    let mut scene = frictional_scene();
+    scene.measurement.history_every = 700;
+    let (folder, _) = folder_with(&scene);
+    let folder = folder.path();
+    let ran = run(folder, "scene.json", "whole", &[]);
+    assert_eq!(ran.0, 0, "{}", ran.2);
+    assert!(folder.join("whole/settled-memory.csv").is_file());
+    let mut before = None;
+    for steps in ["1", "6300", "8001", "end"] {
+        let mut more = before.map_or(vec![], |state| vec!["--from-state", state]);
+        if steps != "end" {
+            more.extend(["--steps", steps]);
+        }
+        let (code, _, errors) = run(folder, "scene.json", steps, &more);
+        assert_eq!(code, 0, "{errors}");
+        before = Some(steps);
+    }
+    assert_same_tables(folder, "whole", "end");
+    let record = fs::read_to_string(folder.join("end/run.json")).expect("a record");
+    assert!(record.contains("\"parts\": 4"), "{record}");
+}
+
+/// Asked to end again and again, in both stages, it comes to the same end.
+#[test]
+fn an_interrupted_run_is_kept_and_goes_on() {
+    let mut scene = small_scene();
+    scene.material.friction_angle = 0.5;
+    scene.loading.speed *= 0.1;
+    let (folder, _) = folder_with(&scene);
+    let folder = folder.path();
+    let ran = run(folder, "scene.json", "whole", &[]);
+    assert_eq!(ran.0, 0, "{}", ran.2);
+    let (mut before, mut stages) = (String::new(), Vec::new());
+    for part in 0..100 {
+        let out = format!("part-{part}");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_crossgrain"));
+        command
+            .args(["run", "scene.json", "--engine", "native", "--out", &out])
+            .current_dir(folder)
+            .stderr(Stdio::piped());
+        if !before.is_empty() {
+            command.args(["--from-state", &before]);
+        }
+        let child = command.spawn().expect("the program starts");
+        sleep(Duration::from_millis(100 + 60 * part));
+        let kill = Command::new("kill").arg(child.id().to_string()).status();
+        assert!(kill.is_ok());
+        let (code, _, errors) = told(&child.wait_with_output().expect("it ends"));
+        if code == 0 {
+            assert_same_tables(folder, "whole", &out);
+            break;
+        }
+        // Without a folder the signal came before the program listened to it.
+        if folder.join(&out).exists() {
+            assert_eq!(code, 75, "{errors}");
+            assert!(errors.contains(&format!("--from-state {out}")), "{errors}");
+            stages.push(errors.contains("stage load"));
+            before = out;
+        }
+    }
+    assert!(stages.contains(&true), "{stages:?}");
+}
+
+#[test]
+fn another_load_on_a_settled_bed_is_the_whole_run_of_its_scene() {
+    for (name, changes, _, _) in STAGES {
+        let scene = staged_scene(changes);
+        let (folder, _) = folder_with(&scene);
+        let folder = folder.path();
+        let mut other = scene.clone();
+        other.loading.speed *= 0.5;
+        other.loading.pressure *= 0.8;
+        write_scene(&other, &folder.join("other.json"));
+        for (scene, out, more) in [
+            ("scene.json", "settled", ["--until", "settled"]),
+            ("other.json", "whole", ["--until", "loaded"]),
+            ("other.json", "loaded", ["--from-state", "settled"]),
+        ] {
+            let (code, _, errors) = run(folder, scene, out, &more);
+            assert_eq!(code, 0, "{name}: {errors}");
+        }
+        assert_same_tables(folder, "whole", "loaded");
+    }
+}
+
+#[test]
+fn what_cannot_go_on_says_why() {
+    let scene = frictional_scene();
+    let (folder, _) = folder_with(&scene);
+    let folder = folder.path();
+    let mut other = scene.clone();
+    other.material.friction_angle = 0.3;
+    write_scene(&other, &folder.join("other.json"));
+    assert_eq!(run(folder, "scene.json", "whole", &[]).0, 0);
+    let refused = |scene: &str, more: &[&str], why: &str| {
+        let more: Vec<&str> = ["--from-state", "whole"]
+            .iter()
+            .chain(more)
+            .copied()
+            .collect();
+        let (code, _, errors) = run(folder, scene, "out", &more);
+        assert_eq!(code, 2, "{errors}");
+        assert!(errors.contains(why), "{errors}");
+        assert!(!folder.join("out").exists());
+    };
+    refused("scene.json", &[], "it is at its end");
+    refused("other.json", &[], "poured in another way");
+    assert_eq!(
+        run(folder, "scene.json", "beyond", &["--steps", "40000"]).0,
+        0
+    );
+    let beyond = run(folder, "scene.json", "out", &["--from-state", "beyond"]);
+    assert_eq!(beyond.0, 2);
+    assert!(
+        beyond.2.contains("beyond the rule of its stage"),
+        "{}",
+        beyond.2
+    );
+    refused(
+        "scene.json",
+        &["--perturb", "friction=1e-3"],
+        "another --perturb",
+    );
+    let memory = folder.join("whole/memory.csv");
+    let text = fs::read_to_string(&memory).expect("a table");
+    let cut: String = text.split_inclusive('\n').skip(1).collect();
+    let header = text.lines().next().expect("a header");
+    let shorter: String = cut.split_inclusive('\n').skip(1).collect();
+    fs::write(&memory, format!("{header}\n{shorter}")).expect("writable");
+    let (code, _, errors) = run(folder, "scene.json", "out", &["--from-state", "whole"]);
+    assert_ne!(code, 0);
+    assert!(
+        errors.contains("does not belong to the table of contacts"),
+        "{errors}"
+    );
+}
