@@ -16,7 +16,7 @@ use crate::engine::{ProgramError, yade};
 use crate::files::{FileError, folder_aside, keep_folder, write_beside};
 use crate::progress::{self, Display, say};
 use crate::run::folder::record::{
-    EngineRecord, GoingOn, Protocol, RECORD_VERSION, RunRecord, Softened, StepChoice, TraceRow,
+    EngineRecord, Protocol, RECORD_VERSION, Restart, RunRecord, Softened, StepChoice, TraceRow,
 };
 use crate::run::folder::{FolderError, Moment, RunFolder};
 use grains::generate::initial_bodies;
@@ -90,23 +90,8 @@ pub fn recorded(
     progress: &mut dyn FnMut(Stage, u64, f64),
 ) -> Result<RunFolder, EngineError> {
     let task = protocol.task(start);
-    let made = followed(scene, engine, &task, work, progress)?;
+    let made = followed(scene, engine, &task, work, progress)?.whole()?;
     Ok(made.folder(scene, engine, protocol, task.start.bodies))
-}
-
-/// Runs the task to its end and records it.
-fn followed(
-    scene: &Scene,
-    engine: &Engine,
-    task: &Task,
-    work: &Path,
-    progress: &mut dyn FnMut(Stage, u64, f64),
-) -> Result<Made, EngineError> {
-    let made = followed_so_far(scene, engine, task, work, progress)?;
-    match made.interrupted() {
-        Some(error) => Err(error.into()),
-        None => Ok(made),
-    }
 }
 
 /// What a run has made, from its first moment to its last.
@@ -119,7 +104,7 @@ struct Made {
 }
 
 /// Runs the task and records it; a run of the native engine that is asked to end, so far.
-fn followed_so_far(
+fn followed(
     scene: &Scene,
     engine: &Engine,
     task: &Task,
@@ -154,14 +139,20 @@ fn followed_so_far(
 }
 
 impl Made {
-    /// Where the native engine was asked to end, if it was.
-    fn interrupted(&self) -> Option<NativeError> {
-        let last = self.outcome.stages.last()?;
-        (last.stop == StopReason::Interrupted).then_some(NativeError {
-            stage: last.stage,
-            step: last.steps,
-            trouble: Trouble::Interrupted,
-        })
+    /// An error where the native engine was asked to end.
+    fn whole(self) -> Result<Self, EngineError> {
+        match self.outcome.stages.last() {
+            Some(last) if last.stop == StopReason::Interrupted => {
+                let (stage, step, trouble) = (last.stage, last.steps, Trouble::Interrupted);
+                Err(NativeError {
+                    stage,
+                    step,
+                    trouble,
+                }
+                .into())
+            }
+            _ => Ok(self),
+        }
     }
 
     fn folder(
@@ -173,7 +164,7 @@ impl Made {
     ) -> RunFolder {
         let outcome = self.outcome;
         let is_native = matches!(engine, Engine::Native(_));
-        let going_on = is_native.then_some(GoingOn {
+        let restart = is_native.then_some(Restart {
             punch: outcome.last.punch,
             seen: outcome.seen,
         });
@@ -194,7 +185,7 @@ impl Made {
             softened: None,
             parts: None,
             stages: outcome.stages,
-            going_on,
+            restart,
             peak_memory: peak_memory(),
             measures: measure::all(scene, settled.as_ref().map(Moment::bed), last.bed()),
         };
@@ -350,7 +341,7 @@ pub fn prepared(
         let rest = resume::rest(&before, scene, options, protocol);
         let (rest, made) = rest.map_err(not_resumed)?;
         let mut progress = |stage, step, share| task.run(stage, step, share);
-        let rest = followed_so_far(scene, engine, &rest, work.path(), &mut progress);
+        let rest = followed(scene, engine, &rest, work.path(), &mut progress);
         let made = made.and(rest.inspect_err(|_| task.done("failed"))?);
         let mut run = made.folder(scene, engine, protocol, before.initial);
         run.record.parts = Some(before.record.parts.unwrap_or(1) + 1);
@@ -370,18 +361,13 @@ pub fn prepared(
         ..bodies.into()
     };
     let mut progress = |stage, step, share| task.run(stage, step, share);
-    let follow = match preparation.keeps {
-        true => followed_so_far,
-        false => followed,
-    };
     let bodies = start.bodies.clone();
-    let made = follow(
-        scene,
-        engine,
-        &protocol.task(start),
-        work.path(),
-        &mut progress,
-    );
+    let task_of = protocol.task(start);
+    let made = followed(scene, engine, &task_of, work.path(), &mut progress);
+    let made = match preparation.keeps {
+        true => made,
+        false => made.and_then(Made::whole),
+    };
     let mut run = match made.map(|made| made.folder(scene, engine, protocol, bodies)) {
         Ok(run) => run,
         Err(error) => {

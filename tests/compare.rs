@@ -3,13 +3,18 @@
 use crossgrain::checks::Outcome;
 use crossgrain::compare::first_difference::Locator;
 use crossgrain::compare::{Comparison, compare};
+use crossgrain::engine::Part;
+use crossgrain::engine::exec::Description;
 use crossgrain::run::folder::RunFolder;
-use crossgrain::run::folder::record::Protocol;
+use crossgrain::run::folder::record::{EngineRecord, Protocol};
 use grains::tables::Stage;
 use verdict::judge::Verdict;
 
 use crate::support::engines::{changed_toy, narrow_scene, program};
-use crate::support::{crossgrain, faulty, folder_with, native_run, small_scene, sound, told};
+use crate::support::{
+    STAGES, crossgrain, faulty, folder_with, frictional_scene, native_run, small_scene, sound,
+    staged_scene, told,
+};
 
 const POUR: Protocol = Protocol::Steps { steps: 4000 };
 
@@ -256,4 +261,31 @@ fn where_first_steps_are_not_looked_at_the_verdict_is_open() {
         said.contains("undecided") && said.contains("cases"),
         "{said}"
     );
+}
+
+/// First steps have one model, so the change between the stages is left open where the bits do not show it.
+#[test]
+fn a_change_of_constants_in_an_external_engine_is_not_agreed_on_unseen() {
+    let (_, changes, _, _) = STAGES[0];
+    for scene in [frictional_scene(), staged_scene(changes)] {
+        let run = native_run(&scene, sound(), Protocol::Whole);
+        let mut other = run.clone();
+        other.last.bodies.x[0] += 1.0e-12;
+        other.record.engine = EngineRecord::Exec {
+            described: Description {
+                protocol: 1,
+                name: "other".to_owned(),
+                version: "1".to_owned(),
+                parts: vec![Part::NormalSpring],
+                approximations: Vec::new(),
+            },
+            digest: String::new(),
+        };
+        let comparison = compare(&run, &other, None);
+        let mut checks = comparison.checks.iter();
+        let open = checks.find(|check| check.id.ends_with("stages-b"));
+        assert_eq!(open.is_some(), scene.has_stages());
+        assert!(open.is_none_or(|check| check.outcome == Outcome::Skipped));
+        assert!(!comparison.agrees());
+    }
 }

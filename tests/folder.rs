@@ -136,7 +136,11 @@ fn a_run_that_is_asked_to_end_is_kept_and_exits_with_75() {
     assert_eq!(status.code(), Some(75));
     let left = fs::read_dir(folder.path()).expect("a folder").count();
     assert_eq!(left, 2, "the scene, the run and nothing else");
-    let run = RunFolder::read(&folder.path().join("out")).expect("a run folder");
+    let out = folder.path().join("out");
+    let run = RunFolder::read_so_far(&out).expect("a run folder");
+    // Nobody takes it for a whole run.
+    let error = RunFolder::read(&out).expect_err("so far only");
+    assert!(error.to_string().contains("--from-state"), "{error}");
     assert_eq!(
         run.record.stop(),
         Some(grains::tables::StopReason::Interrupted)

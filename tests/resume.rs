@@ -6,6 +6,8 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
+use serde_json::Value;
+
 use crate::support::{STAGES, crossgrain, folder_with, frictional_scene, staged_scene, told};
 use crate::support::{small_scene, write_scene};
 
@@ -54,6 +56,16 @@ fn a_run_with_friction_goes_on_from_any_step_of_pouring() {
         before = Some(steps);
     }
     assert_same_tables(folder, "whole", "end");
+    let fault = ["--perturb", "start=half-step"];
+    for (out, more) in [
+        ("faulty", vec![]),
+        ("stopped", vec!["--steps", "6300"]),
+        ("goes-on", vec!["--from-state", "stopped"]),
+    ] {
+        let ran = run(folder, "scene.json", out, &[&fault[..], &more].concat());
+        assert_eq!(ran.0, 0, "{}", ran.2);
+    }
+    assert_same_tables(folder, "faulty", "goes-on");
     let record = fs::read_to_string(folder.join("end/run.json")).expect("a record");
     assert!(record.contains("\"parts\": 4"), "{record}");
 }
@@ -159,6 +171,13 @@ fn what_cannot_go_on_says_why() {
         &["--perturb", "friction=1e-3"],
         "another --perturb",
     );
+    let path = folder.join("whole/run.json");
+    let sound = fs::read_to_string(&path).expect("a record");
+    let mut record: Value = serde_json::from_str(&sound).expect("JSON");
+    record["restart"]["punch"]["force"] = 1.0.into();
+    fs::write(&path, record.to_string()).expect("writable");
+    refused("scene.json", &[], "another punch than run.json");
+    fs::write(&path, sound).expect("writable");
     let memory = folder.join("whole/memory.csv");
     let text = fs::read_to_string(&memory).expect("a table");
     let cut: String = text.split_inclusive('\n').skip(1).collect();

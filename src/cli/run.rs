@@ -182,7 +182,7 @@ impl Arguments {
             None => Protocol::Whole,
         };
         let before = match &self.from_state {
-            Some(path) => Some((RunFolder::read(path)?, path.clone())),
+            Some(path) => Some((RunFolder::read_so_far(path)?, path.clone())),
             None => None,
         };
         let display = Display::new(self.quiet);

@@ -9,7 +9,7 @@ pub mod record;
 
 use std::path::{Path, PathBuf};
 
-use record::{EngineRecord, RECORD_VERSION, RunRecord, TraceRow};
+use record::{EngineRecord, RECORD_VERSION, Restart, RunRecord, TraceRow};
 use serde::Deserialize;
 
 use crate::exit;
@@ -18,7 +18,7 @@ use crate::tables::{self as text, TableError, parse_rows};
 use grains::measure::{self, Bed, HistoryRow, Quantity};
 use grains::model::rotates;
 use grains::scene::{Scene, SceneError, parse_scene};
-use grains::tables::{Bodies, BodyIds, Contact, Remembered, Snapshot, Stage};
+use grains::tables::{Bodies, BodyIds, Contact, Remembered, Snapshot, Stage, StopReason};
 use grains::task::{StageReport, moments};
 
 /// Grains and contacts at one moment.
@@ -75,6 +75,11 @@ pub enum FolderError {
     Table(#[from] TableError),
     #[error("{path} is not a run folder: {reason}")]
     Inconsistent { path: PathBuf, reason: String },
+    #[error(
+        "{} is a run that was asked to end; first go on with crossgrain run SCENE --engine native --from-state {} --out DIR",
+        path.display(), path.display()
+    )]
+    Interrupted { path: PathBuf },
 }
 
 impl FolderError {
@@ -83,7 +88,7 @@ impl FolderError {
             FolderError::File(error) => error.exit_code(),
             FolderError::Table(error) => error.exit_code(),
             FolderError::Scene { source, .. } => source.exit_code(),
-            FolderError::Inconsistent { .. } => exit::USAGE,
+            FolderError::Inconsistent { .. } | FolderError::Interrupted { .. } => exit::USAGE,
         }
     }
 }
@@ -175,8 +180,19 @@ impl RunFolder {
         json(RECORD, serde_json::to_string_pretty(&self.record))
     }
 
-    /// Reads a folder and checks that its parts belong together.
+    /// Reads a folder and checks that its parts belong together and that the run came to its end.
     pub fn read(path: &Path) -> Result<Self, FolderError> {
+        let run = RunFolder::read_so_far(path)?;
+        match run.record.stop() {
+            Some(StopReason::Interrupted) => Err(FolderError::Interrupted {
+                path: path.to_owned(),
+            }),
+            _ => Ok(run),
+        }
+    }
+
+    /// The same, also of a run that was asked to end.
+    pub fn read_so_far(path: &Path) -> Result<Self, FolderError> {
         let wrong = |reason: String| FolderError::Inconsistent {
             path: path.to_owned(),
             reason,
@@ -313,6 +329,13 @@ impl RunFolder {
                     "history.csv has another state than {table} at its moment"
                 ));
             }
+        }
+        let last = self.history.last();
+        if let Some(Restart { punch, .. }) = self.record.restart
+            && last.map(|row| (row.punch_depth, row.punch_force))
+                != Some((punch.map(|of| of.depth()), punch.map(|of| of.force)))
+        {
+            return Err("history.csv has another punch than run.json at the end".to_owned());
         }
         Ok(())
     }

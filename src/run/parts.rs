@@ -149,7 +149,8 @@ fn begun(scene: &Scene, cuts: &[u64]) -> Result<Vec<Part>, EngineError> {
         let mut part = Part::new(scene, start, cuts);
         if part.task.start.stage == Stage::Settle {
             let nowhere = Path::new("");
-            let made = followed(&part.scene, &native, &part.task, nowhere, &mut |_, _, _| {})?;
+            let made =
+                followed(&part.scene, &native, &part.task, nowhere, &mut |_, _, _| {})?.whole()?;
             part.end = made.outcome.last.step;
             let made = match whole.take() {
                 Some(before) => before.and(made),
@@ -189,7 +190,7 @@ impl Part {
     ) -> Result<Made, KeptError> {
         let work = folder_aside(out)?;
         let made = followed(&self.scene, engine, &self.task, work.path(), progress);
-        made.map_err(|error| {
+        made.and_then(Made::whole).map_err(|error| {
             keep_evidence(engine, &error, work, out);
             error.into()
         })

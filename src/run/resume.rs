@@ -2,7 +2,7 @@
 //! loaded in another way. What comes out is the whole run, bit for bit.
 
 use super::Made;
-use crate::run::folder::record::{EngineRecord, GoingOn, Protocol};
+use crate::run::folder::record::{EngineRecord, Protocol, Restart};
 use crate::run::folder::{Moment, RunFolder};
 use grains::native;
 use grains::scene::Scene;
@@ -37,8 +37,7 @@ pub(super) fn rest(
                 .to_owned(),
         );
     }
-    let (Some(GoingOn { punch, seen }), Some(last)) = (record.going_on, record.stages.last())
-    else {
+    let (Some(Restart { punch, seen }), Some(last)) = (record.restart, record.stages.last()) else {
         return Err("its run.json does not have the state; run it again".to_owned());
     };
     if seen.held {

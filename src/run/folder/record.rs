@@ -164,7 +164,7 @@ pub struct RunRecord {
     pub stages: Vec<StageReport>,
     /// What a run of the native engine goes on with, besides the tables.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub going_on: Option<GoingOn>,
+    pub restart: Option<Restart>,
     /// Largest resident memory of the crossgrain process up to the end of the run, bytes, where the
     /// system tells; YADE's own is not in it.
     pub peak_memory: Option<u64>,
@@ -175,7 +175,7 @@ pub struct RunRecord {
 /// The state of a run at its end, besides the tables.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct GoingOn {
+pub struct Restart {
     pub punch: Option<Punch>,
     pub seen: Seen,
 }

@@ -45,7 +45,9 @@ pub fn run(
     observer: &mut dyn Observer,
 ) -> Result<Outcome, NativeError> {
     let start = &task.start;
-    let (constants, bodies) = faulty(scene, start.constants(), options, &start.bodies);
+    let (mut constants, bodies) = faulty(scene, start.constants(), options, &start.bodies);
+    // A fault of the very first step.
+    constants.half_step_start &= (start.stage, start.step) == (Stage::Settle, 0);
     // A punch that stands still goes on doing so; any other has the scene's speed.
     let punch = task.start.punch.map(|punch| Punch {
         velocity: if punch.velocity == 0.0 {
