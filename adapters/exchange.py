@@ -48,11 +48,13 @@ class Job:
         self.index.flush()
 
     def moment(self, stage, step, motion, contacts, punch=None):
-        """Write a moment: (x, z, vx, vz) of each grain, and rows of contacts in any order."""
+        """Write a moment: (x, z, vx, vz), and the spin of one that turns, of each grain, and rows of contacts in any order."""
+        turns = "spin" in self.rows[0]
         with open(self.place("%s-%d-bodies.csv" % (stage, step)), "w", encoding="utf-8") as file:
-            file.write("id,x,z,vx,vz,radius,mass\n")
-            for row, numbers in zip(self.rows, motion):
-                file.write("%s,%r,%r,%r,%r,%s,%s\n" % (row["id"], *numbers, row["radius"], row["mass"]))
+            file.write("id,x,z,vx,vz,radius,mass%s\n" % (",spin,inertia" if turns else ""))
+            for row, (x, z, vx, vz, *spin) in zip(self.rows, motion):
+                turning = ",%r,%s" % (*spin, row["inertia"]) if turns else ""
+                file.write("%s,%r,%r,%r,%r,%s,%s%s\n" % (row["id"], x, z, vx, vz, row["radius"], row["mass"], turning))
         with open(self.place("%s-%d-contacts.csv" % (stage, step)), "w", encoding="utf-8") as file:
             file.write(CONTACTS + "\n")
             for row in sorted(contacts):

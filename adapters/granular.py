@@ -12,7 +12,7 @@ import subprocess
 import tempfile
 
 from exchange import serve
-from law import punch_contacts, refuse, stiffness, wall_contacts
+from law import punch_contacts, stiffness, wall_contacts
 from stages import run_case, run_scene
 
 # The most classes of radii; LAMMPS has 32 groups, and LIGGGHTS a square table of classes in one line.
@@ -139,7 +139,7 @@ def version(name):
 
 
 def write_data(path, job, classes, types, density):
-    """A data file: x across, y up; ids from 1. Densities are about right; masses are set afterwards, to the bit."""
+    """A data file: x across, y up, so that spins have the other sign; ids from 1. Densities are about right; masses are set afterwards, to the bit."""
     grains = job.grains
     largest = max(grain["radius"] for grain in grains)
     places = {"x": [grain["x"] for grain in grains], "z": [grain["z"] for grain in grains]}
@@ -166,7 +166,8 @@ def write_data(path, job, classes, types, density):
         lines.append("%d %d %s 0" % (index + 1, kind + 1, " ".join(map(number, numbers))))
     lines += ["", "Velocities", ""]
     for index, (grain, _) in enumerate(bodies):
-        lines.append("%d %s %s 0 0 0 0" % (index + 1, number(grain["vx"]), number(grain["vz"])))
+        turning = number(-grain.get("spin", 0.0))
+        lines.append("%d %s %s 0 0 0 %s" % (index + 1, number(grain["vx"]), number(grain["vz"]), turning))
     with open(path, "w", encoding="utf-8") as file:
         file.write("\n".join(lines) + "\n")
 
@@ -264,17 +265,17 @@ def read_rows(path):
     return [line.split() for line in lines[at + 1 :]]
 
 
-def dumps(pairs, form, velocity="v_half_"):
+def dumps(pairs, form, motion="v_half_x v_half_y"):
     """Commands that write a moment: the atoms, and `pairs`, the columns of two ids and the force between them."""
-    atoms, of_pairs = "id x y %sx %sy" % (velocity, velocity), " ".join(["%.17g"] * len(pairs.split()))
+    atoms, of_pairs = "x y " + motion, " ".join(["%.17g"] * len(pairs.split()))
     return [
-        'write_dump all custom grains %s modify %s "%%d%s"' % (atoms, form, " %.17g" * 4),
+        'write_dump all custom grains id %s modify %s "%%d%s"' % (atoms, form, " %.17g" * len(atoms.split())),
         'write_dump all local pairs %s modify %s "%s"' % (pairs, form, of_pairs),
     ]
 
 
 def read_moment(job, folder):
-    """What `dumps` wrote: (x, z, vx, vz) of each atom by its id, the grains first, and (i, j, force) of pairs."""
+    """What `dumps` wrote: (x, z, vx, vz), and the spin if asked for, of each atom by its id, the grains first, and (i, j, force) of pairs."""
     atoms, pairs = (read_rows(os.path.join(folder, name)) for name in ("grains", "pairs"))
     if len(atoms) < len(job.grains):
         raise RuntimeError("grains were lost: %d of %d are left" % (len(atoms), len(job.grains)))
@@ -373,7 +374,6 @@ def steps_by_its_clock(job, name, script):
     """Time steps of a bed by the program's own clock, with its usual law: one stiffness for all pairs, k = E times the mean
     radius, and a drag force for Cundall's damping, which it does not have. `script` are the commands up to the first step
     and those that write a moment after the last one."""
-    refuse(job)
     asked, classes = job.asked, OneClass(job.grains)
     after = asked["warm_up"] + asked["steps"]
     k = stiffness(job.model["law"]["modulus"], *2 * classes.radii)
@@ -382,7 +382,7 @@ def steps_by_its_clock(job, name, script):
         before, shown = script(job, classes, folder, k)
         (across, up) = job.model["gravity"]
         pull = (number(math.hypot(across, up)), number(across), number(up))
-        motion = ["timestep %s" % number(job.model["dt"]), "fix move all nve", "fix fall all gravity %s vector %s %s 0" % pull]
+        motion = ["timestep %s" % number(job.model["dt"]), "fix fall all gravity %s vector %s %s 0" % pull]
         motion += ["fix drag all viscous %s" % number(drag), "fix plane all enforce2d", "thermo_style custom step", "thermo 1000000000"]
         runs = ["run %d" % steps for steps in (asked["warm_up"], asked["steps"]) if steps > 0]
         with open(os.path.join(folder, "in.bed"), "w", encoding="utf-8") as file:
@@ -395,6 +395,7 @@ def steps_by_its_clock(job, name, script):
             raise RuntimeError("%s ended with %d:\n%s" % (name, told.returncode, told.stdout[-2000:]))
         wall, share = loop_time(told.stdout, asked["steps"])
         moved, pairs = read_moment(job, folder)
+        moved = [(*of[:4], *(-spin for spin in of[4:])) for of in moved]
         job.moment("settle", after, moved, contacts(job, classes, [of[:2] for of in moved], pairs))
     return {"steps": after, "wall_seconds": wall, "cpu_seconds": share and share * wall}
 

@@ -5,7 +5,7 @@ import os
 
 import granular
 from granular import number
-from law import stiffness
+from law import refuse, stiffness
 
 SPRING = "hooke %s 0.0 tangential linear_nohistory 0.0 0.0 damping mass_velocity"
 
@@ -43,9 +43,14 @@ def script(job, classes, folder):
 
 
 def timing(job, classes, folder, k):
-    """gran/hooke, and what is asked for after the timed steps."""
-    # An old law without history: the leanest that it has.
-    law = "hooke %s NULL 0 NULL 0 0" % number(k)
+    """gran/hooke, with friction gran/hooke/history, and what is asked for after the timed steps."""
+    refuse(job, has_friction=True)
+    friction, ratio = (job.model["law"][name] for name in ("friction_angle", "stiffness_ratio"))
+    # Old laws, without history where nothing is remembered: the leanest that it has.
+    law, move, motion = "hooke %s NULL 0 NULL 0 0" % number(k), "nve", "vx vy"
+    if friction > 0.0:
+        law = "hooke/history %s %s 0 0 %s 0" % tuple(map(number, (k, ratio * k, math.tan(friction))))
+        move, motion = "nve/sphere disc", "vx vy omegaz"
     granular.write_data(os.path.join(folder, "data"), job, classes, 1, lambda radius: 4.0 / 3.0 * math.pi * radius**3)
     lines = ["units si", "dimension 2", "boundary f f p", "atom_style sphere", "newton off", "comm_modify vel yes", "read_data data"]
     lines += ["pair_style gran/" + law, "pair_coeff * *"]
@@ -54,7 +59,8 @@ def timing(job, classes, folder, k):
     for index, wall in enumerate(job.model["walls"]):
         axis, place = {"x": "x", "z": "y"}[wall["axis"]], number(wall["place"])
         lines.append("fix wall_%d all wall/gran %s %splane %s NULL" % (index, law, axis, place))
-    return lines, [*COMPUTES, "run 0 post no", *granular.dumps(PAIRS, "format line", "v")]
+    lines.append("fix move all " + move)
+    return lines, [*COMPUTES, "run 0 post no", *granular.dumps(PAIRS, "format line", motion)]
 
 
 if __name__ == "__main__":

@@ -9,9 +9,9 @@ def stiffness(modulus, radius1, radius2):
     return 2.0 * a * b / (a + b)
 
 
-def refuse(job):
+def refuse(job, has_friction=False):
     law = job.model["law"]
-    if law["friction_angle"] > 0.0:
+    if law["friction_angle"] > 0.0 and not has_friction:
         raise Refused("friction")
     if law["contact"]["viscosity"]["kind"] != "none":
         raise Refused("dashpots")

@@ -5,7 +5,7 @@ import os
 
 import granular
 from granular import number
-from law import stiffness
+from law import refuse, stiffness
 
 MODEL = "model hooke/stiffness tangential off"
 # Constants of what is switched off; the program asks for them.
@@ -39,6 +39,7 @@ def script(job, classes, folder):
 
 def timing(job, classes, folder, k):
     """The same model with one stiffness, and what is asked for after the timed steps."""
+    refuse(job)
     granular.write_data(os.path.join(folder, "data"), job, classes, 1, lambda radius: math.pi * radius**2)
     lines = ["units si", "dimension 2", "atom_style granular", "atom_modify map array", "boundary f f p", "newton off"]
     lines += ["communicate single vel yes", "read_data data"]
@@ -50,8 +51,8 @@ def timing(job, classes, folder, k):
         axis, place = {"x": "x", "z": "y"}[wall["axis"]], number(wall["place"])
         lines.append("fix wall_%d all wall/gran %s primitive type 1 %splane %s" % (index, MODEL, axis, place))
     # The program takes it before its first step only; it computes nothing until it is asked.
-    lines.append("compute pushing all pair/gran/local id force")
-    return lines, ["run 0 post no", *granular.dumps(PAIRS, "format", "v")]
+    lines += ["compute pushing all pair/gran/local id force", "fix move all nve"]
+    return lines, ["run 0 post no", *granular.dumps(PAIRS, "format", "vx vy")]
 
 
 if __name__ == "__main__":

@@ -156,14 +156,14 @@ pub const EXPLANATIONS: [Explanation; 24] = [
     Explanation {
         pattern: "bench/bed/*",
         meaning: "An engine that was timed still has the bed that it was given: one that drops grains or contacts is fast for nothing.",
-        formula: "Largest displacement, number of contacts and kinetic energy against native exact's after the same steps.",
+        formula: "Largest displacement, number of contacts and kinetic energy against native's after the same steps.",
         source: "src/limits/bench/contender.rs; docs/benchmark.md",
         breaks: "An engine that rounds more than it may, a neighbour list that misses contacts, another contact law.",
     },
     Explanation {
         pattern: "bench/bits",
         meaning: "The engine whose speed is shown is the one that has YADE's bits.",
-        formula: "Every position and velocity of native exact and of YADE's sorted loop after the same steps.",
+        formula: "Every position and velocity of native and of YADE's sorted loop after the same steps.",
         source: "docs/determinism.md; src/limits/bench/contender.rs",
         breaks: "Optimising the kernel so that an operation or the order of a sum changes.",
     },
@@ -185,7 +185,7 @@ pub const EXPLANATIONS: [Explanation; 24] = [
     Explanation {
         pattern: "baseline/speed/*",
         meaning: "The native engine costs no more than in a run that was kept under a name.",
-        formula: "A ratio of times in one run (YADE's over native exact's), or a number of instructions, over the same of the baseline; beyond what \
+        formula: "A ratio of times in one run (YADE's over native's), or a number of instructions, over the same of the baseline; beyond what \
             rounds scatter, on machines of one kind. Without a live YADE the main job has none.",
         source: "docs/checks.md; src/compare/baseline/diff.rs",
         breaks: "A slower kernel, a longer neighbour list, or a busy machine: ratios of one round each are not told apart below a factor of 1.5. \

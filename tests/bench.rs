@@ -227,21 +227,34 @@ fn the_last_loop_of_so_many_steps_of_a_log_counts() {
 #[test]
 fn scripts_of_other_engines_carry_the_scenes_numbers() {
     let bed = small_bed();
-    let model = grains::model::Model::of(&bed.scene);
     let work = tempfile::tempdir().expect("a temporary folder");
-    let job = json!({"protocol": 1, "kind": "timing", "model": model, "warm_up": 7, "steps": 11, "shares": 0, "under": []});
-    fs::write(work.path().join("job.json"), job.to_string()).expect("a job");
+    let ask = |bed: &Bed| {
+        let model = grains::model::Model::of(&bed.scene);
+        let job = json!({"protocol": 1, "kind": "timing", "model": model, "warm_up": 7, "steps": 11, "shares": 0, "under": []});
+        fs::write(work.path().join("job.json"), job.to_string()).expect("a job");
+    };
+    ask(&bed);
     write_bodies(&work.path().join("initial.csv"), &bed.bodies).expect("grains");
     let script = "import exchange, granular, importlib, sys
 job = exchange.Job(sys.argv[1])
 of = importlib.import_module(sys.argv[2]).timing(job, granular.OneClass(job.grains), job.folder, 5e7)
 print('\\n'.join(of[0]))";
-    let of = |name: &str| in_python(script, &[work.path(), Path::new(name)]).expect("a script");
-    let (lammps, liggghts) = (of("lammps"), of("liggghts"));
+    let of = |name: &str| in_python(script, &[work.path(), Path::new(name)]);
+    let [lammps, liggghts] = ["lammps", "liggghts"].map(|name| of(name).expect("a script"));
     assert!(lammps.contains("pair_style gran/hooke 50000000 NULL 0 NULL 0 0\n"));
     assert!(lammps.contains("fix wall_1 all wall/gran hooke 50000000 NULL 0 NULL 0 0 xplane"));
     assert!(liggghts.contains("kn peratomtypepair 1 50000000\n"));
     assert!(liggghts.contains("primitive type 1 yplane 0\n"));
+    // tan 0.5, and discs that turn.
+    ask(&bed.with_friction());
+    let lammps = of("lammps").expect("a script");
+    let law = "hooke/history 50000000 50000000 0 0 0.54630248984379048 0";
+    assert!(
+        lammps.contains(&format!("pair_style gran/{law}\n"))
+            && lammps.contains(&format!("wall/gran {law} xplane"))
+    );
+    assert!(lammps.contains("fix move all nve/sphere disc\n"));
+    assert!(of("liggghts").expect_err("is refused").contains("friction"));
 }
 
 /// LAMMPS and LIGGGHTS time their own steps, and the bed stays the bed.
@@ -257,12 +270,18 @@ fn programs_time_their_own_steps_through_their_adapters() {
         timed: 40,
         shares: 0,
     };
-    let options = yade::Options::default();
-    let exact = timing::after(&bed, 50).expect("a sound run");
-    for contender in [Contender::Lammps, Contender::Liggghts] {
+    let (rough, options) = (bed.with_friction(), yade::Options::default());
+    let contenders = [
+        Contender::Lammps,
+        Contender::Liggghts,
+        Contender::LammpsFriction,
+    ];
+    for contender in contenders {
+        let bed = if contender.friction() { &rough } else { &bed };
+        let exact = timing::after(bed, 50).expect("a sound run");
         let work = tempfile::tempdir().expect("a temporary folder");
         let (timed, version) =
-            contender::timed(contender, &bed, steps, &options, work.path()).expect("a timed run");
+            contender::timed(contender, bed, steps, &options, work.path()).expect("a timed run");
         assert_eq!((timed.window.steps, timed.last.step), (40, 50));
         assert!(!version.is_empty() && timed.window.wall_seconds > 0.0);
         let contacts = between_grains(&timed.last);
@@ -274,6 +293,12 @@ fn programs_time_their_own_steps_through_their_adapters() {
             Tolerance::OTHER_LAW,
         );
         assert!(sanity.holds && sanity.displacement > 0.0, "{sanity:?}");
+        // Grains turn the same way.
+        let spins = timed.last.bodies.spin.iter().zip(&exact.bodies.spin);
+        let products: Vec<f64> = spins.map(|(spin, exact)| spin * exact).collect();
+        let all: f64 = products.iter().map(|of| of.abs()).sum();
+        assert!(products.iter().sum::<f64>() >= 0.5 * all, "{contender:?}");
+        assert_eq!(all > 0.0, contender.friction());
     }
 }
 
@@ -445,7 +470,7 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
             bounds: counts.bounds(&throughput, 1.0e10, 1.0e-6),
         }],
         throughput,
-        scaling: vec![size("native exact", 60), size("native exact", 120)],
+        scaling: vec![size("native", 60), size("native", 120)],
         goals: Vec::new(),
         disturbed: false,
         missed,

@@ -27,7 +27,7 @@ fn record(
     let record = serde_json::json!({
         "job": "reproduce", "version": 1, "crossgrain": "0.1.0", "command": "crossgrain reproduce", "machine_kind": "a machine",
         "verdict": if failed { "fail" } else { "pass" }, "checks": checks, "comparisons": [],
-        "speeds": [{"id": "time/ordinary", "what": "time a step of YADE over native exact", "unit": "times native",
+        "speeds": [{"id": "time/ordinary", "what": "time a step of YADE over native", "unit": "times native",
             "value": yade_over_native, "range": null, "less_is_better": false}],
     });
     let path = folder.join(name);

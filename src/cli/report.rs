@@ -301,7 +301,7 @@ impl Where {
 #[derive(Debug, Args)]
 #[command(
     after_help = "Exit code 0: nothing is worse; 1: a new failure, or slower on the same kind of machine; 3: a check is gone, is no \
-    longer made or is defined otherwise, so that nothing can be said of it.\nTimes are compared as ratios to YADE and to native exact and as \
+    longer made or is defined otherwise, so that nothing can be said of it.\nTimes are compared as ratios to YADE and to native and as \
     numbers of instructions, never as seconds.\n\nExample:\n  crossgrain report baseline diff out/reproduce-1/run.json main"
 )]
 pub struct DiffArguments {

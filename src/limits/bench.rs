@@ -159,7 +159,7 @@ pub struct BedRecord {
     pub steps_per_build: f64,
 }
 
-/// How far native exact is from the machine's limits, at one size.
+/// How far native is from the machine's limits, at one size.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Distance {
     pub grains: u32,
@@ -182,16 +182,16 @@ pub struct Bench {
     pub bed: BedRecord,
     /// Every engine that ran.
     pub contests: Vec<Contest>,
-    /// Native exact against YADE's sorted loop after the same steps.
+    /// Native against YADE's sorted loop after the same steps.
     pub sorted_bits: Option<TableBits>,
     /// The same on the bed with friction: spins too.
     pub friction_bits: Option<TableBits>,
-    /// Time a step of native exact with friction over that without, round by round.
+    /// Time a step of native with friction over that without, round by round.
     pub friction_cost: Option<Spread>,
     pub stages: Vec<Share>,
     pub instructions: Vec<Instructions>,
     pub throughput: Throughput,
-    /// Native exact against them.
+    /// Native against them.
     pub distances: Vec<Distance>,
     pub scaling: Vec<Point>,
     pub goals: Vec<Goal>,
@@ -292,14 +292,14 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
 
 fn friction_cost(contests: &[Contest]) -> Option<Spread> {
     let of = |wanted| contests.iter().find(|of| of.contender == wanted);
-    let [friction, exact] = [Contender::ExactFriction, Contender::Exact].map(of);
-    Spread::ratio(&friction?.seconds_per_step, &exact?.seconds_per_step)
+    let [friction, native] = [Contender::NativeFriction, Contender::Native].map(of);
+    Spread::ratio(&friction?.seconds_per_step, &native?.seconds_per_step)
 }
 
 /// Of the smallest and the largest bed from the paper's size on.
 fn distances(points: &[Point], pairs_a_grain: f64, throughput: &Throughput) -> Vec<Distance> {
-    let exact = |point: &&Point| point.name == "native exact" && point.grains >= PAPER;
-    let of: Vec<&Point> = points.iter().filter(exact).collect();
+    let native = |point: &&Point| point.name == "native" && point.grains >= PAPER;
+    let of: Vec<&Point> = points.iter().filter(native).collect();
     let ends = of
         .first()
         .into_iter()

@@ -561,7 +561,7 @@ mod tests {
                 [Point::at(3.0, 1e-10), Point::at(3.0, 0.0)],
             );
         let engines = [
-            "native exact",
+            "native",
             "native, shuffled",
             "YADE, ordinary loop",
             "LAMMPS",

@@ -88,7 +88,7 @@ impl Reproduction {
             let way = run.folder.strip_prefix("yade-")?;
             Some(Speed {
                 id: format!("time/{way}"),
-                what: format!("time a step of {} over native exact", run.engine),
+                what: format!("time a step of {} over native", run.engine),
                 unit: "times native".to_owned(),
                 value: run.times_native?,
                 range: None,

@@ -30,8 +30,8 @@ fn turn(bed: &Bed, external: &ExternalEngine) -> Result<(Turn, Sanity, String), 
         work: work.path(),
     };
     let turn = Contender::External.run(&setup)?;
-    let exact = timing::after(bed, PLAN.compared_after())?;
-    let sanity = Contender::External.check(&turn, &setup, &exact)?;
+    let native = timing::after(bed, PLAN.compared_after())?;
+    let sanity = Contender::External.check(&turn, &setup, &native)?;
     Ok((turn, sanity, setup.name_of(Contender::External)))
 }
 

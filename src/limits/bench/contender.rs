@@ -25,7 +25,7 @@ use grains::tables::{Bodies, Snapshot};
 #[serde(rename_all = "snake_case")]
 pub enum Contender {
     /// The native engine, YADE's bits.
-    Exact,
+    Native,
     /// YADE `-j1`, its own order.
     YadeOrdinary,
     /// YADE `-j1`, interactions in the order of their ids.
@@ -33,23 +33,25 @@ pub enum Contender {
     Lammps,
     Liggghts,
     /// The first on the bed with friction.
-    ExactFriction,
+    NativeFriction,
     YadeOrdinaryFriction,
     YadeSortedFriction,
+    LammpsFriction,
     /// A program that speaks the engine protocol.
     External,
 }
 
 /// Those that always take part, in the order in which they stand in tables.
-pub const ALL: [Contender; 8] = [
-    Contender::Exact,
+pub const ALL: [Contender; 9] = [
+    Contender::Native,
     Contender::YadeOrdinary,
     Contender::YadeSorted,
     Contender::Lammps,
     Contender::Liggghts,
-    Contender::ExactFriction,
+    Contender::NativeFriction,
     Contender::YadeOrdinaryFriction,
     Contender::YadeSortedFriction,
+    Contender::LammpsFriction,
 ];
 
 impl Setup<'_> {
@@ -91,11 +93,11 @@ pub struct Turn {
     pub shares: Vec<Share>,
 }
 
-/// Goals: how many times native exact's time a step of YADE's ordinary loop is to take, and one of LAMMPS; and
-/// YADE's where both have friction.
-pub const YADE_OVER_EXACT: f64 = 30.0;
-pub const LAMMPS_OVER_EXACT: f64 = 7.0;
-pub const YADE_OVER_EXACT_FRICTION: f64 = 25.0;
+/// Goals: how many times native's time a step of YADE's ordinary loop is to take, and one of LAMMPS; the same with friction.
+pub const YADE_OVER_NATIVE: f64 = 30.0;
+pub const LAMMPS_OVER_NATIVE: f64 = 7.0;
+pub const YADE_OVER_NATIVE_FRICTION: f64 = 25.0;
+pub const LAMMPS_OVER_NATIVE_FRICTION: f64 = 4.0;
 
 pub struct Known {
     /// In ids of checks, unique.
@@ -105,7 +107,7 @@ pub struct Known {
     pub native: bool,
     tolerance: Tolerance,
     pub needed: bool,
-    /// How many times native exact's time a step of it is to take, where that is a goal.
+    /// How many times native's time a step of it is to take, where that is a goal.
     pub goal: Option<f64>,
 }
 
@@ -124,16 +126,11 @@ impl Turn {
 impl Contender {
     /// Whether it computes the bed with friction.
     pub fn friction(self) -> bool {
-        use Contender::{ExactFriction, YadeOrdinaryFriction, YadeSortedFriction};
+        use Contender::{LammpsFriction, NativeFriction, YadeOrdinaryFriction, YadeSortedFriction};
         matches!(
             self,
-            ExactFriction | YadeOrdinaryFriction | YadeSortedFriction
+            NativeFriction | YadeOrdinaryFriction | YadeSortedFriction | LammpsFriction
         )
-    }
-
-    /// Whether it is native exact, which others on the same bed are held against.
-    pub fn is_exact(self) -> bool {
-        matches!(self, Contender::Exact | Contender::ExactFriction)
     }
 
     fn sorted(self) -> bool {
@@ -155,9 +152,9 @@ impl Contender {
             ..other(id, name, Within::ROUNDING)
         };
         match self {
-            Contender::Exact => native("exact", "native exact"),
+            Contender::Native => native("native", "native"),
             Contender::YadeOrdinary => Known {
-                goal: Some(YADE_OVER_EXACT),
+                goal: Some(YADE_OVER_NATIVE),
                 ..other("ordinary-loop", "YADE -j1, ordinary loop", Within::ROUNDING)
             },
             Contender::YadeSorted => {
@@ -165,7 +162,7 @@ impl Contender {
             }
             Contender::Lammps => Known {
                 needed: false,
-                goal: Some(LAMMPS_OVER_EXACT),
+                goal: Some(LAMMPS_OVER_NATIVE),
                 ..other("gran-hooke", "LAMMPS gran/hooke", Within::OTHER_LAW)
             },
             Contender::Liggghts => Known {
@@ -176,9 +173,9 @@ impl Contender {
                     Within::OTHER_LAW,
                 )
             },
-            Contender::ExactFriction => native("exact-friction", "native exact, friction"),
+            Contender::NativeFriction => native("native-friction", "native, friction"),
             Contender::YadeOrdinaryFriction => Known {
-                goal: Some(YADE_OVER_EXACT_FRICTION),
+                goal: Some(YADE_OVER_NATIVE_FRICTION),
                 ..other(
                     "ordinary-loop-friction",
                     "YADE -j1, ordinary loop, friction",
@@ -190,6 +187,15 @@ impl Contender {
                 "YADE -j1, sorted loop, friction",
                 Within::ROUNDING,
             ),
+            Contender::LammpsFriction => Known {
+                needed: false,
+                goal: Some(LAMMPS_OVER_NATIVE_FRICTION),
+                ..other(
+                    "gran-hooke-history",
+                    "LAMMPS gran/hooke/history, friction",
+                    Within::OTHER_LAW,
+                )
+            },
             Contender::External => other("external", "exec", Within::OTHER_OPERATIONS),
         }
     }
@@ -213,7 +219,10 @@ impl Contender {
             return by_two_runs(bed, plan, engine, &folder);
         }
         // Only YADE has an account of its own.
-        let is_yade = !matches!(self, Contender::Lammps | Contender::Liggghts);
+        let is_yade = !matches!(
+            self,
+            Contender::Lammps | Contender::Liggghts | Contender::LammpsFriction
+        );
         let steps = TimedSteps {
             warm_up: plan.warm_up,
             timed: plan.other,
@@ -227,14 +236,14 @@ impl Contender {
         })
     }
 
-    /// Holds its bed against the exact one after the same steps.
-    pub fn check(self, turn: &Turn, setup: &Setup<'_>, exact: &Snapshot) -> Result<Sanity, Error> {
+    /// Holds its bed against the native one after the same steps.
+    pub fn check(self, turn: &Turn, setup: &Setup<'_>, native: &Snapshot) -> Result<Sanity, Error> {
         let (known, bed) = (self.known(), setup.bed_of(self));
         let own;
         let (bodies, contacts) = match &turn.bed {
             Some((bodies, contacts)) => (bodies, *contacts),
             None => {
-                own = timing::after(bed, exact.step)?;
+                own = timing::after(bed, native.step)?;
                 (&own.bodies, between_grains(&own))
             }
         };
@@ -243,7 +252,7 @@ impl Contender {
             true => known.tolerance,
             false => Tolerance::OTHER_LAW,
         };
-        Ok(Sanity::of(bodies, contacts, exact, mean_radius, tolerance))
+        Ok(Sanity::of(bodies, contacts, native, mean_radius, tolerance))
     }
 }
 
@@ -262,7 +271,7 @@ pub fn timed(
         ..options.clone()
     };
     let adapter = match contender {
-        Contender::Lammps => Adapter::LAMMPS,
+        Contender::Lammps | Contender::LammpsFriction => Adapter::LAMMPS,
         Contender::Liggghts => Adapter::LIGGGHTS,
         _ => return Ok(yade::time(&model, &bed.bodies, steps, &options, work)?),
     };
@@ -354,7 +363,7 @@ impl Tolerance {
     };
 }
 
-/// An engine's bed against the native exact one.
+/// An engine's bed against the native one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sanity {
     /// Steps after which both were looked at.
@@ -362,39 +371,39 @@ pub struct Sanity {
     /// Largest distance between a grain here and there, over the mean radius.
     pub displacement: f64,
     pub contacts: usize,
-    pub contacts_in_exact: usize,
+    pub contacts_in_native: usize,
     pub energy: f64,
-    pub energy_in_exact: f64,
+    pub energy_in_native: f64,
     pub tolerance: Tolerance,
     pub holds: bool,
 }
 
 impl Sanity {
-    /// Holds a bed, with its number of contacts between grains, against the exact one.
+    /// Holds a bed, with its number of contacts between grains, against the native one.
     pub fn of(
         bodies: &Bodies,
         contacts: usize,
-        exact: &Snapshot,
+        native: &Snapshot,
         mean_radius: f64,
         tolerance: Tolerance,
     ) -> Self {
-        let there = &exact.bodies;
-        let contacts_in_exact = between_grains(exact);
+        let there = &native.bodies;
+        let contacts_in_native = between_grains(native);
         let displacement = if bodies.len() == there.len() {
             largest_distance(bodies, there) / mean_radius
         } else {
             f64::INFINITY
         };
-        let (energy, energy_in_exact) = (kinetic_energy(bodies), kinetic_energy(there));
-        let lost = (contacts as f64 / contacts_in_exact as f64 - 1.0).abs();
-        let ratio = (energy / energy_in_exact).max(energy_in_exact / energy);
+        let (energy, energy_in_native) = (kinetic_energy(bodies), kinetic_energy(there));
+        let lost = (contacts as f64 / contacts_in_native as f64 - 1.0).abs();
+        let ratio = (energy / energy_in_native).max(energy_in_native / energy);
         Sanity {
-            steps: exact.step,
+            steps: native.step,
             displacement,
             contacts,
-            contacts_in_exact,
+            contacts_in_native,
             energy,
-            energy_in_exact,
+            energy_in_native,
             tolerance,
             // Comparisons that a NaN fails.
             holds: displacement <= tolerance.displacement
@@ -434,7 +443,7 @@ pub struct Contest {
     pub seconds_per_step: Spread,
     /// Processor time over time on the clock, the least of the rounds, where both are known; well below 1 on a busy machine.
     pub processor_share: Option<f64>,
-    pub over_exact: Option<Spread>,
+    pub over_native: Option<Spread>,
     /// Largest resident memory of its process, bytes, where it has one of its own.
     pub peak_memory: Option<u64>,
     /// Its own account of where the time goes, where it gives one.
@@ -450,7 +459,7 @@ pub struct Contest {
 pub struct Rounds {
     /// The engines that ran in every round.
     pub contests: Vec<Contest>,
-    /// Native exact against YADE's sorted loop after the same steps: every position and velocity.
+    /// Native against YADE's sorted loop after the same steps: every position and velocity.
     pub sorted_bits: Option<TableBits>,
     /// The same with friction: spins too.
     pub friction_bits: Option<TableBits>,
@@ -486,25 +495,25 @@ pub fn rounds(setup: &Setup<'_>, progress: &progress::Task) -> Result<Rounds, Er
         turns.retain(|(contender, _)| missed.iter().all(|of| of.id != contender.known().id));
     }
     let after = setup.plan.compared_after();
-    let exact_bed = timing::after(setup.bed, after)?;
+    let native_bed = timing::after(setup.bed, after)?;
     let friction_bed = timing::after(setup.with_friction, after)?;
     let of = |wanted: Contender| {
         let found = turns.iter().find(|(contender, _)| *contender == wanted);
         found.map(|(_, turns)| turns.as_slice())
     };
-    let bases = [Contender::Exact, Contender::ExactFriction];
-    let [exact, friction] = bases.map(|base| of(base).and_then(spread));
+    let bases = [Contender::Native, Contender::NativeFriction];
+    let [native, friction] = bases.map(|base| of(base).and_then(spread));
     let mut contests = Vec::new();
     for (contender, of) in &turns {
         let (Some(seconds_per_step), Some(last)) = (spread(of), of.last()) else {
             continue;
         };
-        let (exact, exact_bed) = match contender.friction() {
+        let (native, native_bed) = match contender.friction() {
             true => (&friction, &friction_bed),
-            false => (&exact, &exact_bed),
+            false => (&native, &native_bed),
         };
-        let over_exact = exact.as_ref();
-        let over_exact = over_exact.and_then(|exact| Spread::ratio(&seconds_per_step, exact));
+        let over_native = native.as_ref();
+        let over_native = over_native.and_then(|native| Spread::ratio(&seconds_per_step, native));
         let shares = of.iter().filter_map(|turn| turn.window.processor_share());
         contests.push(Contest {
             contender: *contender,
@@ -512,23 +521,23 @@ pub fn rounds(setup: &Setup<'_>, progress: &progress::Task) -> Result<Rounds, Er
             version: last.version.clone(),
             steps: last.window.steps,
             processor_share: shares.min_by(f64::total_cmp),
-            over_exact,
+            over_native,
             peak_memory: last.peak_memory,
             shares: last.shares.clone(),
             approximations: setup.approximations_of(*contender),
-            sanity: contender.check(last, setup, exact_bed)?,
+            sanity: contender.check(last, setup, native_bed)?,
             seconds_per_step,
         });
     }
-    let bits_of = |sorted, name, exact: &Snapshot| {
+    let bits_of = |sorted, name, native: &Snapshot| {
         let (bodies, _) = of(sorted)?.last()?.bed.as_ref()?;
-        Some(bits::bodies(name, &exact.bodies, bodies))
+        Some(bits::bodies(name, &native.bodies, bodies))
     };
     Ok(Rounds {
         sorted_bits: bits_of(
             Contender::YadeSorted,
             "positions and velocities",
-            &exact_bed,
+            &native_bed,
         ),
         friction_bits: bits_of(
             Contender::YadeSortedFriction,

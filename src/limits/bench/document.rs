@@ -5,7 +5,8 @@ use serde::Serialize;
 use super::Bench;
 use super::bed::PAPER;
 use super::contender::{
-    Contender, Contest, LAMMPS_OVER_EXACT, YADE_OVER_EXACT, YADE_OVER_EXACT_FRICTION,
+    Contender, Contest, LAMMPS_OVER_NATIVE, LAMMPS_OVER_NATIVE_FRICTION, YADE_OVER_NATIVE,
+    YADE_OVER_NATIVE_FRICTION,
 };
 use super::instructions::Instructions;
 use super::scaling::Point as Size;
@@ -30,7 +31,7 @@ pub struct Goal {
 /// All goals, held against these figures.
 pub fn goals(contests: &[Contest], friction_cost: Option<&Spread>, points: &[Size]) -> Vec<Goal> {
     let of = |wanted: Contender| contests.iter().find(|of| of.contender == wanted);
-    let over_exact = |wanted| of(wanted).and_then(|contest| contest.over_exact.clone());
+    let over_native = |wanted| of(wanted).and_then(|contest| contest.over_native.clone());
     let goal = |goal: &str, at_least: bool, bound: f64, of: Option<Spread>| {
         let of = of.as_ref();
         Goal {
@@ -47,28 +48,33 @@ pub fn goals(contests: &[Contest], friction_cost: Option<&Spread>, points: &[Siz
     };
     let faster =
         |who: &str, bound, of| goal(&format!("{who}, times as fast a step"), true, bound, of);
-    let yade = over_exact(Contender::YadeOrdinary);
-    let lammps = over_exact(Contender::Lammps);
-    let growth = growth("native exact", points);
-    let cost = "native exact, cost of a grain at 100,000 grains over that at 5,000";
+    let yade = over_native(Contender::YadeOrdinary);
+    let lammps = over_native(Contender::Lammps);
+    let growth = growth("native", points);
+    let cost = "native, cost of a grain at 100,000 grains over that at 5,000";
     vec![
         faster(
-            "native exact against YADE's ordinary loop",
-            YADE_OVER_EXACT,
+            "native against YADE's ordinary loop",
+            YADE_OVER_NATIVE,
             yade,
         ),
         faster(
-            "native exact against LAMMPS gran/hooke",
-            LAMMPS_OVER_EXACT,
+            "native against LAMMPS gran/hooke",
+            LAMMPS_OVER_NATIVE,
             lammps,
         ),
         faster(
-            "with friction, native exact against YADE's ordinary loop",
-            YADE_OVER_EXACT_FRICTION,
-            over_exact(Contender::YadeOrdinaryFriction),
+            "with friction, native against YADE's ordinary loop",
+            YADE_OVER_NATIVE_FRICTION,
+            over_native(Contender::YadeOrdinaryFriction),
+        ),
+        faster(
+            "with friction, native against LAMMPS gran/hooke/history",
+            LAMMPS_OVER_NATIVE_FRICTION,
+            over_native(Contender::LammpsFriction),
         ),
         goal(
-            "native exact, a step with friction over one without",
+            "native, a step with friction over one without",
             false,
             3.0,
             friction_cost.cloned(),
@@ -103,7 +109,7 @@ impl Bench {
         ];
         for (id, with, bits) in tables {
             let Some(bits) = bits else { continue };
-            let what = format!("native exact against YADE's sorted loop{with}");
+            let what = format!("native against YADE's sorted loop{with}");
             let outcome = Outcome::pass_if(bits.agrees());
             let check = Check::of_words(id, &what, outcome, &bits.to_string());
             let check = Check {
@@ -129,17 +135,17 @@ impl Bench {
         checks
     }
 
-    /// Times over native exact's, and instructions.
+    /// Times over native's, and instructions.
     pub fn speeds(&self) -> Vec<Speed> {
         let others = self.contests.iter();
-        let others = others.filter(|contest| !contest.contender.is_exact());
+        let others = others.filter(|contest| !contest.contender.known().native);
         let ratios = others.filter_map(|contest| {
-            let over = contest.over_exact.as_ref()?;
+            let over = contest.over_native.as_ref()?;
             // What others take longer is to native's credit.
             Some(Speed {
                 id: format!("time/{}", contest.contender.known().id),
-                what: format!("time a step of {} over native exact", contest.name),
-                unit: "times native exact".to_owned(),
+                what: format!("time a step of {} over native", contest.name),
+                unit: "times native".to_owned(),
                 value: over.median,
                 range: Some([over.least, over.most]),
                 less_is_better: false,
@@ -147,7 +153,7 @@ impl Bench {
         });
         let friction = self.friction_cost.as_ref().map(|cost| Speed {
             id: "time/friction".to_owned(),
-            what: "time a step of native exact with friction over that without".to_owned(),
+            what: "time a step of native with friction over that without".to_owned(),
             unit: "times without friction".to_owned(),
             value: cost.median,
             range: Some([cost.least, cost.most]),
@@ -167,7 +173,7 @@ impl Bench {
     pub fn document(&self) -> Document {
         let bits = match &self.sorted_bits {
             Some(bits) => format!(
-                "Native exact against YADE's sorted loop, timed on the same bed: {} of {} positions and velocities differ.",
+                "Native against YADE's sorted loop, timed on the same bed: {} of {} positions and velocities differ.",
                 bits.differing, bits.numbers
             ),
             None => "The bits of YADE's sorted loop were not compared.".to_owned(),
@@ -202,8 +208,8 @@ impl Bench {
             .column("most, µs", micro(|of| of.most))
             .column("steps", |of| of.steps)
             .column("least share of the processor", |of| of.processor_share)
-            .column("times native exact", |of| {
-                of.over_exact.as_ref().map(|over| over.median)
+            .column("times native", |of| {
+                of.over_native.as_ref().map(|over| over.median)
             })
             .column("contacts", |of| of.sanity.contacts)
             .column("moved, R", |of| of.sanity.displacement)
@@ -215,13 +221,13 @@ impl Bench {
         let title = format!("Side by side on the settled bed of {grains} grains");
         let section = Section::new(&title, answer).with_all(self.ratios());
         let mut section = section.with(table).with(
-            "The bed: contacts between grains, the largest distance of a grain from its place in native exact after the same steps, \
+            "The bed: contacts between grains, the largest distance of a grain from its place in native after the same steps, \
              kinetic energy. YADE runs with verletDist 1e-4 m, its best on this bed, frictionless as the scene is; it computes spheres \
              in three dimensions with friction and rotation at hand, and a good part of the ratio is what is not computed. With \
-             friction (angle 0.5, grains free to turn) nothing is left out in either, and engines are held against native exact \
-             with friction. LAMMPS and \
-             LIGGGHTS know one stiffness for all pairs, have a drag force in place of Cundall's damping and do not integrate \
-             rotation, so their bed is a slightly other one, and their time is that of a general code over the same pairs.",
+             friction (angle 0.5, grains free to turn) nothing is left out in any, and engines are held against native \
+             with friction. LAMMPS and LIGGGHTS know one stiffness for all pairs and have a drag force in place of Cundall's \
+             damping, and without friction do not integrate rotation, so their bed is a slightly other one, and their time is that of \
+             a general code over the same pairs.",
         );
         let external = self.contests.iter();
         for of in external.filter(|of| of.contender == Contender::External) {
@@ -239,12 +245,12 @@ impl Bench {
         section
     }
 
-    /// Each round's ratio to native exact, and the median with the middle half.
+    /// Each round's ratio to native, and the median with the middle half.
     fn ratios(&self) -> Option<Plot> {
         let others = self.contests.iter();
-        let others = others.filter(|contest| !contest.contender.is_exact());
+        let others = others.filter(|contest| !contest.contender.known().native);
         let rows: Vec<_> = others
-            .filter_map(|contest| Some((contest, contest.over_exact.as_ref()?)))
+            .filter_map(|contest| Some((contest, contest.over_native.as_ref()?)))
             .collect();
         let rounds = rows.iter().enumerate().flat_map(|(row, (_, over))| {
             let points = over.all.iter();
@@ -260,8 +266,8 @@ impl Bench {
             Some(Point::at(goal, row as f64))
         });
         let names = rows.iter().map(|(contest, _)| contest.name.as_str());
-        let caption = "Time a step over native exact's in the same round: a dot a round, and the median with half of the rounds";
-        let x = Axis::logarithmic("times native exact");
+        let caption = "Time a step over native's in the same round: a dot a round, and the median with half of the rounds";
+        let x = Axis::logarithmic("times native");
         let y = Axis::of_names("", names);
         let plot = Plot::new("ratios", caption, x, y);
         (!rows.is_empty()).then(|| {
@@ -273,7 +279,7 @@ impl Bench {
 
     fn stages(&self) -> Section {
         let table = Table::of("stages", "", &self.stages)
-            .column("part of a native exact step", |of| &of.stage)
+            .column("part of a native step", |of| &of.stage)
             .column("share", |of| of.share);
         let mut answer = format!(
             "{} pairs are listed, {} of them touch; a list lasts {:.0} steps.",
@@ -406,8 +412,8 @@ impl Bench {
 /// The three ways in which an engine's bed must still be the bed.
 fn of_bed(contest: &Contest) -> [Check; 3] {
     let sanity = &contest.sanity;
-    let (tolerance, exact) = (sanity.tolerance, sanity.energy_in_exact);
-    let contacts = sanity.contacts_in_exact as f64;
+    let (tolerance, native) = (sanity.tolerance, sanity.energy_in_native);
+    let contacts = sanity.contacts_in_native as f64;
     let share = tolerance.contacts;
     let ways = [
         (
@@ -428,7 +434,7 @@ fn of_bed(contest: &Contest) -> [Check; 3] {
             "kinetic-energy",
             "kinetic energy",
             sanity.energy,
-            [exact, exact / tolerance.energy, exact * tolerance.energy],
+            [native, native / tolerance.energy, native * tolerance.energy],
             "J",
         ),
     ];
@@ -443,7 +449,7 @@ fn of_bed(contest: &Contest) -> [Check; 3] {
             ..Check::of_words(id, &what, outcome, "")
                 .with_limits(value, expected, None)
                 .judged_by(
-                    "against native exact's bed after the same steps",
+                    "against native's bed after the same steps",
                     "how far rounding or the other law may take it (docs/benchmark.md)",
                 )
         }
@@ -480,7 +486,7 @@ fn instructions(all: &[Instructions]) -> Option<Section> {
         .column("engine", |of| &of.name)
         .column("instructions a step", |of| of.per_step)
         .column("a listed pair", |of| of.per_listed_pair)
-        .column("times native exact", |of| of.over_exact)
+        .column("times native", |of| of.over_native)
         .column("mostly in", mostly_in);
     let answer = "Counted by valgrind, the same at any time of day. Valgrind shows no AVX-512, so the native engine's are those of its \
                   AVX2 code; the AVX-512 code, where the machine has it, needs fewer. An instruction is no unit of time: a vector's \

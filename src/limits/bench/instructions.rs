@@ -25,7 +25,7 @@ pub struct Instructions {
     pub per_step: f64,
     /// Instructions a step and pair that the native engine lists.
     pub per_listed_pair: f64,
-    pub over_exact: f64,
+    pub over_native: f64,
     /// Share of each function that has at least a hundredth, itself without what it calls; largest first.
     pub functions: Vec<(String, f64)>,
 }
@@ -47,9 +47,9 @@ pub fn all(
             id, name, native, ..
         } = contender.known();
         let counts = native || setup.plan.counts_others;
-        let exact = all.first().map(|exact| exact.per_step);
-        // Without native exact there is nothing to hold it against.
-        let lacks = exact.is_none() && contender != Contender::Exact;
+        let base = all.first().map(|base| base.per_step);
+        // Without native there is nothing to hold it against.
+        let lacks = base.is_none() && contender != Contender::Native;
         if !counts
             || lacks
             || matches!(
@@ -66,7 +66,7 @@ pub fn all(
                 name: name.to_owned(),
                 per_step,
                 per_listed_pair: per_step / listed_pairs as f64,
-                over_exact: per_step / exact.unwrap_or(per_step),
+                over_native: per_step / base.unwrap_or(per_step),
                 functions,
             }),
             // The counter's failure is none of the engine's.

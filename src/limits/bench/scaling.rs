@@ -22,7 +22,7 @@ const FEWEST_STEPS: u64 = 20;
 /// One way of computing one size.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Point {
-    /// The engine and its way: `native exact`, `native exact, ids shuffled`, `YADE -j1, ordinary loop`.
+    /// The engine and its way: `native`, `native, ids shuffled`, `YADE -j1, ordinary loop`.
     pub name: String,
     pub grains: u32,
     pub seconds_per_step: Spread,
@@ -32,7 +32,7 @@ pub struct Point {
 }
 
 /// The native engine on a bed as it is, and with its ids shuffled.
-const NATIVE: [&str; 2] = ["native exact", "native exact, ids shuffled"];
+const NATIVE: [&str; 2] = ["native", "native, ids shuffled"];
 
 pub const YADE: &str = "YADE -j1, ordinary loop";
 
