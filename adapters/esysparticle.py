@@ -56,7 +56,7 @@ def with_loopback(command):
 def in_program(folder):
     """Have the program do the job in this folder, apart from the line that ends it; what it answers."""
     environment = dict(
-        os.environ, OMP_NUM_THREADS="1", OMPI_MCA_mpi_yield_when_idle="1", OMPI_MCA_btl="self,vader", OMPI_MCA_orte_tmpdir_base=folder, HWLOC_COMPONENTS="-gl",
+        os.environ, OMP_NUM_THREADS="1", OMPI_MCA_mpi_yield_when_idle="1", OMPI_MCA_btl="self,vader", OMPI_MCA_orte_tmpdir_base=folder, OMPI_MCA_btl_vader_backing_directory=folder, HWLOC_COMPONENTS="-gl",
         OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", PYTHONPATH=os.path.dirname(HERE), **{INSIDE: folder},
     )  # fmt: skip
     command = alone(["mpirun", "-np", "2", "--oversubscribe", "--bind-to", "none", "esysparticle", HERE])

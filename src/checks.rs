@@ -271,9 +271,10 @@ impl std::fmt::Display for Tally {
             skipped,
             expected_failures,
         } = self;
+        let checks = if *passed == 1 { "check" } else { "checks" };
         write!(
             out,
-            "{passed} checks passed, {failed} failed, {skipped} skipped, {expected_failures} expected failures"
+            "{passed} {checks} passed, {failed} failed, {skipped} skipped, {expected_failures} expected failures"
         )
     }
 }

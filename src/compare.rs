@@ -146,8 +146,8 @@ impl Comparison {
     }
 
     pub fn answer(&self) -> String {
-        let verdict = self.verdict().in_words();
-        let mut said = format!("{verdict}: {} against {}", self.a, self.b);
+        let verdict = first_steps::before(self.verdict());
+        let mut said = format!("{verdict}{} against {}", self.a, self.b);
         if let Some(first) = &self.first_difference {
             said += &format!("; first difference: {first}");
         }

@@ -127,7 +127,7 @@ fn other_realizations_are_equivalent_different_or_too_few() {
     assert!(same.power.expect("was judged").estimate > 0.9);
     let answer = same.document().answer;
     assert!(
-        answer.starts_with("EQUAL IN DISTRIBUTION. Were all means equal"),
+        answer.starts_with("equal in distribution. Were all means equal"),
         "{answer}"
     );
 }

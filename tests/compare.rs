@@ -143,6 +143,7 @@ fn the_command_says_agreed_or_different_and_exits_so() {
     );
     let (code, out, _) = told(&crossgrain(&["compare", "a", "c"], folder.path()));
     assert_eq!(code, 1, "{out}");
+    assert!(out.contains("\nDIFFERENT: native against native"), "{out}");
     assert!(out.contains("first difference: step "), "{out}");
     let arguments = ["compare", "a", "c", "--json", "--junit", "checks.xml"];
     let (code, out, _) = told(&crossgrain(&arguments, folder.path()));

@@ -171,7 +171,7 @@ fn unsound_folders_are_refused_with_exit_2() {
         (
             "missing",
             |bad| fs::remove_dir_all(bad).expect("a folder"),
-            "cannot open",
+            "it has no run.json",
         ),
         (
             "no bodies",

@@ -36,7 +36,7 @@ impl std::fmt::Display for FirstDifference {
         let number = &self.number;
         write!(
             out,
-            "step {step} of stage {stage}: {number} ({count} numbers differ after this step)"
+            "step {step} of stage {stage}: {number} (numbers that differ after this step: {count})"
         )
     }
 }

@@ -168,6 +168,14 @@ fn said(of: &OfStart) -> String {
     }
 }
 
+/// The verdict before what is said of it; that two differ, the outcome has said.
+pub fn before(verdict: Verdict) -> String {
+    match verdict {
+        Verdict::Different => String::new(),
+        other => format!("{}: ", other.in_words()),
+    }
+}
+
 /// What it comes to, in a few sentences.
 pub fn answer(of: &Judgement) -> String {
     let precision = of.resolution.name();

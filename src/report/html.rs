@@ -355,13 +355,13 @@ pub fn check_lines(checks: &[Check], all: bool) -> String {
             _ => MOST_OTHERS,
         };
         for check in of.iter().take(most) {
-            let _ = writeln!(
-                text,
-                "{:>16} {}: {}",
-                outcome.word(),
-                check.id,
-                check.in_a_line()
-            );
+            let line = check.in_a_line();
+            // The key of a measure is its title too.
+            let said = match line.strip_prefix(&check.quantity) {
+                Some(rest) if check.id.ends_with(&check.quantity) => rest.to_owned(),
+                _ => format!(": {line}"),
+            };
+            let _ = writeln!(text, "{:>16} {}{said}", outcome.word(), check.id);
         }
         if of.len() > most {
             let _ = writeln!(
@@ -509,7 +509,7 @@ mod tests {
             "{text}"
         );
         assert!(
-            text.contains("DIFFERENT: It fell.\n1 checks passed, 1 failed"),
+            text.contains("DIFFERENT: It fell.\n1 check passed, 1 failed"),
             "{text}"
         );
     }

@@ -14,7 +14,7 @@ const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 290.0;
 const ROW: f64 = 19.0;
 /// Letters of a name beside an axis at most.
-const LONGEST: usize = 36;
+const LONGEST: usize = 52;
 /// Points that are nearer than this are one point of a line.
 const NEAR: f64 = 0.3;
 
@@ -120,7 +120,12 @@ fn ranges(plot: &Plot) -> [[f64; 2]; 2] {
         }
     }
     let [xs, ys] = all;
-    [range(&plot.x, &xs), range(&plot.y, &ys)]
+    let mut ranges = [range(&plot.x, &xs), range(&plot.y, &ys)];
+    if !plot.x.categories.is_empty() && along == 0 {
+        // Words in the last place of a map stand on its right as all others do.
+        ranges[0][1] += 0.5;
+    }
+    ranges
 }
 
 fn range(axis: &Axis, values: &[f64]) -> [f64; 2] {
@@ -229,8 +234,8 @@ struct Drawing<'a> {
     x: Scale,
     y: Scale,
     marks: String,
-    /// Words with their colours and the places where they would stand, the best first.
-    labels: Vec<(String, Colour, Vec<Place>)>,
+    /// Words with their colours, the places where they would stand, the best first, and the point that they may stand far from.
+    labels: Vec<(String, Colour, Vec<Place>, Option<[f64; 2]>)>,
     /// Where nothing more can be written: left, top, right, bottom.
     taken: Vec<[f64; 4]>,
 }
@@ -351,6 +356,7 @@ impl Drawing<'_> {
                 return;
             }
             let y = self.y.place(value);
+            self.taken.push([left, y - 1.0, right, y + 1.0]);
             let _ = write!(
                 self.marks,
                 "<path {stroke} d=\"M{left:.1} {y:.1}H{right:.1}\"/>"
@@ -371,19 +377,20 @@ impl Drawing<'_> {
                 .flat_map(|y| [([x + 5.0, y], "start"), ([x - 5.0, y], "end")])
                 .collect()
         };
-        self.labels.push((name.to_owned(), colour, places));
+        self.labels.push((name.to_owned(), colour, places, None));
     }
 
     /// Points with intervals; on an axis of names several series stand beside each other.
     fn points(&mut self, points: &[Point], colour: Colour, hollow: bool, [series, of]: [usize; 2]) {
         let (downwards, hex) = (!self.plot.y.categories.is_empty(), colour.hex());
         let names = [self.plot.x.categories.len(), self.plot.y.categories.len()];
-        let apart = |names: usize, length: f64| match names {
-            0 => 0.0,
-            names => {
-                (0.7 * length / (names * of) as f64).min(8.0)
+        // In a map of two axes of names each point has its place for itself.
+        let apart = |named: usize, length: f64| match names {
+            [0, _] | [_, 0] if named > 0 => {
+                (0.7 * length / (named * of) as f64).min(8.0)
                     * (series as f64 - 0.5 * (of as f64 - 1.0))
             }
+            _ => 0.0,
         };
         let shift = [apart(names[0], self.area[2]), apart(names[1], self.area[3])];
         let (radius, opacity) = if points.len() > 300 {
@@ -402,10 +409,12 @@ impl Drawing<'_> {
                 let path = if downwards {
                     let [low, high] = [low, high].map(|end| self.x.place(end));
                     let cap = y - 3.0;
+                    self.taken.push([low, cap, high, y + 3.0]);
                     format!("M{low:.1} {y:.1}H{high:.1}M{low:.1} {cap:.1}v6M{high:.1} {cap:.1}v6")
                 } else {
                     let [low, high] = [low, high].map(|end| self.y.place(end));
                     let cap = x - 3.0;
+                    self.taken.push([cap, high, x + 3.0, low]);
                     format!("M{x:.1} {low:.1}V{high:.1}M{cap:.1} {low:.1}h6M{cap:.1} {high:.1}h6")
                 };
                 let _ = write!(
@@ -426,25 +435,31 @@ impl Drawing<'_> {
                     ([x + 6.0, y + 15.0], "start"),
                     ([x - 6.0, y + 15.0], "end"),
                 ];
-                self.labels
-                    .push((point.label.clone(), colour, beside.to_vec()));
+                let places = beside.to_vec();
+                let far = (names == [0, 0]).then_some([x, y]);
+                self.labels.push((point.label.clone(), colour, places, far));
             }
         }
     }
 
-    /// The words that find a place within the borders where no other words and no points are.
+    /// The words, where no other words, points and bars are. Where no axis is of names, a point's name that finds no room
+    /// beside it stands where there is some, at the end of a line from the point.
     fn labels(&mut self) -> String {
-        let mut svg = String::new();
         let [left, top, width, height] = self.area;
-        for (words, colour, places) in std::mem::take(&mut self.labels) {
+        let mut svg = String::new();
+        for (words, colour, places, point) in std::mem::take(&mut self.labels) {
             let length = LETTER * words.chars().count() as f64;
-            let free = places.iter().find_map(|([x, y], anchor)| {
+            let room = |([x, y], anchor): &Place| {
                 let from = match *anchor {
                     "start" => *x,
                     "end" => x - length,
                     _ => x - 0.5 * length,
                 };
-                let own = [from, y - 11.0, from + length, y + 3.0];
+                [from, y - 11.0, from + length, y + 3.0]
+            };
+            let taken = &self.taken;
+            let is_free = |place: &Place| {
+                let own = room(place);
                 let within = own[0] >= left
                     && own[1] >= top
                     && own[2] <= left + width
@@ -452,11 +467,36 @@ impl Drawing<'_> {
                 let meets = |of: &[f64; 4]| {
                     own[0] < of[2] && of[0] < own[2] && own[1] < of[3] && of[1] < own[3]
                 };
-                (within && !self.taken.iter().any(meets)).then_some(([*x, *y], *anchor, own))
+                within && !taken.iter().any(meets)
+            };
+            if let Some(place) = places.iter().find(|place| is_free(place)) {
+                self.taken.push(room(place));
+                svg += &label(colour, place.0, place.1, &words);
+                continue;
+            }
+            let Some([x, y]) = point else { continue };
+            let rows = (0..=(height / 8.0) as u32).map(|row| top + 8.0 * f64::from(row));
+            let anywhere = rows.flat_map(|row| {
+                let columns = (0..=(width / 8.0) as u32).map(|at| left + 8.0 * f64::from(at));
+                columns.map(move |column| ([column, row], "start"))
             });
-            if let Some((place, anchor, own)) = free {
-                self.taken.push(own);
-                svg += &label(colour, place, anchor, &words);
+            // From the point to the nearest place of the words' lower edge.
+            let end = |place: &Place| {
+                let own = room(place);
+                [x.clamp(own[0], own[2]), own[3]]
+            };
+            let far = |place: &Place| {
+                let [a, b] = end(place);
+                (a - x).hypot(b - y)
+            };
+            let nearest = anywhere
+                .filter(is_free)
+                .min_by(|a, b| far(a).total_cmp(&far(b)));
+            if let Some(place) = nearest {
+                self.taken.push(room(&place));
+                let path = line([[x, y], end(&place)].into_iter());
+                svg += &format!("<path stroke=\"{}\" d=\"{path}\"/>", colour.hex());
+                svg += &label(colour, place.0, place.1, &words);
             }
         }
         svg
@@ -627,5 +667,63 @@ mod tests {
                 plot.name
             );
         }
+    }
+
+    /// How many of these points get their names.
+    fn named(x: Axis, y: Axis, points: &[[f64; 2]]) -> usize {
+        let crowded = y.categories.is_empty();
+        let labelled = |at: usize, [x, y]: [f64; 2]| Point {
+            interval: crowded.then_some([0.1 * y, 9.0 * y]),
+            ..Point::at(x, y).labelled(format!("no. {at:03}"))
+        };
+        let half = |of: usize| {
+            let all = points.iter().enumerate();
+            let half = all.filter(move |(at, _)| at % 2 == of);
+            half.map(|(at, point)| labelled(at, *point))
+        };
+        let plot = Plot::new("crowd", "", x, y)
+            .points("even", Colour::Blue, half(0))
+            .points("odd", Colour::Green, half(1));
+        let svg = svg(&plot);
+        let is_there = |at: &usize| svg.contains(&format!(">no. {at:03}</text>"));
+        (0..points.len()).filter(is_there).count()
+    }
+
+    #[test]
+    fn each_point_of_a_crowd_and_of_a_map_has_its_name() {
+        let crowd: Vec<[f64; 2]> = (0..24).map(|i| [1.0 + 0.01 * f64::from(i), 2.0]).collect();
+        let [x, y] = [Axis::logarithmic("s"), Axis::logarithmic("error")];
+        assert_eq!(named(x, y, &crowd), 24);
+        let names = |count: u32| (0..count).map(|at| at.to_string()).collect::<Vec<_>>();
+        let map: Vec<[f64; 2]> = (0..40)
+            .map(|i| [f64::from(i % 8), f64::from(i / 8)])
+            .collect();
+        let [x, y] = [Axis::of_names("x", names(8)), Axis::of_names("y", names(5))];
+        assert_eq!(named(x, y, &map), 40);
+    }
+
+    #[test]
+    fn no_name_lies_over_a_bar() {
+        let place = |interval| {
+            let bar = Point {
+                interval,
+                ..Point::at(1.1, 5.0)
+            };
+            let points = [Point::at(1.0, 1.0).labelled(name("a long name")), bar];
+            let range = Some([0.0, 6.0]);
+            let [x, y] = ["s", "error"].map(|label| Axis {
+                range,
+                ..Axis::linear(label)
+            });
+            let svg = svg(&Plot::new("bar", "", x, y).points("", Colour::Blue, points));
+            let before = svg
+                .split_once(">a long name</text>")
+                .map(|(before, _)| before);
+            before
+                .and_then(|of| of.rsplit_once("<text"))
+                .map(|(_, of)| name(of))
+        };
+        let [beside, elsewhere] = [[5.0, 5.0], [0.0, 5.0]].map(|ends| place(Some(ends)));
+        assert!(beside.is_some() && elsewhere.is_some() && beside != elsewhere);
     }
 }

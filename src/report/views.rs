@@ -50,10 +50,14 @@ impl Table {
         text
     }
 
-    /// Whether a cell is too long for a column of one word a line.
-    fn has_sentences(&self, column: usize) -> bool {
-        let mut cells = self.rows.iter().filter_map(|row| row.get(column));
-        cells.any(|cell| matches!(cell, Cell::Text(text) if text.len() > 16))
+    /// Letters of the longest words in a column.
+    fn longest(&self, column: usize) -> usize {
+        let cells = self.rows.iter().filter_map(|row| row.get(column));
+        let words = cells.map(|cell| match cell {
+            Cell::Text(text) => text.len(),
+            _ => 0,
+        });
+        words.max().unwrap_or(0)
     }
 
     /// As an element that scrolls sideways where it is too wide, with its title as a caption.
@@ -62,14 +66,11 @@ impl Table {
         if !self.title.is_empty() {
             let _ = writeln!(html, "<caption>{}</caption>", words(&self.title));
         }
-        let class = |column: usize| {
-            if self.has_numbers(column) {
-                " class=\"n\""
-            } else if self.has_sentences(column) {
-                " class=\"w\""
-            } else {
-                ""
-            }
+        let class = |column: usize| match self.longest(column) {
+            _ if self.has_numbers(column) => " class=\"n\"",
+            0..=16 => "",
+            17..=200 => " class=\"w\"",
+            _ => " class=\"l\"",
         };
         html += "<tr>";
         for (index, column) in self.columns.iter().enumerate() {

@@ -282,7 +282,7 @@ impl Reproduction {
             .column("processor time, s", |run| run.cpu_seconds)
             .column("command", |run| Cell::Code(run.command.clone()));
         let answer = format!(
-            "`{}`, crossgrain {}, {} s. Scene with digest `{}`. A run without times native was made on another machine. The \
+            "`{}`, crossgrain {}, {} s. Scene with digest `{}`. Without “times native”, a run was made on another machine. The \
              parts of a run go on in the very bits that the part before has left.",
             self.command,
             self.crossgrain,

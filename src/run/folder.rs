@@ -66,11 +66,8 @@ pub struct RunFolder {
 pub enum FolderError {
     #[error(transparent)]
     File(#[from] FileError),
-    #[error("{path}: {source}")]
-    Scene {
-        path: PathBuf,
-        source: SceneFileError,
-    },
+    #[error(transparent)]
+    Scene(#[from] SceneFileError),
     #[error(transparent)]
     Table(#[from] TableError),
     #[error("{path} is not a run folder: {reason}")]
@@ -87,7 +84,7 @@ impl FolderError {
         match self {
             FolderError::File(error) => error.exit_code(),
             FolderError::Table(error) => error.exit_code(),
-            FolderError::Scene { source, .. } => source.exit_code(),
+            FolderError::Scene(error) => error.exit_code(),
             FolderError::Inconsistent { .. } | FolderError::Interrupted { .. } => exit::USAGE,
         }
     }
@@ -198,6 +195,10 @@ impl RunFolder {
             reason,
         };
         let record_path = path.join(RECORD);
+        if !record_path.exists() {
+            let why = "it has no run.json; `crossgrain run` writes one";
+            return Err(wrong(why.to_owned()));
+        }
         let record_text = read_text(&record_path, LARGEST_RECORD)?;
         let broken = |error: serde_json::Error| wrong(format!("run.json: {error}"));
         let Versioned { version } = serde_json::from_str(&record_text).map_err(broken)?;
@@ -207,11 +208,7 @@ impl RunFolder {
             )));
         }
         let record: RunRecord = serde_json::from_str(&record_text).map_err(broken)?;
-        let scene_path = path.join("scene.json");
-        let scene = read_scene(&scene_path).map_err(|source| FolderError::Scene {
-            path: scene_path,
-            source,
-        })?;
+        let scene = read_scene(&path.join("scene.json"))?;
         let ensure = |holds: bool, otherwise: &str| match holds {
             true => Ok(()),
             false => Err(wrong(otherwise.to_owned())),
@@ -359,21 +356,25 @@ const LARGEST_SCENE: u64 = 1 << 20;
 pub enum SceneFileError {
     #[error(transparent)]
     File(#[from] FileError),
-    #[error(transparent)]
-    Scene(#[from] SceneError),
+    #[error("{path}: {source}")]
+    Scene { path: PathBuf, source: SceneError },
 }
 
 impl SceneFileError {
     pub fn exit_code(&self) -> u8 {
         match self {
             SceneFileError::File(error) => error.exit_code(),
-            SceneFileError::Scene(_) => exit::USAGE,
+            SceneFileError::Scene { .. } => exit::USAGE,
         }
     }
 }
 
 pub fn read_scene(path: &Path) -> Result<Scene, SceneFileError> {
-    Ok(parse_scene(&read_text(path, LARGEST_SCENE)?)?)
+    let text = read_text(path, LARGEST_SCENE)?;
+    parse_scene(&text).map_err(|source| SceneFileError::Scene {
+        path: path.to_owned(),
+        source,
+    })
 }
 
 /// The folder that the recorded run of YADE is unpacked into, which is carried in the program. `reference_data/README.md` says

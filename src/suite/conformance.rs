@@ -76,20 +76,20 @@ impl Conformance {
     }
 
     fn answer(&self) -> String {
-        let verdict = self.verdict().in_words();
+        let verdict = first_steps::before(self.verdict());
         let failed = |of: &Check| of.outcome == Outcome::Fail;
         let small = |of: &&Check| failed(of) && !of.id.starts_with(FIRST_STEPS);
         let first = self.first_steps.as_ref().map(first_steps::answer);
         match (self.checks.iter().find(small), self.refused(), first) {
             (Some(Check { found, .. }), _, first) => {
                 let first = first.map_or(String::new(), |of| format!(" {of}"));
-                format!("{verdict}: {found}. Mend this first: the rest may come from it.{first}")
+                format!("{verdict}{found}. Mend this first: the rest may come from it.{first}")
             }
             (_, Some(of), Some(first)) => {
-                format!("{verdict}: {}. Its first steps: {first}", of.found)
+                format!("{verdict}{}. Its first steps: {first}", of.found)
             }
-            (_, None, Some(first)) => format!("{verdict}: {first}"),
-            (_, _, None) => format!("{verdict}: its first steps were not looked at."),
+            (_, None, Some(first)) => format!("{verdict}{first}"),
+            (_, _, None) => format!("{verdict}its first steps were not looked at."),
         }
     }
 }

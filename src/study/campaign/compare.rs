@@ -392,10 +392,12 @@ impl Comparison {
 
     /// The verdict, with what would have been noticed.
     fn answer(&self) -> String {
-        let mut answer = self.verdict.in_words().to_uppercase();
-        if self.verdict == Verdict::Undecided {
-            answer += ": more packings are needed for these margins";
+        let mut answer = match self.verdict {
+            Verdict::Different => "a mean, or a share of packings, differs by more than its margin",
+            Verdict::Undecided => "more packings are needed for these margins",
+            other => other.in_words(),
         }
+        .to_owned();
         if let Some(power) = self.power {
             answer += &format!(
                 ". Were all means equal, this would have said equal in distribution with a probability of {:.2} ({:.2} to {:.2})",

@@ -161,7 +161,9 @@ const HOW: &str = "A claim is decided by the size of an effect against a limit t
 impl Claims {
     pub fn document(&self) -> Document {
         let listed = |counts: &std::collections::BTreeMap<String, usize>| {
-            let parts = counts.iter().map(|(word, count)| format!("{word} {count}"));
+            let parts = counts
+                .iter()
+                .map(|(word, count)| format!("{word}: {count}"));
             parts.collect::<Vec<String>>().join(", ")
         };
         let mut how = Section::new("How a claim is decided", HOW);

@@ -87,8 +87,8 @@ impl Tradeoff {
         worst: impl Fn(&Judgement) -> Option<&Worst>,
     ) -> Plot {
         let caption = format!(
-            "{what} Filled: not dominated; hollow: dominated; bars: 95 % interval of the quantity with the largest bias. Named: \
-             what is not dominated, and candidates."
+            "{what} Filled: not dominated; hollow: dominated. What is not dominated, and candidates, have names and bars: the 95 % \
+             interval of the quantity with the largest bias."
         );
         let x = Axis::logarithmic("processor time of one realization, s");
         let y = Axis::logarithmic("largest bias over its margin");
@@ -102,10 +102,11 @@ impl Tradeoff {
                     let error = worst(&point.screened)?.error;
                     let [y, low, high] =
                         [error.estimate, error.low, error.high].map(|of| of.max(LOWEST));
-                    let shown = plot::Point::at(seconds(point)?, y).between(low, high);
-                    let named = !hollow || point.confirmed.is_some();
-                    let label = named.then(|| point.method.name.clone());
-                    Some(shown.labelled(label.unwrap_or_default()))
+                    let shown = plot::Point::at(seconds(point)?, y);
+                    Some(match !hollow || point.confirmed.is_some() {
+                        true => shown.between(low, high).labelled(point.method.name.clone()),
+                        false => shown,
+                    })
                 });
                 let dominated = if hollow { ", dominated" } else { "" };
                 plot = plot.group(&format!("{name}{dominated}"), colour, hollow, points);
@@ -115,8 +116,7 @@ impl Tradeoff {
         let Some(null) = worst(&self.null_comparison) else {
             return plot;
         };
-        let words = "null comparison: the reference on other clouds";
-        plot.level(words, Colour::Ochre, null.error.estimate)
+        plot.level("null comparison", Colour::Ochre, null.error.estimate)
     }
 
     fn by_cost(&self) -> Table {

@@ -29,7 +29,7 @@ pub enum SceneError {
     Syntax(String),
     #[error("the scene has format version {found}, this program reads version {SCENE_VERSION}")]
     Version { found: String },
-    #[error("the scene has {} problem(s):\n{}", .0.len(), lines(.0))]
+    #[error("the scene cannot be used:\n{}", lines(.0))]
     Problems(Vec<Problem>),
 }
 
