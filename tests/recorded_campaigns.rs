@@ -134,7 +134,12 @@ fn members_of_the_recorded_sensitivity_map_come_out_again() {
     let members: Vec<&Member> = members.collect();
     assert_eq!(members.len(), 696);
     let plan = Plan::full(12);
-    for (id, realization) in [("speed-0.1-alpha-0.2", 1), ("speed-0.05-alpha-0.8", 2)] {
+    let again = [
+        ("speed-0.1-alpha-0.2", 1),
+        ("speed-0.05-alpha-0.8", 2),
+        ("friction-0.3-speed-0.05", 1),
+    ];
+    for (id, realization) in again {
         let setting = plan.settings.iter().find(|setting| setting.id == id);
         let setting = setting.expect("a setting of the plan");
         let digest = setting.specification.digest();

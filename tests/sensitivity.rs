@@ -9,7 +9,7 @@ use crossgrain::study::realization::Change::{Friction, Hold, Settled, Speed};
 use crossgrain::study::realization::{Ending, Engines, Setting, Specification, changed};
 use crossgrain::study::sensitivity::judge::Verdict;
 use crossgrain::study::sensitivity::penetration::{self, Kind, Penetration};
-use crossgrain::study::sensitivity::plan::{Plan, SPEED_AND_DAMPING, can_share_beds};
+use crossgrain::study::sensitivity::plan::{Plan, SPEED_AND_DAMPING};
 use crossgrain::study::sensitivity::{Row, Sensitivity, keep, load_all};
 use crossgrain::study::{Study, create};
 use grains::scene::Scene;
@@ -60,37 +60,15 @@ fn whole(of: &Specification) -> Member {
 
 #[test]
 fn a_bed_poured_once_and_loaded_is_the_whole_run_bit_for_bit() {
-    let scenes = [
-        small_scene(),
-        changed(small_scene(), &[Speed(0.3)]),
-        changed(small_scene(), &[Hold(0.01)]),
-    ];
-    let settings = scenes.map(|scene| Setting::new("a", "a", "test", exact(scene), 1));
-    let loaded = load_all(&settings.iter().collect::<Vec<&Setting>>(), 1).expect("they run");
-    for (setting, loaded) in settings.iter().zip(loaded) {
-        assert!(loaded.loaded_state.is_some());
-        assert_eq!(loaded, whole(&setting.specification));
-    }
-}
-
-/// Contacts with friction remember how they came about; a table of grains does not have it.
-#[test]
-fn with_friction_a_bed_cannot_be_taken_up_again_and_no_plan_does_so() {
-    use crossgrain::study::member::Poured;
-    let mut scene = frictional_scene();
-    scene.loading.give_up_depth = 0.02;
-    let of = exact(scene);
-    let poured = Poured::of(&of.scene_of(1)).expect("it runs");
-    assert!(matches!(poured, Poured::Bed(_, true)));
-    let loaded = poured.load(&of, 1, keep).expect("it runs");
-    let whole = whole(&of);
-    assert_ne!(loaded.loaded_state, whole.loaded_state);
-    let setting = Setting::new("a", "a", "test", of, 1);
-    assert_eq!(load_all(&[&setting], 1).expect("it runs"), [whole]);
-    for plan in [Plan::full(12), Plan::quick(6)] {
-        for setting in plan.settings {
-            let friction = setting.specification.scene.material.friction_angle > 0.0;
-            assert_eq!(can_share_beds(&setting), !friction, "{}", setting.name);
+    for mut scene in [small_scene(), frictional_scene()] {
+        scene.loading.give_up_depth = 0.02;
+        let scenes = [&[][..], &[Speed(0.3)], &[Hold(0.01)]];
+        let scenes = scenes.map(|changes| changed(scene.clone(), changes));
+        let settings = scenes.map(|scene| Setting::new("a", "a", "test", exact(scene), 1));
+        let loaded = load_all(&settings.iter().collect::<Vec<&Setting>>(), 1).expect("they run");
+        for (setting, loaded) in settings.iter().zip(loaded) {
+            assert!(loaded.loaded_state.is_some());
+            assert_eq!(loaded, whole(&setting.specification));
         }
     }
 }

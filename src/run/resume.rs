@@ -90,11 +90,7 @@ pub(super) fn rest(
         made.trace.retain(|row| row.stage == Stage::Settle);
         let steps = made.outcome.stages[0].steps;
         made.outcome.last = snapshot(bed, (Stage::Settle, steps), scene, None);
-        Start {
-            stage: Stage::Load,
-            step: 0,
-            ..made.outcome.last.clone().into()
-        }
+        Task::load(made.outcome.last.clone()).start
     };
     let until = match protocol {
         Protocol::Whole => Until::EndOfLoading,

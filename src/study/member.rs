@@ -194,7 +194,7 @@ impl Poured {
         )
     }
 
-    /// Loads the bed by the specification, which pours it so: without friction the bits are those of the whole run.
+    /// Loads the bed by the specification, which pours it so; the bits are those of the whole run.
     pub fn load(
         &self,
         of: &Specification,

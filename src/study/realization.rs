@@ -211,13 +211,11 @@ fn in_native(scene: &Scene, phases: &[Phase]) -> Result<Realization, NativeError
     Ok(whole(outcome, 0.0, native_engine()))
 }
 
-/// Loads a bed that was poured before, in the native engine; a bed that has not `settled` is none to judge by. The
-/// bits are those of the whole run as long as contacts remember nothing, that is without friction.
+/// Loads a bed that was poured before, in the native engine, with the bits of the whole run; a bed that has not `settled`
+/// is none to judge by.
 pub fn loaded(scene: &Scene, bed: &Snapshot, settled: bool) -> Result<Realization, NativeError> {
     let scene = &unobserved(scene);
-    let mut task = Task::whole(bed.bodies.clone());
-    task.start.stage = Stage::Load;
-    let options = native::Options::default();
+    let (task, options) = (Task::load(bed.clone()), native::Options::default());
     let mut outcome = native::run(scene, &task, &options, &mut ())?;
     outcome.settled = Some(bed.clone());
     Ok(Realization {

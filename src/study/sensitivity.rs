@@ -17,7 +17,7 @@ use crate::study::realization::{Engines, Runner, Setting, sound};
 use crate::study::sensitivity::bearing::{Bearing, bearing};
 use crate::study::sensitivity::judge::{Verdict, judge, share_reached};
 use crate::study::sensitivity::penetration::Watched;
-use crate::study::sensitivity::plan::{COMBINED, Plan, Task, can_share_beds};
+use crate::study::sensitivity::plan::{COMBINED, Plan, Task};
 use crate::study::{Judged, Outline, Study, StudyError};
 use evidence::moments::{mean, mean_interval};
 use evidence::{Interval, selection};
@@ -48,20 +48,11 @@ pub fn keep(key: &str) -> bool {
     KEPT.contains(&key) || PUBLISHED.iter().any(|figure| figure.key == key)
 }
 
-/// Members of one cloud; settings that share beds are loaded from one. With friction the realization is run whole.
+/// Members of one cloud, whose settings have one bed.
 pub fn load_all(settings: &[&Setting], cloud: u64) -> Result<Vec<Member>, EngineError> {
     let [first, ..] = settings else {
         return Ok(Vec::new());
     };
-    if !can_share_beds(first) {
-        let engines = Engines::default();
-        let whole = |of: &&Setting| {
-            let run = Member::run(&of.specification, cloud, &engines, Path::new(""), keep)?;
-            // Time has no place among bits.
-            Ok(Member { cost: None, ..run })
-        };
-        return settings.iter().map(whole).collect();
-    }
     let poured = Poured::of(&first.specification.scene_of(cloud))?;
     let load = |of: &&Setting| poured.load(&of.specification, cloud, keep);
     settings.iter().map(load).collect()

@@ -103,6 +103,15 @@ impl Task {
         }
     }
 
+    /// Loading of a settled bed.
+    pub fn load(bed: Snapshot) -> Self {
+        Task::whole(Start {
+            stage: Stage::Load,
+            step: 0,
+            ..bed.into()
+        })
+    }
+
     /// Pouring until the bed has settled.
     pub fn settle(initial: impl Into<Start>) -> Self {
         Task {

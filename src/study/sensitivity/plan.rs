@@ -300,25 +300,24 @@ impl Plan {
     /// A bed is poured once for all loads of a cloud; settings that are the same run are run once.
     pub fn tasks(&self) -> &[Task] {
         self.tasks.get_or_init(|| {
-            let digests = self.settings.iter().map(|of| {
-                let pour = can_share_beds(of).then(|| self.pour_digest(of));
-                (of.specification.digest(), pour)
-            });
-            let digests: Vec<(String, Option<String>)> = digests.collect();
+            let digests = self
+                .settings
+                .iter()
+                .map(|of| (of.specification.digest(), self.pour_digest(of)));
+            let digests: Vec<(String, String)> = digests.collect();
             let of_settings = self.settings.iter().flat_map(Setting::realizations);
             let watched = self.penetrations.iter().flat_map(|of| 1..=of.clouds);
             let clouds: BTreeSet<u64> = of_settings.chain(watched).collect();
             let mut tasks = Vec::new();
             for cloud in clouds {
                 let mut planned = BTreeSet::new();
-                let mut beds: Vec<(Option<&String>, Vec<usize>)> = Vec::new();
+                let mut beds: Vec<(&String, Vec<usize>)> = Vec::new();
                 for (index, setting) in self.settings.iter().enumerate() {
                     let (digest, pour) = &digests[index];
                     if !setting.realizations().any(|of| of == cloud) || !planned.insert(digest) {
                         continue;
                     }
-                    let pour = pour.as_ref();
-                    match beds.iter_mut().find(|bed| pour.is_some() && bed.0 == pour) {
+                    match beds.iter_mut().find(|bed| bed.0 == pour) {
                         Some(bed) => bed.1.push(index),
                         None => beds.push((pour, vec![index])),
                     }
@@ -331,12 +330,6 @@ impl Plan {
             tasks
         })
     }
-}
-
-/// Whether a bed can be poured once and loaded in many ways with the same bits: contacts with friction remember how they
-/// came about.
-pub fn can_share_beds(setting: &Setting) -> bool {
-    setting.specification.scene.material.friction_angle == 0.0
 }
 
 #[cfg(test)]
@@ -391,7 +384,7 @@ mod tests {
         assert_eq!(beds(|at| at[0] == 0.1), ALPHAS.len());
     }
 
-    /// 696 members of 86 settings and 39 watched punches; beds with friction are never shared.
+    /// 696 members of 86 settings and 39 watched punches.
     #[test]
     fn every_member_is_planned_once() {
         let plan = Plan::full(12);
@@ -402,7 +395,6 @@ mod tests {
                 Task::Loads(settings, cloud) => {
                     for index in settings {
                         let setting = &plan.settings[*index];
-                        assert!(settings.len() == 1 || can_share_beds(setting));
                         assert!(members.insert((setting.specification.digest(), *cloud)));
                     }
                 }

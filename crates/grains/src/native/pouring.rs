@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::stages::{NativeError, Options, run};
 use crate::scene::{Damping, Scene, TimeStep};
 use crate::tables::{Bodies, Snapshot};
-use crate::task::Task;
+use crate::task::{Start, Task};
 
 /// A part of pouring.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -109,7 +109,7 @@ pub fn pour(
     options: &Options,
     initial: Bodies,
 ) -> Result<Option<Poured>, NativeError> {
-    let mut bodies = initial;
+    let mut start = Start::from(initial);
     let (mut steps, mut peak, mut settled) = (0, 0.0f64, true);
     // As often in time as the scene's own rule, so that one phase of the scene's settings is the scene's pouring.
     let look_every = scene.settle.check_every as f64 * scene.time_step_seconds();
@@ -124,11 +124,14 @@ pub fn pour(
         let part = ((length / dt).round() as u64).max(1);
         let mut of_phase = 0;
         loop {
-            let last = steps_of(&scene, options, bodies, part)?;
-            bodies = last.bodies.clone();
-            bed = Some(last);
+            let last = run(&scene, &Task::pour(start, part), options, &mut ())?.last;
             of_phase += part;
-            let energy = bodies.kinetic_energy();
+            let energy = last.bodies.kinetic_energy();
+            start = Start {
+                memory: last.memory.clone(),
+                ..last.bodies.clone().into()
+            };
+            bed = Some(last);
             peak = peak.max(energy);
             if fraction.is_none_or(|fraction| energy <= fraction * peak) {
                 break;
@@ -156,13 +159,4 @@ fn of_phase(scene: &Scene, phase: &Phase) -> Scene {
         of_sqrt_m_over_k: phase.step,
     };
     scene
-}
-
-fn steps_of(
-    scene: &Scene,
-    options: &Options,
-    bodies: Bodies,
-    steps: u64,
-) -> Result<Snapshot, NativeError> {
-    Ok(run(scene, &Task::pour(bodies, steps), options, &mut ())?.last)
 }
