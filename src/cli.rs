@@ -221,7 +221,7 @@ mod tests {
     }
 
     /// Verbs that judge nothing: they make, show or keep something.
-    const NO_JUDGES: [&str; 22] = [
+    const NO_JUDGES: [&str; 23] = [
         "scene paper",
         "scene check",
         "scene model",
@@ -231,6 +231,7 @@ mod tests {
         "study plan campaign",
         "study plan tradeoff",
         "study plan sensitivity",
+        "study plan search",
         "study plan stability",
         "study status",
         "study merge",

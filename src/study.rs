@@ -28,6 +28,7 @@ pub mod machine;
 pub mod member;
 pub mod plan;
 pub mod realization;
+pub mod search;
 pub mod sensitivity;
 pub mod shard;
 pub mod store;

@@ -46,6 +46,7 @@ mod compare;
 
 mod verify;
 
+mod search;
 mod sensitivity;
 
 mod stability;

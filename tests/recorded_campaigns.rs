@@ -8,10 +8,10 @@ use crossgrain::study::campaign::compare::compare;
 use crossgrain::study::campaign::{Merged, merged};
 use crossgrain::study::claims::{self, Claims};
 use crossgrain::study::machine::{Folder, Machine};
-use crossgrain::study::member::Member;
+use crossgrain::study::member::{Member, of_one_bed};
 use crossgrain::study::realization::{Ending, Engines, Runner};
 use crossgrain::study::sensitivity::plan::Plan;
-use crossgrain::study::sensitivity::{Row, Sensitivity, load_all};
+use crossgrain::study::sensitivity::{Row, Sensitivity, keep};
 use evidence::t_test::Finding;
 use grains::scene::paper_scene;
 use verdict::judge::Verdict;
@@ -145,7 +145,7 @@ fn members_of_the_recorded_sensitivity_map_come_out_again() {
         let digest = setting.specification.digest();
         let mut own = members.iter().filter(|of| of.specification == digest);
         let recorded = own.find(|of| of.realization == realization);
-        let again = load_all(&[setting], realization).expect("it runs");
+        let again = of_one_bed(&[setting], realization, keep).expect("it runs");
         assert_eq!(Some(&&again[0]), recorded, "{id}");
     }
 }

@@ -4,13 +4,13 @@ use std::path::Path;
 
 use crossgrain::report;
 use crossgrain::study::machine::Folder;
-use crossgrain::study::member::{Member, Members};
+use crossgrain::study::member::{Member, Members, of_one_bed};
 use crossgrain::study::realization::Change::{Friction, Hold, Settled, Speed};
 use crossgrain::study::realization::{Ending, Engines, Setting, Specification, changed};
 use crossgrain::study::sensitivity::judge::Verdict;
 use crossgrain::study::sensitivity::penetration::{self, Kind, Penetration};
 use crossgrain::study::sensitivity::plan::{Plan, SPEED_AND_DAMPING};
-use crossgrain::study::sensitivity::{Row, Sensitivity, keep, load_all};
+use crossgrain::study::sensitivity::{Row, Sensitivity, keep};
 use crossgrain::study::{Study, create};
 use grains::scene::Scene;
 use grains::tables::StopReason;
@@ -65,7 +65,8 @@ fn a_bed_poured_once_and_loaded_is_the_whole_run_bit_for_bit() {
         let scenes = [&[][..], &[Speed(0.3)], &[Hold(0.01)]];
         let scenes = scenes.map(|changes| changed(scene.clone(), changes));
         let settings = scenes.map(|scene| Setting::new("a", "a", "test", exact(scene), 1));
-        let loaded = load_all(&settings.iter().collect::<Vec<&Setting>>(), 1).expect("they run");
+        let loaded =
+            of_one_bed(&settings.iter().collect::<Vec<&Setting>>(), 1, keep).expect("they run");
         for (setting, loaded) in settings.iter().zip(loaded) {
             assert!(loaded.loaded_state.is_some());
             assert_eq!(loaded, whole(&setting.specification));

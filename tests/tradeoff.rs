@@ -20,7 +20,7 @@ use grains::task::Task;
 
 use crossgrain::progress::Display;
 
-use crate::support::{crossgrain, folder_with, small_scene, sound, told};
+use crate::support::{crossgrain, folder_with, frictional_scene, small_scene, sound, told};
 
 /// Methods with one change each, on two clouds, as candidates on three more.
 fn plan(methods: &[(&str, Change)], confirmatory: u64) -> Plan {
@@ -59,22 +59,23 @@ fn record(folder: &Path) -> Tradeoff {
 
 #[test]
 fn one_phase_of_the_scenes_own_settings_is_the_scenes_own_pouring() {
-    let scene = small_scene();
-    let initial = initial_bodies(&scene);
-    let options = native::Options::default();
-    let known = native::run(&scene, &Task::settle(initial.clone()), &options, &mut ());
-    let known = known.expect("it settles");
-    let phase = Phase {
-        modulus: 1.0,
-        alpha: scene.damping.alpha(),
-        step: 0.45,
-        end: End::Settled(scene.settle.kinetic_energy_fraction),
-    };
-    let poured = pour(&scene, &[phase], &options, initial).expect("it settles");
-    let poured = poured.expect("there is a phase");
-    assert!(poured.settled);
-    assert_eq!(poured.steps, known.stages[0].steps);
-    assert_eq!(poured.bed.bodies.digest(), known.last.bodies.digest());
+    for scene in [small_scene(), frictional_scene()] {
+        let initial = initial_bodies(&scene);
+        let options = native::Options::default();
+        let known = native::run(&scene, &Task::settle(initial.clone()), &options, &mut ());
+        let known = known.expect("it settles");
+        let phase = Phase {
+            modulus: 1.0,
+            alpha: scene.damping.alpha(),
+            step: 0.45,
+            end: End::Settled(scene.settle.kinetic_energy_fraction),
+        };
+        let poured = pour(&scene, &[phase], &options, initial).expect("it settles");
+        let poured = poured.expect("there is a phase");
+        assert!(poured.settled);
+        assert_eq!(poured.steps, known.stages[0].steps);
+        assert_eq!(poured.bed.bodies.digest(), known.last.bodies.digest());
+    }
 }
 
 #[test]

@@ -20,7 +20,7 @@ use crate::study::campaign::{Campaign, merged};
 use crate::study::machine::{Folder, Job, Machine, Status, Summary};
 use crate::study::realization::Engines;
 use crate::study::shard::{self, Shard};
-use crate::study::{RECORD, Study, StudyError, plan as stored, sensitivity, tradeoff};
+use crate::study::{RECORD, Study, StudyError, plan as stored, search, sensitivity, tradeoff};
 use crate::workers::cores;
 
 #[derive(Debug, Subcommand)]
@@ -148,6 +148,7 @@ pub fn open(path: &Path) -> Result<Box<dyn Machine>, StudyError> {
         Campaign::KIND => of::<Campaign>(path),
         tradeoff::plan::Plan::KIND => of::<tradeoff::plan::Plan>(path),
         sensitivity::plan::Plan::KIND => of::<sensitivity::plan::Plan>(path),
+        search::Plan::KIND => of::<search::Plan>(path),
         Stability::KIND => of::<Stability>(path),
         _ => {
             let reason = format!("this program has no studies of kind {kind:?}");

@@ -226,6 +226,16 @@ fn circle(
     format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" {style}>{title}</circle>")
 }
 
+/// Words that look for a place.
+struct Label {
+    words: String,
+    colour: Colour,
+    /// Where they would stand, the best first.
+    places: Vec<Place>,
+    /// They may stand far from it, at the end of a line.
+    point: Option<[f64; 2]>,
+}
+
 /// A plot in the making.
 struct Drawing<'a> {
     plot: &'a Plot,
@@ -234,8 +244,7 @@ struct Drawing<'a> {
     x: Scale,
     y: Scale,
     marks: String,
-    /// Words with their colours, the places where they would stand, the best first, and the point that they may stand far from.
-    labels: Vec<(String, Colour, Vec<Place>, Option<[f64; 2]>)>,
+    labels: Vec<Label>,
     /// Where nothing more can be written: left, top, right, bottom.
     taken: Vec<[f64; 4]>,
 }
@@ -377,7 +386,12 @@ impl Drawing<'_> {
                 .flat_map(|y| [([x + 5.0, y], "start"), ([x - 5.0, y], "end")])
                 .collect()
         };
-        self.labels.push((name.to_owned(), colour, places, None));
+        self.labels.push(Label {
+            words: name.to_owned(),
+            colour,
+            places,
+            point: None,
+        });
     }
 
     /// Points with intervals; on an axis of names several series stand beside each other.
@@ -435,9 +449,12 @@ impl Drawing<'_> {
                     ([x + 6.0, y + 15.0], "start"),
                     ([x - 6.0, y + 15.0], "end"),
                 ];
-                let places = beside.to_vec();
-                let far = (names == [0, 0]).then_some([x, y]);
-                self.labels.push((point.label.clone(), colour, places, far));
+                self.labels.push(Label {
+                    words: point.label.clone(),
+                    colour,
+                    places: beside.to_vec(),
+                    point: (names == [0, 0]).then_some([x, y]),
+                });
             }
         }
     }
@@ -447,7 +464,13 @@ impl Drawing<'_> {
     fn labels(&mut self) -> String {
         let [left, top, width, height] = self.area;
         let mut svg = String::new();
-        for (words, colour, places, point) in std::mem::take(&mut self.labels) {
+        for Label {
+            words,
+            colour,
+            places,
+            point,
+        } in std::mem::take(&mut self.labels)
+        {
             let length = LETTER * words.chars().count() as f64;
             let room = |([x, y], anchor): &Place| {
                 let from = match *anchor {

@@ -214,6 +214,20 @@ impl Poured {
     }
 }
 
+/// Members of settings that have one bed, on one cloud.
+pub fn of_one_bed(
+    settings: &[&Setting],
+    cloud: u64,
+    keep: impl Fn(&str) -> bool + Copy,
+) -> Result<Vec<Member>, EngineError> {
+    let [first, ..] = settings else {
+        return Ok(Vec::new());
+    };
+    let poured = Poured::of(&first.specification.scene_of(cloud))?;
+    let load = |of: &&Setting| poured.load(&of.specification, cloud, keep);
+    settings.iter().map(load).collect()
+}
+
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Endings {

@@ -12,7 +12,7 @@ use std::path::Path;
 use crate::engine::EngineError;
 use crate::paper::published::{Of, PUBLISHED, Published};
 use crate::study::machine::Folder;
-use crate::study::member::{Endings, Member, Members, Poured, values};
+use crate::study::member::{Endings, Member, Members, of_one_bed, values};
 use crate::study::realization::{Engines, Runner, Setting, sound};
 use crate::study::sensitivity::bearing::{Bearing, bearing};
 use crate::study::sensitivity::judge::{Verdict, judge, share_reached};
@@ -46,16 +46,6 @@ pub enum Row {
 /// Whether a quantity stays in the rows.
 pub fn keep(key: &str) -> bool {
     KEPT.contains(&key) || PUBLISHED.iter().any(|figure| figure.key == key)
-}
-
-/// Members of one cloud, whose settings have one bed.
-pub fn load_all(settings: &[&Setting], cloud: u64) -> Result<Vec<Member>, EngineError> {
-    let [first, ..] = settings else {
-        return Ok(Vec::new());
-    };
-    let poured = Poured::of(&first.specification.scene_of(cloud))?;
-    let load = |of: &&Setting| poured.load(&of.specification, cloud, keep);
-    settings.iter().map(load).collect()
 }
 
 impl Plan {
@@ -98,7 +88,7 @@ impl Study for Plan {
             Task::Loads(settings, cloud) => {
                 let settings: Vec<&Setting> =
                     settings.iter().map(|of| &self.settings[*of]).collect();
-                load_all(&settings, *cloud).map(Row::Loads)
+                of_one_bed(&settings, *cloud, keep).map(Row::Loads)
             }
             Task::Penetration(of, cloud) => {
                 penetration::watch(&self.penetrations[*of], *cloud).map(Row::Penetration)

@@ -12,6 +12,8 @@
 //! | does one number follow another? | [`regression`] |
 //! | which distribution do values have? | [`distribution`] fits, [`goodness`] of fit, [`likelihood`] of one against another |
 //! | do two samples have one distribution? | [`two_samples`] |
+//! | what does a simulation give where it was not run? | [`emulator`] |
+//! | which settings cannot have given published figures? | [`history`] |
 //! | what of values that are exactly zero? | [`zeros`] |
 //! | what of many tests at once? | [`holm`]; of many intervals that decide, [`selection`] |
 //!
@@ -39,7 +41,9 @@
 
 pub mod bootstrap;
 pub mod distribution;
+pub mod emulator;
 pub mod goodness;
+pub mod history;
 pub mod holm;
 pub mod likelihood;
 pub mod moments;

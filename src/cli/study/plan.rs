@@ -11,9 +11,10 @@ use crate::error::{Error, exit};
 use crate::limits::stability::Stability;
 use crate::run::folder::read_scene;
 use crate::study::campaign::Campaign;
+use crate::study::machine::Folder;
 use crate::study::plan::Program;
 use crate::study::realization::Runner;
-use crate::study::{Study, create, sensitivity, tradeoff};
+use crate::study::{Study, create, search, sensitivity, tradeoff};
 use crate::suite::run::Engines;
 use grains::native::pouring::Softly;
 
@@ -28,6 +29,8 @@ pub enum Kind {
     Tradeoff(TradeoffArguments),
     /// The choices that the paper leaves open: which published figures come out under which
     Sensitivity(SensitivityArguments),
+    /// Which settings give all published figures: a wave over the choices, or among those that a wave has left
+    Search(SearchArguments),
     /// The largest stable steps, predicted and found, and where methods fail
     Stability(StabilityArguments),
 }
@@ -129,6 +132,63 @@ pub struct StabilityArguments {
     place: Place,
 }
 
+#[derive(Debug, Args)]
+#[command(
+    after_help = "That no setting is left is a finding, not a failure.\n\nExample:\n  \
+    crossgrain study plan search --out wave-1 && crossgrain study run wave-1\n  \
+    crossgrain study plan search --after wave-1 --out wave-2"
+)]
+pub struct SearchArguments {
+    /// The wave before; its rows must all be there
+    #[arg(long, value_name = "DIR")]
+    after: Option<PathBuf>,
+    /// A small bed; waves after it have its bed
+    #[arg(long, conflicts_with = "after")]
+    quick: bool,
+    /// Beds that are poured in different ways
+    #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u16).range(2..=1000))]
+    beds: u16,
+    /// Loads on each bed
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=100))]
+    loads: u16,
+    /// Realizations of each bed
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u64).range(3..=1000))]
+    clouds: u64,
+    #[command(flatten)]
+    place: Place,
+}
+
+impl SearchArguments {
+    fn execute(self) -> Result<u8, Error> {
+        let size = search::Size {
+            beds: self.beds.into(),
+            loads: self.loads.into(),
+            clouds: self.clouds,
+        };
+        let plan = match &self.after {
+            None => search::Plan::first(search::space::base(self.quick), size),
+            Some(path) => {
+                let before = Folder::<search::Plan>::open(path)?;
+                let found = search::searched(&before)?;
+                before.plan.study.next(&found, size).ok_or_else(|| {
+                    let path = path.display();
+                    Error::Usage(format!(
+                        "{path} has left no settings for another wave; `crossgrain study report {path}` says why"
+                    ))
+                })?
+            }
+        };
+        let words = format!(
+            "wave {}: {} beds, {} loads on them, {} realizations of each",
+            plan.wave,
+            plan.beds.len(),
+            plan.beds.iter().map(Vec::len).sum::<usize>(),
+            self.clouds
+        );
+        self.place.create(plan, None, &words)
+    }
+}
+
 /// What is mapped, and in which engines.
 #[derive(Debug, Args)]
 pub struct MapArguments {
@@ -217,6 +277,7 @@ impl Kind {
             Kind::Campaign(arguments) => arguments.execute(),
             Kind::Tradeoff(arguments) => arguments.execute(),
             Kind::Sensitivity(arguments) => arguments.execute(),
+            Kind::Search(arguments) => arguments.execute(),
             Kind::Stability(arguments) => {
                 let StabilityArguments { map, limits, place } = arguments;
                 let (plan, program) = map.plan(&limits)?;

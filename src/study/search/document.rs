@@ -1,0 +1,233 @@
+//! What a wave of the search says.
+
+use evidence::history::CUT;
+
+use super::matching::{BINS, Expectation, Figure, Search};
+use super::space::AXES;
+use crate::checks::{Check, Outcome, verdict};
+use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
+
+/// Implausibilities up to these, and shares from these on, with their colours.
+const LEAST: [(f64, &str, Colour); 4] = [
+    (1.0, "implausibility up to 1", Colour::Blue),
+    (2.0, "up to 2", Colour::Sky),
+    (CUT, "up to 3", Colour::Green),
+    (f64::INFINITY, "beyond: excluded", Colour::Grey),
+];
+const LEFT: [(f64, &str, Colour); 3] = [
+    (0.1, "a tenth and more is left", Colour::Purple),
+    (0.01, "a hundredth and more", Colour::Vermilion),
+    (1.0e-9, "less", Colour::Ochre),
+];
+
+/// Settings in the table of the best.
+const SHOWN: usize = 5;
+
+impl Search {
+    pub fn document(&self) -> Document {
+        let checks: Vec<Check> = self.figures.iter().map(|of| self.check(of)).collect();
+        Document {
+            title: "Which settings give the published figures?".to_owned(),
+            verdict: verdict(&checks),
+            answer: self.answer(),
+            sections: vec![
+                self.targets(),
+                self.best_settings(),
+                self.at_odds(),
+                self.maps(),
+                self.settings().as_details(),
+            ],
+            checks,
+        }
+    }
+
+    fn answer(&self) -> String {
+        let Some(best) = self.best.first() else {
+            return "Nothing can be said yet: too few rows are there.".to_owned();
+        };
+        let [one, other] = self.odds.first().map_or(["", ""], |of| {
+            [0, 1].map(|index| self.title(&of.figures[index]))
+        });
+        let odds = self.odds.first().map_or(0.0, |of| of.least);
+        if !self.figures.iter().all(|of| self.is_sound(of)) {
+            return "Nothing can be said yet: an emulator is worse than it says.".to_owned();
+        }
+        if self.is_none_left() {
+            return format!(
+                "No setting of this space gives all published figures: the least implausible one is at {:.2}, beyond {CUT}. The \
+                 hardest to have at once are {one} and {other}, at {odds:.2}.",
+                best.implausibility
+            );
+        }
+        format!(
+            "After wave {} {:.2} % of the space may give all published figures; the least implausible setting is at {:.2} of \
+             {CUT}. The hardest to have at once are {one} and {other}, at {odds:.2}.",
+            self.wave,
+            100.0 * self.left,
+            best.implausibility
+        )
+    }
+
+    fn title<'a>(&'a self, id: &str) -> &'a str {
+        let mut figures = self.figures.iter();
+        figures.find(|of| of.id == id).map_or("", |of| &of.title)
+    }
+
+    /// That the emulator is as good as it says.
+    fn check(&self, figure: &Figure) -> Check {
+        // Where it is not, nothing is decided.
+        let outcome = match self.is_sound(figure) {
+            true => Outcome::Pass,
+            false => Outcome::Skipped,
+        };
+        let found = format!("{:.1} %", 100.0 * figure.within_two);
+        Check::of_words(
+            format!("search/emulator/{}", figure.id),
+            &format!("{}: what other beds let expect", figure.title),
+            outcome,
+            &found,
+        )
+        .judged_by(
+            "nine in ten of the means within two deviations of what is expected without their bed",
+            "a normal law has 95 %",
+        )
+        .required()
+    }
+
+    fn targets(&self) -> Section {
+        let words = format!(
+            "A setting's implausibility is the largest distance of what is expected from a published figure, in deviations of \
+             both; beyond {CUT} it is excluded. What is expected comes from emulators of {} settings, each run on {} packings.",
+            self.observed.len(),
+            self.clouds
+        );
+        let title = "Targets and emulators";
+        let table = Table::of("targets", title, &self.figures)
+            .column("figure", |of| &of.title)
+            .column("unit", |of| &of.unit)
+            .column("published", |of| of.value)
+            .column("known to", |of| of.deviation)
+            .column("expected to, median", |of| of.uncertainty)
+            .column("noise common to a bed's loads", |of| of.correlation)
+            .column("left out: within two deviations", |of| of.within_two)
+            .column("least implausibility alone", |of| of.least);
+        Section::new("What is wanted", words).with(table)
+    }
+
+    fn best_settings(&self) -> Section {
+        let best = || self.best.iter().take(SHOWN);
+        let names = (1..)
+            .zip(best())
+            .map(|(place, _)| format!("setting {place}"));
+        let names: Vec<String> = ["choice or figure".into(), "published".into()]
+            .into_iter()
+            .chain(names)
+            .collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let mut table = Table::new("best", "The least implausible settings", &names);
+        let mut row = |name: &str, published: Cell, of: &dyn Fn(&Expectation) -> Cell| {
+            let first = [Cell::from(name), published];
+            table.row(first.into_iter().chain(best().map(of)));
+        };
+        for (index, axis) in AXES.iter().enumerate() {
+            let words = |of: &Expectation| axis.scale.words(of.at[index]).into();
+            row(axis.name, Cell::Missing, &words);
+        }
+        for (index, figure) in self.figures.iter().enumerate() {
+            let words = |mean: f64, deviation: f64| match figure.unit.as_str() {
+                "Pa" => format!("{:.1} ± {:.1} kPa", 1.0e-3 * mean, 1.0e-3 * deviation),
+                _ => format!("{mean:.3} ± {deviation:.3}"),
+            };
+            let published = words(figure.value, figure.deviation);
+            row(&figure.title, published.into(), &|of| {
+                let [mean, deviation] = of.expected[index];
+                words(mean, deviation).into()
+            });
+        }
+        row("implausibility", Cell::Missing, &|of| {
+            of.implausibility.into()
+        });
+        Section::new(
+            "The best settings",
+            "What is expected of them, with deviations.",
+        )
+        .with(table)
+    }
+
+    fn at_odds(&self) -> Section {
+        let title = "Two figures at once: the larger of both implausibilities, at its least";
+        let table = Table::of("odds", title, &self.odds)
+            .column("figure", |of| self.title(&of.figures[0]))
+            .column("with", |of| self.title(&of.figures[1]))
+            .column("least", |of| of.least);
+        let words = format!("Beyond {CUT} no setting gives both.");
+        Section::new("Which figure stands against which", words).with(table)
+    }
+
+    /// A square for each pair of axes: the least implausibility below the diagonal, the share that is left above.
+    fn maps(&self) -> Section {
+        let names = || {
+            self.axes
+                .iter()
+                .map(|name| name.split(',').next().unwrap_or(name))
+        };
+        let caption = "Each square is a pair of choices, over all others: below the diagonal the least implausibility, above it \
+                       the share of the settings that is left.";
+        let [x, y] = ["", ""].map(|label| Axis::of_names(label, names()));
+        let mut plot = Plot::new("pairs", caption, x, y);
+        let place =
+            |axis: usize, bin: usize| axis as f64 + 0.9 * ((bin as f64 + 0.5) / BINS as f64 - 0.5);
+        let mut least: [Vec<Point>; 4] = Default::default();
+        let mut left: [Vec<Point>; 3] = Default::default();
+        for map in &self.maps {
+            let [first, second] = map.axes;
+            for bin in 0..BINS * BINS {
+                let (column, row) = (bin % BINS, bin / BINS);
+                // The first name stands on top, and values grow upwards in each square.
+                let at = Point::at(place(first, column), place(second, BINS - 1 - row));
+                if let Some(class) = LEAST.iter().position(|of| map.least[bin] <= of.0) {
+                    least[class].push(at);
+                }
+                let at = Point::at(place(second, row), place(first, BINS - 1 - column));
+                if let Some(class) = LEFT.iter().position(|of| map.left[bin] >= of.0) {
+                    left[class].push(at);
+                }
+            }
+        }
+        for (points, (_, name, colour)) in least.into_iter().zip(LEAST) {
+            plot = plot.points(name, colour, points);
+        }
+        for (points, (_, name, colour)) in left.into_iter().zip(LEFT) {
+            plot = plot.points(name, colour, points);
+        }
+        Section::new("What is left", "").with(plot)
+    }
+
+    fn settings(&self) -> Section {
+        let mut names = vec!["bed"];
+        names.extend(self.axes.iter().map(String::as_str));
+        names.extend(self.figures.iter().map(|of| of.title.as_str()));
+        let mut table = Table::new(
+            "settings",
+            "Every setting that was run, and its means",
+            &names,
+        );
+        for of in &self.observed {
+            let axes = of
+                .at
+                .iter()
+                .zip(&AXES)
+                .map(|(at, axis)| Cell::Text(axis.scale.words(*at)));
+            let means = self
+                .figures
+                .iter()
+                .map(|figure| of.of.get(&figure.id).map(|of| of.mean).into());
+            table.row(
+                std::iter::once(Cell::Count(of.bed))
+                    .chain(axes)
+                    .chain(means),
+            );
+        }
+        Section::new("Settings", "").with(table)
+    }
+}

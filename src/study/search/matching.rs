@@ -1,0 +1,446 @@
+//! What a wave finds: means with their noise, emulators of them, and the settings that are left.
+
+use std::collections::BTreeMap;
+
+use evidence::emulator::{Emulator, Observation};
+use evidence::history::{CUT, Candidate, Match, Target};
+use evidence::moments::{mean, standard_deviation};
+use evidence::random::Key;
+use serde::{Deserialize, Serialize};
+
+use crate::paper::published::{Of, PUBLISHED, Published};
+use crate::study::member::{Member, Members};
+use crate::study::realization::Ending;
+use crate::study::search::space::{AXES, MIRRORED, snap};
+use crate::study::search::{OF_BED, Plan};
+
+const KEY: Key = *b"crossgrain: candidates of search";
+/// Settings that are looked at.
+const CANDIDATES: usize = 20_000;
+/// An observed variance counts as much as its degrees of freedom, the mean variance of the wave as much as this.
+const POOLED: f64 = 10.0;
+/// Bins of an axis in the maps.
+pub const BINS: usize = 6;
+/// Settings that are shown.
+const SHOWN: usize = 12;
+/// Realizations of the paper, "about a thousand", of an exponential stress.
+const REALIZATIONS: f64 = 1000.0;
+/// The id of the share of punches that get the force.
+const REACHED: &str = "reached";
+
+/// Means that a setting gave, by the figure's id.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Observed {
+    pub at: Vec<f64>,
+    /// Unique over all waves; noise is common in a bed's loads.
+    pub bed: u64,
+    pub of: BTreeMap<String, Sampled>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sampled {
+    /// Packings.
+    pub count: usize,
+    pub mean: f64,
+    /// Of the mean.
+    pub variance: f64,
+}
+
+/// A published figure as a target.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Figure {
+    pub id: String,
+    pub title: String,
+    pub unit: String,
+    pub value: f64,
+    /// Of how well the published value is known.
+    pub deviation: f64,
+    /// Of the noise of loads on one bed.
+    pub correlation: f64,
+    /// Share of the observed means within two deviations of what the other beds let expect, noise included.
+    pub within_two: f64,
+    /// Median deviation of what is expected where nothing was run, over the candidates.
+    pub uncertainty: f64,
+    /// The least implausibility of this figure alone.
+    pub least: f64,
+}
+
+/// A setting with what is expected of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Expectation {
+    pub at: Vec<f64>,
+    pub implausibility: f64,
+    /// Mean and deviation of each figure.
+    pub expected: Vec<[f64; 2]>,
+}
+
+/// Two figures that are hard to have at once.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Odds {
+    pub figures: [String; 2],
+    /// The least, over all settings, of the larger of both implausibilities.
+    pub least: f64,
+}
+
+/// Two axes over all others: by rows of the second axis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Map {
+    pub axes: [usize; 2],
+    /// The least implausibility of each bin.
+    pub least: Vec<f64>,
+    /// The share of each bin that is left (optical depth).
+    pub left: Vec<f64>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Search {
+    pub wave: u64,
+    pub scene_digest: String,
+    pub clouds: u64,
+    pub axes: Vec<String>,
+    /// Those of earlier waves first.
+    pub observed: Vec<Observed>,
+    pub figures: Vec<Figure>,
+    /// The share of the space that is left, of so many candidates.
+    pub left: f64,
+    pub candidates: usize,
+    /// The least implausible first.
+    pub best: Vec<Expectation>,
+    pub odds: Vec<Odds>,
+    pub maps: Vec<Map>,
+}
+
+/// Whether a quantity stays in the rows: the bed before the load, and what the load adds.
+pub fn keep(key: &str) -> bool {
+    let of_bed = [
+        "settled.height.",
+        "settled.porosity.",
+        "settled.support.",
+        "loaded.punch.",
+    ];
+    of_bed.iter().any(|of| key.starts_with(of))
+        || key.contains(".stress.") && (key.ends_with(".local_zz") || key.ends_with(".grain_zz"))
+}
+
+/// A published mean, on both sides of the punch where it is beside it.
+fn value(figure: &Published, row: &Member) -> Option<f64> {
+    let other = figure.key.replace("stress.", &format!("stress.{MIRRORED}"));
+    let both = [figure.key, &other].map(|key| row.measured.get(key).copied());
+    match both {
+        [Some(one), Some(other)] => Some(0.5 * (one + other)),
+        [one, _] => one,
+    }
+}
+
+/// The means of the simulations.
+fn published() -> impl Iterator<Item = &'static Published> {
+    PUBLISHED.iter().filter(|figure| figure.of == Of::Mean)
+}
+
+/// A stress is known as well as its thousand realizations let it and to its last printed digit, in Table 4 a tenth of a
+/// kPa; a bed to half of its printed scatter.
+fn deviation(figure: &Published) -> f64 {
+    match figure.unit {
+        "Pa" => (figure.value.powi(2) / REALIZATIONS + 50.0f64.powi(2) / 3.0).sqrt(),
+        _ => 0.5 * figure.tolerance,
+    }
+}
+
+type Fitted = Vec<(Target, Emulator)>;
+type Matched<'a> = Match<'a, fn(&mut [f64])>;
+
+impl Search {
+    /// Of the rows that are there.
+    pub fn of(plan: &Plan, members: &Members) -> Self {
+        let (observed, correlations) = observed(plan, members);
+        let reached = (
+            REACHED,
+            "share of punches that get the force",
+            "1",
+            1.0,
+            0.02,
+        );
+        let means = published().map(|of| (of.id, of.title, of.unit, of.value, deviation(of)));
+        let figures = means.chain([reached]).map(|of| {
+            let (id, title, unit, value, deviation) = of;
+            Figure {
+                id: id.to_owned(),
+                title: title.to_owned(),
+                unit: unit.to_owned(),
+                value,
+                deviation,
+                correlation: correlations.get(id).copied().unwrap_or(0.0),
+                within_two: 0.0,
+                uncertainty: f64::INFINITY,
+                least: 0.0,
+            }
+        });
+        let mut search = Search {
+            wave: plan.wave,
+            scene_digest: plan.base.digest(),
+            clouds: plan.clouds(),
+            axes: AXES.iter().map(|axis| axis.name.to_owned()).collect(),
+            observed: plan.before.iter().cloned().chain(observed).collect(),
+            figures: figures.collect(),
+            left: 1.0,
+            candidates: 0,
+            best: Vec::new(),
+            odds: Vec::new(),
+            maps: Vec::new(),
+        };
+        if let Some(fitted) = search.fitted() {
+            search.judge(&fitted);
+        }
+        search
+    }
+
+    fn of_figure(&self, id: &str) -> impl Iterator<Item = Observation> {
+        self.observed.iter().filter_map(move |of| {
+            let sampled = of.of.get(id)?;
+            Some(Observation {
+                at: of.at.clone(),
+                group: of.bed as usize,
+                mean: sampled.mean,
+                variance: sampled.variance,
+            })
+        })
+    }
+
+    /// An emulator of each figure; none while there is too little of one.
+    pub fn fitted(&self) -> Option<Fitted> {
+        let fit = |figure: &Figure| {
+            let emulator = Emulator::of(self.of_figure(&figure.id).collect(), figure.correlation)?;
+            let Figure {
+                value, deviation, ..
+            } = *figure;
+            Some((Target { value, deviation }, emulator))
+        };
+        std::thread::scope(|scope| {
+            let fit = &fit;
+            let all = self.figures.iter();
+            let all: Vec<_> = all.map(|of| scope.spawn(move || fit(of))).collect();
+            let fitted = all.into_iter().map(|of| match of.join() {
+                Ok(fitted) => fitted,
+                Err(panic) => std::panic::resume_unwind(panic),
+            });
+            fitted.collect()
+        })
+    }
+
+    pub fn matched<'a>(&self, fitted: &'a Fitted) -> Matched<'a> {
+        Match {
+            figures: fitted,
+            axes: AXES.len(),
+            snap,
+        }
+    }
+
+    /// Settings that are left, from all over the space and from near the best of them.
+    pub fn left(&self, matched: &Matched<'_>) -> Vec<Candidate> {
+        let mut all = matched.candidates(&KEY, CANDIDATES);
+        all.extend(matched.better(&KEY, &all, Candidate::worst));
+        all.retain(Candidate::is_left);
+        all
+    }
+
+    fn judge(&mut self, fitted: &Fitted) {
+        let matched = self.matched(fitted);
+        let all = matched.candidates(&KEY, CANDIDATES);
+        self.candidates = all.len();
+        self.left = all.iter().filter(|of| of.is_left()).count() as f64 / all.len() as f64;
+        let better = matched.better(&KEY, &all, Candidate::worst);
+        let mut best: Vec<&Candidate> = all.iter().chain(&better).collect();
+        best.sort_by(|a, b| a.worst().total_cmp(&b.worst()));
+        let expectation = |of: &&Candidate| Expectation {
+            at: of.at.clone(),
+            implausibility: of.worst(),
+            expected: fitted
+                .iter()
+                .map(|(_, emulator)| {
+                    let found = emulator.at(&of.at);
+                    [found.mean, found.variance.sqrt()]
+                })
+                .collect(),
+        };
+        self.best = best.iter().take(SHOWN).map(expectation).collect();
+        let least = |one: usize, other: usize| {
+            let worse = |of: &Candidate| of.implausibilities[one].max(of.implausibilities[other]);
+            let found = matched.better(&KEY, &all, worse);
+            found.first().map_or(f64::INFINITY, worse)
+        };
+        for (index, (figure, (_, emulator))) in self.figures.iter_mut().zip(fitted).enumerate() {
+            let out = emulator.left_out();
+            let within = out.iter().zip(emulator.observed());
+            let within =
+                within.filter(|(of, own)| (of.mean - own.mean).abs() <= 2.0 * of.variance.sqrt());
+            figure.within_two = within.count() as f64 / out.len().max(1) as f64;
+            let deviations = all
+                .iter()
+                .take(500)
+                .map(|of| emulator.at(&of.at).variance.sqrt());
+            let deviations: Vec<f64> = deviations.collect();
+            figure.uncertainty = evidence::moments::median(&deviations).unwrap_or(f64::INFINITY);
+            figure.least = least(index, index);
+        }
+        for one in 0..self.figures.len() {
+            for other in one + 1..self.figures.len() {
+                self.odds.push(Odds {
+                    figures: [one, other].map(|of| self.figures[of].id.clone()),
+                    least: least(one, other),
+                });
+            }
+        }
+        self.odds.sort_by(|a, b| b.least.total_cmp(&a.least));
+        let pairs = (0..AXES.len()).flat_map(|one| (0..one).map(move |other| [other, one]));
+        self.maps = pairs.map(|axes| Map::of(axes, &all, &better)).collect();
+    }
+
+    /// Whether every emulator is as good as it says: nine in ten of the observed means within two deviations.
+    pub fn is_sound(&self, figure: &Figure) -> bool {
+        figure.within_two >= 0.9
+    }
+
+    pub fn is_none_left(&self) -> bool {
+        self.best
+            .first()
+            .is_some_and(|best| best.implausibility > CUT)
+    }
+}
+
+impl Map {
+    fn of(axes: [usize; 2], all: &[Candidate], better: &[Candidate]) -> Self {
+        let mut least = vec![f64::INFINITY; BINS * BINS];
+        let (mut left, mut count) = (vec![0.0; BINS * BINS], vec![0.0; BINS * BINS]);
+        let bin = |of: &Candidate| {
+            let [x, y] = axes.map(|axis| ((of.at[axis] * BINS as f64) as usize).min(BINS - 1));
+            y * BINS + x
+        };
+        for of in all {
+            least[bin(of)] = least[bin(of)].min(of.worst());
+            left[bin(of)] += f64::from(u8::from(of.is_left()));
+            count[bin(of)] += 1.0;
+        }
+        for of in better {
+            least[bin(of)] = least[bin(of)].min(of.worst());
+        }
+        let left = left
+            .iter()
+            .zip(count)
+            .map(|(left, count)| left / f64::max(count, 1.0));
+        Map {
+            axes,
+            least,
+            left: left.collect(),
+        }
+    }
+}
+
+/// Values of a figure by cloud.
+type Values = BTreeMap<u64, f64>;
+
+/// The means of the wave's own settings, and how strongly those of one bed hang together, by figure.
+fn observed(plan: &Plan, members: &Members) -> (Vec<Observed>, BTreeMap<String, f64>) {
+    let beds = plan.beds.iter().enumerate();
+    let settings = beds.flat_map(|(bed, loads)| loads.iter().map(move |of| (bed, of)));
+    let all: Vec<_> = settings
+        .map(|(bed, of)| (bed, of, members.of(of)))
+        .collect();
+    let mut observed = all.iter().map(|(bed, setting, _)| Observed {
+        at: setting.at.clone(),
+        bed: plan.wave * OF_BED + *bed as u64,
+        of: BTreeMap::new(),
+    });
+    let mut observed: Vec<Observed> = observed.by_ref().collect();
+    let mut correlations = BTreeMap::new();
+    let mut put = |id: &str, values: Vec<Values>| {
+        let samples = values
+            .iter()
+            .map(|of| of.values().copied().collect::<Vec<f64>>());
+        let samples: Vec<Vec<f64>> = samples.collect();
+        let enough = |of: &&Vec<f64>| of.len() > 2;
+        let variances = samples
+            .iter()
+            .filter(enough)
+            .map(|of| standard_deviation(of).powi(2));
+        let pooled = mean(&variances.collect::<Vec<f64>>());
+        for (observed, sample) in observed.iter_mut().zip(&samples).filter(|of| enough(&of.1)) {
+            let count = sample.len();
+            let free = (count - 1) as f64;
+            let mean = mean(sample);
+            let variance = match id {
+                // Half a packing more of each kind: where all reach it, the share is not known to the last digit.
+                REACHED => {
+                    let share = (mean * count as f64 + 0.5) / (count + 1) as f64;
+                    share * (1.0 - share) / count as f64
+                }
+                _ => {
+                    let own = standard_deviation(sample).powi(2);
+                    (free * own + POOLED * pooled) / (free + POOLED) / count as f64
+                }
+            };
+            let sampled = Sampled {
+                count,
+                mean,
+                variance,
+            };
+            observed.of.insert(id.to_owned(), sampled);
+        }
+        let beds: Vec<usize> = all.iter().map(|of| of.0).collect();
+        correlations.insert(id.to_owned(), correlation(&beds, &values));
+    };
+    for figure in published() {
+        let of = |rows: &Vec<&Member>| {
+            let values = rows
+                .iter()
+                .filter_map(|row| Some((row.realization, value(figure, row)?)));
+            values.collect::<Values>()
+        };
+        put(figure.id, all.iter().map(|(_, _, rows)| of(rows)).collect());
+    }
+    let reached = |rows: &Vec<&Member>| {
+        let share = |row: &&Member| f64::from(u8::from(row.ending == Ending::Reached));
+        rows.iter()
+            .map(|row| (row.realization, share(row)))
+            .collect::<Values>()
+    };
+    put(
+        REACHED,
+        all.iter().map(|(_, _, rows)| reached(rows)).collect(),
+    );
+    observed.retain(|of| !of.of.is_empty());
+    (observed, correlations)
+}
+
+/// The mean product of the standardized deviations of two loads on one bed, in 0 to 0.95.
+fn correlation(beds: &[usize], values: &[Values]) -> f64 {
+    let standard = |of: &Values| -> Option<Values> {
+        let own: Vec<f64> = of.values().copied().collect();
+        let (middle, unit) = (mean(&own), standard_deviation(&own));
+        let all = of
+            .iter()
+            .map(|(cloud, value)| (*cloud, (value - middle) / unit));
+        (unit > 0.0).then(|| all.collect())
+    };
+    let all: Vec<(usize, Values)> = beds
+        .iter()
+        .zip(values)
+        .filter_map(|(bed, of)| Some((*bed, standard(of)?)))
+        .collect();
+    let mut products = Vec::new();
+    for (index, (bed, one)) in all.iter().enumerate() {
+        for (_, other) in all[..index].iter().filter(|of| of.0 == *bed) {
+            let both = one
+                .iter()
+                .filter_map(|(cloud, a)| Some(a * other.get(cloud)?));
+            let both: Vec<f64> = both.collect();
+            let free = one.len().min(other.len()).saturating_sub(1).max(1) as f64;
+            products.push(both.iter().sum::<f64>() / free);
+        }
+    }
+    match products.is_empty() {
+        true => 0.0,
+        false => mean(&products).clamp(0.0, 0.95),
+    }
+}

@@ -1,0 +1,152 @@
+//! The search for settings that give the published figures, on beds small enough for a test.
+
+use std::path::Path;
+
+use crossgrain::report;
+use crossgrain::study::machine::Folder;
+use crossgrain::study::member::Member;
+use crossgrain::study::realization::{Engines, Specification};
+use crossgrain::study::search::matching::{Figure, Observed, Sampled, Search, keep};
+use crossgrain::study::search::space::{AXES, OF_POURING, scene, snap};
+use crossgrain::study::search::{Plan, Size, searched};
+use crossgrain::study::{Study, create};
+use evidence::history::CUT;
+use grains::scene::parse_scene;
+
+use crate::support::tiny_scene;
+use crate::tradeoff::run;
+
+const SIZE: Size = Size {
+    beds: 8,
+    loads: 2,
+    clouds: 3,
+};
+
+#[test]
+fn every_corner_of_the_space_is_a_sound_scene_and_every_choice_changes_it() {
+    let base = tiny_scene();
+    for corner in 0..1 << AXES.len() {
+        let mut at: Vec<f64> = (0..AXES.len())
+            .map(|axis| f64::from(corner >> axis & 1))
+            .collect();
+        snap(&mut at);
+        let own = scene(&base, &at);
+        let read = parse_scene(&serde_json::to_string(&own).expect("JSON"));
+        assert_eq!(read.expect("sound"), own);
+    }
+    let middle = vec![0.6; AXES.len()];
+    for axis in 0..AXES.len() {
+        let mut other = middle.clone();
+        other[axis] = 0.1;
+        let [one, other] = [middle.as_slice(), &other].map(|at| scene(&base, at));
+        assert_ne!(one.digest(), other.digest(), "{}", AXES[axis].name);
+        // Loads have the bed in common but for what is measured.
+        let mut measured_alike = other;
+        measured_alike.measurement = one.measurement.clone();
+        assert_eq!(
+            one.pours_like(&measured_alike),
+            axis >= OF_POURING,
+            "{}",
+            AXES[axis].name
+        );
+    }
+}
+
+#[test]
+fn a_wave_has_whole_runs_in_its_rows_and_excludes_beds_that_are_too_low() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let folder = place.path().join("wave");
+    let plan = Plan::first(tiny_scene(), SIZE);
+    assert_eq!(plan.count(), 24);
+    create(&folder, plan.clone(), None, None).expect("a new study");
+    run::<Plan>(&folder, &Engines::default()).expect("it runs");
+    let folder = Folder::<Plan>::open(&folder).expect("a study");
+    let mut rows: Vec<Vec<Member>> = Vec::new();
+    folder.each(|_, row| rows.push(row)).expect("rows");
+    let setting = &plan.beds[3][1];
+    let cloud = setting.realizations().nth(2).expect("three clouds");
+    let mut all = rows.iter().flatten();
+    let own = all
+        .find(|of| of.specification == setting.specification.digest() && of.realization == cloud);
+    let whole = |of: &Specification| {
+        let whole = Member::run(of, cloud, &Engines::default(), Path::new(""), keep);
+        Member {
+            cost: None,
+            ..whole.expect("it runs")
+        }
+    };
+    assert_eq!(own, Some(&whole(&setting.specification)));
+
+    // A bed of a hundred grains is a tenth of a metre high.
+    let found = searched(&folder).expect("a judgement");
+    assert_eq!(found.observed.len(), 16);
+    assert!(found.is_none_left());
+    let height = &found.figures[0];
+    assert!(height.id == "height" && height.least > CUT, "{height:?}");
+    assert!(plan.next(&found, SIZE).is_none());
+    let document = found.document();
+    let page = report::page(&document);
+    assert!(page.html.contains("Which figure stands against which"));
+}
+
+/// What a simulation with these laws would have given, published where the truth is.
+fn made_up(truth: &[f64]) -> (Plan, Search) {
+    let size = Size { beds: 40, ..SIZE };
+    let plan = Plan::first(tiny_scene(), size);
+    let mut search = Search::of(&plan, &[].into_iter().collect());
+    let law = |figure: usize, at: &[f64]| 10.0 + 4.0 * at[figure] - 3.0 * at[figure + 4];
+    search.figures.truncate(3);
+    for (index, figure) in search.figures.iter_mut().enumerate() {
+        (figure.value, figure.deviation) = (law(index, truth), 0.1);
+    }
+    let ids: Vec<String> = search
+        .figures
+        .iter()
+        .map(|of: &Figure| of.id.clone())
+        .collect();
+    let beds = plan.beds.iter().enumerate();
+    let settings = beds.flat_map(|(bed, loads)| loads.iter().map(move |of| (bed, of)));
+    let observed = settings.map(|(bed, setting)| {
+        let sampled = |(index, id): (usize, &String)| {
+            let sampled = Sampled {
+                count: 3,
+                mean: law(index, &setting.at),
+                variance: 0.01,
+            };
+            (id.clone(), sampled)
+        };
+        Observed {
+            at: setting.at.clone(),
+            bed: bed as u64,
+            of: ids.iter().enumerate().map(sampled).collect(),
+        }
+    });
+    search.observed = observed.collect();
+    (plan, search)
+}
+
+#[test]
+fn the_next_wave_is_near_the_setting_that_made_the_figures() {
+    let mut truth = vec![0.4; AXES.len()];
+    snap(&mut truth);
+    let (plan, search) = made_up(&truth);
+    let fitted = search.fitted().expect("emulators");
+    let matched = search.matched(&fitted);
+    assert!(matched.candidate(truth).is_left());
+    let next = plan.next(&search, SIZE).expect("something is left");
+    assert_eq!((next.wave, next.beds.len(), next.before.len()), (2, 8, 80));
+    next.check().expect("sound");
+    let clouds = |of: &Plan| {
+        of.beds
+            .iter()
+            .map(|bed| bed[0].clouds[0])
+            .collect::<Vec<_>>()
+    };
+    for of in clouds(&next) {
+        assert!(!clouds(&plan).contains(&of));
+    }
+    for setting in next.beds.iter().flatten() {
+        let candidate = matched.candidate(setting.at.clone());
+        assert!(candidate.is_left(), "{candidate:?}");
+    }
+}
