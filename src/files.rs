@@ -2,11 +2,14 @@
 
 use std::fs;
 use std::io::{Read, Write};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use crate::exit;
 use grains::tables::hex;
 pub use grains::tables::{sha256_hex, short_hex};
+use grains::task::asked_to_end;
 use sha2::{Digest, Sha256};
 
 /// A file or folder could not be read or written.
@@ -26,6 +29,12 @@ pub enum FileError {
     NotText { path: PathBuf },
     #[error("{path} is in use by another process; wait for it, or name another folder")]
     Busy { path: PathBuf },
+    #[error(
+        "{path} is a symbolic link, which is never written to or replaced; name the file itself"
+    )]
+    Link { path: PathBuf },
+    #[error("nobody reads what is written to {path}")]
+    NotRead { path: PathBuf },
     #[error("{path} exists already; name a folder that does not, nothing is overwritten")]
     Exists { path: PathBuf },
 }
@@ -47,6 +56,7 @@ impl FileError {
             FileError::Io { action, .. } if !matches!(*action, "open" | "read" | "find") => {
                 exit::TRY_AGAIN
             }
+            FileError::NotRead { .. } => exit::TRY_AGAIN,
             _ => exit::USAGE,
         }
     }
@@ -104,6 +114,9 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, FileError> {
     })
 }
 
+/// The most bytes of a file whose digest is taken.
+const LARGEST_DIGESTED: u64 = 1 << 30;
+
 /// Opens a regular file for reading. Asked before opening: opening a pipe would wait for a writer.
 pub fn regular(path: &Path) -> Result<fs::File, FileError> {
     let kind = fs::metadata(path).map_err(failed("open", path))?;
@@ -131,6 +144,49 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
         tempfile::NamedTempFile::new_in(&folder).map_err(failed("write into", &folder))?;
     aside.write_all(bytes).map_err(failed("write", path))?;
     into_place(aside, path)
+}
+
+/// Writes a file that people named: whole, or at the end of what a file has; into a pipe or a device of this name instead of in
+/// its place. A symbolic link is followed to those alone.
+pub fn write_named(path: &Path, bytes: &[u8], at_the_end: bool) -> Result<(), FileError> {
+    let is_link = path.symlink_metadata().is_ok_and(|of| of.is_symlink());
+    match fs::metadata(path) {
+        Ok(of) if !of.is_file() && !of.is_dir() => write_into(path, bytes),
+        _ if is_link => Err(FileError::Link {
+            path: path.to_owned(),
+        }),
+        _ if at_the_end => {
+            let file = fs::OpenOptions::new().create(true).append(true).open(path);
+            let written = file.and_then(|mut file| file.write_all(bytes));
+            written.map_err(failed("write", path))
+        }
+        _ => write_whole(path, bytes),
+    }
+}
+
+/// Writes into a pipe or a device, until a signal to end.
+fn write_into(path: &Path, mut bytes: &[u8]) -> Result<(), FileError> {
+    let at_once = rustix::fs::OFlags::NONBLOCK.bits();
+    let mut options = fs::OpenOptions::new();
+    let options = options.write(true).custom_flags(at_once.cast_signed());
+    let mut file = match options.open(path) {
+        Err(error) if error.raw_os_error() == Some(rustix::io::Errno::NXIO.raw_os_error()) => {
+            let path = path.to_owned();
+            return Err(FileError::NotRead { path });
+        }
+        opened => opened.map_err(failed("open for writing", path))?,
+    };
+    while !bytes.is_empty() {
+        match file.write(bytes) {
+            Ok(written) => bytes = &bytes[written..],
+            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(error) if error.kind() == std::io::ErrorKind::WouldBlock && !asked_to_end() => {
+                std::thread::sleep(Duration::from_millis(10));
+            }
+            Err(error) => return Err(failed("write", path)(error)),
+        }
+    }
+    Ok(())
 }
 
 /// Gives a file that was written aside, on the same file system, its name.
@@ -270,7 +326,15 @@ pub fn make_room(path: &Path, record: &str) -> Result<Option<PathBuf>, FileError
 
 /// SHA-256 of a file's bytes, in hexadecimal.
 pub fn file_digest(path: &Path) -> Result<String, FileError> {
-    let mut file = regular(path)?;
+    let file = regular(path)?;
+    if file.metadata().is_ok_and(|of| of.len() > LARGEST_DIGESTED) {
+        return Err(FileError::TooLarge {
+            path: path.to_owned(),
+            limit: LARGEST_DIGESTED,
+        });
+    }
+    // One that grows is no longer what it was.
+    let mut file = file.take(LARGEST_DIGESTED);
     let mut hash = Sha256::new();
     let mut block = vec![0; 1 << 16];
     loop {

@@ -39,6 +39,7 @@ mod full_disk;
 mod fuzz_corpus;
 mod hostile_names;
 mod hostile_pages;
+mod hostile_paths;
 mod hostile_scripts;
 mod too_large;
 

@@ -12,7 +12,9 @@ use crate::compare::baseline::{self, NONE, Store};
 use crate::document::{Document, Table};
 use crate::error::{Error, exit};
 use crate::explain::{EXPLANATIONS, of};
-use crate::files::{FileError, failed, into_place, refuse_existing, write_folder, write_whole};
+use crate::files::{
+    FileError, failed, into_place, refuse_existing, write_folder, write_named, write_whole,
+};
 use crate::report;
 use crate::run::export::{pack_archive, vtk_files};
 use crate::run::folder::RunFolder;
@@ -121,13 +123,15 @@ impl Files {
     pub fn write(&self, job: &str, document: &Document) -> Result<(), Error> {
         let checks = &document.checks;
         if let Some(path) = &self.junit {
-            write(path, &report::junit(&format!("crossgrain {job}"), checks))?;
+            let junit = report::junit(&format!("crossgrain {job}"), checks);
+            write_named(path, junit.as_bytes(), false)?;
         }
         if let Some(path) = &self.csv {
-            write(path, &Table::of_checks("checks", checks).csv())?;
+            let table = Table::of_checks("checks", checks).csv();
+            write_named(path, table.as_bytes(), false)?;
         }
         if let Some(path) = &self.summary {
-            append(path, &report::markdown(document))?;
+            write_named(path, report::markdown(document).as_bytes(), true)?;
         }
         Ok(())
     }
@@ -135,7 +139,7 @@ impl Files {
     /// A job that ended with an error has no checks; whoever reads the files is told so there too.
     pub fn write_error(&self, name: &str, error: &Error) -> Result<(), Error> {
         if let Some(path) = &self.junit {
-            write(path, &report::junit_of_error(name, error))?;
+            write_named(path, report::junit_of_error(name, error).as_bytes(), false)?;
         }
         if let Some(path) = &self.summary {
             let answer = format!("It ended with exit code {}: {error}", error.exit_code());
@@ -146,32 +150,10 @@ impl Files {
                 sections: Vec::new(),
                 checks: Vec::new(),
             };
-            append(path, &report::markdown(&document))?;
+            write_named(path, report::markdown(&document).as_bytes(), true)?;
         }
         Ok(())
     }
-}
-
-/// Adds to a file that other steps of a job may have begun.
-fn append(path: &Path, text: &str) -> Result<(), Error> {
-    use std::io::Write;
-    let file = std::fs::OpenOptions::new()
-        .create(true)
-        .append(true)
-        .open(path);
-    let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
-    Ok(written.map_err(failed("write", path))?)
-}
-
-/// Writes a file whole; into a pipe or a device that has this name instead of in its place.
-fn write(path: &Path, text: &str) -> Result<(), Error> {
-    if std::fs::metadata(path).is_ok_and(|of| !of.is_file() && !of.is_dir()) {
-        let file = std::fs::OpenOptions::new().write(true).open(path);
-        let written =
-            file.and_then(|mut file| std::io::Write::write_all(&mut file, text.as_bytes()));
-        return Ok(written.map_err(failed("write", path))?);
-    }
-    Ok(write_whole(path, text.as_bytes())?)
 }
 
 impl Checks {
@@ -200,7 +182,7 @@ pub struct Explain {
     /// A check's id, or the beginning of one, as `report checks --all` prints it
     check: Option<String>,
     /// The record that it stands in: its values and limits are shown too
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", requires = "check")]
     record: Option<PathBuf>,
 }
 

@@ -1,0 +1,207 @@
+//! Every path that a verb takes, given as what is no file: each ends soon, with one sentence and an exit code of its own, and
+//! changes nothing outside.
+
+use std::fs;
+use std::os::unix::fs::{PermissionsExt, symlink};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::support::{crossgrain, folder_with, tiny_scene, told};
+
+/// Verbs with `@` where a path stands: files and folders that are read, then those that are written.
+const READ: [&str; 32] = [
+    "scene check @",
+    "scene model @",
+    "scene parameters --engine native @",
+    "scene parameters --engine exec:@ scene.json",
+    "run --engine native --out o @",
+    "run --engine exec:@ --out o scene.json",
+    "run --engine native --out o --from-state @ scene.json",
+    "compare @ run",
+    "compare run @",
+    "engine check exec:@",
+    "verify --engine exec:@",
+    "study plan campaign --members 2 --out o @",
+    "study plan campaign --members 2 --out o --engine exec:@ scene.json",
+    "study plan campaign --members 2 --out o --reuse @ scene.json",
+    "study plan search --out o --after @",
+    "study run @",
+    "study status @",
+    "study merge @",
+    "study slurm --tasks 2 @",
+    "study report @",
+    "study compare @ two",
+    "study compare two @",
+    "study claims @",
+    "study figures --campaign @ --out o",
+    "report checks @",
+    "report explain checks --record @",
+    "report baseline save --folder o @ name",
+    "report baseline diff @ name",
+    "report baseline diff --folder @ record.json name",
+    "report baseline list --folder @",
+    "report vtk --out o @",
+    "report archive --out o @",
+];
+const WRITTEN: [&str; 14] = [
+    "run --engine native --steps 100 --out @ scene.json",
+    "study plan campaign --members 2 --out @ scene.json",
+    "study plan tradeoff --quick --out @",
+    "study plan sensitivity --quick --out @",
+    "study plan search --beds 2 --out @",
+    "study slurm --tasks 2 two --out @",
+    "report vtk --out @ run",
+    "report archive --out @ run",
+    "report checks record.json --junit @",
+    "report checks record.json --csv @",
+    "report checks record.json --summary @",
+    "compare run run --junit @",
+    "compare run run --csv @",
+    "compare run run --summary @",
+];
+
+/// What stands at the path.
+const KINDS: [&str; 9] = [
+    "pipe",
+    "zeros",
+    "full",
+    "folder",
+    "link out",
+    "link to itself",
+    "locked",
+    "holes",
+    "a\n\u{1b}[31mname",
+];
+/// Of the file outside, which a link leads to.
+const SECRET: &str = "a secret\n";
+/// The longest that anything takes, and the most memory, kB.
+const LONGEST: Duration = Duration::from_secs(5);
+const LARGEST: u64 = 500_000;
+
+fn make(kind: &str, at: &Path) {
+    let made = match kind {
+        "pipe" => Command::new("mkfifo").arg(at).status().map(drop),
+        "zeros" => symlink("/dev/zero", at),
+        "full" => symlink("/dev/full", at),
+        "folder" => fs::create_dir(at),
+        "link out" => symlink("../secret", at),
+        "link to itself" => symlink(at.file_name().expect("a name"), at),
+        "holes" => fs::File::create(at).and_then(|file| file.set_len(5 << 30)),
+        _ => fs::write(at, "no JSON").and_then(|()| {
+            let mode = if kind == "locked" { 0 } else { 0o755 };
+            fs::set_permissions(at, fs::Permissions::from_mode(mode))
+        }),
+    };
+    made.expect("it is made");
+}
+
+/// The largest memory that the process has had, kB.
+fn largest(child: &Child) -> u64 {
+    let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let number = peak.and_then(|of| of.trim().trim_end_matches(" kB").parse().ok());
+    number.unwrap_or(0)
+}
+
+/// Exit code and what was said.
+fn ended(arguments: &[String], folder: &Path) -> (Option<i32>, String) {
+    let began = Instant::now();
+    let said = fs::File::create(folder.join("said")).expect("a file");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(said)
+        .spawn()
+        .expect("it starts");
+    let mut memory = 0;
+    let code = loop {
+        memory = memory.max(largest(&child));
+        if let Some(status) = child.try_wait().expect("a status") {
+            break status.code();
+        }
+        if began.elapsed() > LONGEST {
+            child.kill().expect("it ends");
+            child.wait().expect("a status");
+            break None;
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    };
+    assert!(memory < LARGEST, "{arguments:?}: {memory} kB");
+    (code, fs::read_to_string(folder.join("said")).expect("text"))
+}
+
+/// What is wrong with how each of these verbs ends; `codes` are those that it may end with.
+fn walk(verbs: &[&str], may_work: impl Fn(&str, &str) -> bool) {
+    let (place, _) = folder_with(&tiny_scene());
+    let run = ["run", "scene.json", "--engine", "native", "--out", "run"];
+    let plan = "study plan campaign scene.json --members 2 --out two";
+    let study = "study run two --quiet";
+    for made in [
+        &run[..],
+        &plan.split(' ').collect::<Vec<_>>(),
+        &study.split(' ').collect::<Vec<_>>(),
+    ] {
+        assert_eq!(told(&crossgrain(made, place.path())).0, 0, "{made:?}");
+    }
+    let record = place.path().join("two/report.json");
+    fs::copy(record, place.path().join("record.json")).expect("a record");
+    let mut wrong = Vec::new();
+    for verb in verbs {
+        for kind in KINDS {
+            let inner = place.path().join("inner");
+            let copy = Command::new("bash")
+                .args([
+                    "-c",
+                    "mkdir inner && cp -r scene.json record.json run two inner",
+                ])
+                .current_dir(place.path())
+                .status();
+            assert!(copy.expect("bash is there").success());
+            fs::write(place.path().join("secret"), SECRET).expect("written");
+            let name = if kind.contains('\n') { kind } else { "bad" };
+            make(kind, &inner.join(name));
+            let arguments = verb.split(' ').map(|word| word.replace('@', name));
+            let (code, said) = ended(&arguments.collect::<Vec<_>>(), &inner);
+            let mut find = |what: &str| wrong.push(format!("{verb}, {kind}: {what}: {said}"));
+            match code {
+                None => find("it never ended"),
+                Some(0) if may_work(verb, kind) => {}
+                Some(2 | 3 | 4 | 75) if said.lines().count() < 8 && !said.contains('\u{1b}') => {}
+                Some(code) => find(&format!("exit code {code}")),
+            }
+            if said.contains("panicked") {
+                find("a panic");
+            }
+            if fs::read_to_string(place.path().join("secret")).expect("is there") != SECRET {
+                find("the secret is changed");
+            }
+            if said.contains("a secret") {
+                find("the secret is told");
+            }
+            let _ = fs::set_permissions(inner.join("bad"), fs::Permissions::from_mode(0o755));
+            fs::remove_dir_all(&inner).expect("removed");
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn whatever_is_read_every_verb_ends_soon_with_a_sentence() {
+    // A locked file is open to root, and an empty folder holds no baselines.
+    walk(&READ, |verb, kind| {
+        verb.contains("list") && kind == "folder"
+    });
+}
+
+#[test]
+fn whatever_is_written_to_nothing_else_is_changed() {
+    walk(&WRITTEN, |verb, kind| {
+        let is_named_file = ["--junit", "--csv", "--summary"]
+            .iter()
+            .any(|of| verb.contains(of));
+        is_named_file && matches!(kind, "zeros" | "locked" | "holes" | "a\n\u{1b}[31mname")
+    });
+}
