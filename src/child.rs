@@ -1,6 +1,7 @@
 //! Programs that are started: each in a process group of its own, ended with whatever it has started
-//! when nobody waits for it any more.
+//! when it ends or nobody waits for it any more, however that came about.
 
+use std::io::Write;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -17,6 +18,8 @@ pub const LOOK_EVERY: Duration = Duration::from_millis(50);
 #[derive(Debug)]
 pub struct Group {
     child: Child,
+    /// A shell that ends the group if this program has gone without a word.
+    watcher: Option<Child>,
     /// Its end was seen; its number may belong to another by now.
     seen: bool,
     /// What it took, once it has ended.
@@ -34,11 +37,26 @@ impl Group {
     /// Starts the command in a group of its own, with nothing on its standard input.
     pub fn spawn(command: &mut Command) -> io::Result<Self> {
         let child = command.process_group(0).stdin(Stdio::null()).spawn()?;
-        Ok(Group {
+        let mut group = Group {
             child,
+            watcher: None,
             seen: false,
             processor_seconds: None,
-        })
+        };
+        // Its input ends with this program, which nothing can prevent.
+        let watcher = Command::new("sh")
+            .args([
+                "-c",
+                "trap '' HUP INT QUIT TERM; read -r done || kill -KILL \"-$0\"",
+            ])
+            .arg(group.child.id().to_string())
+            .process_group(0)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()?;
+        group.watcher = Some(watcher);
+        Ok(group)
     }
 
     /// How it ended, once it has.
@@ -50,6 +68,8 @@ impl Group {
             && let Ok(Some(_)) = waitid(WaitId::Pid(pid), has_ended)
         {
             self.processor_seconds = processor_seconds(pid);
+            // Its number is its own until its end is asked for; what it left behind ends with it.
+            let _ = kill_process_group(pid, Signal::KILL);
         }
         let status = self.child.try_wait()?;
         self.seen |= status.is_some();
@@ -94,14 +114,19 @@ fn processor_seconds(pid: Pid) -> Option<f64> {
 
 impl Drop for Group {
     fn drop(&mut self) {
-        if self.seen {
-            return;
-        }
         // Each fails only for what has ended already.
-        if let Some(group) = Pid::from_raw(self.child.id().cast_signed()) {
-            let _ = kill_process_group(group, Signal::KILL);
+        if !self.seen {
+            if let Some(group) = Pid::from_raw(self.child.id().cast_signed()) {
+                let _ = kill_process_group(group, Signal::KILL);
+            }
+            let _ = self.child.kill();
+            let _ = self.child.wait();
         }
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        if let Some(mut watcher) = self.watcher.take() {
+            if let Some(mut input) = watcher.stdin.take() {
+                let _ = input.write_all(b"done\n");
+            }
+            let _ = watcher.wait();
+        }
     }
 }

@@ -1,15 +1,16 @@
-//! SIGTERM and Ctrl-C: long work notices, cleans up and ends; nothing is half-written. A limit on the size of files is
-//! an error of writing, as a full disk is.
+//! SIGTERM, SIGHUP, Ctrl-C and Ctrl-\: long work notices, cleans up and ends; nothing is half-written. A limit on the size of
+//! files is an error of writing, as a full disk is.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 pub use grains::task::asked_to_end;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
 
 /// From now on the signals are noticed instead of ending the program at once. A second Ctrl-C does.
 pub fn notice() -> std::io::Result<()> {
     let asked = grains::task::flag();
-    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
+    for signal in [SIGTERM, SIGINT, SIGQUIT, SIGHUP] {
         // Registered first, this ends the program if the flag is set already.
         signal_hook::flag::register_conditional_shutdown(signal, 75, Arc::clone(asked))?;
         signal_hook::flag::register(signal, Arc::clone(asked))?;

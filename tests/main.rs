@@ -68,6 +68,7 @@ mod slurm;
 mod cli;
 mod docs;
 
+mod orphans;
 mod page;
 
 mod conformance_table;

@@ -1,0 +1,95 @@
+//! Engines end with the program, however it ends, and with them what they have started.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::support::engines::{changed_toy, narrow_scene, program, run_in};
+use crate::support::folder_with;
+
+/// The toy, which ignores signals, first starts another process, and writes both numbers down; then it does `more`.
+fn toy_that_starts_another(folder: &Path, more: &str) -> String {
+    let imports = "import csv, json, math, os, sys, time\n";
+    let started = folder.join("started");
+    let starts = format!(
+        "{imports}if sys.argv[1] == 'run':
+    import signal, subprocess
+    for name in ('HUP', 'INT', 'QUIT', 'TERM'):
+        signal.signal(getattr(signal, 'SIG' + name), signal.SIG_IGN)
+    other = subprocess.Popen(['sleep', '1000'])
+    with open({started:?}, 'w') as file:
+        file.write('%d %d\\n' % (os.getpid(), other.pid))
+    {more}
+"
+    );
+    let toy = changed_toy(imports, &starts);
+    format!("exec:{}", program(folder, "toy.py", &toy).display())
+}
+
+fn is_running(pid: &str) -> bool {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    // A zombie waits for nobody but its parent.
+    stat.rsplit_once(')')
+        .is_some_and(|(_, rest)| !rest.starts_with(" Z"))
+}
+
+/// Numbers of the processes that were started, once both are written down.
+fn started(folder: &Path) -> Vec<String> {
+    let began = Instant::now();
+    loop {
+        let text = fs::read_to_string(folder.join("started")).unwrap_or_default();
+        if text.ends_with('\n') {
+            return text.split_whitespace().map(str::to_owned).collect();
+        }
+        assert!(began.elapsed() < Duration::from_secs(60), "never started");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+fn all_end(pids: &[String], after: &str) {
+    let began = Instant::now();
+    while pids.iter().any(|pid| is_running(pid)) {
+        assert!(
+            began.elapsed() < Duration::from_secs(5),
+            "they go on after {after}"
+        );
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn whatever_signal_ends_the_program_nothing_that_it_started_goes_on() {
+    for signal in ["TERM", "INT", "HUP", "QUIT", "KILL"] {
+        let (folder, _) = folder_with(&narrow_scene(0.0));
+        let engine = toy_that_starts_another(folder.path(), "time.sleep(1000)");
+        let mut child = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+            .args(["run", "scene.json", "--engine", &engine, "--steps", "100"])
+            .args(["--out", "out"])
+            .current_dir(folder.path())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("it starts");
+        let pids = started(folder.path());
+        assert!(pids.len() == 2 && pids.iter().all(|pid| is_running(pid)));
+        let sent = Command::new("kill")
+            .args(["-s", signal, &child.id().to_string()])
+            .status();
+        assert!(sent.expect("kill is there").success());
+        let status = child.wait().expect("it ends");
+        all_end(&pids, signal);
+        let code = (signal != "KILL").then_some(75);
+        assert_eq!(status.code(), code, "SIG{signal}");
+        assert!(!folder.path().join("out").exists());
+    }
+}
+
+#[test]
+fn what_an_engine_leaves_behind_ends_with_it() {
+    let (folder, _) = folder_with(&narrow_scene(0.0));
+    let engine = toy_that_starts_another(folder.path(), "pass");
+    let (code, _, errors) = run_in(folder.path(), &engine, &["--steps", "100"], "out");
+    assert_eq!(code, 0, "{errors}");
+    all_end(&started(folder.path()), "the engine's own end");
+}
