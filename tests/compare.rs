@@ -12,8 +12,8 @@ use verdict::judge::Verdict;
 
 use crate::support::engines::{changed_toy, narrow_scene, program};
 use crate::support::{
-    STAGES, crossgrain, faulty, folder_with, frictional_scene, native_run, small_scene, sound,
-    staged_scene, told,
+    STAGES, ends, faulty, folder_with, frictional_scene, native_run, say, small_scene, sound,
+    staged_scene,
 };
 
 const POUR: Protocol = Protocol::Steps { steps: 4000 };
@@ -115,45 +115,24 @@ fn one_last_bit_in_one_number_is_found() {
 #[test]
 fn the_command_says_agreed_or_different_and_exits_so() {
     let (folder, _) = folder_with(&small_scene());
-    let run = |out: &str, more: &[&str]| {
-        let mut arguments = vec![
-            "run",
-            "scene.json",
-            "--engine",
-            "native",
-            "--steps",
-            "1000",
-            "--quiet",
-            "--out",
-            out,
-        ];
-        arguments.extend(more);
-        let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-        assert_eq!(code, 0, "{errors}");
-    };
-    run("a", &[]);
-    run("b", &[]);
-    run("c", &["--perturb", "stiffness=1e-12"]);
-    run("d", &["--seed", "2"]);
-    let (code, out, _) = told(&crossgrain(&["compare", "a", "b"], folder.path()));
-    assert_eq!(code, 0, "{out}");
+    for out in ["a", "b", "c --perturb stiffness=1e-12", "d --seed 2"] {
+        let run = "run scene.json --engine native --steps 1000 --quiet --out";
+        ends(folder.path(), 0, &format!("{run} {out}"));
+    }
+    let (out, _) = ends(folder.path(), 0, "compare a b");
     assert!(
         out.contains("\nAGREED: identical: native against native\n"),
         "{out}"
     );
-    let (code, out, _) = told(&crossgrain(&["compare", "a", "c"], folder.path()));
-    assert_eq!(code, 1, "{out}");
+    let (out, _) = ends(folder.path(), 1, "compare a c");
     assert!(out.contains("\nDIFFERENT: native against native"), "{out}");
     assert!(out.contains("first difference: step "), "{out}");
-    let arguments = ["compare", "a", "c", "--json", "--junit", "checks.xml"];
-    let (code, out, _) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 1);
+    let (out, _) = ends(folder.path(), 1, "compare a c --json --junit checks.xml");
     let junit = std::fs::read_to_string(folder.path().join("checks.xml")).expect("JUnit");
     assert!(junit.contains("<failure"), "{junit}");
     let value: serde_json::Value = serde_json::from_str(&out).expect("JSON");
     assert!(value["first_difference"]["step"].as_u64() > Some(0));
-    let (code, out, _) = told(&crossgrain(&["compare", "a", "d"], folder.path()));
-    assert_eq!(code, 1);
+    let (out, _) = ends(folder.path(), 1, "compare a d");
     assert!(out.contains("/realization"), "{out}");
 }
 
@@ -221,8 +200,7 @@ fn against_toy(changes: &[(&str, &str)], asked: bool) -> (i32, String) {
     let run = ["run", "scene.json", "--steps", "600", "--quiet", "--engine"];
     for (of, out) in [("native", "native"), (engine.as_str(), "theirs")] {
         let run = [&run[..], &[of, "--out", out]].concat();
-        let (code, _, errors) = told(&crossgrain(&run, folder.path()));
-        assert_eq!(code, 0, "{errors}");
+        ends(folder.path(), 0, &run);
     }
     let engine = if asked {
         &["--engine", &engine][..]
@@ -230,7 +208,7 @@ fn against_toy(changes: &[(&str, &str)], asked: bool) -> (i32, String) {
         &[]
     };
     let compare = [&["compare", "native", "theirs"], engine].concat();
-    let (code, text, errors) = told(&crossgrain(&compare, folder.path()));
+    let (code, text, errors) = say(folder.path(), &compare);
     (code, text + &errors)
 }
 

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use crate::support::{STAGES, crossgrain, folder_with, frictional_scene, staged_scene, told};
+use crate::support::{STAGES, folder_with, frictional_scene, say, staged_scene, told};
 use crate::support::{small_scene, write_scene};
 
 /// What a run has made; times and the number of parts belong to how it was made.
@@ -33,7 +33,7 @@ fn assert_same_tables(folder: &Path, a: &str, b: &str) {
 fn run(folder: &Path, scene: &str, out: &str, more: &[&str]) -> (i32, String, String) {
     let mut words = vec!["run", scene, "--engine", "native", "--quiet", "--out", out];
     words.extend(more);
-    told(&crossgrain(&words, folder))
+    say(folder, &words)
 }
 
 #[test]

@@ -1,15 +1,15 @@
 //! Members that go wrong are rows; engines that go wrong are not. What is said while a campaign runs.
 
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use crossgrain::study::campaign::{Campaign, Merged, merged};
 use crossgrain::study::realization::{Ending, Runner};
 use grains::scene::{Scene, TimeStep};
 
-use super::{campaign, must, plan};
+use super::{campaign, must, plan, study};
 use crate::support::tiny_scene;
+use crate::yade_driver::yade;
 
 /// Runs twelve members of the scene, merges them, and returns the column `ending` of `rows.csv` with the members.
 fn endings(scene: &Scene) -> (Vec<String>, Merged, String) {
@@ -102,31 +102,11 @@ fn with_yade(members: u64, also: &str) -> tempfile::TempDir {
     let plan = Campaign::plan(&scene, Runner::YadeSorted, Vec::new(), members, 1);
     plan.and_then(|plan| plan.write(&place.path().join("c")))
         .expect("a new campaign");
-    let program = format!(
-        r#"#!/usr/bin/python3
-import json, os, struct, time
-job = os.environ["CROSSGRAIN_JOB"]
-member = int(os.path.basename(job.rstrip("/")))
-{also}
-def put(name, text):
-    with open(os.path.join(job, name + ".aside"), "w") as file:
-        file.write(text)
-    os.replace(os.path.join(job, name + ".aside"), os.path.join(job, name))
-rows = [line.split(",") for line in open(os.path.join(job, "initial.csv")).read().split()[1:]]
-fine = [float(row[column]) for column in (1, 2, 3, 4) for row in rows]
-put("hello.json", json.dumps({{"version": "2023.02a"}}))
-with open(os.path.join(job, "tables.bin"), "wb") as file:
-    file.write(struct.pack("%dd" % (2 * len(fine)), *(fine + fine)))
-moments = [{{"stage": "settle", "step": step, "contacts": 0, "out_of_plane": 0.0, "punch": None}} for step in (0, 10)]
-end = {{"end": "settle", "steps": 10, "stop": "max_steps", "wall_seconds": 1.0, "cpu_seconds": 1.0}}
-put("moments.jsonl", "".join(json.dumps(line) + "\n" for line in moments + [end]))
-put("done.json", json.dumps({{"steps": 10}}))
-os._exit(0)
-"#
+    let does = format!(
+        "member = int(os.path.basename(job.rstrip('/')))\n{also}\n\
+         frames(fine + fine, [frame(0), frame(10), end(10, 'max_steps')])"
     );
-    let path = place.path().join("yade");
-    fs::write(&path, program).expect("writable");
-    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("ours");
+    yade(place.path(), "yade", &does);
     place
 }
 
@@ -157,8 +137,7 @@ fn a_broken_engine_is_no_row() {
     ] {
         assert!(errors.contains(part), "{errors}");
     }
-    let (code, said, _) = campaign(place.path(), "status", &[]);
-    assert_eq!(code, 3);
+    let (said, _) = study(place.path(), 3, "status", &[]);
     assert!(
         said.contains("4 of 6") && said.contains("missing: rows 2, 5"),
         "{said}"
@@ -180,8 +159,7 @@ fn a_missing_engine_is_no_row() {
     let (code, _, errors) = run(place.path());
     assert_eq!(code, 4, "{errors}");
     assert!(errors.contains("YADE is missing"), "{errors}");
-    let (code, said, _) = campaign(place.path(), "status", &[]);
-    assert_eq!(code, 3);
+    let (said, _) = study(place.path(), 3, "status", &[]);
     assert!(said.contains("0 of 3 rows finished"), "{said}");
 }
 
@@ -191,8 +169,7 @@ fn lines_tell_members_an_hour_and_the_time_left() {
     let place = with_yade(4, "time.sleep(6)");
     let yade = place.path().join("yade");
     let options = ["--threads", "1", "--yade", &yade.to_string_lossy()];
-    let (code, _, errors) = campaign(place.path(), "run", &options);
-    assert_eq!(code, 0, "{errors}");
+    let (_, errors) = study(place.path(), 0, "run", &options);
     let line = errors.lines().find(|line| line.contains(" s left"));
     let line = line.unwrap_or_else(|| panic!("no line says the time left: {errors}"));
     assert!(

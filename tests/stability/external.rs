@@ -134,10 +134,7 @@ fn springs_that_are_too_soft_are_seen_by_the_limit() {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
 fn limits_in_lammps_and_liggghts_are_the_predicted_ones() {
     for adapter in ["lammps.py", "liggghts.py"] {
         let options = Options::new(adapter_path(adapter));
