@@ -9,6 +9,7 @@ use super::build::{self, Grain, friction, springs, with_viscosity};
 use super::{CaseGroup, Evidence, Figures, Track};
 use crate::checks::Check;
 use crate::compare::bits::{COLUMNS, of_contact};
+use crate::engine::yade::CaseInYade;
 use crate::run::folder::recorded_history;
 use grains::generate::initial_bodies;
 use grains::model::{Law, Model};
@@ -28,14 +29,6 @@ pub struct CrossCase {
     pub case: Case,
     /// Places that must be among its contacts; empty if it is about motion.
     pub places: Vec<Place>,
-}
-
-/// What YADE made of a case.
-#[derive(Debug, Clone)]
-pub struct InYade {
-    pub track: Track,
-    /// Forces and torques summed on each grain at each moment; empty for large cases.
-    pub loads: Vec<Vec<Load>>,
 }
 
 /// The places at which contacts are compared.
@@ -83,7 +76,7 @@ impl Place {
 }
 
 /// Compares the native engine's track and loads of a case with YADE's, number by number.
-pub fn judge(of: &CrossCase, native: &Track, loads: &[Vec<Load>], yade: &InYade) -> Vec<Check> {
+pub fn judge(of: &CrossCase, native: &Track, loads: &[Vec<Load>], yade: &CaseInYade) -> Vec<Check> {
     let moments = || native.iter().zip(&yade.track);
     let mut counts = Vec::new();
     let motion = moments().map(|(a, b)| differing_motion(&a.bodies, &b.bodies));

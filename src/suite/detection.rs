@@ -8,11 +8,12 @@ use rand_core::{Rng, SeedableRng};
 use serde::Serialize;
 
 use super::analytic::halved;
-use super::cross_code::{self, CrossCase, InYade};
+use super::cross_code::{self, CrossCase};
 use super::parameters::{self, Answer, Precisions};
 use super::run::{Suite, native_tracks};
 use super::{CaseGroup, Evidence, Figures, Track, outcome};
 use crate::checks::{Check, Outcome};
+use crate::engine::yade::CaseInYade;
 use crate::interrupt::asked_to_end;
 use grains::native::perturb::{Quantity, Switch};
 use grains::native::{CaseOptions, Perturbation, watch_case};
@@ -273,7 +274,7 @@ fn uniform(random: &mut ChaCha8Rng) -> f64 {
 /// each finished case.
 pub fn limits(
     suite: &Suite,
-    in_yade: &[InYade],
+    in_yade: &[CaseInYade],
     answers: &[Answer],
     precisions: Option<&Precisions>,
     done: &(dyn Fn(usize, usize) + Sync),
