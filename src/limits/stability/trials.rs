@@ -9,8 +9,8 @@ use nalgebra::DVector;
 use rand_core::SeedableRng;
 use serde::{Deserialize, Serialize};
 
-use super::spectrum::symmetric;
-use grains::native::{CaseOptions, NativeError, Trouble, run_case, watch_case};
+use super::spectrum::{at_start, symmetric};
+use grains::native::{CaseOptions, NativeError, Trouble, watch_case};
 use grains::tables::{Bodies, Snapshot};
 use grains::task::Case;
 use verdict::Answer;
@@ -109,12 +109,8 @@ impl Disturbed {
     }
 
     fn along(case: &Case, places: [Vec<f64>; 2]) -> Result<Self, NativeError> {
-        let still = Case {
-            moments: vec![0],
-            ..case.clone()
-        };
-        let track = run_case(&still, None)?;
-        let contacts = track.iter().flat_map(|moment| &moment.contacts);
+        let (_, start) = at_start(case)?;
+        let contacts = start.iter().flat_map(|moment| &moment.contacts);
         let mut overlaps: Vec<f64> = contacts.map(|contact| contact.overlap).collect();
         overlaps.sort_by(f64::total_cmp);
         let small = (SMALL_OVERLAP * overlaps.len() as f64) as usize;
