@@ -24,8 +24,8 @@ use grains::tables::Bodies;
 
 use serde_json::json;
 
-use crate::support::ends;
 use crate::support::pages::each_figure_stands_once_and_has_numbers;
+use crate::support::{ends, has, tells};
 
 /// 500 settled grains: a tenth of the paper's bed, as deep.
 fn small_bed() -> Bed {
@@ -173,8 +173,7 @@ fn a_process_of_its_own_times_the_bed_it_is_given() {
 fn a_folder_that_cannot_be_renamed_is_not_overwritten() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     fs::write(folder.path().join("bench.json"), "{}").expect("a file");
-    let (_, errors) = ends(folder.path(), 2, "bench --out .");
-    assert!(errors.contains("exists already"), "{errors}");
+    tells(folder.path(), 2, "bench --out .", ["exists already"]);
     ends(folder.path(), 2, "bench --rounds 0");
 }
 
@@ -218,7 +217,7 @@ fn the_last_loop_of_so_many_steps_of_a_log_counts() {
     let silent = LOG.replace("50.0% CPU use", "");
     assert_eq!(times(&silent).expect("a time"), "(0.2, None)\n");
     let lost = times("ERROR: lost atoms").expect_err("no time");
-    assert!(lost.contains("no loop time of 500 steps"), "{lost}");
+    has(&lost, ["no loop time of 500 steps"]);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::support::{a_pipe, ends, folder_with, json_of, say, tiny_scene};
+use crate::support::{a_pipe, ends, folder_with, has, json_of, say, tells, tiny_scene};
 
 /// A record with these checks, as `(id, value, outcome)`, each expected to be 1 ± 0.5, and one speed.
 fn record(folder: &Path, name: &str, checks: &[(&str, f64, &str)], yade_over_native: f64) {
@@ -47,23 +47,16 @@ fn a_regression_shows_in_words_files_and_exit_code() {
     let save = "report baseline save before.json main --store kept";
     ends(at, 0, save);
     // Never silently overwritten.
-    let (_, errors) = ends(at, 2, save);
-    assert!(errors.contains("--replace"), "{errors}");
+    tells(at, 2, save, ["--replace"]);
     let (out, _) = ends(at, 0, "report baseline list --store kept");
-    assert!(
-        out.contains("main: reproduce") && out.contains("3 checks passed"),
-        "{out}"
-    );
+    has(&out, ["main: reproduce", "3 checks passed"]);
 
     let diff = |code: i32, record: &str| {
         let diff = format!("report baseline diff {record} main --store kept");
         ends(at, code, &diff).0
     };
     let out = diff(0, "before.json");
-    assert!(
-        out.contains("AGREED: Nothing is worse than in main"),
-        "{out}"
-    );
+    has(&out, ["AGREED: Nothing is worse than in main"]);
 
     let broken = [
         ("compare/a/height", 1.7, "fail"),
@@ -72,7 +65,7 @@ fn a_regression_shows_in_words_files_and_exit_code() {
     ];
     record(at, "broken.json", &broken, 60.0);
     let out = diff(1, "broken.json");
-    assert!(out.contains("WORSE"), "{out}");
+    has(&out, ["WORSE"]);
     let line = |words: &str| {
         let line = out.lines().find(|line| line.contains(words));
         line.expect("a row").trim_start()
@@ -87,16 +80,10 @@ fn a_regression_shows_in_words_files_and_exit_code() {
 
     record(at, "fewer.json", &sound[..2], 60.0);
     let out = diff(3, "fewer.json");
-    assert!(
-        out.contains("1 removed") && out.contains("  removed  gone "),
-        "{out}"
-    );
+    has(&out, ["1 removed", "  removed  gone "]);
     record(at, "slow.json", &sound, 30.0);
     let out = diff(1, "slow.json");
-    assert!(
-        out.contains("slower") && out.contains("2.000 times the cost"),
-        "{out}"
-    );
+    has(&out, ["slower", "2.000 times the cost"]);
 
     fs::write(at.join("s.md"), "an earlier step\n").expect("written");
     let checks = "report checks broken.json --junit j.xml --csv c.csv --summary s.md";
@@ -107,9 +94,9 @@ fn a_regression_shows_in_words_files_and_exit_code() {
     );
     let read = |name: &str| fs::read_to_string(at.join(name)).expect("a file");
     let junit = read("j.xml");
-    assert!(
-        junit.contains("failures=\"1\"") && junit.contains("height: 1.7 m, must be 0.5 to 1.5"),
-        "{junit}"
+    has(
+        &junit,
+        ["failures=\"1\"", "height: 1.7 m, must be 0.5 to 1.5"],
     );
     assert_eq!(read("c.csv").lines().count(), 4);
     let summary = read("s.md");
@@ -162,15 +149,9 @@ fn checks_are_explained() {
     let checks = [("parameters/everything/dt", 1.0, "pass")];
     record(at, "run.json", &checks, 60.0);
     let explain = "report explain parameters/everything/dt --record run.json";
-    let (out, _) = ends(at, 0, explain);
-    assert!(
-        out.contains("meaning:") && out.contains("must be 0.5 to 1.5"),
-        "{out}"
-    );
-    let (_, errors) = ends(at, 2, "report explain bake/bread");
-    assert!(errors.contains("names all kinds"), "{errors}");
-    let (out, _) = ends(at, 0, "report explain");
-    assert!(out.contains("verify/*"), "{out}");
+    tells(at, 0, explain, ["meaning:", "must be 0.5 to 1.5"]);
+    tells(at, 2, "report explain bake/bread", ["names all kinds"]);
+    tells(at, 0, "report explain", ["verify/*"]);
 }
 
 #[test]
@@ -213,8 +194,7 @@ fn shells_and_man_are_told_the_command_line() {
         let (out, _) = ends(at, 0, &format!("shell completions {shell}"));
         assert!(out.contains("baseline"), "{shell}: {out}");
     }
-    let (out, _) = ends(at, 0, "shell man");
-    assert!(out.contains(".TH crossgrain"), "{out}");
+    tells(at, 0, "shell man", [".TH crossgrain"]);
     ends(at, 0, "shell man --out .");
     assert!(at.join("crossgrain-reproduce.1").exists());
 }
@@ -371,8 +351,7 @@ fn files_of_every_verb_say_what_its_exit_code_says() {
         }
     }
     // A part of a study is not judged.
-    let (_, errors) = ends(at, 2, "study run c --shard 1/2 --junit j.xml");
-    assert!(errors.contains("--shard"), "{errors}");
+    tells(at, 2, "study run c --shard 1/2 --junit j.xml", ["--shard"]);
 }
 
 /// A baseline's bits are a check where they are demanded.

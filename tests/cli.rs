@@ -6,7 +6,8 @@ use grains::scene::paper_scene;
 
 use crate::support::pages::job_without_yade;
 use crate::support::{
-    ask_to_end, ends, faulty, folder_with, json_of, native_run, small_scene, started, write_scene,
+    ask_to_end, ends, faulty, folder_with, has, json_of, native_run, small_scene, started, tells,
+    write_scene,
 };
 
 #[test]
@@ -26,8 +27,7 @@ fn usage_errors_exit_with_2() {
     }
     let (folder, _) = folder_with(&small_scene());
     let command = "run scene.json --engine native --perturb luck=1 --out o";
-    let (_, errors) = ends(folder.path(), 2, command);
-    assert!(errors.contains("unknown perturbation"), "{errors}");
+    tells(folder.path(), 2, command, ["unknown perturbation"]);
 }
 
 #[test]
@@ -44,7 +44,7 @@ fn a_bed_that_does_not_settle_is_incomplete() {
     scene.settle.max_steps = 2000;
     let (folder, _) = folder_with(&scene);
     let (out, _) = ends(folder.path(), 3, "run scene.json --engine native --out o");
-    assert!(out.contains("not settled"), "{out}");
+    has(&out, ["not settled"]);
     assert!(folder.path().join("o/run.json").is_file());
 }
 
@@ -56,10 +56,7 @@ fn an_engine_that_fails_exits_with_4_and_names_step_and_grain() {
     };
     let (folder, _) = folder_with(&scene);
     let (_, errors) = ends(folder.path(), 4, "run scene.json --engine native --out o");
-    assert!(
-        errors.contains("in step ") && errors.contains("grain "),
-        "{errors}"
-    );
+    has(&errors, ["in step ", "grain "]);
     assert!(!folder.path().join("o").exists());
 }
 
@@ -69,8 +66,7 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
     let job = "reproduce --scene scene.json --yade /nowhere/yade --out";
     let job_in = |out: &str, code: i32| ends(folder.path(), code, &format!("{job} {out}"));
     let (out, _) = job_in("o", 3);
-    assert!(out.contains("YADE is missing"), "{out}");
-    assert!(out.contains("INCOMPLETE"), "{out}");
+    has(&out, ["YADE is missing", "INCOMPLETE"]);
     let page = fs::read_to_string(folder.path().join("o/report.html")).expect("a report");
     let page = page.replace("&#39;", "'");
     for part in [
@@ -113,7 +109,7 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
 
     // A finished job keeps all that it has, under another name.
     let (_, errors) = job_in("o", 3);
-    assert!(errors.contains("what was in o is in o-2 now"), "{errors}");
+    has(&errors, ["what was in o is in o-2 now"]);
     let kept = fs::read_to_string(folder.path().join("o-2/run.json"));
     assert_eq!(kept.expect("a record"), text);
     // An unfinished one is taken up with the runs that it has.
@@ -131,7 +127,7 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
     let log = folder.path().join("o/yade-recorded/yade.log");
     fs::write(log, "other").expect("writable");
     let (_, errors) = job_in("o", 2);
-    assert!(errors.contains("is not the recorded run"), "{errors}");
+    has(&errors, ["is not the recorded run"]);
     // Somebody's own report is not overwritten.
     fs::create_dir(folder.path().join("p")).expect("writable");
     fs::write(folder.path().join("p/report.html"), "mine").expect("writable");
@@ -163,8 +159,7 @@ fn the_papers_scene_agrees_with_the_recorded_yade_run() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     // Where YADE is installed it is left out all the same.
     let (out, _) = ends(folder.path(), 0, "reproduce --recorded --out o");
-    assert!(out.contains("recorded: identical"), "{out}");
-    assert!(out.contains("--recorded leaves it out"), "{out}");
+    has(&out, ["recorded: identical", "--recorded leaves it out"]);
     assert!(!folder.path().join("o/yade-sorted").exists());
     let bits = out
         .lines()
@@ -228,8 +223,7 @@ fn a_main_job_in_a_folder_where_another_is_at_work_is_refused() {
     fs::create_dir(folder.path().join("o")).expect("writable");
     let lock = crossgrain::files::FolderLock::of(&folder.path().join("o")).expect("free");
     let command = "reproduce --scene scene.json --out o --quiet --yade /nowhere/yade";
-    let (_, errors) = ends(folder.path(), 75, command);
-    assert!(errors.contains("in use"), "{errors}");
+    tells(folder.path(), 75, command, ["in use"]);
     assert!(!folder.path().join("o/run.json").exists());
     drop(lock);
     // It is made when the other has ended.
@@ -245,7 +239,7 @@ fn a_faulty_native_run_disagrees_with_the_recorded_yade_run() {
     let command = "run scene.json --engine native --perturb stiffness=1e-12 --quiet --out native";
     ends(folder.path(), 0, command);
     let (out, _) = ends(folder.path(), 1, "compare native yade --no-locate");
-    assert!(out.contains("FAIL compare/bits-along-the-way"), "{out}");
+    has(&out, ["FAIL compare/bits-along-the-way"]);
 }
 
 #[test]

@@ -12,8 +12,8 @@ use verdict::judge::Verdict;
 
 use crate::support::engines::{changed_toy, narrow_scene, program};
 use crate::support::{
-    STAGES, ends, faulty, folder_with, frictional_scene, native_run, say, small_scene, sound,
-    staged_scene,
+    STAGES, ends, faulty, folder_with, frictional_scene, has, native_run, say, small_scene, sound,
+    staged_scene, tells,
 };
 
 const POUR: Protocol = Protocol::Steps { steps: 4000 };
@@ -120,20 +120,21 @@ fn the_command_says_agreed_or_different_and_exits_so() {
         ends(folder.path(), 0, &format!("{run} {out}"));
     }
     let (out, _) = ends(folder.path(), 0, "compare a b");
-    assert!(
-        out.contains("\nAGREED: identical: native against native\n"),
-        "{out}"
-    );
+    has(&out, ["\nAGREED: identical: native against native\n"]);
     let (out, _) = ends(folder.path(), 1, "compare a c");
-    assert!(out.contains("\nDIFFERENT: native against native"), "{out}");
-    assert!(out.contains("first difference: step "), "{out}");
+    has(
+        &out,
+        [
+            "\nDIFFERENT: native against native",
+            "first difference: step ",
+        ],
+    );
     let (out, _) = ends(folder.path(), 1, "compare a c --json --junit checks.xml");
     let junit = std::fs::read_to_string(folder.path().join("checks.xml")).expect("JUnit");
-    assert!(junit.contains("<failure"), "{junit}");
+    has(&junit, ["<failure"]);
     let value: serde_json::Value = serde_json::from_str(&out).expect("JSON");
     assert!(value["first_difference"]["step"].as_u64() > Some(0));
-    let (out, _) = ends(folder.path(), 1, "compare a d");
-    assert!(out.contains("/realization"), "{out}");
+    tells(folder.path(), 1, "compare a d", ["/realization"]);
 }
 
 #[test]
@@ -217,7 +218,7 @@ fn against_toy(changes: &[(&str, &str)], asked: bool) -> (i32, String) {
 fn a_run_with_other_operations_is_judged_by_its_engines_first_steps() {
     let (code, said) = against_toy(&[], true);
     assert_eq!(code, 0, "{said}");
-    assert!(said.contains("AGREED: equal to rounding"), "{said}");
+    has(&said, ["AGREED: equal to rounding"]);
     let k_n = "2.0 * a * b / (a + b)";
     let stiff = against_toy(&[(k_n, &format!("(1.0 + 1e-8) * {k_n}"))], true);
     assert_eq!(stiff.0, 1, "{}", stiff.1);
@@ -233,13 +234,10 @@ fn a_run_with_other_operations_is_judged_by_its_engines_first_steps() {
 fn where_first_steps_are_not_looked_at_the_verdict_is_open() {
     let (code, said) = against_toy(&[], false);
     assert_eq!(code, 3, "{said}");
-    assert!(said.contains("undecided"), "{said}");
+    has(&said, ["undecided"]);
     let (code, said) = against_toy(&[("\"walls\", \"cases\"]", "\"walls\"]")], true);
     assert_eq!(code, 3, "{said}");
-    assert!(
-        said.contains("undecided") && said.contains("cases"),
-        "{said}"
-    );
+    has(&said, ["undecided", "cases"]);
 }
 
 /// First steps have one model, so the change between the stages is left open where the bits do not show it.

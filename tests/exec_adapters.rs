@@ -15,7 +15,7 @@ use grains::task::{Case, Seen, Start, Task};
 use tempfile::tempdir;
 
 use crate::support::engines::{adapter, adapter_path, narrow_scene, ran_in};
-use crate::support::{ends, folder_with};
+use crate::support::{ends, folder_with, has};
 
 const ADAPTERS: [&str; 2] = ["lammps.py", "liggghts.py"];
 
@@ -216,7 +216,7 @@ fn with_many_radii_both_have_classes_of_them_and_say_so() {
         ran_in(folder.path(), &adapter(name), &[], name);
         let record =
             fs::read_to_string(folder.path().join(name).join("run.json")).expect("a record");
-        assert!(record.contains("classes of radius"), "{record}");
+        has(&record, ["classes of radius"]);
     }
     agree_to_the_bit(folder.path(), "");
 }

@@ -9,7 +9,7 @@ use grains::scene::Damping;
 use std::fs;
 
 use crate::support::engines::{adapter, changed_toy, engine, narrow_scene, ran_in, run_in};
-use crate::support::{ends, folder_with, say};
+use crate::support::{ends, folder_with, has, say};
 
 #[test]
 fn the_toy_has_every_bit_of_the_native_engine() {
@@ -19,8 +19,8 @@ fn the_toy_has_every_bit_of_the_native_engine() {
         ran_in(folder.path(), engine, &["--steps", "1200"], out);
     }
     ends(folder.path(), 0, "compare native toy --expect-bits");
-    let (text, _) = ends(folder.path(), 0, "compare native toy");
-    assert!(text.contains("AGREED: identical"), "{text}");
+    let (out, _) = ends(folder.path(), 0, "compare native toy");
+    has(&out, ["AGREED: identical"]);
     let record = fs::read_to_string(folder.path().join("toy/run.json")).expect("a record");
     assert!(record.contains(r#""name": "toy""#) && record.contains(r#""kernel": null"#));
 }
@@ -72,10 +72,10 @@ fn a_module_beside_the_program_counts_as_the_program() {
     ];
     let compare = || say(folder.path(), &compare).1;
     let unchanged = compare();
-    assert!(unchanged.contains("step 1 of stage settle"), "{unchanged}");
+    has(&unchanged, ["step 1 of stage settle"]);
     write("deep.py", "k = 1.0 + 2e-9\n");
     let changed = compare();
-    assert!(changed.contains("they have other bytes"), "{changed}");
+    has(&changed, ["they have other bytes"]);
 }
 
 #[test]
@@ -93,10 +93,7 @@ fn what_an_engine_does_not_have_is_not_asked_of_it() {
         let more: Vec<&str> = more.iter().flat_map(|until| ["--until", until]).collect();
         let (code, _, errors) = run_in(folder.path(), &toy, &more, "out");
         assert_eq!(code, 2, "{errors}");
-        assert!(
-            errors.contains("toy has no") && errors.contains(missing),
-            "{errors}"
-        );
+        has(&errors, ["toy has no", missing]);
         assert!(!folder.path().join("out").exists());
     }
 }

@@ -6,7 +6,7 @@ use std::process::Command;
 use crossgrain::files::sha256_hex;
 use crossgrain::run::folder::RunFolder;
 
-use crate::support::{ends, folder_with, say, small_scene};
+use crate::support::{ends, folder_with, has, say, small_scene};
 
 /// A folder with a finished run `run` of the small scene.
 fn with_a_run() -> tempfile::TempDir {
@@ -36,7 +36,7 @@ fn vtk_files_hold_every_digit_of_the_run() {
     let (out, _) = ends(folder.path(), 0, "report vtk run --out vtk");
     let run = RunFolder::read(&folder.path().join("run")).expect("a run folder");
     let read = |name: &str| {
-        assert!(out.contains(name), "{out}");
+        has(&out, [name]);
         fs::read_to_string(folder.path().join("vtk").join(name)).expect("a file")
     };
     let settled = run.settled.as_ref().expect("a settled bed");

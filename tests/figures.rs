@@ -9,7 +9,7 @@ use crossgrain::paper::disc_field::figure_4;
 use crossgrain::study::campaign::merged;
 use crossgrain::study::figures::{distributions, setup_of};
 
-use crate::support::{ends, small_scene, write_scene};
+use crate::support::{ends, has, small_scene, write_scene};
 
 /// The rows of a figure by the names of its head.
 fn rows(folder: &Path, name: &str) -> Vec<BTreeMap<String, String>> {
@@ -94,7 +94,7 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
     ends(at, 0, plan);
     ends(at, 0, "study run dozen");
     let (out, _) = ends(at, 0, "study figures --campaign dozen --out drawn");
-    assert!(out.contains("figure-5"), "{out}");
+    has(&out, ["figure-5"]);
     let drawn = at.join("drawn/figures");
     let page = fs::read_to_string(at.join("drawn/report.html")).expect("a page");
     // Four figures with a second plot for the fourth, and two for each point of the fifth.
@@ -234,7 +234,7 @@ fn a_campaign_without_values_is_an_error_and_writes_nothing() {
     );
     ends(at, 0, "study run two");
     let (_, errors) = ends(at, 2, "study figures --campaign two --out drawn");
-    assert!(errors.contains("no member"), "{errors}");
+    has(&errors, ["no member"]);
     assert!(!at.join("drawn").exists());
     ends(at, 2, "study figures --campaign nowhere");
 }

@@ -7,8 +7,8 @@ use crossgrain::run::folder::RunFolder;
 use crossgrain::run::folder::record::Protocol;
 
 use crate::support::{
-    a_pipe, ask_to_end, ends, folder_with, frictional_scene, native_run, say, small_scene, sound,
-    started,
+    a_pipe, ask_to_end, folder_with, frictional_scene, native_run, say, small_scene, sound,
+    started, tells,
 };
 
 fn small_run() -> RunFolder {
@@ -79,8 +79,7 @@ fn nothing_existing_is_overwritten() {
     fs::create_dir(&out).expect("a writable folder");
     fs::write(out.join("precious"), "mine").expect("a writable folder");
     let command = "run scene.json --engine native --steps 10 --out out";
-    let (_, errors) = ends(folder.path(), 2, command);
-    assert!(errors.contains("exists already"), "{errors}");
+    tells(folder.path(), 2, command, ["exists already"]);
     assert_eq!(
         fs::read_to_string(out.join("precious")).expect("still there"),
         "mine"
@@ -321,6 +320,5 @@ fn a_pipe_is_no_table() {
 fn a_disk_that_refuses_says_try_again() {
     let (folder, _) = folder_with(&small_scene());
     let command = "run scene.json --engine native --steps 10 --out /proc/out";
-    let (_, errors) = ends(folder.path(), 75, command);
-    assert!(errors.contains("cannot write into /proc"), "{errors}");
+    tells(folder.path(), 75, command, ["cannot write into /proc"]);
 }

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use crate::support::{Words, ends, folder_with, rows, there, tiny_scene, told};
+use crate::support::{Words, ends, folder_with, has, rows, there, tiny_scene, told};
 
 /// The program with files of at most so many kB: exit code and standard error.
 fn limited(kilobytes: u32, command: &str, folder: &Path) -> (i32, String) {
@@ -47,7 +47,7 @@ fn fails_whole_until_it_fits(command: &str, made: &str) {
             assert!(full > 0, "{command} never met the limit");
             return;
         }
-        assert!(said.contains("make room"), "{said}");
+        has(&said, ["make room"]);
         assert_eq!(there(folder.path()), before, "{command} left something");
     }
     panic!("{command} does not fit into 64 MB");
@@ -73,7 +73,7 @@ fn a_main_job_on_a_full_disk_is_taken_up_again() {
     for kilobytes in [1, 8, 32] {
         let (code, said) = limited(kilobytes, job, folder.path());
         assert_eq!(code, 75, "{kilobytes}: {said}");
-        assert!(said.contains("make room"), "{said}");
+        has(&said, ["make room"]);
         for name in there(&folder.path().join("o")) {
             let known = ["native", "scene.json", ".crossgrain.lock"];
             assert!(known.contains(&name.as_str()), "{name}");

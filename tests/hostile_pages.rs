@@ -8,7 +8,7 @@ use crossgrain::study::realization::Runner;
 use grains::scene::Scene;
 
 use crate::hostile_names::nothing_obeyed;
-use crate::support::{crossgrain, folder_with, tiny_scene, told};
+use crate::support::{crossgrain, folder_with, has, tiny_scene, told};
 
 const MARKUP: &str =
     "<script>alert(1)</script>\"'&amp;{{ 7*7 }}{% x %}]]>--><img src=x onerror=alert(1)>";
@@ -104,7 +104,7 @@ fn names_with_control_characters_are_refused_and_shown_harmless() {
         let (code, _, errors) = told(&output);
         assert_eq!(code, 2, "{name:?}");
         for place in ["/name: found", "/control_points/0/name: found"] {
-            assert!(errors.contains(place), "{errors}");
+            has(&errors, [place]);
         }
     }
 }

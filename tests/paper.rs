@@ -5,7 +5,7 @@ use crossgrain::paper::continuum::strip_load;
 use crossgrain::paper::published::{PRINTED, PUBLISHED};
 use crossgrain::paper::{numbers, text_faults};
 
-use crate::support::ends;
+use crate::support::{ends, tells};
 
 #[test]
 fn the_integral_of_flamants_solution_is_the_closed_form() {
@@ -122,8 +122,7 @@ fn the_command_prints_json_that_says_the_same() {
         value["text_faults"],
         serde_json::to_value(text_faults()).expect("JSON")
     );
-    let (out, _) = ends(folder.path(), 0, "paper numbers");
-    assert!(out.contains("7776"), "{out}");
+    tells(folder.path(), 0, "paper numbers", ["7776"]);
 }
 
 #[test]
@@ -149,7 +148,6 @@ fn the_continuum_is_table_4_and_says_what_geometry_changes() {
         ["--porosity", "1"],
     ] {
         let arguments = ["paper", "continuum", wrong[0], wrong[1]];
-        let (_, errors) = ends(folder.path(), 2, &arguments);
-        assert!(errors.contains(wrong[0]), "{errors}");
+        tells(folder.path(), 2, &arguments, [wrong[0]]);
     }
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::support::{Words, ends, folder_with, say, small_scene};
+use crate::support::{Words, ends, folder_with, has, say, small_scene};
 
 /// `reproduce` in this folder, `out` in it, with these further arguments: exit code and what it printed.
 fn reproduce(folder: &Path, out: &str, arguments: &[&str]) -> (i32, String) {
@@ -54,7 +54,7 @@ fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary(
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (code, said, _) = seeded(folder.path(), "stiffness=1e-3", &RECORDED);
     assert_eq!(code, 1, "{said}");
-    assert!(said.contains("WORSE than main"), "{said}");
+    has(&said, ["WORSE than main"]);
     let failed = failures(folder.path());
     let bits = "compare/sorted-recorded/bits-along-the-way";
     assert!(failed.iter().any(|(id, _)| id == bits), "{failed:#?}");
@@ -96,9 +96,9 @@ fn a_kernel_that_is_four_times_slower_is_named_by_exit_code_junit_and_summary() 
         );
     }
     let summary = fs::read_to_string(folder.path().join("summary.md")).expect("Markdown");
-    assert!(
-        summary.contains("WORSE than main: ") && summary.contains("slower: time a step of YADE"),
-        "{summary}"
+    has(
+        &summary,
+        ["WORSE than main: ", "slower: time a step of YADE"],
     );
     let page = fs::read_to_string(page).expect("a page");
     assert!(

@@ -7,7 +7,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use crate::campaign::{lines, merged_bytes, plan, undisturbed};
-use crate::support::{ends, tiny_scene, told};
+use crate::support::{ends, has, tiny_scene, told};
 
 /// What a shell prints for these lines, in which every command must succeed.
 fn shell(lines: &str) -> String {
@@ -85,9 +85,9 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
         "{written} members of the third task: it was not ended in its middle"
     );
     let said = log(&folder, "task-3.log");
-    assert!(said.contains("asked to end"), "{said}");
+    has(&said, ["asked to end"]);
     let said = log(&folder, "merge.log");
-    assert!(said.contains("are missing"), "{said}");
+    has(&said, ["are missing"]);
     assert!(!folder.join("merged.json").exists());
     ends(place.path(), 3, &["study", "status", name]);
 
@@ -97,8 +97,8 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     wait_for(merge);
     let said = log(&folder, "task-3.log");
     let goes_on = format!("{written} of them finished before");
-    assert!(said.contains(&goes_on), "{said}");
+    has(&said, [&goes_on]);
     let said = log(&folder, "merge.log");
-    assert!(said.contains(&format!("merged {MEMBERS} rows")), "{said}");
+    has(&said, [&format!("merged {MEMBERS} rows")]);
     assert_eq!(merged_bytes(&folder), undisturbed(&tiny_scene(), MEMBERS));
 }

@@ -22,7 +22,7 @@ use crossgrain::study::store::{Writer, records_folder};
 use crossgrain::study::{Judged, Outline, Study, StudyError, create};
 
 use crate::support::engines::{adapter_path, program, ran_in, run_in};
-use crate::support::{a_pipe, ends, folder_with, tiny_scene};
+use crate::support::{a_pipe, ends, folder_with, has, tells, tiny_scene};
 
 /// Squares; a task that is a multiple of `breaks` fails.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -263,7 +263,7 @@ fn other_rows_go_on_where_an_engine_fails() {
             panic!("two rows fail");
         };
         assert_eq!((finished, rows.as_str()), (7, "4, 8"));
-        assert!(first.contains("ended with task"), "{first}");
+        has(&first, ["ended with task"]);
     }
 }
 
@@ -291,8 +291,7 @@ fn one_process_writes_the_folder_of_a_job() {
     fs::create_dir(&out).expect("writable");
     let held = FolderLock::of(&out).expect("it is free");
     let command = "reproduce --scene scene.json --out o --quiet";
-    let (_, errors) = ends(place.path(), 75, command);
-    assert!(errors.contains("in use by another process"), "{errors}");
+    tells(place.path(), 75, command, ["in use by another process"]);
     let files = fs::read_dir(&out).expect("a folder").count();
     assert_eq!(files, 1, "the lock");
     drop(held);
@@ -321,14 +320,10 @@ fn an_external_engine_is_the_one_that_was_planned() {
     ends(at, 0, "study run c --shard 1/2");
     fs::write(&engine, pours.clone() + "\n# another one\n").expect("writable");
     let (_, errors) = ends(at, 2, "study run c");
-    assert!(
-        errors.contains("is not the program that was planned"),
-        "{errors}"
-    );
+    has(&errors, ["is not the program that was planned"]);
     // The right one somewhere else.
     program(at, "moved", &pours);
-    let (said, _) = ends(at, 0, "study run c --engine exec:moved");
-    assert!(said.contains("merged 2 rows"), "{said}");
+    tells(at, 0, "study run c --engine exec:moved", ["merged 2 rows"]);
     // Replaced while it runs: nobody knows which one made the run. Removed meanwhile: it is the one that was there.
     let job = "    steps = run(sys.argv[2])\n";
     assert_eq!(toy.matches(job).count(), 1);
@@ -336,14 +331,14 @@ fn an_external_engine_is_the_one_that_was_planned() {
     program(at, "replaced", &toy.replace(job, &replaces));
     let (code, _, errors) = run_in(at, "exec:replaced", &["--steps", "2"], "one");
     assert_eq!(code, 4, "{errors}");
-    assert!(errors.contains("was replaced while it ran"), "{errors}");
+    has(&errors, ["was replaced while it ran"]);
     let removes = replaces.replace("open(__file__, \"a\").write(\"#\")", "os.remove(__file__)");
     let removed = program(at, "removed", &toy.replace(job, &removes));
     let digest = file_digest(&removed).expect("a file");
     ran_in(at, "exec:removed", &["--steps", "2"], "two");
     assert!(!removed.exists());
     let record = fs::read_to_string(at.join("two/run.json")).expect("a record");
-    assert!(record.contains(&digest), "{record}");
+    has(&record, [&digest]);
 }
 
 /// A pipe among the records would make a reader wait for ever.

@@ -20,7 +20,7 @@ use grains::task::Task;
 
 use crossgrain::progress::Display;
 
-use crate::support::{ends, folder_with, small_scene, sound};
+use crate::support::{ends, folder_with, small_scene, sound, tells};
 
 /// Methods with one change each, on two clouds, as candidates on three more.
 fn plan(methods: &[(&str, Change)], confirmatory: u64) -> Plan {
@@ -303,8 +303,7 @@ fn recorded_realizations_of_the_reference_come_out_again() {
 fn yade_has_no_clouds_that_the_reference_has_not() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let words = "study plan tradeoff --quick --clouds 2 --yade-clouds 3 --out no";
-    let (_, message) = ends(folder.path(), 2, words);
-    assert!(message.contains("at most --clouds, 2"), "{message}");
+    tells(folder.path(), 2, words, ["at most --clouds, 2"]);
     assert!(!folder.path().join("no").exists());
 }
 

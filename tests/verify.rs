@@ -11,7 +11,7 @@ use crossgrain::suite::{Evidence, parameters};
 use grains::scene::{ContactLaw, NewContactSlip, Tension, Viscosity};
 use serde_json::Value;
 
-use crate::support::{ends, folder_with, say, small_scene};
+use crate::support::{ends, folder_with, has, say, small_scene, tells};
 
 fn options(engine: Engines) -> Options {
     Options {
@@ -112,12 +112,11 @@ fn the_command_line_says_what_was_skipped() {
     }
     // An earlier result keeps all that it has, under another name; a folder of somebody else's is left alone.
     let (_, _, errors) = say(folder.path(), verify);
-    assert!(errors.contains("verified-2 now"), "{errors}");
+    has(&errors, ["verified-2 now"]);
     let kept = std::fs::read_to_string(folder.path().join("verified-2/report.html"));
     assert_eq!(kept.expect("a page"), page);
     std::fs::remove_file(folder.path().join("verified/verify.json")).expect("a file");
-    let (_, errors) = ends(folder.path(), 2, verify);
-    assert!(errors.contains("exists already"), "{errors}");
+    tells(folder.path(), 2, verify, ["exists already"]);
 }
 
 #[test]
@@ -170,8 +169,7 @@ fn parameters_that_differ_are_seen() {
 fn parameters_of_a_missing_yade_are_an_engine_failure() {
     let (folder, _) = folder_with(&small_scene());
     let command = "scene parameters scene.json --engine both --yade /no/such";
-    let (_, message) = ends(folder.path(), 4, command);
-    assert!(message.contains("apt-get install"), "{message}");
+    tells(folder.path(), 4, command, ["apt-get install"]);
 }
 
 /// Each option that YADE does not have is refused before YADE is looked for, with the key to change.

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::support::engines::program;
-use crate::support::{Words, folder_with, rows, say, small_scene, there};
+use crate::support::{Words, folder_with, has, rows, say, small_scene, there};
 
 /// Moments of the two grains of the scene below, `{numbers}` doubles, and the files around them.
 const WRITES: &str = r#"
@@ -86,16 +86,13 @@ fn missing() {
         "YADE is missing",
         "apt-get install --no-install-recommends yade",
     ] {
-        assert!(errors.contains(message), "{errors}");
+        has(&errors, [message]);
     }
     let path = folder.path().join("not-python");
     fs::write(&path, "just text\n").expect("writable");
     let (code, errors, _) = run(folder.path(), &path);
     assert_eq!(code, 4);
-    assert!(
-        errors.contains("does not name a Python interpreter"),
-        "{errors}"
-    );
+    has(&errors, ["does not name a Python interpreter"]);
 }
 
 #[test]

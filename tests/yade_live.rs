@@ -23,8 +23,8 @@ use grains::tables::Stage;
 use verdict::judge::Verdict;
 
 use crate::support::{
-    STAGES, ends, faulty, folder_with, frictional_scene, native_run, small_scene, sound,
-    staged_scene, started,
+    STAGES, faulty, folder_with, frictional_scene, native_run, small_scene, sound, staged_scene,
+    started, tells,
 };
 
 fn yade_run(scene: &Scene, options: yade::Options, protocol: Protocol) -> RunFolder {
@@ -316,8 +316,7 @@ fn engine_check_judges_both_loops() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for (order, verdict) in [("sorted", "identical"), ("ordinary", "equal to rounding")] {
         let check = ["engine", "check", "yade", "--loop", order, "--quiet"];
-        let (text, _) = ends(folder.path(), 0, &check);
-        assert!(text.contains(&format!("AGREED: {verdict}")), "{text}");
+        tells(folder.path(), 0, &check, [&format!("AGREED: {verdict}")]);
     }
 }
 

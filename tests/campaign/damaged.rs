@@ -10,7 +10,7 @@ use crossgrain::study::store;
 use super::{
     Chance, MEMBERS, campaign, expected, finishes_as_expected, merged_bytes, must, plan, study,
 };
-use crate::support::tiny_scene;
+use crate::support::{has, tiny_scene};
 
 const FILE: &str = "records/shard-1-of-1.jsonl";
 
@@ -138,7 +138,7 @@ fn a_changed_record_is_not_believed_and_its_member_is_run_again() {
                 "shard-1-of-1.jsonl line {} is no whole row and is not believed",
                 strange[0]
             );
-            assert!(said.contains(&message), "{said}");
+            has(&said, [&message]);
             assert_eq!(&merged_bytes(&folder.join("c")), expected());
         }
     }
@@ -191,7 +191,7 @@ fn records_that_contradict_each_other_are_an_error_that_names_both_files() {
         "shard-1-of-1.jsonl",
         "shard-1-of-9.jsonl",
     ] {
-        assert!(errors.contains(part), "{errors}");
+        has(&errors, [part]);
     }
     assert!(!folder.join("merged.json").exists());
 }
@@ -211,7 +211,7 @@ fn records_of_another_plan_are_not_believed() {
     let folder = place.path().join("c");
     fs::write(folder.join(FILE), &campaign_of.sound).expect("writable");
     let (said, _) = study(place.path(), 3, "status", &[]);
-    assert!(said.contains("0 of 24 rows finished"), "{said}");
+    has(&said, ["0 of 24 rows finished"]);
     // Nor is a record of a member that the plan does not have.
     let mut beyond = member(
         campaign_of
@@ -224,6 +224,5 @@ fn records_of_another_plan_are_not_believed() {
     let line = line(&folder, &beyond) + "\n";
     fs::write(folder.join(FILE), line).expect("writable");
     let (said, _) = study(place.path(), 3, "status", &[]);
-    assert!(said.contains("0 of 24 rows finished"), "{said}");
-    assert!(said.contains("line 1 is no whole row"), "{said}");
+    has(&said, ["0 of 24 rows finished", "line 1 is no whole row"]);
 }

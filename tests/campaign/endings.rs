@@ -8,7 +8,7 @@ use crossgrain::study::realization::{Ending, Runner};
 use grains::scene::{Scene, TimeStep};
 
 use super::{campaign, must, plan, study};
-use crate::support::tiny_scene;
+use crate::support::{has, tiny_scene};
 use crate::yade_driver::yade;
 
 /// Runs twelve members of the scene, merges them, and returns the column `ending` of `rows.csv` with the members.
@@ -44,11 +44,11 @@ fn members_that_do_not_settle_or_sink_are_rows() {
         ["target_load_not_reached", "not_settled"].map(|of| count(&endings, of));
     assert!(missed > 0 && not_settled > 0, "{endings:?}");
     assert_eq!(missed + not_settled, 12);
-    assert!(
-        said.contains(&format!(
+    has(
+        &said,
+        [&format!(
             "{not_settled} not_settled, {missed} target_load_not_reached"
-        )),
-        "{said}"
+        )],
     );
     for member in &merged.rows {
         let settled = member.ending == Ending::TargetLoadNotReached;
@@ -78,7 +78,7 @@ fn members_whose_engine_gives_up_are_rows_with_its_words() {
             _ => None,
         });
     for reason in reasons {
-        assert!(reason.contains("has left the box"), "{reason}");
+        has(&reason, ["has left the box"]);
     }
 
     // All of them: there is no engine to name, and still a campaign.
@@ -88,7 +88,7 @@ fn members_whose_engine_gives_up_are_rows_with_its_words() {
     let (endings, merged, said) = self::endings(&scene);
     assert_eq!(count(&endings, "failed"), 12);
     assert_eq!(merged.summary.engine, "");
-    assert!(said.contains("merged 12 rows: 12 failed"), "{said}");
+    has(&said, ["merged 12 rows: 12 failed"]);
 }
 
 /// Two grains that never settle, poured by a program that is not YADE: it writes back the start as the end, and what
@@ -135,20 +135,19 @@ fn a_broken_engine_is_no_row() {
         "rows 2, 5 the engine failed",
         "broken",
     ] {
-        assert!(errors.contains(part), "{errors}");
+        has(&errors, [part]);
     }
     let (said, _) = study(place.path(), 3, "status", &[]);
-    assert!(
-        said.contains("4 of 6") && said.contains("missing: rows 2, 5"),
-        "{said}"
-    );
+    has(&said, ["4 of 6", "missing: rows 2, 5"]);
     fs::write(mended, "").expect("writable");
     let (code, said, errors) = run(place.path());
     assert_eq!(code, 0, "{errors}");
-    assert!(said.contains("6 rows, 4 of them finished before"), "{said}");
-    assert!(
-        said.contains("merged 6 rows of YADE 2023.02a: 6 not_settled"),
-        "{said}"
+    has(
+        &said,
+        [
+            "6 rows, 4 of them finished before",
+            "merged 6 rows of YADE 2023.02a: 6 not_settled",
+        ],
     );
 }
 
@@ -158,9 +157,9 @@ fn a_missing_engine_is_no_row() {
     fs::remove_file(place.path().join("yade")).expect("a file");
     let (code, _, errors) = run(place.path());
     assert_eq!(code, 4, "{errors}");
-    assert!(errors.contains("YADE is missing"), "{errors}");
+    has(&errors, ["YADE is missing"]);
     let (said, _) = study(place.path(), 3, "status", &[]);
-    assert!(said.contains("0 of 3 rows finished"), "{said}");
+    has(&said, ["0 of 3 rows finished"]);
 }
 
 /// Where there is no terminal: lines now and then. Members that take their time without using a processor.
@@ -180,7 +179,7 @@ fn lines_tell_members_an_hour_and_the_time_left() {
     let an_hour = before.rsplit(' ').next().and_then(|of| of.parse().ok());
     let an_hour: f64 = an_hour.expect("a rate");
     assert!((50.0..=600.0).contains(&an_hour), "{line}");
-    assert!(errors.contains("4 of 4 written down, "), "{errors}");
+    has(&errors, ["4 of 4 written down, "]);
     let (_, _, errors) = campaign(place.path(), "run", &["--quiet"]);
     assert_eq!(errors, "");
 }

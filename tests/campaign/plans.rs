@@ -7,7 +7,7 @@ use crossgrain::study::campaign::Campaign;
 use crossgrain::study::plan::Plan;
 
 use super::{MEMBERS, campaign, must, plan, study};
-use crate::support::{ends, folder_with, tiny_scene};
+use crate::support::{ends, folder_with, has, tells, tiny_scene};
 
 #[test]
 fn a_plan_is_written_into_a_folder_of_its_own() {
@@ -15,16 +15,14 @@ fn a_plan_is_written_into_a_folder_of_its_own() {
     let place = folder.path();
     let plan = "study plan campaign scene.json --members 3 --seed 7 --out c";
     let (out, _) = ends(place, 0, plan);
-    assert!(out.contains("realizations 7 to 9"), "{out}");
+    has(&out, ["realizations 7 to 9"]);
     let before = fs::read(place.join("c/plan.json")).expect("a plan");
-    let (_, errors) = ends(place, 2, plan);
-    assert!(errors.contains("exists already"), "{errors}");
+    tells(place, 2, plan, ["exists already"]);
     let after = fs::read(place.join("c/plan.json")).expect("a plan");
     assert_eq!(after, before);
     for members in ["0", "1000001"] {
         let plan = format!("study plan campaign scene.json --members {members} --out d");
-        let (_, errors) = ends(place, 2, &plan);
-        assert!(errors.contains("1 to 1000000"), "{errors}");
+        tells(place, 2, &plan, ["1 to 1000000"]);
     }
     assert!(!place.join("d").exists());
 }
@@ -78,7 +76,7 @@ fn a_plan_of_another_version_is_not_run() {
     fs::remove_dir_all(place.path().join("c")).expect("a folder");
     other.write(&place.path().join("c")).expect("writable");
     let (_, errors) = study(place.path(), 2, "run", &[]);
-    assert!(errors.contains("planned with crossgrain 0.0.9"), "{errors}");
+    has(&errors, ["planned with crossgrain 0.0.9"]);
     study(place.path(), 2, "slurm", &["--tasks", "2"]);
     study(place.path(), 3, "status", &[]);
 }
@@ -88,7 +86,7 @@ fn a_folder_without_a_plan_is_no_campaign() {
     let place = tempfile::tempdir().expect("a temporary folder");
     for verb in ["run", "status", "merge"] {
         let (_, errors) = study(place.path(), 2, verb, &[]);
-        assert!(errors.contains("it has no plan.json"), "{errors}");
+        has(&errors, ["it has no plan.json"]);
     }
 }
 
@@ -115,7 +113,7 @@ fn scripts_for_slurm() {
         "export CROSSGRAIN_TASKS=8\n",
         "--shard auto --threads 2\n",
     ] {
-        assert!(script.contains(part), "{script}");
+        has(&script, [part]);
     }
     // A task by hand: the variables are all that a shard needs.
     let task = |script: &Path, task: &str| {
@@ -130,7 +128,7 @@ fn scripts_for_slurm() {
     assert_eq!(super::lines(&super::records(&folder, "3/8")), 3);
     assert_eq!(task(&folder.join("slurm/merge.sh"), ""), Some(3));
     let said = fs::read_to_string(folder.join("slurm/merge.log")).expect("a log");
-    assert!(said.contains("are missing, 21 of 24"), "{said}");
+    has(&said, ["are missing, 21 of 24"]);
     for (options, why) in [
         (vec!["--tasks", "25"], "25 tasks for 24 rows"),
         (vec!["--tasks", "0"], "0 shards"),
@@ -140,6 +138,6 @@ fn scripts_for_slurm() {
         ),
     ] {
         let (_, errors) = study(place.path(), 2, "slurm", &options);
-        assert!(errors.contains(why), "{errors}");
+        has(&errors, [why]);
     }
 }

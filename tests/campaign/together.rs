@@ -6,10 +6,10 @@ use crossgrain::study::shard::Shard;
 use crossgrain::study::store::Writer;
 
 use super::{
-    MEMBERS, Running, campaign, expected, finishes_as_expected, lines, merged_bytes, must, plan,
-    records, study,
+    MEMBERS, Running, expected, finishes_as_expected, lines, merged_bytes, must, plan, records,
+    study,
 };
-use crate::support::tiny_scene;
+use crate::support::{has, tiny_scene};
 
 #[test]
 fn the_second_process_of_a_shard_is_told_to_try_again() {
@@ -18,7 +18,7 @@ fn the_second_process_of_a_shard_is_told_to_try_again() {
     let mut first = Running::start(place.path(), &["--threads", "1"]);
     first.wait_for_lines(&file, 1);
     let (_, errors) = study(place.path(), 75, "run", &[]);
-    assert!(errors.contains("is in use by another process"), "{errors}");
+    has(&errors, ["is in use by another process"]);
     let (code, errors) = first.end();
     assert_eq!(code, 0, "{errors}");
     assert_eq!(lines(&file), MEMBERS as usize);
@@ -62,8 +62,7 @@ fn members_that_several_processes_made_count_once() {
     must(place.path(), "run", &["--shard", "1/1", "--threads", "2"]);
     fs::copy(records(&folder, "1/1"), records(&folder, "7/9")).expect("writable");
     let said = must(place.path(), "status", &[]);
-    assert!(said.contains("24 of 24 rows finished"), "{said}");
-    assert!(said.contains("24 lines repeat a row"), "{said}");
+    has(&said, ["24 of 24 rows finished", "24 lines repeat a row"]);
     must(place.path(), "merge", &[]);
     assert_eq!(&merged_bytes(&folder), expected());
 }

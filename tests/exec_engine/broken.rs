@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use crate::support::engines::{AND_THEN, SOUND, engine, run_in};
-use crate::support::{Words, folder_with, rows, small_scene};
+use crate::support::{Words, folder_with, has, rows, small_scene};
 
 /// Longest time without a sign of life and longest time, s: long, for a machine that is busy.
 const PATIENT: [&str; 2] = ["60", "120"];
@@ -58,8 +58,10 @@ fn the_file_that_a_message_names_is_kept() {
     for kept in ["out.job", "out.job-2"] {
         let (code, _, errors) = run_in(folder.path(), &engine, &["--steps", "10"], "out");
         assert_eq!(code, 4, "{errors}");
-        assert!(errors.contains("moments.jsonl: "), "{errors}");
-        assert!(errors.contains(&format!("is kept in {kept}\n")), "{errors}");
+        has(
+            &errors,
+            ["moments.jsonl: ", &format!("is kept in {kept}\n")],
+        );
         let named = folder.path().join(kept).join("moments.jsonl");
         let named = fs::read_to_string(named).expect("the file that the message names");
         assert!(named.contains("a wrong"));
@@ -73,10 +75,7 @@ fn a_program_that_cannot_be_started_is_named() {
     for engine in ["exec:/nowhere/engine", "exec:text", "exec:."] {
         let (code, _, errors) = run_in(folder.path(), engine, &[], "out");
         assert_eq!(code, 2, "{errors}");
-        assert!(
-            errors.contains("cannot be started") && errors.contains("chmod +x"),
-            "{errors}"
-        );
+        has(&errors, ["cannot be started", "chmod +x"]);
     }
 }
 

@@ -1,7 +1,7 @@
 //! `engine check` says what is wrong with an engine.
 
 use crate::support::engines::{AND_THEN, SOUND, adapter, changed_toy, engine, narrow_scene};
-use crate::support::{ends, folder_with, rows, say};
+use crate::support::{ends, folder_with, has, rows, say, tells};
 
 #[test]
 fn engine_check_finds_the_toy_sound() {
@@ -10,15 +10,14 @@ fn engine_check_finds_the_toy_sound() {
     let check = ["engine", "check", &toy, "--quiet", "--junit", "checks.xml"];
     let (text, _) = ends(folder.path(), 0, &check);
     let junit = std::fs::read_to_string(folder.path().join("checks.xml")).expect("JUnit");
-    assert!(
-        junit.contains("name=\"punch\"") && junit.contains("<skipped"),
-        "{junit}"
+    has(&junit, ["name=\"punch\"", "<skipped"]);
+    has(
+        &text,
+        [
+            "identical: every bit of its first hundred steps",
+            "skipped engine/punch",
+        ],
     );
-    assert!(
-        text.contains("identical: every bit of its first hundred steps"),
-        "{text}"
-    );
-    assert!(text.contains("skipped engine/punch"), "{text}");
 }
 
 /// What no constant and no form explains is shown where it is.
@@ -31,8 +30,7 @@ fn the_page_of_engine_check_marks_the_grains_that_are_left() {
     let check = [
         "engine", "check", &toy, "--grains", "50", "--quiet", "--out", "out",
     ];
-    let (text, _) = ends(folder.path(), 1, &check);
-    assert!(text.contains("it sits on grain 17 alone"), "{text}");
+    tells(folder.path(), 1, &check, ["it sits on grain 17 alone"]);
     let read = |name: &str| {
         let path = folder.path().join("out").join(name);
         std::fs::read_to_string(path).expect("a view")
@@ -91,8 +89,7 @@ fn an_engine_that_refuses_one_job_is_undecided() {
     );
     let engine = engine(folder.path(), "choosy.py", &toy);
     let check = ["engine", "check", &engine, "--quiet"];
-    let (text, _) = ends(folder.path(), 3, &check);
-    assert!(text.contains("undecided"), "{text}");
+    tells(folder.path(), 3, &check, ["undecided"]);
 }
 
 /// A refusal leaves the suite incomplete, whatever else passes.
@@ -103,9 +100,9 @@ fn an_engine_that_refuses_some_cases_is_not_verified() {
     let engine = engine(folder.path(), "refuses.py", &toy);
     let verify = ["verify", "--engine", &engine, "--quiet"];
     let (text, _) = ends(folder.path(), 3, &verify);
-    assert!(text.contains(" 0 failed"), "{text}");
+    has(&text, [" 0 failed"]);
     assert!(!text.contains("INCOMPLETE: 0 cases passed"), "{text}");
-    assert!(text.contains("refused: more than 200 grains"), "{text}");
+    has(&text, ["refused: more than 200 grains"]);
 }
 
 #[test]
@@ -120,11 +117,8 @@ fn engine_check_finds_what_changes_from_run_to_run() {
         "v[i][axis] += dt * a * (1.0 + 1e-14 * (time.time() % 1.0))",
     );
     let engine = engine(folder.path(), "moody.py", &toy);
-    let (text, _) = ends(folder.path(), 1, &["engine", "check", &engine, "--quiet"]);
-    assert!(
-        text.contains("two runs of one job have other bits"),
-        "{text}"
-    );
+    let (out, _) = ends(folder.path(), 1, &["engine", "check", &engine, "--quiet"]);
+    has(&out, ["two runs of one job have other bits"]);
 }
 
 #[test]

@@ -263,6 +263,31 @@ pub fn ends(folder: &Path, code: i32, command: &(impl Words + ?Sized)) -> (Strin
     (out, errors)
 }
 
+/// What a text must say.
+#[track_caller]
+pub fn has<const N: usize>(text: &str, words: [&str; N]) {
+    for words in words {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+}
+
+/// A command that ends with this exit code and says these words: where it prints what it found, else in its errors.
+#[track_caller]
+pub fn tells<const N: usize>(
+    folder: &Path,
+    code: i32,
+    command: &(impl Words + ?Sized),
+    words: [&str; N],
+) {
+    let (out, errors) = ends(folder, code, command);
+    let told = if matches!(code, 0 | 1 | 3) {
+        out
+    } else {
+        errors
+    };
+    has(&told, words);
+}
+
 /// Names in a folder.
 pub fn there(folder: &Path) -> BTreeSet<String> {
     let entries = std::fs::read_dir(folder).expect("a folder");

@@ -11,7 +11,7 @@ use crossgrain::study::tradeoff::plan::Plan;
 use grains::scene::Scene;
 
 use crate::support::engines::{AND_THEN, SOUND, adapter_path, narrow_scene, program};
-use crate::support::{ends, rows};
+use crate::support::{ends, has, rows};
 
 /// Pours by not moving at all, and takes its time.
 const SETTLES: &str = r#"
@@ -92,10 +92,7 @@ fn an_engine_without_stop_rules_is_skipped_and_says_why() {
     for point in &record.points {
         let reason = point.notes.first().expect("a reason");
         for text in [reason, &words] {
-            assert!(
-                text.contains("toy has no") && text.contains("stop_rules"),
-                "{text}"
-            );
+            has(&text, ["toy has no", "stop_rules"]);
         }
         assert!(point.costs.is_none());
         assert_eq!(point.missing, 1);
@@ -113,7 +110,7 @@ fn an_engine_that_crashes_is_a_member_that_failed() {
     let Some(Ending::Failed(words)) = ending else {
         panic!("{ending:?}");
     };
-    assert!(words.contains("no more discs"), "{words}");
+    has(&words, ["no more discs"]);
     assert_eq!(record.points[0].screened.endings.missed(), 1);
     assert_eq!(missing, "");
 }
