@@ -25,7 +25,7 @@ use grains::tables::Bodies;
 use serde_json::json;
 
 use crate::support::pages::each_figure_stands_once_and_has_numbers;
-use crate::support::{crossgrain, told};
+use crate::support::{ends, has, tells};
 
 /// 500 settled grains: a tenth of the paper's bed, as deep.
 fn small_bed() -> Bed {
@@ -166,19 +166,15 @@ fn a_process_of_its_own_times_the_bed_it_is_given() {
     let limit = Duration::from_secs(60);
     let one = timing::in_a_process(program, folder.path(), 80, limit).expect("a time");
     assert_eq!((one.window.steps, one.steps), (80, 100));
-    let (code, _, errors) = told(&crossgrain(&["bench", "--one", "nowhere"], folder.path()));
-    assert_eq!(code, 2, "{errors}");
+    ends(folder.path(), 2, "bench --one nowhere");
 }
 
 #[test]
 fn a_folder_that_cannot_be_renamed_is_not_overwritten() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     fs::write(folder.path().join("bench.json"), "{}").expect("a file");
-    let (code, _, errors) = told(&crossgrain(&["bench", "--out", "."], folder.path()));
-    assert_eq!(code, 2);
-    assert!(errors.contains("exists already"), "{errors}");
-    let (code, _, _) = told(&crossgrain(&["bench", "--rounds", "0"], folder.path()));
-    assert_eq!(code, 2);
+    tells(folder.path(), 2, "bench --out .", ["exists already"]);
+    ends(folder.path(), 2, "bench --rounds 0");
 }
 
 const LOG: &str = "LAMMPS (29 Sep 2021 - Update 2)\nStep KinEng c_contacts \n       0  0.0395        17462 \n     \
@@ -221,7 +217,7 @@ fn the_last_loop_of_so_many_steps_of_a_log_counts() {
     let silent = LOG.replace("50.0% CPU use", "");
     assert_eq!(times(&silent).expect("a time"), "(0.2, None)\n");
     let lost = times("ERROR: lost atoms").expect_err("no time");
-    assert!(lost.contains("no loop time of 500 steps"), "{lost}");
+    has(&lost, ["no loop time of 500 steps"]);
 }
 
 #[test]
@@ -259,10 +255,7 @@ print('\\n'.join(of[0]))";
 
 /// LAMMPS and LIGGGHTS time their own steps, and the bed stays the bed.
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
 fn programs_time_their_own_steps_through_their_adapters() {
     let bed = small_bed();
     let steps = TimedSteps {
@@ -367,10 +360,7 @@ fn the_nearest_limit_stands_first() {
 
 /// YADE's steps are timed by a script of their own; it gives the bits of the sorted loop too.
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs Debian's YADE: cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn the_timed_steps_of_yade_have_the_native_bits() {
     let bed = small_bed();
     let steps = TimedSteps {

@@ -4,8 +4,9 @@
 use std::fs;
 use std::path::Path;
 
-use crate::hostile_names::{nothing_obeyed, program};
-use crate::support::{crossgrain, folder_with, tiny_scene, told};
+use crate::hostile_names::nothing_obeyed;
+use crate::support::{crossgrain, ends, folder_with, tiny_scene, told};
+use crate::yade_driver::yade;
 
 /// Programs, and what is said of them.
 const BROKEN: [(&str, &str, &[&str]); 6] = [
@@ -46,27 +47,7 @@ const BROKEN: [(&str, &str, &[&str]); 6] = [
     ),
 ];
 
-/// What they begin with.
-const BEGIN: &str = r#"#!/usr/bin/python3
-import json, os, struct, time
-job = os.environ["CROSSGRAIN_JOB"]
-def put(name, text):
-    # As the real scripts do it: a file is there whole or not at all.
-    with open(os.path.join(job, name + ".aside"), "w") as file:
-        file.write(text)
-    os.replace(os.path.join(job, name + ".aside"), os.path.join(job, name))
-"#;
-
-const LIMITS: [&str; 8] = [
-    "--stall-limit",
-    "3",
-    "--time-limit",
-    "60",
-    "--memory-limit",
-    "200",
-    "--output-limit",
-    "20",
-];
+const LIMITS: &str = "--stall-limit 3 --time-limit 60 --memory-limit 200 --output-limit 20";
 
 /// Files below a folder, without the inputs of the test.
 fn left(folder: &Path) -> Vec<String> {
@@ -86,13 +67,12 @@ fn left(folder: &Path) -> Vec<String> {
 }
 
 /// The job with each of the broken programs; nothing of this name may be in what it leaves.
-fn every_way_is_told(job: &[&str], finished: &[&str]) {
+fn every_way_is_told(job: &str, finished: &[&str]) {
     for (name, does, words) in BROKEN {
         let (folder, _) = folder_with(&tiny_scene());
-        let yade = program(folder.path(), name.as_ref(), &format!("{BEGIN}{does}\n"));
-        let yade = yade.to_string_lossy();
-        let arguments = [job, &LIMITS, &["--yade", &yade, "--out", "o"]].concat();
-        let output = crossgrain(&arguments, folder.path());
+        yade(folder.path(), name, does);
+        let job = format!("{job} {LIMITS} --yade ./{name} --out o");
+        let output = crossgrain(&job, folder.path());
         nothing_obeyed(folder.path(), &output);
         let (code, _, errors) = told(&output);
         assert_eq!(code, 4, "{job:?}, {name}: {errors}");
@@ -117,34 +97,20 @@ fn every_way_is_told(job: &[&str], finished: &[&str]) {
 
 #[test]
 fn a_run_tells_every_way() {
-    every_way_is_told(
-        &[
-            "run",
-            "scene.json",
-            "--engine",
-            "yade",
-            "--steps",
-            "10",
-            "--quiet",
-        ],
-        &["o/run.json"],
-    );
+    let job = "run scene.json --engine yade --steps 10 --quiet";
+    every_way_is_told(job, &["o/run.json"]);
 }
 
 #[test]
 fn the_main_job_tells_every_way() {
-    every_way_is_told(
-        &["reproduce", "--scene", "scene.json", "--quiet"],
-        &["o/run.json", "o/report.html"],
-    );
+    let job = "reproduce --scene scene.json --quiet";
+    every_way_is_told(job, &["o/run.json", "o/report.html"]);
 }
 
 #[test]
 fn the_ladder_tells_every_way() {
-    every_way_is_told(
-        &["verify", "--engine", "yade", "--grains", "5", "--quiet"],
-        &["verify.json", "report.html"],
-    );
+    let job = "verify --engine yade --grains 5 --quiet";
+    every_way_is_told(job, &["verify.json", "report.html"]);
 }
 
 /// The map begins with minutes of native beds, so that one way stands for all.
@@ -153,19 +119,9 @@ fn the_ladder_tells_every_way() {
 fn the_stability_map_tells_of_a_yade_that_says_nothing() {
     let (folder, _) = folder_with(&tiny_scene());
     let (_, does, words) = BROKEN[0];
-    let yade = program(folder.path(), "yade".as_ref(), &format!("{BEGIN}{does}\n"));
-    let yade = yade.to_string_lossy();
-    let arguments = [
-        "stability",
-        "--quick",
-        "--quiet",
-        "--yade",
-        &yade,
-        "--out",
-        "o",
-    ];
-    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 4, "{errors}");
+    yade(folder.path(), "yade", does);
+    let command = "stability --quick --quiet --yade ./yade --out o";
+    let (_, errors) = ends(folder.path(), 4, command);
     assert!(words.iter().all(|word| errors.contains(word)), "{errors}");
     let finished = left(folder.path());
     assert!(
@@ -179,32 +135,18 @@ fn the_stability_map_tells_of_a_yade_that_says_nothing() {
 fn a_comparison_tells_that_its_engine_is_broken() {
     let (folder, _) = folder_with(&crate::hostile_names::two_grains());
     let sound = "frames(fine + fine, [frame(0), frame(10), end(10)])";
-    program(
-        folder.path(),
-        "yade".as_ref(),
-        &crate::yade_driver::program(sound),
-    );
-    for (engine, out) in [("native", "native"), ("yade", "other")] {
-        let arguments = [
-            "run",
-            "scene.json",
-            "--engine",
-            engine,
-            "--steps=10",
-            "--yade=./yade",
-            "--out",
-            out,
-        ];
-        let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-        assert_eq!(code, 0, "{errors}");
+    yade(folder.path(), "yade", sound);
+    for run in ["native --out native", "yade --out other"] {
+        let run = format!("run scene.json --steps 10 --yade ./yade --engine {run}");
+        ends(folder.path(), 0, &run);
     }
     for (name, does, words) in BROKEN {
         if name == "numberless" {
             continue;
         }
-        program(folder.path(), "yade".as_ref(), &format!("{BEGIN}{does}\n"));
-        let arguments = ["compare", "native", "other", "--yade=./yade"];
-        let output = crossgrain(&[&arguments, LIMITS.as_slice()].concat(), folder.path());
+        yade(folder.path(), "yade", does);
+        let compare = format!("compare native other --yade ./yade {LIMITS}");
+        let output = crossgrain(&compare, folder.path());
         nothing_obeyed(folder.path(), &output);
         let (code, out, errors) = told(&output);
         // That the runs differ was found without the engine.

@@ -1,165 +1,105 @@
 //! Checks of a job as files for other programs, and baselines: from the command line.
 
+use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::Value;
 
-use crate::support::{crossgrain, folder_with, tiny_scene, told};
+use crate::support::{a_pipe, ends, folder_with, has, json_of, say, tells, tiny_scene};
 
 /// A record with these checks, as `(id, value, outcome)`, each expected to be 1 ± 0.5, and one speed.
-fn record(
-    folder: &Path,
-    name: &str,
-    checks: &[(&str, f64, &str)],
-    yade_over_native: f64,
-) -> PathBuf {
+fn record(folder: &Path, name: &str, checks: &[(&str, f64, &str)], yade_over_native: f64) {
     let failed = checks.iter().any(|(_, _, outcome)| *outcome == "fail");
-    let checks: Vec<Value> = checks
-        .iter()
-        .map(|(id, value, outcome)| {
-            serde_json::json!({
-                "id": id, "quantity": "height", "unit": "m", "value": value, "expected": 1.0, "lower": 0.5, "upper": 1.5,
-                "method": "by looking", "basis": "told so", "n": 1, "interval": null, "outcome": outcome, "found": "",
-            })
+    let check = |(id, value, outcome): &(&str, f64, &str)| {
+        serde_json::json!({
+            "id": id, "quantity": "height", "unit": "m", "value": value, "expected": 1.0, "lower": 0.5, "upper": 1.5,
+            "method": "by looking", "basis": "told so", "n": 1, "interval": null, "outcome": outcome, "found": "",
         })
-        .collect();
+    };
+    let checks: Vec<Value> = checks.iter().map(check).collect();
     let record = serde_json::json!({
         "job": "reproduce", "version": 1, "crossgrain": "0.1.0", "command": "crossgrain reproduce", "machine_kind": "a machine",
         "verdict": if failed { "fail" } else { "pass" }, "checks": checks, "comparisons": [],
         "speeds": [{"id": "time/ordinary", "what": "time a step of YADE over native", "unit": "times native",
             "value": yade_over_native, "range": null, "less_is_better": false}],
     });
-    let path = folder.join(name);
-    fs::write(&path, record.to_string()).expect("written");
-    path
+    fs::write(folder.join(name), record.to_string()).expect("written");
 }
 
-fn run(arguments: &[&str]) -> (i32, String, String) {
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    told(&crossgrain(arguments, here))
-}
-
-fn path(path: &Path) -> &str {
-    path.to_str().expect("a path in UTF-8")
+/// A folder that goes away, with a record of one check that passed, `run.json`, in it.
+fn with_a_record() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    record(folder.path(), "run.json", &[("a", 1.0, "pass")], 60.0);
+    folder
 }
 
 #[test]
 fn a_regression_shows_in_words_files_and_exit_code() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = |name: &str| folder.path().join(name);
-    let store = at("kept");
+    let at = folder.path();
     let sound = [
         ("compare/a/height", 1.0, "pass"),
         ("faults/wall", 1.0, "pass"),
         ("gone", 1.0, "pass"),
     ];
-    let before = record(folder.path(), "before.json", &sound, 60.0);
-    let (code, out, _) = run(&[
-        "report",
-        "baseline",
-        "save",
-        path(&before),
-        "main",
-        "--store",
-        path(&store),
-    ]);
-    assert_eq!(code, 0, "{out}");
+    record(at, "before.json", &sound, 60.0);
+    let save = "report baseline save before.json main --store kept";
+    ends(at, 0, save);
     // Never silently overwritten.
-    let (code, _, err) = run(&[
-        "report",
-        "baseline",
-        "save",
-        path(&before),
-        "main",
-        "--store",
-        path(&store),
-    ]);
-    assert!(code == 2 && err.contains("--replace"), "{code} {err}");
-    let (code, out, _) = run(&["report", "baseline", "list", "--store", path(&store)]);
-    assert!(
-        code == 0 && out.contains("main: reproduce") && out.contains("3 checks passed"),
-        "{out}"
-    );
+    tells(at, 2, save, ["--replace"]);
+    let (out, _) = ends(at, 0, "report baseline list --store kept");
+    has(&out, ["main: reproduce", "3 checks passed"]);
 
-    let diff = |record: &Path| {
-        run(&[
-            "report",
-            "baseline",
-            "diff",
-            path(record),
-            "main",
-            "--store",
-            path(&store),
-        ])
+    let diff = |code: i32, record: &str| {
+        let diff = format!("report baseline diff {record} main --store kept");
+        ends(at, code, &diff).0
     };
-    let (code, out, _) = diff(&before);
-    assert!(
-        code == 0 && out.contains("AGREED: Nothing is worse than in main"),
-        "{out}"
-    );
+    let out = diff(0, "before.json");
+    has(&out, ["AGREED: Nothing is worse than in main"]);
 
     let broken = [
         ("compare/a/height", 1.7, "fail"),
         ("faults/wall", 1.2, "pass"),
         ("gone", 1.0, "pass"),
     ];
-    let broken = record(folder.path(), "broken.json", &broken, 60.0);
-    let (code, out, _) = diff(&broken);
-    assert!(code == 1 && out.contains("WORSE"), "{out}");
+    record(at, "broken.json", &broken, 60.0);
+    let out = diff(1, "broken.json");
+    has(&out, ["WORSE"]);
     let line = |words: &str| {
-        out.lines()
-            .find(|line| line.contains(words))
-            .expect("a row")
+        let line = out.lines().find(|line| line.contains(words));
+        line.expect("a row").trim_start()
     };
-    assert!(
-        line("compare/a/height")
-            .trim_start()
-            .starts_with("NEW FAILURE"),
-        "{out}"
-    );
+    let failed = line("compare/a/height");
+    assert!(failed.starts_with("NEW FAILURE"), "{out}");
     let moved = line("faults/wall");
     assert!(
         moved.contains("moved within tolerance") && moved.ends_with("0.4"),
         "{out}"
     );
 
-    let (code, out, _) = diff(&record(folder.path(), "fewer.json", &sound[..2], 60.0));
-    assert!(
-        code == 3 && out.contains("1 removed") && out.contains("  removed  gone "),
-        "{out}"
-    );
-    let (code, out, _) = diff(&record(folder.path(), "slow.json", &sound, 30.0));
-    assert!(
-        code == 1 && out.contains("slower") && out.contains("2.000 times the cost"),
-        "{out}"
-    );
+    record(at, "fewer.json", &sound[..2], 60.0);
+    let out = diff(3, "fewer.json");
+    has(&out, ["1 removed", "  removed  gone "]);
+    record(at, "slow.json", &sound, 30.0);
+    let out = diff(1, "slow.json");
+    has(&out, ["slower", "2.000 times the cost"]);
 
-    let (junit, table, summary) = (at("checks.xml"), at("checks.csv"), at("summary.md"));
-    fs::write(&summary, "an earlier step\n").expect("written");
-    let (code, out, _) = run(&[
-        "report",
-        "checks",
-        path(&broken),
-        "--junit",
-        path(&junit),
-        "--csv",
-        path(&table),
-        "--summary",
-        path(&summary),
-    ]);
-    assert_eq!(code, 1, "the job's own verdict");
+    fs::write(at.join("s.md"), "an earlier step\n").expect("written");
+    let checks = "report checks broken.json --junit j.xml --csv c.csv --summary s.md";
+    let (out, _) = ends(at, 1, checks);
     assert!(
         out.starts_with("            FAIL compare/a/height"),
         "{out}"
     );
-    let junit = fs::read_to_string(junit).expect("JUnit");
-    assert!(
-        junit.contains("failures=\"1\"") && junit.contains("height: 1.7 m, must be 0.5 to 1.5"),
-        "{junit}"
+    let read = |name: &str| fs::read_to_string(at.join(name)).expect("a file");
+    let junit = read("j.xml");
+    has(
+        &junit,
+        ["failures=\"1\"", "height: 1.7 m, must be 0.5 to 1.5"],
     );
-    assert_eq!(fs::read_to_string(table).expect("CSV").lines().count(), 4);
-    let summary = fs::read_to_string(summary).expect("Markdown");
+    assert_eq!(read("c.csv").lines().count(), 4);
+    let summary = read("s.md");
     assert!(
         summary.starts_with("an earlier step\n## reproduce: Different"),
         "{summary}"
@@ -168,108 +108,60 @@ fn a_regression_shows_in_words_files_and_exit_code() {
 
 #[test]
 fn what_cannot_be_used_is_said_with_what_to_do() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let store = folder.path().join("kept");
-    let sound = record(folder.path(), "run.json", &[("a", 1.0, "pass")], 60.0);
-    for (arguments, words) in [
-        (
-            vec!["report", "baseline", "save", path(&sound), "../main"],
-            "is no name",
-        ),
-        (
-            vec!["report", "baseline", "save", path(&sound), "a b"],
-            "is no name",
-        ),
-        (
-            vec!["report", "baseline", "diff", path(&sound), "main"],
-            "there are none yet",
-        ),
-        (
-            vec!["report", "baseline", "save", "missing.json", "main"],
-            "missing.json",
-        ),
+    let folder = with_a_record();
+    let at = folder.path();
+    let refused = |command: &[&str], words: &str| {
+        let (_, errors) = ends(at, 2, command);
+        assert!(errors.contains(words), "{command:?}: {errors}");
+        errors
+    };
+    let baseline =
+        |verb, record, name| ["report", "baseline", verb, record, name, "--store", "kept"];
+    for (verb, record, name, words) in [
+        ("save", "run.json", "../main", "is no name"),
+        ("save", "run.json", "a b", "is no name"),
+        ("diff", "run.json", "main", "there are none yet"),
+        ("save", "missing.json", "main", "missing.json"),
     ] {
-        let mut arguments = arguments;
-        arguments.extend(["--store", path(&store)]);
-        let (code, _, err) = run(&arguments);
-        assert!(
-            code == 2 && err.contains(words),
-            "{arguments:?}: {code} {err}"
-        );
+        refused(&baseline(verb, record, name), words);
     }
-    assert!(!store.exists(), "nothing is left behind");
+    assert!(!at.join("kept").exists(), "nothing is left behind");
     // What cannot be read is not a store without baselines.
-    let file = path(&sound);
-    let (code, _, err) = run(&["report", "baseline", "diff", file, "main", "--store", file]);
-    assert!(code == 2 && !err.contains("there are none yet"), "{err}");
-    fs::write(folder.path().join("other.json"), "{\"version\": 1}").expect("written");
-    let other = folder.path().join("other.json");
-    let (code, _, err) = run(&["report", "checks", path(&other)]);
-    assert!(code == 2 && err.contains("no record of a job"), "{err}");
+    let mut diff = baseline("diff", "run.json", "main");
+    diff[6] = "run.json";
+    let errors = refused(&diff, "");
+    assert!(!errors.contains("there are none yet"), "{errors}");
+    fs::write(at.join("other.json"), "{\"version\": 1}").expect("written");
+    refused(&["report", "checks", "other.json"], "no record of a job");
     // Another job's record says nothing of this one.
-    let text = fs::read_to_string(&sound).expect("a record");
+    let text = fs::read_to_string(at.join("run.json")).expect("a record");
     let text = text.replace("\"reproduce\"", "\"verify\"");
-    fs::write(&other, text).expect("written");
-    let kept = path(&store).to_owned();
-    assert_eq!(
-        run(&[
-            "report",
-            "baseline",
-            "save",
-            path(&sound),
-            "main",
-            "--store",
-            &kept
-        ])
-        .0,
-        0
-    );
-    let (code, _, err) = run(&[
-        "report",
-        "baseline",
-        "diff",
-        path(&other),
-        "main",
-        "--store",
-        &kept,
-    ]);
-    assert!(code == 2 && err.contains("a run of the same job"), "{err}");
+    fs::write(at.join("other.json"), text).expect("written");
+    ends(at, 0, &baseline("save", "run.json", "main"));
+    let diff = baseline("diff", "other.json", "main");
+    refused(&diff, "a run of the same job");
 }
 
 #[test]
 fn checks_are_explained() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let record = record(
-        folder.path(),
-        "run.json",
-        &[("parameters/everything/dt", 1.0, "pass")],
-        60.0,
-    );
-    let (code, out, _) = run(&[
-        "report",
-        "explain",
-        "parameters/everything/dt",
-        "--record",
-        path(&record),
-    ]);
-    assert!(
-        code == 0 && out.contains("meaning:") && out.contains("must be 0.5 to 1.5"),
-        "{out}"
-    );
-    let (code, _, err) = run(&["report", "explain", "bake/bread"]);
-    assert!(code == 2 && err.contains("names all kinds"), "{err}");
-    let (code, out, _) = run(&["report", "explain"]);
-    assert!(code == 0 && out.contains("verify/*"), "{out}");
+    let at = folder.path();
+    let checks = [("parameters/everything/dt", 1.0, "pass")];
+    record(at, "run.json", &checks, 60.0);
+    let explain = "report explain parameters/everything/dt --record run.json";
+    tells(at, 0, explain, ["meaning:", "must be 0.5 to 1.5"]);
+    tells(at, 2, "report explain bake/bread", ["names all kinds"]);
+    tells(at, 0, "report explain", ["verify/*"]);
 }
 
 #[test]
 fn the_schema_in_the_documentation_is_the_one_of_the_types() {
-    let written = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/record.schema.json");
-    let written = fs::read_to_string(written).expect("docs/record.schema.json");
-    let (code, printed, _) = run(&["report", "checks", "--schema"]);
-    assert_eq!(code, 0);
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let written = fs::read_to_string(root.join("docs/record.schema.json"));
+    let (printed, _) = ends(root, 0, "report checks --schema");
     assert_eq!(
-        printed, written,
+        printed,
+        written.expect("docs/record.schema.json"),
         "write it anew: crossgrain report checks --schema > docs/record.schema.json"
     );
 }
@@ -278,65 +170,47 @@ fn the_schema_in_the_documentation_is_the_one_of_the_types() {
 #[test]
 fn the_suite_has_its_checks_in_its_record() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let out = folder.path().join("verified");
-    let (code, ..) = run(&[
-        "verify",
-        "--engine",
-        "native",
-        "--quiet",
-        "--out",
-        path(&out),
-    ]);
-    assert_eq!(code, 0);
-    let record = crossgrain::checks::record::read(&out.join("verify.json")).expect("a record");
+    let at = folder.path();
+    ends(at, 0, "verify --engine native --quiet --out verified");
+    let record = crossgrain::checks::record::read(&at.join("verified/verify.json"));
+    let record = record.expect("a record");
     assert_eq!(record.job, "verify");
-    let fall = record
-        .checks
-        .iter()
-        .filter(|check| check.id.starts_with("verify/tested/free-fall/"));
+    let checks = record.checks.iter();
+    let fall = checks.filter(|check| check.id.starts_with("verify/tested/free-fall/"));
     assert!(fall.clone().count() > 1);
     for check in fall {
         let (value, upper) = (check.value.expect("a value"), check.upper.expect("a limit"));
         assert!(value <= upper && !check.basis.is_empty(), "{check:?}");
     }
-    let mut ids: Vec<&str> = record
-        .checks
-        .iter()
-        .map(|check| check.id.as_str())
-        .collect();
-    ids.sort_unstable();
-    let count = ids.len();
-    ids.dedup();
-    assert_eq!(ids.len(), count, "ids are unique");
+    let ids: BTreeSet<&str> = record.checks.iter().map(|of| of.id.as_str()).collect();
+    assert_eq!(ids.len(), record.checks.len(), "ids are unique");
 }
 
 #[test]
 fn shells_and_man_are_told_the_command_line() {
-    for shell in ["bash", "zsh", "fish"] {
-        let (code, out, _) = run(&["shell", "completions", shell]);
-        assert!(code == 0 && out.contains("baseline"), "{shell}: {out}");
-    }
-    let (code, out, _) = run(&["shell", "man"]);
-    assert!(code == 0 && out.contains(".TH crossgrain"), "{out}");
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let (code, ..) = run(&["shell", "man", "--out", path(folder.path())]);
-    assert!(code == 0 && folder.path().join("crossgrain-reproduce.1").exists());
+    let at = folder.path();
+    for shell in ["bash", "zsh", "fish"] {
+        let (out, _) = ends(at, 0, &format!("shell completions {shell}"));
+        assert!(out.contains("baseline"), "{shell}: {out}");
+    }
+    tells(at, 0, "shell man", [".TH crossgrain"]);
+    ends(at, 0, "shell man --out .");
+    assert!(at.join("crossgrain-reproduce.1").exists());
 }
 
 /// What has the name of a file that is written to is written into where it is no file, and stays what it is.
 #[test]
 fn a_pipe_is_written_into_and_not_replaced() {
     use std::os::unix::fs::FileTypeExt;
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let record = record(folder.path(), "run.json", &[("a", 1.0, "pass")], 60.0);
-    for (option, words) in [("--junit", "<testsuites"), ("--csv", "outcome,id")] {
-        let pipe = folder.path().join(&option[2..]);
-        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
-        assert!(made.is_ok_and(|made| made.success()));
+    let folder = with_a_record();
+    let at = folder.path();
+    for (option, words) in [("junit", "<testsuites"), ("csv", "outcome,id")] {
+        let pipe = a_pipe(at, option);
         let from = pipe.clone();
         let reader = std::thread::spawn(move || fs::read_to_string(from).expect("text"));
-        let (code, out, err) = run(&["report", "checks", path(&record), option, path(&pipe)]);
-        assert_eq!(code, 0, "{out}{err}");
+        let checks = format!("report checks run.json --{option} {option}");
+        ends(at, 0, &checks);
         let kind = fs::symlink_metadata(&pipe).expect("is there").file_type();
         assert!(kind.is_fifo(), "{option} replaced the pipe");
         assert!(reader.join().expect("reads").contains(words));
@@ -349,7 +223,7 @@ const FILES: [&str; 6] = ["--junit", "j.xml", "--csv", "c.csv", "--summary", "s.
 /// Runs a verb with those files in a folder, and holds them against each other: the same verdict as the exit code, a test case and a
 /// row for each check, lasting ids that are explained. The value is the exit code, and the summary's first lines.
 fn told_alike(arguments: &[&str], folder: &Path) -> (i32, String) {
-    let (code, _, errors) = told(&crossgrain(&[arguments, &FILES].concat(), folder));
+    let (code, _, errors) = say(folder, &[arguments, &FILES].concat());
     let read = |name: &str| {
         let text = fs::read_to_string(folder.join(name));
         text.unwrap_or_else(|error| panic!("{arguments:?}: {name}: {error}: {errors}"))
@@ -394,7 +268,7 @@ fn told_alike(arguments: &[&str], folder: &Path) -> (i32, String) {
         "{arguments:?}: {head}"
     );
     assert_eq!(failed > 0, failures, "{arguments:?}");
-    let mut seen = std::collections::BTreeSet::new();
+    let mut seen = BTreeSet::new();
     for id in rows.iter().map(|row| &row[1]) {
         assert!(seen.insert(id.to_owned()), "{arguments:?}: {id} repeats");
         assert!(
@@ -413,26 +287,15 @@ fn files_of_every_verb_say_what_its_exit_code_says() {
     let (folder, _) = folder_with(&tiny_scene());
     let at = folder.path();
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data");
-    let campaign = |name: &str| path(&data.join(name)).to_owned();
-    let plan = [
-        "study",
-        "plan",
-        "campaign",
-        "scene.json",
-        "--members",
-        "2",
-        "--out",
-        "c",
-    ];
-    assert_eq!(told(&crossgrain(&plan, at)).0, 0);
+    let campaign = |name: &str| data.join(name).to_str().expect("UTF-8").to_owned();
+    ends(at, 0, "study plan campaign scene.json --members 2 --out c");
     let sound = [("verify/a", 1.0, "pass"), ("verify/b", 1.0, "pass")];
-    let before = record(at, "before.json", &sound, 60.0);
+    record(at, "before.json", &sound, 60.0);
     let broken = [("verify/a", 1.7, "fail"), ("verify/b", 1.2, "pass")];
     record(at, "broken.json", &broken, 60.0);
     record(at, "fewer.json", &sound[..1], 60.0);
     record(at, "slow.json", &sound, 30.0);
-    let save = ["report", "baseline", "save", path(&before), "main"];
-    assert_eq!(told(&crossgrain(&save, at)).0, 0);
+    ends(at, 0, "report baseline save before.json main");
     let [few, native, sorted, half, lammps] = [
         "campaign-yade-ordinary-1",
         "campaign-native-1",
@@ -470,7 +333,7 @@ fn files_of_every_verb_say_what_its_exit_code_says() {
         ),
     ] {
         let summary = [arguments, &["--summary", "again.md"]].concat();
-        told(&crossgrain(&summary, at));
+        say(at, &summary);
         let page = fs::read_to_string(at.join(page)).expect("a page");
         let page = page.replace("&#39;", "'");
         let summary = fs::read_to_string(&again).expect("a summary");
@@ -488,9 +351,7 @@ fn files_of_every_verb_say_what_its_exit_code_says() {
         }
     }
     // A part of a study is not judged.
-    let shard = ["study", "run", "c", "--shard", "1/2", "--junit", "j.xml"];
-    let (code, _, errors) = told(&crossgrain(&shard, at));
-    assert!(code == 2 && errors.contains("--shard"), "{code} {errors}");
+    tells(at, 2, "study run c --shard 1/2 --junit j.xml", ["--shard"]);
 }
 
 /// A baseline's bits are a check where they are demanded.
@@ -500,14 +361,13 @@ fn other_bits_are_a_failure_where_they_are_demanded() {
     let at = folder.path();
     let checks = [("verify/a", 1.0, "pass")];
     for (name, value) in [("before.json", 1.0), ("after.json", 1.0 + f64::EPSILON)] {
-        let path = record(at, name, &checks, 60.0);
-        let text = fs::read_to_string(&path).expect("a record");
-        let mut record: Value = serde_json::from_str(&text).expect("JSON");
+        record(at, name, &checks, 60.0);
+        let path = at.join(name);
+        let mut record = json_of(&path);
         record["measured"] = serde_json::json!([{"id": "height", "unit": "m", "value": value}]);
         fs::write(&path, record.to_string()).expect("written");
     }
-    let save = ["report", "baseline", "save", "before.json", "main"];
-    assert_eq!(told(&crossgrain(&save, at)).0, 0);
+    ends(at, 0, "report baseline save before.json main");
     let diff = ["report", "baseline", "diff", "after.json", "main"];
     assert_eq!(told_alike(&diff, at).0, 0);
     assert_eq!(told_alike(&[&diff[..], &["--bits"]].concat(), at).0, 1);
@@ -534,8 +394,7 @@ fn errors_are_told_in_the_files_too() {
         ("report baseline diff", "nowhere.json main"),
     ] {
         let given = format!("{verb} {rest} --junit j.xml --summary s.md");
-        let words: Vec<&str> = given.split(' ').collect();
-        let (code, out, _) = told(&crossgrain(&words, at));
+        let (code, out, _) = say(at, &given);
         assert!(code > 1, "{verb}: {code} {out}");
         let text = fs::read_to_string(at.join("j.xml")).expect("JUnit");
         let junit = roxmltree::Document::parse(&text).expect("XML");

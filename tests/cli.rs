@@ -5,53 +5,35 @@ use std::fs;
 use grains::scene::paper_scene;
 
 use crate::support::pages::job_without_yade;
-use crate::support::{crossgrain, faulty, folder_with, native_run, small_scene, told, write_scene};
+use crate::support::{
+    ask_to_end, ends, faulty, folder_with, has, json_of, native_run, small_scene, started, tells,
+    write_scene,
+};
 
 #[test]
 fn usage_errors_exit_with_2() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for arguments in [
-        vec![],
-        vec!["dance"],
-        vec!["run", "scene.json"],
-        vec![
-            "run",
-            "no-such-scene.json",
-            "--engine",
-            "native",
-            "--out",
-            "o",
-        ],
-        vec!["scene", "paper", "--particles", "0"],
-        vec!["compare", "one"],
-        vec!["reproduce", "--scene", "no-such-scene.json"],
+    ends(folder.path(), 2, &[""; 0]);
+    for command in [
+        "dance",
+        "run scene.json",
+        "run no-such-scene.json --engine native --out o",
+        "scene paper --particles 0",
+        "compare one",
+        "reproduce --scene no-such-scene.json",
     ] {
-        let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-        assert_eq!(code, 2, "{arguments:?}: {errors}");
+        let (_, errors) = ends(folder.path(), 2, command);
         assert!(!errors.is_empty());
     }
     let (folder, _) = folder_with(&small_scene());
-    let arguments = [
-        "run",
-        "scene.json",
-        "--engine",
-        "native",
-        "--perturb",
-        "luck=1",
-        "--out",
-        "o",
-    ];
-    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 2);
-    assert!(errors.contains("unknown perturbation"), "{errors}");
+    let command = "run scene.json --engine native --perturb luck=1 --out o";
+    tells(folder.path(), 2, command, ["unknown perturbation"]);
 }
 
 #[test]
 fn the_printed_scene_is_a_valid_one_of_the_wanted_realization() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let arguments = ["scene", "paper", "--seed", "42", "--particles", "123"];
-    let (code, out, _) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 0);
+    let (out, _) = ends(folder.path(), 0, "scene paper --seed 42 --particles 123");
     let scene = grains::scene::parse_scene(&out).expect("a valid scene");
     assert_eq!(scene, paper_scene(42, 123));
 }
@@ -61,10 +43,8 @@ fn a_bed_that_does_not_settle_is_incomplete() {
     let mut scene = small_scene();
     scene.settle.max_steps = 2000;
     let (folder, _) = folder_with(&scene);
-    let arguments = ["run", "scene.json", "--engine", "native", "--out", "o"];
-    let (code, out, _) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 3, "{out}");
-    assert!(out.contains("not settled"), "{out}");
+    let (out, _) = ends(folder.path(), 3, "run scene.json --engine native --out o");
+    has(&out, ["not settled"]);
     assert!(folder.path().join("o/run.json").is_file());
 }
 
@@ -75,28 +55,18 @@ fn an_engine_that_fails_exits_with_4_and_names_step_and_grain() {
         of_sqrt_m_over_k: 50.0,
     };
     let (folder, _) = folder_with(&scene);
-    let arguments = ["run", "scene.json", "--engine", "native", "--out", "o"];
-    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 4, "{errors}");
-    assert!(
-        errors.contains("in step ") && errors.contains("grain "),
-        "{errors}"
-    );
+    let (_, errors) = ends(folder.path(), 4, "run scene.json --engine native --out o");
+    has(&errors, ["in step ", "grain "]);
     assert!(!folder.path().join("o").exists());
 }
-
-/// Where a job without YADE is wanted, it is pointed at a YADE that is not there.
-const NO_YADE: [&str; 2] = ["--yade", "/nowhere/yade"];
 
 #[test]
 fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
     let (folder, _) = folder_with(&small_scene());
-    let mut arguments = vec!["reproduce", "--scene", "scene.json", "--out", "o"];
-    arguments.extend(NO_YADE);
-    let (code, out, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 3, "{out}{errors}");
-    assert!(out.contains("YADE is missing"), "{out}");
-    assert!(out.contains("INCOMPLETE"), "{out}");
+    let job = "reproduce --scene scene.json --yade /nowhere/yade --out";
+    let job_in = |out: &str, code: i32| ends(folder.path(), code, &format!("{job} {out}"));
+    let (out, _) = job_in("o", 3);
+    has(&out, ["YADE is missing", "INCOMPLETE"]);
     let page = fs::read_to_string(folder.path().join("o/report.html")).expect("a report");
     let page = page.replace("&#39;", "'");
     for part in [
@@ -138,13 +108,10 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
     assert!(record["skipped"].as_array().is_some_and(|of| of.len() >= 3));
 
     // A finished job keeps all that it has, under another name.
-    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 3);
-    assert!(errors.contains("what was in o is in o-2 now"), "{errors}");
-    assert_eq!(
-        fs::read_to_string(folder.path().join("o-2/run.json")).expect("a record"),
-        text
-    );
+    let (_, errors) = job_in("o", 3);
+    has(&errors, ["what was in o is in o-2 now"]);
+    let kept = fs::read_to_string(folder.path().join("o-2/run.json"));
+    assert_eq!(kept.expect("a record"), text);
     // An unfinished one is taken up with the runs that it has.
     fs::remove_file(folder.path().join("o/run.json")).expect("a file");
     let modified = || {
@@ -153,37 +120,26 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
             .expect("a time")
     };
     let before = modified();
-    let (code, _, _) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 3);
+    job_in("o", 3);
     assert_eq!(before, modified());
     // A recorded run that somebody changed is no recorded run.
     fs::remove_file(folder.path().join("o/run.json")).expect("a file");
     let log = folder.path().join("o/yade-recorded/yade.log");
     fs::write(log, "other").expect("writable");
-    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 2);
-    assert!(errors.contains("is not the recorded run"), "{errors}");
+    let (_, errors) = job_in("o", 2);
+    has(&errors, ["is not the recorded run"]);
     // Somebody's own report is not overwritten.
     fs::create_dir(folder.path().join("p")).expect("writable");
     fs::write(folder.path().join("p/report.html"), "mine").expect("writable");
-    arguments[4] = "p";
-    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 2, "{errors}");
+    job_in("p", 2);
 }
 
 /// Asked to end in the middle of its checks, the job does not call itself finished.
 #[test]
 fn a_main_job_that_is_asked_to_end_is_not_finished() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let mut arguments = vec!["reproduce", "--quiet", "--out", "o"];
-    arguments.extend(NO_YADE);
-    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-        .args(&arguments)
-        .current_dir(folder.path())
-        .stdout(std::process::Stdio::null())
-        .stderr(std::process::Stdio::null())
-        .spawn()
-        .expect("the program starts");
+    let command = "reproduce --quiet --out o --yade /nowhere/yade";
+    let mut child = started(folder.path(), command);
     let recorded = folder.path().join("o/yade-recorded/run.json");
     let began = std::time::Instant::now();
     while !recorded.exists() && began.elapsed().as_secs() < 120 {
@@ -191,10 +147,7 @@ fn a_main_job_that_is_asked_to_end_is_not_finished() {
     }
     // Reading the tables takes a moment; the faults are at work then.
     std::thread::sleep(std::time::Duration::from_millis(600));
-    std::process::Command::new("kill")
-        .args(["-TERM", &child.id().to_string()])
-        .status()
-        .expect("kill is there");
+    ask_to_end(&child);
     assert_eq!(child.wait().expect("an end").code(), Some(75));
     assert!(!folder.path().join("o/run.json").exists());
     assert!(!folder.path().join("o/report.html").exists());
@@ -205,19 +158,15 @@ fn a_main_job_that_is_asked_to_end_is_not_finished() {
 fn the_papers_scene_agrees_with_the_recorded_yade_run() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     // Where YADE is installed it is left out all the same.
-    let arguments = ["reproduce", "--recorded", "--out", "o"];
-    let (code, out, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 0, "{out}{errors}");
-    assert!(out.contains("recorded: identical"), "{out}");
-    assert!(out.contains("--recorded leaves it out"), "{out}");
+    let (out, _) = ends(folder.path(), 0, "reproduce --recorded --out o");
+    has(&out, ["recorded: identical", "--recorded leaves it out"]);
     assert!(!folder.path().join("o/yade-sorted").exists());
     let bits = out
         .lines()
         .find(|line| line.contains("bits of last grains"));
     let agree = |line: &str| line.contains("pass") && line.ends_with("0 of 20000 numbers differ");
     assert!(bits.is_some_and(agree), "{out}");
-    let text = fs::read_to_string(folder.path().join("o/run.json")).expect("a record");
-    let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let record = json_of(&folder.path().join("o/run.json"));
     assert_eq!(record["verdict"], "pass");
     let checks = record["comparisons"][0]["comparison"]["checks"]
         .as_array()
@@ -273,21 +222,12 @@ fn a_main_job_in_a_folder_where_another_is_at_work_is_refused() {
     let (folder, _) = folder_with(&small_scene());
     fs::create_dir(folder.path().join("o")).expect("writable");
     let lock = crossgrain::files::FolderLock::of(&folder.path().join("o")).expect("free");
-    let mut arguments = vec![
-        "reproduce",
-        "--scene",
-        "scene.json",
-        "--out",
-        "o",
-        "--quiet",
-    ];
-    arguments.extend(NO_YADE);
-    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert!(code == 75 && errors.contains("in use"), "{code} {errors}");
+    let command = "reproduce --scene scene.json --out o --quiet --yade /nowhere/yade";
+    tells(folder.path(), 75, command, ["in use"]);
     assert!(!folder.path().join("o/run.json").exists());
     drop(lock);
-    let (code, ..) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 3, "it is made when the other has ended");
+    // It is made when the other has ended.
+    ends(folder.path(), 3, command);
 }
 
 /// The recorded run is judged like any other: with a fault in the native engine it must disagree.
@@ -296,42 +236,19 @@ fn a_faulty_native_run_disagrees_with_the_recorded_yade_run() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     write_scene(&paper_scene(1, 5000), &folder.path().join("scene.json"));
     crossgrain::run::folder::unpack_recorded(&folder.path().join("yade")).expect("writable");
-    let arguments = [
-        "run",
-        "scene.json",
-        "--engine",
-        "native",
-        "--perturb",
-        "stiffness=1e-12",
-        "--quiet",
-        "--out",
-        "native",
-    ];
-    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 0, "{errors}");
-    let arguments = ["compare", "native", "yade", "--no-locate"];
-    let (code, out, _) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 1, "{out}");
-    assert!(out.contains("FAIL compare/bits-along-the-way"), "{out}");
+    let command = "run scene.json --engine native --perturb stiffness=1e-12 --quiet --out native";
+    ends(folder.path(), 0, command);
+    let (out, _) = ends(folder.path(), 1, "compare native yade --no-locate");
+    has(&out, ["FAIL compare/bits-along-the-way"]);
 }
 
 #[test]
 fn a_run_of_5000_grains_stays_small() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     write_scene(&paper_scene(1, 5000), &folder.path().join("scene.json"));
-    let arguments = [
-        "run",
-        "scene.json",
-        "--engine",
-        "native",
-        "--quiet",
-        "--out",
-        "o",
-    ];
-    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 0, "{errors}");
-    let text = fs::read_to_string(folder.path().join("o/run.json")).expect("a record");
-    let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let command = "run scene.json --engine native --quiet --out o";
+    ends(folder.path(), 0, command);
+    let record = json_of(&folder.path().join("o/run.json"));
     let peak = record["peak_memory"].as_u64().expect("Linux tells");
     assert!(peak > 1 << 20 && peak < 100 * 1_000_000, "{peak} bytes");
 }

@@ -12,8 +12,8 @@ use verdict::judge::Verdict;
 
 use crate::support::engines::{changed_toy, narrow_scene, program};
 use crate::support::{
-    STAGES, crossgrain, faulty, folder_with, frictional_scene, native_run, small_scene, sound,
-    staged_scene, told,
+    STAGES, ends, faulty, folder_with, frictional_scene, has, native_run, say, small_scene, sound,
+    staged_scene, tells,
 };
 
 const POUR: Protocol = Protocol::Steps { steps: 4000 };
@@ -115,46 +115,26 @@ fn one_last_bit_in_one_number_is_found() {
 #[test]
 fn the_command_says_agreed_or_different_and_exits_so() {
     let (folder, _) = folder_with(&small_scene());
-    let run = |out: &str, more: &[&str]| {
-        let mut arguments = vec![
-            "run",
-            "scene.json",
-            "--engine",
-            "native",
-            "--steps",
-            "1000",
-            "--quiet",
-            "--out",
-            out,
-        ];
-        arguments.extend(more);
-        let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-        assert_eq!(code, 0, "{errors}");
-    };
-    run("a", &[]);
-    run("b", &[]);
-    run("c", &["--perturb", "stiffness=1e-12"]);
-    run("d", &["--seed", "2"]);
-    let (code, out, _) = told(&crossgrain(&["compare", "a", "b"], folder.path()));
-    assert_eq!(code, 0, "{out}");
-    assert!(
-        out.contains("\nAGREED: identical: native against native\n"),
-        "{out}"
+    for out in ["a", "b", "c --perturb stiffness=1e-12", "d --seed 2"] {
+        let run = "run scene.json --engine native --steps 1000 --quiet --out";
+        ends(folder.path(), 0, &format!("{run} {out}"));
+    }
+    let (out, _) = ends(folder.path(), 0, "compare a b");
+    has(&out, ["\nAGREED: identical: native against native\n"]);
+    let (out, _) = ends(folder.path(), 1, "compare a c");
+    has(
+        &out,
+        [
+            "\nDIFFERENT: native against native",
+            "first difference: step ",
+        ],
     );
-    let (code, out, _) = told(&crossgrain(&["compare", "a", "c"], folder.path()));
-    assert_eq!(code, 1, "{out}");
-    assert!(out.contains("\nDIFFERENT: native against native"), "{out}");
-    assert!(out.contains("first difference: step "), "{out}");
-    let arguments = ["compare", "a", "c", "--json", "--junit", "checks.xml"];
-    let (code, out, _) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 1);
+    let (out, _) = ends(folder.path(), 1, "compare a c --json --junit checks.xml");
     let junit = std::fs::read_to_string(folder.path().join("checks.xml")).expect("JUnit");
-    assert!(junit.contains("<failure"), "{junit}");
+    has(&junit, ["<failure"]);
     let value: serde_json::Value = serde_json::from_str(&out).expect("JSON");
     assert!(value["first_difference"]["step"].as_u64() > Some(0));
-    let (code, out, _) = told(&crossgrain(&["compare", "a", "d"], folder.path()));
-    assert_eq!(code, 1);
-    assert!(out.contains("/realization"), "{out}");
+    tells(folder.path(), 1, "compare a d", ["/realization"]);
 }
 
 #[test]
@@ -221,8 +201,7 @@ fn against_toy(changes: &[(&str, &str)], asked: bool) -> (i32, String) {
     let run = ["run", "scene.json", "--steps", "600", "--quiet", "--engine"];
     for (of, out) in [("native", "native"), (engine.as_str(), "theirs")] {
         let run = [&run[..], &[of, "--out", out]].concat();
-        let (code, _, errors) = told(&crossgrain(&run, folder.path()));
-        assert_eq!(code, 0, "{errors}");
+        ends(folder.path(), 0, &run);
     }
     let engine = if asked {
         &["--engine", &engine][..]
@@ -230,7 +209,7 @@ fn against_toy(changes: &[(&str, &str)], asked: bool) -> (i32, String) {
         &[]
     };
     let compare = [&["compare", "native", "theirs"], engine].concat();
-    let (code, text, errors) = told(&crossgrain(&compare, folder.path()));
+    let (code, text, errors) = say(folder.path(), &compare);
     (code, text + &errors)
 }
 
@@ -239,7 +218,7 @@ fn against_toy(changes: &[(&str, &str)], asked: bool) -> (i32, String) {
 fn a_run_with_other_operations_is_judged_by_its_engines_first_steps() {
     let (code, said) = against_toy(&[], true);
     assert_eq!(code, 0, "{said}");
-    assert!(said.contains("AGREED: equal to rounding"), "{said}");
+    has(&said, ["AGREED: equal to rounding"]);
     let k_n = "2.0 * a * b / (a + b)";
     let stiff = against_toy(&[(k_n, &format!("(1.0 + 1e-8) * {k_n}"))], true);
     assert_eq!(stiff.0, 1, "{}", stiff.1);
@@ -255,13 +234,10 @@ fn a_run_with_other_operations_is_judged_by_its_engines_first_steps() {
 fn where_first_steps_are_not_looked_at_the_verdict_is_open() {
     let (code, said) = against_toy(&[], false);
     assert_eq!(code, 3, "{said}");
-    assert!(said.contains("undecided"), "{said}");
+    has(&said, ["undecided"]);
     let (code, said) = against_toy(&[("\"walls\", \"cases\"]", "\"walls\"]")], true);
     assert_eq!(code, 3, "{said}");
-    assert!(
-        said.contains("undecided") && said.contains("cases"),
-        "{said}"
-    );
+    has(&said, ["undecided", "cases"]);
 }
 
 /// First steps have one model, so the change between the stages is left open where the bits do not show it.

@@ -9,88 +9,28 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::support::{crossgrain, told};
+use crate::support::{rows, say, told};
 
 const WORDS_OF_README: usize = 1_000;
 const WORDS_OF_DOCS: usize = 12_000;
 
 /// Commands of the pages that are not run here: how they begin, why, and the file that has the line that runs them.
-const ELSEWHERE: [(&str, &str, &str, &str); 14] = [
-    (
-        "cargo run --release -- reproduce",
-        "runs YADE where there is one, for minutes",
-        "ci/test",
-        "\"$crossgrain\" reproduce --out",
-    ),
-    ("ci/test", "is everything", ".ci/run", "exec bash ci/test"),
-    (
-        "apt-get install",
-        "changes the system",
-        "ci/install_engines",
-        "lmp:lammps liggghts:liggghts esysparticle:esys-particle",
-    ),
-    (
-        "crossgrain verify --detection-limits",
-        "takes minutes",
-        "ci/test",
-        "verify --detection-limits",
-    ),
-    (
-        "crossgrain stability",
-        "takes minutes",
-        "ci/test",
-        "stability --quick --out",
-    ),
-    (
-        "crossgrain bench",
-        "wants a quiet machine",
-        "ci/test",
-        "bench --quick --out",
-    ),
-    (
-        "crossgrain study run methods",
-        "takes minutes",
-        "ci/test",
-        "study run \"$out/tradeoff\"",
-    ),
-    (
-        "crossgrain study run map",
-        "takes minutes",
-        "ci/test",
-        "study run \"$out/sensitivity\"",
-    ),
-    (
-        "crossgrain engine check yade",
-        "needs YADE",
-        "tests/yade_live.rs",
-        "[\"engine\", \"check\", \"yade\", \"--loop\", order, \"--quiet\"]",
-    ),
-    (
-        "crossgrain engine check exec:adapters/lammps.py",
-        "needs LAMMPS",
-        "tests/exec_adapters.rs",
-        "[\"engine\", \"check\", &engine, \"--quiet\", \"--dispersion\", \"0\"]",
-    ),
-    (
-        "job=$(sbatch",
-        "needs Slurm",
-        "tests/slurm.rs",
-        "{array}\\necho \\\"$job\\\"",
-    ),
-    ("sbatch", "needs Slurm", "tests/slurm.rs", "submit[1]"),
-    (
-        "cargo test --release --test checks -- --ignored",
-        "takes ten minutes; three runs of it are a test",
-        "tests/soak.rs",
-        "the_main_job_three_times_leaves_nothing_behind",
-    ),
-    (
-        "RUSTC_BOOTSTRAP=1 cargo fuzz",
-        "never ends; its corpus is replayed",
-        "tests/fuzz_corpus.rs",
-        "fuzz/corpus",
-    ),
-];
+const ELSEWHERE: &str = r#"
+    cargo run --release -- reproduce ⇒ runs YADE where there is one, for minutes ⇒ ci/test ⇒ "$crossgrain" reproduce --out
+    ci/test ⇒ is everything ⇒ .ci/run ⇒ exec bash ci/test
+    apt-get install ⇒ changes the system ⇒ ci/install_engines ⇒ lmp:lammps liggghts:liggghts esysparticle:esys-particle
+    crossgrain verify --detection-limits ⇒ takes minutes ⇒ ci/test ⇒ verify --detection-limits
+    crossgrain stability ⇒ takes minutes ⇒ ci/test ⇒ stability --quick --out
+    crossgrain bench ⇒ wants a quiet machine ⇒ ci/test ⇒ bench --quick --out
+    crossgrain study run methods ⇒ takes minutes ⇒ ci/test ⇒ study run "$out/tradeoff"
+    crossgrain study run map ⇒ takes minutes ⇒ ci/test ⇒ study run "$out/sensitivity"
+    crossgrain engine check yade ⇒ needs YADE ⇒ tests/yade_live.rs ⇒ ["engine", "check", "yade", "--loop", order, "--quiet"]
+    crossgrain engine check exec:adapters/lammps.py ⇒ needs LAMMPS ⇒ tests/exec_adapters.rs ⇒ ["engine", "check", &engine, "--quiet", "--dispersion", "0"]
+    job=$(sbatch ⇒ needs Slurm ⇒ tests/slurm.rs ⇒ {array}\necho \"$job\"
+    sbatch ⇒ needs Slurm ⇒ tests/slurm.rs ⇒ submit[1]
+    cargo test --release --test checks -- --ignored ⇒ takes ten minutes; three runs of it are a test ⇒ tests/soak.rs ⇒ the_main_job_three_times_leaves_nothing_behind
+    RUSTC_BOOTSTRAP=1 cargo fuzz ⇒ never ends; its corpus is replayed ⇒ tests/fuzz_corpus.rs ⇒ fuzz/corpus
+"#;
 
 /// A test of the commands of each page, and the list of the pages.
 macro_rules! pages {
@@ -400,9 +340,7 @@ fn shown(output: &str, lines: &[String]) -> Result<(), String> {
 }
 
 fn runs_elsewhere(command: &str) -> bool {
-    ELSEWHERE
-        .iter()
-        .any(|(begins, ..)| command.starts_with(begins))
+    rows(ELSEWHERE).any(|[begins, _, _, _]| command.starts_with(begins))
 }
 
 fn commands_do_what_is_printed(page: &str) {
@@ -452,7 +390,7 @@ fn what_is_run_elsewhere_is_run_there() {
     for page in PAGES {
         commands.extend(printed(page, &text(page)).into_iter().map(|of| of.command));
     }
-    for (begins, why, file, line) in ELSEWHERE {
+    for [begins, why, file, line] in rows(ELSEWHERE) {
         assert!(!why.is_empty());
         assert!(
             commands.iter().any(|of| of.starts_with(begins)),
@@ -489,7 +427,7 @@ fn unknown(command: &str, helps: &mut BTreeMap<Vec<String>, Option<String>>) -> 
             .or_insert_with(|| {
                 let mut arguments: Vec<&str> = verbs.iter().map(String::as_str).collect();
                 arguments.push("--help");
-                let (code, out, _) = told(&crossgrain(&arguments, root()));
+                let (code, out, _) = say(root(), &arguments);
                 (code == 0).then_some(out)
             })
             .clone()

@@ -8,7 +8,7 @@ use crossgrain::limits::bench::bed::Bed;
 use crossgrain::limits::bench::timing;
 use crossgrain::run::folder::RunFolder;
 
-use crate::support::{crossgrain, frictional_scene, tiny_scene, told, write_scene};
+use crate::support::{Words, ends, frictional_scene, tiny_scene, told, write_scene};
 
 /// qemu's names of processors, and what the program finds in them.
 const PROCESSORS: [(&str, &str); 2] = [("qemu64", "the plainest of its kind"), ("max", "AVX2")];
@@ -26,24 +26,20 @@ fn on(processor: &str, arguments: &[&str], folder: &Path) -> String {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs qemu-user (ci/install qemu-x86_64:qemu-user): --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs qemu-user: --features live")]
 fn processors_computed_in_software_give_the_same_bits() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     for (name, scene) in [("smooth", tiny_scene()), ("rough", frictional_scene())] {
         let file = format!("{name}.json");
         write_scene(&scene, &at.join(&file));
-        let run = ["run", &file, "--engine", "native", "--quiet", "--out"];
-        let output = crossgrain(&[&run[..], &[name]].concat(), at);
-        assert_eq!(told(&output).0, 0);
+        let run = |out: &str| format!("run {file} --engine native --quiet --out {out}");
+        ends(at, 0, &run(name));
         let here = RunFolder::read(&at.join(name)).expect("a run folder");
         assert_eq!(here.record.stages.len(), 2, "poured and loaded");
         for (processor, _) in PROCESSORS {
             let out = format!("{name}-{processor}");
-            on(processor, &[&run[..], &[&out]].concat(), at);
+            on(processor, &run(&out).words(), at);
             let there = RunFolder::read(&at.join(&out)).expect("a run folder");
             assert_eq!(there.last, here.last, "{name} on {processor}");
             assert_eq!(there.history, here.history, "{name} on {processor}");
@@ -52,10 +48,7 @@ fn processors_computed_in_software_give_the_same_bits() {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs qemu-user (ci/install qemu-x86_64:qemu-user): --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs qemu-user: --features live")]
 fn each_of_them_takes_the_code_for_its_vectors() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let scene = tiny_scene();

@@ -15,7 +15,7 @@ use grains::task::{Case, Seen, Start, Task};
 use tempfile::tempdir;
 
 use crate::support::engines::{adapter, adapter_path, narrow_scene, ran_in};
-use crate::support::{crossgrain, folder_with, told};
+use crate::support::{ends, folder_with, has};
 
 const ADAPTERS: [&str; 2] = ["lammps.py", "liggghts.py"];
 
@@ -45,8 +45,7 @@ fn wall_forces(folder: &Path, out: &str) -> Vec<f64> {
 fn agree_to_the_bit(folder: &Path, begin: &str) {
     let [one, other] = ADAPTERS.map(|name| format!("{begin}{name}"));
     let compare = ["compare", &one, &other, "--expect-bits"];
-    let (code, text, errors) = told(&crossgrain(&compare, folder));
-    assert_eq!(code, 0, "{text}{errors}");
+    ends(folder, 0, &compare);
 }
 
 /// What lies in `adapters` is carried by the program: an engine, or a module that is placed beside every engine.
@@ -76,7 +75,7 @@ fn every_file_of_the_adapters_is_placed() {
 #[test]
 #[cfg_attr(
     not(feature = "live"),
-    ignore = "needs LAMMPS, LIGGGHTS and ESyS-Particle: --features live"
+    ignore = "needs LAMMPS, LIGGGHTS and ESyS-Particle"
 )]
 fn every_adapter_is_placed_and_describes_itself() {
     // Kratos DEM is no Debian package; its own test has it.
@@ -88,10 +87,7 @@ fn every_adapter_is_placed_and_describes_itself() {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
 fn with_one_radius_both_are_native_up_to_rounding_and_each_other_to_the_bit() {
     let (folder, _) = folder_with(&narrow_scene(0.0));
     ran_in(folder.path(), "native", &["--steps", "500"], "native");
@@ -110,10 +106,7 @@ fn with_one_radius_both_are_native_up_to_rounding_and_each_other_to_the_bit() {
 /// The programs tell no forces of walls, so the adapters write those of the law; that the programs mean the same is seen by
 /// where the grains are that have met a wall.
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
 fn walls_push_as_the_native_ones_do() {
     let mut scene = narrow_scene(0.0);
     scene.particles.count = 12;
@@ -171,10 +164,7 @@ fn alike_up_to_rounding(case: &Case, adapter: &str) -> [Vec<Snapshot>; 2] {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
 fn under_the_punch_both_are_native_up_to_rounding() {
     let (scene, mut bed) = bed();
     bed.punch = Some(first_contact_punch(&scene, &bed.bodies));
@@ -191,8 +181,7 @@ fn under_the_punch_both_are_native_up_to_rounding() {
 fn is_told_from_native_by_its_damping(adapter_name: &str) {
     let (folder, _) = folder_with(&narrow_scene(0.0));
     let check = ["engine", "check", &adapter(adapter_name), "--quiet"];
-    let (code, text, errors) = told(&crossgrain(&check, folder.path()));
-    assert_eq!(code, 1, "{text}{errors}");
+    let (text, _) = ends(folder.path(), 1, &check);
     assert!(text.contains("with the velocity in the middle of the kick"));
 }
 
@@ -220,33 +209,26 @@ fn kratos_is_native_up_to_rounding_but_for_damping_under_the_punch_too() {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
 fn with_many_radii_both_have_classes_of_them_and_say_so() {
     let (folder, _) = folder_with(&narrow_scene(0.05));
     for name in ADAPTERS {
         ran_in(folder.path(), &adapter(name), &[], name);
         let record =
             fs::read_to_string(folder.path().join(name).join("run.json")).expect("a record");
-        assert!(record.contains("classes of radius"), "{record}");
+        has(&record, ["classes of radius"]);
     }
     agree_to_the_bit(folder.path(), "");
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
 fn engine_check_finds_both_equal_to_rounding_in_all_states_of_a_bed_of_one_radius() {
     let (folder, _) = folder_with(&narrow_scene(0.0));
     for name in ADAPTERS {
         let engine = adapter(name);
         let check = ["engine", "check", &engine, "--quiet", "--dispersion", "0"];
-        let (code, text, errors) = told(&crossgrain(&check, folder.path()));
-        assert_eq!(code, 0, "{text}{errors}");
+        let (text, _) = ends(folder.path(), 0, &check);
         let states = text.matches("equal to rounding  ").count();
         assert!(
             states == 4 && text.contains("AGREED: equal to rounding"),
@@ -256,10 +238,7 @@ fn engine_check_finds_both_equal_to_rounding_in_all_states_of_a_bed_of_one_radiu
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs LAMMPS and ESyS-Particle: --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and ESyS-Particle")]
 fn the_settle_rule_counts_the_energy_that_was_seen_before() {
     let scene = narrow_scene(0.05);
     for name in ["lammps.py", "esysparticle.py"] {

@@ -8,8 +8,8 @@ mod tables;
 use grains::scene::Damping;
 use std::fs;
 
-use crate::support::engines::{adapter, changed_toy, narrow_scene, program, ran_in, run_in};
-use crate::support::{crossgrain, folder_with, told};
+use crate::support::engines::{adapter, changed_toy, engine, narrow_scene, ran_in, run_in};
+use crate::support::{ends, folder_with, has, say};
 
 #[test]
 fn the_toy_has_every_bit_of_the_native_engine() {
@@ -18,16 +18,9 @@ fn the_toy_has_every_bit_of_the_native_engine() {
     for (engine, out) in [("native", "native"), (toy.as_str(), "toy")] {
         ran_in(folder.path(), engine, &["--steps", "1200"], out);
     }
-    let compared = crossgrain(
-        &["compare", "native", "toy", "--expect-bits"],
-        folder.path(),
-    );
-    let (code, text, errors) = told(&compared);
-    assert_eq!(code, 0, "{text}{errors}");
-    let compared = crossgrain(&["compare", "native", "toy"], folder.path());
-    let (code, text, _) = told(&compared);
-    assert_eq!(code, 0, "{text}");
-    assert!(text.contains("AGREED: identical"), "{text}");
+    ends(folder.path(), 0, "compare native toy --expect-bits");
+    let (out, _) = ends(folder.path(), 0, "compare native toy");
+    has(&out, ["AGREED: identical"]);
     let record = fs::read_to_string(folder.path().join("toy/run.json")).expect("a record");
     assert!(record.contains(r#""name": "toy""#) && record.contains(r#""kernel": null"#));
 }
@@ -36,12 +29,9 @@ fn the_toy_has_every_bit_of_the_native_engine() {
 #[test]
 fn the_first_difference_is_found_by_running_an_external_engine_again() {
     let (folder, _) = folder_with(&narrow_scene(0.05));
-    let toy = changed_toy(
-        "v[i][axis] += dt * a\n",
-        "v[i][axis] += dt * a * (1.0 + 1e-9 * (step == 137))\n",
-    );
-    let other = program(folder.path(), "other.py", &toy);
-    let other = format!("exec:{}", other.display());
+    let later = "+= dt * a * (1.0 + 1e-9 * (step == 137))\n";
+    let toy = changed_toy("+= dt * a\n", later);
+    let other = engine(folder.path(), "other.py", &toy);
     for (engine, out) in [("native", "native"), (other.as_str(), "other")] {
         ran_in(folder.path(), engine, &["--steps", "400"], out);
     }
@@ -53,8 +43,7 @@ fn the_first_difference_is_found_by_running_an_external_engine_again() {
     ] {
         let mut compare = vec!["compare", "native", "other", "--expect-bits"];
         compare.extend(engine.iter().flat_map(|engine| ["--engine", engine]));
-        let (code, text, errors) = told(&crossgrain(&compare, folder.path()));
-        assert_eq!(code, 1, "{text}{errors}");
+        let (text, _) = ends(folder.path(), 1, &compare);
         assert!(text.contains(message), "«{message}» is missing: {text}");
     }
 }
@@ -64,36 +53,29 @@ fn the_first_difference_is_found_by_running_an_external_engine_again() {
 fn a_module_beside_the_program_counts_as_the_program() {
     let (folder, _) = folder_with(&narrow_scene(0.05));
     let toy = changed_toy("import csv, json,", "import csv, middle, json,");
-    let toy = toy.replace(
-        "v[i][axis] += dt * a\n",
-        "v[i][axis] += dt * a * middle.k\n",
-    );
-    let other = format!(
-        "exec:{}",
-        program(folder.path(), "other.py", &toy).display()
-    );
+    let toy = toy.replace("+= dt * a\n", "+= dt * a * middle.k\n");
+    let other = engine(folder.path(), "other.py", &toy);
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("ours");
     write("middle.py", "from deep import k\n");
     write("deep.py", "k = 1.0 + 1e-9\n");
     for (engine, out) in [("native", "native"), (other.as_str(), "other")] {
         ran_in(folder.path(), engine, &["--steps", "2"], out);
     }
-    let compare = || {
-        let compare = [
-            "compare",
-            "native",
-            "other",
-            "--expect-bits",
-            "--engine",
-            &other,
-        ];
-        told(&crossgrain(&compare, folder.path())).1
-    };
+    let [native, theirs] = ["native", "other"];
+    let compare = [
+        "compare",
+        native,
+        theirs,
+        "--expect-bits",
+        "--engine",
+        &other,
+    ];
+    let compare = || say(folder.path(), &compare).1;
     let unchanged = compare();
-    assert!(unchanged.contains("step 1 of stage settle"), "{unchanged}");
+    has(&unchanged, ["step 1 of stage settle"]);
     write("deep.py", "k = 1.0 + 2e-9\n");
     let changed = compare();
-    assert!(changed.contains("they have other bytes"), "{changed}");
+    has(&changed, ["they have other bytes"]);
 }
 
 #[test]
@@ -111,10 +93,7 @@ fn what_an_engine_does_not_have_is_not_asked_of_it() {
         let more: Vec<&str> = more.iter().flat_map(|until| ["--until", until]).collect();
         let (code, _, errors) = run_in(folder.path(), &toy, &more, "out");
         assert_eq!(code, 2, "{errors}");
-        assert!(
-            errors.contains("toy has no") && errors.contains(missing),
-            "{errors}"
-        );
+        has(&errors, ["toy has no", missing]);
         assert!(!folder.path().join("out").exists());
     }
 }
@@ -126,12 +105,8 @@ fn hostile_paths_reach_no_shell() {
         .path()
         .join("a b;touch hacked $(touch hacked) `touch hacked` 'x\" \n");
     fs::create_dir(&hostile).expect("a folder");
-    let toy = program(
-        &hostile,
-        "-toy';.py",
-        &changed_toy("\"version\": \"1\"", "\"version\": \"1\""),
-    );
-    let toy = format!("exec:{}", toy.display());
+    let toy = changed_toy("\"version\": \"1\"", "\"version\": \"1\"");
+    let toy = engine(&hostile, "-toy';.py", &toy);
     let out = hostile.join("--out 'x");
     let out = out.to_str().expect("text");
     ran_in(folder.path(), &toy, &["--steps", "3"], out);

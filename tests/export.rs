@@ -6,22 +6,13 @@ use std::process::Command;
 use crossgrain::files::sha256_hex;
 use crossgrain::run::folder::RunFolder;
 
-use crate::support::{crossgrain, folder_with, small_scene, told};
+use crate::support::{ends, folder_with, has, say, small_scene};
 
 /// A folder with a finished run `run` of the small scene.
 fn with_a_run() -> tempfile::TempDir {
     let (folder, _) = folder_with(&small_scene());
-    let arguments = [
-        "run",
-        "scene.json",
-        "--engine",
-        "native",
-        "--quiet",
-        "--out",
-        "run",
-    ];
-    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 0, "{errors}");
+    let command = "run scene.json --engine native --quiet --out run";
+    ends(folder.path(), 0, command);
     folder
 }
 
@@ -42,14 +33,10 @@ fn array<T: std::str::FromStr>(text: &str, name: &str) -> Vec<T> {
 #[test]
 fn vtk_files_hold_every_digit_of_the_run() {
     let folder = with_a_run();
-    let (code, out, errors) = told(&crossgrain(
-        &["report", "vtk", "run", "--out", "vtk"],
-        folder.path(),
-    ));
-    assert_eq!(code, 0, "{errors}");
+    let (out, _) = ends(folder.path(), 0, "report vtk run --out vtk");
     let run = RunFolder::read(&folder.path().join("run")).expect("a run folder");
     let read = |name: &str| {
-        assert!(out.contains(name), "{out}");
+        has(&out, [name]);
         fs::read_to_string(folder.path().join("vtk").join(name)).expect("a file")
     };
     let settled = run.settled.as_ref().expect("a settled bed");
@@ -86,8 +73,7 @@ fn an_archive_is_whole_described_and_the_same_each_time() {
     let folder = with_a_run();
     let at = |name: &str| folder.path().join(name);
     let archive = ["report", "archive", "run", "--out", "one.tar.gz"];
-    let (code, _, errors) = told(&crossgrain(&archive, folder.path()));
-    assert_eq!(code, 0, "{errors}");
+    ends(folder.path(), 0, &archive);
     let unpack = Command::new("tar")
         .arg("xzf")
         .arg("one.tar.gz")
@@ -132,10 +118,10 @@ fn an_archive_is_whole_described_and_the_same_each_time() {
     // The same folder under the same name gives the same bytes.
     fs::create_dir(at("again")).expect("a folder");
     let again = ["report", "archive", "run", "--out", "again/one.tar.gz"];
-    assert_eq!(told(&crossgrain(&again, folder.path())).0, 0);
+    assert_eq!(say(folder.path(), &again).0, 0);
     let bytes = |name: &str| fs::read(at(name)).expect("an archive");
     assert!(bytes("one.tar.gz") == bytes("again/one.tar.gz"));
-    let (code, _, errors) = told(&crossgrain(&archive, folder.path()));
+    let (code, _, errors) = say(folder.path(), &archive);
     assert!(code == 2 && errors.contains("exists already"), "{errors}");
 }
 
@@ -146,10 +132,7 @@ fn a_damaged_folder_is_not_exported() {
     let text = fs::read_to_string(&contacts).expect("a table");
     fs::write(&contacts, &text[..text.len() / 2]).expect("written");
     for (verb, out) in [("vtk", "vtk"), ("archive", "a.tar.gz")] {
-        let (code, _, errors) = told(&crossgrain(
-            &["report", verb, "run", "--out", out],
-            folder.path(),
-        ));
+        let (code, _, errors) = say(folder.path(), &["report", verb, "run", "--out", out]);
         assert!(
             code == 2 && errors.contains("contacts.csv"),
             "{code} {errors}"

@@ -9,7 +9,7 @@ use crossgrain::paper::disc_field::figure_4;
 use crossgrain::study::campaign::merged;
 use crossgrain::study::figures::{distributions, setup_of};
 
-use crate::support::{crossgrain, small_scene, told, write_scene};
+use crate::support::{ends, has, small_scene, write_scene};
 
 /// The rows of a figure by the names of its head.
 fn rows(folder: &Path, name: &str) -> Vec<BTreeMap<String, String>> {
@@ -70,13 +70,15 @@ fn places(svg: &str, [left, top, right, bottom]: [f64; 4]) -> usize {
         .len()
 }
 
-/// How often each piece of text stands in a picture, at least.
-fn has_marks(drawn: &Path, name: &str, marks: &[(&str, usize)]) {
-    let svg = fs::read_to_string(drawn.join(format!("{name}.svg"))).expect("a picture");
+/// A picture has so many of each piece of text, at least.
+fn has_marks(drawn: &Path, name: &str, marks: &str) {
+    let svg = fs::read_to_string(drawn.join(format!("figure-{name}.svg"))).expect("a picture");
     assert!(!svg.contains("NaN") && svg.contains("<text"), "{name}");
-    for (mark, least) in marks {
+    for wanted in marks.split(", ") {
+        let (least, mark) = wanted.split_once(' ').expect("how many of what");
         let found = svg.matches(mark).count();
-        assert!(found >= *least, "{name}: {found} of {mark}");
+        let least: usize = least.parse().expect("a number");
+        assert!(found >= least, "{name}: {found} of {mark}");
     }
 }
 
@@ -88,24 +90,11 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
     // So light that every member gets the force.
     scene.loading.pressure *= 0.1;
     write_scene(&scene, &at.join("scene.json"));
-    let run = |arguments: &[&str]| {
-        let (code, out, errors) = told(&crossgrain(arguments, at));
-        assert_eq!(code, 0, "{arguments:?}: {errors}");
-        out
-    };
-    run(&[
-        "study",
-        "plan",
-        "campaign",
-        "scene.json",
-        "--members",
-        "12",
-        "--out",
-        "dozen",
-    ]);
-    run(&["study", "run", "dozen"]);
-    let out = run(&["study", "figures", "--campaign", "dozen", "--out", "drawn"]);
-    assert!(out.contains("figure-5"), "{out}");
+    let plan = "study plan campaign scene.json --members 12 --out dozen";
+    ends(at, 0, plan);
+    ends(at, 0, "study run dozen");
+    let (out, _) = ends(at, 0, "study figures --campaign dozen --out drawn");
+    has(&out, ["figure-5"]);
     let drawn = at.join("drawn/figures");
     let page = fs::read_to_string(at.join("drawn/report.html")).expect("a page");
     // Four figures with a second plot for the fourth, and two for each point of the fifth.
@@ -132,43 +121,16 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
         assert!(count > 100, "figure 2: {count} places in {}", &view[..40]);
     }
     // Nine lines and three points; the bed twice with its points; bars, circles and a line; forces and profiles.
-    has_marks(
-        &drawn,
-        "figure-1",
-        &[("stroke-width=\"1\" d=\"M", 9), ("<circle", 3)],
-    );
-    has_marks(&drawn, "figure-2", &[("<use", 2), ("<circle", 300 + 6)]);
-    has_marks(
-        &drawn,
-        "figure-3",
-        &[("<circle", 6), ("<rect", 6), ("<path", 1)],
-    );
-    has_marks(
-        &drawn,
-        "figure-4",
-        &[("<path fill=\"#", 10), ("stroke-dasharray", 1)],
-    );
-    has_marks(
-        &drawn,
-        "figure-4-profiles",
-        &[("0.6366", 1), ("0.7189", 1), ("<path", 5)],
-    );
+    let has = |name: &str, marks: &str| has_marks(&drawn, name, marks);
+    has("1", "9 stroke-width=\"1\" d=\"M, 3 <circle");
+    has("2", "2 <use, 306 <circle");
+    has("3", "6 <circle, 6 <rect, 1 <path");
+    has("4", "10 <path fill=\"#, 1 stroke-dasharray");
+    has("4-profiles", "1 0.6366, 1 0.7189, 5 <path");
     for point in ["o", "a", "b"] {
-        let name = format!("figure-5-{point}");
-        has_marks(
-            &drawn,
-            &name,
-            &[
-                ("<rect", 5),
-                ("<path", 3),
-                ("exponential of the same mean", 1),
-            ],
-        );
-        has_marks(
-            &drawn,
-            &format!("{name}-share"),
-            &[("<circle", 5), ("<path", 3)],
-        );
+        let bars = "5 <rect, 3 <path, 1 exponential of the same mean";
+        has(&format!("5-{point}"), bars);
+        has(&format!("5-{point}-share"), "5 <circle, 3 <path");
     }
 
     let setup = setup_of(&scene);
@@ -265,29 +227,14 @@ fn a_campaign_without_values_is_an_error_and_writes_nothing() {
     // No punch of this bed bears so much.
     scene.loading.pressure *= 1e4;
     write_scene(&scene, &at.join("scene.json"));
-    for arguments in [
-        vec![
-            "study",
-            "plan",
-            "campaign",
-            "scene.json",
-            "--members",
-            "2",
-            "--out",
-            "two",
-        ],
-        vec!["study", "run", "two"],
-    ] {
-        assert_eq!(told(&crossgrain(&arguments, at)).0, 0);
-    }
-    let arguments = ["study", "figures", "--campaign", "two", "--out", "drawn"];
-    let (code, _, errors) = told(&crossgrain(&arguments, at));
-    assert_eq!(code, 2);
-    assert!(errors.contains("no member"), "{errors}");
-    assert!(!at.join("drawn").exists());
-    let (code, _, errors) = told(&crossgrain(
-        &["study", "figures", "--campaign", "nowhere"],
+    ends(
         at,
-    ));
-    assert_eq!(code, 2, "{errors}");
+        0,
+        "study plan campaign scene.json --members 2 --out two",
+    );
+    ends(at, 0, "study run two");
+    let (_, errors) = ends(at, 2, "study figures --campaign two --out drawn");
+    has(&errors, ["no member"]);
+    assert!(!at.join("drawn").exists());
+    ends(at, 2, "study figures --campaign nowhere");
 }

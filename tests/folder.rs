@@ -1,27 +1,38 @@
 //! Run folders: written whole or not at all, read back to the bit, refused when they are not sound.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crossgrain::run::folder::RunFolder;
 use crossgrain::run::folder::record::Protocol;
 
 use crate::support::{
-    crossgrain, folder_with, frictional_scene, native_run, small_scene, sound, told,
+    a_pipe, ask_to_end, folder_with, frictional_scene, native_run, say, small_scene, sound,
+    started, tells,
 };
 
 fn small_run() -> RunFolder {
     native_run(&small_scene(), sound(), Protocol::Steps { steps: 3000 })
 }
 
-#[test]
-fn a_folder_reads_back_to_the_same_bits() {
+/// Written into a folder that goes away, and read back to the same bits.
+fn written(run: &RunFolder) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let run = native_run(&small_scene(), sound(), Protocol::Whole);
     let path = folder.path().join("run");
     run.write(&path).expect("a writable folder");
-    let back = RunFolder::read(&path).expect("a sound folder");
-    assert_eq!(back, run);
+    assert_eq!(RunFolder::read(&path).expect("a sound folder"), *run);
+    (folder, path)
+}
+
+fn header(table: &Path) -> String {
+    let text = fs::read_to_string(table).expect("text");
+    text.lines().next().expect("a header").to_owned()
+}
+
+#[test]
+fn a_folder_reads_back_to_the_same_bits() {
+    let run = native_run(&small_scene(), sound(), Protocol::Whole);
+    let (_folder, path) = written(&run);
     assert!(run.settled.is_some());
     for name in [
         "scene.json",
@@ -36,37 +47,27 @@ fn a_folder_reads_back_to_the_same_bits() {
     ] {
         assert!(path.join(name).is_file(), "{name}");
     }
-    let header = |name: &str| {
-        let text = fs::read_to_string(path.join(name)).expect("text");
-        text.lines().next().expect("a header").to_owned()
-    };
-    assert_eq!(header("initial.csv"), "id,x,z,vx,vz,radius,mass");
-    assert_eq!(header("bodies.csv"), "id,x,z,vx,vz,radius,mass");
-    assert_eq!(header("contacts.csv"), "id1,id2,overlap,fn,ft,nx,nz,x,z");
+    for (name, columns) in [
+        ("initial.csv", "id,x,z,vx,vz,radius,mass"),
+        ("bodies.csv", "id,x,z,vx,vz,radius,mass"),
+        ("contacts.csv", "id1,id2,overlap,fn,ft,nx,nz,x,z"),
+    ] {
+        assert_eq!(header(&path.join(name)), columns);
+    }
 }
 
 #[test]
 fn a_folder_of_grains_that_rotate_reads_back_to_the_same_bits() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
     let run = native_run(&frictional_scene(), sound(), Protocol::Whole);
-    let path = folder.path().join("run");
-    run.write(&path).expect("a writable folder");
-    assert_eq!(RunFolder::read(&path).expect("a sound folder"), run);
+    let (_folder, path) = written(&run);
     let settled = run.settled.expect("a settled bed").bodies;
     assert!(settled.spin.iter().all(|spin| *spin != 0.0));
     for name in ["initial.csv", "bodies.csv", "settled-bodies.csv"] {
-        let text = fs::read_to_string(path.join(name)).expect("text");
-        let header = text.lines().next().expect("a header");
-        assert_eq!(header, "id,x,z,vx,vz,radius,mass,spin,inertia", "{name}");
+        let columns = "id,x,z,vx,vz,radius,mass,spin,inertia";
+        assert_eq!(header(&path.join(name)), columns, "{name}");
     }
     // Another spin at the end is another state.
-    change(&path.join("bodies.csv"), |text| {
-        let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-        let mut columns: Vec<&str> = lines[9].split(',').collect();
-        columns[7] = "0.125";
-        lines[9] = columns.join(",");
-        lines.join("\n") + "\n"
-    });
+    change(&path.join("bodies.csv"), |of| with_cell(of, 9, 7, "0.125"));
     let error = RunFolder::read(&path).expect_err("another spin");
     assert!(error.to_string().contains("another state"), "{error}");
 }
@@ -77,19 +78,8 @@ fn nothing_existing_is_overwritten() {
     let out = folder.path().join("out");
     fs::create_dir(&out).expect("a writable folder");
     fs::write(out.join("precious"), "mine").expect("a writable folder");
-    let arguments = [
-        "run",
-        "scene.json",
-        "--engine",
-        "native",
-        "--steps",
-        "10",
-        "--out",
-        "out",
-    ];
-    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 2, "{errors}");
-    assert!(errors.contains("exists already"), "{errors}");
+    let command = "run scene.json --engine native --steps 10 --out out";
+    tells(folder.path(), 2, command, ["exists already"]);
     assert_eq!(
         fs::read_to_string(out.join("precious")).expect("still there"),
         "mine"
@@ -103,13 +93,8 @@ fn endless_run() -> (tempfile::TempDir, std::process::Child) {
     scene.settle.kinetic_energy_fraction = 1.0e-300;
     scene.settle.max_steps = 1_000_000_000;
     let (folder, _) = folder_with(&scene);
-    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-        .args(["run", "scene.json", "--engine", "native", "--out", "out"])
-        .current_dir(folder.path())
-        .stdout(std::process::Stdio::null())
-        .stderr(std::process::Stdio::null())
-        .spawn()
-        .expect("the program starts");
+    let command = "run scene.json --engine native --out out";
+    let mut child = started(folder.path(), command);
     std::thread::sleep(std::time::Duration::from_millis(400));
     assert_eq!(child.try_wait().expect("a child"), None, "it is running");
     (folder, child)
@@ -127,11 +112,7 @@ fn a_killed_run_leaves_no_folder_under_its_name() {
 #[test]
 fn a_run_that_is_asked_to_end_is_kept_and_exits_with_75() {
     let (folder, mut child) = endless_run();
-    let asked = std::process::Command::new("kill")
-        .args(["-TERM", &child.id().to_string()])
-        .status()
-        .expect("kill is there");
-    assert!(asked.success());
+    ask_to_end(&child);
     let status = child.wait().expect("an ended child");
     assert_eq!(status.code(), Some(75));
     let left = fs::read_dir(folder.path()).expect("a folder").count();
@@ -154,179 +135,139 @@ fn spoiled(spoil: impl FnOnce(&Path)) -> (i32, String) {
     run.write(&folder.path().join("good")).expect("writable");
     run.write(&folder.path().join("bad")).expect("writable");
     spoil(&folder.path().join("bad"));
-    let output = crossgrain(&["compare", "good", "bad", "--no-locate"], folder.path());
-    let (code, out, errors) = told(&output);
+    let (code, out, errors) = say(folder.path(), "compare good bad --no-locate");
     (code, out + &errors)
 }
 
-fn change(path: &Path, how: impl FnOnce(String) -> String) {
+fn change(path: &Path, how: impl FnOnce(&str) -> String) {
     let text = fs::read_to_string(path).expect("text");
-    fs::write(path, how(text)).expect("writable");
+    fs::write(path, how(&text)).expect("writable");
+}
+
+/// With another row at this place.
+fn with_row(text: &str, at: usize, row: impl Fn(&str) -> String) -> String {
+    let rows = text.lines().enumerate();
+    let row = |(place, of)| if place == at { row(of) } else { of.to_owned() } + "\n";
+    rows.map(row).collect()
+}
+
+fn with_cell(text: &str, row: usize, column: usize, cell: &str) -> String {
+    with_row(text, row, |row| {
+        let mut cells: Vec<&str> = row.split(',').collect();
+        cells[column] = cell;
+        cells.join(",")
+    })
+}
+
+/// Without so many rows at the end.
+fn without_last(text: &str, count: usize) -> String {
+    let rows = text.split_inclusive('\n');
+    let kept = rows.clone().count() - count;
+    rows.take(kept).collect()
+}
+
+fn is_refused(name: &str, spoil: impl FnOnce(&Path), message: &str) {
+    let (code, told) = spoiled(spoil);
+    assert_eq!(code, 2, "{name}: {told}");
+    assert!(told.contains(message), "{name}: {told}");
 }
 
 #[test]
 fn unsound_folders_are_refused_with_exit_2() {
-    type Spoil = fn(&Path);
-    let cases: [(&str, Spoil, &str); 15] = [
-        (
-            "missing",
-            |bad| fs::remove_dir_all(bad).expect("a folder"),
-            "it has no run.json",
-        ),
-        (
-            "no bodies",
-            |bad| fs::remove_file(bad.join("bodies.csv")).expect("a file"),
-            "bodies.csv",
-        ),
+    type Change = fn(&str) -> String;
+    let cases: [(&str, &str, Change, &str); 12] = [
         (
             "cut",
-            |bad| {
-                change(&bad.join("bodies.csv"), |text| {
-                    text[..text.len() - 9].to_owned()
-                })
-            },
+            "bodies.csv",
+            |of| of[..of.len() - 9].to_owned(),
             "bodies.csv",
         ),
         (
             "cut at a line",
-            |bad| {
-                change(&bad.join("bodies.csv"), |text| {
-                    let lines: Vec<&str> = text.lines().collect();
-                    lines[..lines.len() - 3].join("\n") + "\n"
-                });
-            },
+            "bodies.csv",
+            |of| without_last(of, 3),
             "has 297 grains, the scene 300",
         ),
-        (
-            "empty",
-            |bad| fs::write(bad.join("bodies.csv"), "").expect("writable"),
-            "bodies.csv",
-        ),
+        ("empty", "bodies.csv", |_| String::new(), "bodies.csv"),
         (
             "NaN",
-            |bad| {
-                change(&bad.join("bodies.csv"), |text| {
-                    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-                    lines[5] = "4,NaN,0.1,0,0,0.005,0.2".to_owned();
-                    lines.join("\n") + "\n"
-                });
-            },
+            "bodies.csv",
+            |of| with_row(of, 5, |_| "4,NaN,0.1,0,0,0.005,0.2".to_owned()),
             "x = NaN, which must be finite",
         ),
         (
             "contact with nobody",
-            |bad| {
-                change(&bad.join("contacts.csv"), |text| {
-                    text + "303,100000,1e-6,1,0,1,0,0.1,0.1\n"
-                });
-            },
+            "contacts.csv",
+            |of| format!("{of}303,100000,1e-6,1,0,1,0,0.1,0.1\n"),
             "id2 = 100000",
         ),
         (
             "other version",
-            |bad| {
-                change(&bad.join("run.json"), |text| {
-                    text.replacen("\"version\": 4", "\"version\": 99", 1)
-                });
-            },
+            "run.json",
+            |of| of.replacen("\"version\": 4", "\"version\": 99", 1),
             "version 99",
         ),
         (
             "other scene",
-            |bad| {
-                change(&bad.join("scene.json"), |text| {
-                    text.replacen("\"gravity\": 9.81", "\"gravity\": 9.8", 1)
-                });
-            },
+            "scene.json",
+            |of| of.replacen("\"gravity\": 9.81", "\"gravity\": 9.8", 1),
             "not the scene of run.json",
         ),
-        (
-            "not JSON",
-            |bad| fs::write(bad.join("run.json"), "{").expect("writable"),
-            "run.json",
-        ),
-        (
-            "not text",
-            |bad| fs::write(bad.join("history.csv"), [0xff, 0xfe, 0]).expect("writable"),
-            "not UTF-8",
-        ),
+        ("not JSON", "run.json", |_| "{".to_owned(), "run.json"),
         (
             "other end",
-            |bad| {
-                change(&bad.join("history.csv"), |text| {
-                    let lines: Vec<&str> = text.lines().collect();
-                    lines[..lines.len() - 1].join("\n") + "\n"
-                });
-            },
+            "history.csv",
+            |of| without_last(of, 1),
             "has not the moments of the stages",
         ),
         (
             "other masses",
-            |bad| {
-                change(&bad.join("bodies.csv"), |text| {
-                    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-                    let mass = lines[9].rfind(',').expect("columns");
-                    lines[9].truncate(mass);
-                    lines[9] += ",7.0";
-                    lines.join("\n") + "\n"
-                });
-            },
+            "bodies.csv",
+            |of| with_cell(of, 9, 6, "7.0"),
             "other radii, masses or moments of inertia than initial.csv",
         ),
         (
             "history of not a number",
-            |bad| {
-                change(&bad.join("history.csv"), |text| {
-                    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-                    let columns: Vec<&str> = lines[2].split(',').collect();
-                    let mut columns: Vec<String> = columns.into_iter().map(str::to_owned).collect();
-                    columns[3] = "NaN".to_owned();
-                    lines[2] = columns.join(",");
-                    lines.join("\n") + "\n"
-                });
-            },
+            "history.csv",
+            |of| with_cell(of, 2, 3, "NaN"),
             "not finite at settle 250",
         ),
         (
             "endless stages",
-            |bad| {
-                change(&bad.join("run.json"), |text| {
-                    text.replacen("\"steps\": 3000", "\"steps\": 9000000000000", 2)
-                });
-            },
+            "run.json",
+            |of| of.replacen("\"steps\": 3000", "\"steps\": 9000000000000", 2),
             "moments of history",
         ),
     ];
-    for (name, spoil, message) in cases {
-        let (code, told) = spoiled(spoil);
-        assert_eq!(code, 2, "{name}: {told}");
-        assert!(told.contains(message), "{name}: {told}");
+    for (name, file, how, message) in cases {
+        is_refused(name, |bad| change(&bad.join(file), how), message);
     }
+    let gone = |bad: &Path| fs::remove_dir_all(bad).expect("a folder");
+    is_refused("missing", gone, "it has no run.json");
+    let no_bodies = |bad: &Path| fs::remove_file(bad.join("bodies.csv")).expect("a file");
+    is_refused("no bodies", no_bodies, "bodies.csv");
+    let no_text = |bad: &Path| fs::write(bad.join("history.csv"), [0xff, 0xfe, 0]).expect("ours");
+    is_refused("not text", no_text, "not UTF-8");
 }
 
 #[test]
 fn packed_tables_are_read_and_packed_bombs_are_not() {
     use flate2::{Compression, write::GzEncoder};
     use std::io::Write;
-    let folder = tempfile::tempdir().expect("a temporary folder");
     let run = small_run();
-    let path = folder.path().join("run");
-    run.write(&path).expect("writable");
+    let (_folder, path) = written(&run);
+    let pack = |name: &str, bytes: &[u8]| {
+        let packed = fs::File::create(path.join(name)).expect("writable");
+        let mut encoder = GzEncoder::new(packed, Compression::best());
+        encoder.write_all(bytes).expect("writable");
+        encoder.finish().expect("writable");
+    };
     let table = path.join("trace.csv");
-    let text = fs::read(&table).expect("text");
-    let packed = fs::File::create(path.join("trace.csv.gz")).expect("writable");
-    let mut encoder = GzEncoder::new(packed, Compression::best());
-    encoder.write_all(&text).expect("writable");
-    encoder.finish().expect("writable");
+    pack("trace.csv.gz", &fs::read(&table).expect("text"));
     fs::remove_file(&table).expect("a file");
     assert_eq!(RunFolder::read(&path).expect("a sound folder"), run);
 
-    let bomb = fs::File::create(path.join("bomb.gz")).expect("writable");
-    let mut encoder = GzEncoder::new(bomb, Compression::best());
-    for _ in 0..64 {
-        encoder.write_all(&[b'0'; 1 << 16]).expect("writable");
-    }
-    encoder.finish().expect("writable");
+    pack("bomb.gz", &[b'0'; 64 << 16]);
     let error = crossgrain::files::read_text(&path.join("bomb.gz"), 1 << 20)
         .expect_err("more than the limit");
     assert!(error.to_string().contains("larger than"), "{error}");
@@ -335,12 +276,9 @@ fn packed_tables_are_read_and_packed_bombs_are_not() {
 /// A bed without contacts has tables without rows, which are tables all the same.
 #[test]
 fn a_folder_without_contacts_reads_back() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
     let run = native_run(&small_scene(), sound(), Protocol::Steps { steps: 10 });
     assert!(run.last.contacts.is_empty());
-    let path = folder.path().join("run");
-    run.write(&path).expect("writable");
-    assert_eq!(RunFolder::read(&path).expect("a sound folder"), run);
+    written(&run);
 }
 
 /// Killed at any moment, a run leaves a whole folder or none.
@@ -351,14 +289,8 @@ fn a_run_killed_at_any_moment_leaves_a_whole_folder_or_none() {
     // The last one has all the time that even a busy machine needs.
     for delay in (0..40).map(|k| 5 * k).chain([5000]) {
         let out = format!("out{delay}");
-        let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-            .args(["run", "scene.json", "--engine", "native", "--steps", "3000"])
-            .args(["--out", &out])
-            .current_dir(folder.path())
-            .stdout(std::process::Stdio::null())
-            .stderr(std::process::Stdio::null())
-            .spawn()
-            .expect("the program starts");
+        let run = format!("run scene.json --engine native --steps 3000 --out {out}");
+        let mut child = started(folder.path(), &run);
         std::thread::sleep(std::time::Duration::from_millis(delay));
         // Fails only for a run that was faster.
         let _ = child.kill();
@@ -377,11 +309,7 @@ fn a_run_killed_at_any_moment_leaves_a_whole_folder_or_none() {
 #[test]
 fn a_pipe_is_no_table() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let made = std::process::Command::new("mkfifo")
-        .arg(folder.path().join("run.json"))
-        .status()
-        .expect("mkfifo is there");
-    assert!(made.success());
+    a_pipe(folder.path(), "run.json");
     let error = RunFolder::read(folder.path()).expect_err("no folder");
     assert!(error.to_string().contains("not a regular file"), "{error}");
 }
@@ -391,17 +319,6 @@ fn a_pipe_is_no_table() {
 #[test]
 fn a_disk_that_refuses_says_try_again() {
     let (folder, _) = folder_with(&small_scene());
-    let arguments = [
-        "run",
-        "scene.json",
-        "--engine",
-        "native",
-        "--steps",
-        "10",
-        "--out",
-        "/proc/out",
-    ];
-    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 75, "{errors}");
-    assert!(errors.contains("cannot write into /proc"), "{errors}");
+    let command = "run scene.json --engine native --steps 10 --out /proc/out";
+    tells(folder.path(), 75, command, ["cannot write into /proc"]);
 }

@@ -4,11 +4,11 @@
 use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use crate::support::{told, write_scene};
+use crate::support::engines::{adapter_path, narrow_scene, program};
+use crate::support::{has, tells, told, write_scene};
 
 /// What a name must not do is make the file `owned`.
 pub fn names() -> Vec<OsString> {
@@ -70,6 +70,10 @@ pub fn two_grains() -> grains::scene::Scene {
     scene
 }
 
+fn words(line: &str) -> Vec<OsString> {
+    line.split(' ').map(OsString::from).collect()
+}
+
 /// `--out=NAME`, which takes a name that begins with a dash.
 fn out(name: &OsStr) -> OsString {
     let mut option = OsString::from("--out=");
@@ -101,14 +105,8 @@ fn run_folders_of_any_name_are_written_compared_and_exported() {
             let (code, _, errors) = told(&output);
             assert_eq!(code, 0, "{name:?}, {arguments:?}: {errors}");
         };
-        let words = |words: &str| words.split(' ').map(OsString::from).collect::<Vec<_>>();
-        tell(
-            &[
-                words("run scene.json --engine native --steps 20"),
-                vec![out(&name)],
-            ]
-            .concat(),
-        );
+        let native = words("run scene.json --engine native --steps 20");
+        tell(&[native, vec![out(&name)]].concat());
         let run = beside(&name).into_os_string();
         tell(&[words("compare"), vec![run.clone(), run.clone()]].concat());
         tell(&[words("report vtk --out vtk"), vec![run.clone()]].concat());
@@ -123,45 +121,30 @@ fn a_name_that_is_too_long_is_refused_at_once() {
     let (top, place) = place_named(OsStr::new("place"));
     let long = "x".repeat(300);
     for verb in [
-        ["run", "scene.json", "--engine", "native"].as_slice(),
-        &["report", "vtk", "run"],
-        &["study", "plan", "campaign", "scene.json", "--members", "2"],
+        "run scene.json --engine native",
+        "report vtk run",
+        "study plan campaign scene.json --members 2",
     ] {
-        let mut arguments: Vec<OsString> = verb.iter().map(OsString::from).collect();
-        arguments.push(out(OsStr::new(&long)));
+        let arguments = [words(verb), vec![out(OsStr::new(&long))]].concat();
         let output = crossgrain_os(&arguments, &place);
         let (code, _, errors) = told(&output);
         assert_eq!(code, 2, "{verb:?}: {errors}");
-        assert!(errors.contains("name too long"), "{errors}");
+        has(&errors, ["name too long"]);
     }
     assert_eq!(fs::read_dir(&place).expect("a folder").count(), 1);
     nothing_obeyed(top.path(), &crossgrain_os(&["paper", "numbers"], &place));
 }
 
-/// Makes a program of this text under any name.
-pub fn program(folder: &Path, name: &OsStr, text: &str) -> PathBuf {
-    let path = folder.join(name);
-    fs::write(&path, text).expect("writable");
-    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("ours");
-    path
-}
-
 #[test]
 fn engines_of_any_name_are_started_without_a_shell() {
-    let toy = Path::new(env!("CARGO_MANIFEST_DIR")).join("adapters/toy.py");
-    let toy = fs::read_to_string(toy).expect("the toy");
+    let toy = fs::read_to_string(adapter_path("toy.py")).expect("the toy");
     for name in names() {
         let (top, place) = place_named(&name);
-        write_scene(
-            &crate::support::engines::narrow_scene(0.05),
-            &place.join("scene.json"),
-        );
+        write_scene(&narrow_scene(0.05), &place.join("scene.json"));
         let path = program(&place, &name, &toy);
         let mut engine = OsString::from("--engine=exec:");
         engine.push(&path);
-        let arguments = ["run", "scene.json", "--steps", "5", "--out", "out"];
-        let mut arguments: Vec<OsString> = arguments.map(OsString::from).into();
-        arguments.push(engine);
+        let arguments = [words("run scene.json --steps 5 --out out"), vec![engine]].concat();
         let output = crossgrain_os(&arguments, &place);
         nothing_obeyed(top.path(), &output);
         let (code, _, errors) = told(&output);
@@ -177,19 +160,9 @@ fn engines_of_any_name_are_started_without_a_shell() {
 fn a_yade_of_any_name_gets_its_job_in_a_folder_of_any_name() {
     for name in names() {
         let (top, place) = place_named(&name);
-        let text =
-            crate::yade_driver::program("frames(fine + fine, [frame(0), frame(10), end(10)])");
-        let path = program(&place, &name, &text);
-        let words = [
-            "run",
-            "scene.json",
-            "--engine",
-            "yade",
-            "--steps",
-            "10",
-            "--yade",
-        ];
-        let mut arguments: Vec<OsString> = words.map(OsString::from).into();
+        let does = "frames(fine + fine, [frame(0), frame(10), end(10)])";
+        let path = crate::yade_driver::yade(&place, &name, does);
+        let mut arguments = words("run scene.json --engine yade --steps 10 --yade");
         arguments.extend([path.into_os_string(), out(&name_of_out(&name))]);
         let output = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
             .args(&arguments)
@@ -209,7 +182,7 @@ fn told_by_yade(name: &OsStr, output: &Output) {
         assert_eq!(code, 0, "{name:?}: {errors}");
     } else {
         assert_eq!(code, 2, "{name:?}: {errors}");
-        assert!(errors.contains("is not UTF-8 text"), "{errors}");
+        has(&errors, ["is not UTF-8 text"]);
     }
 }
 
@@ -220,16 +193,12 @@ fn name_of_out(name: &OsStr) -> OsString {
 
 /// The real YADE, started from and working in folders whose names a shell or Python would obey.
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs YADE: cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn the_real_yade_works_in_a_folder_of_any_name() {
     for name in names() {
         let (top, place) = place_named(&name);
-        let words = ["run", "scene.json", "--engine", "yade", "--steps", "5"];
-        let mut arguments: Vec<OsString> = words.map(OsString::from).into();
-        arguments.push(out(&name));
+        let run = words("run scene.json --engine yade --steps 5");
+        let arguments = [run, vec![out(&name)]].concat();
         let output = crossgrain_os(&arguments, &place);
         nothing_obeyed(top.path(), &output);
         told_by_yade(&name, &output);
@@ -269,27 +238,10 @@ fn baselines_have_plain_names_and_stores_any() {
 fn a_baseline_is_never_outside_its_store() {
     let (_top, place) = place_named(OsStr::new("place"));
     let record = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/record/reproduce");
-    for name in [
-        "../out",
-        "/tmp/x",
-        "a/b",
-        ".",
-        "..",
-        ".hidden",
-        "",
-        &"x".repeat(101),
-    ] {
-        let arguments = [
-            "report",
-            "baseline",
-            "save",
-            &record.to_string_lossy(),
-            name,
-        ]
-        .map(str::to_owned);
-        let (code, _, errors) = told(&crossgrain_os(&arguments, &place));
-        assert_eq!(code, 2, "{name:?}: {errors}");
-        assert!(errors.contains("is no name for a baseline"), "{errors}");
+    let (record, long) = (record.to_string_lossy(), "x".repeat(101));
+    for name in ["../out", "/tmp/x", "a/b", ".", "..", ".hidden", "", &long] {
+        let save = ["report", "baseline", "save", &record, name];
+        tells(&place, 2, &save, ["is no name for a baseline"]);
     }
     assert_eq!(fs::read_dir(&place).expect("a folder").count(), 1);
 }

@@ -8,7 +8,7 @@ use crossgrain::study::realization::Runner;
 use grains::scene::Scene;
 
 use crate::hostile_names::nothing_obeyed;
-use crate::support::{crossgrain, folder_with, tiny_scene, told};
+use crate::support::{crossgrain, folder_with, has, tiny_scene, told};
 
 const MARKUP: &str =
     "<script>alert(1)</script>\"'&amp;{{ 7*7 }}{% x %}]]>--><img src=x onerror=alert(1)>";
@@ -36,17 +36,8 @@ fn no_markup(name: &str, text: &str) {
 #[test]
 fn pages_and_files_of_a_job_hold_names_as_text() {
     let (folder, _) = folder_with(&scene_of_markup());
-    let arguments = [
-        "reproduce",
-        "--scene",
-        "scene.json",
-        "--yade",
-        "/nowhere/yade",
-        "--out",
-        "o",
-        "--quiet",
-    ];
-    let output = crossgrain(&arguments, folder.path());
+    let arguments = "reproduce --scene scene.json --yade /nowhere/yade --out o --quiet";
+    let output = crossgrain(arguments, folder.path());
     nothing_obeyed(folder.path(), &output);
     let (code, _, errors) = told(&output);
     assert_eq!(code, 3, "without YADE it is incomplete: {errors}");
@@ -59,11 +50,8 @@ fn pages_and_files_of_a_job_hold_names_as_text() {
         body.contains("&lt;script&gt;alert(1)"),
         "the reasons are shown"
     );
-    let files = ["--junit", "j.xml", "--csv", "c.csv", "--summary", "s.md"];
-    let output = crossgrain(
-        &[&["report", "checks", "o/run.json"], files.as_slice()].concat(),
-        folder.path(),
-    );
+    let files = "report checks o/run.json --junit j.xml --csv c.csv --summary s.md";
+    let output = crossgrain(files, folder.path());
     nothing_obeyed(folder.path(), &output);
     let junit = read("j.xml");
     no_markup("JUnit", &junit);
@@ -86,7 +74,7 @@ fn the_table_of_a_campaign_has_as_many_cells_as_columns() {
     let plan = Campaign::plan(&scene_of_markup(), Runner::Native, Vec::new(), 3, 1);
     plan.and_then(|plan| plan.write(&folder.path().join("c")))
         .expect("a new campaign");
-    let output = crossgrain(&["study", "run", "c"], folder.path());
+    let output = crossgrain("study run c", folder.path());
     nothing_obeyed(folder.path(), &output);
     assert_eq!(told(&output).0, 0, "{}", told(&output).2);
     let mut table = csv::Reader::from_path(folder.path().join("c/rows.csv")).expect("a table");
@@ -111,12 +99,12 @@ fn names_with_control_characters_are_refused_and_shown_harmless() {
         scene.name = name.to_owned();
         scene.control_points[0].name = name.to_owned();
         let (folder, _) = folder_with(&scene);
-        let output = crossgrain(&["scene", "check", "scene.json"], folder.path());
+        let output = crossgrain("scene check scene.json", folder.path());
         nothing_obeyed(folder.path(), &output);
         let (code, _, errors) = told(&output);
         assert_eq!(code, 2, "{name:?}");
         for place in ["/name: found", "/control_points/0/name: found"] {
-            assert!(errors.contains(place), "{errors}");
+            has(&errors, [place]);
         }
     }
 }
@@ -129,7 +117,7 @@ fn words_of_other_programs_are_shown_harmless() {
         {"id": "a/b", "quantity": "\u001b[31mred\u0007 <img>", "unit": "m", "value": 2.0, "expected": 1.0, "lower": 0.5,
         "upper": 1.5, "method": "", "basis": "", "n": 1, "interval": null, "outcome": "fail", "found": ""}]}"#;
     fs::write(folder.path().join("run.json"), record).expect("writable");
-    let output = crossgrain(&["report", "checks", "run.json"], folder.path());
+    let output = crossgrain("report checks run.json", folder.path());
     nothing_obeyed(folder.path(), &output);
     let (_, out, errors) = told(&output);
     assert!(out.contains("\\u{1b}[31mred"), "{out}{errors}");

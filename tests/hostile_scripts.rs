@@ -11,7 +11,8 @@ use crossgrain::study::machine::Folder;
 use crossgrain::study::realization::Runner;
 use crossgrain::study::shard::{Array, write};
 
-use crate::hostile_names::{names, nothing_obeyed, program, two_grains};
+use crate::hostile_names::{names, nothing_obeyed, two_grains};
+use crate::support::engines::program;
 
 /// Writes its arguments, a line's end after each, into `given` beside itself.
 const STUB: &str = "#!/bin/bash\nprintf '%s\\n' \"$@\" >\"$(dirname \"$0\")/given\"\n";

@@ -5,7 +5,7 @@ use crossgrain::paper::continuum::strip_load;
 use crossgrain::paper::published::{PRINTED, PUBLISHED};
 use crossgrain::paper::{numbers, text_faults};
 
-use crate::support::{crossgrain, told};
+use crate::support::{ends, tells};
 
 #[test]
 fn the_integral_of_flamants_solution_is_the_closed_form() {
@@ -112,8 +112,7 @@ fn the_table_of_printed_figures_is_used_up() {
 #[test]
 fn the_command_prints_json_that_says_the_same() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let (code, out, _) = told(&crossgrain(&["paper", "numbers", "--json"], folder.path()));
-    assert_eq!(code, 0);
+    let (out, _) = ends(folder.path(), 0, "paper numbers --json");
     let value: serde_json::Value = serde_json::from_str(&out).expect("JSON");
     assert_eq!(
         value["numbers"],
@@ -123,19 +122,13 @@ fn the_command_prints_json_that_says_the_same() {
         value["text_faults"],
         serde_json::to_value(text_faults()).expect("JSON")
     );
-    let (code, out, _) = told(&crossgrain(&["paper", "numbers"], folder.path()));
-    assert_eq!(code, 0);
-    assert!(out.contains("7776"), "{out}");
+    tells(folder.path(), 0, "paper numbers", ["7776"]);
 }
 
 #[test]
 fn the_continuum_is_table_4_and_says_what_geometry_changes() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let (code, out, _) = told(&crossgrain(
-        &["paper", "continuum", "--json"],
-        folder.path(),
-    ));
-    assert_eq!(code, 0);
+    let (out, _) = ends(folder.path(), 0, "paper continuum --json");
     let value: serde_json::Value = serde_json::from_str(&out).expect("JSON");
     let rows = value["rows"].as_array().expect("rows");
     // Three points of six loads on the surface and four depths of four kinds.
@@ -155,8 +148,6 @@ fn the_continuum_is_table_4_and_says_what_geometry_changes() {
         ["--porosity", "1"],
     ] {
         let arguments = ["paper", "continuum", wrong[0], wrong[1]];
-        let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-        assert_eq!(code, 2, "{errors}");
-        assert!(errors.contains(wrong[0]), "{errors}");
+        tells(folder.path(), 2, &arguments, [wrong[0]]);
     }
 }

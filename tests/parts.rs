@@ -165,10 +165,7 @@ fn the_settle_rule_counts_the_energy_that_was_seen_before() {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs YADE: cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn yade_in_parts_is_yade_as_a_whole() {
     let engine = Engine::Yade(yade::Options::default());
     let mut standing = small_scene();

@@ -3,12 +3,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::support::{crossgrain, folder_with, small_scene, told};
+use crate::support::{Words, ends, folder_with, has, say, small_scene};
 
 /// `reproduce` in this folder, `out` in it, with these further arguments: exit code and what it printed.
 fn reproduce(folder: &Path, out: &str, arguments: &[&str]) -> (i32, String) {
     let all = [&["reproduce", "--quiet", "--out", out], arguments].concat();
-    let (code, said, errors) = told(&crossgrain(&all, folder));
+    let (code, said, errors) = say(folder, &all);
     (code, said + &errors)
 }
 
@@ -17,18 +17,10 @@ fn reproduce(folder: &Path, out: &str, arguments: &[&str]) -> (i32, String) {
 pub fn seeded(folder: &Path, fault: &str, arguments: &[&str]) -> (i32, String, PathBuf) {
     let (code, said) = reproduce(folder, "sound", arguments);
     assert!(code == 0, "{code}: {said}");
-    let save = ["report", "baseline", "save", "sound/run.json", "main"];
-    assert_eq!(told(&crossgrain(&save, folder)).0, 0);
-    let against = [
-        "--perturb",
-        fault,
-        "--baseline",
-        "main",
-        "--junit",
-        "checks.xml",
-        "--summary",
-        "summary.md",
-    ];
+    ends(folder, 0, "report baseline save sound/run.json main");
+    let against =
+        format!("--perturb {fault} --baseline main --junit checks.xml --summary summary.md");
+    let against = against.words();
     let (code, said) = reproduce(folder, "faulty", &[arguments, &against].concat());
     (code, said, folder.join("faulty/report.html"))
 }
@@ -62,7 +54,7 @@ fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary(
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (code, said, _) = seeded(folder.path(), "stiffness=1e-3", &RECORDED);
     assert_eq!(code, 1, "{said}");
-    assert!(said.contains("WORSE than main"), "{said}");
+    has(&said, ["WORSE than main"]);
     let failed = failures(folder.path());
     let bits = "compare/sorted-recorded/bits-along-the-way";
     assert!(failed.iter().any(|(id, _)| id == bits), "{failed:#?}");
@@ -87,10 +79,7 @@ fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary(
 
 /// Its results are the same to the last bit, so no check fails: only the clock tells.
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs YADE; cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn a_kernel_that_is_four_times_slower_is_named_by_exit_code_junit_and_summary() {
     let (folder, _) = folder_with(&small_scene());
     let (code, said, page) = seeded(folder.path(), "slow=4", &["--scene", "scene.json"]);
@@ -107,9 +96,9 @@ fn a_kernel_that_is_four_times_slower_is_named_by_exit_code_junit_and_summary() 
         );
     }
     let summary = fs::read_to_string(folder.path().join("summary.md")).expect("Markdown");
-    assert!(
-        summary.contains("WORSE than main: ") && summary.contains("slower: time a step of YADE"),
-        "{summary}"
+    has(
+        &summary,
+        ["WORSE than main: ", "slower: time a step of YADE"],
     );
     let page = fs::read_to_string(page).expect("a page");
     assert!(

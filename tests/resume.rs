@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use crate::support::{STAGES, crossgrain, folder_with, frictional_scene, staged_scene, told};
+use crate::support::{STAGES, folder_with, frictional_scene, has, say, staged_scene, told};
 use crate::support::{small_scene, write_scene};
 
 /// What a run has made; times and the number of parts belong to how it was made.
@@ -33,7 +33,7 @@ fn assert_same_tables(folder: &Path, a: &str, b: &str) {
 fn run(folder: &Path, scene: &str, out: &str, more: &[&str]) -> (i32, String, String) {
     let mut words = vec!["run", scene, "--engine", "native", "--quiet", "--out", out];
     words.extend(more);
-    told(&crossgrain(&words, folder))
+    say(folder, &words)
 }
 
 #[test]
@@ -67,7 +67,7 @@ fn a_run_with_friction_goes_on_from_any_step_of_pouring() {
     }
     assert_same_tables(folder, "faulty", "goes-on");
     let record = fs::read_to_string(folder.join("end/run.json")).expect("a record");
-    assert!(record.contains("\"parts\": 4"), "{record}");
+    has(&record, ["\"parts\": 4"]);
 }
 
 /// Asked to end again and again, in both stages, it comes to the same end.
@@ -103,7 +103,7 @@ fn an_interrupted_run_is_kept_and_goes_on() {
         // Without a folder the signal came before the program listened to it.
         if folder.join(&out).exists() {
             assert_eq!(code, 75, "{errors}");
-            assert!(errors.contains(&format!("--from-state {out}")), "{errors}");
+            has(&errors, [&format!("--from-state {out}")]);
             stages.push(errors.contains("stage load"));
             before = out;
         }
@@ -150,7 +150,7 @@ fn what_cannot_go_on_says_why() {
             .collect();
         let (code, _, errors) = run(folder, scene, "out", &more);
         assert_eq!(code, 2, "{errors}");
-        assert!(errors.contains(why), "{errors}");
+        has(&errors, [why]);
         assert!(!folder.join("out").exists());
     };
     refused("scene.json", &[], "it is at its end");
@@ -186,8 +186,5 @@ fn what_cannot_go_on_says_why() {
     fs::write(&memory, format!("{header}\n{shorter}")).expect("writable");
     let (code, _, errors) = run(folder, "scene.json", "out", &["--from-state", "whole"]);
     assert_ne!(code, 0);
-    assert!(
-        errors.contains("does not belong to the table of contacts"),
-        "{errors}"
-    );
+    has(&errors, ["does not belong to the table of contacts"]);
 }

@@ -7,7 +7,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use crate::campaign::{lines, merged_bytes, plan, undisturbed};
-use crate::support::{crossgrain, tiny_scene, told};
+use crate::support::{ends, has, tiny_scene, told};
 
 /// What a shell prints for these lines, in which every command must succeed.
 fn shell(lines: &str) -> String {
@@ -41,10 +41,7 @@ fn log(folder: &Path, name: &str) -> String {
 /// says what is missing. The third is submitted again alone, with a merge after it: the bytes are those of one process.
 /// The folder's name would break a script that does not quote it.
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs Slurm: ci/start_slurm FOLDER, SLURM_CONF=FOLDER/slurm.conf cargo test --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs Slurm: --features live")]
 fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     assert!(
         std::env::var_os("SLURM_CONF").is_some(),
@@ -54,11 +51,7 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     let name = "it's $HOME, 100%";
     let place = plan(&tiny_scene(), MEMBERS, name);
     let folder = place.path().join(name);
-    let (code, out, errors) = told(&crossgrain(
-        &["study", "slurm", name, "--tasks", "4"],
-        place.path(),
-    ));
-    assert_eq!(code, 0, "{errors}");
+    let (out, _) = ends(place.path(), 0, &["study", "slurm", name, "--tasks", "4"]);
     let submit: Vec<&str> = out.lines().collect();
     assert_eq!(submit.len(), 2, "{out}");
 
@@ -92,12 +85,11 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
         "{written} members of the third task: it was not ended in its middle"
     );
     let said = log(&folder, "task-3.log");
-    assert!(said.contains("asked to end"), "{said}");
+    has(&said, ["asked to end"]);
     let said = log(&folder, "merge.log");
-    assert!(said.contains("are missing"), "{said}");
+    has(&said, ["are missing"]);
     assert!(!folder.join("merged.json").exists());
-    let (code, out, _) = told(&crossgrain(&["study", "status", name], place.path()));
-    assert_eq!(code, 3, "{out}");
+    ends(place.path(), 3, &["study", "status", name]);
 
     let again = submit[0].replace("--array=1-4", "--array=3");
     let jobs = shell(&format!("{again}\necho \"$job\"\n{}", submit[1]));
@@ -105,8 +97,8 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     wait_for(merge);
     let said = log(&folder, "task-3.log");
     let goes_on = format!("{written} of them finished before");
-    assert!(said.contains(&goes_on), "{said}");
+    has(&said, [&goes_on]);
     let said = log(&folder, "merge.log");
-    assert!(said.contains(&format!("merged {MEMBERS} rows")), "{said}");
+    has(&said, [&format!("merged {MEMBERS} rows")]);
     assert_eq!(merged_bytes(&folder), undisturbed(&tiny_scene(), MEMBERS));
 }

@@ -214,10 +214,7 @@ fn a_run_folder_keeps_the_evidence_for_its_step() {
 
 /// What YADE says that it would choose is what its formulas give.
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs YADE: cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn yade_proposes_by_its_formulas() {
     use crossgrain::engine::yade::{Options, propose};
     use crossgrain::limits::stability::time_step::by_formula;

@@ -22,7 +22,7 @@ use crossgrain::study::store::{Writer, records_folder};
 use crossgrain::study::{Judged, Outline, Study, StudyError, create};
 
 use crate::support::engines::{adapter_path, program, ran_in, run_in};
-use crate::support::{crossgrain, folder_with, tiny_scene, told};
+use crate::support::{a_pipe, ends, folder_with, has, tells, tiny_scene};
 
 /// Squares; a task that is a multiple of `breaks` fails.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -263,7 +263,7 @@ fn other_rows_go_on_where_an_engine_fails() {
             panic!("two rows fail");
         };
         assert_eq!((finished, rows.as_str()), (7, "4, 8"));
-        assert!(first.contains("ended with task"), "{first}");
+        has(&first, ["ended with task"]);
     }
 }
 
@@ -290,17 +290,8 @@ fn one_process_writes_the_folder_of_a_job() {
     let out = place.path().join("o");
     fs::create_dir(&out).expect("writable");
     let held = FolderLock::of(&out).expect("it is free");
-    let arguments = [
-        "reproduce",
-        "--scene",
-        "scene.json",
-        "--out",
-        "o",
-        "--quiet",
-    ];
-    let (code, _, errors) = told(&crossgrain(&arguments, place.path()));
-    assert_eq!(code, 75, "{errors}");
-    assert!(errors.contains("in use by another process"), "{errors}");
+    let command = "reproduce --scene scene.json --out o --quiet";
+    tells(place.path(), 75, command, ["in use by another process"]);
     let files = fs::read_dir(&out).expect("a folder").count();
     assert_eq!(files, 1, "the lock");
     drop(held);
@@ -324,35 +315,15 @@ fn an_external_engine_is_the_one_that_was_planned() {
         .replace("job[\"until_step\"])", "job[\"settle\"][\"max_steps\"])")
         .replace("steps_done", "max_steps");
     let engine = program(at, "engine", &pours);
-    let say = |arguments: &[&str]| told(&crossgrain(arguments, at));
-    let plan = [
-        "study",
-        "plan",
-        "campaign",
-        "scene.json",
-        "--members",
-        "2",
-        "--engine",
-        "exec:engine",
-        "--out",
-        "c",
-    ];
-    let (code, _, errors) = say(&plan);
-    assert_eq!(code, 0, "{errors}");
-    let (code, said, errors) = say(&["study", "run", "c", "--shard", "1/2"]);
-    assert_eq!(code, 0, "{said}{errors}");
+    let plan = "study plan campaign scene.json --members 2 --engine exec:engine --out c";
+    ends(at, 0, plan);
+    ends(at, 0, "study run c --shard 1/2");
     fs::write(&engine, pours.clone() + "\n# another one\n").expect("writable");
-    let (code, _, errors) = say(&["study", "run", "c"]);
-    assert_eq!(code, 2, "{errors}");
-    assert!(
-        errors.contains("is not the program that was planned"),
-        "{errors}"
-    );
+    let (_, errors) = ends(at, 2, "study run c");
+    has(&errors, ["is not the program that was planned"]);
     // The right one somewhere else.
     program(at, "moved", &pours);
-    let (code, said, errors) = say(&["study", "run", "c", "--engine", "exec:moved"]);
-    assert_eq!(code, 0, "{said}{errors}");
-    assert!(said.contains("merged 2 rows"), "{said}");
+    tells(at, 0, "study run c --engine exec:moved", ["merged 2 rows"]);
     // Replaced while it runs: nobody knows which one made the run. Removed meanwhile: it is the one that was there.
     let job = "    steps = run(sys.argv[2])\n";
     assert_eq!(toy.matches(job).count(), 1);
@@ -360,14 +331,14 @@ fn an_external_engine_is_the_one_that_was_planned() {
     program(at, "replaced", &toy.replace(job, &replaces));
     let (code, _, errors) = run_in(at, "exec:replaced", &["--steps", "2"], "one");
     assert_eq!(code, 4, "{errors}");
-    assert!(errors.contains("was replaced while it ran"), "{errors}");
+    has(&errors, ["was replaced while it ran"]);
     let removes = replaces.replace("open(__file__, \"a\").write(\"#\")", "os.remove(__file__)");
     let removed = program(at, "removed", &toy.replace(job, &removes));
     let digest = file_digest(&removed).expect("a file");
     ran_in(at, "exec:removed", &["--steps", "2"], "two");
     assert!(!removed.exists());
     let record = fs::read_to_string(at.join("two/run.json")).expect("a record");
-    assert!(record.contains(&digest), "{record}");
+    has(&record, [&digest]);
 }
 
 /// A pipe among the records would make a reader wait for ever.
@@ -375,9 +346,7 @@ fn an_external_engine_is_the_one_that_was_planned() {
 fn a_pipe_among_the_records_is_refused() {
     let place = new(3, None);
     let path = place.path().join("s");
-    let pipe = records_folder(&path).join("shard-1-of-2.jsonl");
-    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
-    assert!(made.expect("mkfifo is there").success());
+    a_pipe(&records_folder(&path), "shard-1-of-2.jsonl");
     let error = run(&path, Shard::WHOLE).expect_err("a pipe");
     assert!(
         error.to_string().contains("is not a regular file"),

@@ -3,7 +3,6 @@
 use std::fs;
 use std::io::Write;
 use std::path::Path;
-use std::process::Command;
 use std::time::{Duration, Instant};
 
 use allocation_counter::measure;
@@ -13,7 +12,7 @@ use crossgrain::files::read_text;
 use crossgrain::run::folder::{RunFolder, read_scene};
 use grains::scene::parse_scene;
 
-use crate::support::{crossgrain, folder_with, native_run, sound, tiny_scene, told};
+use crate::support::{a_pipe, ends, folder_with, has, native_run, sound, tiny_scene};
 
 const MEGABYTE: u64 = 1 << 20;
 
@@ -44,7 +43,7 @@ fn a_scene_file_that_is_none_is_not_read_whole() {
     file.set_len(1 << 36).expect("a large file");
     let mut error = String::new();
     let taken = measure(|| error = read_scene(&path).expect_err("too large").to_string());
-    assert!(error.contains("larger than 1048576 bytes"), "{error}");
+    has(&error, ["larger than 1048576 bytes"]);
     assert!(taken.bytes_max < 8 * MEGABYTE, "{taken:?}");
 }
 
@@ -109,7 +108,7 @@ fn a_record_of_more_steps_than_there_are_numbers_is_refused() {
     run.write(&path).expect("a writable folder");
     let mut error = String::new();
     let taken = measure(|| error = RunFolder::read(&path).expect_err("too many").to_string());
-    assert!(error.contains("moments of history"), "{error}");
+    has(&error, ["moments of history"]);
     assert!(taken.bytes_max < 8 * MEGABYTE, "{taken:?}");
 }
 
@@ -131,27 +130,22 @@ fn a_record_cannot_multiply_its_names() {
 #[test]
 fn what_is_no_program_is_no_yade() {
     let (folder, _) = folder_with(&tiny_scene());
-    let pipe = folder.path().join("pipe");
-    let made = Command::new("mkfifo").arg(&pipe).status();
-    assert!(made.expect("mkfifo is there").success());
+    let pipe = a_pipe(folder.path(), "pipe");
     let hole = folder.path().join("hole");
     let file = fs::File::create(&hole).expect("writable");
     file.set_len(1 << 36).expect("a large file");
     for yade in [Path::new("/dev/zero"), &pipe, &hole, folder.path()] {
         let began = Instant::now();
         let yade = yade.to_string_lossy();
-        let arguments = [
+        let run = [
             "run",
             "scene.json",
-            "--engine",
-            "yade",
-            "--out",
-            "o",
+            "--engine=yade",
+            "--out=o",
             "--yade",
             &yade,
         ];
-        let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-        assert_eq!(code, 4, "{yade}: {errors}");
+        let (_, errors) = ends(folder.path(), 4, &run);
         assert!(errors.contains("YADE is missing"), "{yade}: {errors}");
         assert!(began.elapsed() < Duration::from_secs(20), "{yade}");
         assert!(!folder.path().join("o").exists());

@@ -20,7 +20,7 @@ use grains::task::Task;
 
 use crossgrain::progress::Display;
 
-use crate::support::{crossgrain, folder_with, frictional_scene, small_scene, sound, told};
+use crate::support::{ends, folder_with, frictional_scene, small_scene, sound, tells};
 
 /// Methods with one change each, on two clouds, as candidates on three more.
 fn plan(methods: &[(&str, Change)], confirmatory: u64) -> Plan {
@@ -239,13 +239,11 @@ fn a_run_that_is_poured_softly_is_the_tested_method() {
     let poured = poured.expect("there are phases");
 
     let (folder, _) = folder_with(&scene);
-    let run = |more: &[&str]| {
-        let mut words = vec!["run", "scene.json", "--reduced-stiffness", "--quiet"];
-        words.extend(more);
-        told(&crossgrain(&words, folder.path()))
+    let run = |code: i32, more: &str| {
+        let run = format!("run scene.json --reduced-stiffness --quiet --engine {more}");
+        ends(folder.path(), code, &run);
     };
-    let (code, _, message) = run(&["--engine", "native", "--out", "soft"]);
-    assert_eq!(code, 0, "{message}");
+    run(0, "native --out soft");
     let read = RunFolder::read(&folder.path().join("soft")).expect("a run folder");
     let settled = read.settled.as_ref().expect("a settled bed");
     assert_eq!(settled.bodies.digest(), poured.bed.bodies.digest());
@@ -261,20 +259,9 @@ fn a_run_that_is_poured_softly_is_the_tested_method() {
     );
 
     // Where it means nothing it is refused.
-    for wrong in [
-        &["--engine", "yade", "--out", "no"][..],
-        &["--engine", "native", "--steps", "5", "--out", "no"],
-        &[
-            "--engine",
-            "native",
-            "--perturb",
-            "stiffness=1e-9",
-            "--out",
-            "no",
-        ],
-    ] {
-        assert_eq!(run(wrong).0, 2, "{wrong:?}");
-    }
+    run(2, "yade --out no");
+    run(2, "native --steps 5 --out no");
+    run(2, "native --perturb stiffness=1e-9 --out no");
     assert!(!folder.path().join("no").exists());
 }
 
@@ -317,10 +304,7 @@ fn recorded_realizations_of_the_reference_come_out_again() {
 fn yade_has_no_clouds_that_the_reference_has_not() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let words = "study plan tradeoff --quick --clouds 2 --yade-clouds 3 --out no";
-    let words: Vec<&str> = words.split(' ').collect();
-    let (code, _, message) = told(&crossgrain(&words, folder.path()));
-    assert_eq!(code, 2);
-    assert!(message.contains("at most --clouds, 2"), "{message}");
+    tells(folder.path(), 2, words, ["at most --clouds, 2"]);
     assert!(!folder.path().join("no").exists());
 }
 
@@ -328,8 +312,7 @@ fn yade_has_no_clouds_that_the_reference_has_not() {
 fn the_fast_protocols_scene_differs_in_the_step_and_what_goes_with_it() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let printed = |arguments: &[&str]| -> serde_json::Value {
-        let (code, text, _) = told(&crossgrain(arguments, folder.path()));
-        assert_eq!(code, 0);
+        let (text, _) = ends(folder.path(), 0, arguments);
         serde_json::from_str(&text).expect("JSON")
     };
     let plain = printed(&["scene", "paper"]);

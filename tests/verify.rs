@@ -8,10 +8,10 @@ use crossgrain::progress::Display;
 use crossgrain::suite::detection::{Limit, limits};
 use crossgrain::suite::run::{Engines, Options, Role, Suite, verify};
 use crossgrain::suite::{Evidence, parameters};
-use grains::scene::{ContactLaw, NewContactSlip, Scene, Tension, Viscosity};
+use grains::scene::{ContactLaw, NewContactSlip, Tension, Viscosity};
 use serde_json::Value;
 
-use crate::support::{crossgrain, small_scene, told};
+use crate::support::{ends, folder_with, has, say, small_scene, tells};
 
 fn options(engine: Engines) -> Options {
     Options {
@@ -101,14 +101,9 @@ fn every_fault_is_detected_by_the_native_suite() {
 #[test]
 fn the_command_line_says_what_was_skipped() {
     let folder = tempfile::tempdir().expect("a folder");
-    let out = folder.path().join("verified");
-    let out = out.to_str().expect("a plain path");
-    let arguments = [
-        "verify", "--grains", "5", "--json", "--quiet", "--yade", "/no/such", "--out", out,
-    ];
-    let output = crossgrain(&arguments, folder.path());
-    assert_eq!(output.status.code(), Some(3));
-    let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let verify = "verify --grains 5 --json --quiet --yade /no/such --out verified";
+    let (said, _) = ends(folder.path(), 3, verify);
+    let found: Value = serde_json::from_str(&said).expect("JSON");
     assert_eq!(found["verdict"], "skipped");
     assert_eq!(found["tally"]["failed"], 0);
     let page = std::fs::read_to_string(folder.path().join("verified/report.html")).expect("a page");
@@ -116,20 +111,12 @@ fn the_command_line_says_what_was_skipped() {
         assert!(page.contains(words), "{words}");
     }
     // An earlier result keeps all that it has, under another name; a folder of somebody else's is left alone.
-    let (_, _, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert!(errors.contains("verified-2 now"), "{errors}");
+    let (_, _, errors) = say(folder.path(), verify);
+    has(&errors, ["verified-2 now"]);
     let kept = std::fs::read_to_string(folder.path().join("verified-2/report.html"));
     assert_eq!(kept.expect("a page"), page);
     std::fs::remove_file(folder.path().join("verified/verify.json")).expect("a file");
-    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert!(code == 2 && errors.contains("exists already"), "{errors}");
-}
-
-fn written(scene: &Scene) -> (tempfile::TempDir, String) {
-    let folder = tempfile::tempdir().expect("a folder");
-    let text = serde_json::to_string(scene).expect("JSON");
-    std::fs::write(folder.path().join("scene.json"), text).expect("writable");
-    (folder, "scene.json".to_owned())
+    tells(folder.path(), 2, verify, ["exists already"]);
 }
 
 #[test]
@@ -137,13 +124,10 @@ fn parameters_are_those_of_the_scene() {
     let mut scene = small_scene();
     scene.material.friction_angle = 0.4;
     scene.material.stiffness_ratio = 0.3;
-    let (folder, path) = written(&scene);
-    let output = crossgrain(
-        &["scene", "parameters", &path, "--engine", "native", "--json"],
-        folder.path(),
-    );
-    assert_eq!(output.status.code(), Some(0));
-    let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let (folder, _) = folder_with(&scene);
+    let command = "scene parameters scene.json --engine native --json";
+    let (said, _) = ends(folder.path(), 0, command);
+    let found: Value = serde_json::from_str(&said).expect("JSON");
     let of = |symbol: &str| -> Vec<f64> {
         let all = found.as_array().expect("an array").iter();
         let with = all.filter(|of| of["symbol"] == symbol);
@@ -183,71 +167,34 @@ fn parameters_that_differ_are_seen() {
 
 #[test]
 fn parameters_of_a_missing_yade_are_an_engine_failure() {
-    let (folder, path) = written(&small_scene());
-    let arguments = [
-        "scene",
-        "parameters",
-        &path,
-        "--engine",
-        "both",
-        "--yade",
-        "/no/such",
-    ];
-    let output = crossgrain(&arguments, folder.path());
-    assert_eq!(output.status.code(), Some(4));
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(message.contains("apt-get install"), "{message}");
+    let (folder, _) = folder_with(&small_scene());
+    let command = "scene parameters scene.json --engine both --yade /no/such";
+    tells(folder.path(), 4, command, ["apt-get install"]);
 }
 
 /// Each option that YADE does not have is refused before YADE is looked for, with the key to change.
 #[test]
 fn what_yade_does_not_have_is_refused_by_key() {
-    let rough = |contact: ContactLaw| {
+    let dashpot = |tension| Viscosity::Dashpot { c_n: 10.0, tension };
+    let tension = Tension::Clipped;
+    let restitution = Viscosity::Restitution { e_n: 0.5, tension };
+    let (none, whole) = (Viscosity::None, NewContactSlip::WholeStep);
+    for (key, viscosity, new_contact_slip) in [
+        ("viscosity.tension", dashpot(Tension::Unclipped), whole),
+        ("viscosity.kind", restitution, whole),
+        ("new_contact_slip", none, NewContactSlip::SinceTouch),
+        ("slip_velocity", dashpot(tension), whole),
+    ] {
         let mut scene = small_scene();
         scene.material.friction_angle = 0.4;
-        scene.contact = contact;
-        scene
-    };
-    let dashpot = |tension| Viscosity::Dashpot { c_n: 10.0, tension };
-    let cases = [
-        (
-            "contact.viscosity.tension",
-            ContactLaw {
-                viscosity: dashpot(Tension::Unclipped),
-                ..ContactLaw::default()
-            },
-        ),
-        (
-            "contact.viscosity.kind",
-            ContactLaw {
-                viscosity: Viscosity::Restitution {
-                    e_n: 0.5,
-                    tension: Tension::Clipped,
-                },
-                ..ContactLaw::default()
-            },
-        ),
-        (
-            "contact.new_contact_slip",
-            ContactLaw {
-                new_contact_slip: NewContactSlip::SinceTouch,
-                ..ContactLaw::default()
-            },
-        ),
-        (
-            "contact.slip_velocity",
-            ContactLaw {
-                viscosity: dashpot(Tension::Clipped),
-                ..ContactLaw::default()
-            },
-        ),
-    ];
-    for (key, contact) in cases {
-        let (folder, path) = written(&rough(contact));
-        let arguments = ["run", &path, "--engine", "yade", "--out", "o"];
-        let output = crossgrain(&arguments, folder.path());
-        let message = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(2), "{key}: {message}");
-        assert!(message.contains(key), "{key}: {message}");
+        scene.contact = ContactLaw {
+            viscosity,
+            new_contact_slip,
+            ..ContactLaw::default()
+        };
+        let (folder, _) = folder_with(&scene);
+        let (_, message) = ends(folder.path(), 2, "run scene.json --engine yade --out o");
+        let named = message.contains(&format!("contact.{key}"));
+        assert!(named, "{key}: {message}");
     }
 }

@@ -2,10 +2,10 @@
 //! leaves a run folder. Needs a Python, not YADE.
 
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use crate::support::{crossgrain, folder_with, small_scene, told};
+use crate::support::engines::program;
+use crate::support::{Words, folder_with, has, rows, say, small_scene, there};
 
 /// Moments of the two grains of the scene below, `{numbers}` doubles, and the files around them.
 const WRITES: &str = r#"
@@ -28,13 +28,15 @@ def frame(step, contacts=0, out=0.0):
     return {"stage": "settle", "step": step, "contacts": contacts, "out_of_plane": out, "punch": None}
 def end(steps, stop="steps_done"):
     return {"end": "settle", "steps": steps, "stop": stop, "wall_seconds": 1.0, "cpu_seconds": 1.0}
-rows = [line.split(",") for line in open(os.path.join(job, "initial.csv")).read().split()[1:]]
+given = os.path.join(job, "initial.csv")
+rows = [line.split(",") for line in open(given).read().split()[1:]] if os.path.exists(given) else []
 fine = [float(row[column]) for column in (1, 2, 3, 4) for row in rows]
 "#;
 
-/// A program that stands for YADE and does this.
-pub fn program(does: &str) -> String {
-    format!("#!/usr/bin/python3\n{WRITES}\n{does}\n")
+/// A program that stands for YADE, of this name, and does this.
+pub fn yade(folder: &Path, name: impl AsRef<Path>, does: &str) -> PathBuf {
+    let text = format!("#!/usr/bin/python3\n{WRITES}\n{does}\n");
+    program(folder, name, &text)
 }
 
 /// Runs a scene of two grains for ten steps with this program for YADE.
@@ -42,40 +44,18 @@ fn with(does: &str) -> (i32, String, bool) {
     let mut scene = small_scene();
     scene.particles.count = 2;
     let (folder, _) = folder_with(&scene);
-    let path = folder.path().join("yade");
-    fs::write(&path, program(does)).expect("writable");
-    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("ours");
-    run(folder.path(), &path)
+    run(folder.path(), &yade(folder.path(), "yade", does))
 }
 
 fn run(folder: &Path, yade: &Path) -> (i32, String, bool) {
-    let arguments = [
-        "run",
-        "scene.json",
-        "--engine",
-        "yade",
-        "--steps",
-        "10",
-        "--stall-limit",
-        "2",
-        "--time-limit",
-        "6",
-        "--out",
-        "out",
-        "--yade",
-        &yade.to_string_lossy(),
-    ];
-    let (code, _, errors) = told(&crossgrain(&arguments, folder));
-    let left: Vec<String> = fs::read_dir(folder)
-        .expect("a folder")
-        .map(|entry| {
-            entry
-                .expect("readable")
-                .file_name()
-                .to_string_lossy()
-                .into_owned()
-        })
-        .filter(|name| name.starts_with(".crossgrain"))
+    let limits = "--stall-limit 2 --time-limit 6";
+    let run = format!("run scene.json --engine yade --steps 10 --out out {limits} --yade");
+    let yade = yade.to_string_lossy();
+    let (code, _, errors) = say(folder, &[&run.words()[..], &[&yade]].concat());
+    let left = there(folder);
+    let left: Vec<&String> = left
+        .iter()
+        .filter(|of| of.starts_with(".crossgrain"))
         .collect();
     assert!(left.is_empty(), "left behind: {left:?}");
     (code, errors, folder.join("out").exists())
@@ -106,16 +86,13 @@ fn missing() {
         "YADE is missing",
         "apt-get install --no-install-recommends yade",
     ] {
-        assert!(errors.contains(message), "{errors}");
+        has(&errors, [message]);
     }
     let path = folder.path().join("not-python");
     fs::write(&path, "just text\n").expect("writable");
     let (code, errors, _) = run(folder.path(), &path);
     assert_eq!(code, 4);
-    assert!(
-        errors.contains("does not name a Python interpreter"),
-        "{errors}"
-    );
+    has(&errors, ["does not name a Python interpreter"]);
 }
 
 #[test]
@@ -182,113 +159,40 @@ fn its_log_is_kept() {
     assert!(read("out.yade.log-2").contains("last words"));
 }
 
+/// What the program does, and what is said of it.
+const NONSENSE: &str = r#"
+    os._exit(0) ⇒ without saying its version
+    put("hello.json", json.dumps({"version": "2023.02a"})); os._exit(0) ⇒ its list of moments is not there
+    put("hello.json", "{"); put("done.json", "{}"); os._exit(0) ⇒ hello.json
+    frames([float('nan')] + fine[1:] + fine, [frame(0), frame(10), end(10)]) ⇒ a NaN among its numbers
+    frames(fine + fine[:3], [frame(0), frame(10), end(10)]) ⇒ cut off
+    frames(fine + fine + fine, [frame(0), frame(10), end(10)]) ⇒ goes on after the last moment
+    frames(fine + fine, [frame(0), frame(7), end(7)]) ⇒ 10 steps were asked for and 7 were done
+    frames(fine + fine, [frame(0), frame(9), end(10)]) ⇒ moment 1 of the run should be settle 10 and is settle 9
+    frames(fine + fine + fine, [frame(0), frame(10), end(10), frame(11)]) ⇒ moment 2 of the run should be none and is settle 11
+    frames(fine + fine, [frame(0), frame(10)]) ⇒ none was finished
+    frames(fine + fine, [frame(0), frame(10), end(10, 'settled')]) ⇒ its stages are not those of the task
+    frames(fine + fine, [frame(0), frame(10), end(10)], steps=9) ⇒ it counts 9 steps, its stages have 10
+    frames([0.2] + fine[1:] + fine, [frame(0), frame(10), end(10)]) ⇒ not the start that it was given
+    put("hello.json", json.dumps({"version": "2023.02a"})); put("done.json", "{}"); os._exit(0) ⇒ moments.jsonl
+    frames(fine, [frame(0), end(10, 'not_finite')]) ⇒ not finite in step 10
+    frames(fine, [frame(0), end(10, 'bored')]) ⇒ the stop reason
+    frames(fine + fine[:4], [frame(0), end(0)]) ⇒ goes on after the last moment
+    os.remove(os.path.join(job, 'initial.csv')); frames(fine, [dict(frame(0), contacts=None), end(0)]) ⇒ settle-0-bodies.csv
+    frames(fine, [frame(0, out=1e-9), end(0)]) ⇒ left the plane
+    frames(fine + [1, 77, 0, 1, 0, 1, 0, 0, 0], [frame(0, contacts=1), end(0)]) ⇒ bodies that do not exist
+    frames(fine + [1, 0.5, 0, 1, 0, 1, 0, 0, 0], [frame(0, contacts=1), end(0)]) ⇒ bodies that do not exist
+    frames(fine + [1, 0, 0, 1, 0, 1, 0, 0, 0], [frame(0, contacts=1), end(0)]) ⇒ the lower id stands first
+    frames(fine + [0, 1, -1e-9, 1, 0, 1, 0, 0, 0], [frame(0, contacts=1), end(0)]) ⇒ only what touches is a contact
+    frames(fine + [0, 1, 0, 1, 0, 1, 1, 0, 0], [frame(0, contacts=1), end(0)]) ⇒ must be of length 1
+    frames(fine + 2 * [0, 1, 0, 1, 0, 1, 0, 0, 0], [frame(0, contacts=2), end(0)]) ⇒ after the pair of the row before
+    frames(fine, [frame(0, contacts=10**12), end(0)]) ⇒ contacts
+    frames(fine, [{'colour': 'red'}]) ⇒ moments.jsonl
+"#;
+
 #[test]
 fn nonsense() {
-    let cases = [
-        ("os._exit(0)", "without saying its version"),
-        (
-            r#"put("hello.json", json.dumps({"version": "2023.02a"})); os._exit(0)"#,
-            "its list of moments is not there",
-        ),
-        (
-            r#"put("hello.json", "{"); put("done.json", "{}"); os._exit(0)"#,
-            "hello.json",
-        ),
-        (
-            "frames([float('nan')] + fine[1:] + fine, [frame(0), frame(10), end(10)])",
-            "a NaN among its numbers",
-        ),
-        (
-            "frames(fine + fine[:3], [frame(0), frame(10), end(10)])",
-            "cut off",
-        ),
-        (
-            "frames(fine + fine + fine, [frame(0), frame(10), end(10)])",
-            "goes on after the last moment",
-        ),
-        (
-            "frames(fine + fine, [frame(0), frame(7), end(7)])",
-            "10 steps were asked for and 7 were done",
-        ),
-        (
-            "frames(fine + fine, [frame(0), frame(9), end(10)])",
-            "moment 1 of the run should be settle 10 and is settle 9",
-        ),
-        (
-            "frames(fine + fine + fine, [frame(0), frame(10), end(10), frame(11)])",
-            "moment 2 of the run should be none and is settle 11",
-        ),
-        (
-            "frames(fine + fine, [frame(0), frame(10)])",
-            "none was finished",
-        ),
-        (
-            "frames(fine + fine, [frame(0), frame(10), end(10, 'settled')])",
-            "its stages are not those of the task",
-        ),
-        (
-            "frames(fine + fine, [frame(0), frame(10), end(10)], steps=9)",
-            "it counts 9 steps, its stages have 10",
-        ),
-        (
-            "frames([0.2] + fine[1:] + fine, [frame(0), frame(10), end(10)])",
-            "not the start that it was given",
-        ),
-        (
-            r#"put("hello.json", json.dumps({"version": "2023.02a"})); put("done.json", "{}"); os._exit(0)"#,
-            "moments.jsonl",
-        ),
-        (
-            "frames(fine, [frame(0), end(10, 'not_finite')])",
-            "not finite in step 10",
-        ),
-        (
-            "frames(fine, [frame(0), end(10, 'bored')])",
-            "the stop reason",
-        ),
-        (
-            "frames(fine + fine[:4], [frame(0), end(0)])",
-            "goes on after the last moment",
-        ),
-        (
-            "os.remove(os.path.join(job, 'initial.csv')); frames(fine, [dict(frame(0), contacts=None), end(0)])",
-            "settle-0-bodies.csv",
-        ),
-        (
-            "frames(fine, [frame(0, out=1e-9), end(0)])",
-            "left the plane",
-        ),
-        (
-            "frames(fine + [1, 77, 0, 1, 0, 1, 0, 0, 0], [frame(0, contacts=1), end(0)])",
-            "bodies that do not exist",
-        ),
-        (
-            "frames(fine + [1, 0.5, 0, 1, 0, 1, 0, 0, 0], [frame(0, contacts=1), end(0)])",
-            "bodies that do not exist",
-        ),
-        (
-            "frames(fine + [1, 0, 0, 1, 0, 1, 0, 0, 0], [frame(0, contacts=1), end(0)])",
-            "the lower id stands first",
-        ),
-        (
-            "frames(fine + [0, 1, -1e-9, 1, 0, 1, 0, 0, 0], [frame(0, contacts=1), end(0)])",
-            "only what touches is a contact",
-        ),
-        (
-            "frames(fine + [0, 1, 0, 1, 0, 1, 1, 0, 0], [frame(0, contacts=1), end(0)])",
-            "must be of length 1",
-        ),
-        (
-            "frames(fine + 2 * [0, 1, 0, 1, 0, 1, 0, 0, 0], [frame(0, contacts=2), end(0)])",
-            "after the pair of the row before",
-        ),
-        (
-            "frames(fine, [frame(0, contacts=10**12), end(0)])",
-            "contacts",
-        ),
-        ("frames(fine, [{'colour': 'red'}])", "moments.jsonl"),
-    ];
-    for (program, message) in cases {
+    for [program, message] in rows(NONSENSE) {
         fails(program, &["the engine wrote nonsense", message]);
     }
 }

@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::Child;
 use std::time::{Duration, Instant};
 
 use crossgrain::checks::Outcome;
@@ -23,8 +23,8 @@ use grains::tables::Stage;
 use verdict::judge::Verdict;
 
 use crate::support::{
-    STAGES, crossgrain as program, faulty, folder_with, frictional_scene, native_run, small_scene,
-    sound, staged_scene, told,
+    STAGES, faulty, folder_with, frictional_scene, native_run, small_scene, sound, staged_scene,
+    started, tells,
 };
 
 fn yade_run(scene: &Scene, options: yade::Options, protocol: Protocol) -> RunFolder {
@@ -49,28 +49,26 @@ fn sorted() -> yade::Options {
 fn all_pass(a: &RunFolder, b: &RunFolder) {
     let comparison = compare(a, b, None);
     for check in &comparison.checks {
-        assert_eq!(
-            check.outcome,
-            Outcome::Pass,
-            "{}: {}",
-            check.quantity,
-            check.found
-        );
+        assert_eq!(check.outcome, Outcome::Pass, "{check:?}");
     }
     assert!(comparison.agrees());
 }
 
+/// The same run in both engines, which agree in every check.
+fn agreed(scene: &Scene, protocol: Protocol) -> [RunFolder; 2] {
+    let native = native_run(scene, sound(), protocol);
+    let yade = yade_run(scene, sorted(), protocol);
+    all_pass(&native, &yade);
+    [native, yade]
+}
+
 /// What must hold: 20,000 steps of pouring the paper's 5,000 grains, 0 of 20,000 numbers differ.
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs YADE: cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn pouring_5000_grains_for_20000_steps_gives_the_same_bits() {
     let scene = paper_scene(1, 5000);
     let protocol = Protocol::Steps { steps: 20_000 };
-    let native = native_run(&scene, sound(), protocol);
-    let yade = yade_run(&scene, sorted(), protocol);
+    let [native, yade] = agreed(&scene, protocol);
     let comparison = compare(&native, &yade, None);
     let last = comparison
         .tables
@@ -79,16 +77,12 @@ fn pouring_5000_grains_for_20000_steps_gives_the_same_bits() {
         .expect("the table");
     assert_eq!((last.differing, last.numbers), (0, 20_000));
     assert!(native.last.contacts.len() > 5000, "the bed has formed");
-    all_pass(&native, &yade);
 }
 
 /// What must hold: 5,000 grains with friction 0.5 and free spins, 20,000 steps of pouring and then 3,000
 /// under the punch, 0 stored numbers differ.
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs YADE: cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn rough_spinning_grains_poured_and_pressed_have_the_same_bits() {
     let mut scene = crossgrain::suite::cross_code::rough(5000);
     scene.settle.check_every = 10_000;
@@ -99,9 +93,7 @@ fn rough_spinning_grains_poured_and_pressed_have_the_same_bits() {
     scene.loading.speed = 0.4;
     scene.loading.give_up_depth = 2999.5 * 0.4 * scene.time_step_seconds();
     scene.measurement.history_every = 500;
-    let native = native_run(&scene, sound(), Protocol::Whole);
-    let yade = yade_run(&scene, sorted(), Protocol::Whole);
-    all_pass(&native, &yade);
+    let [native, yade] = agreed(&scene, Protocol::Whole);
     let stages = &native.record.stages;
     let steps: Vec<u64> = stages.iter().map(|stage| stage.steps).collect();
     assert_eq!(steps, [20_000, 3_000]);
@@ -120,10 +112,7 @@ fn rough_spinning_grains_poured_and_pressed_have_the_same_bits() {
 /// Friction angles, stiffness ratios and clouds, each a whole experiment, and the laws that friction goes with: every bit of every
 /// moment, shear forces included.
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs YADE: cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn friction_has_the_same_bits_for_several_angles_stiffnesses_and_clouds() {
     let dashpot = Viscosity::Dashpot {
         c_n: 900.0,
@@ -146,9 +135,7 @@ fn friction_has_the_same_bits_for_several_angles_stiffnesses_and_clouds() {
         }
         scene.contact.viscosity = viscosity;
         scene.measurement.history_every = 50;
-        let native = native_run(&scene, sound(), Protocol::Whole);
-        let yade = yade_run(&scene, sorted(), Protocol::Whole);
-        all_pass(&native, &yade);
+        let [native, _] = agreed(&scene, Protocol::Whole);
         assert_eq!(native.record.stages.len(), 2);
         let mut contacts = native.last.contacts.iter();
         assert!(contacts.any(|contact| contact.tangential_force != 0.0));
@@ -156,18 +143,14 @@ fn friction_has_the_same_bits_for_several_angles_stiffnesses_and_clouds() {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs YADE: cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn constants_of_loading_have_the_same_bits_in_both_engines() {
     for (name, changes, _, has_yade) in STAGES {
         let mut scene = staged_scene(changes);
         scene.measurement.history_every = 50;
         assert_eq!(yade::lacking(&scene).is_none(), *has_yade, "{name}");
         if *has_yade {
-            let native = native_run(&scene, sound(), Protocol::Whole);
-            all_pass(&native, &yade_run(&scene, sorted(), Protocol::Whole));
+            let [native, _] = agreed(&scene, Protocol::Whole);
             assert_eq!(native.record.stages.len(), 2);
         }
     }
@@ -175,10 +158,7 @@ fn constants_of_loading_have_the_same_bits_in_both_engines() {
 
 /// Every case in both engines, with trajectories of 500 grains, rounding errors and detection limits.
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs YADE: cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn the_suite_passes_in_both_engines() {
     let options = run::Options {
         engine: Engines::Both,
@@ -199,10 +179,7 @@ fn the_suite_passes_in_both_engines() {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs YADE: cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn a_whole_experiment_gives_the_same_bits_for_several_scenes() {
     let mut slow = small_scene();
     slow.realization = 5;
@@ -223,27 +200,20 @@ fn a_whole_experiment_gives_the_same_bits_for_several_scenes() {
     let mut standing = small_scene();
     standing.loading.after_force = AfterForce::StandStill { seconds: 0.02 };
     for scene in [small_scene(), slow, spheres, standing] {
-        let native = native_run(&scene, sound(), Protocol::Whole);
-        let yade = yade_run(&scene, sorted(), Protocol::Whole);
-        all_pass(&native, &yade);
+        let [native, _] = agreed(&scene, Protocol::Whole);
         assert_eq!(native.record.stages.len(), 2);
     }
 }
 
 /// The punch driven deep into the bed: faces, edges and corners under large forces.
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs YADE: cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn a_punch_driven_to_the_floor_gives_the_same_bits() {
     let mut scene = small_scene();
     scene.loading.pressure = 1.0e9;
     scene.loading.speed = 0.4;
     scene.loading.give_up_depth = 0.07;
-    let native = native_run(&scene, sound(), Protocol::Whole);
-    let yade = yade_run(&scene, sorted(), Protocol::Whole);
-    all_pass(&native, &yade);
+    let [native, _] = agreed(&scene, Protocol::Whole);
     let deepest = native.history.last().and_then(|row| row.punch_depth);
     assert!(deepest.is_some_and(|depth| depth >= 0.07));
     let punch = scene.particles.count + 3;
@@ -261,30 +231,20 @@ fn a_punch_driven_to_the_floor_gives_the_same_bits() {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs YADE: cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn sorted_bits_do_not_depend_on_verlet_distance() {
     let scene = small_scene();
     let near = yade_run(&scene, sorted(), Protocol::Whole);
-    let far = yade_run(
-        &scene,
-        yade::Options {
-            verlet_distance: 1.0e-3,
-            ..sorted()
-        },
-        Protocol::Whole,
-    );
-    all_pass(&near, &far);
+    let options = yade::Options {
+        verlet_distance: 1.0e-3,
+        ..sorted()
+    };
+    all_pass(&near, &yade_run(&scene, options, Protocol::Whole));
 }
 
 /// The comparison can fail against the real YADE too, and says where, by starting both engines again.
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs YADE: cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn faults_are_located_against_yade() {
     let scene = small_scene();
     let protocol = Protocol::Steps { steps: 4000 };
@@ -312,10 +272,7 @@ fn faults_are_located_against_yade() {
 /// Starting anew from a state in the middle of loading, as the search for a difference does, goes on
 /// with the same bits.
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs YADE: cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn a_fault_under_the_punch_is_located_against_yade() {
     let scene = small_scene();
     let mut other = scene.clone();
@@ -329,10 +286,7 @@ fn a_fault_under_the_punch_is_located_against_yade() {
 
 /// YADE's ordinary loop: other bits, and equal to rounding; a fault of a part in 10⁹ is not.
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs YADE: cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn the_ordinary_loop_is_equal_to_rounding() {
     let scene = small_scene();
     let protocol = Protocol::Steps { steps: 6000 };
@@ -357,17 +311,12 @@ fn the_ordinary_loop_is_equal_to_rounding() {
 
 /// The command of the pages: `engine check` names both loops of YADE.
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs YADE: cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn engine_check_judges_both_loops() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for (order, verdict) in [("sorted", "identical"), ("ordinary", "equal to rounding")] {
         let check = ["engine", "check", "yade", "--loop", order, "--quiet"];
-        let (code, text, errors) = told(&program(&check, folder.path()));
-        assert_eq!(code, 0, "{text}{errors}");
-        assert!(text.contains(&format!("AGREED: {verdict}")), "{text}");
+        tells(folder.path(), 0, &check, [&format!("AGREED: {verdict}")]);
     }
 }
 
@@ -383,23 +332,14 @@ impl Drop for Watched {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "yade"),
-    ignore = "needs YADE: cargo test --features yade"
-)]
+#[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn yade_holds_no_socket_and_does_not_outlive_the_program() {
     let mut scene = small_scene();
     scene.settle.kinetic_energy_fraction = 1.0e-300;
     scene.settle.max_steps = 1_000_000_000;
     let (folder, _) = folder_with(&scene);
-    let child = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-        .args(["run", "scene.json", "--engine", "yade", "--out", "out"])
-        .current_dir(folder.path())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("the program starts");
-    let mut child = Watched(child);
+    let command = "run scene.json --engine yade --out out";
+    let mut child = Watched(started(folder.path(), command));
     let program = child.0.id();
     let began = Instant::now();
     let mut yade = None;

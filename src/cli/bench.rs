@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::chosen::Beside;
+use super::chosen::beside;
 use super::job_folder::{JobFolder, page_line};
 use super::report::Output;
 use super::run::YadeLimits;
@@ -35,8 +35,8 @@ pub struct Arguments {
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1000))]
     rounds: Option<u32>,
     /// One more engine: exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
-    #[arg(long)]
-    engine: Option<Beside>,
+    #[arg(long, value_parser = beside)]
+    engine: Option<PathBuf>,
     /// The folder to write; a finished benchmark in it is kept, with a number after its name
     #[arg(long)]
     out: Option<PathBuf>,
@@ -59,10 +59,9 @@ impl Arguments {
             print(&(line.map_err(|error| Error::Report(error.to_string()))? + "\n"))?;
             return Ok(exit::AGREED);
         }
-        let external = match &self.engine {
-            Some(Beside(program)) => Some(self.limits.external(program)?),
-            None => None,
-        };
+        let external = self.engine.as_deref();
+        let external = external.map(|program| self.limits.external(program));
+        let external = external.transpose()?;
         let (out, _lock) = FOLDER.open(self.out.as_deref())?;
         let crossgrain =
             std::env::current_exe().map_err(failed("find", Path::new("this program")))?;
@@ -84,10 +83,9 @@ impl Arguments {
         };
         let (text, record) = record::write("bench", &bench, bench.machine.kind(), found)?;
         FOLDER.finish(&out, &[page(&document)], &text)?;
-        self.output.files.write(&record.job, &document)?;
-        tell(self.output.json, &text, || {
-            terminal(&document) + &page_line(&out)
-        })?;
+        let views = &self.output.views;
+        views.files.write(&record.job, &document)?;
+        tell(views.json, &text, || terminal(&document) + &page_line(&out))?;
         Ok(if bench.engine_failed() {
             exit::ENGINE_FAILED
         } else {

@@ -63,18 +63,11 @@ impl Several {
     }
 }
 
-/// An external engine, beside those of this program.
-#[derive(Debug, Clone)]
-pub struct Beside(pub PathBuf);
-
-impl FromStr for Beside {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        program(text).map(Beside).ok_or_else(|| {
-            "native and YADE take part anyway; one more engine is named as exec:PATH".to_owned()
-        })
-    }
+/// Parses an external engine, beside those of this program.
+pub fn beside(text: &str) -> Result<PathBuf, String> {
+    program(text).ok_or_else(|| {
+        "native and YADE take part anyway; one more engine is named as exec:PATH".to_owned()
+    })
 }
 
 fn program(text: &str) -> Option<PathBuf> {

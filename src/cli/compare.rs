@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::chosen::Beside;
+use super::chosen::beside;
 use super::json;
 use super::report::Output;
 use super::run::YadeLimits;
@@ -37,8 +37,8 @@ pub struct Arguments {
     no_locate: bool,
     /// exec:PATH, where the engine of a run folder is, so that it can be run again; twice for
     /// two of them
-    #[arg(long)]
-    engine: Vec<Beside>,
+    #[arg(long, value_parser = beside)]
+    engine: Vec<PathBuf>,
     #[command(flatten)]
     output: Output,
     #[command(flatten)]
@@ -50,7 +50,7 @@ impl Arguments {
         let a = RunFolder::read(&self.a)?;
         let b = RunFolder::read(&self.b)?;
         let programs = self.engine.iter();
-        let programs = programs.map(|Beside(program)| self.limits.exec(program.clone()));
+        let programs = programs.map(|program| self.limits.exec(program.clone()));
         let locator = (!self.no_locate).then(|| Locator {
             yade: self.limits.options(),
             programs: programs.collect(),
@@ -64,6 +64,7 @@ impl Arguments {
         task.done("done");
         let document = comparison.document();
         self.output
+            .views
             .tell("compare", &json(&comparison)?, &document)?;
         if asked_to_end() {
             return Err(Error::Interrupted);

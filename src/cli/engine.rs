@@ -134,7 +134,7 @@ impl Arguments {
             let section = Section::new("Where", "").with_all(pictures);
             document.sections.push(section);
         }
-        self.output.tell("engine check", &text, &document)?;
+        self.output.views.tell("engine check", &text, &document)?;
         self.results.write(&document, &[(CHECK, &text)])?;
         Ok(match found.outcome() {
             Outcome::Fail if found.engine_failed => exit::ENGINE_FAILED,
@@ -170,7 +170,7 @@ impl TableArguments {
         };
         let (text, record) = record::write("conformance", &made, Machine::this().kind(), found)?;
         let document = made.document();
-        self.output.tell(&record.job, &text, &document)?;
+        self.output.views.tell(&record.job, &text, &document)?;
         let markdown = report::markdown(&document);
         let files = [(TABLE, text.as_str()), ("conformance.md", &markdown)];
         self.results.write(&document, &files)?;

@@ -3,7 +3,7 @@
 use clap::{Args, Subcommand};
 use serde::Serialize;
 
-use super::report::Files;
+use super::report::Views;
 use super::{json, tell};
 use crate::error::{Error, exit};
 use crate::paper::continuum::table::{Continuum, Setup};
@@ -24,11 +24,8 @@ pub enum Verb {
     after_help = "What the paper is known to misprint is no failure. Exit code 1: a number differs from both the print and what is known.\n\nExamples:\n  crossgrain paper numbers\n  crossgrain paper numbers --json"
 )]
 pub struct Numbers {
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
     #[command(flatten)]
-    files: Files,
+    views: Views,
 }
 
 #[derive(Debug, Args)]
@@ -68,10 +65,9 @@ impl Numbers {
             numbers: numbers(),
             text_faults: text_faults(),
         };
-        let text = json(&output)?;
         let document = paper::document(&output.numbers, &output.text_faults);
-        self.files.write("paper numbers", &document)?;
-        tell(self.json, &text, || terminal(&document))?;
+        let text = json(&output)?;
+        self.views.tell("paper numbers", &text, &document)?;
         Ok(document.verdict.exit_code())
     }
 }

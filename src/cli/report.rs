@@ -70,32 +70,36 @@ pub struct Checks {
     /// Print the checks that passed too
     #[arg(long)]
     all: bool,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
     #[command(flatten)]
-    files: Files,
+    views: Views,
 }
 
 /// What a verb that judges prints and writes.
 #[derive(Debug, Clone, Default, Args)]
-pub struct Output {
+pub struct Views {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
-    /// No progress
-    #[arg(long)]
-    pub quiet: bool,
     #[command(flatten)]
     pub files: Files,
 }
 
-impl Output {
+impl Views {
     /// What was found, as JSON or as words, and the files that were asked for.
     pub fn tell(&self, job: &str, text: &str, document: &Document) -> Result<(), Error> {
         self.files.write(job, document)?;
         tell(self.json, text, || report::terminal(document))
     }
+}
+
+/// The same of one that takes its time.
+#[derive(Debug, Clone, Default, Args)]
+pub struct Output {
+    #[command(flatten)]
+    pub views: Views,
+    /// No progress
+    #[arg(long)]
+    pub quiet: bool,
 }
 
 /// The files that a job's checks can be written to.
@@ -163,8 +167,8 @@ impl Checks {
             return Ok(exit::AGREED);
         };
         let record = read(path)?;
-        self.files.write(&record.job, &record.document())?;
-        tell(self.json, &json(&record)?, || {
+        self.views.files.write(&record.job, &record.document())?;
+        tell(self.views.json, &json(&record)?, || {
             let lines = report::check_lines(&record.checks, self.all);
             let [job, verdict] = [&record.job, record.verdict.word()];
             lines + &format!("{job}: {verdict}; {}\n", record.tally())
@@ -297,11 +301,8 @@ pub struct DiffArguments {
     /// Every measured number must be the same to the last bit, as after a change that is to change nothing
     #[arg(long)]
     bits: bool,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
     #[command(flatten)]
-    files: Files,
+    views: Views,
     #[command(flatten)]
     at: Where,
 }
@@ -354,10 +355,10 @@ impl DiffArguments {
         }
         let document = found.document(self.all);
         let words = || report::terminal(&document);
-        tell(self.json, &json(&found)?, words)?;
+        tell(self.views.json, &json(&found)?, words)?;
         let checks = baseline::checks(&found);
-        let name = "report baseline diff";
-        self.files.write(name, &Document { checks, ..document })?;
+        let (name, files) = ("report baseline diff", &self.views.files);
+        files.write(name, &Document { checks, ..document })?;
         Ok(found.verdict.exit_code())
     }
 }

@@ -60,6 +60,6 @@ impl Arguments {
             Err(error @ StudyError::EnginesFailed { .. }) => display.line(&error.to_string()),
             Err(error) => return Err(error.into()),
         }
-        report(&folder, self.output.json, &self.output.files)
+        report(&folder, &self.output.views)
     }
 }

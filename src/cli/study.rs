@@ -7,14 +7,15 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
-use super::report::Files;
+use super::chosen::beside;
+use super::report::{Files, Views};
 use super::run::YadeLimits;
 use super::{exit_code_if, json, print, tell};
 use crate::error::{Error, exit};
 use crate::files::{failed, write_whole};
 use crate::limits::stability::Stability;
 use crate::progress::Display;
-use crate::report::{page, terminal};
+use crate::report::page;
 use crate::study::campaign::compare::compare;
 use crate::study::campaign::{Campaign, merged};
 use crate::study::machine::{Folder, Job, Machine, Status, Summary};
@@ -43,29 +44,44 @@ pub enum Verb {
     Run(RunArguments),
     /// How far it is
     #[command(after_help = "Example:\n  crossgrain study status thousand")]
-    Status(StatusArguments),
+    Status {
+        /// The study's folder
+        folder: PathBuf,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
     /// Put the rows of a finished study into one file
     #[command(after_help = "Example:\n  crossgrain study merge thousand")]
-    Merge(FolderArgument),
+    Merge {
+        /// The study's folder
+        folder: PathBuf,
+    },
     /// Write the scripts of a Slurm job array and of the merge after it, and print how they are submitted
     #[command(after_help = "Example:\n  crossgrain study slurm thousand --tasks 20")]
     Slurm(SlurmArguments),
     /// Judge the rows that are there: report.json, a page, and the checks for other programs
     #[command(after_help = "Example:\n  crossgrain study report thousand --junit checks.xml")]
-    Report(ReportArguments),
+    Report {
+        /// The study's folder
+        folder: PathBuf,
+        #[command(flatten)]
+        views: Views,
+    },
     /// Two merged campaigns of one scene, such as of two engines: bits of common realizations, else equivalence
     #[command(after_help = "Example:\n  crossgrain study compare thousand in-yade")]
-    Compare(CompareArguments),
+    Compare {
+        /// A merged campaign
+        first: PathBuf,
+        /// Another one
+        second: PathBuf,
+        #[command(flatten)]
+        views: Views,
+    },
     /// The paper's claims against a campaign's members: ours, interval, verdict, figures
     Claims(paper::Claims),
     /// The paper's figures from our own numbers: a page, each as SVG and CSV
     Figures(paper::Figures),
-}
-
-#[derive(Debug, Args)]
-pub struct FolderArgument {
-    /// The study's folder
-    folder: PathBuf,
 }
 
 #[derive(Debug, Args)]
@@ -79,8 +95,8 @@ pub struct RunArguments {
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Where the planned external engine is on this machine, as exec:PATH
-    #[arg(long)]
-    engine: Option<super::chosen::Beside>,
+    #[arg(long, value_parser = beside)]
+    engine: Option<PathBuf>,
     #[command(flatten)]
     limits: YadeLimits,
     /// No progress
@@ -88,15 +104,6 @@ pub struct RunArguments {
     quiet: bool,
     #[command(flatten)]
     files: Files,
-}
-
-#[derive(Debug, Args)]
-pub struct StatusArguments {
-    /// The study's folder
-    folder: PathBuf,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -112,30 +119,6 @@ pub struct SlurmArguments {
     /// The partition, where the cluster has no default
     #[arg(long)]
     partition: Option<String>,
-}
-
-#[derive(Debug, Args)]
-pub struct ReportArguments {
-    /// The study's folder
-    folder: PathBuf,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-    #[command(flatten)]
-    files: Files,
-}
-
-#[derive(Debug, Args)]
-pub struct CompareArguments {
-    /// A merged campaign
-    first: PathBuf,
-    /// Another one
-    second: PathBuf,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-    #[command(flatten)]
-    files: Files,
 }
 
 /// Opens a study of any kind.
@@ -162,14 +145,31 @@ impl Verb {
         match self {
             Verb::Plan(kind) => kind.execute(),
             Verb::Run(arguments) => arguments.execute(),
-            Verb::Status(arguments) => arguments.execute(),
-            Verb::Merge(FolderArgument { folder }) => {
+            // Exit code 0 if no row is missing, else 3.
+            Verb::Status {
+                folder,
+                json: wanted,
+            } => {
+                let status = open(&folder)?.status()?;
+                tell(wanted, &json(&status)?, || of_status(&status))?;
+                Ok(exit_code_if(status.finished == status.rows))
+            }
+            Verb::Merge { folder } => {
                 print(&in_words(&open(&folder)?.merge()?))?;
                 Ok(exit::AGREED)
             }
             Verb::Slurm(arguments) => arguments.execute(),
-            Verb::Report(of) => report(&of.folder, of.json, &of.files),
-            Verb::Compare(arguments) => arguments.execute(),
+            Verb::Report { folder, views } => report(&folder, &views),
+            Verb::Compare {
+                first,
+                second,
+                views,
+            } => {
+                let comparison = compare(&merged(&first)?, &merged(&second)?)?;
+                let document = comparison.document();
+                views.tell("study compare", &json(&comparison)?, &document)?;
+                Ok(document.verdict.exit_code())
+            }
             Verb::Claims(arguments) => arguments.execute(),
             Verb::Figures(arguments) => arguments.execute(),
         }
@@ -191,8 +191,7 @@ impl RunArguments {
             None if self.shard.is_some() => 1,
             None => cores(),
         };
-        let named = self.engine.as_ref().map(|of| of.0.as_path());
-        let engines = engines_of(study.as_ref(), named, &self.limits)?;
+        let engines = engines_of(study.as_ref(), self.engine.as_deref(), &self.limits)?;
         let job = Job {
             shard,
             threads,
@@ -205,7 +204,8 @@ impl RunArguments {
         ))?;
         if shard == Shard::WHOLE {
             print(&in_words(&study.merge()?))?;
-            return report(&self.folder, false, &self.files);
+            let (json, files) = (false, self.files);
+            return report(&self.folder, &Views { json, files });
         }
         if done.complete {
             let folder = self.folder.display();
@@ -235,15 +235,6 @@ pub fn engines_of(
         yade: limits.options(),
         external,
     })
-}
-
-impl StatusArguments {
-    /// Exit code 0 if no row is missing, else 3.
-    fn execute(self) -> Result<u8, Error> {
-        let status = open(&self.folder)?.status()?;
-        tell(self.json, &json(&status)?, || of_status(&status))?;
-        Ok(exit_code_if(status.finished == status.rows))
-    }
 }
 
 fn of_status(status: &Status) -> String {
@@ -284,23 +275,12 @@ impl SlurmArguments {
     }
 }
 
-impl CompareArguments {
-    fn execute(self) -> Result<u8, Error> {
-        let comparison = compare(&merged(&self.first)?, &merged(&self.second)?)?;
-        let document = comparison.document();
-        self.files.write("study compare", &document)?;
-        tell(self.json, &json(&comparison)?, || terminal(&document))?;
-        Ok(document.verdict.exit_code())
-    }
-}
-
 /// Writes record and page, and says what the checks come to.
-pub fn report(folder: &Path, as_json: bool, files: &Files) -> Result<u8, Error> {
+pub fn report(folder: &Path, views: &Views) -> Result<u8, Error> {
     let report = open(folder)?.judge()?;
-    files.write(&report.record.job, &report.document)?;
     page(&report.document).write(folder)?;
     write_whole(&folder.join(RECORD), report.text.as_bytes())?;
-    tell(as_json, &report.text, || terminal(&report.document))?;
+    views.tell(&report.record.job, &report.text, &report.document)?;
     Ok(report.document.verdict.exit_code())
 }
 

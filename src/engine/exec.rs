@@ -22,8 +22,9 @@ use crate::files::{FileError, failed, file_digest, read_text, sha256_hex, write_
 use crate::tables as text;
 use grains::model::Model;
 use grains::scene::Scene;
-use grains::tables::{Bodies, Punch, Snapshot, Stage};
+use grains::tables::{Bodies, Punch, Stage};
 use grains::task::{Case, Observer, Outcome, Task, Until};
+use verdict::Answer;
 
 pub const PROTOCOL: u32 = 1;
 
@@ -272,9 +273,6 @@ fn has_all(
     })
 }
 
-/// What an engine made of a case: the states at its moments, or why it refused.
-pub type CaseResult = Result<Vec<Snapshot>, String>;
-
 /// Runs the cases in one start of the engine, in order; `work` is an empty folder. Every case must ask only for what the
 /// engine has ([`missing_for_case`]).
 pub fn run_cases(
@@ -282,7 +280,7 @@ pub fn run_cases(
     description: &Description,
     options: &Options,
     work: &Path,
-) -> Result<Vec<CaseResult>, ProgramError> {
+) -> Result<Vec<Answer>, ProgramError> {
     let missing = cases
         .iter()
         .flat_map(|case| missing_for_case(description, case));

@@ -2,14 +2,13 @@
 //! kind of pair and every option of the contact law that YADE has; trajectories of 5, 500 and 5,000 spinning grains, poured and
 //! under the punch, with friction and with dashpots; and the first steps of a recorded run.
 
-use chacha20::ChaCha8Rng;
-use rand_core::{Rng, SeedableRng};
-
 use super::build::{self, Grain, friction, springs, with_viscosity};
 use super::{CaseGroup, Evidence, Figures, Track};
 use crate::checks::Check;
 use crate::compare::bits::{COLUMNS, of_contact};
+use crate::engine::yade::CaseInYade;
 use crate::run::folder::recorded_history;
+use evidence::random::Source;
 use grains::generate::initial_bodies;
 use grains::model::{Law, Model};
 use grains::native::{first_contact_punch, run_case};
@@ -28,14 +27,6 @@ pub struct CrossCase {
     pub case: Case,
     /// Places that must be among its contacts; empty if it is about motion.
     pub places: Vec<Place>,
-}
-
-/// What YADE made of a case.
-#[derive(Debug, Clone)]
-pub struct InYade {
-    pub track: Track,
-    /// Forces and torques summed on each grain at each moment; empty for large cases.
-    pub loads: Vec<Vec<Load>>,
 }
 
 /// The places at which contacts are compared.
@@ -83,7 +74,7 @@ impl Place {
 }
 
 /// Compares the native engine's track and loads of a case with YADE's, number by number.
-pub fn judge(of: &CrossCase, native: &Track, loads: &[Vec<Load>], yade: &InYade) -> Vec<Check> {
+pub fn judge(of: &CrossCase, native: &Track, loads: &[Vec<Load>], yade: &CaseInYade) -> Vec<Check> {
     let moments = || native.iter().zip(&yade.track);
     let mut counts = Vec::new();
     let motion = moments().map(|(a, b)| differing_motion(&a.bodies, &b.bodies));
@@ -319,12 +310,8 @@ fn scattered(stream: u64) -> Vec<Grain> {
     const GRAINS: usize = 160;
     /// m.
     const RADII: [f64; 2] = [0.005, 0.015];
-    let mut random = ChaCha8Rng::from_seed(*b"crossgrain: random frozen states");
-    random.set_stream(stream);
-    let mut uniform = |low: f64, high: f64| {
-        let share = (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
-        low + (high - low) * share
-    };
+    let mut random = Source::new(b"crossgrain: random frozen states", stream);
+    let mut uniform = |low: f64, high: f64| low + (high - low) * random.uniform();
     let [centre, half] = PUNCH;
     let mut grain = |index: usize| {
         let radius = uniform(RADII[0], RADII[1]);

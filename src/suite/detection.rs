@@ -3,17 +3,17 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use chacha20::ChaCha8Rng;
-use rand_core::{Rng, SeedableRng};
 use serde::Serialize;
 
 use super::analytic::halved;
-use super::cross_code::{self, CrossCase, InYade};
+use super::cross_code::{self, CrossCase};
 use super::parameters::{self, Answer, Precisions};
 use super::run::{Suite, native_tracks};
 use super::{CaseGroup, Evidence, Figures, Track, outcome};
 use crate::checks::{Check, Outcome};
+use crate::engine::yade::CaseInYade;
 use crate::interrupt::asked_to_end;
+use evidence::random::Source;
 use grains::native::perturb::{Quantity, Switch};
 use grains::native::{CaseOptions, Perturbation, watch_case};
 use grains::task::Case;
@@ -216,19 +216,19 @@ impl Subject<'_> {
 
     /// How many of the runs in which nothing is wrong fail.
     fn false_positives(&self) -> u32 {
-        let mut random = ChaCha8Rng::from_seed(*b"crossgrain: runs without a fault");
+        let mut random = Source::new(b"crossgrain: runs without a fault", 0);
         (0..SOUND_RUNS)
             .filter(|_| {
                 let options = CaseOptions {
                     fault: None,
-                    skin_over_radius: 0.02 + 0.5 * uniform(&mut random),
+                    skin_over_radius: 0.02 + 0.5 * random.uniform(),
                     ..CaseOptions::default()
                 };
                 let mut cases = self.cases().to_vec();
                 match self.varied() {
                     Varied::Starts => cases.iter_mut().for_each(|c| nudge(c, &mut random)),
                     Varied::Stiffness => {
-                        let factor = 0.97 + 0.06 * uniform(&mut random);
+                        let factor = 0.97 + 0.06 * random.uniform();
                         cases.iter_mut().for_each(|c| c.model.law.modulus *= factor);
                     }
                     Varied::Lists => {}
@@ -252,11 +252,11 @@ fn diverges(case: &Case, truth: &Track, options: &CaseOptions) -> bool {
 }
 
 /// Moves every velocity and spin by a last bit, up or down or not at all.
-fn nudge(case: &mut Case, random: &mut ChaCha8Rng) {
+fn nudge(case: &mut Case, random: &mut Source) {
     let bodies = &mut case.bodies;
     for column in [&mut bodies.vx, &mut bodies.vz, &mut bodies.spin] {
         for value in column.iter_mut() {
-            *value *= match random.next_u64() % 3 {
+            *value *= match random.below(3) {
                 0 => 1.0 + f64::EPSILON,
                 1 => 1.0 - f64::EPSILON,
                 _ => 1.0,
@@ -265,15 +265,11 @@ fn nudge(case: &mut Case, random: &mut ChaCha8Rng) {
     }
 }
 
-fn uniform(random: &mut ChaCha8Rng) -> f64 {
-    (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64
-}
-
 /// Fills the table for all cases, those that take YADE with what it has to say of them; `done` hears of
 /// each finished case.
 pub fn limits(
     suite: &Suite,
-    in_yade: &[InYade],
+    in_yade: &[CaseInYade],
     answers: &[Answer],
     precisions: Option<&Precisions>,
     done: &(dyn Fn(usize, usize) + Sync),

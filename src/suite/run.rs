@@ -4,15 +4,15 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-use super::cross_code::{self, CrossCase, InYade};
+use super::cross_code::{self, CrossCase};
 use super::detection::{Limit, Limits, Varied, limits};
-use super::parameters::{self, Answer, Errors, Precisions};
+use super::parameters::{self, Answer, Errors};
 use super::{CaseGroup, Evidence, Track, outcome};
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::plot::Point;
 use crate::document::{Axis, Cell, Colour, Document, Plot, Section, Table};
 use crate::engine::exec::{self, Description};
-use crate::engine::yade::{self, run_cases, unsupported};
+use crate::engine::yade::{self, CaseInYade, run_cases, unsupported};
 use crate::engine::{ProgramError, value_name};
 use crate::files::work_folder;
 use crate::paper::disc_field::{DiscField, DiscFieldError, figure_4};
@@ -278,7 +278,7 @@ struct RunInYade {
     /// What it says of the scenes' parameters.
     answers: Vec<Answer>,
     /// What it made of the cross-code cases.
-    cross: Vec<InYade>,
+    cross: Vec<CaseInYade>,
 }
 
 impl Suite {
@@ -325,15 +325,11 @@ impl Suite {
         });
         let answers = answers.collect();
         let tracks: Vec<Track> = rest.by_ref().take(alone).map(|of| of.track).collect();
-        let cross = rest.map(|of| InYade {
-            track: of.track,
-            loads: of.loads,
-        });
         Ok(RunInYade {
             version: run.version,
             tracks: tracks.into_iter(),
             answers,
-            cross: cross.collect(),
+            cross: rest.collect(),
         })
     }
 
@@ -353,8 +349,8 @@ impl Suite {
     }
 
     /// Native against what YADE made of the cross-code cases.
-    fn compare(&self, in_yade: &[InYade]) -> Vec<CaseResult> {
-        let compare = |(of, yade): (&CrossCase, &InYade)| {
+    fn compare(&self, in_yade: &[CaseInYade]) -> Vec<CaseResult> {
+        let compare = |(of, yade): (&CrossCase, &CaseInYade)| {
             let native = run_case(&of.case, None).and_then(|track| match yade.loads[..] {
                 [] => Ok((track, Vec::new())),
                 _ => Ok((track, loads(&of.case, None)?)),
@@ -443,25 +439,45 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Veri
     let (mut cross, mut answers) = (Vec::new(), Vec::new());
     let role = if both { Role::Reference } else { Role::Tested };
     if options.engine != Engines::Native {
-        match in_yade(&suite, options, display)? {
-            Err(reason) => cases.extend(suite.without_yade(&reason, role)),
+        let task = display.task("all cases in YADE");
+        match suite.run_yade(&options.yade, &mut StageObserver::new(&task)) {
             Ok(run) => {
+                task.done("done");
                 cases.extend(suite.of_yade(run.tracks, role));
                 (version, answers, cross) = (Some(run.version), run.answers, run.cross);
             }
+            Err(EngineError::Program(error @ ProgramError::Missing { .. })) => {
+                task.done("YADE is missing");
+                cases.extend(suite.without_yade(&error.to_string(), role));
+            }
+            Err(error) => return Err(error.into()),
         }
     }
     if both && version.is_some() {
         let found = parameters::checks(&answers, None).map_err(|error| error.to_string());
         cases.push(of_parameters().judged(found));
         cases.extend(suite.compare(&cross));
-        cases.push(match precisions_in_yade(options, display)? {
+        let task = display.task("rounding errors");
+        let case = parameters::precision_case(options.grains);
+        cases.push(match parameters::run_precisions(case, &options.yade) {
             Ok(measured) => {
+                task.done("done");
                 errors = measured.errors(None).map_err(EngineError::from)?;
                 precisions = Some(measured);
                 of_precision().judged(Ok(parameters::precision_checks(&errors)))
             }
-            Err(case) => case,
+            Err(error @ ProgramError::Missing { .. }) => {
+                task.done("this YADE has no build of that precision");
+                of_precision().skipped(&error.to_string(), false)
+            }
+            Err(error @ (ProgramError::Interrupted | ProgramError::File(_))) => {
+                return Err(error.into());
+            }
+            // What the other cases have shown is not lost with it.
+            Err(error) => {
+                task.done("a build of YADE failed");
+                of_precision().judged(Err(error.to_string()))
+            }
         });
     }
     let limits = options.detection_limits.then(|| {
@@ -501,50 +517,6 @@ pub fn verify_exec(
     let mut found = Verification::new(command, cases)?;
     found.exec = Some(engine);
     Ok(found)
-}
-
-/// What YADE made of the suite; the inner error says why there is no YADE.
-fn in_yade(
-    suite: &Suite,
-    options: &Options,
-    display: &Display,
-) -> Result<Result<RunInYade, String>, VerifyError> {
-    let task = display.task("all cases in YADE");
-    match suite.run_yade(&options.yade, &mut StageObserver::new(&task)) {
-        Ok(run) => {
-            task.done("done");
-            Ok(Ok(run))
-        }
-        Err(EngineError::Program(error @ ProgramError::Missing { .. })) => {
-            task.done("YADE is missing");
-            Ok(Err(error.to_string()))
-        }
-        Err(error) => Err(error.into()),
-    }
-}
-
-/// Rounding errors in every precision; the inner error is the case that could not be judged.
-fn precisions_in_yade(
-    options: &Options,
-    display: &Display,
-) -> Result<Result<Precisions, CaseResult>, VerifyError> {
-    let task = display.task("rounding errors");
-    match parameters::run_precisions(parameters::precision_case(options.grains), &options.yade) {
-        Ok(precisions) => {
-            task.done("done");
-            Ok(Ok(precisions))
-        }
-        Err(error @ ProgramError::Missing { .. }) => {
-            task.done("this YADE has no build of that precision");
-            Ok(Err(of_precision().skipped(&error.to_string(), false)))
-        }
-        Err(error @ (ProgramError::Interrupted | ProgramError::File(_))) => Err(error.into()),
-        // What the other cases have shown is not lost with it.
-        Err(error) => {
-            task.done("a build of YADE failed");
-            Ok(Err(of_precision().judged(Err(error.to_string()))))
-        }
-    }
 }
 
 impl Verification {

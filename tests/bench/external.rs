@@ -109,10 +109,7 @@ fn a_bed_that_it_cannot_take_is_not_made_with_its_reason() {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
 fn lammps_takes_the_bed() {
     let external = ExternalEngine::ask(Options::new(adapter_path("lammps.py"))).expect("LAMMPS");
     let (turn, sanity, name) = turn(&small_bed(500), &external).expect("a turn");

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::look;
 use crate::support::browser::Browser;
+use crate::support::rows;
 
 /// A sound page with a table that can be sorted and filtered, and `head` and `body` put in.
 fn page(folder: &Path, head: &str, body: &str) -> PathBuf {
@@ -56,172 +57,48 @@ fn complaining(browser: &mut Browser, head: &str, body: &str) -> (Vec<&'static s
     (names, all)
 }
 
-/// What is put into the head, what at the end of the body, which questions must complain, and a part of what they say.
-const BROKEN: [(&str, &str, &[&str], &str); 27] = [
-    ("", "<a href=\"#nowhere\">there</a>", &["links"], "#nowhere"),
-    (
-        "",
-        "<a href=\"figures/lost.svg\">there</a>",
-        &["links"],
-        "lost.svg",
-    ),
-    (
-        "",
-        "<a href=\"https://elsewhere.invalid/\">there</a>",
-        &["links"],
-        "elsewhere",
-    ),
-    (
-        "",
-        "<script>nothing.there();</script>",
-        &["told"],
-        "ReferenceError",
-    ),
-    (
-        "",
-        "<script>console.error('a trouble');</script>",
-        &["told"],
-        "a trouble",
-    ),
-    (
-        "",
-        "<script>console.warn('a worry');</script>",
-        &["told"],
-        "a worry",
-    ),
-    (
-        "",
-        "<script>setTimeout(() => Promise.reject('late'), 0);</script>",
-        &["told"],
-        "late",
-    ),
-    (
-        "",
-        "<img alt=\"\" width=\"9\" height=\"9\" src=\"http://pictures.invalid/a.png\">",
-        &["told", "requests", "layout"],
-        "pictures.invalid",
-    ),
-    (
-        "<link rel=\"stylesheet\" href=\"https://fonts.invalid/a.css\">",
-        "",
-        &["told", "requests"],
-        "fonts.invalid",
-    ),
-    (
-        "",
-        "<script>fetch('https://counter.invalid/').catch(() => 0);</script>",
-        &["told", "requests"],
-        "counter.invalid",
-    ),
-    (
-        "",
-        "<table><tr><td style=\"min-width: 2000px\">wide</td></tr></table>",
-        &["layout", "print"],
-        "360 px: sticks out",
-    ),
-    (
-        "",
-        "<div style=\"overflow: hidden\"><p style=\"width: 120rem; max-width: none\">cut</p></div>",
-        &["layout"],
-        "1600 px: cut off",
-    ),
-    ("", "<table></table>", &["layout"], "no size"),
-    (
-        "",
-        "<svg style=\"display: none\"></svg>",
-        &["layout"],
-        "no size",
-    ),
-    (
-        "<style>p { color: #999; }</style>",
-        "",
-        &["contrast"],
-        "light: contrast 2.85",
-    ),
-    (
-        "<style>@media (prefers-color-scheme: dark) { p { color: #333; } }</style>",
-        "",
-        &["contrast"],
-        "dark: contrast",
-    ),
-    (
-        "<style>@media print { details::details-content { content-visibility: hidden !important; } }</style>",
-        "",
-        &["print"],
-        "not printed",
-    ),
-    (
-        "<style>@media print { body { background: #222 !important; } }</style>",
-        "",
-        &["print"],
-        "printed over",
-    ),
-    (
-        "<style>tr.away { display: table-row !important; }</style>",
-        "",
-        &["tables"],
-        "rows are shown",
-    ),
-    (
-        "",
-        "<script>document.querySelectorAll('th').forEach(of => of.addEventListener('click', e => e.stopPropagation(), true));</script>",
-        &["tables"],
-        "click one",
-    ),
-    (
-        "",
-        "<script>addEventListener('load', () => document.querySelectorAll('th button').forEach(of => of.replaceWith(...of.childNodes)));</script>",
-        &["tables", "accessible"],
-        "only for a mouse",
-    ),
-    (
-        "",
-        "<svg role=\"img\" viewBox=\"0 0 9 9\"><circle r=\"5\"/></svg>",
-        &["accessible"],
-        "a image without a name",
-    ),
-    (
-        "",
-        "<a href=\"#top\" id=\"top\"></a>",
-        &["accessible"],
-        "a link without a name",
-    ),
-    (
-        "",
-        "<input type=\"text\" style=\"display: block\">",
-        &["print", "accessible"],
-        "a textbox without a name",
-    ),
-    ("", "<h4>deep</h4>", &["accessible"], "left out"),
-    (
-        "",
-        "<p id=\"one\">1</p><p id=\"one\">2</p>",
-        &["accessible"],
-        "twice the id",
-    ),
-    (
-        "",
-        "<p tabindex=\"3\">first</p>",
-        &["accessible"],
-        "out of turn",
-    ),
-];
+/// Where it is put, the end of the head or of the body; what; which questions must complain, and a part of what they say.
+const BROKEN: &str = r##"
+    body ⇒ <a href="#nowhere">there</a> ⇒ links ⇒ #nowhere
+    body ⇒ <a href="figures/lost.svg">there</a> ⇒ links ⇒ lost.svg
+    body ⇒ <a href="https://elsewhere.invalid/">there</a> ⇒ links ⇒ elsewhere
+    body ⇒ <script>nothing.there();</script> ⇒ told ⇒ ReferenceError
+    body ⇒ <script>console.error('a trouble');</script> ⇒ told ⇒ a trouble
+    body ⇒ <script>console.warn('a worry');</script> ⇒ told ⇒ a worry
+    body ⇒ <script>setTimeout(() => Promise.reject('late'), 0);</script> ⇒ told ⇒ late
+    body ⇒ <img alt="" width="9" height="9" src="http://pictures.invalid/a.png"> ⇒ told requests layout ⇒ pictures.invalid
+    head ⇒ <link rel="stylesheet" href="https://fonts.invalid/a.css"> ⇒ told requests ⇒ fonts.invalid
+    body ⇒ <script>fetch('https://counter.invalid/').catch(() => 0);</script> ⇒ told requests ⇒ counter.invalid
+    body ⇒ <table><tr><td style="min-width: 2000px">wide</td></tr></table> ⇒ layout print ⇒ 360 px: sticks out
+    body ⇒ <div style="overflow: hidden"><p style="width: 120rem; max-width: none">cut</p></div> ⇒ layout ⇒ 1600 px: cut off
+    body ⇒ <table></table> ⇒ layout ⇒ no size
+    body ⇒ <svg style="display: none"></svg> ⇒ layout ⇒ no size
+    head ⇒ <style>p { color: #999; }</style> ⇒ contrast ⇒ light: contrast 2.85
+    head ⇒ <style>@media (prefers-color-scheme: dark) { p { color: #333; } }</style> ⇒ contrast ⇒ dark: contrast
+    head ⇒ <style>@media print { details::details-content { content-visibility: hidden !important; } }</style> ⇒ print ⇒ not printed
+    head ⇒ <style>@media print { body { background: #222 !important; } }</style> ⇒ print ⇒ printed over
+    head ⇒ <style>tr.away { display: table-row !important; }</style> ⇒ tables ⇒ rows are shown
+    body ⇒ <script>document.querySelectorAll('th').forEach(of => of.addEventListener('click', e => e.stopPropagation(), true));</script> ⇒ tables ⇒ click one
+    body ⇒ <script>addEventListener('load', () => document.querySelectorAll('th button').forEach(of => of.replaceWith(...of.childNodes)));</script> ⇒ tables accessible ⇒ only for a mouse
+    body ⇒ <svg role="img" viewBox="0 0 9 9"><circle r="5"/></svg> ⇒ accessible ⇒ a image without a name
+    body ⇒ <a href="#top" id="top"></a> ⇒ accessible ⇒ a link without a name
+    body ⇒ <input type="text" style="display: block"> ⇒ print accessible ⇒ a textbox without a name
+    body ⇒ <h4>deep</h4> ⇒ accessible ⇒ left out
+    body ⇒ <p id="one">1</p><p id="one">2</p> ⇒ accessible ⇒ twice the id
+    body ⇒ <p tabindex="3">first</p> ⇒ accessible ⇒ out of turn
+"##;
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs Chromium; cargo test --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs Chromium: --features live")]
 fn a_page_that_is_broken_on_purpose_is_complained_of_by_the_right_question() {
     let mut browser = Browser::start();
     let (names, all) = complaining(&mut browser, "", "");
     assert!(names.is_empty(), "the sound page: {all:#?}");
-    for (head, body, wanted, words) in BROKEN {
+    for [place, text, wanted, words] in rows(BROKEN) {
+        let [head, body] = ["head", "body"].map(|of| if of == place { text } else { "" });
         let (names, all) = complaining(&mut browser, head, body);
-        assert_eq!(names, wanted, "{head}{body}: {all:#?}");
-        assert!(
-            all.iter().any(|of| of.contains(words)),
-            "{head}{body}: {all:#?}"
-        );
+        assert_eq!(names.join(" "), wanted, "{text}: {all:#?}");
+        let said = all.iter().any(|of| of.contains(words));
+        assert!(said, "{text}: {all:#?}");
     }
 }

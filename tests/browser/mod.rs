@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use crate::regression::{RECORDED, seeded};
 use crate::support::browser::Browser;
-use crate::support::{crossgrain, folder_with, small_scene, told};
+use crate::support::{ends, folder_with, small_scene};
 
 /// Where pictures of the pages are kept: the folder that `CROSSGRAIN_SCREENSHOTS` names, else one in Cargo's.
 fn screenshots() -> PathBuf {
@@ -76,24 +76,11 @@ fn inspect_words(browser: &mut Browser, name: &str, page: &Path) {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs Chromium; cargo test --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs Chromium: --features live")]
 fn the_main_jobs_page_reads_well_everywhere_and_asks_for_nothing() {
     let (folder, _) = folder_with(&small_scene());
-    let arguments = [
-        "reproduce",
-        "--scene",
-        "scene.json",
-        "--quiet",
-        "--out",
-        "o",
-        "--yade",
-        "/nowhere/yade",
-    ];
-    let (code, out, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 3, "{out}{errors}");
+    let command = "reproduce --scene scene.json --quiet --out o --yade /nowhere/yade";
+    ends(folder.path(), 3, command);
     let mut browser = Browser::start();
     inspect_words(
         &mut browser,
@@ -121,15 +108,10 @@ fn the_main_jobs_page_reads_well_everywhere_and_asks_for_nothing() {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs Chromium; cargo test --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs Chromium: --features live")]
 fn the_ladders_page_reads_well_everywhere_and_asks_for_nothing() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let arguments = ["verify", "--engine", "native", "--quiet", "--out", "o"];
-    let (code, out, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 0, "{out}{errors}");
+    ends(folder.path(), 0, "verify --engine native --quiet --out o");
     inspect(
         &mut Browser::start(),
         "verify",
@@ -154,10 +136,7 @@ fn first_screen(browser: &mut Browser, page: &Path, name: &str, named: &[(&str, 
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs Chromium; cargo test --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs Chromium: --features live")]
 fn a_seeded_fault_and_its_verdict_are_on_the_first_screen() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (code, said, page) = seeded(folder.path(), "stiffness=1e-3", &RECORDED);
@@ -179,10 +158,7 @@ fn a_seeded_fault_and_its_verdict_are_on_the_first_screen() {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs Chromium and YADE; cargo test --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs Chromium and YADE")]
 fn a_slower_kernel_and_its_verdict_are_on_the_first_screen() {
     let (folder, _) = folder_with(&small_scene());
     let (code, said, page) = seeded(folder.path(), "slow=4", &["--scene", "scene.json"]);

@@ -7,8 +7,10 @@ use crossgrain::study::campaign::{Campaign, Member};
 use crossgrain::study::plan::Plan;
 use crossgrain::study::store;
 
-use super::{Chance, MEMBERS, campaign, expected, finishes_as_expected, merged_bytes, must, plan};
-use crate::support::tiny_scene;
+use super::{
+    Chance, MEMBERS, campaign, expected, finishes_as_expected, merged_bytes, must, plan, study,
+};
+use crate::support::{has, tiny_scene};
 
 const FILE: &str = "records/shard-1-of-1.jsonl";
 
@@ -86,8 +88,7 @@ fn a_file_that_was_cut_off_counts_to_its_last_whole_record() {
         assert_eq!(status["finished"], whole, "cut at {cut}");
         assert_eq!(damaged_lines(&status), strange_lines(bytes, sound));
         let place = campaign_of.place.path();
-        let (code, _, _) = campaign(place, "merge", &[]);
-        assert_eq!(code, 3, "cut at {cut}");
+        study(place, 3, "merge", &[]);
         if index % 4 == 0 {
             finishes_as_expected(place);
         }
@@ -130,15 +131,14 @@ fn a_changed_record_is_not_believed_and_its_member_is_run_again() {
         let lost = if sound[place] == b'\n' { 2 } else { 1 };
         assert_eq!(finished, MEMBERS - lost, "byte {place}");
         let folder = campaign_of.place.path();
-        let (code, _, errors) = campaign(folder, "merge", &[]);
-        assert_eq!(code, 3, "{errors}");
+        study(folder, 3, "merge", &[]);
         if index % 6 == 0 {
             let said = must(folder, "run", &["--threads", "2"]);
             let message = format!(
                 "shard-1-of-1.jsonl line {} is no whole row and is not believed",
                 strange[0]
             );
-            assert!(said.contains(&message), "{said}");
+            has(&said, [&message]);
             assert_eq!(&merged_bytes(&folder.join("c")), expected());
         }
     }
@@ -185,14 +185,13 @@ fn records_that_contradict_each_other_are_an_error_that_names_both_files() {
     let number = wrong.member;
     let line = line(&folder, &wrong) + "\n";
     fs::write(folder.join("records/shard-1-of-9.jsonl"), line).expect("writable");
-    let (code, _, errors) = campaign(campaign_of.place.path(), "merge", &[]);
-    assert_eq!(code, 1, "{errors}");
+    let (_, errors) = study(campaign_of.place.path(), 1, "merge", &[]);
     for part in [
         &format!("row {number} is written twice and differently"),
         "shard-1-of-1.jsonl",
         "shard-1-of-9.jsonl",
     ] {
-        assert!(errors.contains(part), "{errors}");
+        has(&errors, [part]);
     }
     assert!(!folder.join("merged.json").exists());
 }
@@ -211,9 +210,8 @@ fn records_of_another_plan_are_not_believed() {
     other.write(&place.path().join("c")).expect("writable");
     let folder = place.path().join("c");
     fs::write(folder.join(FILE), &campaign_of.sound).expect("writable");
-    let (code, said, _) = campaign(place.path(), "status", &[]);
-    assert_eq!(code, 3);
-    assert!(said.contains("0 of 24 rows finished"), "{said}");
+    let (said, _) = study(place.path(), 3, "status", &[]);
+    has(&said, ["0 of 24 rows finished"]);
     // Nor is a record of a member that the plan does not have.
     let mut beyond = member(
         campaign_of
@@ -225,8 +223,6 @@ fn records_of_another_plan_are_not_believed() {
     beyond.member = MEMBERS + 1;
     let line = line(&folder, &beyond) + "\n";
     fs::write(folder.join(FILE), line).expect("writable");
-    let (code, said, _) = campaign(place.path(), "status", &[]);
-    assert_eq!(code, 3);
-    assert!(said.contains("0 of 24 rows finished"), "{said}");
-    assert!(said.contains("line 1 is no whole row"), "{said}");
+    let (said, _) = study(place.path(), 3, "status", &[]);
+    has(&said, ["0 of 24 rows finished", "line 1 is no whole row"]);
 }

@@ -10,7 +10,7 @@ use super::{
     Chance, MEMBERS, Running, campaign, expected, finishes_as_expected, lines, merged_bytes, must,
     plan, records, undisturbed_in,
 };
-use crate::support::{tiny_scene, told};
+use crate::support::{has, tiny_scene, told};
 use crossgrain::study::create;
 use crossgrain::study::realization::Change::Settled;
 use crossgrain::study::sensitivity::plan::Plan;
@@ -112,10 +112,10 @@ fn asked_to_end_it_ends_soon_and_goes_on_later() {
     let finished = lines(&records(&folder, "1/1"));
     assert!(finished < MEMBERS as usize);
     let message = format!("asked to end; {finished} of {MEMBERS} rows are written down");
-    assert!(errors.contains(&message), "{errors}");
+    has(&errors, [&message]);
     let said = must(place.path(), "run", &["--threads", "2"]);
     let goes_on = format!("{MEMBERS} rows, {finished} of them finished before");
-    assert!(said.contains(&goes_on), "{said}");
+    has(&said, [&goes_on]);
     assert_eq!(&merged_bytes(&folder), expected());
 }
 
@@ -135,10 +135,7 @@ fn a_full_disk_says_try_again_and_later_goes_on() {
     for (kilobytes, at_least) in [(50, 1), (50, 1), (110, 3)] {
         let (code, _, errors) = limited(kilobytes);
         assert_eq!(code, 75, "{errors}");
-        assert!(
-            errors.contains("cannot write") && errors.contains("shard-1-of-1.jsonl"),
-            "{errors}"
-        );
+        has(&errors, ["cannot write", "shard-1-of-1.jsonl"]);
         let size = fs::metadata(&file).expect("a file").len();
         assert_eq!(size, u64::from(kilobytes) * 1024, "it is full");
         assert!(lines(&file) >= at_least);

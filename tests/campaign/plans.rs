@@ -6,43 +6,25 @@ use std::path::Path;
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::plan::Plan;
 
-use super::{MEMBERS, campaign, must, plan};
-use crate::support::{crossgrain, folder_with, tiny_scene, told};
+use super::{MEMBERS, campaign, must, plan, study};
+use crate::support::{ends, folder_with, has, tells, tiny_scene};
 
 #[test]
 fn a_plan_is_written_into_a_folder_of_its_own() {
     let (folder, _) = folder_with(&tiny_scene());
-    let arguments = [
-        "study",
-        "plan",
-        "campaign",
-        "scene.json",
-        "--members",
-        "3",
-        "--seed",
-        "7",
-        "--out",
-        "c",
-    ];
-    let (code, out, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 0, "{errors}");
-    assert!(out.contains("realizations 7 to 9"), "{out}");
-    let before = fs::read(folder.path().join("c/plan.json")).expect("a plan");
-    let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-    assert_eq!(code, 2, "{errors}");
-    assert!(errors.contains("exists already"), "{errors}");
-    assert_eq!(
-        fs::read(folder.path().join("c/plan.json")).expect("a plan"),
-        before
-    );
+    let place = folder.path();
+    let plan = "study plan campaign scene.json --members 3 --seed 7 --out c";
+    let (out, _) = ends(place, 0, plan);
+    has(&out, ["realizations 7 to 9"]);
+    let before = fs::read(place.join("c/plan.json")).expect("a plan");
+    tells(place, 2, plan, ["exists already"]);
+    let after = fs::read(place.join("c/plan.json")).expect("a plan");
+    assert_eq!(after, before);
     for members in ["0", "1000001"] {
-        let mut other = arguments;
-        (other[5], other[9]) = (members, "d");
-        let (code, _, errors) = told(&crossgrain(&other, folder.path()));
-        assert_eq!(code, 2);
-        assert!(errors.contains("1 to 1000000"), "{errors}");
+        let plan = format!("study plan campaign scene.json --members {members} --out d");
+        tells(place, 2, &plan, ["1 to 1000000"]);
     }
-    assert!(!folder.path().join("d").exists());
+    assert!(!place.join("d").exists());
 }
 
 /// Changes the plan's text and says what the verbs answer.
@@ -62,42 +44,20 @@ fn edited(from: &str, to: &str) -> Vec<(i32, String)> {
 
 #[test]
 fn an_edited_plan_is_refused() {
+    let changed = "was changed after it was made";
+    let version = |of: u8| format!("\"version\": {of},\n  \"made_with\"");
     for (from, to, why) in [
-        (
-            "\"version\": 1,\n  \"made_with\"",
-            "\"version\": 2,\n  \"made_with\"",
-            "has version 2",
-        ),
-        (
-            "\"members\": 24",
-            "\"members\": 25",
-            "was changed after it was made",
-        ),
-        (
-            "\"seed\": 1,",
-            "\"seed\": 2,",
-            "was changed after it was made",
-        ),
+        (version(1).as_str(), version(2).as_str(), "has version 2"),
+        ("\"members\": 24", "\"members\": 25", changed),
+        ("\"seed\": 1,", "\"seed\": 2,", changed),
         (
             "\"phases\": []",
             "\"phases\": [],\n  \"colour\": 1",
             "unknown field `colour`",
         ),
-        (
-            "\"crossgrain\": \"",
-            "\"crossgrain\": \"9.",
-            "was changed after it was made",
-        ),
-        (
-            "\"width\": 0.15",
-            "\"width\": 0.16",
-            "was changed after it was made",
-        ),
-        (
-            "\"width\": 0.15",
-            "\"width\": -0.15",
-            "was changed after it was made",
-        ),
+        ("\"crossgrain\": \"", "\"crossgrain\": \"9.", changed),
+        ("\"width\": 0.15", "\"width\": 0.16", changed),
+        ("\"width\": 0.15", "\"width\": -0.15", changed),
         ("{", "", "plan.json"),
     ] {
         for (code, errors) in edited(from, to) {
@@ -115,22 +75,18 @@ fn a_plan_of_another_version_is_not_run() {
     other.made_with.crossgrain = "0.0.9".to_owned();
     fs::remove_dir_all(place.path().join("c")).expect("a folder");
     other.write(&place.path().join("c")).expect("writable");
-    let (code, _, errors) = campaign(place.path(), "run", &[]);
-    assert_eq!(code, 2, "{errors}");
-    assert!(errors.contains("planned with crossgrain 0.0.9"), "{errors}");
-    let (code, _, errors) = campaign(place.path(), "slurm", &["--tasks", "2"]);
-    assert_eq!(code, 2, "{errors}");
-    let (code, _, errors) = campaign(place.path(), "status", &[]);
-    assert_eq!(code, 3, "{errors}");
+    let (_, errors) = study(place.path(), 2, "run", &[]);
+    has(&errors, ["planned with crossgrain 0.0.9"]);
+    study(place.path(), 2, "slurm", &["--tasks", "2"]);
+    study(place.path(), 3, "status", &[]);
 }
 
 #[test]
 fn a_folder_without_a_plan_is_no_campaign() {
     let place = tempfile::tempdir().expect("a temporary folder");
     for verb in ["run", "status", "merge"] {
-        let (code, _, errors) = campaign(place.path(), verb, &[]);
-        assert_eq!(code, 2);
-        assert!(errors.contains("it has no plan.json"), "{errors}");
+        let (_, errors) = study(place.path(), 2, verb, &[]);
+        has(&errors, ["it has no plan.json"]);
     }
 }
 
@@ -157,7 +113,7 @@ fn scripts_for_slurm() {
         "export CROSSGRAIN_TASKS=8\n",
         "--shard auto --threads 2\n",
     ] {
-        assert!(script.contains(part), "{script}");
+        has(&script, [part]);
     }
     // A task by hand: the variables are all that a shard needs.
     let task = |script: &Path, task: &str| {
@@ -172,7 +128,7 @@ fn scripts_for_slurm() {
     assert_eq!(super::lines(&super::records(&folder, "3/8")), 3);
     assert_eq!(task(&folder.join("slurm/merge.sh"), ""), Some(3));
     let said = fs::read_to_string(folder.join("slurm/merge.log")).expect("a log");
-    assert!(said.contains("are missing, 21 of 24"), "{said}");
+    has(&said, ["are missing, 21 of 24"]);
     for (options, why) in [
         (vec!["--tasks", "25"], "25 tasks for 24 rows"),
         (vec!["--tasks", "0"], "0 shards"),
@@ -181,8 +137,7 @@ fn scripts_for_slurm() {
             "no name of a partition",
         ),
     ] {
-        let (code, _, errors) = campaign(place.path(), "slurm", &options);
-        assert_eq!(code, 2);
-        assert!(errors.contains(why), "{errors}");
+        let (_, errors) = study(place.path(), 2, "slurm", &options);
+        has(&errors, [why]);
     }
 }

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use super::{must, plan};
-use crate::support::{crossgrain, tiny_scene, told};
+use crate::support::{ends, say, tiny_scene};
 
 /// What each verb says of the campaign `c`: exit code and standard error. None of them writes `drawn`.
 fn refused(place: &Path) -> Vec<(i32, String)> {
@@ -15,7 +15,7 @@ fn refused(place: &Path) -> Vec<(i32, String)> {
         &["study", "compare", "c", "c"],
     ];
     let said = verbs.map(|verb| {
-        let (code, out, errors) = told(&crossgrain(verb, place));
+        let (code, out, errors) = say(place, verb);
         assert_eq!(out, "", "{verb:?}");
         assert!(!place.join("drawn").exists(), "{verb:?}");
         (code, errors)
@@ -43,10 +43,7 @@ fn a_campaign_that_is_not_merged_is_incomplete() {
     must(place, "run", &["--shard", "2/2"]);
     all_say(place, 3, &words);
     must(place, "merge", &[]);
-    assert_eq!(
-        told(&crossgrain(&["study", "compare", "c", "c"], place)).0,
-        0
-    );
+    ends(place, 0, "study compare c c");
     // Nothing at all is no campaign.
     fs::remove_file(place.join("c/plan.json")).expect("a plan");
     all_say(place, 2, &["c is no study", "crossgrain study plan"]);
@@ -90,16 +87,12 @@ fn damaged_members_are_bad_input_and_can_be_merged_again() {
         assert_eq!(fs::read(&members).expect("members"), sound);
     }
     // Four members leave claims open, which is a result: its files are there.
-    let (code, _, errors) = told(&crossgrain(
-        &["study", "claims", "c", "--out", "drawn"],
-        place,
-    ));
+    let (code, _, errors) = say(place, "study claims c --out drawn");
     assert_eq!((code, errors.as_str()), (3, ""));
     for file in ["claims.json", "report.html"] {
         assert!(place.join("drawn").join(file).is_file(), "{file}");
     }
-    let arguments = ["study", "figures", "--campaign", "c", "--out", "figures"];
-    let (code, _, errors) = told(&crossgrain(&arguments, place));
+    let (code, _, errors) = say(place, "study figures --campaign c --out figures");
     assert_eq!((code, errors.as_str()), (0, ""));
     let drawn = |name: &str| fs::read_dir(place.join(name)).expect("files").count();
     assert_eq!((drawn("figures"), drawn("figures/figures")), (2, 23));

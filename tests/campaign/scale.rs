@@ -15,7 +15,7 @@ use crossgrain::study::store;
 use grains::scene::paper_scene;
 
 use super::plan;
-use crate::support::{tiny_scene, told};
+use crate::support::{has, tiny_scene, told};
 
 /// One member run, and its copies under all other numbers in the files of so many shards.
 fn fabricated(members: u64, shards: u64) -> tempfile::TempDir {
@@ -79,7 +79,7 @@ fn stays_small(members: u64, shards: u64, most: u64) {
             "status" => format!("{members} of {members} rows finished"),
             _ => format!("merged {members} rows"),
         };
-        assert!(out.contains(&counted), "{out}");
+        has(&out, [&counted]);
     }
     let lines = fs::metadata(place.path().join("c/rows.jsonl")).expect("a file");
     println!("rows.jsonl: {} bytes", lines.len());
@@ -104,7 +104,7 @@ fn running_needs_little_memory() {
     scene.settle.max_steps = 3_000;
     let place = plan(&scene, 4, "c");
     let (out, _, peak) = watched(place.path(), &["study", "run", "c", "--threads", "2"]);
-    assert!(out.contains("4 not_settled"), "{out}");
+    has(&out, ["4 not_settled"]);
     assert!(peak < 200_000_000, "{peak} bytes");
     // From the first member to the hundredth nothing is kept.
     let place = plan(&tiny_scene(), 10, "c");

@@ -1,7 +1,7 @@
 //! The merged bytes are the same for any number of shards, threads and processes, in any order.
 
-use super::{MEMBERS, Running, campaign, expected, finishes_as_expected, merged_bytes, must, plan};
-use crate::support::tiny_scene;
+use super::{MEMBERS, Running, expected, finishes_as_expected, merged_bytes, must, plan, study};
+use crate::support::{has, tiny_scene};
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::machine::Folder;
 use crossgrain::study::realization::Engines;
@@ -53,29 +53,21 @@ fn bytes_do_not_depend_on_shards() {
 fn a_campaign_goes_on_with_another_number_of_shards() {
     let place = plan(&tiny_scene(), MEMBERS, "c");
     let said = must(place.path(), "run", &["--shard", "2/3"]);
-    assert!(said.contains("8 rows, 0 of them finished before"), "{said}");
-    let (code, said, errors) = campaign(place.path(), "merge", &[]);
-    assert_eq!(code, 3, "{said}");
-    assert!(
-        errors.contains("rows 1, 3, 4, 6, 7, 9, 10, 12 and 8 more are missing"),
-        "{errors}"
+    has(&said, ["8 rows, 0 of them finished before"]);
+    let (_, errors) = study(place.path(), 3, "merge", &[]);
+    has(
+        &errors,
+        ["rows 1, 3, 4, 6, 7, 9, 10, 12 and 8 more are missing"],
     );
     let said = must(place.path(), "run", &["--shard", "1/2", "--threads", "2"]);
-    assert!(
-        said.contains("12 rows, 4 of them finished before"),
-        "{said}"
-    );
-    let (code, said, _) = campaign(place.path(), "status", &[]);
-    assert_eq!(code, 3, "{said}");
-    assert!(said.contains("16 of 24 rows finished"), "{said}");
+    has(&said, ["12 rows, 4 of them finished before"]);
+    let (said, _) = study(place.path(), 3, "status", &[]);
+    has(&said, ["16 of 24 rows finished"]);
     let said = must(place.path(), "run", &[]);
-    assert!(
-        said.contains("24 rows, 16 of them finished before"),
-        "{said}"
-    );
+    has(&said, ["24 rows, 16 of them finished before"]);
     assert_eq!(&merged_bytes(&place.path().join("c")), expected());
     // Nothing is left to do, and nothing changes.
     let said = must(place.path(), "run", &["--shard", "3/5"]);
-    assert!(said.contains("5 rows, 5 of them finished before"), "{said}");
+    has(&said, ["5 rows, 5 of them finished before"]);
     finishes_as_expected(place.path());
 }

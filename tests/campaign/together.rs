@@ -6,10 +6,10 @@ use crossgrain::study::shard::Shard;
 use crossgrain::study::store::Writer;
 
 use super::{
-    MEMBERS, Running, campaign, expected, finishes_as_expected, lines, merged_bytes, must, plan,
-    records,
+    MEMBERS, Running, expected, finishes_as_expected, lines, merged_bytes, must, plan, records,
+    study,
 };
-use crate::support::tiny_scene;
+use crate::support::{has, tiny_scene};
 
 #[test]
 fn the_second_process_of_a_shard_is_told_to_try_again() {
@@ -17,9 +17,8 @@ fn the_second_process_of_a_shard_is_told_to_try_again() {
     let file = records(&place.path().join("c"), "1/1");
     let mut first = Running::start(place.path(), &["--threads", "1"]);
     first.wait_for_lines(&file, 1);
-    let (code, _, errors) = campaign(place.path(), "run", &[]);
-    assert_eq!(code, 75, "{errors}");
-    assert!(errors.contains("is in use by another process"), "{errors}");
+    let (_, errors) = study(place.path(), 75, "run", &[]);
+    has(&errors, ["is in use by another process"]);
     let (code, errors) = first.end();
     assert_eq!(code, 0, "{errors}");
     assert_eq!(lines(&file), MEMBERS as usize);
@@ -35,12 +34,10 @@ fn the_second_process_changes_nothing() {
     let file = records(&folder, "2/3");
     let before = fs::read(&file).expect("records");
     let held = Writer::open(&folder, Shard::new(2, 3).expect("a shard")).expect("it is free");
-    let (code, _, errors) = campaign(place.path(), "run", &["--shard", "2/3"]);
-    assert_eq!(code, 75, "{errors}");
+    study(place.path(), 75, "run", &["--shard", "2/3"]);
     // Another shard's file is free, and reading is too.
     must(place.path(), "run", &["--shard", "1/3"]);
-    let (code, _, _) = campaign(place.path(), "status", &[]);
-    assert_eq!(code, 3);
+    study(place.path(), 3, "status", &[]);
     assert_eq!(fs::read(&file).expect("records"), before);
     drop(held);
     must(place.path(), "run", &["--shard", "2/3"]);
@@ -65,8 +62,7 @@ fn members_that_several_processes_made_count_once() {
     must(place.path(), "run", &["--shard", "1/1", "--threads", "2"]);
     fs::copy(records(&folder, "1/1"), records(&folder, "7/9")).expect("writable");
     let said = must(place.path(), "status", &[]);
-    assert!(said.contains("24 of 24 rows finished"), "{said}");
-    assert!(said.contains("24 lines repeat a row"), "{said}");
+    has(&said, ["24 of 24 rows finished", "24 lines repeat a row"]);
     must(place.path(), "merge", &[]);
     assert_eq!(&merged_bytes(&folder), expected());
 }

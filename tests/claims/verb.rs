@@ -12,7 +12,7 @@ use evidence::distribution::Distribution;
 use grains::scene::paper_scene;
 
 use super::truth::{Truth, members};
-use crate::support::{crossgrain, told};
+use crate::support::{say, tells};
 
 /// Writes members as a merged campaign.
 fn write_campaign(folder: &Path, truth: &Truth) {
@@ -76,10 +76,7 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
         }
         write_campaign(&at.join(name), &truth);
         let out = format!("{name}-claims");
-        let (code, said, errors) = told(&crossgrain(
-            &["study", "claims", name, "--out", &out, "--json"],
-            at,
-        ));
+        let (code, said, errors) = say(at, &["study", "claims", name, "--out", &out, "--json"]);
         assert_eq!((code, errors.as_str()), (wanted, ""), "{name}");
         let record = fs::read_to_string(at.join(&out).join("claims.json")).expect("a record");
         assert_eq!(record, said, "{name}");
@@ -106,22 +103,12 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
         assert!(beds.iter().all(|of| line[0] < *of && *of < line[20]));
     }
     // An earlier result is kept, and a folder without one is never written into.
-    let (code, _, errors) = told(&crossgrain(
-        &["study", "claims", "many", "--out", "few-claims"],
-        at,
-    ));
+    let (code, _, errors) = say(at, "study claims many --out few-claims");
     assert!(
         code != 2 && at.join("few-claims-2/claims.json").exists(),
         "{errors}"
     );
-    let (code, _, errors) = told(&crossgrain(
-        &["study", "claims", "many", "--out", "few"],
-        at,
-    ));
-    assert_eq!(code, 2);
-    assert!(errors.contains("exists already"), "{errors}");
+    tells(at, 2, "study claims many --out few", ["exists already"]);
     // Without --out it only says.
-    let (code, said, _) = told(&crossgrain(&["study", "claims", "few"], at));
-    assert_eq!(code, 3);
-    assert!(said.contains("undecided"), "{said}");
+    tells(at, 3, "study claims few", ["undecided"]);
 }

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::PathBuf;
 
-use crate::support::engines::{AND_THEN, SOUND, program, run_in};
-use crate::support::{folder_with, small_scene};
+use crate::support::engines::{AND_THEN, SOUND, engine, run_in};
+use crate::support::{Words, folder_with, has, rows, small_scene};
 
 /// Longest time without a sign of life and longest time, s: long, for a machine that is busy.
 const PATIENT: [&str; 2] = ["60", "120"];
@@ -14,25 +14,12 @@ fn with(say: &str, does: &str, [stall, time]: [&str; 2]) -> (i32, String, bool) 
     let mut scene = small_scene();
     scene.particles.count = 2;
     let (folder, _) = folder_with(&scene);
-    let path = program(
-        folder.path(),
-        "engine.py",
-        &format!("{SOUND}{say}{AND_THEN}{does}\n"),
+    let text = format!("{SOUND}{say}{AND_THEN}{does}\n");
+    let engine = engine(folder.path(), "engine.py", &text);
+    let limits = format!(
+        "--steps 10 --stall-limit {stall} --time-limit {time} --memory-limit 300 --output-limit 8"
     );
-    let engine = format!("exec:{}", path.display());
-    let limits = [
-        "--steps",
-        "10",
-        "--stall-limit",
-        stall,
-        "--time-limit",
-        time,
-        "--memory-limit",
-        "300",
-        "--output-limit",
-        "8",
-    ];
-    let (code, _, errors) = run_in(folder.path(), &engine, &limits, "out");
+    let (code, _, errors) = run_in(folder.path(), &engine, &limits.words(), "out");
     let left: Vec<PathBuf> = fs::read_dir(folder.path())
         .expect("a folder")
         .map(|entry| entry.expect("readable").path())
@@ -67,13 +54,14 @@ fn the_file_that_a_message_names_is_kept() {
     scene.particles.count = 2;
     let (folder, _) = folder_with(&scene);
     let text = format!("{SOUND}{AND_THEN}finish([moment(0), {{'a wrong': 'line'}}, end(10)])\n");
-    let engine = program(folder.path(), "engine.py", &text);
-    let engine = format!("exec:{}", engine.display());
+    let engine = engine(folder.path(), "engine.py", &text);
     for kept in ["out.job", "out.job-2"] {
         let (code, _, errors) = run_in(folder.path(), &engine, &["--steps", "10"], "out");
         assert_eq!(code, 4, "{errors}");
-        assert!(errors.contains("moments.jsonl: "), "{errors}");
-        assert!(errors.contains(&format!("is kept in {kept}\n")), "{errors}");
+        has(
+            &errors,
+            ["moments.jsonl: ", &format!("is kept in {kept}\n")],
+        );
         let named = folder.path().join(kept).join("moments.jsonl");
         let named = fs::read_to_string(named).expect("the file that the message names");
         assert!(named.contains("a wrong"));
@@ -87,10 +75,7 @@ fn a_program_that_cannot_be_started_is_named() {
     for engine in ["exec:/nowhere/engine", "exec:text", "exec:."] {
         let (code, _, errors) = run_in(folder.path(), engine, &[], "out");
         assert_eq!(code, 2, "{errors}");
-        assert!(
-            errors.contains("cannot be started") && errors.contains("chmod +x"),
-            "{errors}"
-        );
+        has(&errors, ["cannot be started", "chmod +x"]);
     }
 }
 
@@ -139,6 +124,21 @@ fn what_the_engine_has_started_ends_with_it() {
     );
 }
 
+/// What it says of itself, and what is said of that.
+const DESCRIPTIONS: &str = r#"
+    SAY = lambda: describe(protocol=2) ⇒ speaks version 2 of the protocol
+    SAY = lambda: describe(protocol=99999999999) ⇒ speaks version 99999999999
+    SAY = lambda: describe(parts=['normal_spring', 'magic']) ⇒ magic
+    SAY = lambda: describe(parts=[]) ⇒ no normal_spring
+    SAY = lambda: describe(name=' ') ⇒ its name is empty
+    SAY = lambda: describe(name='a\nb') ⇒ without line breaks
+    SAY = lambda: describe(colour='red') ⇒ colour
+    SAY = lambda: (print('hello'), sys.exit()) ⇒ it printed "hello
+    SAY = lambda: sys.exit() ⇒ EOF
+    SAY = lambda: sys.exit('no licence') ⇒ no licence
+    SAY = lambda: (print('x' * 100000), sys.exit()) ⇒ larger than
+"#;
+
 #[test]
 fn descriptions_are_not_believed_blindly() {
     fails_in(
@@ -147,37 +147,7 @@ fn descriptions_are_not_believed_blindly() {
         "not done within",
         ["60", "5"],
     );
-    for (say, message) in [
-        (
-            "SAY = lambda: describe(protocol=2)",
-            "speaks version 2 of the protocol",
-        ),
-        (
-            "SAY = lambda: describe(protocol=99999999999)",
-            "speaks version 99999999999",
-        ),
-        (
-            "SAY = lambda: describe(parts=['normal_spring', 'magic'])",
-            "magic",
-        ),
-        ("SAY = lambda: describe(parts=[])", "no normal_spring"),
-        ("SAY = lambda: describe(name=' ')", "its name is empty"),
-        (
-            "SAY = lambda: describe(name='a\\nb')",
-            "without line breaks",
-        ),
-        ("SAY = lambda: describe(colour='red')", "colour"),
-        (
-            "SAY = lambda: (print('hello'), sys.exit())",
-            r#"it printed "hello"#,
-        ),
-        ("SAY = lambda: sys.exit()", "EOF"),
-        ("SAY = lambda: sys.exit('no licence')", "no licence"),
-        (
-            "SAY = lambda: (print('x' * 100000), sys.exit())",
-            "larger than",
-        ),
-    ] {
+    for [say, message] in rows(DESCRIPTIONS) {
         fails(say, "", message);
     }
 }

@@ -9,7 +9,7 @@ use grains::scene::{
 };
 use grains::tables::Stage;
 
-use crate::support::{crossgrain, told};
+use crate::support::{say, tells};
 
 fn inputs(kind: &str) -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -30,10 +30,7 @@ fn every_good_scene_is_accepted() {
     files.extend(inputs("../../examples"));
     assert!(files.len() >= 5);
     for file in files {
-        let (code, _, errors) = told(&crossgrain(
-            &["scene", "check", &file.to_string_lossy()],
-            Path::new("."),
-        ));
+        let (code, _, errors) = say(Path::new("."), &["scene", "check", &file.to_string_lossy()]);
         assert_eq!(code, 0, "{}: {errors}", file.display());
     }
 }
@@ -44,10 +41,7 @@ fn every_bad_scene_is_refused_with_its_messages() {
     let files = inputs("bad");
     assert!(files.len() >= 10);
     for file in files {
-        let (code, _, errors) = told(&crossgrain(
-            &["scene", "check", &file.to_string_lossy()],
-            Path::new("."),
-        ));
+        let (code, _, errors) = say(Path::new("."), &["scene", "check", &file.to_string_lossy()]);
         assert_eq!(code, 2, "{}: {errors}", file.display());
         let expected = fs::read_to_string(file.with_extension("txt")).expect("the messages");
         for line in expected.lines() {
@@ -129,9 +123,7 @@ fn a_file_that_is_far_too_large_is_not_read() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("huge.json");
     fs::write(&path, vec![b' '; 2 << 20]).expect("a writable folder");
-    let (code, _, errors) = told(&crossgrain(&["scene", "check", "huge.json"], folder.path()));
-    assert_eq!(code, 2);
-    assert!(errors.contains("larger than"), "{errors}");
+    tells(folder.path(), 2, "scene check huge.json", ["larger than"]);
 }
 
 proptest::proptest! {

@@ -10,6 +10,7 @@ use crossgrain::study::plan::Program;
 use crossgrain::study::realization::{Engines, Runner};
 
 use crate::support::engines::{adapter_path, changed_toy, program};
+use crate::support::has;
 use crate::tradeoff::run;
 
 /// The map of the small scenes of these names in the engine: planned, run and reported as a study.
@@ -69,10 +70,7 @@ fn scenes_of_parts_that_the_engine_lacks_are_skipped_and_no_failures() {
     let map = map(&options, &names);
     for (row, lacking) in map.rows.iter().zip(lacking) {
         let reason = row.skipped.as_ref().expect("skipped");
-        assert!(
-            reason.contains("toy has no") && reason.contains(lacking),
-            "{reason}"
-        );
+        has(&reason, ["toy has no", lacking]);
         assert_eq!(outcomes(&map.checks(), row), [Outcome::Skipped]);
     }
     // An engine that has the parts for no scene has shown nothing.
@@ -134,10 +132,7 @@ fn springs_that_are_too_soft_are_seen_by_the_limit() {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
 fn limits_in_lammps_and_liggghts_are_the_predicted_ones() {
     for adapter in ["lammps.py", "liggghts.py"] {
         let options = Options::new(adapter_path(adapter));

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use grains::scene::{Cloud, Scene};
 
-use super::{crossgrain, small_scene, told};
+use super::{say, small_scene};
 
 /// Forty grains in a narrow box.
 pub fn narrow_scene(dispersion: f64) -> Scene {
@@ -40,12 +40,17 @@ pub fn adapter(name: &str) -> String {
     format!("exec:{}", adapter_path(name).display())
 }
 
-/// A program of this text in the folder.
-pub fn program(folder: &Path, name: &str, text: &str) -> PathBuf {
+/// A program of this text in the folder, under any name.
+pub fn program(folder: &Path, name: impl AsRef<Path>, text: &str) -> PathBuf {
     let path = folder.join(name);
     fs::write(&path, text).expect("writable");
     fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("ours");
     path
+}
+
+/// The same, as it is named on the command line.
+pub fn engine(folder: &Path, name: &str, text: &str) -> String {
+    format!("exec:{}", program(folder, name, text).display())
 }
 
 /// The toy with one place changed.
@@ -61,17 +66,16 @@ pub fn changed_toy(from: &str, to: &str) -> String {
 
 /// `crossgrain run scene.json` in this engine and folder; its exit code, what it printed and what it complained of.
 pub fn run_in(folder: &Path, engine: &str, more: &[&str], out: &str) -> (i32, String, String) {
-    let mut arguments = vec![
+    let run = [
         "run",
         "scene.json",
-        "--engine",
-        engine,
+        "--quiet",
         "--out",
         out,
-        "--quiet",
+        "--engine",
+        engine,
     ];
-    arguments.extend(more);
-    told(&crossgrain(&arguments, folder))
+    say(folder, &[&run, more].concat()[..])
 }
 
 /// The same, and it ends well.

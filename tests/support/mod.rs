@@ -5,8 +5,9 @@ pub mod browser;
 pub mod engines;
 pub mod pages;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output, Stdio};
 
 use crossgrain::run::folder::RunFolder;
 use crossgrain::run::folder::record::Protocol;
@@ -179,14 +180,66 @@ pub fn native_outcome(scene: &Scene, task: &Task, skin: Option<f64>) -> (Outcome
     (outcome, keep)
 }
 
+/// The words of a command: those of a line, or one by one where one is a path, which may have spaces.
+pub trait Words {
+    fn words(&self) -> Vec<&str>;
+}
+
+impl Words for str {
+    fn words(&self) -> Vec<&str> {
+        self.split(' ').collect()
+    }
+}
+
+impl Words for String {
+    fn words(&self) -> Vec<&str> {
+        self.as_str().words()
+    }
+}
+
+impl Words for Vec<&str> {
+    fn words(&self) -> Vec<&str> {
+        self.clone()
+    }
+}
+
+impl Words for [&str] {
+    fn words(&self) -> Vec<&str> {
+        self.to_vec()
+    }
+}
+
+impl<const N: usize> Words for [&str; N] {
+    fn words(&self) -> Vec<&str> {
+        self.to_vec()
+    }
+}
+
 /// The program under test.
-pub fn crossgrain(arguments: &[&str], folder: &Path) -> Output {
+pub fn crossgrain(command: &(impl Words + ?Sized), folder: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-        .args(arguments)
+        .args(command.words())
         .current_dir(folder)
         .env_remove("CROSSGRAIN_YADE")
         .output()
         .expect("the program starts")
+}
+
+/// The program at work, and nobody listens to it.
+pub fn started(folder: &Path, command: &(impl Words + ?Sized)) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+        .args(command.words())
+        .current_dir(folder)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program starts")
+}
+
+/// kill -TERM.
+pub fn ask_to_end(child: &Child) {
+    let asked = Command::new("kill").arg(child.id().to_string()).status();
+    assert!(asked.expect("kill is there").success());
 }
 
 /// Exit code, standard output, standard error.
@@ -196,6 +249,75 @@ pub fn told(output: &Output) -> (i32, String, String) {
         String::from_utf8_lossy(&output.stdout).into_owned(),
         String::from_utf8_lossy(&output.stderr).into_owned(),
     )
+}
+
+/// What the program told of this command.
+pub fn say(folder: &Path, command: &(impl Words + ?Sized)) -> (i32, String, String) {
+    told(&crossgrain(command, folder))
+}
+
+/// The same of one that ends with this exit code: standard output, standard error.
+pub fn ends(folder: &Path, code: i32, command: &(impl Words + ?Sized)) -> (String, String) {
+    let (ended, out, errors) = say(folder, command);
+    assert_eq!(ended, code, "{:?}: {out}{errors}", command.words());
+    (out, errors)
+}
+
+/// What a text must say.
+#[track_caller]
+pub fn has<const N: usize>(text: &str, words: [&str; N]) {
+    for words in words {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+}
+
+/// A command that ends with this exit code and says these words: where it prints what it found, else in its errors.
+#[track_caller]
+pub fn tells<const N: usize>(
+    folder: &Path,
+    code: i32,
+    command: &(impl Words + ?Sized),
+    words: [&str; N],
+) {
+    let (out, errors) = ends(folder, code, command);
+    let told = if matches!(code, 0 | 1 | 3) {
+        out
+    } else {
+        errors
+    };
+    has(&told, words);
+}
+
+/// Names in a folder.
+pub fn there(folder: &Path) -> BTreeSet<String> {
+    let entries = std::fs::read_dir(folder).expect("a folder");
+    let names = entries.map(|entry| entry.expect("an entry").file_name());
+    names
+        .map(|name| name.to_string_lossy().into_owned())
+        .collect()
+}
+
+/// The rows of a table, a line each, whose cells have ` ⇒ ` between them.
+pub fn rows<const N: usize>(table: &str) -> impl Iterator<Item = [&str; N]> {
+    let lines = table.lines().map(str::trim).filter(|line| !line.is_empty());
+    lines.map(|line| {
+        let cells: Vec<&str> = line.split(" ⇒ ").collect();
+        cells.try_into().expect("as many cells as columns")
+    })
+}
+
+/// What a file of JSON says.
+pub fn json_of(path: &Path) -> Value {
+    let text = std::fs::read_to_string(path).expect("a file");
+    serde_json::from_str(&text).expect("JSON")
+}
+
+/// A named pipe.
+pub fn a_pipe(folder: &Path, name: &str) -> PathBuf {
+    let pipe = folder.join(name);
+    let made = Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.expect("mkfifo is there").success());
+    pipe
 }
 
 /// Writes a scene as JSON.

@@ -11,7 +11,7 @@ use crossgrain::study::tradeoff::plan::Plan;
 use grains::scene::Scene;
 
 use crate::support::engines::{AND_THEN, SOUND, adapter_path, narrow_scene, program};
-use crate::support::{crossgrain, told};
+use crate::support::{ends, has, rows};
 
 /// Pours by not moving at all, and takes its time.
 const SETTLES: &str = r#"
@@ -92,10 +92,7 @@ fn an_engine_without_stop_rules_is_skipped_and_says_why() {
     for point in &record.points {
         let reason = point.notes.first().expect("a reason");
         for text in [reason, &words] {
-            assert!(
-                text.contains("toy has no") && text.contains("stop_rules"),
-                "{text}"
-            );
+            has(&text, ["toy has no", "stop_rules"]);
         }
         assert!(point.costs.is_none());
         assert_eq!(point.missing, 1);
@@ -113,7 +110,7 @@ fn an_engine_that_crashes_is_a_member_that_failed() {
     let Some(Ending::Failed(words)) = ending else {
         panic!("{ending:?}");
     };
-    assert!(words.contains("no more discs"), "{words}");
+    has(&words, ["no more discs"]);
     assert_eq!(record.points[0].screened.endings.missed(), 1);
     assert_eq!(missing, "");
 }
@@ -139,47 +136,24 @@ fn another_program_is_another_method() {
 #[test]
 fn engines_that_cannot_take_part_are_a_usage_error() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for (arguments, message) in [
-        (
-            "study plan tradeoff --quick --out s --engine yade",
-            "take part anyway",
-        ),
-        ("bench --quick --engine native", "take part anyway"),
-        (
-            "study plan tradeoff --quick --out s --engine exec:/nowhere",
-            "cannot be started",
-        ),
-        ("bench --quick --engine exec:/nowhere", "cannot be started"),
-        (
-            "stability --quick --engine exec:/nowhere",
-            "cannot be started",
-        ),
-        (
-            "stability --engine lammps",
-            "native, yade, both or exec:PATH",
-        ),
-        (
-            "study plan tradeoff --quick --out s --engine-clouds 2",
-            "--engine",
-        ),
-        (
-            "study plan tradeoff --quick --out s --engine exec:/nowhere --engine-clouds 7",
-            "at most --clouds, 6",
-        ),
-    ] {
-        let arguments: Vec<&str> = arguments.split(' ').collect();
-        let (code, _, errors) = told(&crossgrain(&arguments, folder.path()));
-        assert_eq!(code, 2, "{arguments:?}: {errors}");
-        assert!(errors.contains(message), "{arguments:?}: {errors}");
+    for [command, message] in rows(
+        "study plan tradeoff --quick --out s --engine yade ⇒ take part anyway
+        bench --quick --engine native ⇒ take part anyway
+        study plan tradeoff --quick --out s --engine exec:/nowhere ⇒ cannot be started
+        bench --quick --engine exec:/nowhere ⇒ cannot be started
+        stability --quick --engine exec:/nowhere ⇒ cannot be started
+        stability --engine lammps ⇒ native, yade, both or exec:PATH
+        study plan tradeoff --quick --out s --engine-clouds 2 ⇒ --engine
+        study plan tradeoff --quick --out s --engine exec:/nowhere --engine-clouds 7 ⇒ at most --clouds, 6",
+    ) {
+        let (_, errors) = ends(folder.path(), 2, command);
+        assert!(errors.contains(message), "{command}: {errors}");
     }
     assert!(!folder.path().join("out").exists());
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs LAMMPS and LIGGGHTS: --features live"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
 fn lammps_makes_and_loads_the_bed_that_the_native_engine_makes() {
     let options = Options::new(adapter_path("lammps.py"));
     let (record, ending, words) = study(narrow_scene(0.0), options, 1);

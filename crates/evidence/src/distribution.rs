@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{self as known, Continuous, ContinuousCDF};
 use statrs::function::gamma::digamma;
 
+use super::halved;
 use super::moments::{mean, median};
 use super::random::Source;
 
@@ -262,19 +263,9 @@ fn positive(values: &[f64]) -> Vec<f64> {
 
 /// Where a falling function of a positive number is zero, by halving on a logarithmic scale.
 fn falling_root(function: impl Fn(f64) -> f64) -> Option<f64> {
-    let (mut low, mut high) = (1.0e-3f64, 1.0e4f64);
-    if !(function(low) > 0.0 && function(high) < 0.0) {
-        return None;
-    }
-    for _ in 0..80 {
-        let middle = (low * high).sqrt();
-        if function(middle) > 0.0 {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    Some((low * high).sqrt())
+    let ends = [1.0e-3f64, 1.0e4f64];
+    let [low, high] = ends.map(&function);
+    (low > 0.0 && high < 0.0).then(|| halved(ends, 80, |of| function(of) > 0.0))
 }
 
 #[cfg(test)]

@@ -227,8 +227,8 @@ fn below(distance: f64, count: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assert_share;
     use crate::distribution::tests::AIR_CONDITIONING;
-    use crate::proportion::wilson;
 
     const KEY: Key = *b"crossgrain: tests of distances  ";
 
@@ -331,11 +331,7 @@ mod tests {
                 }
             }
             for count in rejected {
-                let share = wilson(count, trials, 0.99).expect("trials");
-                assert!(
-                    share.low < 0.05 && share.high > 0.05,
-                    "{family:?} {share:?}"
-                );
+                assert_share(count, trials, 0.99, 0.05);
             }
         }
     }

@@ -112,3 +112,22 @@ fn student(freedom: f64) -> Option<StudentsT> {
 fn two_sided(level: f64, freedom: f64) -> Option<f64> {
     Some(student(freedom)?.inverse_cdf(0.5 + 0.5 * level))
 }
+
+/// Where what holds near the lower end of an interval of positive numbers ceases to hold, by so many halvings on a logarithmic
+/// scale.
+fn halved([mut low, mut high]: [f64; 2], times: u32, holds: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..times {
+        let middle = (low * high).sqrt();
+        let end = if holds(middle) { &mut low } else { &mut high };
+        *end = middle;
+    }
+    (low * high).sqrt()
+}
+
+/// So many of so many trials are of this probability, as far as Wilson's interval of this level tells.
+#[cfg(test)]
+fn assert_share(hits: usize, trials: usize, level: f64, probability: f64) {
+    let share = proportion::wilson(hits, trials, level).expect("trials");
+    let within = share.low < probability && share.high > probability;
+    assert!(within, "{probability}: {share:?}");
+}

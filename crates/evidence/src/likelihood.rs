@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
-use super::Interval;
 use super::distribution::{Distribution, Family};
 use super::moments::{mean, standard_deviation};
+use super::{Interval, halved};
 
 /// A distribution with a shape against the exponential, which it is at shape 1.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -49,15 +49,7 @@ fn end(best: f64, factor: f64, inside: impl Fn(f64) -> bool) -> f64 {
     while inside(far) && far > 1.0e-9 && far < 1.0e9 {
         (near, far) = (far, far * factor);
     }
-    for _ in 0..60 {
-        let middle = (near * far).sqrt();
-        if inside(middle) {
-            near = middle;
-        } else {
-            far = middle;
-        }
-    }
-    (near * far).sqrt()
+    halved([near, far], 60, inside)
 }
 
 /// The log-likelihood as a function of the shape alone, the scale being the likeliest for it.
@@ -134,8 +126,8 @@ pub fn not_nested(first: Family, second: Family, values: &[f64]) -> Option<NotNe
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assert_share;
     use crate::distribution::tests::{AIR_CONDITIONING, BEARINGS};
-    use crate::proportion::wilson;
     use crate::random::{Key, replicates};
 
     fn close(found: f64, wanted: f64) {
@@ -181,14 +173,9 @@ mod tests {
     /// 0.9226, 0.9465 and 0.9653 in 20,000 samples of numpy 2 each.
     #[test]
     fn level_and_power_of_the_ratio() {
-        let level = wilson(rejections(1.0, 200, 4000), 4000, 0.99).expect("trials");
-        assert!(level.low < 0.05 && level.high > 0.05, "{level:?}");
+        assert_share(rejections(1.0, 200, 4000), 4000, 0.99, 0.05);
         for (shape, count, wanted) in [(1.2, 530, 0.9226), (1.5, 120, 0.9465), (2.0, 46, 0.9653)] {
-            let power = wilson(rejections(shape, count, 2000), 2000, 0.99).expect("trials");
-            assert!(
-                power.low < wanted && power.high > wanted,
-                "{shape} {power:?}"
-            );
+            assert_share(rejections(shape, count, 2000), 2000, 0.99, wanted);
         }
     }
 
@@ -201,7 +188,6 @@ mod tests {
             found.shape.low < 1.6 && found.shape.high > 1.6
         });
         let hits = covered.iter().filter(|covered| **covered).count();
-        let share = wilson(hits, covered.len(), 0.99).expect("trials");
-        assert!(share.low < 0.95 && share.high > 0.95, "{share:?}");
+        assert_share(hits, covered.len(), 0.99, 0.95);
     }
 }

@@ -155,8 +155,8 @@ pub fn p_values<const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assert_share;
     use crate::moments::{mean, standard_deviation};
-    use crate::proportion::wilson;
 
     const KEY: Key = *b"crossgrain: tests of the sources";
 
@@ -186,8 +186,7 @@ mod tests {
         });
         for level in [0.5, 0.05, 0.001] {
             let hits = found.iter().filter(|p| **p <= level).count();
-            let share = wilson(hits, trials, 0.999).expect("trials");
-            assert!(share.low < level && share.high > level, "{level} {share:?}");
+            assert_share(hits, trials, 0.999, level);
         }
         assert_eq!(p_values(&KEY, 4999, |_| [false, true]), [2.0e-4, 1.0]);
     }

@@ -184,6 +184,7 @@ pub fn equivalence(differences: &[f64], margin: f64) -> Option<(Finding, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assert_share;
     use crate::distribution::tests::{AIR_CONDITIONING, BEARINGS};
     use crate::proportion::wilson;
     use crate::random::{Key, replicates};
@@ -254,8 +255,7 @@ mod tests {
             found.iter().filter(|one| one.0).count(),
             found.iter().filter(|one| one.1).count(),
         ] {
-            let share = wilson(hits, trials, 0.99).expect("trials");
-            assert!(share.low < 0.05 && share.high > 0.05, "{share:?}");
+            assert_share(hits, trials, 0.99, 0.05);
         }
     }
 
@@ -299,15 +299,15 @@ mod tests {
     #[test]
     fn p_of_students_sleep_data() {
         let gained = [1.2, 2.4, 1.3, 1.3, 0.0, 1.0, 1.8, 0.8, 4.6, 1.4];
-        let (finding, p) = equivalence(&gained, 2.5).expect("ten values");
-        assert_eq!(finding, Finding::Equivalent);
-        assert!((p - 0.0211).abs() < 2.0e-4, "{p}");
-        let (finding, p) = equivalence(&gained, 2.0).expect("ten values");
-        assert_eq!(finding, Finding::Undecided);
-        assert!(p > LEVEL);
-        let (finding, p) = equivalence(&gained, 0.5).expect("ten values");
-        assert_eq!(finding, Finding::Different);
-        assert!(p > 0.9);
+        for (margin, wanted, low, high) in [
+            (2.5, Finding::Equivalent, 0.0209, 0.0213),
+            (2.0, Finding::Undecided, LEVEL, 1.0),
+            (0.5, Finding::Different, 0.9, 1.0),
+        ] {
+            let (finding, p) = equivalence(&gained, margin).expect("ten values");
+            assert_eq!(finding, wanted);
+            assert!(p > low && p < high, "{margin}: {p}");
+        }
     }
 
     /// Interval and p must never contradict each other.
@@ -323,26 +323,16 @@ mod tests {
         }
     }
 
-    /// A difference as large as the margin is called equivalent once in twenty times, not more: 10⁴
-    /// samples of 12 from a fixed generator.
+    /// A difference as large as the margin is called equivalent once in twenty times, not more.
     #[test]
     fn the_level_is_kept_at_the_margin() {
-        let mut state = 1u64;
-        let mut uniform = move || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
-        let mut wrong = 0;
-        for _ in 0..10_000 {
-            // Sums of twelve uniforms: close to normal with deviation 1.
-            let sample: Vec<f64> = (0..12)
-                .map(|_| 5.0 + (0..12).map(|_| uniform()).sum::<f64>() - 6.0)
-                .collect();
-            let (finding, _) = equivalence(&sample, 5.0).expect("twelve values");
-            wrong += usize::from(finding == Finding::Equivalent);
-        }
-        assert!((400..=600).contains(&wrong), "{wrong}");
+        const KEY: Key = *b"crossgrain: tests at the margin.";
+        let trials = 10_000;
+        let found = replicates(&KEY, trials, |source| {
+            let sample: Vec<f64> = (0..12).map(|_| 5.0 + source.normal()).collect();
+            equivalence(&sample, 5.0).expect("twelve values").0 == Finding::Equivalent
+        });
+        let wrong = found.iter().filter(|one| **one).count();
+        assert_share(wrong, trials, 0.99, 0.05);
     }
 }

@@ -86,8 +86,8 @@ fn distances(pooled: &[(f64, usize)], sides: &[bool]) -> Option<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assert_share;
     use crate::distribution::tests::{AIR_CONDITIONING, BEARINGS};
-    use crate::proportion::wilson;
     use crate::random::replicates;
 
     fn singly(values: &[f64]) -> Vec<Vec<f64>> {
@@ -148,8 +148,7 @@ mod tests {
         });
         let count = |which: usize| found.iter().filter(|one| one[which]).count();
         for which in [0, 1] {
-            let share = wilson(count(which), trials, 0.99).expect("trials");
-            assert!(share.low < 0.05 && share.high > 0.05, "{share:?}");
+            assert_share(count(which), trials, 0.99, 0.05);
         }
         assert!(count(2) > 250, "{}", count(2));
     }

@@ -3,10 +3,11 @@
 use grains::native::Noise;
 use grains::tables::Bodies;
 use grains::task::Case;
+use grains::variant;
 use serde::Serialize;
 
 use crate::Answer;
-use crate::constants::{FLYING, KINDS, situations};
+use crate::constants::{FLYING, KINDS, situations, until};
 
 /// The smallest change, over a metre or over a velocity: about the last bit of a number in double precision.
 const SMALLEST: f64 = 1.0 / (1u64 << 52) as f64;
@@ -98,11 +99,7 @@ pub fn cases(case: &Case) -> Vec<Case> {
 
 /// The kind of place that each grain is in at the start.
 fn at_start(case: &Case) -> Vec<usize> {
-    let start = Case {
-        moments: vec![0],
-        ..case.clone()
-    };
-    situations(case, &grains::variant::run(&start, &Default::default()))
+    situations(case, &variant::run(&until(case, 0), &Default::default()))
 }
 
 /// From the answers to [`cases`]; none if the engine refused one of them.

@@ -8,7 +8,7 @@ use grains::scene::{
     Cloud, NewContactSlip, Rotation, Scene, SlipVelocity, Tension, TorqueArms, Viscosity,
     paper_scene,
 };
-use grains::tables::{Bodies, Contact, Punch, Snapshot};
+use grains::tables::{Bodies, BodyIds, Punch, Snapshot};
 use grains::task::{Case, Task};
 use serde::Serialize;
 
@@ -209,21 +209,13 @@ fn at_a_corner(moment: &Snapshot) -> bool {
         return false;
     };
     let of = &moment.bodies;
+    let of_punch = BodyIds::of_box(of.len() as u32).punch();
     moment.contacts.iter().any(|contact| {
         let id = contact.id2 as usize;
         let outside = [of.x[id] - punch.centre[0], of.z[id] - punch.centre[1]];
         let beyond = [0, 1].map(|axis| outside[axis].abs() > punch.half_extents[axis]);
-        contact.id1 as usize >= of.len()
-            && beyond == [true; 2]
-            && touches(contact, &outside, &punch)
+        contact.id1 == of_punch && beyond == [true; 2]
     })
-}
-
-/// Whether it is the punch that the contact is with: walls have a normal along an axis.
-fn touches(contact: &Contact, outside: &[f64; 2], punch: &Punch) -> bool {
-    let normal = contact.normal;
-    let near = [0, 1].map(|axis| outside[axis].abs() - punch.half_extents[axis]);
-    normal[0] != 0.0 && normal[1] != 0.0 && near[0].max(near[1]) < punch.half_extents[0]
 }
 
 #[cfg(test)]

@@ -6,14 +6,14 @@ use clap::Args;
 
 use crate::checks::Outcome;
 use crate::cli::job_folder::Results;
-use crate::cli::report::Files;
-use crate::cli::{json, print, tell};
+use crate::cli::report::Views;
+use crate::cli::{json, print};
 use crate::document::{Document, Section};
 use crate::error::{Error, exit};
 use crate::report::disc_field::of_figure_4;
 use crate::report::fields::bulbs;
 use crate::report::packing::force_chains;
-use crate::report::{page, terminal};
+use crate::report::page;
 use crate::study::campaign::merged;
 use crate::study::claims::{self, Origin};
 use crate::study::figures::{Distribution, distributions, loaded_bed, setup_of, sharings};
@@ -29,11 +29,8 @@ pub struct Claims {
     folder: PathBuf,
     #[command(flatten)]
     results: Results,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
     #[command(flatten)]
-    files: Files,
+    views: Views,
 }
 
 /// The file of the record.
@@ -51,9 +48,8 @@ impl Claims {
         };
         let found = claims::of(&merged.plan.study.scene, &merged.rows, origin);
         let (text, document) = (json(&found)?, found.document());
-        self.files.write("study claims", &document)?;
         self.results.write(&document, &[(CLAIMS, &text)])?;
-        tell(self.json, &text, || terminal(&document))?;
+        self.views.tell("study claims", &text, &document)?;
         Ok(document.verdict.exit_code())
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use crate::cli::chosen::{Beside, Chosen, Several};
+use crate::cli::chosen::{Chosen, Several, beside};
 use crate::cli::print;
 use crate::cli::run::{LoopOrder, YadeLimits};
 use crate::error::{Error, exit};
@@ -92,8 +92,8 @@ pub struct TradeoffArguments {
     #[arg(long, default_value_t = 1)]
     yade_clouds: u64,
     /// One more engine: exec:PATH, a program that speaks the engine protocol (docs/engine-protocol.md)
-    #[arg(long)]
-    engine: Option<Beside>,
+    #[arg(long, value_parser = beside)]
+    engine: Option<PathBuf>,
     /// Realizations of each method in that engine; without a punch it pours and settles
     #[arg(long, default_value_t = 1, requires = "engine", value_parser = clap::value_parser!(u64).range(1..=1000))]
     engine_clouds: u64,
@@ -238,7 +238,7 @@ impl TradeoffArguments {
             tradeoff::plan::Plan::full(clouds, confirm, self.yade_clouds)
         };
         let mut program = None;
-        if let Some(Beside(path)) = &self.engine {
+        if let Some(path) = &self.engine {
             let of = Program::of(&self.limits.external(path)?)?;
             plan = plan.with_external(&of.described.label(), &of.digest, self.engine_clouds);
             program = Some(of);

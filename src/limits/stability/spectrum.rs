@@ -34,7 +34,7 @@ use grains::model::Law;
 use grains::native::{NativeError, effective, run_case};
 use grains::scene::{SlipVelocity, TorqueArms};
 use grains::tables::{BodyIds, Contact, Snapshot};
-use grains::task::{Case, EffectiveContact};
+use grains::task::{Case, Effective, EffectiveContact};
 
 /// Relative error of the largest eigenvalue at which iteration ends.
 const TOLERANCE: f64 = 1.0e-6;
@@ -96,14 +96,20 @@ pub struct Limit {
     pub residual: f64,
 }
 
+/// The parameters that the native engine says it uses for a case, and the case as it starts.
+pub(super) fn at_start(case: &Case) -> Result<(Effective, Option<Snapshot>), NativeError> {
+    let still = Case {
+        moments: vec![0],
+        ..case.clone()
+    };
+    let mut track = run_case(&still, None)?;
+    Ok((effective(&still, None)?, track.pop()))
+}
+
 impl Network {
     /// The network of a case at its start, with the parameters that the native engine says it uses.
     pub fn of(case: &Case) -> Result<Self, NativeError> {
-        let still = Case {
-            moments: vec![0],
-            ..case.clone()
-        };
-        let parameters = effective(&still, None)?;
+        let (parameters, start) = at_start(case)?;
         let law = &case.model.law;
         let mut weights = vec![0.0; 3 * case.bodies.len()];
         for (id, mass) in case.bodies.mass.iter().enumerate() {
@@ -115,13 +121,12 @@ impl Network {
                 weights[3 * id + 2] = 1.0 / inertia.sqrt();
             }
         }
-        let track = run_case(&still, None)?;
-        let links = track.first().map(|start| {
+        let links = start.iter().flat_map(|start| {
             let contacts = start.contacts.iter().zip(&parameters.contacts);
             contacts.map(|(contact, of)| Link::of(law, contact, of, start))
         });
         Ok(Network {
-            links: links.into_iter().flatten().collect(),
+            links: links.collect(),
             weights,
         })
     }

@@ -5,13 +5,13 @@
 //! at every look the contact network gives the largest stable step, with the scene's α. The smallest of them is the limit.
 
 use super::scenes::rested;
-use super::spectrum::Network;
+use super::spectrum::{Network, at_start};
 use super::trials::Disturbed;
 use crate::engine::yade::Proposal;
 use crate::run::folder::record::{StepChoice, StepLook, StepTrial};
 use grains::generate::initial_bodies;
 use grains::model::{Law, Model, damping_ratio};
-use grains::native::{self, NativeError, Options, Trouble, effective, run_case};
+use grains::native::{self, NativeError, Options, Trouble};
 use grains::scene::{ContactLaw, Scene, TimeStep, Viscosity};
 use grains::tables::{Bodies, BodyIds, Punch, Snapshot, Stage};
 use grains::task::{Case, Observer, Task};
@@ -245,13 +245,8 @@ const SAFETY: f64 = 0.8;
 /// dt = 1.41044·0.8·√(min(m/K, I/K)), with dashpots no more than 2·0.8·m/C. A material without friction
 /// still has a k_s here.
 pub fn by_formula(case: &Case) -> Result<Proposal, NativeError> {
-    let at_start = Case {
-        moments: vec![0],
-        ..case.clone()
-    };
-    let parameters = effective(&at_start, None)?;
-    let track = run_case(&at_start, None)?;
-    let contacts = track.iter().flat_map(|moment| &moment.contacts);
+    let (parameters, start) = at_start(case)?;
+    let contacts = start.iter().flat_map(|moment| &moment.contacts);
     let bodies = &case.bodies;
     let law = &case.model.law;
     let ids = BodyIds {

@@ -9,10 +9,11 @@ use nalgebra::DVector;
 use rand_core::SeedableRng;
 use serde::{Deserialize, Serialize};
 
-use super::spectrum::symmetric;
-use grains::native::{CaseOptions, NativeError, Trouble, run_case, watch_case};
+use super::spectrum::{at_start, symmetric};
+use grains::native::{CaseOptions, NativeError, Trouble, watch_case};
 use grains::tables::{Bodies, Snapshot};
 use grains::task::Case;
+use verdict::Answer;
 
 /// Largest displacement of the disturbance over a small overlap of the scene.
 const DISTURBANCE: f64 = 1.0e-6;
@@ -108,12 +109,8 @@ impl Disturbed {
     }
 
     fn along(case: &Case, places: [Vec<f64>; 2]) -> Result<Self, NativeError> {
-        let still = Case {
-            moments: vec![0],
-            ..case.clone()
-        };
-        let track = run_case(&still, None)?;
-        let contacts = track.iter().flat_map(|moment| &moment.contacts);
+        let (_, start) = at_start(case)?;
+        let contacts = start.iter().flat_map(|moment| &moment.contacts);
         let mut overlaps: Vec<f64> = contacts.map(|contact| contact.overlap).collect();
         overlaps.sort_by(f64::total_cmp);
         let small = (SMALL_OVERLAP * overlaps.len() as f64) as usize;
@@ -264,9 +261,6 @@ fn turning_energy(three: &[Snapshot]) -> f64 {
     part(|of| &of.vx, mass) + part(|of| &of.vz, mass) + part(|of| &of.spin, &now.bodies.inertia)
 }
 
-/// A trial's moments, or why the engine refused the case.
-pub type Track = Result<Vec<Snapshot>, String>;
-
 /// A limit that is to be found in an external engine.
 #[derive(Debug, Clone)]
 pub struct Search {
@@ -330,7 +324,7 @@ impl Search {
     }
 
     /// Takes over what trials at these steps have shown: up to the first at which it grew.
-    fn learn(&mut self, steps: &[f64], tracks: Vec<Track>) {
+    fn learn(&mut self, steps: &[f64], tracks: Vec<Answer>) {
         let tracks = match tracks.into_iter().collect::<Result<Vec<_>, String>>() {
             Ok(tracks) => tracks,
             Err(reason) => return self.refused = Some(reason),
@@ -354,15 +348,12 @@ impl Search {
     }
 }
 
-/// A limit, none where it was not found; or why the engine would not look for it.
-pub type SearchResult = Result<Option<Found>, String>;
-
-/// All limits, in the order of the searches. `run` runs cases in one start of the engine and gives what it made of each,
+/// All limits, in the order of the searches, none where it was not found; or why the engine would not look for one. `run` runs cases in one start of the engine and gives what it made of each,
 /// in order.
 pub fn find_all<E>(
     mut searches: Vec<Search>,
-    mut run: impl FnMut(&[&Case]) -> Result<Vec<Track>, E>,
-) -> Result<Vec<SearchResult>, E> {
+    mut run: impl FnMut(&[&Case]) -> Result<Vec<Answer>, E>,
+) -> Result<Vec<Result<Option<Found>, String>>, E> {
     for _ in 0..MOST_STARTS {
         let open = searches.iter_mut().filter(|search| search.is_open());
         let mut open: Vec<&mut Search> = open.collect();
