@@ -6,11 +6,11 @@ use std::process::Command;
 use crossgrain::files::sha256_hex;
 use crossgrain::run::folder::RunFolder;
 
-use crate::support::{crossgrain, folder_with, small_scene, told};
+use crate::support::{crossgrain, folder_with, frictional_scene, told};
 
-/// A folder with a finished run `run` of the small scene.
+/// A folder with a finished run `run`, with friction.
 fn with_a_run() -> tempfile::TempDir {
-    let (folder, _) = folder_with(&small_scene());
+    let (folder, _) = folder_with(&frictional_scene());
     let arguments = [
         "run",
         "scene.json",

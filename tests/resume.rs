@@ -190,4 +190,7 @@ fn what_cannot_go_on_says_why() {
         errors.contains("does not belong to the table of contacts"),
         "{errors}"
     );
+    // Before, friction began anew without a word.
+    fs::remove_file(&memory).expect("removable");
+    refused("scene.json", &[], "memory.csv of it is missing");
 }

@@ -353,6 +353,7 @@ fn an_external_engine_is_the_one_that_was_planned() {
     let (code, said, errors) = say(&["study", "run", "c", "--engine", "exec:moved"]);
     assert_eq!(code, 0, "{said}{errors}");
     assert!(said.contains("merged 2 rows"), "{said}");
+    assert!(said.ends_with("report: c/report.html\n"), "{said}");
     // Replaced while it runs: nobody knows which one made the run. Removed meanwhile: it is the one that was there.
     let job = "    steps = run(sys.argv[2])\n";
     assert_eq!(toy.matches(job).count(), 1);

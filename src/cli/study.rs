@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
+use super::job_folder::page_line;
 use super::report::Files;
 use super::run::YadeLimits;
 use super::{exit_code_if, json, print, tell};
@@ -299,7 +300,9 @@ pub fn report(folder: &Path, as_json: bool, files: &Files) -> Result<u8, Error> 
     files.write(&report.record.job, &report.document)?;
     page(&report.document).write(folder)?;
     write_whole(&folder.join(RECORD), report.text.as_bytes())?;
-    tell(as_json, &report.text, || terminal(&report.document))?;
+    tell(as_json, &report.text, || {
+        terminal(&report.document) + &page_line(folder)
+    })?;
     Ok(report.document.verdict.exit_code())
 }
 

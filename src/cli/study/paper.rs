@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::checks::Outcome;
-use crate::cli::job_folder::Results;
+use crate::cli::job_folder::{Results, page_line};
 use crate::cli::report::Files;
 use crate::cli::{json, print, tell};
 use crate::document::{Document, Section};
 use crate::error::{Error, exit};
 use crate::report::disc_field::of_figure_4;
 use crate::report::fields::bulbs;
+use crate::report::html::FOLDER;
 use crate::report::packing::force_chains;
 use crate::report::{page, terminal};
 use crate::study::campaign::merged;
@@ -52,8 +53,8 @@ impl Claims {
         let found = claims::of(&merged.plan.study.scene, &merged.rows, origin);
         let (text, document) = (json(&found)?, found.document());
         self.files.write("study claims", &document)?;
-        self.results.write(&document, &[(CLAIMS, &text)])?;
         tell(self.json, &text, || terminal(&document))?;
+        self.results.write(&document, &[(CLAIMS, &text)])?;
         Ok(document.verdict.exit_code())
     }
 }
@@ -126,9 +127,10 @@ impl Figures {
         page.write(&out)?;
         let files: Vec<&str> = page.files.iter().map(|(name, _)| name.as_str()).collect();
         print(&format!(
-            "{}\nreport.html, and SVG and CSV in figures: {}\n",
-            out.display(),
-            files.join(" ")
+            "SVG and CSV in {}: {}\n{}",
+            out.join(FOLDER).display(),
+            files.join(" "),
+            page_line(&out)
         ))?;
         Ok(exit::AGREED)
     }
