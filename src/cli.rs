@@ -31,7 +31,7 @@ use report::Files;
 )]
 #[command(
     after_help = "Exit codes: 0 agreed or done; 1 a check failed; 2 usage, or a bad scene or run \
-    folder; 3 incomplete; 4 an engine failed; 75 try again.\n\nTo begin with:\n  crossgrain reproduce\n  crossgrain reproduce --help"
+    folder; 3 incomplete; 4 an engine failed; 75 try again.\n\nThe paper is I. G. Tejada, 2019, doi:10.32075/17ECSMGE-2019-1081.\n\nTo begin with:\n  crossgrain reproduce\n  crossgrain reproduce --help"
 )]
 pub struct Arguments {
     #[command(subcommand)]
@@ -54,7 +54,7 @@ enum Command {
     Reproduce(reproduce::Arguments),
     /// The verification suite: exact solutions, symmetries, and native against YADE bit for bit
     Verify(verify::Arguments),
-    /// An external engine, exec:PATH: what is wrong with it
+    /// Judge YADE, or an engine of your own, exec:PATH: is it right, and what is wrong if not
     #[command(subcommand)]
     Engine(engine::Verb),
     /// Many runs: plan, run in shards, merge, judge; the paper's claims and figures from them

@@ -80,6 +80,14 @@ pub struct Drawing {
     pub table: Table,
 }
 
+impl Document {
+    /// Whether its page shows more than words and tables.
+    pub fn has_pictures(&self) -> bool {
+        let mut blocks = self.sections.iter().flat_map(|of| &of.blocks);
+        blocks.any(|of| matches!(of, Block::Plot(_) | Block::Drawing(_)))
+    }
+}
+
 impl Section {
     /// Without blocks.
     pub fn new(title: &str, answer: impl Into<String>) -> Self {

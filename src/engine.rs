@@ -86,11 +86,11 @@ pub enum ProgramError {
     },
     #[error("the engine refused: {0}")]
     Refused(String),
-    #[error("the engine ended with {status}; the end of what it printed:\n{log}")]
+    #[error("the engine ended with {status}; {}", printed(.log))]
     Crashed { status: String, log: String },
     #[error(
-        "the engine hung: {reason}; it was ended (--stall-limit and --time-limit give it longer). The end of what it \
-         printed:\n{log}"
+        "the engine hung: {reason}; it was ended (--stall-limit and --time-limit give it longer); {}",
+        printed(.log)
     )]
     Hung { reason: String, log: String },
     #[error(
@@ -113,6 +113,13 @@ pub enum ProgramError {
     },
     #[error(transparent)]
     File(#[from] FileError),
+}
+
+fn printed(log: &str) -> String {
+    match log {
+        "" => "it printed nothing".to_owned(),
+        log => format!("the end of what it printed:\n{log}"),
+    }
 }
 
 impl ProgramError {

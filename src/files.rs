@@ -23,7 +23,7 @@ pub enum FileError {
     },
     #[error("{path} is larger than {limit} bytes, the most that such a file may have")]
     TooLarge { path: PathBuf, limit: u64 },
-    #[error("{path} is not a regular file")]
+    #[error("{path} {}", if path.is_dir() { "is a folder; name a file in it" } else { "is not a regular file" })]
     NotAFile { path: PathBuf },
     #[error("{path} is not UTF-8 text")]
     NotText { path: PathBuf },
@@ -35,7 +35,7 @@ pub enum FileError {
     Link { path: PathBuf },
     #[error("nobody reads what is written to {path}")]
     NotRead { path: PathBuf },
-    #[error("{path} exists already; name a folder that does not, nothing is overwritten")]
+    #[error("{path} exists already; give another name, nothing is overwritten")]
     Exists { path: PathBuf },
 }
 

@@ -87,7 +87,9 @@ impl Number {
     /// Not printed as a number.
     pub fn derived(mut self, remark: &str) -> Self {
         self.outcome = Outcome::Skipped;
-        self.remark(remark)
+        self.remark(&format!(
+            "follows from what is printed, and is not printed itself; {remark}"
+        ))
     }
 
     /// Known to differ from the print and to be this, for the reason that is given. Any other value fails.

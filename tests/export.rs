@@ -6,11 +6,11 @@ use std::process::Command;
 use crossgrain::files::sha256_hex;
 use crossgrain::run::folder::RunFolder;
 
-use crate::support::{ends, folder_with, has, say, small_scene};
+use crate::support::{ends, folder_with, frictional_scene, has, say};
 
-/// A folder with a finished run `run` of the small scene.
+/// A folder with a finished run `run`, with friction.
 fn with_a_run() -> tempfile::TempDir {
-    let (folder, _) = folder_with(&small_scene());
+    let (folder, _) = folder_with(&frictional_scene());
     let command = "run scene.json --engine native --quiet --out run";
     ends(folder.path(), 0, command);
     folder

@@ -187,4 +187,7 @@ fn what_cannot_go_on_says_why() {
     let (code, _, errors) = run(folder, "scene.json", "out", &["--from-state", "whole"]);
     assert_ne!(code, 0);
     has(&errors, ["does not belong to the table of contacts"]);
+    // Before, friction began anew without a word.
+    fs::remove_file(&memory).expect("removable");
+    refused("scene.json", &[], "memory.csv of it is missing");
 }

@@ -323,7 +323,9 @@ fn an_external_engine_is_the_one_that_was_planned() {
     has(&errors, ["is not the program that was planned"]);
     // The right one somewhere else.
     program(at, "moved", &pours);
-    tells(at, 0, "study run c --engine exec:moved", ["merged 2 rows"]);
+    let (said, _) = ends(at, 0, "study run c --engine exec:moved");
+    has(&said, ["merged 2 rows"]);
+    assert!(said.ends_with("report: c/report.html\n"), "{said}");
     // Replaced while it runs: nobody knows which one made the run. Removed meanwhile: it is the one that was there.
     let job = "    steps = run(sys.argv[2])\n";
     assert_eq!(toy.matches(job).count(), 1);

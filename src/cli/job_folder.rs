@@ -68,9 +68,12 @@ impl Results {
         Ok(out.map_or(Ok(()), |out| has_room(out, record))?)
     }
 
-    /// Writes the page and the files, of which the first is the record.
+    /// Writes the page and the files, of which the first is the record, and says where the page is.
     pub fn write(&self, document: &Document, files: &[(&str, &str)]) -> Result<(), Error> {
         let (Some(out), Some((record, _))) = (&self.out, files.first()) else {
+            if document.has_pictures() {
+                say("--out DIR writes a page with the pictures");
+            }
             return Ok(());
         };
         clear(out, record)?;
@@ -78,8 +81,10 @@ impl Results {
             page(document).write(aside)?;
             let write =
                 |(name, text): &(&str, &str)| write_whole(&aside.join(name), text.as_bytes());
-            Ok(files.iter().try_for_each(write)?)
-        })
+            Ok::<(), Error>(files.iter().try_for_each(write)?)
+        })?;
+        say(page_line(out).trim_end());
+        Ok(())
     }
 }
 

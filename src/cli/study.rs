@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 
 use super::chosen::beside;
+use super::job_folder::page_line;
 use super::report::{Files, Views};
 use super::run::YadeLimits;
 use super::{exit_code_if, json, print, tell};
@@ -281,6 +282,9 @@ pub fn report(folder: &Path, views: &Views) -> Result<u8, Error> {
     page(&report.document).write(folder)?;
     write_whole(&folder.join(RECORD), report.text.as_bytes())?;
     views.tell(&report.record.job, &report.text, &report.document)?;
+    if !views.json {
+        print(&page_line(folder))?;
+    }
     Ok(report.document.verdict.exit_code())
 }
 

@@ -294,7 +294,12 @@ impl Diff {
             .column("now", |of| side(&of.after))
             .column("moved by so many tolerances", |of| of.share_of_tolerance);
         let moved = self.moved.len();
-        let title = format!("{moved} of {} measured numbers moved", moved + self.unmoved);
+        let mut title = format!("{moved} of {} measured numbers moved", moved + self.unmoved);
+        if moved > most {
+            title += &format!(
+                "; these {most} moved most (`crossgrain report baseline diff --all` shows all)"
+            );
+        }
         let numbers = Table::of("moved", &title, self.moved.iter().take(most))
             .column("measured", |of| Cell::Code(of.id.clone()))
             .column("before", |of| of.before)

@@ -220,12 +220,12 @@ impl Cell {
 }
 
 impl Table {
-    /// Without the columns that hold nothing.
+    /// Without the columns that hold nothing; a table without rows keeps its headings.
     #[must_use]
     pub fn without_empty_columns(mut self) -> Self {
         let there = |column: usize| {
             let mut cells = self.rows.iter().filter_map(|row| row.get(column));
-            cells.any(|cell| *cell != Cell::Missing)
+            self.rows.is_empty() || cells.any(|cell| !matches!(cell.shown().as_str(), "–" | ""))
         };
         let kept: Vec<bool> = (0..self.columns.len()).map(there).collect();
         let mut of = kept.iter();

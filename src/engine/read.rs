@@ -387,7 +387,12 @@ impl Given<'_> {
         at: &str,
     ) -> Result<(Bodies, Vec<Contact>), ProgramError> {
         let table = |what: &str| folder.join(format!("{}-{step}-{what}.csv", stage.name()));
-        let broken = |error: text::TableError| nonsense(format!("{at}: {error}"));
+        // By its name in the job's folder: that is moved or removed before anybody reads this.
+        let place = format!("{}/", folder.display());
+        let broken = |error: text::TableError| {
+            let error = error.to_string().replace(&place, "");
+            nonsense(format!("{at}: {error}"))
+        };
         let bodies =
             text::read_bodies(&table("bodies"), self.bodies.len() as u32).map_err(broken)?;
         self.same_grains(&bodies, at)?;

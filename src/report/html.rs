@@ -230,9 +230,9 @@ fn tiles_html(tiles: &[Tile]) -> String {
     format!("<div class=\"tiles\">\n{all}</div>\n")
 }
 
-/// A table with a link to its file.
+/// A table without the columns that hold nothing, with a link to its file, which has them.
 fn with_file(page: &mut Page, table: &Table) -> String {
-    let html = table.html();
+    let html = table.clone().without_empty_columns().html();
     if table.name.is_empty() || table.rows.is_empty() {
         return html;
     }
@@ -267,7 +267,9 @@ pub fn terminal(document: &Document) -> String {
             match block {
                 Block::Heading(words) => text = text + "\n" + words + "\n",
                 Block::Text(words) => text = text + words + "\n",
-                Block::Table(table) => text = text + "\n" + &table.text(),
+                Block::Table(table) => {
+                    text = text + "\n" + &table.clone().without_empty_columns().text();
+                }
                 Block::Plot(plot) => {
                     text += &format!("[picture {}: {}]\n", plot.name, plot.caption)
                 }
@@ -323,7 +325,10 @@ pub fn markdown(document: &Document) -> String {
             let _ = match block {
                 Block::Heading(words) => write!(text, "\n#### {}\n", in_markdown(words)),
                 Block::Text(words) => write!(text, "\n{}\n", in_markdown(words)),
-                Block::Table(table) => write!(text, "\n{}", table.markdown(MOST_CHECKS)),
+                Block::Table(table) => {
+                    let table = table.clone().without_empty_columns();
+                    write!(text, "\n{}", table.markdown(MOST_CHECKS))
+                }
                 Block::Plot(_) | Block::Drawing(_) | Block::Tiles(_) => Ok(()),
             };
         }

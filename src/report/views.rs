@@ -7,22 +7,56 @@ use crate::checks::{Check, Outcome, Tally};
 use crate::document::{Cell, Column, Table, harmless};
 use crate::error::Error;
 
-/// Letters of a column in a terminal that others line up behind; longer cells stick out.
+/// Letters of a column in a terminal; longer words go on below, but for those of the last column, which nothing stands behind.
 const WIDEST: usize = 60;
+
+/// In lines of at most so many letters, broken at spaces; a longer word stands whole.
+fn in_lines(words: &str, most: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in words.split(' ') {
+        let last = lines.len() - 1;
+        let line = &mut lines[last];
+        let is_full = line.chars().count() + 1 + word.chars().count() > most;
+        match line.as_str() {
+            "" => *line = word.to_owned(),
+            _ if is_full => lines.push(word.to_owned()),
+            _ => *line = format!("{line} {word}"),
+        }
+    }
+    lines
+}
 
 impl Table {
     /// Padded for a terminal: title, headings, a line, rows.
     pub fn text(&self) -> String {
-        let shown = |row: &Vec<Cell>| -> Vec<String> {
-            let cell = |cell: &Cell| harmless(&cell.shown()).replace(['\n', '\t'], " ");
-            row.iter().map(cell).collect()
+        let cell = |(column, cell): (usize, &Cell)| {
+            let words = harmless(&cell.shown()).replace(['\n', '\t'], " ");
+            match column + 1 == self.columns.len() {
+                true => vec![words],
+                false => in_lines(&words, WIDEST),
+            }
+        };
+        // The lines of each row: its first words, and what goes on below them.
+        let in_rows = |row: &Vec<Cell>| -> Vec<Vec<String>> {
+            let cells: Vec<Vec<String>> = row.iter().enumerate().map(cell).collect();
+            let lines = cells.iter().map(Vec::len).max().unwrap_or(0);
+            let line = |at: usize| {
+                let words = cells
+                    .iter()
+                    .map(|of| of.get(at).cloned().unwrap_or_default());
+                words.collect()
+            };
+            (0..lines).map(line).collect()
         };
         let head: Vec<String> = self.columns.iter().map(Column::heading).collect();
-        let rows: Vec<Vec<String>> = self.rows.iter().map(shown).collect();
+        let rows: Vec<Vec<String>> = self.rows.iter().flat_map(in_rows).collect();
         let width = |column: usize| {
             let cells = rows.iter().chain([&head]).filter_map(|row| row.get(column));
-            let widest = cells.map(|cell| cell.chars().count()).max();
-            widest.unwrap_or(0).min(WIDEST)
+            let widest = cells.map(|cell| cell.chars().count()).max().unwrap_or(0);
+            match column + 1 == head.len() {
+                true => widest.min(WIDEST),
+                false => widest,
+            }
         };
         let widths: Vec<usize> = (0..head.len()).map(width).collect();
         let line = |row: &[String]| {
@@ -387,6 +421,22 @@ mod tests {
             Outcome::Fail.into(),
         ]);
         table
+    }
+
+    #[test]
+    fn long_words_go_on_below_and_push_no_number_aside() {
+        let mut table = Table::new("t", "", &["of", "force, N", "why"]);
+        let long = "the field averaged over the control square of side R at the centre";
+        let why = "a sentence that nothing stands behind, so that it may be as long as it is";
+        table.row([long.into(), 1.5.into(), why.into()]);
+        table.row(["Σ".into(), 20.0.into(), "short".into()]);
+        let (head, tail) = long.split_at(long.len() - "centre".len());
+        let text = table.text();
+        let lines: Vec<&str> = text.lines().skip(2).collect();
+        let [head, tail] = [head, tail].map(str::trim);
+        assert_eq!(lines[0], format!("  {head}        1.5  {why}"));
+        assert_eq!(lines[1], format!("  {tail}"));
+        assert_eq!(lines[2].find("20"), lines[0].find("1.5").map(|at| at + 2));
     }
 
     #[test]

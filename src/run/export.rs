@@ -22,7 +22,7 @@ use grains::scene::Scene;
 use grains::tables::{Bodies, BodyIds, Contact};
 
 /// Files of a run folder, and what they are.
-const FILES: [(&str, &str, &str); 11] = [
+const FILES: [(&str, &str, &str); 13] = [
     ("scene.json", "application/json", "The scene that was run"),
     (
         "run.json",
@@ -41,6 +41,11 @@ const FILES: [(&str, &str, &str); 11] = [
         "Contacts at the end: overlap, forces, normal, point",
     ),
     (
+        "memory.csv",
+        "text/csv",
+        "What contacts with friction remember at the end",
+    ),
+    (
         "settled-bodies.csv",
         "text/csv",
         "Grains of the settled bed",
@@ -49,6 +54,11 @@ const FILES: [(&str, &str, &str); 11] = [
         "settled-contacts.csv",
         "text/csv",
         "Contacts of the settled bed",
+    ),
+    (
+        "settled-memory.csv",
+        "text/csv",
+        "What contacts with friction remember in the settled bed",
     ),
     (
         "history.csv",

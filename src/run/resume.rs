@@ -4,6 +4,7 @@
 use super::Made;
 use crate::run::folder::record::{EngineRecord, Protocol, Restart};
 use crate::run::folder::{Moment, RunFolder};
+use grains::model::Model;
 use grains::native;
 use grains::scene::Scene;
 use grains::tables::{Punch, Snapshot, Stage, StopReason};
@@ -42,6 +43,14 @@ pub(super) fn rest(
     };
     if seen.held {
         return Err("with --steps it went beyond the rule of its stage; run it without".to_owned());
+    }
+    let settled = before.settled.iter().map(|of| (Stage::Settle, of));
+    let forgot = |(stage, of): (Stage, &Moment)| {
+        let law = Model::in_stage(&before.scene, stage).law;
+        law.has_history() && of.memory.len() != of.contacts.len()
+    };
+    if settled.chain([(last.stage, &before.last)]).any(forgot) {
+        return Err("a memory.csv of it is missing, without which friction begins anew".to_owned());
     }
     let is_same = scene.digest() == before.scene.digest();
     let is_under_way = matches!(last.stop, StopReason::StepsDone | StopReason::Interrupted);

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use crate::document::plot::Point as DataPoint;
-use crate::document::{Axis, Colour, Mark, Plot, Table};
+use crate::document::{Axis, Colour, Mark, Plot, Table, rounded};
 use crate::paper::continuum::table::{Point, Setup};
 use crate::paper::continuum::{Field, Load, Model, Spread, weight};
 use crate::paper::recomputed::piles::{Counted, chance_of_at_least_of_five, table_1};
@@ -346,16 +346,17 @@ impl Distribution {
             ..
         } = self;
         let mut caption = format!(
-            "{quantity} at {point}: {} realizations whose grain bears load ({} bear nothing), mean {mean:.3} {unit}",
+            "{quantity} at {point}: {} realizations whose grain bears load ({} bear nothing), mean {} {unit}",
             self.values.len(),
-            self.zeros
+            self.zeros,
+            rounded(mean, 4)
         );
         if self.has_both_signs() {
-            return caption + &format!(", standard deviation {deviation:.3} {unit}");
+            return caption + &format!(", standard deviation {} {unit}", rounded(deviation, 4));
         }
         caption += &format!(", coefficient of variation {:.2}", deviation / mean);
         if let Some(theory) = self.theory {
-            caption += &format!("; theory: mean {theory:.3} {unit}, variation 1");
+            caption += &format!("; theory: mean {} {unit}, variation 1", rounded(theory, 4));
         }
         caption
     }

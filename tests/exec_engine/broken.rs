@@ -84,7 +84,7 @@ fn hangs_crashes_and_greed_are_ended_and_named() {
     fails_in(
         "",
         "time.sleep(600)",
-        "hung: no sign of life for 3s",
+        "no sign of life for 3s; it was ended (--stall-limit and --time-limit give it longer); it printed nothing\n",
         ["3", "120"],
     );
     let talks = "while True: print('still here', flush=True); time.sleep(0.1)";

@@ -10,7 +10,7 @@ const BROKEN: &str = r#"
     put('moments.jsonl', '[' * 100000) ⇒ moments.jsonl
     finish([{'colour': 'red'}]) ⇒ moments.jsonl
     finish([{'stage': 'settle', 'step': 0}, end(10)]) ⇒ settle-0-bodies.csv
-    finish([moment(0, given.replace('0.', 'nan', 1)), moment(10), end(10)]) ⇒ settle-0-bodies.csv
+    finish([moment(0, given.replace('0.', 'nan', 1)), moment(10), end(10)]) ⇒ step 0: settle-0-bodies.csv is not a table
     finish([moment(0, '\n'.join(given.split('\n')[:2]) + '\n')]) ⇒ 1 grains instead of 2
     finish([moment(0, given[:-5])]) ⇒ cut off
     finish([moment(0, given * 2000)]) ⇒ larger than

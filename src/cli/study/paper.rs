@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::checks::Outcome;
-use crate::cli::job_folder::Results;
+use crate::cli::job_folder::{Results, page_line};
 use crate::cli::report::Views;
 use crate::cli::{json, print};
 use crate::document::{Document, Section};
 use crate::error::{Error, exit};
 use crate::report::disc_field::of_figure_4;
 use crate::report::fields::bulbs;
+use crate::report::html::FOLDER;
 use crate::report::packing::force_chains;
 use crate::report::page;
 use crate::study::campaign::merged;
@@ -48,8 +49,8 @@ impl Claims {
         };
         let found = claims::of(&merged.plan.study.scene, &merged.rows, origin);
         let (text, document) = (json(&found)?, found.document());
-        self.results.write(&document, &[(CLAIMS, &text)])?;
         self.views.tell("study claims", &text, &document)?;
+        self.results.write(&document, &[(CLAIMS, &text)])?;
         Ok(document.verdict.exit_code())
     }
 }
@@ -122,9 +123,10 @@ impl Figures {
         page.write(&out)?;
         let files: Vec<&str> = page.files.iter().map(|(name, _)| name.as_str()).collect();
         print(&format!(
-            "{}\nreport.html, and SVG and CSV in figures: {}\n",
-            out.display(),
-            files.join(" ")
+            "SVG and CSV in {}: {}\n{}",
+            out.join(FOLDER).display(),
+            files.join(" "),
+            page_line(&out)
         ))?;
         Ok(exit::AGREED)
     }

@@ -546,6 +546,16 @@ mod tests {
         assert_eq!(moved, ["gone", "new", "c", "b"]);
         assert_eq!(diff.unmoved, 1);
         assert!(diff.in_a_line().contains("4 of 5 measured numbers moved"));
+        let many: Vec<String> = (0..13).map(|at| at.to_string()).collect();
+        let numbers = |value| {
+            run(&many
+                .iter()
+                .map(|id| (id.as_str(), value))
+                .collect::<Vec<_>>())
+        };
+        let diff = between(numbers(1.0), &numbers(2.0));
+        let says = |all| format!("{:?}", diff.section(all)).contains("these 12 moved most");
+        assert!(says(false) && !says(true));
         // Numbers alone are findings; whether they may move is for the caller to say.
         assert_eq!(diff.verdict, Outcome::Pass);
         assert_eq!(diff.demanding_bits().verdict, Outcome::Fail);

@@ -123,7 +123,17 @@ fn walk(root: &Value, schema: &Value, value: &Value, place: &str, problems: &mut
     if let Some(kind) = schema.get("type").and_then(Value::as_str)
         && !has_type(kind, value)
     {
-        problems.push(Problem::new(place, value, article(kind)));
+        let known = schema.get("properties").and_then(Value::as_object);
+        let keys: Vec<&str> = known
+            .into_iter()
+            .flatten()
+            .map(|(of, _)| of.as_str())
+            .collect();
+        let wanted = match keys[..] {
+            [] => article(kind),
+            _ => format!("{} of {}", article(kind), keys.join(", ")),
+        };
+        problems.push(Problem::new(place, value, wanted));
         return;
     }
     in_range(schema, value, place, problems);
@@ -203,7 +213,8 @@ fn one_of(
         return;
     }
     let Some(object) = value.as_object() else {
-        problems.push(Problem::new(place, value, article("object")));
+        let wanted = format!("an object whose kind is one of {}", list(kinds.iter()));
+        problems.push(Problem::new(place, value, wanted));
         return;
     };
     let chosen = variants
