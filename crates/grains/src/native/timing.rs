@@ -10,6 +10,7 @@ use super::dynamics::{Clock, Dynamics, Part};
 use super::health::Trouble;
 use super::neighbours::Skin;
 use super::state::Constants;
+use super::threads::Threads;
 use crate::model::Model;
 use crate::tables::{Bodies, Stage};
 
@@ -93,7 +94,7 @@ pub fn parts_of_a_step(
 ) -> Result<Clocked, Trouble> {
     let constants = Constants::new(model, bodies.len() as u32);
     let skin = Skin::Adaptive { radius };
-    let mut dynamics = Dynamics::new(bodies, None, &[], constants, skin)?;
+    let mut dynamics = Dynamics::new(bodies, None, &[], constants, skin, Threads::default())?;
     let builds = dynamics.neighbours.builds;
     let mut clock = Watch::default();
     for _ in 0..steps {
@@ -103,7 +104,7 @@ pub fn parts_of_a_step(
     let grains = bodies.len() as u32;
     Ok(Clocked {
         shares: clock.shares(),
-        listed_pairs: dynamics.neighbours.other.len(),
+        listed_pairs: dynamics.neighbours.len(),
         touching_pairs: contacts.iter().filter(|of| of.id1 < grains).count(),
         builds: dynamics.neighbours.builds - builds,
         bodies: dynamics.state.bodies(),
@@ -113,8 +114,8 @@ pub fn parts_of_a_step(
 const PARTS: [(Part, &str); 4] = [
     (Part::Integration, "integration"),
     (Part::NeighbourLists, "neighbour lists"),
-    (Part::Contacts, "contacts between grains"),
-    (Part::FlatBodies, "walls and punch"),
+    (Part::Contacts, "contacts between grains and at walls"),
+    (Part::Punch, "punch"),
 ];
 
 #[derive(Default)]
