@@ -15,7 +15,7 @@ use crate::support::{
 };
 
 /// Skins of the neighbour list, most pairs near one another or hardly any, m; and numbers of threads.
-const WAYS: [(f64, usize); 4] = [(2.0e-5, 1), (2.0e-4, 2), (1.0e-3, 3), (4.0e-3, 5)];
+const WAYS: [(f64, usize); 4] = [(2.0e-5, 1), (2.0e-4, 1), (1.0e-3, 3), (4.0e-3, 1)];
 
 fn outcome(scene: &Scene, task: &Task, (skin, most): (f64, usize)) -> (Outcome, Keep) {
     let options = native::Options {

@@ -76,11 +76,10 @@ struct Cells {
     rows: usize,
     /// The grains of cell c are `grains[start[c]..start[c+1]]`.
     start: Vec<u32>,
-    /// By place.
     grains: Vec<Sorted>,
-    /// The cell of each grain, by its place before.
+    /// The cell of each grain, by its place when they were sorted.
     of_grain: Vec<u32>,
-    /// The place before, of each place.
+    /// That place, of each of `grains`.
     order: Vec<u32>,
 }
 
@@ -91,6 +90,7 @@ struct Sorted {
     z: f64,
     radius: f64,
     number: u32,
+    place: u32,
 }
 
 /// How the skin is chosen at each build. It decides how often the list is rebuilt and nothing else.
@@ -237,8 +237,14 @@ impl Neighbours {
             None if general => general::remembered(state, self, constants, &mut remembered),
             None => {}
         }
-        self.cells.sort(state, self.skin);
-        state.rearrange(&self.cells.order, &mut self.spare);
+        if general {
+            // It goes through pairs in the order of numbers, so that is how its grains are near at hand.
+            state.rearrange_by_number(&mut self.spare);
+        }
+        self.cells.sort(state, self.skin, !general);
+        if !general {
+            state.rearrange(&self.cells.order, &mut self.spare);
+        }
         let (cells, skin, state, remembered) = (&self.cells, self.skin, &*state, remembered);
         let list = |share: &mut Share, ()| {
             share.list(cells, state, skin, constants);
@@ -329,32 +335,33 @@ impl Share {
         self.by_wall.clear();
         self.start.push(0);
         for place in self.places.clone() {
-            let own = &cells.grains[place];
+            let ([x, z], radius) = (state.position[place], state.radius[place]);
+            let number = state.number[place];
             let mut found = 0;
-            for (first, near) in cells.around(own) {
+            for near in cells.around(x, z) {
                 if self.row.len() < found + near.len() {
                     self.row.resize(found + near.len(), 0);
                 }
-                for (other, grain) in (first..).zip(near) {
-                    let (dx, dz) = (grain.x - own.x, grain.z - own.z);
-                    let far = own.radius + grain.radius + skin;
-                    let listed = (other != place) & (dx * dx + dz * dz <= far * far);
+                for grain in near {
+                    let (dx, dz) = (grain.x - x, grain.z - z);
+                    let far = radius + grain.radius + skin;
+                    let listed = (grain.number != number) & (dx * dx + dz * dz <= far * far);
                     // Written in any case and kept by counting, so that nothing has to be guessed.
-                    self.row[found] = u64::from(grain.number) << 32 | other as u64;
+                    self.row[found] = u64::from(grain.number) << 32 | u64::from(grain.place);
                     found += usize::from(listed);
                 }
             }
             let row = &mut self.row[..found];
             insertion_sort(row);
             if constants.reversed_sums {
-                let lower = row.partition_point(|of| of >> 32 < u64::from(own.number));
+                let lower = row.partition_point(|of| of >> 32 < u64::from(number));
                 row[lower..].reverse();
             }
             self.other.extend(row.iter().map(|of| *of as u32));
             self.start.push(self.other.len() as u32);
             for (index, wall) in constants.walls.iter().enumerate() {
                 let distance = (state.position[place][wall.axis as usize] - wall.place).abs();
-                if distance <= own.radius + skin {
+                if distance <= radius + skin {
                     self.by_wall.push((place as u32, index as u32));
                 }
             }
@@ -429,7 +436,8 @@ impl Share {
 
 impl Cells {
     /// Counting sort of the grains into cells that are as wide as the furthest listed pair.
-    fn sort(&mut self, state: &State, skin: f64) {
+    /// The grains are told to be at the places of this order if they are to be put there.
+    fn sort(&mut self, state: &State, skin: f64, to_be_put: bool) {
         let largest = state.radius.iter().copied().fold(0.0, f64::max);
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
@@ -469,16 +477,17 @@ impl Cells {
         self.order.resize(state.position.len(), 0);
         // Filling moves each start to the cell's end, and is taken back afterwards.
         for (before, cell) in self.of_grain.iter().enumerate() {
-            let place = &mut self.start[*cell as usize];
+            let at = &mut self.start[*cell as usize];
             let [x, z] = state.position[before];
-            self.grains[*place as usize] = Sorted {
+            self.grains[*at as usize] = Sorted {
                 x,
                 z,
                 radius: state.radius[before],
                 number: state.number[before],
+                place: if to_be_put { *at } else { before as u32 },
             };
-            self.order[*place as usize] = before as u32;
-            *place += 1;
+            self.order[*at as usize] = before as u32;
+            *at += 1;
         }
         for cell in (1..=self.columns * self.rows).rev() {
             self.start[cell] = self.start[cell - 1];
@@ -493,16 +502,16 @@ impl Cells {
         (column.min(self.columns - 1), row.min(self.rows - 1))
     }
 
-    /// The grains of the cells around this one, a run of up to three cells a column, each with the place of its first.
-    fn around(&self, of: &Sorted) -> impl Iterator<Item = (usize, &[Sorted])> {
-        let (column, row) = self.at(of.x, of.z);
+    /// The grains of the cells around this place, a run of up to three cells a column.
+    fn around(&self, x: f64, z: f64) -> impl Iterator<Item = &[Sorted]> {
+        let (column, row) = self.at(x, z);
         let first = row.saturating_sub(1);
         let last = (row + 1).min(self.rows - 1);
         let columns = column.saturating_sub(1)..=(column + 1).min(self.columns - 1);
         columns.map(move |column| {
             let from = self.start[column * self.rows + first] as usize;
             let to = self.start[column * self.rows + last + 1] as usize;
-            (from, &self.grains[from..to])
+            &self.grains[from..to]
         })
     }
 }

@@ -107,8 +107,8 @@ impl Pairs {
     ) {
         self.sums.clear();
         self.sums.resize(self.places.len(), [0.0; 4]);
-        let grains = Grains::of(state, self.places.clone());
-        sum_forces(&mut self.blocks, &grains, rules, &mut self.sums);
+        let (blocks, sums) = (&mut self.blocks, &mut self.sums);
+        sum_forces(blocks, (state, &self.places), rules, sums);
         let own = &self.sums[first - self.places.start..];
         for ((force, torque), [x, z, turn, _]) in force.iter_mut().zip(torque).zip(own) {
             *force = [*x, *z];
@@ -119,19 +119,30 @@ impl Pairs {
 
 /// [`sum_forces_plain`], compiled for the widest vector unit that the machine has.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn sum_forces(blocks: &mut [Block], grains: &Grains, rules: &ContactRules, sums: &mut [Sum]) {
-    sum_forces_plain(blocks, grains, rules, sums);
+fn sum_forces(
+    blocks: &mut [Block],
+    of: (&State, &Range<usize>),
+    rules: &ContactRules,
+    sums: &mut [Sum],
+) {
+    sum_forces_plain(blocks, of, rules, sums);
 }
 
 /// Blocks that are computed before what they do is added: a few, so that it stays near.
 const CHUNK: usize = 8;
 
 #[inline(always)]
-fn sum_forces_plain(blocks: &mut [Block], grains: &Grains, rules: &ContactRules, sums: &mut [Sum]) {
+fn sum_forces_plain(
+    blocks: &mut [Block],
+    (state, places): (&State, &Range<usize>),
+    rules: &ContactRules,
+    sums: &mut [Sum],
+) {
+    let grains = Grains::of(state, places);
     let mut actions: [Action; CHUNK] = Default::default();
     for blocks in blocks.chunks_mut(CHUNK) {
         for (block, action) in blocks.iter_mut().zip(&mut actions) {
-            *action = act(block, grains, rules);
+            *action = act(block, &grains, rules);
         }
         for (block, action) in blocks.iter().zip(&actions) {
             for lane in 0..LANES {
@@ -175,11 +186,12 @@ struct Grains<'a> {
 
 impl<'a> Grains<'a> {
     #[inline(always)]
-    fn of(state: &'a State, places: Range<usize>) -> Self {
+    fn of(state: &'a State, places: &Range<usize>) -> Self {
+        let all = places.len();
         Grains {
-            position: &state.position[places.clone()],
-            velocity: &state.velocity[places.clone()],
-            spin: &state.spin[places],
+            position: &state.position[places.start..][..all],
+            velocity: &state.velocity[places.start..][..all],
+            spin: &state.spin[places.start..][..all],
         }
     }
 }
@@ -456,12 +468,12 @@ mod tests {
                     ..Pairs::default()
                 };
                 let (expected, memories) = reference(state, &pairs, &rules);
-                let grains = Grains::of(state, 0..state.position.len());
+                let all = (state, &(0..state.position.len()));
                 let plain = |blocks: &mut [Block], sums: &mut [Sum]| {
-                    sum_forces_plain(blocks, &grains, &rules, sums);
+                    sum_forces_plain(blocks, all, &rules, sums);
                 };
                 let widest = |blocks: &mut [Block], sums: &mut [Sum]| {
-                    sum_forces(blocks, &grains, &rules, sums);
+                    sum_forces(blocks, all, &rules, sums);
                 };
                 for sum in [&plain as &dyn Fn(&mut [Block], &mut [Sum]), &widest] {
                     let mut blocks = pairs.blocks.clone();

@@ -159,7 +159,9 @@ impl Runner<'_> {
         exactly: Option<u64>,
         mut rule: impl FnMut(&mut Self) -> Option<StopReason>,
     ) -> Result<StopReason, NativeError> {
-        let (wall, cpu) = (Instant::now(), ThreadTime::now());
+        let grains = self.dynamics.state.position.len();
+        let cpu = ThreadTime::of(self.options.threads.of(grains));
+        let wall = Instant::now();
         let every = self.scene.measurement.history_every;
         self.observe()?;
         let mut observed = self.step;

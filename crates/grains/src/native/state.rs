@@ -92,6 +92,14 @@ impl State {
         }
     }
 
+    /// Puts the grains in the order of their numbers.
+    pub fn rearrange_by_number(&mut self, spare: &mut Spare) {
+        if !self.number.is_sorted() {
+            let order = self.place.clone();
+            self.rearrange(&order, spare);
+        }
+    }
+
     /// The grains as a table.
     pub fn bodies(&self) -> Bodies {
         let components =

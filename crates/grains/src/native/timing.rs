@@ -14,25 +14,37 @@ use super::threads::Threads;
 use crate::model::Model;
 use crate::tables::{Bodies, Stage};
 
-/// A moment on the clock of this thread's processor time.
+/// A moment on the clock of this thread's processor time, or of all of the process.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ThreadTime(Duration);
+pub struct ThreadTime(ClockId, Duration);
 
 impl ThreadTime {
     /// Now.
     pub fn now() -> Self {
-        let now = clock_gettime(ClockId::ThreadCPUTime);
-        ThreadTime(Duration::new(now.tv_sec as u64, now.tv_nsec as u32))
+        ThreadTime::on(ClockId::ThreadCPUTime)
     }
 
-    /// Processor time that this thread used between an earlier moment and this one.
+    /// Now, for a bed on so many threads: where there are several, of the process, which then computes this bed alone.
+    pub fn of(threads: usize) -> Self {
+        match threads {
+            1 => ThreadTime::now(),
+            _ => ThreadTime::on(ClockId::ProcessCPUTime),
+        }
+    }
+
+    fn on(clock: ClockId) -> Self {
+        let now = clock_gettime(clock);
+        ThreadTime(clock, Duration::new(now.tv_sec as u64, now.tv_nsec as u32))
+    }
+
+    /// Processor time that was used between an earlier moment and this one.
     pub fn duration_since(&self, earlier: ThreadTime) -> Duration {
-        self.0.saturating_sub(earlier.0)
+        self.1.saturating_sub(earlier.1)
     }
 
-    /// Processor time that this thread has used since.
+    /// Processor time that has been used since.
     pub fn elapsed(&self) -> Duration {
-        ThreadTime::now().duration_since(*self)
+        ThreadTime::on(self.0).duration_since(*self)
     }
 }
 
