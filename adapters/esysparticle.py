@@ -5,16 +5,14 @@ Its step is the leapfrog, with velocities of the half step before the positions,
 of two processes, and `mpirun` listens on all addresses, so both have a network of their own, which nobody else sees.
 The master of the two runs this file anew.
 """
-import fcntl
 import json
 import math
 import os
 import shutil
-import socket
-import struct
 import subprocess
 import sys
 
+from apart import alone, mpirun, surroundings
 from exchange import Clock, Job, Refused, progress, serve
 from law import pair_contacts, refuse, stiffness, wall_contacts
 
@@ -41,25 +39,10 @@ MOST_CELLS = 1000
 MOST_STEPS = 1000
 
 
-def alone(command):
-    """The command, in a network of its own with a loopback to talk over, and ended with all that it starts."""
-    return ["unshare", "--map-root-user", "--net", "--pid", "--fork", "--kill-child", sys.executable, HERE, "with-loopback", *command]
-
-
-def with_loopback(command):
-    set_flags, up = 0x8914, 1
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as handle:
-        fcntl.ioctl(handle, set_flags, struct.pack("16sH14x", b"lo", up))
-    os.execvp(command[0], command)
-
-
 def in_program(folder):
     """Have the program do the job in this folder, apart from the line that ends it; what it answers."""
-    environment = dict(
-        os.environ, OMP_NUM_THREADS="1", OMPI_MCA_mpi_yield_when_idle="1", OMPI_MCA_btl="self,vader", OMPI_MCA_orte_tmpdir_base=folder, OMPI_MCA_btl_vader_backing_directory=folder, HWLOC_COMPONENTS="-gl",
-        OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", PYTHONPATH=os.path.dirname(HERE), **{INSIDE: folder},
-    )  # fmt: skip
-    command = alone(["mpirun", "-np", "2", "--oversubscribe", "--bind-to", "none", "esysparticle", HERE])
+    environment = dict(surroundings(folder), PYTHONPATH=os.path.dirname(HERE), **{INSIDE: folder})
+    command = alone([*mpirun(2), "esysparticle", HERE])
     subprocess.run(command, env=environment, stdin=subprocess.DEVNULL, stdout=sys.stderr, check=True)
     with open(os.path.join(folder, ANSWER), encoding="utf-8") as file:
         return json.load(file)
@@ -230,9 +213,7 @@ def run_case(job):
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["with-loopback"]:
-        with_loopback(sys.argv[2:])
-    elif INSIDE in os.environ:
+    if INSIDE in os.environ:
         master(os.environ[INSIDE])
     else:
         serve(description, run_scene, run_case)

@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import tempfile
 
+import apart
 from exchange import serve
 from law import punch_contacts, stiffness, wall_contacts
 from stages import run_case, run_scene
@@ -387,8 +388,11 @@ def steps_by_its_clock(job, name, script):
         runs = ["run %d" % steps for steps in (asked["warm_up"], asked["steps"]) if steps > 0]
         with open(os.path.join(folder, "in.bed"), "w", encoding="utf-8") as file:
             file.write("\n".join([*before, *motion, *runs, *shown]) + "\n")
+        command, environment = [*asked["under"], shutil.which(name), "-in", "in.bed", "-log", "none"], surroundings(folder)
+        if asked["processes"] > 1:
+            command, environment = apart.alone([*apart.mpirun(asked["processes"]), *command]), apart.surroundings(folder)
         told = subprocess.run(
-            [*asked["under"], shutil.which(name), "-in", "in.bed", "-log", "none"], cwd=folder, env=surroundings(folder),
+            command, cwd=folder, env=environment,
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
         )  # fmt: skip
         if told.returncode != 0:

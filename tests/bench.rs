@@ -152,7 +152,7 @@ fn clocks_between_the_stages_change_no_bit() {
 #[test]
 fn a_window_has_the_steps_asked_for() {
     let bed = small_bed();
-    let window = timing::time(&bed, 400).expect("a sound run");
+    let window = timing::time(&bed, 400, 1).expect("a sound run");
     assert_eq!(window.steps, 400);
     assert_eq!(timing::all_steps(400), 500);
     assert!(window.wall_seconds > 0.0 && window.cpu_seconds.is_some_and(|of| of > 0.0));
@@ -164,7 +164,7 @@ fn a_process_of_its_own_times_the_bed_it_is_given() {
     timing::write_bed(&small_bed(), folder.path()).expect("a written bed");
     let program = Path::new(env!("CARGO_BIN_EXE_crossgrain"));
     let limit = Duration::from_secs(60);
-    let one = timing::in_a_process(program, folder.path(), 80, limit).expect("a time");
+    let one = timing::in_a_process(program, folder.path(), 80, 1, limit).expect("a time");
     assert_eq!((one.window.steps, one.steps), (80, 100));
     ends(folder.path(), 2, "bench --one nowhere");
 }
@@ -262,6 +262,7 @@ fn programs_time_their_own_steps_through_their_adapters() {
         warm_up: 10,
         timed: 40,
         shares: 0,
+        processes: 1,
     };
     let (rough, options) = (bed.with_friction(), yade::Options::default());
     let contenders = [
@@ -367,6 +368,7 @@ fn the_timed_steps_of_yade_have_the_native_bits() {
         warm_up: 10,
         timed: 40,
         shares: 10,
+        processes: 1,
     };
     let work = tempfile::tempdir().expect("a temporary folder");
     let model = grains::model::Model::of(&bed.scene);
@@ -461,6 +463,7 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
         }],
         throughput,
         scaling: vec![size("native", 60), size("native", 120)],
+        speed_ups: Vec::new(),
         goals: Vec::new(),
         disturbed: false,
         missed,

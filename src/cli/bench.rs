@@ -49,12 +49,14 @@ pub struct Arguments {
     one: Option<PathBuf>,
     #[arg(long, hide = true, default_value_t = 1000)]
     one_steps: u64,
+    #[arg(long, hide = true, default_value_t = 1)]
+    one_threads: usize,
 }
 
 impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
         if let Some(folder) = &self.one {
-            let one = timing::one(folder, self.one_steps)?;
+            let one = timing::one(folder, self.one_steps, self.one_threads)?;
             let line = serde_json::to_string(&one);
             print(&(line.map_err(|error| Error::Report(error.to_string()))? + "\n"))?;
             return Ok(exit::AGREED);

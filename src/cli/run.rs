@@ -19,9 +19,10 @@ use crate::progress::Display;
 use crate::run::folder::record::{Protocol, Softened, StepChoice};
 use crate::run::folder::{RECORD, RunFolder, read_scene};
 use crate::run::{Engine, Preparation, prepared};
+use crate::workers::cores;
 use grains::generate::initial_bodies;
 use grains::native::pouring::{Softly, pour};
-use grains::native::{self, Perturbation};
+use grains::native::{self, Perturbation, Threads};
 use grains::scene::Scene;
 use grains::tables::{Bodies, StopReason};
 
@@ -76,6 +77,9 @@ pub struct Arguments {
     /// `scene paper --fast` the fast protocol, which the trade-off study recommends
     #[arg(long)]
     reduced_stiffness: bool,
+    /// Native: threads for a big bed; all cores if not given. The bits do not depend on it
+    #[arg(long, value_name = "N", default_value_t = cores(), hide_default_value = true)]
+    threads: usize,
     /// Native: go on from this run folder. A run that was interrupted or stopped at a step goes on to its end, with the bits of
     /// the whole run; a settled bed is loaded as the scene says
     #[arg(long, value_name = "DIR", conflicts_with_all = ["seed", "auto_step", "reduced_stiffness"])]
@@ -241,7 +245,7 @@ impl Arguments {
         let cloud_digest = cloud.digest();
         let mut phases = softly.phases(scene);
         phases.pop();
-        let began = ThreadTime::now();
+        let began = ThreadTime::of(options.threads.of(cloud.len()));
         let poured = pour(scene, &phases, options, cloud)?;
         let Some(poured) = poured else {
             return usage("has no phases");
@@ -260,6 +264,7 @@ impl Arguments {
         match &self.engine {
             Chosen::Native => Ok(Engine::Native(native::Options {
                 perturbation: self.perturb,
+                threads: Threads::at_most(self.threads),
                 ..native::Options::default()
             })),
             Chosen::Yade | Chosen::Exec(_) if self.perturb.is_some() => Err(Error::Usage(

@@ -135,7 +135,8 @@ pub struct Adapter {
 }
 
 /// What the adapters import.
-const MODULES: [(&str, &str); 4] = [
+const MODULES: [(&str, &str); 5] = [
+    ("apart", include_str!("../../adapters/apart.py")),
     ("exchange", include_str!("../../adapters/exchange.py")),
     ("granular", include_str!("../../adapters/granular.py")),
     ("law", include_str!("../../adapters/law.py")),
@@ -560,6 +561,7 @@ pub fn write_timing(
         "warm_up": steps.warm_up,
         "steps": steps.timed,
         "shares": steps.shares,
+        "processes": steps.processes,
         "under": under,
     });
     write_job(work, job, settings)?;

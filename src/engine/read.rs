@@ -233,6 +233,8 @@ pub struct TimedSteps {
     pub timed: u64,
     /// Afterwards, with the engine's own account of its parts.
     pub shares: u64,
+    /// On so many processes or threads, where the engine has them.
+    pub processes: u32,
 }
 
 /// A bed whose steps an engine has timed by its own clock.

@@ -292,7 +292,12 @@ pub fn time(
     can(unsupported(model))?;
     let yade = find(options.program.as_deref())?;
     exec::write_timing(work, model, bodies, steps, &[], &options.settings())?;
-    let version = start(&yade, TIME_STEPS, work, options, &mut ())?;
+    let mut options = options.clone();
+    if steps.processes > 1 {
+        let threads = format!("OMP_NUM_THREADS={}", steps.processes);
+        options.under.extend(["env".to_owned(), threads]);
+    }
+    let version = start(&yade, TIME_STEPS, work, &options, &mut ())?;
     let timed = read::timed(work, model, bodies, steps).map_err(hinted)?;
     Ok((timed, version))
 }

@@ -28,7 +28,7 @@ use contender::{Contender, Contest};
 use document::Goal;
 use instructions::Instructions;
 use machine::{Bound, Machine, Throughput, Work};
-use scaling::Point;
+use scaling::{Point, Scaling, SpeedUp};
 use timing::Spread;
 
 /// What came back makes no sense.
@@ -121,7 +121,9 @@ impl Plan {
         native: 16_000,
         other: 250,
         shares: 100,
-        sizes: &[1_000, 2_000, PAPER, 10_000, 20_000, 50_000, 100_000],
+        sizes: &[
+            1_000, 2_000, PAPER, 10_000, 20_000, 50_000, 100_000, 1_000_000,
+        ],
         repeats: 5,
         counts_others: true,
     };
@@ -194,6 +196,8 @@ pub struct Bench {
     /// Native against them.
     pub distances: Vec<Distance>,
     pub scaling: Vec<Point>,
+    /// By a second thread.
+    pub speed_ups: Vec<SpeedUp>,
     pub goals: Vec<Goal>,
     /// Whether the machine had other things to do meanwhile, as far as clocks tell: then no time is to be trusted, and
     /// ratios against YADE flatter, because its steps suffer more from shared caches.
@@ -254,7 +258,11 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
     task.done("counted");
 
     let task = display.task("cost against size");
-    let (scaling, not_scaled) = scaling::measure(&setup, &task)?;
+    let Scaling {
+        points: scaling,
+        speed_ups,
+        missed: not_scaled,
+    } = scaling::measure(&setup, &task)?;
     missed.extend(not_scaled);
     task.done(&format!("{} sizes", plan.sizes.len()));
 
@@ -278,13 +286,19 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
         instructions,
         distances: distances(&scaling, pairs_a_grain, &throughput),
         throughput,
-        goals: document::goals(&rounds.contests, friction_cost.as_ref(), &scaling),
+        goals: document::goals(
+            &rounds.contests,
+            friction_cost.as_ref(),
+            &scaling,
+            &speed_ups,
+        ),
         friction_cost,
         disturbed: disturbed(&rounds.contests),
         contests: rounds.contests,
         sorted_bits: rounds.sorted_bits,
         friction_bits: rounds.friction_bits,
         scaling,
+        speed_ups,
         missed,
         seconds: began.elapsed().as_secs_f64(),
     })

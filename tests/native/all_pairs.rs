@@ -3,17 +3,33 @@
 use grains::generate::initial_bodies;
 use grains::measure::{Bed, neighbourhood};
 use grains::model::Model;
-use grains::native::{self, CaseOptions, contact};
+use grains::native::{self, CaseOptions, Threads, contact};
 use grains::scene::{NewContactSlip, Rotation, Scene, Shape, SlipVelocity, TimeStep, TorqueArms};
 use grains::tables::{Bodies, Snapshot, Stage};
 use grains::task::{Case, Outcome, Start, Task, Until};
 use proptest::prelude::*;
 
 use crate::support::all_pairs::AllPairs;
-use crate::support::{STAGES, frictional_scene, native_outcome, small_scene, staged_scene};
+use crate::support::{
+    Keep, STAGES, frictional_scene, native_outcome, small_scene, sound, staged_scene,
+};
 
-/// Skins of the neighbour list: most pairs near one another or hardly any, m.
-const SKINS: [f64; 4] = [2.0e-5, 2.0e-4, 1.0e-3, 4.0e-3];
+/// Skins of the neighbour list, most pairs near one another or hardly any, m; and numbers of threads.
+const WAYS: [(f64, usize); 4] = [(2.0e-5, 1), (2.0e-4, 1), (1.0e-3, 3), (4.0e-3, 1)];
+
+fn outcome(scene: &Scene, task: &Task, (skin, most): (f64, usize)) -> (Outcome, Keep) {
+    let options = native::Options {
+        skin: Some(skin),
+        threads: Threads {
+            most,
+            grains_each: 1,
+        },
+        ..sound()
+    };
+    let mut keep = Keep::default();
+    let outcome = native::run(scene, task, &options, &mut keep);
+    (outcome.expect("a native run that finishes"), keep)
+}
 
 fn assert_same(engine: &Snapshot, all: &AllPairs, when: &str) {
     assert_eq!(engine.bodies.digest(), all.bodies.digest(), "{when}");
@@ -21,18 +37,18 @@ fn assert_same(engine: &Snapshot, all: &AllPairs, when: &str) {
     assert_eq!(engine.punch, all.punch, "{when}");
 }
 
-/// Pours this scene, as long as asked and with each skin, and compares on the way.
+/// Pours this scene, as long as asked and in each way, and compares on the way.
 fn pours_like_all_pairs(scene: &Scene, steps: u64) {
     let initial = initial_bodies(scene);
     let mut scene = scene.clone();
     scene.measurement.history_every = steps / 8;
     let mut all = AllPairs::new(&Model::of(&scene), &initial, None);
     let task = Task::pour(initial, steps);
-    let runs = SKINS.map(|skin| native_outcome(&scene, &task, Some(skin)).1.0);
+    let runs = WAYS.map(|way| outcome(&scene, &task, way).1.0);
     for moment in 0..runs[0].len() {
-        for (run, skin) in runs.iter().zip(SKINS) {
+        for (run, way) in runs.iter().zip(WAYS) {
             let step = run[moment].step;
-            assert_same(&run[moment], &all, &format!("step {step}, skin {skin}"));
+            assert_same(&run[moment], &all, &format!("step {step}, {way:?}"));
         }
         if moment < 8 {
             (0..steps / 8).for_each(|_| all.step());
@@ -42,7 +58,7 @@ fn pours_like_all_pairs(scene: &Scene, steps: u64) {
     assert!(contacts > all.bodies.len(), "the bed has {contacts}");
 }
 
-/// A punch driven into the poured bed, compared with each skin. Returns the last moment.
+/// A punch driven into the poured bed, compared in each way. Returns the last moment.
 fn is_pressed_like_all_pairs(scene: &mut Scene, poured: u64, steps: u64) -> Snapshot {
     let (settled, _) = native_outcome(scene, &Task::pour(initial_bodies(scene), poured), None);
     let bodies = settled.last.bodies;
@@ -58,9 +74,9 @@ fn is_pressed_like_all_pairs(scene: &mut Scene, poured: u64, steps: u64) -> Snap
         },
         until: Until::Step(steps),
     };
-    let [last, ..] = SKINS.map(|skin| {
-        let (outcome, _) = native_outcome(scene, &task, Some(skin));
-        assert_same(&outcome.last, &all, &format!("skin {skin}"));
+    let [last, ..] = WAYS.map(|way| {
+        let (outcome, _) = outcome(scene, &task, way);
+        assert_same(&outcome.last, &all, &format!("{way:?}"));
         outcome.last
     });
     let id = scene.particles.count + 3;
@@ -110,22 +126,21 @@ fn friction_has_the_bits_of_looking_at_every_pair_under_the_punch() {
 fn is_loaded_like_all_pairs(scene: &Scene) -> Outcome {
     let initial = initial_bodies(scene);
     let task = Task::whole(initial.clone());
-    let [outcome, ..] = SKINS.map(|skin| native_outcome(scene, &task, Some(skin)).0);
-    let steps: Vec<u64> = outcome.stages.iter().map(|stage| stage.steps).collect();
+    let [first, others @ ..] = WAYS.map(|way| outcome(scene, &task, way).0);
+    let steps: Vec<u64> = first.stages.iter().map(|stage| stage.steps).collect();
     let mut all = AllPairs::new(&Model::of(scene), &initial, None);
     (0..steps[0]).for_each(|_| all.step());
-    let settled = outcome.settled.as_ref().expect("a settled bed");
+    let settled = first.settled.as_ref().expect("a settled bed");
     assert_same(settled, &all, "settled");
     all.punch = Some(native::first_contact_punch(scene, &all.bodies));
     all.change(&Model::in_stage(scene, Stage::Load));
     (0..steps[1]).for_each(|_| all.step());
-    assert_same(&outcome.last, &all, "loaded");
-    for skin in &SKINS[1..] {
-        let (other, _) = native_outcome(scene, &task, Some(*skin));
-        assert_eq!(other.last, outcome.last, "skin {skin}");
-        assert_eq!(other.settled, outcome.settled, "skin {skin}");
+    assert_same(&first.last, &all, "loaded");
+    for (other, way) in others.iter().zip(&WAYS[1..]) {
+        assert_eq!(other.last, first.last, "{way:?}");
+        assert_eq!(other.settled, first.settled, "{way:?}");
     }
-    outcome
+    first
 }
 
 /// Whether contacts bear more tangential force than rounding gives.

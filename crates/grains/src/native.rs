@@ -18,12 +18,14 @@ pub mod pouring;
 mod springs;
 mod stages;
 pub(crate) mod state;
+mod threads;
 pub mod timing;
 
 pub use health::{Trouble, check_moment};
 pub use noise::Noise;
 pub use perturb::{Perturbation, PerturbationError};
 pub use stages::{NativeError, Options, first_contact_punch, run};
+pub use threads::Threads;
 
 use crate::tables::{Bodies, Snapshot, Stage};
 use crate::task::{Case, Effective, EffectiveContact, Load};
@@ -122,9 +124,10 @@ pub fn loads(case: &Case, options: impl Into<CaseOptions>) -> Result<Vec<Vec<Loa
         }
         health::check(&dynamics.state, &dynamics.constants).map_err(failed(step))?;
         let state = &dynamics.state;
-        let torque = |id: usize| state.torque.get(id).copied().unwrap_or(0.0);
-        let of = state.force.iter().enumerate();
-        all.push(of.map(|(id, [x, z])| [*x, *z, torque(id)]).collect());
+        let torque = |at: usize| state.torque.get(at).copied().unwrap_or(0.0);
+        let places = state.place.iter().map(|at| *at as usize);
+        let load = |at: usize| [state.force[at][0], state.force[at][1], torque(at)];
+        all.push(places.map(load).collect());
     }
     Ok(all)
 }
@@ -135,14 +138,16 @@ pub fn effective(case: &Case, options: impl Into<CaseOptions>) -> Result<Effecti
     let Dynamics {
         state, constants, ..
     } = &dynamics;
-    let contacts = dynamics.snapshot(Stage::Settle, 0).contacts;
+    let Snapshot {
+        contacts, bodies, ..
+    } = dynamics.snapshot(Stage::Settle, 0);
     let parameters = |id1: u32, id2: u32| {
-        let (r2, m2) = (state.radius[id2 as usize], state.mass[id2 as usize]);
+        let place = |id: u32| state.place[id as usize] as usize;
         if constants.ids.is_grain(id1) {
-            let (r1, m1) = (state.radius[id1 as usize], state.mass[id1 as usize]);
-            constants.parameters(r1, r2, m1 * m2 / (m1 + m2))
+            constants.of_pair(state, place(id1), place(id2))
         } else {
-            constants.parameters(r2, r2, m2)
+            let radius = state.radius[place(id2)];
+            constants.parameters(radius, radius, state.mass[place(id2)])
         }
     };
     let has_friction = constants.law.has_friction();
@@ -161,8 +166,8 @@ pub fn effective(case: &Case, options: impl Into<CaseOptions>) -> Result<Effecti
                 }
             })
             .collect(),
-        mass: state.mass.clone(),
-        inertia: state.inertia.clone(),
+        mass: bodies.mass,
+        inertia: state.by_number(&state.inertia).collect(),
         gravity: constants.gravity,
         alpha: constants.alpha,
         dt: constants.dt,
@@ -177,7 +182,8 @@ fn start(case: &Case, options: &CaseOptions) -> Result<Dynamics, Trouble> {
     }
     let largest = bodies.radius.iter().copied().fold(0.0, f64::max);
     let skin = options.skin_over_radius * largest;
-    Dynamics::new(&bodies, case.punch, &[], constants, Skin::Fixed(skin))
+    let (skin, threads) = (Skin::Fixed(skin), Threads::default());
+    Dynamics::new(&bodies, case.punch, &[], constants, skin, threads)
 }
 
 fn error(step: u64, trouble: Trouble) -> NativeError {

@@ -205,7 +205,7 @@ impl Contender {
         let (bed, plan) = (setup.bed_of(self), &setup.plan);
         let folder = timing::folder(setup.work, "turn")?;
         if self.known().native {
-            let window = timing::time(bed, plan.native)?;
+            let window = timing::time(bed, plan.native, 1)?;
             return Ok(Turn::new(
                 window,
                 env!("CARGO_PKG_VERSION").to_owned(),
@@ -227,6 +227,7 @@ impl Contender {
             warm_up: plan.warm_up,
             timed: plan.other,
             shares: if is_yade { plan.shares } else { 0 },
+            processes: 1,
         };
         let (timed, version) = timed(self, bed, steps, setup.yade, &folder)?;
         Ok(Turn {

@@ -9,7 +9,7 @@ use super::contender::{
     YADE_OVER_NATIVE_FRICTION,
 };
 use super::instructions::Instructions;
-use super::scaling::Point as Size;
+use super::scaling::{ON_TWO, Point as Size, SpeedUp};
 use super::timing::Spread;
 use crate::checks::{Check, Outcome, Speed, verdict};
 use crate::document::plot::Point;
@@ -29,7 +29,12 @@ pub struct Goal {
 }
 
 /// All goals, held against these figures.
-pub fn goals(contests: &[Contest], friction_cost: Option<&Spread>, points: &[Size]) -> Vec<Goal> {
+pub fn goals(
+    contests: &[Contest],
+    friction_cost: Option<&Spread>,
+    points: &[Size],
+    speed_ups: &[SpeedUp],
+) -> Vec<Goal> {
     let of = |wanted: Contender| contests.iter().find(|of| of.contender == wanted);
     let over_native = |wanted| of(wanted).and_then(|contest| contest.over_native.clone());
     let goal = |goal: &str, at_least: bool, bound: f64, of: Option<Spread>| {
@@ -50,8 +55,12 @@ pub fn goals(contests: &[Contest], friction_cost: Option<&Spread>, points: &[Siz
         |who: &str, bound, of| goal(&format!("{who}, times as fast a step"), true, bound, of);
     let yade = over_native(Contender::YadeOrdinary);
     let lammps = over_native(Contender::Lammps);
-    let growth = growth("native", points);
-    let cost = "native, cost of a grain at 100,000 grains over that at 5,000";
+    let growth = |grains| growth("native", points, grains);
+    let on_two = |grains: u32| {
+        let native = ON_TWO[0].1;
+        let of = |of: &&SpeedUp| of.name == native && of.grains == grains;
+        speed_ups.iter().find(of).map(|of| of.times.clone())
+    };
     vec![
         faster(
             "native against YADE's ordinary loop",
@@ -79,17 +88,40 @@ pub fn goals(contests: &[Contest], friction_cost: Option<&Spread>, points: &[Siz
             3.0,
             friction_cost.cloned(),
         ),
-        goal(cost, false, 1.6, growth),
+        goal(
+            "native, cost of a grain at 100,000 grains over that at 5,000",
+            false,
+            1.2,
+            growth(100_000),
+        ),
+        goal(
+            "native, cost of a grain at 1,000,000 grains over that at 5,000",
+            false,
+            1.4,
+            growth(1_000_000),
+        ),
+        goal(
+            "native, times as fast on two threads at 100,000 grains",
+            true,
+            1.7,
+            on_two(100_000),
+        ),
+        goal(
+            "native, times as fast where two threads are allowed at 5,000 grains",
+            true,
+            0.99,
+            on_two(PAPER),
+        ),
     ]
 }
 
-/// Cost of a grain at 100,000 grains over that at the paper's 5,000, repeat by repeat.
-fn growth(name: &str, points: &[Size]) -> Option<Spread> {
+/// Cost of a grain in so large a bed over that at the paper's 5,000, repeat by repeat.
+fn growth(name: &str, points: &[Size], grains: u32) -> Option<Spread> {
     let at = |grains: u32| {
         let of = |point: &&Size| point.name == name && point.grains == grains;
         points.iter().find(of)
     };
-    let (few, many) = (at(PAPER)?, at(100_000)?);
+    let (few, many) = (at(PAPER)?, at(grains)?);
     let ratio = Spread::ratio(&many.seconds_per_step, &few.seconds_per_step)?;
     let grains = f64::from(many.grains) / f64::from(few.grains);
     Spread::of(ratio.all.iter().map(|of| of / grains).collect())
@@ -371,7 +403,25 @@ impl Bench {
             .column("engine", |point| &point.name)
             .column("grains", |point| point.grains)
             .column("time a step and grain, ns", |of| 1e9 * of.seconds_per_grain)
-            .column("memory, MB", |point| point.peak_memory.map(megabytes));
+            .column("times that at 5,000", |of| {
+                growth(&of.name, &self.scaling, of.grains).map(|of| of.median)
+            })
+            .column("memory, MB", |point| point.peak_memory.map(megabytes))
+            .column("memory a grain, B", |point| {
+                Some(point.peak_memory? as f64 / f64::from(point.grains))
+            });
+        let micro = |of: fn(&SpeedUp) -> &Spread| move |row: &SpeedUp| 1e6 * of(row).median;
+        let on_two = Table::of("two", "", &self.speed_ups)
+            .column("one bed on two", |of| &of.name)
+            .column("grains", |of| of.grains)
+            .column("time a step on one, µs", micro(|of| &of.one))
+            .column("on two, µs", micro(|of| &of.two))
+            .column("times as fast, median", |of| of.times.median)
+            .column("least", |of| of.times.least)
+            .column("most", |of| of.times.most)
+            .column("times native on two", |of| {
+                of.over_native.as_ref().map(|over| over.median)
+            });
         let answer = "Beds up to 5,000 grains are poured and settled, as deep as the paper's and as wide as they need. Larger ones are \
                       copies of the settled bed side by side, every second one mirrored, and some steps of rest. Grains are numbered \
                       row by row across the whole width, as a poured cloud is; shuffled ones without any order, the worst case.";
@@ -379,6 +429,11 @@ impl Bench {
             .with(time)
             .with(memory)
             .with(table)
+            .with(on_two)
+            .with(
+                "Times on two are on the clock, taken in turns; another program on the second processor spoils them. A bed of 5,000 \
+                 grains stays on one thread.",
+            )
     }
 
     fn machine(&self) -> Section {

@@ -132,7 +132,7 @@ fn profile(
         timing::write_bed(setup.bed_of(contender), &folder)?;
         let mut command = Command::new(valgrind);
         let command = command.args(&under).arg(setup.crossgrain);
-        let command = command.args(timing::arguments(&folder, steps));
+        let command = command.args(timing::arguments(&folder, steps, 1));
         timing::said(&timing::run(command, &folder, limit)?)?.steps
     } else {
         let mut options = setup.yade.clone();
@@ -142,6 +142,7 @@ fn profile(
             warm_up: 0,
             timed: steps,
             shares: 0,
+            processes: 1,
         };
         let job = timing::folder(&folder, "timed")?;
         contender::timed(contender, setup.bed_of(contender), steps, &options, &job)?;

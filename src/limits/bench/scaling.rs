@@ -18,6 +18,8 @@ const NATIVE_GRAIN_STEPS: u64 = 40_000_000;
 const YADE_GRAIN_STEPS: u64 = 1_000_000;
 /// Steps of the smallest window: enough that none is all warm-up.
 const FEWEST_STEPS: u64 = 20;
+/// The same of native: a neighbour list lasts some hundred steps, and its share of the cost belongs to it.
+const FEWEST_NATIVE_STEPS: u64 = 200;
 
 /// One way of computing one size.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -36,7 +38,33 @@ const NATIVE: [&str; 2] = ["native", "native, ids shuffled"];
 
 pub const YADE: &str = "YADE -j1, ordinary loop";
 
-pub fn measure(setup: &Setup<'_>, progress: &Task) -> Result<(Vec<Point>, Vec<Missed>), Error> {
+/// Larger beds are native's alone: what others take of them, they take of these.
+pub const LARGEST_OF_OTHERS: u32 = 100_000;
+
+/// What one bed gains by a second thread or process: times on the clock.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SpeedUp {
+    /// The engine and its way: `native`, `LAMMPS gran/hooke, mpirun -np 2`.
+    pub name: String,
+    pub grains: u32,
+    /// Seconds a step.
+    pub one: Spread,
+    pub two: Spread,
+    /// Time on one over that on two, round by round.
+    pub times: Spread,
+    /// Time on two over native's on two, round by round.
+    pub over_native: Option<Spread>,
+}
+
+/// All that was measured against size.
+#[derive(Debug)]
+pub struct Scaling {
+    pub points: Vec<Point>,
+    pub speed_ups: Vec<SpeedUp>,
+    pub missed: Vec<Missed>,
+}
+
+pub fn measure(setup: &Setup<'_>, progress: &Task) -> Result<Scaling, Error> {
     let mut beds = Vec::new();
     for &size in setup.plan.sizes {
         progress.share(0.0, &format!("a bed of {size} grains"));
@@ -48,7 +76,8 @@ pub fn measure(setup: &Setup<'_>, progress: &Task) -> Result<(Vec<Point>, Vec<Mi
     }
     let mut points = native_points(setup, &beds, progress)?;
     let mut missed = Vec::new();
-    for bed in &beds {
+    let of_others = |bed: &&Bed| bed.bodies.len() as u32 <= LARGEST_OF_OTHERS;
+    for bed in beds.iter().filter(of_others) {
         let grains = bed.bodies.len() as u32;
         progress.share(0.7, &format!("YADE, {grains} grains"));
         match in_yade(setup, bed) {
@@ -60,7 +89,94 @@ pub fn measure(setup: &Setup<'_>, progress: &Task) -> Result<(Vec<Point>, Vec<Mi
             }
         }
     }
-    Ok((points, missed))
+    let mut speed_ups = Vec::new();
+    for bed in &beds {
+        let grains = bed.bodies.len() as u32;
+        if [PAPER, LARGEST_OF_OTHERS].contains(&grains) {
+            progress.share(0.8, &format!("two threads, {grains} grains"));
+            speed_ups.extend(on_two(setup, bed, &mut missed)?);
+        }
+    }
+    Ok(Scaling {
+        points,
+        speed_ups,
+        missed,
+    })
+}
+
+/// Engines that compute one bed on two threads or processes, and the name of that way.
+pub const ON_TWO: [(Contender, &str); 3] = [
+    (Contender::Native, "native, two threads"),
+    (Contender::YadeOrdinary, "YADE -j2, ordinary loop"),
+    (Contender::Lammps, "LAMMPS gran/hooke, mpirun -np 2"),
+];
+
+/// Every engine on one and on two, in turns; others on the largest of their beds alone.
+fn on_two(setup: &Setup<'_>, bed: &Bed, missed: &mut Vec<Missed>) -> Result<Vec<SpeedUp>, Error> {
+    let grains = bed.bodies.len() as u32;
+    let native = timing::folder(setup.work, "two")?;
+    timing::write_bed(bed, &native)?;
+    let one = |contender: Contender, processes: u32| {
+        let window = if contender == Contender::Native {
+            let steps = (NATIVE_GRAIN_STEPS / u64::from(grains)).max(FEWEST_NATIVE_STEPS);
+            let (threads, limit) = (processes as usize, setup.yade.limits.time);
+            timing::in_a_process(setup.crossgrain, &native, steps, threads, limit)?.window
+        } else {
+            let folder = timing::folder(setup.work, "turn")?;
+            let steps = TimedSteps {
+                processes,
+                ..few_steps(grains)
+            };
+            contender::timed(contender, bed, steps, setup.yade, &folder)?
+                .0
+                .window
+        };
+        Ok::<f64, Error>(window.wall_seconds / window.steps as f64)
+    };
+    let mut all = ON_TWO.map(|_| [Vec::new(), Vec::new()]);
+    for _ in 0..setup.plan.repeats {
+        for ((contender, name), times) in ON_TWO.iter().zip(&mut all) {
+            let known = contender.known();
+            let id = format!("two/{}", known.id);
+            let wanted = *contender == Contender::Native || grains == LARGEST_OF_OTHERS;
+            if !wanted || missed.iter().any(|of| of.id == id) {
+                continue;
+            }
+            match one(*contender, 1).and_then(|of| Ok([of, one(*contender, 2)?])) {
+                Ok([one, two]) => {
+                    times[0].push(one);
+                    times[1].push(two);
+                }
+                Err(error) => missed.push(Missed::of(&id, name, false, error)?),
+            }
+        }
+    }
+    let native = Spread::of(all[0][1].clone());
+    let of_all = ON_TWO.iter().zip(all);
+    let speed_ups = of_all.filter_map(|((contender, name), [one, two])| {
+        let (one, two) = (Spread::of(one)?, Spread::of(two)?);
+        let native = native.as_ref().filter(|_| *contender != Contender::Native);
+        Some(SpeedUp {
+            name: (*name).to_owned(),
+            grains,
+            times: Spread::ratio(&one, &two)?,
+            over_native: native.and_then(|native| Spread::ratio(&two, native)),
+            one,
+            two,
+        })
+    });
+    Ok(speed_ups.collect())
+}
+
+/// Steps of another engine.
+fn few_steps(grains: u32) -> TimedSteps {
+    let timed = (YADE_GRAIN_STEPS / u64::from(grains)).max(FEWEST_STEPS);
+    TimedSteps {
+        warm_up: timed.div_ceil(4),
+        timed,
+        shares: 0,
+        processes: 1,
+    }
 }
 
 /// Repeats go round all sizes, so that a busy minute does not fall on one of them alone.
@@ -87,10 +203,10 @@ fn native_points(setup: &Setup<'_>, beds: &[Bed], progress: &Task) -> Result<Vec
                 0.1 + 0.6 * f64::from(repeat) / f64::from(setup.plan.repeats),
                 &format!("native, {grains} grains"),
             );
-            let steps = (NATIVE_GRAIN_STEPS / grains).max(FEWEST_STEPS);
+            let steps = (NATIVE_GRAIN_STEPS / grains).max(FEWEST_NATIVE_STEPS);
             for (way, folder) in folders[at].iter().enumerate() {
-                let one =
-                    timing::in_a_process(setup.crossgrain, folder, steps, setup.yade.limits.time)?;
+                let limit = setup.yade.limits.time;
+                let one = timing::in_a_process(setup.crossgrain, folder, steps, 1, limit)?;
                 let (all, memory) = &mut times[at * NATIVE.len() + way];
                 all.push(one.window.seconds_per_step());
                 *memory = one.peak_memory;
@@ -108,12 +224,7 @@ fn native_points(setup: &Setup<'_>, beds: &[Bed], progress: &Task) -> Result<Vec
 
 fn in_yade(setup: &Setup<'_>, bed: &Bed) -> Result<Point, Error> {
     let grains = bed.bodies.len() as u32;
-    let timed = (YADE_GRAIN_STEPS / u64::from(grains)).max(FEWEST_STEPS);
-    let steps = TimedSteps {
-        warm_up: timed.div_ceil(4),
-        timed,
-        shares: 0,
-    };
+    let steps = few_steps(grains);
     let folder = timing::folder(setup.work, "yade")?;
     let (run, _) = contender::timed(Contender::YadeOrdinary, bed, steps, setup.yade, &folder)?;
     let all = vec![run.window.seconds_per_step()];

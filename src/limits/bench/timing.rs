@@ -17,7 +17,7 @@ use crate::files::{failed, read_text, write_whole};
 use crate::study::realization::unobserved;
 use crate::tables::{read_bodies, write_bodies};
 use grains::native::timing::{ThreadTime, Window};
-use grains::native::{self, NativeError};
+use grains::native::{self, NativeError, Threads};
 use grains::scene::Scene;
 use grains::tables::{Bodies, Snapshot, Stage};
 use grains::task::Observer;
@@ -25,8 +25,8 @@ use grains::task::Observer;
 /// Parts of a timed run: the first warms up, the others are the window.
 const PARTS: u64 = 5;
 
-/// Times about `steps` steps of this bed, after a quarter as many to warm up.
-pub fn time(bed: &Bed, steps: u64) -> Result<Window, Error> {
+/// Times about `steps` steps of this bed on at most so many threads, after a quarter as many to warm up.
+pub fn time(bed: &Bed, steps: u64, threads: usize) -> Result<Window, Error> {
     let part = part(steps);
     let mut scene = unobserved(&bed.scene);
     // The engine tells how far it is whenever it looks whether the bed has settled: once a part. The looks cost
@@ -34,14 +34,18 @@ pub fn time(bed: &Bed, steps: u64) -> Result<Window, Error> {
     scene.settle.check_every = part;
     scene.settle.kinetic_energy_fraction = f64::MIN_POSITIVE;
     let mut watch = Watch::default();
-    let options = native::Options::default();
+    let options = native::Options {
+        threads: Threads::at_most(threads),
+        ..native::Options::default()
+    };
     native::run(&scene, &bed.task(PARTS * part), &options, &mut watch)?;
     match (watch.began, watch.last) {
         (Some((step0, wall0, cpu0)), Some((step1, wall1, cpu1))) if step1 == PARTS * part => {
             Ok(Window {
                 steps: step1 - step0,
                 wall_seconds: (wall1 - wall0).as_secs_f64(),
-                cpu_seconds: Some(cpu1.duration_since(cpu0).as_secs_f64()),
+                // Of this thread, which is not all of several.
+                cpu_seconds: (threads == 1).then(|| cpu1.duration_since(cpu0).as_secs_f64()),
             })
         }
         _ => Err(nonsense("the native engine did not tell how far it was")),
@@ -118,12 +122,12 @@ pub fn write_bed(bed: &Bed, folder: &Path) -> Result<(), Error> {
 }
 
 /// Inside the process: times the bed in this folder.
-pub fn one(folder: &Path, steps: u64) -> Result<One, Error> {
+pub fn one(folder: &Path, steps: u64, threads: usize) -> Result<One, Error> {
     let text = read_text(&folder.join("scene.json"), 1 << 20)?;
     // Not through the check of scenes: a narrow box has no room for the paper's control points.
     let scene: Scene = serde_json::from_str(&text).map_err(nonsense)?;
     let bodies = read_bodies(&folder.join("bed.csv"), scene.particles.count)?;
-    let window = time(&Bed { scene, bodies }, steps)?;
+    let window = time(&Bed { scene, bodies }, steps, threads)?;
     Ok(One {
         window,
         steps: all_steps(steps),
@@ -133,9 +137,12 @@ pub fn one(folder: &Path, steps: u64) -> Result<One, Error> {
 }
 
 /// The arguments that make the program `crossgrain` do [`one`].
-pub fn arguments(folder: &Path, steps: u64) -> [String; 5] {
+pub fn arguments(folder: &Path, steps: u64, threads: usize) -> Vec<String> {
     let (folder, steps) = (folder.display().to_string(), steps.to_string());
-    ["bench", "--one", &folder, "--one-steps", &steps].map(str::to_owned)
+    let threads = threads.to_string();
+    let words = ["bench", "--one", &folder, "--one-steps", &steps];
+    let words = words.into_iter().chain(["--one-threads", &threads]);
+    words.map(str::to_owned).collect()
 }
 
 /// Outside: starts the process on the bed in `folder` and waits for it.
@@ -143,10 +150,11 @@ pub fn in_a_process(
     crossgrain: &Path,
     folder: &Path,
     steps: u64,
+    threads: usize,
     limit: Duration,
 ) -> Result<One, Error> {
     let mut command = Command::new(crossgrain);
-    let command = command.args(arguments(folder, steps));
+    let command = command.args(arguments(folder, steps, threads));
     said(&run(command, folder, limit)?)
 }
 

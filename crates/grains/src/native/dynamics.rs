@@ -6,9 +6,10 @@ use multiversion::multiversion;
 use super::contact::ContactRules;
 use super::general;
 use super::health::Trouble;
-use super::neighbours::{Neighbours, Skin};
+use super::neighbours::{Neighbours, Share, Skin};
 use super::springs;
 use super::state::{Constants, State, contact_row};
+use super::threads::{Team, Threads, each};
 use crate::model::Kernel;
 use crate::tables::{Bodies, Contact, Punch, Remembered, Snapshot, Stage};
 
@@ -17,10 +18,9 @@ use crate::tables::{Bodies, Contact, Punch, Remembered, Snapshot, Stage};
 pub enum Part {
     Integration,
     NeighbourLists,
-    /// Between grains; with friction all contacts.
+    /// Between grains and at walls.
     Contacts,
-    /// Walls and punch.
-    FlatBodies,
+    Punch,
 }
 
 /// Told which part of a step is under way.
@@ -52,6 +52,7 @@ pub struct Dynamics {
     half_step_to_come: bool,
     kernel: Kernel,
     rules: ContactRules,
+    team: Team,
 }
 
 impl Dynamics {
@@ -63,14 +64,17 @@ impl Dynamics {
         memory: &[Remembered],
         constants: Constants,
         skin: Skin,
+        threads: Threads,
     ) -> Result<Self, Trouble> {
         let kernel = constants.kernel();
+        let threads = threads.of(bodies.len());
         let mut dynamics = Dynamics {
             state: State::new(bodies, punch, kernel),
             kernel,
             rules: constants.rules(),
             constants,
-            neighbours: Neighbours::new(skin),
+            neighbours: Neighbours::new(skin, threads, bodies.len()),
+            team: Team::new(threads),
             punch_is_new: false,
             half_step_to_come: false,
         };
@@ -105,11 +109,7 @@ impl Dynamics {
 
     /// Lists the neighbours anew, and contacts remember this.
     fn recall(&mut self, memory: &[Remembered]) -> Result<(), Trouble> {
-        if self.kernel == Kernel::General {
-            let grains = self.state.position.len();
-            self.neighbours.recall(grains, &self.constants, memory);
-        }
-        self.list_neighbours()
+        self.list(Some(memory))
     }
 
     /// One time step.
@@ -131,10 +131,28 @@ impl Dynamics {
             punch.centre[1]
         });
         let held = clock.time(Part::Integration, || {
-            let fastest = integrate(&mut self.state, dt, gravity, alpha);
-            if self.constants.law.rotates() {
-                integrate_spins(&mut self.state, dt, alpha);
-            }
+            let State {
+                position,
+                velocity,
+                force,
+                component_mass,
+                spin,
+                torque,
+                inertia,
+                ..
+            } = &mut self.state;
+            let moved: Moved = ((position, velocity), (force, component_mass));
+            let turned: Turned = (spin, (torque, inertia));
+            let rotates = self.constants.law.rotates();
+            let advance = |_: &mut Share, (moved, turned): (Moved, Turned)| {
+                if rotates {
+                    integrate_spins(turned, dt, alpha);
+                }
+                integrate(moved, dt, gravity, alpha)
+            };
+            let shares = &mut self.neighbours.shares;
+            let all = || each(shares, (moved, turned), &advance, &faster);
+            let fastest = self.team.together(all);
             let position = &self.state.position;
             self.neighbours.hold(fastest, dt, position, punch_height)
         });
@@ -147,8 +165,15 @@ impl Dynamics {
 
     /// Checks every grain and lists the neighbours anew.
     pub fn list_neighbours(&mut self) -> Result<(), Trouble> {
-        super::health::check(&self.state, &self.constants)?;
-        self.neighbours.build(&self.state, &self.constants);
+        self.list(None)
+    }
+
+    fn list(&mut self, memory: Option<&[Remembered]>) -> Result<(), Trouble> {
+        let Dynamics {
+            state, constants, ..
+        } = self;
+        super::health::check(state, constants)?;
+        self.neighbours.build(state, constants, memory, &self.team);
         Ok(())
     }
 
@@ -158,40 +183,40 @@ impl Dynamics {
 
     fn evaluate_forces_timed(&mut self, clock: &mut impl Clock) {
         self.punch_is_new = false;
-        if self.kernel == Kernel::General {
-            return clock.time(Part::Contacts, || {
-                general::evaluate_forces(
-                    &mut self.state,
-                    &mut self.neighbours,
-                    &self.constants,
-                    &self.rules,
-                );
-            });
-        }
+        let general = self.kernel == Kernel::General;
         clock.time(Part::Contacts, || {
-            let State {
-                position, force, ..
-            } = &mut self.state;
-            springs::sum_forces(position, &self.neighbours.rows, force);
+            let Dynamics {
+                state,
+                constants,
+                rules,
+                ..
+            } = self;
+            // Apart from the state, which all read.
+            let mut force = std::mem::take(&mut state.force);
+            let mut torque = std::mem::take(&mut state.torque);
+            let (seen, shares) = (&*state, &mut self.neighbours.shares);
+            let sums = (force.as_mut_slice(), torque.as_mut_slice());
+            let evaluate = |share: &mut Share, sums: (&mut [[f64; 2]], &mut [f64])| match general {
+                true => general::evaluate_forces(share, seen, sums, constants, rules),
+                false => springs_and_walls(share, seen, sums.0, constants),
+            };
+            let both = |(), ()| ();
+            self.team.together(|| each(shares, sums, &evaluate, &both));
+            (state.force, state.torque) = (force, torque);
         });
-        clock.time(Part::FlatBodies, || {
-            self.add_wall_forces();
-            self.add_punch_forces();
-        });
-    }
-
-    fn add_wall_forces(&mut self) {
-        for (wall, near) in self.constants.walls.iter().zip(&self.neighbours.by_wall) {
-            for &id in near {
-                let id = id as usize;
-                if let Some(touch) = self.state.wall_touch(wall, id) {
-                    let stiffness = self.state.flat_stiffness(&self.constants, id);
-                    let force = touch.spring_force(stiffness);
-                    self.state.force[id][0] += force[0];
-                    self.state.force[id][1] += force[1];
-                }
+        clock.time(Part::Punch, || match general {
+            true => {
+                let Dynamics {
+                    state,
+                    neighbours,
+                    constants,
+                    rules,
+                    ..
+                } = self;
+                general::punch_contacts(state, neighbours, constants, rules);
             }
-        }
+            false => self.add_punch_forces(),
+        });
     }
 
     fn add_punch_forces(&mut self) {
@@ -199,13 +224,13 @@ impl Dynamics {
             return;
         };
         let mut on_punch = 0.0;
-        for &id in &self.neighbours.by_punch {
-            let id = id as usize;
-            if let Some(touch) = self.state.punch_touch(&punch, id) {
-                let stiffness = self.state.flat_stiffness(&self.constants, id);
+        for &at in &self.neighbours.by_punch {
+            let at = at as usize;
+            if let Some(touch) = self.state.punch_touch(&punch, at) {
+                let stiffness = self.state.flat_stiffness(&self.constants, at);
                 let force = touch.spring_force(stiffness);
-                self.state.force[id][0] += force[0];
-                self.state.force[id][1] += force[1];
+                self.state.force[at][0] += force[0];
+                self.state.force[at][1] += force[1];
                 on_punch -= force[1];
             }
         }
@@ -255,7 +280,7 @@ impl Dynamics {
 
     /// All contacts with what they remember, sorted by ids. Without friction that is the normal alone.
     fn contacts(&self) -> (Vec<Contact>, Vec<Remembered>) {
-        let mut contacts = match self.kernel {
+        let contacts = match self.kernel {
             Kernel::Frictionless => {
                 let remembered = |contact: Contact| {
                     let of = Remembered {
@@ -266,13 +291,14 @@ impl Dynamics {
                     };
                     (contact, of)
                 };
-                self.spring_contacts().into_iter().map(remembered).collect()
+                let mut contacts = self.spring_contacts();
+                contacts.sort_by_key(|contact| (contact.id1, contact.id2));
+                contacts.into_iter().map(remembered).collect()
             }
             Kernel::General => {
                 general::contacts(&self.state, &self.neighbours, &self.constants, &self.rules)
             }
         };
-        contacts.sort_by_key(|(contact, _)| (contact.id1, contact.id2));
         contacts.into_iter().unzip()
     }
 
@@ -280,33 +306,51 @@ impl Dynamics {
     fn spring_contacts(&self) -> Vec<Contact> {
         let (state, constants) = (&self.state, &self.constants);
         let mut contacts = Vec::new();
-        for (id1, id2) in self.neighbours.pairs() {
-            let (a, b) = (id1 as usize, id2 as usize);
+        let number = |at: usize| state.number[at];
+        for (a, b) in self.neighbours.pairs(state) {
+            let (a, b) = (a as usize, b as usize);
             if let Some(touch) = state.grain_touch(a, b) {
                 let stiffness = constants.stiffness(state.radius[a], state.radius[b]);
-                contacts.push(contact_row(id1, id2, &touch, touch.spring_force(stiffness)));
+                let force = touch.spring_force(stiffness);
+                contacts.push(contact_row(number(a), number(b), &touch, force));
             }
         }
-        let flat = |contacts: &mut Vec<Contact>, body: u32, id: u32, touch| {
+        let flat = |contacts: &mut Vec<Contact>, body: u32, at: usize, touch| {
             if let Some(touch) = touch {
                 let touch: super::contact::Touch = touch;
-                let force = touch.spring_force(state.flat_stiffness(constants, id as usize));
-                contacts.push(contact_row(body, id, &touch, force));
+                let force = touch.spring_force(state.flat_stiffness(constants, at));
+                contacts.push(contact_row(body, number(at), &touch, force));
             }
         };
-        for (wall, near) in constants.walls.iter().zip(&self.neighbours.by_wall) {
-            for &id in near {
-                let touch = state.wall_touch(wall, id as usize);
-                flat(&mut contacts, wall.id, id, touch);
-            }
+        for (at, wall) in self.neighbours.shares.iter().flat_map(|of| &of.by_wall) {
+            let (at, wall) = (*at as usize, &constants.walls[*wall as usize]);
+            flat(&mut contacts, wall.id, at, state.wall_touch(wall, at));
         }
         if let Some(punch) = state.punch.filter(|_| !self.punch_is_new) {
-            for &id in &self.neighbours.by_punch {
-                let touch = state.punch_touch(&punch, id as usize);
-                flat(&mut contacts, constants.ids.punch(), id, touch);
+            for &at in &self.neighbours.by_punch {
+                let touch = state.punch_touch(&punch, at as usize);
+                flat(&mut contacts, constants.ids.punch(), at as usize, touch);
             }
         }
         contacts
+    }
+}
+
+/// The summed forces of springs between grains and at walls on the grains of a share. Walls come block by block, while a
+/// block's grains are near at hand.
+fn springs_and_walls(share: &Share, state: &State, force: &mut [[f64; 2]], constants: &Constants) {
+    let first = share.places.start;
+    let mut by_wall = share.by_wall.iter().peekable();
+    for (groups, end) in share.rows.blocks() {
+        springs::sum_forces(&state.position, &share.rows, groups, force);
+        while let Some((at, wall)) = by_wall.next_if(|(at, _)| (*at as usize) < end) {
+            let (at, wall) = (*at as usize, &constants.walls[*wall as usize]);
+            if let Some(touch) = state.wall_touch(wall, at) {
+                let of_wall = touch.spring_force(state.flat_stiffness(constants, at));
+                force[at - first][0] += of_wall[0];
+                force[at - first][1] += of_wall[1];
+            }
+        }
     }
 }
 
@@ -316,32 +360,52 @@ const WIDTH: usize = 16;
 /// The fastest component of a step, squared, m²/s²: across and up.
 pub type Fastest = [f64; 2];
 
+/// The larger ones; not a number where one is not.
+fn faster(a: Fastest, b: Fastest) -> Fastest {
+    [0, 1].map(|axis| {
+        if a[axis] > b[axis] || a[axis].is_nan() {
+            a[axis]
+        } else {
+            b[axis]
+        }
+    })
+}
+
+/// Positions and velocities, forces and masses of a range of places.
+type Moved<'a> = (
+    (&'a mut [[f64; 2]], &'a mut [[f64; 2]]),
+    (&'a [[f64; 2]], &'a [[f64; 2]]),
+);
+
+/// Spins, torques and moments of inertia of a range of places.
+type Turned<'a> = (&'a mut [f64], (&'a [f64], &'a [f64]));
+
 /// Advances velocities and positions: v += dt·a, x += dt·v. With damping the acceleration, gravity
 /// included, is scaled by 1 − α·sign(a·(v + ½dt·a)); without it nothing is computed for it. Where a velocity is not
 /// a number, the fastest is not one either.
-pub fn integrate(state: &mut State, dt: f64, gravity: [f64; 2], alpha: f64) -> Fastest {
+fn integrate(of: Moved, dt: f64, gravity: [f64; 2], alpha: f64) -> Fastest {
     if alpha == 0.0 {
-        undamped(state, dt, gravity)
+        undamped(of, dt, gravity)
     } else {
-        damped(state, dt, gravity, alpha)
+        damped(of, dt, gravity, alpha)
     }
 }
 
 /// [`integrate_plain`] with local damping, compiled for the widest vector unit that the machine has.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn damped(state: &mut State, dt: f64, gravity: [f64; 2], alpha: f64) -> Fastest {
-    integrate_plain::<true>(state, dt, gravity, alpha)
+fn damped(of: Moved, dt: f64, gravity: [f64; 2], alpha: f64) -> Fastest {
+    integrate_plain::<true>(of, dt, gravity, alpha)
 }
 
 /// [`integrate_plain`] without it, likewise.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn undamped(state: &mut State, dt: f64, gravity: [f64; 2]) -> Fastest {
-    integrate_plain::<false>(state, dt, gravity, 0.0)
+fn undamped(of: Moved, dt: f64, gravity: [f64; 2]) -> Fastest {
+    integrate_plain::<false>(of, dt, gravity, 0.0)
 }
 
 #[inline(always)]
 fn integrate_plain<const DAMPED: bool>(
-    state: &mut State,
+    ((positions, velocities), (forces, masses)): Moved,
     dt: f64,
     gravity: [f64; 2],
     alpha: f64,
@@ -350,10 +414,10 @@ fn integrate_plain<const DAMPED: bool>(
     let mut fastest = [0.0; WIDTH];
     // A maximum passes over what is not a number, a sum does not.
     let mut total = [0.0; WIDTH];
-    let (positions, last_positions) = state.position.as_flattened_mut().as_chunks_mut::<WIDTH>();
-    let (velocities, last_velocities) = state.velocity.as_flattened_mut().as_chunks_mut::<WIDTH>();
-    let (forces, last_forces) = state.force.as_flattened().as_chunks::<WIDTH>();
-    let (masses, last_masses) = state.component_mass.as_chunks::<WIDTH>();
+    let (positions, last_positions) = positions.as_flattened_mut().as_chunks_mut::<WIDTH>();
+    let (velocities, last_velocities) = velocities.as_flattened_mut().as_chunks_mut::<WIDTH>();
+    let (forces, last_forces) = forces.as_flattened().as_chunks::<WIDTH>();
+    let (masses, last_masses) = masses.as_flattened().as_chunks::<WIDTH>();
     let moving = positions.iter_mut().zip(velocities);
     for ((position, velocity), (force, mass)) in moving.zip(forces.iter().zip(masses)) {
         for lane in 0..WIDTH {
@@ -414,9 +478,9 @@ fn advance<const DAMPED: bool>(
 
 /// The spins, damped and advanced like a velocity component.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-pub fn integrate_spins(state: &mut State, dt: f64, alpha: f64) {
+fn integrate_spins((spins, (torques, inertia)): Turned, dt: f64, alpha: f64) {
     let half_step = 0.5 * dt;
-    for ((spin, torque), inertia) in state.spin.iter_mut().zip(&state.torque).zip(&state.inertia) {
+    for ((spin, torque), inertia) in spins.iter_mut().zip(torques).zip(inertia) {
         let undamped = torque / inertia;
         let power = undamped * (*spin + half_step * undamped);
         let sign = f64::from(u8::from(power > 0.0)) - f64::from(u8::from(power < 0.0));
@@ -476,7 +540,11 @@ mod tests {
         for alpha in [0.0, 0.2] {
             let mut state = start.clone();
             let (dt, gravity) = (1.3e-5, [0.0, -9.81]);
-            let mut fastest = integrate(&mut state, dt, gravity, alpha);
+            let moved: Moved = (
+                (&mut state.position, &mut state.velocity),
+                (&state.force, &state.component_mass),
+            );
+            let mut fastest = integrate(moved, dt, gravity, alpha);
             for id in 0..start.position.len() {
                 for axis in 0..2 {
                     let [x, v] = reference(

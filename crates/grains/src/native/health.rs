@@ -45,27 +45,24 @@ pub enum Trouble {
     },
 }
 
-/// Every grain finite and inside the box.
+/// Every grain finite and inside the box; else the one with the lowest number.
 pub fn check(state: &State, constants: &Constants) -> Result<(), Trouble> {
-    let moving = state.position.iter().zip(&state.velocity);
-    for (id, ((position, velocity), force)) in moving.zip(&state.force).enumerate() {
-        let grain = id as u32;
-        let [x, z] = *position;
-        let spin = state.spin.get(id).is_none_or(|spin| spin.is_finite());
-        if !spin
-            || ![position, velocity, force]
-                .iter()
-                .all(|pair| pair.iter().all(|value| value.is_finite()))
-        {
-            return Err(Trouble::NotFinite { grain });
+    let of = |at: usize| {
+        let (position, velocity, force) = (state.position[at], state.velocity[at], state.force[at]);
+        let grain = state.number[at];
+        let [x, z] = position;
+        let spin = state.spin.get(at).is_none_or(|spin| spin.is_finite());
+        let pairs = [position, velocity, force];
+        if !spin || !pairs.as_flattened().iter().all(|value| value.is_finite()) {
+            return Some((grain, Trouble::NotFinite { grain }));
         }
-        if let Some(width) = constants.box_width
-            && (x <= 0.0 || x >= width || z <= 0.0)
-        {
-            return Err(Trouble::Lost { grain, x, z });
-        }
-    }
-    Ok(())
+        let outside = |width| x <= 0.0 || x >= width || z <= 0.0;
+        let lost = constants.box_width.is_some_and(outside);
+        lost.then_some((grain, Trouble::Lost { grain, x, z }))
+    };
+    let troubles = (0..state.position.len()).filter_map(of);
+    let first = troubles.min_by_key(|(grain, _)| *grain);
+    first.map_or(Ok(()), |(_, trouble)| Err(trouble))
 }
 
 /// A moment of any engine: every grain in a box of this width, and no overlap beyond the smaller radius of
@@ -101,9 +98,8 @@ pub fn check_moment(moment: &Snapshot, box_width: f64) -> Result<(), Trouble> {
 /// floor gives and `work`, what is stored in overlaps and what the punch may do.
 pub fn energy_limit(state: &State, constants: &Constants, work: f64) -> f64 {
     let fall: f64 = state
-        .mass
-        .iter()
-        .zip(&state.position)
+        .by_number(&state.mass)
+        .zip(state.by_number(&state.position))
         .map(|(mass, position)| mass * -constants.gravity[1] * position[1])
         .sum();
     10.0 * (state.kinetic_energy() + fall + work)
@@ -116,8 +112,7 @@ pub fn check_energy(state: &State, energy: f64, limit: f64) -> Result<(), Troubl
     }
     let speed = |v: &[f64; 2]| v[0] * v[0] + v[1] * v[1];
     let fastest = state
-        .velocity
-        .iter()
+        .by_number(&state.velocity)
         .enumerate()
         .max_by(|(_, a), (_, b)| speed(a).total_cmp(&speed(b)));
     Err(Trouble::EnergyBlownUp {

@@ -1,34 +1,32 @@
 //! The neighbour list: which pairs may touch before anything has moved further than the skin allows.
 //!
-//! Built on a grid of square cells; pairs come out sorted by (id1, id2), the order in which forces
-//! are summed. The skin decides how often the list is rebuilt and never what a step gives: pairs
-//! that do not touch add nothing.
+//! Built on a grid of square cells, by which the grains are laid out in memory too. A grain's neighbours come out in the
+//! order of their numbers, in which forces are summed. The skin decides how often the list is rebuilt and never what a
+//! step gives: pairs that do not touch add nothing.
 
-use super::contact::{Memory, Parameters};
+use std::ops::Range;
+
+use super::contact::Memory;
 use super::dynamics::Fastest;
-use super::general::History;
-use super::springs::{Pair, Rows};
-use super::state::{Constants, State};
+use super::general;
+use super::pairs::Pairs;
+use super::springs::Rows;
+use super::state::{Constants, Spare, State};
+use super::threads::{Team, each};
 use crate::model::Kernel;
 use crate::tables::Remembered;
 
-/// Candidate pairs and the positions they were made for. Reused from build to build.
+/// What is listed and the positions it was listed for. Reused from build to build.
 #[derive(Debug, Default)]
 pub struct Neighbours {
-    /// Row pointers: the pairs of grain i are `start[i]..start[i+1]`.
-    pub start: Vec<u32>,
-    /// The other grain of each pair, higher than the row's.
-    pub other: Vec<u32>,
-    /// The row's grain, pair by pair.
-    pub grain: Vec<u32>,
-    /// The pairs laid out for vector lanes; empty for the general kernel.
-    pub rows: Rows,
-    /// Grains near each wall, in order of id; one list a wall of [`Constants::walls`].
-    pub by_wall: Vec<Vec<u32>>,
-    /// Grains near the punch, in order of id.
+    /// One a thread: who is near the grains of a range of places.
+    pub shares: Vec<Share>,
+    /// Places of the grains near the punch, in order of number.
     pub by_punch: Vec<u32>,
-    /// What contacts remember; empty for the frictionless kernel.
-    pub history: History,
+    /// What contacts with the punch remember; empty for the frictionless kernel.
+    pub punch_memory: Vec<Memory>,
+    /// What contacts remembered before a build, sorted by ids.
+    remembered: Vec<Remembered>,
     /// Positions at the build.
     pub reference: Vec<[f64; 2]>,
     /// Height of the punch's centre at the build, m.
@@ -45,10 +43,30 @@ pub struct Neighbours {
     /// How often it was built.
     pub builds: u64,
     cells: Cells,
-    row: Vec<u32>,
+    spare: Spare,
 }
 
-/// Grains sorted into square cells.
+/// The grains of a range of places and what is near them.
+#[derive(Debug, Default)]
+pub struct Share {
+    pub places: Range<usize>,
+    /// Row pointers: the neighbours of the grain at `places.start + i` are `start[i]..start[i+1]`.
+    start: Vec<u32>,
+    /// Places of each grain's neighbours, in the order in which their forces are added.
+    other: Vec<u32>,
+    /// The neighbours laid out for vector lanes; empty for the general kernel.
+    pub rows: Rows,
+    /// Pairs with a grain of this range in the order of their sums, and what they remember; empty for the frictionless kernel.
+    pub pairs: Pairs,
+    /// Which grain is near which wall, by place: indices of place and of [`Constants::walls`].
+    pub by_wall: Vec<(u32, u32)>,
+    /// What contacts with walls remember; empty for the frictionless kernel.
+    pub wall_memory: Vec<Memory>,
+    row: Vec<u64>,
+    border: Vec<[u32; 2]>,
+}
+
+/// Grains sorted into square cells, column by column: beds are wide, and so neighbours are near in memory.
 #[derive(Debug, Default)]
 struct Cells {
     /// One over the side of a cell, 1/m.
@@ -56,11 +74,13 @@ struct Cells {
     origin: [f64; 2],
     columns: usize,
     rows: usize,
-    /// The grains of cell c are `grains[start[c]..start[c+1]]`, in order of id.
+    /// The grains of cell c are `grains[start[c]..start[c+1]]`.
     start: Vec<u32>,
     grains: Vec<Sorted>,
-    /// The cell of each grain.
+    /// The cell of each grain, by its place when they were sorted.
     of_grain: Vec<u32>,
+    /// That place, of each of `grains`.
+    order: Vec<u32>,
 }
 
 /// A grain in its cell, with what is asked of it.
@@ -69,7 +89,8 @@ struct Sorted {
     x: f64,
     z: f64,
     radius: f64,
-    id: u32,
+    number: u32,
+    place: u32,
 }
 
 /// How the skin is chosen at each build. It decides how often the list is rebuilt and nothing else.
@@ -122,8 +143,8 @@ const LEAST_SKIN: f64 = 0.02;
 /// Nor more: in free flight a few more pairs cost nothing, in a bed they do.
 const LARGEST_SKIN: f64 = 1.0;
 
-/// For the few ids of a row.
-fn insertion_sort(row: &mut [u32]) {
+/// For the few neighbours of a row.
+fn insertion_sort(row: &mut [u64]) {
     for end in 1..row.len() {
         let mut at = end;
         while at > 0 && row[at - 1] > row[at] {
@@ -153,9 +174,15 @@ fn furthest(position: &[[f64; 2]], reference: &[[f64; 2]]) -> f64 {
 }
 
 impl Neighbours {
-    /// An empty list.
-    pub fn new(policy: Skin) -> Self {
+    /// An empty list for so many threads and grains.
+    pub fn new(policy: Skin, threads: usize, grains: usize) -> Self {
+        let end = |thread: usize| thread * grains / threads;
+        let share = |thread| Share {
+            places: end(thread)..end(thread + 1),
+            ..Share::default()
+        };
         Neighbours {
+            shares: (0..threads).map(share).collect(),
             policy,
             ..Neighbours::default()
         }
@@ -190,36 +217,52 @@ impl Neighbours {
         self.displaced <= limit
     }
 
-    /// Lists anew what is near what.
-    pub fn build(&mut self, state: &State, constants: &Constants) {
+    /// Lists anew what is near what, after putting the grains in memory where their neighbours are. Contacts remember what
+    /// they did, or this, sorted by ids.
+    pub fn build(
+        &mut self,
+        state: &mut State,
+        constants: &Constants,
+        recalled: Option<&[Remembered]>,
+        team: &Team,
+    ) {
         self.builds += 1;
         self.skin = self.policy.of(fastest_way(state, constants));
         self.held = 0;
-        self.cells.sort(state, self.skin);
         let general = constants.kernel() == Kernel::General;
-        if general {
-            self.history
-                .set_aside(&self.start, &self.other, &self.by_wall, &self.by_punch);
+        let mut remembered = std::mem::take(&mut self.remembered);
+        remembered.clear();
+        match recalled {
+            Some(recalled) => remembered.extend_from_slice(recalled),
+            None if general => general::remembered(state, self, constants, &mut remembered),
+            None => {}
         }
-        self.grain_pairs(state, constants);
-        self.flat_bodies(state, constants);
         if general {
-            let of_pair = |first: u32, second: u32| {
-                let of = |id: u32| (state.radius[id as usize], state.mass[id as usize]);
-                let ((r1, m1), (r2, m2)) = (of(first), of(second));
-                let effective = m1 * m2 / (m1 + m2);
-                ([r1, r2], constants.parameters(r1, r2, effective))
-            };
-            self.history.take_over(
-                &self.start,
-                &self.other,
-                &self.by_wall,
-                &self.by_punch,
-                of_pair,
-            );
-        } else {
-            self.lay_out_rows(state, constants);
+            // It goes through pairs in the order of numbers, so that is how its grains are near at hand.
+            state.rearrange_by_number(&mut self.spare);
         }
+        self.cells.sort(state, self.skin, !general);
+        if !general {
+            state.rearrange(&self.cells.order, &mut self.spare);
+        }
+        let (cells, skin, state, remembered) = (&self.cells, self.skin, &*state, remembered);
+        let list = |share: &mut Share, ()| {
+            share.list(cells, state, skin, constants);
+            if general {
+                share.take_over(state, constants, &remembered);
+            } else {
+                share.lay_out_rows(state, constants);
+            }
+        };
+        team.together(|| each(&mut self.shares, (), &list, &|(), ()| ()));
+        self.near_punch(state);
+        self.punch_memory.clear();
+        if general {
+            let number = self.by_punch.iter().map(|at| state.number[*at as usize]);
+            let memory = number.map(|id| memory_of(&remembered, constants.ids.punch(), id));
+            self.punch_memory.extend(memory);
+        }
+        self.remembered = remembered;
         self.reference.clear();
         self.reference.extend_from_slice(&state.position);
         self.punch_reference = state.punch.map_or(0.0, |punch| punch.centre[1]);
@@ -227,120 +270,174 @@ impl Neighbours {
         self.gone_since = 0.0;
     }
 
-    /// Lists these contacts, sorted by ids, and nothing else: the next [`Neighbours::build`] finds their memory.
-    pub fn recall(&mut self, grains: usize, constants: &Constants, contacts: &[Remembered]) {
+    /// The listed pairs as places of their grains, that of the lower number first.
+    pub fn pairs<'a>(&'a self, state: &'a State) -> impl Iterator<Item = (u32, u32)> + 'a {
+        self.shares.iter().flat_map(|share| share.own_pairs(state))
+    }
+
+    /// How many pairs are listed.
+    pub fn len(&self) -> usize {
+        self.shares.iter().map(|of| of.other.len()).sum::<usize>() / 2
+    }
+
+    fn near_punch(&mut self, state: &State) {
+        self.by_punch.clear();
+        let Some(punch) = &state.punch else {
+            return;
+        };
+        let near = |at: &u32| {
+            let at = *at as usize;
+            let far = state.radius[at] + self.skin;
+            (0..2).all(|axis| {
+                let distance = (state.position[at][axis] - punch.centre[axis]).abs();
+                distance <= punch.half_extents[axis] + far
+            })
+        };
+        let grains = state.position.len() as u32;
+        self.by_punch.extend((0..grains).filter(near));
+        self.by_punch
+            .sort_unstable_by_key(|at| state.number[*at as usize]);
+    }
+}
+
+/// What a contact remembers, found by its ids; zeros if nothing.
+fn memory_of(remembered: &[Remembered], id1: u32, id2: u32) -> Memory {
+    let found = remembered.binary_search_by_key(&(id1, id2), |of| (of.id1, of.id2));
+    found.map_or_else(|_| Memory::default(), |at| memory(&remembered[at]))
+}
+
+fn memory(of: &Remembered) -> Memory {
+    Memory {
+        normal: of.normal,
+        shear: of.shear,
+    }
+}
+
+impl Share {
+    fn row(&self, place: usize) -> &[u32] {
+        let at = place - self.places.start;
+        &self.other[self.start[at] as usize..self.start[at + 1] as usize]
+    }
+
+    /// Pairs whose first grain is in this range.
+    fn own_pairs<'a>(&'a self, state: &'a State) -> impl Iterator<Item = (u32, u32)> + 'a {
+        self.places.clone().flat_map(move |first| {
+            let higher = move |other: &u32| state.number[*other as usize] > state.number[first];
+            let others = self.row(first).iter().copied().filter(higher);
+            others.map(move |second| (first as u32, second))
+        })
+    }
+
+    /// Lists who is near whom and near which wall.
+    fn list(&mut self, cells: &Cells, state: &State, skin: f64, constants: &Constants) {
         self.start.clear();
         self.other.clear();
-        let of = |id: u32| {
-            let first = contacts.partition_point(|of| of.id1 < id);
-            let last = contacts.partition_point(|of| of.id1 <= id);
-            &contacts[first..last]
-        };
-        let memory = |of: &Remembered| Memory {
-            normal: of.normal,
-            shear: of.shear,
-        };
-        let History {
-            pairs,
-            by_wall,
-            by_punch,
-            ..
-        } = &mut self.history;
-        pairs.clear();
+        self.by_wall.clear();
         self.start.push(0);
-        for id in 0..grains as u32 {
-            for contact in of(id) {
-                let ids = (id, contact.id2);
-                pairs.push(ids, [0.0; 2], &Parameters::default(), &memory(contact));
-                self.other.push(contact.id2);
-            }
-            self.start.push(self.other.len() as u32);
-        }
-        let flat = |id| of(id).iter().map(|of| (of.id2, memory(of))).unzip();
-        let ids = constants.walls.iter().map(|wall| wall.id);
-        (self.by_wall, *by_wall) = ids.map(flat).unzip();
-        (self.by_punch, *by_punch) = flat(constants.ids.punch());
-    }
-
-    /// The listed pairs as (id1, id2).
-    pub fn pairs(&self) -> impl Iterator<Item = (u32, u32)> {
-        self.grain.iter().copied().zip(self.other.iter().copied())
-    }
-
-    fn lay_out_rows(&mut self, state: &State, constants: &Constants) {
-        let radius = &state.radius;
-        let pairs = self.grain.iter().zip(&self.other).map(|(first, second)| {
-            let (r1, r2) = (radius[*first as usize], radius[*second as usize]);
-            Pair {
-                first: *first,
-                second: *second,
-                reach: r1 + r2,
-                stiffness: constants.stiffness(r1, r2),
-            }
-        });
-        self.rows.build(radius.len(), pairs);
-    }
-
-    fn grain_pairs(&mut self, state: &State, constants: &Constants) {
-        self.start.clear();
-        self.other.clear();
-        self.grain.clear();
-        self.start.push(0);
-        for (i, ([x, z], radius)) in state.position.iter().zip(&state.radius).enumerate() {
-            let id = i as u32;
+        for place in self.places.clone() {
+            let ([x, z], radius) = (state.position[place], state.radius[place]);
+            let number = state.number[place];
             let mut found = 0;
-            for near in self.cells.around(i) {
+            for near in cells.around(x, z) {
                 if self.row.len() < found + near.len() {
                     self.row.resize(found + near.len(), 0);
                 }
                 for grain in near {
                     let (dx, dz) = (grain.x - x, grain.z - z);
-                    let far = radius + grain.radius + self.skin;
-                    let listed = (grain.id > id) & (dx * dx + dz * dz <= far * far);
+                    let far = radius + grain.radius + skin;
+                    let listed = (grain.number != number) & (dx * dx + dz * dz <= far * far);
                     // Written in any case and kept by counting, so that nothing has to be guessed.
-                    self.row[found] = grain.id;
+                    self.row[found] = u64::from(grain.number) << 32 | u64::from(grain.place);
                     found += usize::from(listed);
                 }
             }
             let row = &mut self.row[..found];
             insertion_sort(row);
             if constants.reversed_sums {
-                row.reverse();
+                let lower = row.partition_point(|of| of >> 32 < u64::from(number));
+                row[lower..].reverse();
             }
-            self.other.extend_from_slice(row);
-            self.grain.resize(self.other.len(), id);
+            self.other.extend(row.iter().map(|of| *of as u32));
             self.start.push(self.other.len() as u32);
+            for (index, wall) in constants.walls.iter().enumerate() {
+                let distance = (state.position[place][wall.axis as usize] - wall.place).abs();
+                if distance <= radius + skin {
+                    self.by_wall.push((place as u32, index as u32));
+                }
+            }
         }
     }
 
-    fn flat_bodies(&mut self, state: &State, constants: &Constants) {
-        self.by_wall.resize_with(constants.walls.len(), Vec::new);
-        for (wall, near) in constants.walls.iter().zip(&mut self.by_wall) {
-            near.clear();
-            let axis = wall.axis as usize;
-            near.extend((0..state.position.len() as u32).filter(|&id| {
-                let distance = (state.position[id as usize][axis] - wall.place).abs();
-                distance <= state.radius[id as usize] + self.skin
-            }));
+    fn lay_out_rows(&mut self, state: &State, constants: &Constants) {
+        let radius = &state.radius;
+        let of_pair = |one: usize, other: usize| {
+            let (r1, r2) = (radius[one], radius[other]);
+            (r1 + r2, constants.stiffness(r1, r2))
+        };
+        let first = self.places.start;
+        self.rows.build(first, &self.start, &self.other, of_pair);
+    }
+
+    /// The pairs in the order of numbers, with what they remember. A pair across the border of two ranges is in both, and
+    /// both compute the same of it.
+    fn take_over(&mut self, state: &State, constants: &Constants, remembered: &[Remembered]) {
+        let mut pairs = std::mem::take(&mut self.pairs);
+        let places = self.other.iter().map(|other| *other as usize);
+        let (from, to) = places.fold((self.places.start, self.places.end), |(from, to), at| {
+            (from.min(at), to.max(at + 1))
+        });
+        pairs.clear(from..to);
+        let State { number, place, .. } = state;
+        let mut border = std::mem::take(&mut self.border);
+        border.clear();
+        for second in self.places.clone() {
+            let outside = |other: &&u32| !self.places.contains(&(**other as usize));
+            let others = self.row(second).iter().filter(outside);
+            let ids = others.map(|first| [number[*first as usize], number[second]]);
+            border.extend(ids.filter(|[first, second]| first < second));
         }
-        self.by_punch.clear();
-        if let Some(punch) = &state.punch {
-            self.by_punch
-                .extend((0..state.position.len() as u32).filter(|&id| {
-                    let position = state.position[id as usize];
-                    let far = state.radius[id as usize] + self.skin;
-                    (0..2).all(|axis| {
-                        (position[axis] - punch.centre[axis]).abs()
-                            <= punch.half_extents[axis] + far
-                    })
-                }));
+        border.sort_unstable();
+        let mut border_left = border.as_slice();
+        let mut left = remembered;
+        for (id1, first) in place.iter().enumerate() {
+            let (id1, first) = (id1 as u32, *first as usize);
+            let before = left.iter().take_while(|of| of.id1 < id1).count();
+            left = &left[before..];
+            let of_first = left.iter().take_while(|of| of.id1 == id1).count();
+            let old = &left[..of_first];
+            let mut push = |second: usize| {
+                let parameters = constants.of_pair(state, first, second);
+                let radii = [state.radius[first], state.radius[second]];
+                let found = old.iter().find(|of| of.id2 == number[second]);
+                let memory = found.map(memory).unwrap_or_default();
+                pairs.push([first, second], radii, &parameters, &memory);
+            };
+            if self.places.contains(&first) {
+                let higher = |other: &&u32| number[**other as usize] > id1;
+                let others = self.row(first).iter().filter(higher);
+                others.for_each(|second| push(*second as usize));
+            } else {
+                let of_first = border_left.iter().take_while(|[of, _]| *of == id1).count();
+                let (here, rest) = border_left.split_at(of_first);
+                border_left = rest;
+                here.iter()
+                    .for_each(|[_, id2]| push(place[*id2 as usize] as usize));
+            }
         }
+        (self.pairs, self.border) = (pairs, border);
+        let memory = |(at, wall): &(u32, u32)| {
+            let wall = &constants.walls[*wall as usize];
+            memory_of(remembered, wall.id, number[*at as usize])
+        };
+        self.wall_memory.clear();
+        self.wall_memory.extend(self.by_wall.iter().map(memory));
     }
 }
 
 impl Cells {
     /// Counting sort of the grains into cells that are as wide as the furthest listed pair.
-    fn sort(&mut self, state: &State, skin: f64) {
+    /// The grains are told to be at the places of this order if they are to be put there.
+    fn sort(&mut self, state: &State, skin: f64, to_be_put: bool) {
         let largest = state.radius.iter().copied().fold(0.0, f64::max);
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
@@ -366,7 +463,8 @@ impl Cells {
         self.start.resize(self.columns * self.rows + 1, 0);
         self.of_grain.clear();
         for position in &state.position {
-            let cell = self.cell(*position);
+            let (column, row) = self.at(position[0], position[1]);
+            let cell = column * self.rows + row;
             self.of_grain.push(cell as u32);
             self.start[cell + 1] += 1;
         }
@@ -375,17 +473,21 @@ impl Cells {
         }
         self.grains.clear();
         self.grains.resize(state.position.len(), Sorted::default());
-        // Filling moves each start to the cell's end; going backwards keeps the ids in order.
-        for (id, cell) in self.of_grain.iter().enumerate() {
-            let place = &mut self.start[*cell as usize];
-            let [x, z] = state.position[id];
-            self.grains[*place as usize] = Sorted {
+        self.order.clear();
+        self.order.resize(state.position.len(), 0);
+        // Filling moves each start to the cell's end, and is taken back afterwards.
+        for (before, cell) in self.of_grain.iter().enumerate() {
+            let at = &mut self.start[*cell as usize];
+            let [x, z] = state.position[before];
+            self.grains[*at as usize] = Sorted {
                 x,
                 z,
-                radius: state.radius[id],
-                id: id as u32,
+                radius: state.radius[before],
+                number: state.number[before],
+                place: if to_be_put { *at } else { before as u32 },
             };
-            *place += 1;
+            self.order[*at as usize] = before as u32;
+            *at += 1;
         }
         for cell in (1..=self.columns * self.rows).rev() {
             self.start[cell] = self.start[cell - 1];
@@ -393,22 +495,22 @@ impl Cells {
         self.start[0] = 0;
     }
 
-    fn cell(&self, position: [f64; 2]) -> usize {
-        let column = ((position[0] - self.origin[0]) * self.cells_per_metre) as usize;
-        let row = ((position[1] - self.origin[1]) * self.cells_per_metre) as usize;
-        row.min(self.rows - 1) * self.columns + column.min(self.columns - 1)
+    /// Column and row of a place.
+    fn at(&self, x: f64, z: f64) -> (usize, usize) {
+        let column = ((x - self.origin[0]) * self.cells_per_metre) as usize;
+        let row = ((z - self.origin[1]) * self.cells_per_metre) as usize;
+        (column.min(self.columns - 1), row.min(self.rows - 1))
     }
 
-    /// The grains of the cells around grain `id`, a run of up to three cells a row of cells.
-    fn around(&self, id: usize) -> impl Iterator<Item = &[Sorted]> {
-        let cell = self.of_grain[id] as usize;
-        let (row, column) = (cell / self.columns, cell % self.columns);
-        let first = column.saturating_sub(1);
-        let last = (column + 1).min(self.columns - 1);
-        let rows = row.saturating_sub(1)..=(row + 1).min(self.rows - 1);
-        rows.map(move |row| {
-            let from = self.start[row * self.columns + first] as usize;
-            let to = self.start[row * self.columns + last + 1] as usize;
+    /// The grains of the cells around this place, a run of up to three cells a column.
+    fn around(&self, x: f64, z: f64) -> impl Iterator<Item = &[Sorted]> {
+        let (column, row) = self.at(x, z);
+        let first = row.saturating_sub(1);
+        let last = (row + 1).min(self.rows - 1);
+        let columns = column.saturating_sub(1)..=(column + 1).min(self.columns - 1);
+        columns.map(move |column| {
+            let from = self.start[column * self.rows + first] as usize;
+            let to = self.start[column * self.rows + last + 1] as usize;
             &self.grains[from..to]
         })
     }

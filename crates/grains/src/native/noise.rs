@@ -57,6 +57,7 @@ impl Shaker {
             ..
         } = self.noise;
         for id in 0..state.mass.len() {
+            let id = state.place[id] as usize;
             let (radius, mass) = (state.radius[id], state.mass[id]);
             let kick = if state.force[id] == [0.0; 2] {
                 0.0

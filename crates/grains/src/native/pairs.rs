@@ -5,6 +5,8 @@
 //! A pair that does not touch has a memory of zeros, and what it adds are zeros. A sum that begins at +0 is never −0, so
 //! adding a zero changes no bit of it.
 
+use std::ops::Range;
+
 use multiversion::multiversion;
 
 use super::contact::{ContactRules, Memory, Parameters};
@@ -14,8 +16,8 @@ use crate::scene::{NewContactSlip, SlipVelocity, Tension, TorqueArms};
 
 type Vector = [Lanes; 2];
 
-/// Eight listed pairs: whose they are, their parameters, and what they remember. Places left over in the last block
-/// hold pairs of the first grain with itself that never touch.
+/// Eight listed pairs: their grains, counted from the first place of all, their parameters, and what they remember. Places left over in the last block
+/// hold pairs of the first place with itself that never touch.
 #[derive(Debug, Clone, Default)]
 pub struct Block {
     first: [u32; LANES],
@@ -34,6 +36,8 @@ pub struct Block {
 pub struct Pairs {
     blocks: Vec<Block>,
     len: usize,
+    /// Where their grains are.
+    places: Range<usize>,
     sums: Vec<Sum>,
 }
 
@@ -41,16 +45,17 @@ pub struct Pairs {
 type Sum = [f64; 4];
 
 impl Pairs {
-    /// Forgets all pairs.
-    pub fn clear(&mut self) {
+    /// Forgets all pairs; the new ones are of grains at these places.
+    pub fn clear(&mut self, places: Range<usize>) {
         self.blocks.clear();
         self.len = 0;
+        self.places = places;
     }
 
     /// Lists one more pair.
     pub fn push(
         &mut self,
-        (first, second): (u32, u32),
+        [first, second]: [usize; 2],
         radii: [f64; 2],
         of: &Parameters,
         memory: &Memory,
@@ -66,7 +71,8 @@ impl Pairs {
         let Some(block) = self.blocks.last_mut() else {
             return;
         };
-        (block.first[lane], block.second[lane]) = (first, second);
+        let from = self.places.start;
+        (block.first[lane], block.second[lane]) = ((first - from) as u32, (second - from) as u32);
         let put = |to: &mut Vector, [a, b]: [f64; 2]| (to[0].0[lane], to[1].0[lane]) = (a, b);
         put(&mut block.radius, radii);
         put(&mut block.normal, memory.normal);
@@ -76,30 +82,35 @@ impl Pairs {
         block.c_n.0[lane] = of.c_n;
     }
 
-    /// Parameters and memory of a listed pair.
-    pub fn get(&self, at: usize) -> (Parameters, Memory) {
-        let (block, lane) = (&self.blocks[at / LANES], at % LANES);
-        let of = |vector: &Vector| [vector[0].0[lane], vector[1].0[lane]];
-        let parameters = Parameters {
-            k_n: block.k_n.0[lane],
-            k_s: block.k_s.0[lane],
-            c_n: block.c_n.0[lane],
-        };
-        let memory = Memory {
-            normal: of(&block.normal),
-            shear: of(&block.shear),
-        };
-        (parameters, memory)
+    /// The places of each listed pair and what it remembers.
+    pub fn memories(&self) -> impl Iterator<Item = ([usize; 2], Memory)> {
+        (0..self.len).map(|at| {
+            let (block, lane) = (&self.blocks[at / LANES], at % LANES);
+            let of = |vector: &Vector| [vector[0].0[lane], vector[1].0[lane]];
+            let memory = Memory {
+                normal: of(&block.normal),
+                shear: of(&block.shear),
+            };
+            let grains = [block.first[lane], block.second[lane]];
+            (grains.map(|of| self.places.start + of as usize), memory)
+        })
     }
 
-    /// Forces and torques of all listed pairs, summed on each grain; what was there before is lost. Every contact's memory
-    /// moves on by a step.
-    pub fn sum_forces(&mut self, state: &mut State, rules: &ContactRules) {
+    /// Forces and torques of all listed pairs, summed on the grains from place `first` on; what was there before is lost.
+    /// Every contact's memory moves on by a step.
+    pub fn sum_forces(
+        &mut self,
+        state: &State,
+        rules: &ContactRules,
+        first: usize,
+        (force, torque): (&mut [[f64; 2]], &mut [f64]),
+    ) {
         self.sums.clear();
-        self.sums.resize(state.position.len(), [0.0; 4]);
-        sum_forces(&mut self.blocks, state, rules, &mut self.sums);
-        let to = state.force.iter_mut().zip(&mut state.torque);
-        for ((force, torque), [x, z, turn, _]) in to.zip(&self.sums) {
+        self.sums.resize(self.places.len(), [0.0; 4]);
+        let (blocks, sums) = (&mut self.blocks, &mut self.sums);
+        sum_forces(blocks, (state, &self.places), rules, sums);
+        let own = &self.sums[first - self.places.start..];
+        for ((force, torque), [x, z, turn, _]) in force.iter_mut().zip(torque).zip(own) {
             *force = [*x, *z];
             *torque = *turn;
         }
@@ -108,16 +119,26 @@ impl Pairs {
 
 /// [`sum_forces_plain`], compiled for the widest vector unit that the machine has.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn sum_forces(blocks: &mut [Block], state: &State, rules: &ContactRules, sums: &mut [Sum]) {
-    sum_forces_plain(blocks, state, rules, sums);
+fn sum_forces(
+    blocks: &mut [Block],
+    of: (&State, &Range<usize>),
+    rules: &ContactRules,
+    sums: &mut [Sum],
+) {
+    sum_forces_plain(blocks, of, rules, sums);
 }
 
 /// Blocks that are computed before what they do is added: a few, so that it stays near.
 const CHUNK: usize = 8;
 
 #[inline(always)]
-fn sum_forces_plain(blocks: &mut [Block], state: &State, rules: &ContactRules, sums: &mut [Sum]) {
-    let grains = Grains::of(state);
+fn sum_forces_plain(
+    blocks: &mut [Block],
+    (state, places): (&State, &Range<usize>),
+    rules: &ContactRules,
+    sums: &mut [Sum],
+) {
+    let grains = Grains::of(state, places);
     let mut actions: [Action; CHUNK] = Default::default();
     for blocks in blocks.chunks_mut(CHUNK) {
         for (block, action) in blocks.iter_mut().zip(&mut actions) {
@@ -156,7 +177,7 @@ struct Side {
     spin: Lanes,
 }
 
-/// How all grains move: slices of one length, so that an id is checked once.
+/// How the grains at some places move: slices of one length, so that an index is checked once.
 struct Grains<'a> {
     position: &'a [[f64; 2]],
     velocity: &'a [[f64; 2]],
@@ -165,12 +186,12 @@ struct Grains<'a> {
 
 impl<'a> Grains<'a> {
     #[inline(always)]
-    fn of(state: &'a State) -> Self {
-        let all = state.position.len();
+    fn of(state: &'a State, places: &Range<usize>) -> Self {
+        let all = places.len();
         Grains {
-            position: &state.position[..all],
-            velocity: &state.velocity[..all],
-            spin: &state.spin[..all],
+            position: &state.position[places.start..][..all],
+            velocity: &state.velocity[places.start..][..all],
+            spin: &state.spin[places.start..][..all],
         }
     }
 }
@@ -340,6 +361,7 @@ mod tests {
     use super::super::dynamics::Dynamics;
     use super::super::neighbours::Skin;
     use super::super::state::Constants;
+    use super::super::threads::Threads;
     use super::*;
     use crate::generate::initial_bodies;
     use crate::model::Model;
@@ -352,7 +374,12 @@ mod tests {
         for at in 0..pairs.len {
             let (block, lane) = (&pairs.blocks[at / LANES], at % LANES);
             let (a, b) = (block.first[lane] as usize, block.second[lane] as usize);
-            let (of, mut memory) = pairs.get(at);
+            let of = Parameters {
+                k_n: block.k_n.0[lane],
+                k_s: block.k_s.0[lane],
+                c_n: block.c_n.0[lane],
+            };
+            let (_, mut memory) = pairs.memories().nth(at).expect("it is listed");
             let Some(touch) = state.grain_touch(a, b) else {
                 memories.push(Memory::default());
                 continue;
@@ -418,12 +445,13 @@ mod tests {
             let rules = constants.rules();
             let skin = Skin::Adaptive { radius: 0.005 };
             let mut dynamics =
-                Dynamics::new(&bodies, None, &[], constants, skin).expect("a sound start");
+                Dynamics::new(&bodies, None, &[], constants, skin, Threads::default())
+                    .expect("a sound start");
             for step in 1..=4000 {
                 // What contacts remember of the step before; a list that was made anew has other pairs.
                 let (blocks, len) = match step % 1999 {
                     0 => {
-                        let pairs = &dynamics.neighbours.history.pairs;
+                        let pairs = &dynamics.neighbours.shares[0].pairs;
                         (pairs.blocks.clone(), pairs.len)
                     }
                     _ => (Vec::new(), 0),
@@ -437,14 +465,15 @@ mod tests {
                 let pairs = Pairs {
                     blocks,
                     len,
-                    sums: Vec::new(),
+                    ..Pairs::default()
                 };
                 let (expected, memories) = reference(state, &pairs, &rules);
+                let all = (state, &(0..state.position.len()));
                 let plain = |blocks: &mut [Block], sums: &mut [Sum]| {
-                    sum_forces_plain(blocks, state, &rules, sums);
+                    sum_forces_plain(blocks, all, &rules, sums);
                 };
                 let widest = |blocks: &mut [Block], sums: &mut [Sum]| {
-                    sum_forces(blocks, state, &rules, sums);
+                    sum_forces(blocks, all, &rules, sums);
                 };
                 for sum in [&plain as &dyn Fn(&mut [Block], &mut [Sum]), &widest] {
                     let mut blocks = pairs.blocks.clone();
@@ -460,10 +489,11 @@ mod tests {
                     let after = Pairs {
                         blocks,
                         len: pairs.len,
-                        sums: Vec::new(),
+                        ..Pairs::default()
                     };
-                    for (at, expected) in memories.iter().enumerate() {
-                        let memory = after.get(at).1;
+                    for (at, (expected, (_, memory))) in
+                        memories.iter().zip(after.memories()).enumerate()
+                    {
                         let bits = |memory: &Memory| {
                             let [[a, b], [c, d]] = [memory.normal, memory.shear];
                             [a, b, c, d].map(f64::to_bits)

@@ -11,32 +11,51 @@
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 
+use std::ops::Range;
+
 use multiversion::multiversion;
 
-/// The summed spring force on every grain that is in the rows, N; what was in `force` before is lost.
-pub fn sum_forces(position: &[[f64; 2]], rows: &Rows, force: &mut [[f64; 2]]) {
+/// The summed spring forces on the grains of these groups, N; what was in `force` before, which begins with the first grain
+/// of all rows, is lost.
+pub fn sum_forces(
+    position: &[[f64; 2]],
+    rows: &Rows,
+    groups: Range<usize>,
+    force: &mut [[f64; 2]],
+) {
     #[cfg(target_arch = "x86_64")]
     if avx512::available() {
-        return avx512::sum_forces(position, rows, force);
+        return avx512::sum_forces(position, rows, groups, force);
     }
-    without_avx512(position, rows, force);
+    without_avx512(position, rows, groups, force);
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn without_avx512(position: &[[f64; 2]], rows: &Rows, force: &mut [[f64; 2]]) {
-    sum_forces_plain(position, rows, force);
+fn without_avx512(
+    position: &[[f64; 2]],
+    rows: &Rows,
+    groups: Range<usize>,
+    force: &mut [[f64; 2]],
+) {
+    sum_forces_plain(position, rows, groups, force);
 }
 
 /// As any machine can do it.
 #[inline(always)]
-fn sum_forces_plain(position: &[[f64; 2]], rows: &Rows, force: &mut [[f64; 2]]) {
-    for (grain, columns) in rows.grain.iter().zip(rows.start.windows(2)) {
+fn sum_forces_plain(
+    position: &[[f64; 2]],
+    rows: &Rows,
+    groups: Range<usize>,
+    force: &mut [[f64; 2]],
+) {
+    let columns = rows.start[groups.start..=groups.end].windows(2);
+    for (grain, columns) in rows.grain[groups].iter().zip(columns) {
         let columns = columns[0] as usize..columns[1] as usize;
         let neighbours = rows.other[columns.clone()]
             .iter()
             .zip(&rows.reach[columns.clone()])
             .zip(&rows.stiffness[columns]);
-        let (own_x, own_z) = gather(position, grain);
+        let (own_x, own_z) = gather(&position[rows.first..], grain);
         let (mut sum_x, mut sum_z) = ([0.0; LANES], [0.0; LANES]);
         for ((other, reach), stiffness) in neighbours {
             let (x, z) = gather(position, other);
@@ -81,143 +100,103 @@ pub type Lanes<T> = [T; LANES];
 /// holds one neighbour of each of its grains. Reused from build to build.
 #[derive(Debug, Default)]
 pub struct Rows {
-    /// The grains of each group. Lanes left over in the last one repeat its first grain.
-    pub grain: Vec<Lanes<u32>>,
+    /// The place of the first grain.
+    first: usize,
+    /// The grains of each group, counted from the first one. Lanes left over in the last one repeat its first grain.
+    grain: Vec<Lanes<u32>>,
     /// The first column of each group.
-    pub start: Vec<u32>,
-    /// The neighbours, column by column; an empty place holds the grain itself.
-    pub other: Vec<Lanes<u32>>,
+    start: Vec<u32>,
+    /// The places of the neighbours, column by column; an empty place holds the grain itself.
+    other: Vec<Lanes<u32>>,
     /// R_1 + R_2, m; −1, which nothing is nearer than, in an empty place.
-    pub reach: Vec<Lanes<f64>>,
+    reach: Vec<Lanes<f64>>,
     /// k_n, N/m.
-    pub stiffness: Vec<Lanes<f64>>,
-    /// Neighbours of each grain.
-    length: Vec<u32>,
-    /// Group and lane of each grain, as group·LANES + lane.
-    place: Vec<u32>,
+    stiffness: Vec<Lanes<f64>>,
     /// Grains by length of row, block after block.
     order: Vec<u32>,
     /// Where the rows of each length begin in a block.
     begin: Vec<u32>,
 }
 
-/// One listed pair; `first` has the lower id.
-#[derive(Debug, Clone, Copy)]
-pub struct Pair {
-    pub first: u32,
-    pub second: u32,
-    /// R_1 + R_2, m.
-    pub reach: f64,
-    /// k_n, N/m.
-    pub stiffness: f64,
-}
-
 impl Rows {
-    /// Lays out these pairs, given in the order in which their forces are summed.
-    pub fn build(&mut self, grains: usize, pairs: impl Iterator<Item = Pair> + Clone) {
-        self.length.clear();
-        self.length.resize(grains, 0);
-        for pair in pairs.clone() {
-            self.length[pair.first as usize] += 1;
-            self.length[pair.second as usize] += 1;
+    /// Lays out the neighbours of the grains from place `first` on: those of grain i are `other[start[i]..start[i+1]]`, in the
+    /// order in which their forces are added.
+    pub fn build(
+        &mut self,
+        first: usize,
+        start: &[u32],
+        other: &[u32],
+        of_pair: impl Fn(usize, usize) -> (f64, f64),
+    ) {
+        self.first = first;
+        self.sort_by_length(start);
+        self.grain.clear();
+        self.start.clear();
+        self.other.clear();
+        self.reach.clear();
+        self.stiffness.clear();
+        self.start.push(0);
+        let row = |grain: u32| {
+            let grain = grain as usize;
+            &other[start[grain] as usize..start[grain + 1] as usize]
+        };
+        for ids in self.order.chunks(LANES) {
+            let mut lanes = [ids[0]; LANES];
+            lanes[..ids.len()].copy_from_slice(ids);
+            let from = self.other.len();
+            let longest = ids.iter().map(|grain| row(*grain).len()).max();
+            let to = from + longest.unwrap_or(0);
+            let places = lanes.map(|grain| first as u32 + grain);
+            self.other.resize(to, places);
+            self.reach.resize(to, [-1.0; LANES]);
+            self.stiffness.resize(to, [0.0; LANES]);
+            for (lane, grain) in lanes.iter().enumerate() {
+                let place = places[lane] as usize;
+                for (column, neighbour) in (from..).zip(row(*grain)) {
+                    let (reach, stiffness) = of_pair(place, *neighbour as usize);
+                    self.other[column][lane] = *neighbour;
+                    self.reach[column][lane] = reach;
+                    self.stiffness[column][lane] = stiffness;
+                }
+            }
+            self.grain.push(lanes);
+            self.start.push(to as u32);
         }
-        self.sort_by_length();
-        self.make_room();
-        for pair in pairs {
-            self.put(pair.first, pair.second, &pair);
-            self.put(pair.second, pair.first, &pair);
-        }
-        self.fill_last_group();
+    }
+
+    /// The groups of each block, and the place after its last grain.
+    pub fn blocks(&self) -> impl Iterator<Item = (Range<usize>, usize)> {
+        const GROUPS: usize = BLOCK / LANES;
+        let groups = self.grain.len();
+        (0..groups).step_by(GROUPS).map(move |from| {
+            let to = (from + GROUPS).min(groups);
+            (from..to, self.first + to * LANES)
+        })
     }
 
     /// Grains in blocks, within a block the longest rows first.
-    fn sort_by_length(&mut self) {
+    fn sort_by_length(&mut self, start: &[u32]) {
         self.order.clear();
-        self.order.resize(self.length.len(), 0);
-        let blocks = self.length.chunks(BLOCK).zip(self.order.chunks_mut(BLOCK));
-        for (block, (length, order)) in blocks.enumerate() {
+        self.order.resize(start.len() - 1, 0);
+        for (block, order) in self.order.chunks_mut(BLOCK).enumerate() {
+            let from = block * BLOCK;
+            let lengths = start[from..=from + order.len()].windows(2);
+            let lengths = lengths.map(|row| (row[1] - row[0]) as usize);
             // A counting sort: where the rows of each length begin, the longest first.
-            let longest = length.iter().copied().max().unwrap_or(0) as usize;
+            let longest = lengths.clone().max().unwrap_or(0);
             self.begin.clear();
             self.begin.resize(longest + 2, 0);
-            for length in length {
-                self.begin[longest - *length as usize + 1] += 1;
+            for length in lengths.clone() {
+                self.begin[longest - length + 1] += 1;
             }
             for shorter in 1..self.begin.len() {
                 self.begin[shorter] += self.begin[shorter - 1];
             }
-            for (index, length) in length.iter().enumerate() {
-                let place = &mut self.begin[longest - *length as usize];
-                order[*place as usize] = (block * BLOCK + index) as u32;
+            for (index, length) in lengths.enumerate() {
+                let place = &mut self.begin[longest - length];
+                order[*place as usize] = (from + index) as u32;
                 *place += 1;
             }
-        }
-    }
-
-    /// Empty columns for every group, as many as its longest row has neighbours.
-    fn make_room(&mut self) {
-        let Rows {
-            grain,
-            start,
-            other,
-            reach,
-            stiffness,
-            length,
-            place,
-            order,
-            begin: _,
-        } = self;
-        grain.clear();
-        start.clear();
-        other.clear();
-        start.push(0);
-        place.clear();
-        place.resize(length.len(), 0);
-        for (group, ids) in order.chunks(LANES).enumerate() {
-            let mut lanes = [ids[0]; LANES];
-            lanes[..ids.len()].copy_from_slice(ids);
-            grain.push(lanes);
-            let mut longest = 0;
-            for (lane, id) in ids.iter().enumerate() {
-                place[*id as usize] = (group * LANES + lane) as u32;
-                longest = longest.max(length[*id as usize]);
-            }
-            other.resize(other.len() + longest as usize, lanes);
-            start.push(other.len() as u32);
-        }
-        reach.clear();
-        reach.resize(other.len(), [-1.0; LANES]);
-        stiffness.clear();
-        stiffness.resize(other.len(), [0.0; LANES]);
-        // From here on a row's length counts the neighbours that it has already.
-        length.fill(0);
-    }
-
-    fn put(&mut self, grain: u32, neighbour: u32, pair: &Pair) {
-        let place = self.place[grain as usize] as usize;
-        let (group, lane) = (place / LANES, place % LANES);
-        let column = (self.start[group] + self.length[grain as usize]) as usize;
-        self.length[grain as usize] += 1;
-        self.other[column][lane] = neighbour;
-        self.reach[column][lane] = pair.reach;
-        self.stiffness[column][lane] = pair.stiffness;
-    }
-
-    fn fill_last_group(&mut self) {
-        let used = self.length.len() % LANES;
-        let [.., from, _] = self.start[..] else {
-            return;
-        };
-        if used == 0 {
-            return;
-        }
-        for column in from as usize..self.other.len() {
-            let first = self.other[column][0];
-            self.other[column][used..].fill(first);
-            let first = self.reach[column][0];
-            self.reach[column][used..].fill(first);
-            let first = self.stiffness[column][0];
-            self.stiffness[column][used..].fill(first);
         }
     }
 }
@@ -227,6 +206,7 @@ mod tests {
     use super::super::dynamics::Dynamics;
     use super::super::neighbours::Skin;
     use super::super::state::{Constants, State};
+    use super::super::threads::Threads;
     use super::*;
     use crate::generate::initial_bodies;
     use crate::model::Model;
@@ -235,8 +215,9 @@ mod tests {
     /// The obvious version: the scalar law, one pair after the other in the order of the sorted loop.
     fn reference(state: &State, constants: &Constants) -> Vec<[f64; 2]> {
         let mut force = vec![[0.0; 2]; state.position.len()];
-        for a in 0..force.len() {
-            for b in a + 1..force.len() {
+        let places = state.place.iter().map(|at| *at as usize);
+        for (first, a) in places.clone().enumerate() {
+            for b in places.clone().skip(first + 1) {
                 let Some(touch) = state.grain_touch(a, b) else {
                     continue;
                 };
@@ -261,8 +242,8 @@ mod tests {
         let constants = Constants::new(&Model::of(&scene), scene.particles.count);
         let bodies = initial_bodies(&scene);
         let skin = Skin::Adaptive { radius: 0.005 };
-        let mut dynamics =
-            Dynamics::new(&bodies, None, &[], constants, skin).expect("a sound start");
+        let mut dynamics = Dynamics::new(&bodies, None, &[], constants, skin, Threads::default())
+            .expect("a sound start");
         for step in 1..=9000 {
             dynamics.step().expect("a sound step");
             if step % 3000 == 0 {
@@ -281,15 +262,18 @@ mod tests {
             let expected = reference(state, &dynamics.constants);
             touching += expected.iter().filter(|force| **force != [0.0; 2]).count();
             let mut force = vec![[f64::NAN; 2]; expected.len()];
-            sum_forces(&state.position, &neighbours.rows, &mut force);
+            let rows = &neighbours.shares[0].rows;
+            let groups = 0..rows.grain.len();
+            let (position, all) = (&state.position, || groups.clone());
+            sum_forces(position, rows, all(), &mut force);
             assert_eq!(
                 bits(&force),
                 bits(&expected),
                 "this machine's widest vectors"
             );
-            sum_forces_plain(&state.position, &neighbours.rows, &mut force);
+            sum_forces_plain(position, rows, all(), &mut force);
             assert_eq!(bits(&force), bits(&expected), "the plainest machine's code");
-            without_avx512(&state.position, &neighbours.rows, &mut force);
+            without_avx512(position, rows, all(), &mut force);
             assert_eq!(bits(&force), bits(&expected), "as without 512-bit vectors");
         });
         assert!(touching > 1000, "{touching}");

@@ -7,6 +7,7 @@ use super::health::{self, Trouble};
 use super::neighbours::Skin;
 use super::perturb::Perturbation;
 use super::state::Constants;
+use super::threads::Threads;
 use super::timing::{Slowness, ThreadTime};
 use crate::model::Model;
 use crate::scene::Scene;
@@ -20,6 +21,8 @@ pub struct Options {
     pub skin: Option<f64>,
     /// A deliberate fault.
     pub perturbation: Option<Perturbation>,
+    /// Threads for this one bed; the bits do not depend on them.
+    pub threads: Threads,
 }
 
 /// Signals and signs of trouble are looked for every so many steps.
@@ -68,7 +71,14 @@ pub fn run(
         step: start.step,
         trouble,
     };
-    let dynamics = Dynamics::new(&bodies, punch, &start.memory, constants, skin);
+    let dynamics = Dynamics::new(
+        &bodies,
+        punch,
+        &start.memory,
+        constants,
+        skin,
+        options.threads,
+    );
     let mut runner = Runner {
         scene,
         options,
@@ -149,7 +159,9 @@ impl Runner<'_> {
         exactly: Option<u64>,
         mut rule: impl FnMut(&mut Self) -> Option<StopReason>,
     ) -> Result<StopReason, NativeError> {
-        let (wall, cpu) = (Instant::now(), ThreadTime::now());
+        let grains = self.dynamics.state.position.len();
+        let cpu = ThreadTime::of(self.options.threads.of(grains));
+        let wall = Instant::now();
         let every = self.scene.measurement.history_every;
         self.observe()?;
         let mut observed = self.step;

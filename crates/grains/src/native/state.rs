@@ -5,16 +5,21 @@ use crate::model::{Kernel, Law, Model, damping_ratio};
 use crate::scene::Viscosity;
 use crate::tables::{Bodies, BodyIds, Contact, Punch, tangential};
 
-/// Positions, velocities and forces, a pair of components a grain.
+/// Positions, velocities and forces, a pair of components a grain. Grains stand at places in memory that neighbour lists
+/// choose; whatever leaves the engine and every sum over grains is in the order of their numbers, which are their ids.
 #[derive(Debug, Clone)]
 pub struct State {
+    /// Of the grain at each place.
+    pub number: Vec<u32>,
+    /// Of the grain with each number.
+    pub place: Vec<u32>,
     pub position: Vec<[f64; 2]>,
     pub velocity: Vec<[f64; 2]>,
     pub force: Vec<[f64; 2]>,
     pub radius: Vec<f64>,
     pub mass: Vec<f64>,
     /// The mass of each grain twice, once for each of its components: what vector lanes divide by, kg.
-    pub component_mass: Vec<f64>,
+    pub component_mass: Vec<[f64; 2]>,
     /// rad/s; empty for the frictionless kernel, zeros where grains do not rotate.
     pub spin: Vec<f64>,
     /// N·m; empty for the frictionless kernel.
@@ -28,13 +33,16 @@ impl State {
     /// The state of these grains for this kernel; forces are still to be evaluated.
     pub fn new(bodies: &Bodies, punch: Option<Punch>, kernel: Kernel) -> Self {
         let pairs = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| [*a, *b]).collect();
+        let numbers: Vec<u32> = (0..bodies.len() as u32).collect();
         let mut state = State {
+            place: numbers.clone(),
+            number: numbers,
             position: pairs(&bodies.x, &bodies.z),
             velocity: pairs(&bodies.vx, &bodies.vz),
             force: vec![[0.0; 2]; bodies.len()],
             radius: bodies.radius.clone(),
             mass: bodies.mass.clone(),
-            component_mass: bodies.mass.iter().flat_map(|mass| [*mass; 2]).collect(),
+            component_mass: bodies.mass.iter().map(|mass| [*mass; 2]).collect(),
             // Kept even where nothing turns a grain in this stage.
             spin: bodies.spin.clone(),
             torque: Vec::new(),
@@ -57,39 +65,90 @@ impl State {
         }
     }
 
+    /// Puts the grains at other places: to each the one of the place that is told for it.
+    pub fn rearrange(&mut self, order: &[u32], spare: &mut Spare) {
+        let Spare(pairs, numbers) = spare;
+        let State {
+            position,
+            velocity,
+            force,
+            component_mass,
+            radius,
+            mass,
+            spin,
+            torque,
+            inertia,
+            ..
+        } = self;
+        for of in [position, velocity, force, component_mass] {
+            put(of, order, pairs);
+        }
+        for of in [radius, mass, spin, torque, inertia] {
+            put(of, order, numbers);
+        }
+        put(&mut self.number, order, &mut self.place);
+        for (place, number) in (0..).zip(&self.number) {
+            self.place[*number as usize] = place;
+        }
+    }
+
+    /// Puts the grains in the order of their numbers.
+    pub fn rearrange_by_number(&mut self, spare: &mut Spare) {
+        if !self.number.is_sorted() {
+            let order = self.place.clone();
+            self.rearrange(&order, spare);
+        }
+    }
+
     /// The grains as a table.
     pub fn bodies(&self) -> Bodies {
-        let column = |of: &[[f64; 2]], axis: usize| of.iter().map(|v| v[axis]).collect();
+        let components =
+            |of: &[[f64; 2]], axis: usize| self.by_number(of).map(|v| v[axis]).collect();
+        let column = |of: &[f64]| self.by_number(of).collect();
         Bodies {
-            x: column(&self.position, 0),
-            z: column(&self.position, 1),
-            vx: column(&self.velocity, 0),
-            vz: column(&self.velocity, 1),
-            radius: self.radius.clone(),
-            mass: self.mass.clone(),
+            x: components(&self.position, 0),
+            z: components(&self.position, 1),
+            vx: components(&self.velocity, 0),
+            vz: components(&self.velocity, 1),
+            radius: column(&self.radius),
+            mass: column(&self.mass),
             spin: if self.inertia.is_empty() {
                 Vec::new()
             } else {
-                self.spin.clone()
+                column(&self.spin)
             },
-            inertia: self.inertia.clone(),
+            inertia: column(&self.inertia),
         }
+    }
+
+    /// A column in the order of numbers; nothing of one that is empty.
+    pub fn by_number<T: Copy>(&self, of: &[T]) -> impl Iterator<Item = T> {
+        self.place
+            .iter()
+            .filter_map(|at| of.get(*at as usize))
+            .copied()
     }
 
     /// Σ ½mv², then Σ ½Iω², grain by grain, J. Both engines add in this order, so a stop rule on it
     /// stops both at the same step.
     pub fn kinetic_energy(&self) -> f64 {
         let mut energy = 0.0;
-        for (mass, [vx, vz]) in self.mass.iter().zip(&self.velocity) {
+        let moving = self
+            .by_number(&self.mass)
+            .zip(self.by_number(&self.velocity));
+        for (mass, [vx, vz]) in moving {
             energy += 0.5 * mass * (vx * vx + vz * vz);
         }
-        for (inertia, spin) in self.inertia.iter().zip(&self.spin) {
+        let turning = self
+            .by_number(&self.inertia)
+            .zip(self.by_number(&self.spin));
+        for (inertia, spin) in turning {
             energy += 0.5 * inertia * (spin * spin);
         }
         energy
     }
 
-    /// How grain `id` moves.
+    /// How the grain at this place moves.
     pub fn motion(&self, id: usize) -> Motion {
         Motion {
             position: self.position[id],
@@ -98,7 +157,7 @@ impl State {
         }
     }
 
-    /// Where grains `a` and `b` touch.
+    /// Where the grains at places `a` and `b` touch.
     pub fn grain_touch(&self, a: usize, b: usize) -> Option<Touch> {
         contact::grains(
             self.position[a],
@@ -108,21 +167,34 @@ impl State {
         )
     }
 
-    /// Where grain `id` touches a wall.
+    /// Where the grain at this place touches a wall.
     pub fn wall_touch(&self, wall: &Wall, id: usize) -> Option<Touch> {
         contact::wall(wall.axis, wall.place, self.position[id], self.radius[id])
     }
 
-    /// Where grain `id` touches the punch.
+    /// Where the grain at this place touches the punch.
     pub fn punch_touch(&self, punch: &Punch, id: usize) -> Option<Touch> {
         let (position, radius) = (self.position[id], self.radius[id]);
         contact::punch(punch.centre, punch.half_extents, position, radius)
     }
 
-    /// k_n of grain `id` at a flat body, N/m.
+    /// k_n of the grain at this place at a flat body, N/m.
     pub fn flat_stiffness(&self, constants: &Constants, id: usize) -> f64 {
         constants.stiffness(self.radius[id], self.radius[id])
     }
+}
+
+/// Room for [`State::rearrange`].
+#[derive(Debug, Default)]
+pub struct Spare(Vec<[f64; 2]>, Vec<f64>);
+
+fn put<T: Copy>(of: &mut Vec<T>, order: &[u32], spare: &mut Vec<T>) {
+    if of.is_empty() {
+        return;
+    }
+    spare.clear();
+    spare.extend(order.iter().map(|place| of[*place as usize]));
+    std::mem::swap(of, spare);
 }
 
 /// A row of the table of contacts.
@@ -243,6 +315,12 @@ impl Constants {
     pub fn tangential_stiffness(&self, radius1: f64, radius2: f64) -> f64 {
         let side = |radius: f64| self.law.modulus * radius * self.law.stiffness_ratio;
         self.in_series(side(radius1), side(radius2)) * self.tangential_factor
+    }
+
+    /// The parameters of a contact of the grains at these places, the lower number first.
+    pub fn of_pair(&self, state: &State, first: usize, second: usize) -> Parameters {
+        let [(r1, m1), (r2, m2)] = [first, second].map(|at| (state.radius[at], state.mass[at]));
+        self.parameters(r1, r2, m1 * m2 / (m1 + m2))
     }
 
     /// The parameters of a contact with the effective mass m_eff, kg: m_1 m_2/(m_1 + m_2) of two

@@ -10,28 +10,41 @@ use super::dynamics::{Clock, Dynamics, Part};
 use super::health::Trouble;
 use super::neighbours::Skin;
 use super::state::Constants;
+use super::threads::Threads;
 use crate::model::Model;
 use crate::tables::{Bodies, Stage};
 
-/// A moment on the clock of this thread's processor time.
+/// A moment on the clock of this thread's processor time, or of all of the process.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ThreadTime(Duration);
+pub struct ThreadTime(ClockId, Duration);
 
 impl ThreadTime {
     /// Now.
     pub fn now() -> Self {
-        let now = clock_gettime(ClockId::ThreadCPUTime);
-        ThreadTime(Duration::new(now.tv_sec as u64, now.tv_nsec as u32))
+        ThreadTime::on(ClockId::ThreadCPUTime)
     }
 
-    /// Processor time that this thread used between an earlier moment and this one.
+    /// Now, for a bed on so many threads: where there are several, of the process, which then computes this bed alone.
+    pub fn of(threads: usize) -> Self {
+        match threads {
+            1 => ThreadTime::now(),
+            _ => ThreadTime::on(ClockId::ProcessCPUTime),
+        }
+    }
+
+    fn on(clock: ClockId) -> Self {
+        let now = clock_gettime(clock);
+        ThreadTime(clock, Duration::new(now.tv_sec as u64, now.tv_nsec as u32))
+    }
+
+    /// Processor time that was used between an earlier moment and this one.
     pub fn duration_since(&self, earlier: ThreadTime) -> Duration {
-        self.0.saturating_sub(earlier.0)
+        self.1.saturating_sub(earlier.1)
     }
 
-    /// Processor time that this thread has used since.
+    /// Processor time that has been used since.
     pub fn elapsed(&self) -> Duration {
-        ThreadTime::now().duration_since(*self)
+        ThreadTime::on(self.0).duration_since(*self)
     }
 }
 
@@ -93,7 +106,7 @@ pub fn parts_of_a_step(
 ) -> Result<Clocked, Trouble> {
     let constants = Constants::new(model, bodies.len() as u32);
     let skin = Skin::Adaptive { radius };
-    let mut dynamics = Dynamics::new(bodies, None, &[], constants, skin)?;
+    let mut dynamics = Dynamics::new(bodies, None, &[], constants, skin, Threads::default())?;
     let builds = dynamics.neighbours.builds;
     let mut clock = Watch::default();
     for _ in 0..steps {
@@ -103,7 +116,7 @@ pub fn parts_of_a_step(
     let grains = bodies.len() as u32;
     Ok(Clocked {
         shares: clock.shares(),
-        listed_pairs: dynamics.neighbours.other.len(),
+        listed_pairs: dynamics.neighbours.len(),
         touching_pairs: contacts.iter().filter(|of| of.id1 < grains).count(),
         builds: dynamics.neighbours.builds - builds,
         bodies: dynamics.state.bodies(),
@@ -113,8 +126,8 @@ pub fn parts_of_a_step(
 const PARTS: [(Part, &str); 4] = [
     (Part::Integration, "integration"),
     (Part::NeighbourLists, "neighbour lists"),
-    (Part::Contacts, "contacts between grains"),
-    (Part::FlatBodies, "walls and punch"),
+    (Part::Contacts, "contacts between grains and at walls"),
+    (Part::Punch, "punch"),
 ];
 
 #[derive(Default)]

@@ -1,6 +1,7 @@
 //! The same in 512-bit vectors: compilers do not find the cheap way to gather pairs of coordinates.
 
 use std::arch::x86_64::*;
+use std::ops::Range;
 
 use super::{LANES, Lanes, Rows};
 
@@ -11,22 +12,29 @@ pub fn available() -> bool {
 
 /// See [`super::sum_forces`]; does nothing else where the machine has no such vectors.
 #[allow(unsafe_code)]
-pub fn sum_forces(position: &[[f64; 2]], rows: &Rows, force: &mut [[f64; 2]]) {
+pub fn sum_forces(
+    position: &[[f64; 2]],
+    rows: &Rows,
+    groups: Range<usize>,
+    force: &mut [[f64; 2]],
+) {
     assert!(available(), "asked for vectors that this machine lacks");
     // SAFETY: the machine has the features that the function is compiled for, as just asserted; that is
     // all it needs.
-    unsafe { in_vectors(position, rows, force) }
+    unsafe { in_vectors(position, rows, groups, force) }
 }
 
 #[target_feature(enable = "avx512f,avx512dq")]
-fn in_vectors(position: &[[f64; 2]], rows: &Rows, force: &mut [[f64; 2]]) {
-    for (grain, columns) in rows.grain.iter().zip(rows.start.windows(2)) {
+fn in_vectors(position: &[[f64; 2]], rows: &Rows, groups: Range<usize>, force: &mut [[f64; 2]]) {
+    let own = &position[rows.first..];
+    let columns = rows.start[groups.start..=groups.end].windows(2);
+    for (grain, columns) in rows.grain[groups].iter().zip(columns) {
         let columns = columns[0] as usize..columns[1] as usize;
         let neighbours = rows.other[columns.clone()]
             .iter()
             .zip(&rows.reach[columns.clone()])
             .zip(&rows.stiffness[columns]);
-        let own = [gather::<0>(position, grain), gather::<8>(position, grain)];
+        let own = [gather::<0>(own, grain), gather::<8>(own, grain)];
         let mut sum = [[_mm512_setzero_pd(); 2]; 2];
         for ((other, reach), stiffness) in neighbours {
             let (reach, stiffness) = (halves(*reach), halves(*stiffness));
