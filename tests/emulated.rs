@@ -56,7 +56,7 @@ fn each_of_them_takes_the_code_for_its_vectors() {
     timing::write_bed(&Bed { scene, bodies }, folder.path()).expect("a writable folder");
     for (processor, vectors) in PROCESSORS {
         let arguments = timing::arguments(folder.path(), 8, 1);
-        let arguments = arguments.each_ref().map(String::as_str);
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
         let said = on(processor, &arguments, folder.path());
         assert!(said.contains(vectors), "{processor}: {said}");
     }
