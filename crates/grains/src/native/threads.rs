@@ -150,7 +150,9 @@ mod tests {
             }
         }
         assert!(dynamics.neighbours.builds > 20);
-        assert_ne!(dynamics.state.number, before, "laid out anew");
+        // With friction memory has the order of numbers.
+        let is_smooth = scene.material.friction_angle == 0.0;
+        assert_eq!(dynamics.state.number != before, is_smooth);
         all
     }
 
