@@ -28,9 +28,8 @@
 
 use chacha20::ChaCha8Rng;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use rand_core::SeedableRng;
+use rand_core::{Rng, SeedableRng};
 
-use grains::generate::symmetric;
 use grains::model::Law;
 use grains::native::{NativeError, effective, run_case};
 use grains::scene::{SlipVelocity, TorqueArms};
@@ -336,6 +335,12 @@ fn largest_of_tridiagonal(diagonal: &[f64], off_diagonal: &[f64]) -> (f64, Vec<f
         .unwrap_or((0, 0.0));
     let vector = eigen.eigenvectors.column(at).iter().copied().collect();
     (value, vector)
+}
+
+/// Uniform in [−1, 1).
+pub(super) fn symmetric(random: &mut ChaCha8Rng) -> f64 {
+    let bits = random.next_u64() >> 11;
+    bits as f64 * (2.0 / (1u64 << 53) as f64) - 1.0
 }
 
 fn unit(vector: DVector<f64>) -> DVector<f64> {

@@ -9,8 +9,7 @@ use nalgebra::DVector;
 use rand_core::SeedableRng;
 use serde::{Deserialize, Serialize};
 
-use super::spectrum::at_start;
-use grains::generate::symmetric;
+use super::spectrum::{at_start, symmetric};
 use grains::native::{CaseOptions, NativeError, Trouble, watch_case};
 use grains::tables::{Bodies, Snapshot};
 use grains::task::Case;
