@@ -1,6 +1,7 @@
 //! An engine's first hundred steps from a bed, judged, and what is said of them.
 
 use std::cell::OnceCell;
+use std::path::Path;
 
 use crate::checks::{Check, Outcome};
 use crate::document::{Cell, Section, Table};
@@ -28,7 +29,7 @@ pub enum Asked<'a> {
 
 impl Asked<'_> {
     /// What it does not have of what the case asks for.
-    fn lacks(self, case: &Case) -> Option<String> {
+    pub fn lacks(self, case: &Case) -> Option<String> {
         match self {
             Asked::Native(_) => None,
             Asked::Yade(_) => yade::unsupported(&case.model),
@@ -39,8 +40,8 @@ impl Asked<'_> {
         }
     }
 
-    fn run(self, cases: &[&Case]) -> Result<Vec<Answer>, EngineError> {
-        let work = work_folder().map_err(ProgramError::File)?;
+    /// What it makes of each case; `work` is an empty folder.
+    pub fn run(self, cases: &[&Case], work: &Path) -> Result<Vec<Answer>, EngineError> {
         match self {
             Asked::Native(options) => {
                 let fault = options.perturbation;
@@ -48,12 +49,10 @@ impl Asked<'_> {
                 cases.iter().map(run).collect()
             }
             Asked::Yade(options) => {
-                let run = yade::run_cases(cases, options, work.path(), &mut ())?;
+                let run = yade::run_cases(cases, options, work, &mut ())?;
                 Ok(run.cases.into_iter().map(|of| Ok(of.track)).collect())
             }
-            Asked::Exec(engine, options) => {
-                Ok(exec::run_cases(cases, engine, options, work.path())?)
-            }
+            Asked::Exec(engine, options) => Ok(exec::run_cases(cases, engine, options, work)?),
         }
     }
 }
@@ -115,7 +114,10 @@ pub fn from_bed(
     engine: Asked<'_>,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Judgement, EngineError> {
-    let mut run = |cases: &[&Case]| engine.run(cases);
+    let mut run = |cases: &[&Case]| {
+        let work = work_folder().map_err(ProgramError::File)?;
+        engine.run(cases, work.path())
+    };
     reference.judge(&|case| engine.lacks(case), &mut run, progress)
 }
 

@@ -15,9 +15,10 @@ use std::sync::Mutex;
 use serde::{Deserialize, Serialize};
 
 use crate::checks::{Check, Measured, Outcome, verdict};
-use crate::engine::exec::{self, missing_for_case};
-use crate::engine::yade::{self, Proposal, propose};
-use crate::engine::{EngineError, Part, ProgramError};
+use crate::compare::first_steps::Asked;
+use crate::engine::exec::Description;
+use crate::engine::yade::{Proposal, propose};
+use crate::engine::{EngineError, ProgramError};
 use crate::files::failed;
 use crate::study::machine::Folder;
 use crate::study::plan::Program;
@@ -171,7 +172,7 @@ impl Study for Stability {
                 let mut trials = SceneTrials::new(self.scene(name)?)?;
                 let version = match runner {
                     Runner::Native => trials.in_native()?,
-                    _ => trials.in_external(&External::of(runner, engines)?, work)?,
+                    _ => trials.in_external(runner, engines, work)?,
                 };
                 Ok(Made::Limits {
                     runner,
@@ -296,21 +297,6 @@ pub struct Map {
     pub failures: Vec<Failure>,
 }
 
-enum External<'a> {
-    Yade(&'a yade::Options),
-    Exec(&'a exec::ExternalEngine),
-}
-
-impl<'a> External<'a> {
-    fn of(runner: Runner, engines: &'a Engines) -> Result<Self, ProgramError> {
-        Ok(if runner.is_yade() {
-            External::Yade(&engines.yade)
-        } else {
-            External::Exec(engines.external()?)
-        })
-    }
-}
-
 /// A scene with its row, and how it is disturbed: at random without damping, in the fastest mode with it.
 struct SceneTrials {
     row: Row,
@@ -369,7 +355,12 @@ impl SceneTrials {
 
     /// Finds them in another engine, about the predicted ones; its version. `work` is an empty folder. A scene of parts that
     /// the engine does not have is skipped, and so is one that it refuses.
-    fn in_external(&mut self, engine: &External, work: &Path) -> Result<String, EngineError> {
+    fn in_external(
+        &mut self,
+        runner: Runner,
+        engines: &Engines,
+        work: &Path,
+    ) -> Result<String, EngineError> {
         let mut starts = 0..;
         let mut place = || {
             let path = work.join(starts.next().unwrap_or(0).to_string());
@@ -379,36 +370,26 @@ impl SceneTrials {
         let [at_random, in_mode] = self.disturbed.clone();
         let searches = [(at_random, &self.row.undamped), (in_mode, &self.row.damped)]
             .map(|(of, limits)| Search::new(of, limits.alpha, limits.predicted));
-        let (name, version) = match engine {
-            External::Yade(options) => {
-                let (proposals, version) = propose(&[&self.scene.case], options, &place()?)?;
-                self.row.proposal_of_yade = proposals.into_iter().next();
-                ("YADE", version)
-            }
-            External::Exec(exec::ExternalEngine { description, .. }) => {
-                // The damped search asks for all that the other does.
-                let missing = missing_for_case(description, &searches[1].at_start());
-                let reason = format!("{} has no {}", description.name, Part::list(&missing));
-                self.row.skipped = (!missing.is_empty()).then_some(reason);
-                (description.name.as_str(), description.version.clone())
-            }
+        let (engine, name, version) = if runner.is_yade() {
+            let options = &engines.yade;
+            let (proposals, version) = propose(&[&self.scene.case], options, &place()?)?;
+            self.row.proposal_of_yade = proposals.into_iter().next();
+            (Asked::Yade(options), "YADE", version)
+        } else {
+            let of = engines.external()?;
+            let Description { name, version, .. } = &of.description;
+            (
+                Asked::Exec(&of.description, &of.options),
+                name.as_str(),
+                version.clone(),
+            )
         };
-        if self.row.skipped.is_some() {
+        // The damped search asks for all that the other does.
+        if let Some(lacking) = engine.lacks(&searches[1].at_start()) {
+            self.row.skipped = Some(format!("{name} has no {lacking}"));
             return Ok(version);
         }
-        let found = find_all(searches.into(), |cases| -> Result<_, ProgramError> {
-            match engine {
-                External::Yade(options) => {
-                    let run = yade::run_cases(cases, options, &place()?, &mut ())?;
-                    Ok(run.cases.into_iter().map(|case| Ok(case.track)).collect())
-                }
-                External::Exec(exec::ExternalEngine {
-                    options,
-                    description,
-                    ..
-                }) => exec::run_cases(cases, description, options, &place()?),
-            }
-        })?;
+        let found = find_all(searches.into(), |cases| engine.run(cases, &place()?))?;
         let refused = found.iter().find_map(|found| found.as_ref().err());
         self.row.skipped = refused.map(|reason| format!("{name} refused: {reason}"));
         if let [Ok(undamped), Ok(damped)] = &found[..] {

@@ -412,8 +412,8 @@ impl Suite {
 
 /// What YADE lacks for a group, if anything.
 fn not_in_yade(group: &CaseGroup) -> Option<String> {
-    let lacks = |case: &Case| unsupported(&case.model).map(|what| what.to_string());
-    group.cases.iter().find_map(lacks)
+    let mut cases = group.cases.iter();
+    cases.find_map(|case| unsupported(&case.model))
 }
 
 /// The tracks of cases in the native engine, or why there are none.

@@ -105,21 +105,10 @@ const SAME_WIDTH: f64 = 0.01;
 /// Holds a run against a baseline.
 pub fn diff(baseline: &Baseline, run: &Record) -> Diff {
     let before = &baseline.record;
-    let by_id = |checks: &[Check]| -> BTreeMap<String, Check> {
-        let pair = |check: &Check| (check.id.clone(), check.clone());
-        checks.iter().map(pair).collect()
-    };
-    let (old, new) = (by_id(&before.checks), by_id(&run.checks));
-    let mut changes = Vec::new();
-    let mut same = 0;
-    for (id, after) in &new {
-        match changed(id, old.get(id), Some(after)) {
-            Some(change) => changes.push(change),
-            None => same += 1,
-        }
-    }
-    let gone = old.iter().filter(|(id, _)| !new.contains_key(*id));
-    changes.extend(gone.filter_map(|(id, check)| changed(id, Some(check), None)));
+    let checks = paired(&before.checks, &run.checks, |of| &of.id);
+    let found = checks.iter().map(|(id, [a, b])| changed(id, *a, *b));
+    let mut changes: Vec<Changed> = found.flatten().collect();
+    let same = checks.len() - changes.len();
     let moved = |of: &Changed| of.share_of_tolerance.unwrap_or(0.0);
     changes.sort_by(|a, b| {
         let by_size = moved(b).total_cmp(&moved(a));
@@ -127,10 +116,8 @@ pub fn diff(baseline: &Baseline, run: &Record) -> Diff {
     });
     let same_machine = before.machine_kind == run.machine_kind && run.machine_kind.is_some();
     let speeds = speeds(&before.speeds, &run.speeds, same_machine);
-    let failing = |id: &&String| {
-        let mut both = [&old, &new].into_iter().map(|of| of.get(*id));
-        both.all(|check| check.is_some_and(|check| check.outcome == Outcome::Fail))
-    };
+    let fails = |of: &Option<&Check>| of.is_some_and(|check| check.outcome == Outcome::Fail);
+    let still_failing = checks.values().filter(|both| both.iter().all(fails));
     let (moved, unmoved) = numbers(&before.measured, &run.measured);
     Diff {
         baseline: baseline.name.clone(),
@@ -141,11 +128,26 @@ pub fn diff(baseline: &Baseline, run: &Record) -> Diff {
         commands: [before.command.clone(), run.command.clone()],
         same_machine,
         same,
-        still_failing: new.keys().filter(failing).count(),
+        still_failing: still_failing.count(),
         verdict: verdict(&changes, &speeds),
         changes,
         speeds,
     }
+}
+
+/// Before and after, of every id that is in either.
+fn paired<'a, T>(
+    before: &'a [T],
+    after: &'a [T],
+    id: fn(&T) -> &str,
+) -> BTreeMap<&'a str, [Option<&'a T>; 2]> {
+    let mut all: BTreeMap<&str, [Option<&T>; 2]> = BTreeMap::new();
+    for (side, list) in [before, after].into_iter().enumerate() {
+        for of in list {
+            all.entry(id(of)).or_default()[side] = Some(of);
+        }
+    }
+    all
 }
 
 impl Diff {
@@ -265,17 +267,12 @@ fn same_definition(a: &Check, b: &Check) -> bool {
 
 /// Those that moved, and how many did not.
 fn numbers(before: &[Measured], after: &[Measured]) -> (Vec<MovedNumber>, usize) {
-    let by_id = |of: &[Measured]| -> BTreeMap<String, Measured> {
-        of.iter().map(|of| (of.id.clone(), of.clone())).collect()
-    };
-    let (old, new) = (by_id(before), by_id(after));
-    let ids: std::collections::BTreeSet<&String> = old.keys().chain(new.keys()).collect();
-    let pairs = ids.into_iter().map(|id| {
-        let (before, after) = (old.get(id), new.get(id));
+    let pairs = paired(before, after, |of| &of.id).into_iter();
+    let pairs = pairs.map(|(id, [before, after])| {
         let both = before.zip(after);
         let unit = after.or(before).map(|of| of.unit.clone());
         MovedNumber {
-            id: id.clone(),
+            id: id.to_owned(),
             unit: unit.unwrap_or_default(),
             before: before.map(|of| of.value),
             after: after.map(|of| of.value),
