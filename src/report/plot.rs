@@ -460,10 +460,13 @@ impl Drawing<'_> {
     }
 
     /// The words, where no other words, points and bars are. Where no axis is of names, a point's name that finds no room
-    /// beside it stands where there is some, at the end of a line from the point.
+    /// beside it stands where there is some, at the end of a line from the point, which crosses no words if that can be.
     fn labels(&mut self) -> String {
         let [left, top, width, height] = self.area;
         let mut svg = String::new();
+        let mut written: Vec<[f64; 4]> = Vec::new();
+        let mut lines: Vec<[[f64; 2]; 2]> = Vec::new();
+        let mut far_off = Vec::new();
         for Label {
             words,
             colour,
@@ -471,59 +474,99 @@ impl Drawing<'_> {
             point,
         } in std::mem::take(&mut self.labels)
         {
-            let length = LETTER * words.chars().count() as f64;
-            let room = |([x, y], anchor): &Place| {
-                let from = match *anchor {
-                    "start" => *x,
-                    "end" => x - length,
-                    _ => x - 0.5 * length,
-                };
-                [from, y - 11.0, from + length, y + 3.0]
-            };
-            let taken = &self.taken;
-            let is_free = |place: &Place| {
-                let own = room(place);
-                let within = own[0] >= left
-                    && own[1] >= top
-                    && own[2] <= left + width
-                    && own[3] <= top + height;
-                let meets = |of: &[f64; 4]| {
-                    own[0] < of[2] && of[0] < own[2] && own[1] < of[3] && of[1] < own[3]
-                };
-                within && !taken.iter().any(meets)
-            };
-            if let Some(place) = places.iter().find(|place| is_free(place)) {
-                self.taken.push(room(place));
+            let free = |place: &&Place| self.is_free(&room(&words, place));
+            if let Some(place) = places.iter().find(free) {
+                let own = room(&words, place);
+                self.taken.push(own);
+                written.push(own);
                 svg += &label(colour, place.0, place.1, &words);
-                continue;
+            } else if let Some(point) = point {
+                far_off.push((words, colour, point));
             }
-            let Some([x, y]) = point else { continue };
+        }
+        for (words, colour, [x, y]) in far_off {
             let rows = (0..=(height / 8.0) as u32).map(|row| top + 8.0 * f64::from(row));
             let anywhere = rows.flat_map(|row| {
                 let columns = (0..=(width / 8.0) as u32).map(|at| left + 8.0 * f64::from(at));
                 columns.map(move |column| ([column, row], "start"))
             });
-            // From the point to the nearest place of the words' lower edge.
-            let end = |place: &Place| {
-                let own = room(place);
-                [x.clamp(own[0], own[2]), own[3]]
+            // From the point to the nearest place of the words' edge.
+            let line_to = |own: &[f64; 4]| {
+                let end = [x.clamp(own[0], own[2]), y.clamp(own[1], own[3])];
+                [[x, y], end]
             };
-            let far = |place: &Place| {
-                let [a, b] = end(place);
-                (a - x).hypot(b - y)
+            let length = |own: &[f64; 4]| {
+                let [from, to] = line_to(own);
+                (to[0] - from[0]).hypot(to[1] - from[1])
             };
-            let nearest = anywhere
-                .filter(is_free)
-                .min_by(|a, b| far(a).total_cmp(&far(b)));
-            if let Some(place) = nearest {
-                self.taken.push(room(&place));
-                let path = line([[x, y], end(&place)].into_iter());
+            let is_clear = |own: &[f64; 4]| {
+                let crosses = |line: &[[f64; 2]; 2], of: &[f64; 4]| cuts(*line, of);
+                !written.iter().any(|of| crosses(&line_to(own), of))
+                    && !lines.iter().any(|line| crosses(line, own))
+            };
+            let order = |place: &Place| {
+                let own = room(&words, place);
+                (!is_clear(&own), length(&own))
+            };
+            let free = anywhere.filter(|place| self.is_free(&room(&words, place)));
+            let best = free.min_by(|a, b| {
+                let [a, b] = [order(a), order(b)];
+                a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+            });
+            if let Some(place) = best {
+                let own = room(&words, &place);
+                let to_it = line_to(&own);
+                let path = line(to_it.into_iter());
+                self.taken.push(own);
+                written.push(own);
+                lines.push(to_it);
                 svg += &format!("<path stroke=\"{}\" d=\"{path}\"/>", colour.hex());
                 svg += &label(colour, place.0, place.1, &words);
             }
         }
         svg
     }
+
+    /// Whether nothing stands in this box, and it is not at the frame.
+    fn is_free(&self, own: &[f64; 4]) -> bool {
+        let [left, top, width, height] = self.area;
+        let within = own[0] >= left + 3.0
+            && own[1] >= top
+            && own[2] <= left + width - 3.0
+            && own[3] <= top + height;
+        let meets =
+            |of: &[f64; 4]| own[0] < of[2] && of[0] < own[2] && own[1] < of[3] && of[1] < own[3];
+        within && !self.taken.iter().any(meets)
+    }
+}
+
+/// The box that words need: left, top, right, bottom.
+fn room(words: &str, ([x, y], anchor): &Place) -> [f64; 4] {
+    let length = LETTER * words.chars().count() as f64;
+    let from = match *anchor {
+        "start" => *x,
+        "end" => x - length,
+        _ => x - 0.5 * length,
+    };
+    [from, y - 11.0, from + length, y + 3.0]
+}
+
+/// Whether a straight line goes through a box.
+fn cuts([from, to]: [[f64; 2]; 2], of: &[f64; 4]) -> bool {
+    let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
+    for (axis, (low, high)) in [(of[0], of[2]), (of[1], of[3])].into_iter().enumerate() {
+        let way = to[axis] - from[axis];
+        if way == 0.0 {
+            if from[axis] <= low || from[axis] >= high {
+                return false;
+            }
+            continue;
+        }
+        let [a, b] = [low, high].map(|end| (end - from[axis]) / way);
+        enters = enters.max(a.min(b));
+        leaves = leaves.min(a.max(b));
+    }
+    enters < leaves
 }
 
 #[cfg(test)]
@@ -723,6 +766,76 @@ mod tests {
             .collect();
         let [x, y] = [Axis::of_names("x", names(8)), Axis::of_names("y", names(5))];
         assert_eq!(named(x, y, &map), 40);
+    }
+
+    #[test]
+    fn a_line_to_a_name_goes_around_the_other_names() {
+        for (line, goes_through) in [
+            ([[0.0, 0.0], [10.0, 10.0]], true),
+            ([[0.0, 5.0], [10.0, 5.0]], true),
+            ([[0.0, 7.0], [10.0, 7.0]], false),
+            ([[0.0, 0.0], [3.0, 3.0]], false),
+            ([[0.0, 8.0], [4.0, 0.0]], false),
+        ] {
+            assert_eq!(cuts(line, &[4.0, 4.0, 6.0, 6.0]), goes_through, "{line:?}");
+        }
+        // Twenty points near each other, and bars: most names stand far off.
+        let points = (0..20).map(|at| Point {
+            interval: Some([0.4, 1.6]),
+            ..Point::at(
+                0.8 + 0.03 * f64::from(at),
+                0.5 + 0.1 * f64::from(7 * at % 10),
+            )
+            .labelled(name(&format!("name {at}")))
+        });
+        let range = Some([0.0, 2.0]);
+        let [x, y] = ["s", "error"].map(|label| Axis {
+            range,
+            ..Axis::linear(label)
+        });
+        let svg = svg(&Plot::new("near", "", x, y).points("", Colour::Blue, points));
+        let number = |of: &str, key: &str| -> f64 {
+            let rest = of.split_once(&format!(" {key}=\"")).expect("a place").1;
+            rest.split_once('"')
+                .expect("a number")
+                .0
+                .parse()
+                .expect("a number")
+        };
+        let texts = svg.split("<text");
+        let texts = texts.filter(|of| {
+            of.split_once('>')
+                .is_some_and(|of| of.1.starts_with("name "))
+        });
+        let boxes: Vec<[f64; 4]> = texts
+            .map(|of| {
+                let anchor = ["start", "end", "middle"]
+                    .into_iter()
+                    .find(|at| of.contains(at));
+                room(
+                    "name 0",
+                    &(
+                        [number(of, "x"), number(of, "y")],
+                        anchor.unwrap_or("start"),
+                    ),
+                )
+            })
+            .collect();
+        assert_eq!(boxes.len(), 20);
+        let lines = svg.split("<path stroke=\"#").skip(1).filter_map(|of| {
+            let path = of.split_once(" d=\"M")?.1.split_once('"')?.0;
+            let numbers: Vec<f64> = path.split(' ').map_while(|of| of.parse().ok()).collect();
+            match numbers[..] {
+                [a, b, c, d] => Some([[a, b], [c, d]]),
+                _ => None,
+            }
+        });
+        let lines: Vec<[[f64; 2]; 2]> = lines.collect();
+        assert!(!lines.is_empty());
+        let inner = |of: &[f64; 4]| [of[0] + 0.2, of[1] + 0.2, of[2] - 0.2, of[3] - 0.2];
+        for line in lines {
+            assert!(!boxes.iter().any(|of| cuts(line, &inner(of))), "{line:?}");
+        }
     }
 
     #[test]
