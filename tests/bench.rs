@@ -258,19 +258,20 @@ print('\\n'.join(of[0]))";
 #[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
 fn programs_time_their_own_steps_through_their_adapters() {
     let bed = small_bed();
-    let steps = TimedSteps {
-        warm_up: 10,
-        timed: 40,
-        shares: 0,
-        processes: 1,
-    };
     let (rough, options) = (bed.with_friction(), yade::Options::default());
     let contenders = [
-        Contender::Lammps,
-        Contender::Liggghts,
-        Contender::LammpsFriction,
+        (Contender::Lammps, 1),
+        (Contender::Lammps, 2),
+        (Contender::Liggghts, 1),
+        (Contender::LammpsFriction, 1),
     ];
-    for contender in contenders {
+    for (contender, processes) in contenders {
+        let steps = TimedSteps {
+            warm_up: 10,
+            timed: 40,
+            shares: 0,
+            processes,
+        };
         let bed = if contender.friction() { &rough } else { &bed };
         let exact = timing::after(bed, 50).expect("a sound run");
         let work = tempfile::tempdir().expect("a temporary folder");

@@ -137,12 +137,19 @@ pub fn one(folder: &Path, steps: u64, threads: usize) -> Result<One, Error> {
 }
 
 /// The arguments that make the program `crossgrain` do [`one`].
-pub fn arguments(folder: &Path, steps: u64, threads: usize) -> Vec<String> {
+pub fn arguments(folder: &Path, steps: u64, threads: usize) -> [String; 7] {
     let (folder, steps) = (folder.display().to_string(), steps.to_string());
     let threads = threads.to_string();
-    let words = ["bench", "--one", &folder, "--one-steps", &steps];
-    let words = words.into_iter().chain(["--one-threads", &threads]);
-    words.map(str::to_owned).collect()
+    let words = [
+        "bench",
+        "--one",
+        &folder,
+        "--one-steps",
+        &steps,
+        "--one-threads",
+        &threads,
+    ];
+    words.map(str::to_owned)
 }
 
 /// Outside: starts the process on the bed in `folder` and waits for it.
