@@ -234,14 +234,15 @@ struct Drawing<'a> {
     x: Scale,
     y: Scale,
     marks: String,
-    /// Words with their colours, the places where they would stand, the best first, and the point that they may stand far from.
-    labels: Vec<(String, Colour, Vec<Place>, Option<[f64; 2]>)>,
+    labels: Vec<Label>,
     /// Where nothing more can be written: left, top, right, bottom.
     taken: Vec<[f64; 4]>,
 }
 
 /// A text's place and anchor.
 type Place = ([f64; 2], &'static str);
+/// Words with their colour, the places where they would stand, the best first, and the point that they may stand far from.
+type Label = (String, Colour, Vec<Place>, Option<[f64; 2]>);
 
 impl Drawing<'_> {
     fn shown(&self, [x, y]: [f64; 2]) -> bool {
