@@ -251,8 +251,6 @@ struct Drawing<'a> {
 
 /// A text's place and anchor.
 type Place = ([f64; 2], &'static str);
-/// Words with their colour, the places where they would stand, the best first, and the point that they may stand far from.
-type Label = (String, Colour, Vec<Place>, Option<[f64; 2]>);
 
 impl Drawing<'_> {
     fn shown(&self, [x, y]: [f64; 2]) -> bool {
