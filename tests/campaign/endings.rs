@@ -78,7 +78,7 @@ fn members_whose_engine_gives_up_are_rows_with_its_words() {
             _ => None,
         });
     for reason in reasons {
-        has(&reason, ["has left the box"]);
+        has(reason, ["has left the box"]);
     }
 
     // All of them: there is no engine to name, and still a campaign.

@@ -70,7 +70,7 @@ fn scenes_of_parts_that_the_engine_lacks_are_skipped_and_no_failures() {
     let map = map(&options, &names);
     for (row, lacking) in map.rows.iter().zip(lacking) {
         let reason = row.skipped.as_ref().expect("skipped");
-        has(&reason, ["toy has no", lacking]);
+        has(reason, ["toy has no", lacking]);
         assert_eq!(outcomes(&map.checks(), row), [Outcome::Skipped]);
     }
     // An engine that has the parts for no scene has shown nothing.

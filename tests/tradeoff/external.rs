@@ -92,7 +92,7 @@ fn an_engine_without_stop_rules_is_skipped_and_says_why() {
     for point in &record.points {
         let reason = point.notes.first().expect("a reason");
         for text in [reason, &words] {
-            has(&text, ["toy has no", "stop_rules"]);
+            has(text, ["toy has no", "stop_rules"]);
         }
         assert!(point.costs.is_none());
         assert_eq!(point.missing, 1);
