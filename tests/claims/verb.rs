@@ -77,7 +77,9 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
         write_campaign(&at.join(name), &truth);
         let out = format!("{name}-claims");
         let (code, said, errors) = say(at, &["study", "claims", name, "--out", &out, "--json"]);
-        assert_eq!((code, errors.as_str()), (wanted, ""), "{name}");
+        // Not among the JSON, which others read.
+        let where_it_is = format!("report: {out}/report.html\n");
+        assert_eq!((code, errors), (wanted, where_it_is), "{name}");
         let record = fs::read_to_string(at.join(&out).join("claims.json")).expect("a record");
         assert_eq!(record, said, "{name}");
         let record: serde_json::Value = serde_json::from_str(&record).expect("JSON");
