@@ -44,7 +44,7 @@ impl Group {
             processor_seconds: None,
         };
         // Its input ends with this program, which nothing can prevent.
-        let watcher = Command::new("sh")
+        let watcher = Command::new("/bin/sh")
             .args([
                 "-c",
                 "trap '' HUP INT QUIT TERM; read -r done || kill -KILL \"-$0\"",
