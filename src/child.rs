@@ -72,8 +72,22 @@ impl Group {
             let _ = kill_process_group(pid, Signal::KILL);
         }
         let status = self.child.try_wait()?;
-        self.seen |= status.is_some();
+        if status.is_some() {
+            self.seen = true;
+            self.dismiss_watcher();
+        }
         Ok(status)
+    }
+
+    /// Nothing is left to be ended; the group's number may belong to others from now on.
+    fn dismiss_watcher(&mut self) {
+        let Some(mut watcher) = self.watcher.take() else {
+            return;
+        };
+        if let Some(mut input) = watcher.stdin.take() {
+            let _ = input.write_all(b"done\n");
+        }
+        let _ = watcher.wait();
     }
 
     /// Processor time of it and of all that it has started and waited for, s, to a hundredth of a second; known when
@@ -122,11 +136,6 @@ impl Drop for Group {
             let _ = self.child.kill();
             let _ = self.child.wait();
         }
-        if let Some(mut watcher) = self.watcher.take() {
-            if let Some(mut input) = watcher.stdin.take() {
-                let _ = input.write_all(b"done\n");
-            }
-            let _ = watcher.wait();
-        }
+        self.dismiss_watcher();
     }
 }

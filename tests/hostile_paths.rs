@@ -133,7 +133,7 @@ fn ended(arguments: &[String], folder: &Path) -> (Option<i32>, String) {
     (code, fs::read_to_string(folder.join("said")).expect("text"))
 }
 
-/// What is wrong with how each of these verbs ends; `codes` are those that it may end with.
+/// Fails with all that is wrong with how these verbs end; where one `may_work`, it may.
 fn walk(verbs: &[&str], may_work: impl Fn(&str, &str) -> bool) {
     let (place, _) = folder_with(&tiny_scene());
     let run = ["run", "scene.json", "--engine", "native", "--out", "run"];

@@ -8,7 +8,7 @@ use crossgrain::study::member::Member;
 use crossgrain::study::realization::{Engines, Specification};
 use crossgrain::study::search::matching::{Figure, Observed, Sampled, Search, keep};
 use crossgrain::study::search::space::{AXES, OF_POURING, scene, snap};
-use crossgrain::study::search::{Plan, Size, searched};
+use crossgrain::study::search::{Plan, Size};
 use crossgrain::study::{Study, create};
 use evidence::history::CUT;
 use grains::scene::parse_scene;
@@ -78,12 +78,19 @@ fn a_wave_has_whole_runs_in_its_rows_and_excludes_beds_that_are_too_low() {
     assert_eq!(own, Some(&whole(&setting.specification)));
 
     // A bed of a hundred grains is a tenth of a metre high.
-    let found = searched(&folder).expect("a judgement");
+    let mut found = Search::of(&plan, &rows.into_iter().flatten().collect());
     assert_eq!(found.observed.len(), 16);
     assert!(found.is_none_left());
     let height = &found.figures[0];
     assert!(height.id == "height" && height.least > CUT, "{height:?}");
-    assert!(plan.next(&found, SIZE).is_none());
+    for (within_two, why) in [(1.0, "no setting is left"), (0.5, "not good enough")] {
+        found.figures[0].within_two = within_two;
+        for figure in &mut found.figures[1..] {
+            figure.within_two = 1.0;
+        }
+        let none = plan.next(&found, SIZE).expect_err(why);
+        assert!(none.contains(why), "{none}");
+    }
     let document = found.document();
     let page = report::page(&document);
     assert!(page.html.contains("Which figure stands against which"));
@@ -98,6 +105,7 @@ fn made_up(truth: &[f64]) -> (Plan, Search) {
     search.figures.truncate(3);
     for (index, figure) in search.figures.iter_mut().enumerate() {
         (figure.value, figure.deviation) = (law(index, truth), 0.1);
+        figure.within_two = 1.0;
     }
     let ids: Vec<String> = search
         .figures

@@ -67,9 +67,16 @@ impl Plan {
         Plan::of(base, 1, settings.collect(), size.clouds, Vec::new())
     }
 
-    /// The wave after this one, among the settings that are left; none where nothing is.
-    pub fn next(&self, found: &Search, size: Size) -> Option<Self> {
-        let fitted = found.fitted()?;
+    /// The wave after this one, among the settings that are left.
+    ///
+    /// # Errors
+    ///
+    /// Why there is none: an emulator is worse than it says and may not exclude anything, or nothing is left.
+    pub fn next(&self, found: &Search, size: Size) -> Result<Self, &'static str> {
+        let fitted = found.fitted().filter(|_| found.is_sound());
+        let fitted = fitted.ok_or(
+            "its emulators are not good enough to exclude settings; plan it with more beds",
+        )?;
         let matched = found.matched(&fitted);
         let left = found.left(&matched);
         let wave = self.wave + 1;
@@ -87,7 +94,11 @@ impl Plan {
         let beds = spread(&left, size.beds).into_iter().enumerate().map(bed);
         let beds: Vec<Vec<Vec<f64>>> = beds.filter(|loads| !loads.is_empty()).collect();
         let before = found.observed.clone();
-        (!beds.is_empty()).then(|| Plan::of(self.base.clone(), wave, beds, size.clouds, before))
+        if beds.is_empty() {
+            return Err("no setting is left");
+        }
+        let base = self.base.clone();
+        Ok(Plan::of(base, wave, beds, size.clouds, before))
     }
 
     fn of(
@@ -190,16 +201,10 @@ impl Study for Plan {
     }
 
     fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {
-        let record = searched(folder)?;
-        let document = record.document();
-        Judged::of(Self::KIND, &record, document)
+        let mut members = Vec::new();
+        folder.each(|_, row| members.extend(row))?;
+        let members: Members = members.into_iter().collect();
+        let record = Search::of(&folder.plan.study, &members);
+        Judged::of(Self::KIND, &record, record.document())
     }
-}
-
-/// What the rows that are there say.
-pub fn searched(folder: &Folder<Plan>) -> Result<Search, StudyError> {
-    let mut members = Vec::new();
-    folder.each(|_, row| members.extend(row))?;
-    let members: Members = members.into_iter().collect();
-    Ok(Search::of(&folder.plan.study, &members))
 }

@@ -246,7 +246,7 @@ mod tests {
         all
     }
 
-    /// The true mean is within 1.96 deviations of what is expected in at least 95 % of the places, over forty samples.
+    /// The true mean is within 1.96 deviations of what is expected in about 95 % of the places, rather more,, over forty samples.
     #[test]
     fn deviations_are_those_of_the_errors() {
         let (mut within, mut errors, mut left) = (0, 0.0, 0);

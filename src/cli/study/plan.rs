@@ -139,7 +139,7 @@ pub struct StabilityArguments {
     crossgrain study plan search --after wave-1 --out wave-2"
 )]
 pub struct SearchArguments {
-    /// The wave before; its rows must all be there
+    /// The wave before, finished
     #[arg(long, value_name = "DIR")]
     after: Option<PathBuf>,
     /// A small bed; waves after it have its bed
@@ -169,11 +169,13 @@ impl SearchArguments {
             None => search::Plan::first(search::space::base(self.quick), size),
             Some(path) => {
                 let before = Folder::<search::Plan>::open(path)?;
-                let found = search::searched(&before)?;
-                before.plan.study.next(&found, size).ok_or_else(|| {
-                    let path = path.display();
+                let merged = before.merged()?;
+                let members = merged.rows.into_iter().flatten().collect();
+                let (plan, path) = (merged.plan.study, path.display());
+                let found = search::matching::Search::of(&plan, &members);
+                plan.next(&found, size).map_err(|why| {
                     Error::Usage(format!(
-                        "{path} has left no settings for another wave; `crossgrain study report {path}` says why"
+                        "no wave can follow {path}: {why} (`crossgrain study report {path}`)"
                     ))
                 })?
             }

@@ -49,7 +49,7 @@ impl Search {
             [0, 1].map(|index| self.title(&of.figures[index]))
         });
         let odds = self.odds.first().map_or(0.0, |of| of.least);
-        if !self.figures.iter().all(|of| self.is_sound(of)) {
+        if !self.is_sound() {
             return "Nothing can be said yet: an emulator is worse than it says.".to_owned();
         }
         if self.is_none_left() {
@@ -76,7 +76,7 @@ impl Search {
     /// That the emulator is as good as it says.
     fn check(&self, figure: &Figure) -> Check {
         // Where it is not, nothing is decided.
-        let outcome = match self.is_sound(figure) {
+        let outcome = match figure.is_sound() {
             true => Outcome::Pass,
             false => Outcome::Skipped,
         };

@@ -67,6 +67,13 @@ pub struct Figure {
     pub least: f64,
 }
 
+impl Figure {
+    /// Whether its emulator is as good as it says: nine in ten of the observed means within two deviations.
+    pub fn is_sound(&self) -> bool {
+        self.within_two >= 0.9
+    }
+}
+
 /// A setting with what is expected of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Expectation {
@@ -297,9 +304,9 @@ impl Search {
         self.maps = pairs.map(|axes| Map::of(axes, &all, &better)).collect();
     }
 
-    /// Whether every emulator is as good as it says: nine in ten of the observed means within two deviations.
-    pub fn is_sound(&self, figure: &Figure) -> bool {
-        figure.within_two >= 0.9
+    /// Whether every emulator is as good as it says.
+    pub fn is_sound(&self) -> bool {
+        self.figures.iter().all(Figure::is_sound)
     }
 
     pub fn is_none_left(&self) -> bool {
