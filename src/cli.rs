@@ -221,7 +221,7 @@ mod tests {
     }
 
     /// Verbs that judge nothing: they make, show or keep something.
-    const NO_JUDGES: [&str; 23] = [
+    const NO_JUDGES: [&str; 24] = [
         "scene paper",
         "scene check",
         "scene model",
@@ -232,6 +232,7 @@ mod tests {
         "study plan tradeoff",
         "study plan sensitivity",
         "study plan search",
+        "study plan candidates",
         "study plan stability",
         "study status",
         "study merge",

@@ -16,7 +16,7 @@ pub struct Explanation {
 }
 
 /// All families.
-pub const EXPLANATIONS: [Explanation; 24] = [
+pub const EXPLANATIONS: [Explanation; 25] = [
     Explanation {
         pattern: "compare/*",
         meaning: "Two runs of one scene agree in what is named last in the id.",
@@ -136,6 +136,13 @@ pub const EXPLANATIONS: [Explanation; 24] = [
         formula: "Two one-sided t tests at 5 % in every quantity with a margin, with clouds that chose nothing.",
         source: "docs/tradeoff.md; src/study/tradeoff/",
         breaks: "A change of the kernel or of reduced-stiffness deposition. The quantities that are not shown to be equal stand beside it.",
+    },
+    Explanation {
+        pattern: "candidates/*",
+        meaning: "Every published figure is decided for a setting: it comes out of it, or it does not.",
+        formula: "An interval over packings against the printed value and its tolerance, of a level that counts all settings and figures.",
+        source: "src/study/candidates/judge.rs; src/paper/published.rs",
+        breaks: "Too few packings: plan the study with more clouds.",
     },
     Explanation {
         pattern: "stability/*",

@@ -22,7 +22,9 @@ use crate::study::campaign::{Campaign, merged};
 use crate::study::machine::{Folder, Job, Machine, Status, Summary};
 use crate::study::realization::Engines;
 use crate::study::shard::{self, Shard};
-use crate::study::{RECORD, Study, StudyError, plan as stored, search, sensitivity, tradeoff};
+use crate::study::{
+    RECORD, Study, StudyError, candidates, plan as stored, search, sensitivity, tradeoff,
+};
 use crate::workers::cores;
 
 #[derive(Debug, Subcommand)]
@@ -132,6 +134,7 @@ pub fn open(path: &Path) -> Result<Box<dyn Machine>, StudyError> {
         Campaign::KIND => of::<Campaign>(path),
         tradeoff::plan::Plan::KIND => of::<tradeoff::plan::Plan>(path),
         sensitivity::plan::Plan::KIND => of::<sensitivity::plan::Plan>(path),
+        candidates::Plan::KIND => of::<candidates::Plan>(path),
         search::Plan::KIND => of::<search::Plan>(path),
         Stability::KIND => of::<Stability>(path),
         _ => {

@@ -124,7 +124,7 @@ impl Plan {
         sizes: &[
             1_000, 2_000, PAPER, 10_000, 20_000, 50_000, 100_000, 1_000_000,
         ],
-        repeats: 5,
+        repeats: 9,
         counts_others: true,
     };
 

@@ -5,6 +5,7 @@
 
 mod cells;
 mod document;
+mod laws;
 mod means;
 mod sample;
 mod shapes;
@@ -24,7 +25,7 @@ use evidence::{Interval, holm};
 use grains::scene::{Scene, paper_scene};
 use serde::{Deserialize, Serialize};
 
-pub const CLAIMS_VERSION: u32 = 3;
+pub const CLAIMS_VERSION: u32 = 4;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Origin {

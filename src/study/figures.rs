@@ -257,6 +257,8 @@ impl Distribution {
             Law::Gamma { .. } => "fitted gamma",
             Law::Weibull { .. } => "fitted Weibull",
             Law::Laplace { .. } => "fitted Laplace",
+            Law::StretchedExponential { .. } => "fitted stretched exponential",
+            Law::GaussianTail { .. } => "fitted Gaussian tail",
         };
         let laws = [
             theory.map(|law| ("theory's exponential", Colour::Vermilion, law)),

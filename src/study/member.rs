@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::Outline;
 use super::realization::{self, Ending, Engines, Realization, Setting, Specification, went_wrong};
 use crate::engine::EngineError;
+use crate::paper::published::{Of, Published};
 use grains::generate::initial_bodies;
 use grains::native;
 use grains::native::timing::ThreadTime;
@@ -76,7 +77,19 @@ pub fn values(members: &[&Member], key: &str) -> Vec<f64> {
     values.copied().collect()
 }
 
+/// Before the name of a point on the other side of the punch.
+pub const MIRRORED: &str = "mirrored ";
+
 impl Member {
+    /// The quantity of a published figure; a mean beside the punch is that of both sides where both were measured.
+    pub fn published(&self, figure: &Published) -> Option<f64> {
+        let of = |key: &str| self.measured.get(key).copied();
+        let own = of(figure.key)?;
+        let mirrored = figure.key.replace("stress.", &format!("stress.{MIRRORED}"));
+        let other = of(&mirrored).filter(|_| figure.of == Of::Mean && mirrored != figure.key);
+        Some(other.map_or(own, |other| 0.5 * (own + other)))
+    }
+
     /// Runs a realization from cloud to end and keeps these quantities. An engine that fails is a result; an interrupt, an
     /// engine that is missing and one that does not have what it takes are errors.
     pub fn run(

@@ -349,6 +349,22 @@ impl Specification {
         sha256_hex(text.as_bytes())[..16].to_owned()
     }
 
+    /// Of what is poured: specifications of the same digest load the same beds.
+    pub fn pour_digest(&self) -> String {
+        let paper = whole_scene();
+        let scene = Scene {
+            loading: paper.loading,
+            measurement: paper.measurement,
+            control_points: paper.control_points,
+            ..self.scene.clone()
+        };
+        let of = Specification {
+            scene,
+            ..self.clone()
+        };
+        of.digest()
+    }
+
     pub fn scene_of(&self, realization: u64) -> Scene {
         Scene {
             realization,

@@ -5,7 +5,6 @@ pub mod document;
 pub mod matching;
 pub mod space;
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use evidence::history::{Candidate, latin_hypercube, spread};
@@ -14,9 +13,10 @@ use grains::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::EngineError;
+use crate::study::beds::Beds;
 use crate::study::machine::Folder;
-use crate::study::member::{Member, Members, of_one_bed};
-use crate::study::realization::{Engines, Runner, Setting, Specification, sound};
+use crate::study::member::{Member, Members};
+use crate::study::realization::{Engines, Runner, Setting, Specification};
 use crate::study::search::matching::{Observed, Search, keep};
 use crate::study::search::space::{AXES, OF_POURING};
 use crate::study::{Judged, Outline, Study, StudyError};
@@ -36,7 +36,7 @@ pub struct Plan {
     /// From 1 on.
     pub wave: u64,
     /// Each is loaded in its own settings, on its own clouds.
-    pub beds: Vec<Vec<Setting>>,
+    pub beds: Beds,
     /// What earlier waves found.
     pub before: Vec<Observed>,
 }
@@ -125,24 +125,11 @@ impl Plan {
             loads.into_iter().enumerate().map(setting).collect()
         });
         Plan {
-            beds: settings.collect(),
+            beds: Beds(settings.collect()),
             base,
             wave,
             before,
         }
-    }
-
-    /// The bed of a task and its cloud; the first clouds of all beds come first.
-    fn task(&self, task: u64) -> (&[Setting], u64) {
-        let (beds, task) = (self.beds.len() as u64, task - 1);
-        let bed = &self.beds[(task % beds) as usize];
-        (bed, bed[0].clouds[0][0] + task / beds)
-    }
-
-    fn clouds(&self) -> u64 {
-        self.beds
-            .first()
-            .map_or(0, |bed| bed[0].realizations().count() as u64)
     }
 }
 
@@ -151,22 +138,15 @@ impl Study for Plan {
     type Row = Vec<Member>;
 
     fn count(&self) -> u64 {
-        self.beds.len() as u64 * self.clouds()
+        self.beds.count()
     }
 
     fn check(&self) -> Result<(), String> {
-        if self.beds.iter().any(Vec::is_empty) {
-            return Err("a bed has no loads".to_owned());
-        }
-        let all = || self.beds.iter().flatten();
-        if !all().all(|of| of.at.len() == AXES.len() && of.clouds.len() == 1) {
+        let mut all = self.beds.settings();
+        if !all.all(|of| of.at.len() == AXES.len()) {
             return Err("a setting has other coordinates than the space has axes".to_owned());
         }
-        let clouds = self.clouds();
-        if !all().all(|of| of.clouds[0][1].checked_sub(of.clouds[0][0]) == clouds.checked_sub(1)) {
-            return Err("beds have different numbers of clouds".to_owned());
-        }
-        sound(all())
+        self.beds.check()
     }
 
     fn runner(&self, _: u64) -> Runner {
@@ -174,30 +154,19 @@ impl Study for Plan {
     }
 
     fn identity(&self, task: u64) -> String {
-        let (bed, cloud) = self.task(task);
-        let all = bed.iter().map(|of| of.specification.digest());
-        format!("{} {cloud}", all.collect::<Vec<String>>().join(" "))
+        self.beds.identity(task)
     }
 
     fn run(&self, task: u64, _: &Engines, _: &Path) -> Result<Vec<Member>, EngineError> {
-        let (bed, cloud) = self.task(task);
-        of_one_bed(&bed.iter().collect::<Vec<&Setting>>(), cloud, keep)
+        self.beds.run(task, keep)
     }
 
     fn belongs(&self, task: u64, row: &Vec<Member>) -> bool {
-        let (bed, cloud) = self.task(task);
-        let own = bed.iter().map(|of| of.specification.digest());
-        own.eq(row.iter().map(|of| of.specification.clone()))
-            && row.iter().all(|of| of.realization == cloud)
+        self.beds.belongs(task, row)
     }
 
     fn outline(&self, row: &Vec<Member>) -> Outline {
-        let cloud = row.first().map_or(0, |of| of.realization);
-        let cells = [
-            ("realization", cloud.to_string()),
-            ("loads", row.len().to_string()),
-        ];
-        Outline::new("loaded", cells, &BTreeMap::new())
+        Beds::outline(row)
     }
 
     fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {

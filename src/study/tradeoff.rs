@@ -16,7 +16,7 @@ use crate::study::member::{Cost, Member, Members, values};
 use crate::study::realization::{Engines, Runner, Setting, Specification, sound};
 use crate::study::tradeoff::convergence::Convergence;
 use crate::study::tradeoff::judge::{Judgement, QUANTITIES, judge, outcome};
-use crate::study::tradeoff::plan::{FAST, FIRST_CONFIRMATORY, Plan};
+use crate::study::tradeoff::plan::{FAST, FIRST_CONFIRMATORY, Plan, is_frictional};
 use crate::study::{Judged, Outline, Study, StudyError};
 use evidence::Interval;
 use evidence::moments::{mean, median, standard_deviation};
@@ -183,7 +183,7 @@ impl Tradeoff {
             screening: plan.screening,
             confirmatory: plan.confirmatory,
             quantities: quantities(&members.of(&plan.reference)),
-            null_comparison: null_comparison(plan, members),
+            null_comparison: judge(&null_pairs(plan, &plan.reference, members), |_| true),
             recommended: recommended(&points).map(|of| of.method.id.clone()),
             reference,
             points,
@@ -242,11 +242,16 @@ impl Point {
             let pairs = pairs(plan, method, clouds, members);
             judge(&pairs, comparable(plan, method))
         };
-        let is_reference = *method == plan.reference;
+        let is_reference = method == plan.reference_of(method);
         let tested = method.clouds.get(1).filter(|_| !is_reference);
+        let screened = match is_reference && *method != plan.reference {
+            // It stands among the methods, with the error that chance alone gives.
+            true => judge(&null_pairs(plan, method, members), |_| true),
+            false => judged(method.clouds[0]),
+        };
         Point {
             costs: costs(&members.of(&screening)),
-            screened: judged(method.clouds[0]),
+            screened,
             confirmed: tested.map(|clouds| judged(*clouds)),
             dominated_by: None,
             clearly: false,
@@ -264,13 +269,15 @@ impl Point {
     }
 }
 
-/// A point is dominated by the cheapest one that costs no more and errs no more in bed and load, by the estimates.
+/// A point is dominated by the cheapest one with the same reference that costs no more and errs no more in bed and load, by
+/// the estimates.
 fn dominance(points: &mut [Point]) {
     let places = points.iter().enumerate().filter_map(|(index, point)| {
         let (cost, errors) = (point.costs?.cpu_seconds, point.errors()?);
         Some((index, cost, errors))
     });
     let places: Vec<(usize, f64, [Interval; 2])> = places.collect();
+    let frictional: Vec<bool> = points.iter().map(|of| is_frictional(&of.method)).collect();
     for (index, cost, errors) in &places {
         let no_worse = |others: &[Interval; 2]| {
             let mut both = others.iter().zip(errors);
@@ -278,7 +285,8 @@ fn dominance(points: &mut [Point]) {
         };
         let better = places
             .iter()
-            .filter(|(other, c, others)| other != index && c <= cost && no_worse(others))
+            .filter(|(other, ..)| other != index && frictional[*other] == frictional[*index])
+            .filter(|(_, c, others)| c <= cost && no_worse(others))
             .min_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((other, _, smaller)) = better {
             points[*index].dominated_by = Some(points[*other].method.id.clone());
@@ -306,17 +314,22 @@ fn pairs<'a>(
     members: &'a Members,
 ) -> Vec<(&'a Member, &'a Member)> {
     let pair = |realization| {
-        let reference = members.get(&plan.reference.specification, realization)?;
+        let reference = &plan.reference_of(method).specification;
+        let reference = members.get(reference, realization)?;
         Some((reference, members.get(&method.specification, realization)?))
     };
     (first..=last).filter_map(pair).collect()
 }
 
-fn null_comparison(plan: &Plan, members: &Members) -> Judgement {
-    let reference = |realization| members.get(&plan.reference.specification, realization);
-    let pair = |of| reference(1 + of).zip(reference(FIRST_CONFIRMATORY + of));
-    let pairs: Vec<(&Member, &Member)> = (0..plan.screening).filter_map(pair).collect();
-    judge(&pairs, |_| true)
+/// A reference against itself on other clouds.
+fn null_pairs<'a>(
+    plan: &Plan,
+    reference: &Setting,
+    members: &'a Members,
+) -> Vec<(&'a Member, &'a Member)> {
+    let on = |realization| members.get(&reference.specification, realization);
+    let pair = |of| on(1 + of).zip(on(FIRST_CONFIRMATORY + of));
+    (0..plan.screening).filter_map(pair).collect()
 }
 
 fn costs(members: &[&Member]) -> Option<Costs> {
@@ -364,6 +377,6 @@ fn comparable(plan: &Plan, method: &Setting) -> impl Fn(&str) -> bool {
         let scene = &of.specification.scene;
         f64::from(scene.particles.count) / scene.container.width
     };
-    let same_depth = (load(method) / load(&plan.reference) - 1.0).abs() < 1.0e-9;
+    let same_depth = (load(method) / load(plan.reference_of(method)) - 1.0).abs() < 1.0e-9;
     move |key| same_depth || !key.starts_with("settled.height.")
 }

@@ -89,7 +89,11 @@ impl Conformance {
                 format!("{verdict}{}. Its first steps: {first}", of.found)
             }
             (_, None, Some(first)) => format!("{verdict}{first}"),
-            (_, _, None) => format!("{verdict}its first steps were not looked at."),
+            (_, _, None) => {
+                let why = self.checks.iter().find(|of| of.id == FIRST_STEPS);
+                let why = why.map_or(String::new(), |of| format!(": {}", of.found));
+                format!("{verdict}its first steps were not looked at{why}.")
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{self as known, Continuous, ContinuousCDF};
-use statrs::function::gamma::digamma;
+use statrs::function::gamma::{digamma, ln_gamma};
 
 use super::halved;
 use super::moments::{mean, median};
@@ -20,6 +20,10 @@ pub enum Family {
     Weibull,
     /// Location and scale: two exponentials back to back.
     Laplace,
+    /// Power and scale: highest at zero.
+    StretchedExponential,
+    /// Shape and scale: a power of x at first, the tail of a normal law.
+    GaussianTail,
 }
 
 /// A distribution with its parameters, in the unit of the values.
@@ -50,6 +54,21 @@ pub enum Distribution {
         /// Mean and median.
         location: f64,
         /// Mean absolute deviation; the standard deviation is √2 times it.
+        scale: f64,
+    },
+    /// f ∝ e^{−(x/scale)^power} for x ≥ 0: forces of frictionless grains with power 2 in the plane (van Eerd et al. 2007).
+    StretchedExponential {
+        /// 1 for an exponential, 2 for half of a normal law.
+        power: f64,
+        /// Where the density is 1/e of that at zero.
+        scale: f64,
+    },
+    /// f ∝ x^{2·shape − 1} e^{−(x/scale)²}: x² has a gamma law. A Gaussian tail, as pressures of the force network ensemble
+    /// have (Tighe, van Eerd and Vlugt 2008).
+    GaussianTail {
+        /// ½ for half of a normal law.
+        shape: f64,
+        /// √2 times the standard deviation of that one.
         scale: f64,
     },
 }
@@ -94,6 +113,19 @@ impl Family {
                 let scale = off.sum::<f64>() / values.len() as f64;
                 Some(Distribution::Laplace { location, scale })
             }
+            Family::StretchedExponential if all(|value| value >= 0.0) => {
+                let power = stretching(values, highest)?;
+                let powers = values.iter().map(|value| (value / highest).powf(power));
+                let scale =
+                    highest * (power * mean(&powers.collect::<Vec<f64>>())).powf(1.0 / power);
+                Some(Distribution::StretchedExponential { power, scale })
+            }
+            Family::GaussianTail if all(|value| value > 0.0) => {
+                let squares: Vec<f64> = values.iter().map(|of| (of / highest).powi(2)).collect();
+                let shape = gamma_shape(&squares)?;
+                let scale = highest * (mean(&squares) / shape).sqrt();
+                Some(Distribution::GaussianTail { shape, scale })
+            }
             _ => None,
         }
     }
@@ -119,6 +151,8 @@ impl Distribution {
             Distribution::Gamma { .. } => Family::Gamma,
             Distribution::Weibull { .. } => Family::Weibull,
             Distribution::Laplace { .. } => Family::Laplace,
+            Distribution::StretchedExponential { .. } => Family::StretchedExponential,
+            Distribution::GaussianTail { .. } => Family::GaussianTail,
         }
     }
 
@@ -138,6 +172,16 @@ impl Distribution {
                 location: location / unit,
                 scale: scale / unit,
             },
+            Distribution::StretchedExponential { power, scale } => {
+                Distribution::StretchedExponential {
+                    power,
+                    scale: scale / unit,
+                }
+            }
+            Distribution::GaussianTail { shape, scale } => Distribution::GaussianTail {
+                shape,
+                scale: scale / unit,
+            },
         }
     }
 
@@ -153,6 +197,12 @@ impl Distribution {
                 let off = (x - location) / scale;
                 let tail = 0.5 * (-off.abs()).exp();
                 if off < 0.0 { tail } else { 1.0 - tail }
+            }
+            Distribution::StretchedExponential { power, scale } => {
+                gamma(1.0 / power).cumulative((x.max(0.0) / scale).powf(power))
+            }
+            Distribution::GaussianTail { shape, scale } => {
+                gamma(shape).cumulative((x.max(0.0) / scale).powi(2))
             }
         }
     }
@@ -170,6 +220,12 @@ impl Distribution {
                 let tail = 0.5 * (-off.abs()).exp();
                 if off > 0.0 { tail } else { 1.0 - tail }
             }
+            Distribution::StretchedExponential { power, scale } => {
+                gamma(1.0 / power).survival((x.max(0.0) / scale).powf(power))
+            }
+            Distribution::GaussianTail { shape, scale } => {
+                gamma(shape).survival((x.max(0.0) / scale).powi(2))
+            }
         }
     }
 
@@ -182,7 +238,6 @@ impl Distribution {
     pub fn logarithm_of_density(&self, x: f64) -> f64 {
         match *self {
             Distribution::Exponential { mean } if x >= 0.0 => -x / mean - mean.ln(),
-            Distribution::Exponential { .. } => f64::NEG_INFINITY,
             Distribution::Gamma { shape, scale } => {
                 known::Gamma::new(shape, 1.0 / scale).map_or(f64::NAN, |law| law.ln_pdf(x))
             }
@@ -192,6 +247,16 @@ impl Distribution {
             Distribution::Laplace { location, scale } => {
                 -(x - location).abs() / scale - (2.0 * scale).ln()
             }
+            Distribution::StretchedExponential { power, scale } if x >= 0.0 => {
+                power.ln() - scale.ln() - ln_gamma(1.0 / power) - (x / scale).powf(power)
+            }
+            Distribution::GaussianTail { shape, scale } if x > 0.0 => {
+                let ratio = x / scale;
+                std::f64::consts::LN_2 - scale.ln() - ln_gamma(shape)
+                    + (2.0 * shape - 1.0) * ratio.ln()
+                    - ratio * ratio
+            }
+            _ => f64::NEG_INFINITY,
         }
     }
 
@@ -212,6 +277,10 @@ impl Distribution {
             Distribution::Laplace { location, scale } => {
                 location + scale * (source.exponential() - source.exponential())
             }
+            Distribution::StretchedExponential { power, scale } => {
+                scale * source.gamma(1.0 / power).powf(1.0 / power)
+            }
+            Distribution::GaussianTail { shape, scale } => scale * source.gamma(shape).sqrt(),
         }
     }
 }
@@ -226,7 +295,7 @@ pub fn gamma_shape(values: &[f64]) -> Option<f64> {
         return None;
     }
     // ln k − ψ(k) falls from ∞ to 0.
-    falling_root(|k| k.ln() - digamma(k) - wanted)
+    falling_root(SHAPES, |k| k.ln() - digamma(k) - wanted)
 }
 
 /// Maximum-likelihood shape c of a Weibull distribution: Σxᶜ ln x/Σxᶜ − 1/c = mean(ln x); 1 for an exponential. Values
@@ -242,7 +311,7 @@ pub fn weibull_shape(values: &[f64]) -> Option<f64> {
     if centre.is_nan() || centre >= 0.0 {
         return None;
     }
-    falling_root(|c| {
+    falling_root(SHAPES, |c| {
         let (mut weighted, mut weights) = (0.0, 0.0);
         for logarithm in &logarithms {
             let weight = (c * logarithm).exp();
@@ -253,6 +322,26 @@ pub fn weibull_shape(values: &[f64]) -> Option<f64> {
     })
 }
 
+/// Maximum-likelihood power a of a stretched exponential: a + ψ(1/a) + ln(a S/n) = a S'/S with S = Σxᵃ, S' = Σxᵃ ln x. Towards
+/// infinite powers the law is even up to the largest value, and some tens of values cannot tell; then there is none.
+fn stretching(values: &[f64], highest: f64) -> Option<f64> {
+    falling_root([1.0e-3, 50.0], |a| {
+        let (mut sum, mut slope) = (0.0, 0.0);
+        for value in values.iter().filter(|value| **value > 0.0) {
+            let logarithm = (value / highest).ln();
+            let power = (a * logarithm).exp();
+            sum += power;
+            slope += power * logarithm;
+        }
+        a + digamma(1.0 / a) + (a * sum / values.len() as f64).ln() - a * slope / sum
+    })
+}
+
+/// The gamma law of scale 1.
+fn gamma(shape: f64) -> Distribution {
+    Distribution::Gamma { shape, scale: 1.0 }
+}
+
 fn positive(values: &[f64]) -> Vec<f64> {
     values
         .iter()
@@ -261,9 +350,11 @@ fn positive(values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Where a falling function of a positive number is zero, by halving on a logarithmic scale.
-fn falling_root(function: impl Fn(f64) -> f64) -> Option<f64> {
-    let ends = [1.0e-3f64, 1.0e4f64];
+/// Shapes that are looked at.
+const SHAPES: [f64; 2] = [1.0e-3, 1.0e4];
+
+/// Where a falling function is zero between these ends, by halving on a logarithmic scale.
+fn falling_root(ends: [f64; 2], function: impl Fn(f64) -> f64) -> Option<f64> {
     let [low, high] = ends.map(&function);
     (low > 0.0 && high < 0.0).then(|| halved(ends, 80, |of| function(of) > 0.0))
 }
@@ -364,6 +455,18 @@ pub(super) mod tests {
             Distribution::Laplace {
                 location: -1.0,
                 scale: 2.0,
+            },
+            Distribution::StretchedExponential {
+                power: 2.0,
+                scale: 3.0,
+            },
+            Distribution::StretchedExponential {
+                power: 0.7,
+                scale: 3.0,
+            },
+            Distribution::GaussianTail {
+                shape: 0.9,
+                scale: 3.0,
             },
         ] {
             let values: Vec<f64> = (0..20_000).map(|_| law.draw(&mut source)).collect();

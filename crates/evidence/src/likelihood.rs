@@ -107,17 +107,27 @@ pub struct NotNested {
 /// Compares the likeliest laws of two families; none where one cannot be fitted or they do not differ.
 pub fn not_nested(first: Family, second: Family, values: &[f64]) -> Option<NotNested> {
     let (one, two) = (first.fit(values)?, second.fit(values)?);
-    let differences: Vec<f64> = values
-        .iter()
-        .map(|value| one.logarithm_of_density(*value) - two.logarithm_of_density(*value))
+    between(one, two, values.chunks(1))
+}
+
+/// The same of two laws with their parameters, where values of a group are not independent of each other and groups are: grains of
+/// a packing. n is the number of groups.
+pub fn between<'a>(
+    one: Distribution,
+    two: Distribution,
+    groups: impl Iterator<Item = &'a [f64]>,
+) -> Option<NotNested> {
+    let differences: Vec<f64> = groups
+        .map(|group| one.log_likelihood(group) - two.log_likelihood(group))
         .collect();
-    let count = values.len() as f64;
-    let parameters = first.parameters() as f64 - second.parameters() as f64;
+    let count = differences.len() as f64;
+    let parameters = [one, two].map(|of| of.family().parameters() as f64);
     // Vuong divides by n, not n − 1.
     let spread = standard_deviation(&differences) * ((count - 1.0) / count).sqrt();
     let z = (spread > 0.0).then(|| count.sqrt() * mean(&differences) / spread)?;
     Some(NotNested {
-        akaike_difference: 2.0 * parameters - 2.0 * differences.iter().sum::<f64>(),
+        akaike_difference: 2.0 * (parameters[0] - parameters[1])
+            - 2.0 * differences.iter().sum::<f64>(),
         z,
         p: 2.0 * Normal::standard().sf(z.abs()),
     })
@@ -177,6 +187,30 @@ mod tests {
         for (shape, count, wanted) in [(1.2, 530, 0.9226), (1.5, 120, 0.9465), (2.0, 46, 0.9653)] {
             assert_share(rejections(shape, count, 2000), 2000, 0.99, wanted);
         }
+    }
+
+    /// Two laws that are equally far from values which hang together in groups of ten: one in twenty is rejected where groups are
+    /// the unit, and far more where values are.
+    #[test]
+    fn groups_are_the_unit() {
+        let law = |location| Distribution::Laplace {
+            location,
+            scale: 1.0,
+        };
+        let rejected = |size: usize| {
+            let found = replicates(&KEY, 2000, |source| {
+                let mut values = Vec::new();
+                for _ in 0..60 {
+                    let common = law(0.0).draw(source);
+                    values.extend((0..10).map(|_| common + law(0.0).draw(source)));
+                }
+                let found = between(law(1.0), law(-1.0), values.chunks(size));
+                found.expect("they differ").p < 0.05
+            });
+            found.into_iter().filter(|rejected| *rejected).count()
+        };
+        assert_share(rejected(10), 2000, 0.99, 0.05);
+        assert!(rejected(1) > 600);
     }
 
     /// The deviance interval of 95 % holds the truth 95 times in a hundred.

@@ -1,6 +1,6 @@
 //! `crossgrain study plan`: what is run, fixed.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
@@ -14,7 +14,7 @@ use crate::study::campaign::Campaign;
 use crate::study::machine::Folder;
 use crate::study::plan::Program;
 use crate::study::realization::Runner;
-use crate::study::{Study, create, search, sensitivity, tradeoff};
+use crate::study::{Study, candidates, create, search, sensitivity, tradeoff};
 use crate::suite::run::Engines;
 use grains::native::pouring::Softly;
 
@@ -31,6 +31,9 @@ pub enum Kind {
     Sensitivity(SensitivityArguments),
     /// Which settings give all published figures: a wave over the choices, or among those that a wave has left
     Search(SearchArguments),
+    /// The printed scene, its quasi-static limit and the best settings of a search, each on many packings: published figures,
+    /// and what the load adds where
+    Candidates(CandidatesArguments),
     /// The largest stable steps, predicted and found, and where methods fail
     Stability(StabilityArguments),
 }
@@ -158,6 +161,51 @@ pub struct SearchArguments {
     place: Place,
 }
 
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  crossgrain study plan candidates --search wave-2 --out best && crossgrain study run best"
+)]
+pub struct CandidatesArguments {
+    /// The last wave of a search, finished: its best settings are added
+    #[arg(long, value_name = "DIR")]
+    search: Option<PathBuf>,
+    /// How many of them
+    #[arg(long, default_value_t = 2, requires = "search", value_parser = clap::value_parser!(u8).range(1..=12))]
+    best: u8,
+    /// A small bed
+    #[arg(long)]
+    quick: bool,
+    /// Packings of every setting
+    #[arg(long, default_value_t = 400, value_parser = clap::value_parser!(u64).range(8..=10_000))]
+    clouds: u64,
+    #[command(flatten)]
+    place: Place,
+}
+
+impl CandidatesArguments {
+    fn execute(self) -> Result<u8, Error> {
+        let found = self.search.as_deref().map(searched).transpose()?;
+        let found = found.map(|(_, found)| found);
+        let best = usize::from(self.best);
+        let plan = candidates::Plan::new(self.quick, self.clouds, found.as_ref(), best);
+        let words = format!(
+            "{} settings on {} beds of {} clouds each",
+            plan.beds.settings().count(),
+            plan.beds.0.len(),
+            self.clouds
+        );
+        self.place.create(plan, None, &words)
+    }
+}
+
+/// A finished wave of a search and what it says.
+fn searched(path: &Path) -> Result<(search::Plan, search::matching::Search), Error> {
+    let merged = Folder::<search::Plan>::open(path)?.merged()?;
+    let members = merged.rows.into_iter().flatten().collect();
+    let found = search::matching::Search::of(&merged.plan.study, &members);
+    Ok((merged.plan.study, found))
+}
+
 impl SearchArguments {
     fn execute(self) -> Result<u8, Error> {
         let size = search::Size {
@@ -168,11 +216,8 @@ impl SearchArguments {
         let plan = match &self.after {
             None => search::Plan::first(search::space::base(self.quick), size),
             Some(path) => {
-                let before = Folder::<search::Plan>::open(path)?;
-                let merged = before.merged()?;
-                let members = merged.rows.into_iter().flatten().collect();
-                let (plan, path) = (merged.plan.study, path.display());
-                let found = search::matching::Search::of(&plan, &members);
+                let (plan, found) = searched(path)?;
+                let path = path.display();
                 plan.next(&found, size).map_err(|why| {
                     Error::Usage(format!(
                         "no wave can follow {path}: {why} (`crossgrain study report {path}`)"
@@ -183,8 +228,8 @@ impl SearchArguments {
         let words = format!(
             "wave {}: {} beds, {} loads on them, {} realizations of each",
             plan.wave,
-            plan.beds.len(),
-            plan.beds.iter().map(Vec::len).sum::<usize>(),
+            plan.beds.0.len(),
+            plan.beds.settings().count(),
             self.clouds
         );
         self.place.create(plan, None, &words)
@@ -280,6 +325,7 @@ impl Kind {
             Kind::Tradeoff(arguments) => arguments.execute(),
             Kind::Sensitivity(arguments) => arguments.execute(),
             Kind::Search(arguments) => arguments.execute(),
+            Kind::Candidates(arguments) => arguments.execute(),
             Kind::Stability(arguments) => {
                 let StabilityArguments { map, limits, place } = arguments;
                 let (plan, program) = map.plan(&limits)?;

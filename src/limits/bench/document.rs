@@ -14,6 +14,7 @@ use super::timing::Spread;
 use crate::checks::{Check, Outcome, Speed, verdict};
 use crate::document::plot::Point;
 use crate::document::{Axis, Colour, Document, Plot, Section, Table, rounded};
+use evidence::Interval;
 
 /// A goal and what was measured of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -24,7 +25,9 @@ pub struct Goal {
     pub at_least: bool,
     /// Median; none where it could not be measured.
     pub measured: Option<f64>,
-    pub range: Option<[f64; 2]>,
+    /// Of the median, 95 %; none for fewer than six rounds.
+    pub interval: Option<Interval>,
+    /// Whether the interval lies on the right side of the bound, or on the wrong one.
     pub met: Option<bool>,
 }
 
@@ -44,11 +47,11 @@ pub fn goals(
             bound,
             at_least,
             measured: of.map(|of| of.median),
-            range: of.map(|of| [of.least, of.most]),
-            met: of.map(|of| match at_least {
-                true => of.median >= bound,
-                false => of.median <= bound,
-            }),
+            interval: of.and_then(Spread::median_interval),
+            met: of
+                .and_then(Spread::median_interval)
+                .filter(|of| bound <= of.low || of.high <= bound)
+                .map(|of| at_least == (bound <= of.low)),
         }
     };
     let faster =
@@ -516,6 +519,7 @@ fn goal_table(goals: &[Goal]) -> Section {
         .column("met", |of| match of.met {
             Some(true) => "met",
             Some(false) => "not met",
+            None if of.measured.is_some() => "undecided",
             None => "skipped",
         })
         .column("goal", |of| &of.goal)
@@ -524,9 +528,9 @@ fn goal_table(goals: &[Goal]) -> Section {
             format!("{bound} {}", of.bound)
         })
         .column("median", |of| of.measured)
-        .column("least", |of| of.range.map(|[least, _]| least))
-        .column("most", |of| of.range.map(|[_, most]| most));
-    let answer = "Findings, no checks: another machine gives other times.";
+        .column("95 % interval", |of| of.interval);
+    let answer = "Findings, no checks: another machine gives other times. A goal is met, or not, where the interval of the median \
+                  over the rounds says so.";
     Section::new("Goals", answer).with(table)
 }
 

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use evidence::Interval;
 use serde::{Deserialize, Serialize};
+use statrs::distribution::{Binomial, DiscreteCDF};
 
 use super::bed::Bed;
 use super::nonsense;
@@ -221,6 +223,19 @@ impl Spread {
         })
     }
 
+    /// The median with its 95 % interval, by ranks, whatever the law of the measurements; none for fewer than six of them.
+    pub fn median_interval(&self) -> Option<Interval> {
+        let mut sorted = self.all.clone();
+        sorted.sort_by(f64::total_cmp);
+        let law = Binomial::new(0.5, sorted.len() as u64).ok()?;
+        let outside = (0..sorted.len() / 2).rfind(|rank| 2.0 * law.cdf(*rank as u64) <= 0.05)?;
+        Some(Interval {
+            estimate: self.median,
+            low: sorted[outside],
+            high: sorted[sorted.len() - 1 - outside],
+        })
+    }
+
     /// `a` over `b`, round by round.
     pub fn ratio(a: &Spread, b: &Spread) -> Option<Self> {
         Spread::of(a.all.iter().zip(&b.all).map(|(a, b)| a / b).collect())
@@ -250,6 +265,17 @@ mod tests {
         let one = Spread::of(vec![7.0]).expect("there is one");
         assert_eq!((one.low_quartile, one.high_quartile), (7.0, 7.0));
         assert_eq!(Spread::of(Vec::new()), None);
+    }
+
+    /// Of eleven the second and the tenth, as in tables of the sign test; of five none are far enough out.
+    #[test]
+    fn medians_have_intervals_by_ranks() {
+        let of = |count: u32| Spread::of((1..=count).map(f64::from).collect());
+        let ends = |count| of(count)?.median_interval().map(|of| [of.low, of.high]);
+        let expected = [(5, None), (6, Some([1.0, 6.0])), (11, Some([2.0, 10.0]))];
+        for (count, wanted) in expected {
+            assert_eq!(ends(count), wanted);
+        }
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
+use super::laws::{self, Contest};
 use super::means::POINTS;
 use super::sample::{Moment, stress};
 use super::{Claim, Claims, Judged, Row, Verdict, Volume, Volumes};
@@ -22,6 +23,8 @@ pub struct Figures {
     /// Σ_zz under the load (Figure 5), σ_zz under gravity alone, σ_xx and σ_xz under the load, each at O, A, B.
     pub distributions: Vec<Distribution>,
     pub volumes: Vec<Volumes>,
+    /// Laws against each other.
+    pub contests: Vec<Contest>,
     /// Height and porosity of every settled bed, by one definition each.
     pub plane: Vec<Cloud>,
     /// Solid area over width, m: n = 1 − this/H.
@@ -118,6 +121,7 @@ pub(super) fn data(members: &[Member], volumes: Vec<Volumes>, solid: f64) -> Fig
             .flat_map(|group| POINTS.map(|point| distribution(group, point)))
             .collect(),
         volumes,
+        contests: laws::contests(members),
         plane: vec![
             both("mean surface for both", 0),
             both("highest grain for both", 1),
@@ -177,6 +181,7 @@ impl Claims {
             self.means(),
             self.plane(),
         ];
+        sections.extend(laws::section(&self.figures.contests));
         sections.extend(self.distributions());
         sections.extend(self.volumes());
         sections.extend([

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::paper::published::{Of, PUBLISHED, Published};
 use crate::study::member::{Member, Members};
 use crate::study::realization::Ending;
-use crate::study::search::space::{AXES, MIRRORED, snap};
+use crate::study::search::space::{AXES, snap};
 use crate::study::search::{OF_BED, Plan};
 
 const KEY: Key = *b"crossgrain: candidates of search";
@@ -131,16 +131,6 @@ pub fn keep(key: &str) -> bool {
         || key.contains(".stress.") && (key.ends_with(".local_zz") || key.ends_with(".grain_zz"))
 }
 
-/// A published mean, on both sides of the punch where it is beside it.
-fn value(figure: &Published, row: &Member) -> Option<f64> {
-    let other = figure.key.replace("stress.", &format!("stress.{MIRRORED}"));
-    let both = [figure.key, &other].map(|key| row.measured.get(key).copied());
-    match both {
-        [Some(one), Some(other)] => Some(0.5 * (one + other)),
-        [one, _] => one,
-    }
-}
-
 /// The means of the simulations.
 fn published() -> impl Iterator<Item = &'static Published> {
     PUBLISHED.iter().filter(|figure| figure.of == Of::Mean)
@@ -187,7 +177,7 @@ impl Search {
         let mut search = Search {
             wave: plan.wave,
             scene_digest: plan.base.digest(),
-            clouds: plan.clouds(),
+            clouds: plan.beds.clouds(),
             axes: AXES.iter().map(|axis| axis.name.to_owned()).collect(),
             observed: plan.before.iter().cloned().chain(observed).collect(),
             figures: figures.collect(),
@@ -349,7 +339,7 @@ type Values = BTreeMap<u64, f64>;
 
 /// The means of the wave's own settings, and how strongly those of one bed hang together, by figure.
 fn observed(plan: &Plan, members: &Members) -> (Vec<Observed>, BTreeMap<String, f64>) {
-    let beds = plan.beds.iter().enumerate();
+    let beds = plan.beds.0.iter().enumerate();
     let settings = beds.flat_map(|(bed, loads)| loads.iter().map(move |of| (bed, of)));
     let all: Vec<_> = settings
         .map(|(bed, of)| (bed, of, members.of(of)))
@@ -401,7 +391,7 @@ fn observed(plan: &Plan, members: &Members) -> (Vec<Observed>, BTreeMap<String, 
         let of = |rows: &Vec<&Member>| {
             let values = rows
                 .iter()
-                .filter_map(|row| Some((row.realization, value(figure, row)?)));
+                .filter_map(|row| Some((row.realization, row.published(figure)?)));
             values.collect::<Values>()
         };
         put(figure.id, all.iter().map(|(_, _, rows)| of(rows)).collect());

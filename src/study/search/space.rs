@@ -2,6 +2,7 @@
 
 use grains::scene::{AfterForce, ControlPoint, Damping, Material, Scene, SurfaceHeight};
 
+use crate::study::member::MIRRORED;
 use crate::study::realization::{Change, changed, small_scene, whole_scene};
 
 /// A choice that the paper leaves open, or that is doubted.
@@ -159,9 +160,6 @@ pub fn scene(base: &Scene, at: &[f64]) -> Scene {
     }
     scene
 }
-
-/// What is said of a point on the other side of the punch.
-pub const MIRRORED: &str = "mirrored ";
 
 /// The paper's scene, or a small one, with A and B on both sides of the punch.
 pub fn base(quick: bool) -> Scene {

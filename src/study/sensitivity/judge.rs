@@ -53,7 +53,10 @@ pub struct Judged {
 
 /// Judges a setting's members by intervals of this level; `base` are those of the base scene.
 pub fn judge(figure: &Published, rows: &[&Member], base: &[&Member], level: f64) -> Judged {
-    let values: Vec<f64> = rows.iter().filter_map(|row| value(figure, row)).collect();
+    let values: Vec<f64> = rows
+        .iter()
+        .filter_map(|row| row.published(figure))
+        .collect();
     // Shapes are those of grains that bear load.
     let parted = (figure.of != Of::Mean).then(|| Parted::of(&values));
     let zeros = parted.as_ref().and_then(|of| of.share_of_zeros(LEVEL));
@@ -93,10 +96,6 @@ pub fn share_reached(rows: &[&Member]) -> f64 {
     reached.count() as f64 / rows.len().max(1) as f64
 }
 
-fn value(figure: &Published, row: &Member) -> Option<f64> {
-    row.measured.get(figure.key).copied()
-}
-
 /// t for a mean, the bootstrap (BCa) for a variation, the influence function for a share.
 pub fn interval(of: Of, values: &[f64], level: f64) -> Option<Interval> {
     match of {
@@ -115,7 +114,7 @@ fn change(figure: &Published, rows: &[&Member], base: &[&Member]) -> Option<Inte
             let same = base.iter().find(|of| of.realization == row.realization)?;
             // The base itself has no change.
             (same.specification != row.specification).then_some(())?;
-            Some((value(figure, same)?, value(figure, row)?))
+            Some((same.published(figure)?, row.published(figure)?))
         })
         .collect();
     Some(paired(&pairs)?.difference)

@@ -281,17 +281,6 @@ impl Plan {
         self.add(axis, &id, &name, at, share, &[change]);
     }
 
-    /// What is poured, in words: settings of the same words are loaded from the same beds.
-    pub fn pour_digest(&self, setting: &Setting) -> String {
-        let scene = Scene {
-            loading: self.base.loading.clone(),
-            measurement: self.base.measurement.clone(),
-            control_points: self.base.control_points.clone(),
-            ..setting.specification.scene.clone()
-        };
-        Specification::native(scene).digest()
-    }
-
     pub fn task(&self, number: u64) -> &Task {
         &self.tasks()[number as usize - 1]
     }
@@ -303,7 +292,7 @@ impl Plan {
             let digests = self
                 .settings
                 .iter()
-                .map(|of| (of.specification.digest(), self.pour_digest(of)));
+                .map(|of| (of.specification.digest(), of.specification.pour_digest()));
             let digests: Vec<(String, String)> = digests.collect();
             let of_settings = self.settings.iter().flat_map(Setting::realizations);
             let watched = self.penetrations.iter().flat_map(|of| 1..=of.clouds);
@@ -376,7 +365,7 @@ mod tests {
         let beds = |wanted: fn(&[f64]) -> bool| {
             let own = plan.settings.iter();
             let own = own.filter(|of| of.axis == SPEED_AND_DAMPING && wanted(&of.at));
-            own.map(|of| plan.pour_digest(of))
+            own.map(|of| of.specification.pour_digest())
                 .collect::<BTreeSet<String>>()
                 .len()
         };

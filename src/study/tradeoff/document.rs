@@ -1,6 +1,7 @@
 //! What the comparison of cost and error says.
 
 use super::judge::{Judgement, MISSED_KEY, MISSED_TITLE, Worst, word};
+use super::plan::is_frictional;
 use super::{Point, Tradeoff};
 use crate::checks::Outcome;
 use crate::document::{Axis, Colour, Document, Mark, Plot, Section, Table, plot};
@@ -54,7 +55,8 @@ impl Tradeoff {
             "Every method pours, settles, loads and measures beds of {} grains, on {} clouds (expensive methods on fewer). Each \
              result is paired with the reference's on the same cloud. A bias is divided by a margin that was set before the \
              runs; below 1 it does not matter. Two runs of one cloud diverge, so the difference of a few pairs is mostly \
-             chance: the null comparison is the reference against itself on other clouds.",
+             chance: the null comparison is the reference against itself on other clouds. Methods with friction are held against \
+             the same scene with friction, whose own point is its null comparison.",
             self.grains, self.screening
         );
         let bed = self.scatter(
@@ -93,7 +95,12 @@ impl Tradeoff {
         let x = Axis::logarithmic("processor time of one realization, s");
         let y = Axis::logarithmic("largest bias over its margin");
         let mut plot = Plot::new(name, caption, x, y);
-        let groups = [("native", Colour::Blue), ("other engines", Colour::Green)];
+        let groups = [
+            ("native", Colour::Blue),
+            ("other engines", Colour::Green),
+            ("native, friction", Colour::Vermilion),
+            ("other engines, friction", Colour::Purple),
+        ];
         for (group, (name, colour)) in groups.into_iter().enumerate() {
             for hollow in [false, true] {
                 let own = |of: &&Point| kind(of) == group && of.dominated_by.is_some() == hollow;
@@ -295,10 +302,11 @@ fn row_of<'a>(point: &'a Point, key: &'a str) -> (String, &'a Judgement, &'a str
 }
 
 fn kind(point: &Point) -> usize {
-    match point.method.specification.runner {
+    let engine = match point.method.specification.runner {
         Runner::Native => 0,
         Runner::YadeOrdinary | Runner::YadeSorted | Runner::External => 1,
-    }
+    };
+    engine + 2 * usize::from(is_frictional(&point.method))
 }
 
 /// What went wrong, and what the engine says of itself.

@@ -97,8 +97,28 @@ const DEPOSITIONS: [(f64, f64, bool); 4] = [
     (100.0, 1.0e-2, false),
 ];
 
+/// The reference of the methods with friction.
+const FRICTIONAL: &str = "friction";
+/// Angle of friction between grains in both stages, rad.
+const FRICTION: f64 = 0.5;
+
+/// What is changed with friction, by the engine's own rules.
+const WITH_FRICTION: Cases = &[
+    ("friction-step-0.1", "friction, step 0.1", Step(0.1), 2),
+    (
+        "friction-step-0.65",
+        "friction, step 0.65",
+        Step(FAST_STEP),
+        1,
+    ),
+    ("friction-step-0.9", "friction, step 0.9", Step(0.9), 1),
+    ("friction-modulus-10", "friction, E/10", Modulus(0.1), 2),
+];
+
 /// Of [`Plan::quick`], besides the depositions.
-const QUICK: [&str; 7] = [
+const QUICK: [&str; 9] = [
+    FRICTIONAL,
+    "friction-step-0.65",
     "step-0.1",
     "step-0.65",
     "step-0.9",
@@ -166,15 +186,8 @@ impl Plan {
     fn add_all(&mut self) {
         let scene = self.reference.specification.scene.clone();
         let native = |changes: &[Change]| Specification::native(changed(scene.clone(), changes));
-        let soft = |start: f64, ratio, until, step| {
-            let softly = Softly {
-                start,
-                ratio,
-                until,
-                alpha: ALPHA,
-                step,
-            };
-            Specification::soft(&scene, &softly)
+        let soft = |softer: f64, ratio, until, step| {
+            Specification::soft(&scene, &softly(softer, ratio, until, step))
         };
         let add_cases = |plan: &mut Plan, axis, cases: Cases| {
             for (id, name, change, share) in cases {
@@ -192,7 +205,7 @@ impl Plan {
                 ("by-2", "in steps of 2", 2.0),
             ];
             for (id, how, ratio) in ways {
-                let of = soft(1.0 / softer, ratio, 1.0e-4, 0.45);
+                let of = soft(softer, ratio, 1.0e-4, 0.45);
                 let name = format!("poured at E/{softer}, stiffened {how}");
                 self.add(&format!("soft-{softer}-{id}"), &name, SOFT, of, 1);
             }
@@ -217,7 +230,7 @@ impl Plan {
         }
         add_cases(self, "cloud", CLOUDS);
         for (softer, until, tested) in DEPOSITIONS {
-            let of = soft(1.0 / softer, softer.sqrt(), until, FAST_STEP);
+            let of = soft(softer, softer.sqrt(), until, FAST_STEP);
             let id = format!("step-{FAST_STEP}-soft-{softer}-{until:e}");
             let name = format!("step {FAST_STEP}, poured at E/{softer} until {until:e}");
             self.add(&id, &name, COMBINED, of, 1);
@@ -225,37 +238,82 @@ impl Plan {
                 self.test_last();
             }
         }
+        self.add_frictional();
+    }
+
+    fn add_frictional(&mut self) {
+        let frictional = Change::Friction(FRICTION);
+        let scene = changed(self.reference.specification.scene.clone(), &[frictional]);
+        let of = Specification::native(scene.clone());
+        let name = format!("friction {FRICTION} rad, the scene as it is");
+        let clouds = self.reference.clouds.clone();
+        let reference = Setting::new(FRICTIONAL, &name, FRICTIONAL, of, self.screening);
+        self.methods.push(Setting {
+            clouds,
+            ..reference
+        });
+        for (id, name, change, share) in WITH_FRICTION {
+            let of = Specification::native(changed(scene.clone(), &[*change]));
+            self.add(id, name, FRICTIONAL, of, *share);
+        }
+        let (softer, until, _) = DEPOSITIONS[0];
+        let softly = softly(softer, softer.sqrt(), until, FAST_STEP);
+        let of = Specification::soft(&scene, &softly);
+        self.add(
+            "friction-fast",
+            "friction, the fast protocol",
+            FRICTIONAL,
+            of,
+            1,
+        );
+    }
+
+    /// The scenes that other engines run, with the beginnings of their ids and the ends of their names.
+    fn references(&self) -> Vec<(&'static str, &'static str, Specification)> {
+        let frictional = self.methods.iter().find(|of| of.id == FRICTIONAL);
+        let frictional = frictional.map(|of| ("friction-", ", friction", &of.specification));
+        let all = std::iter::once(("", "", &self.reference.specification)).chain(frictional);
+        all.map(|(id, name, of)| (id, name, of.clone())).collect()
+    }
+
+    /// What a method's results are held against; the reference with friction is its own.
+    pub fn reference_of(&self, method: &Setting) -> &Setting {
+        let mut methods = self.methods.iter();
+        let frictional = methods.find(|of| of.id == FRICTIONAL && is_frictional(method));
+        frictional.unwrap_or(&self.reference)
     }
 
     fn add_yade(&mut self, clouds: u64) {
-        if clouds > 0 {
+        for (id, name, of) in self.references() {
             let of = Specification {
                 runner: Runner::YadeOrdinary,
-                ..self.reference.specification.clone()
+                ..of
             };
-            let name = "YADE, ordinary loop";
-            let method = Setting::new("yade", name, "YADE", of, clouds);
-            self.methods.push(method);
+            let (id, name) = (format!("{id}yade"), format!("YADE, ordinary loop{name}"));
+            let method = Setting::new(&id, &name, "YADE", of, clouds);
+            self.methods.extend((clouds > 0).then_some(method));
         }
     }
 
     /// Adds the reference's scene, and two other steps, in an external engine, on so many clouds; `digest` is that of its file.
     #[must_use]
     pub fn with_external(mut self, label: &str, digest: &str, clouds: u64) -> Self {
-        for step in [None, Some(SHORT_STEP), Some(FAST_STEP)] {
-            let mut of = Specification {
-                runner: Runner::External,
-                program: Some(digest.to_owned()),
-                ..self.reference.specification.clone()
-            };
-            let (mut id, mut name) = ("external".to_owned(), label.to_owned());
-            if let Some(step) = step {
-                of.scene = changed(of.scene, &[Step(step)]);
-                id += &format!("-step-{step}");
-                name += &format!(", step {step}");
+        for (base, of_base, of) in self.references() {
+            for step in [None, Some(SHORT_STEP), Some(FAST_STEP)] {
+                let mut of = Specification {
+                    runner: Runner::External,
+                    program: Some(digest.to_owned()),
+                    ..of.clone()
+                };
+                let (mut id, mut name) = (format!("{base}external"), format!("{label}{of_base}"));
+                if let Some(step) = step {
+                    of.scene = changed(of.scene, &[Step(step)]);
+                    id += &format!("-step-{step}");
+                    name += &format!(", step {step}");
+                }
+                self.methods
+                    .push(Setting::new(&id, &name, "external engine", of, clouds));
             }
-            self.methods
-                .push(Setting::new(&id, &name, "external engine", of, clouds));
         }
         self
     }
@@ -288,6 +346,22 @@ impl Plan {
     }
 }
 
+/// Poured softer by this factor until this share of the largest kinetic energy, and stiffened in steps of `ratio`.
+fn softly(softer: f64, ratio: f64, until: f64, step: f64) -> Softly {
+    Softly {
+        start: 1.0 / softer,
+        ratio,
+        until,
+        alpha: ALPHA,
+        step,
+    }
+}
+
+/// Whether it is held against the reference with friction.
+pub fn is_frictional(method: &Setting) -> bool {
+    method.specification.scene.material.friction_angle > 0.0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -295,7 +369,7 @@ mod tests {
 
     #[test]
     fn every_scene_is_valid_and_every_method_is_itself() {
-        for (plan, methods) in [(Plan::full(24, 100, 1), 43), (Plan::quick(4, 1), 12)] {
+        for (plan, methods) in [(Plan::full(24, 100, 1), 50), (Plan::quick(4, 1), 15)] {
             assert_eq!(plan.methods.len(), methods);
             let (mut digests, mut ids) = (BTreeSet::new(), BTreeSet::new());
             for setting in plan.settings() {

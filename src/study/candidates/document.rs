@@ -1,0 +1,413 @@
+//! What the settings say: which figures they give, what the load adds where, and whether a slower punch adds anything else.
+
+use evidence::Interval;
+use evidence::t_test::Finding;
+
+use super::judge::{Candidates, Found, Halving, Parts};
+use crate::checks::{Check, Outcome, verdict};
+use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
+use crate::paper::published::{POINTS, PUBLISHED, Published};
+use crate::study::search::space::AXES;
+use crate::study::sensitivity::judge::{Judged, Verdict};
+
+const COLOURS: [Colour; 5] = [
+    Colour::Vermilion,
+    Colour::Blue,
+    Colour::Green,
+    Colour::Purple,
+    Colour::Ochre,
+];
+
+const fn word(of: Verdict) -> &'static str {
+    match of {
+        Verdict::ComesOut => "comes out",
+        Verdict::DoesNot => "does not",
+        Verdict::Undecided => "undecided",
+        Verdict::Skipped => "too few packings",
+    }
+}
+
+fn kilo(of: Interval) -> Interval {
+    of.over(1.0e3)
+}
+
+/// For people: kPa with the half width of the interval.
+fn kilopascals(of: Option<Interval>) -> Cell {
+    let words = |of: Interval| format!("{:.2} ± {:.2}", of.estimate, 0.5 * (of.high - of.low));
+    of.map(kilo).map(words).into()
+}
+
+impl Candidates {
+    pub fn document(&self) -> Document {
+        let checks: Vec<Check> = self.settings.iter().map(Found::check).collect();
+        Document {
+            title: "Settings held against the published figures".to_owned(),
+            verdict: verdict(&checks),
+            answer: self.answer(),
+            sections: vec![
+                self.figures(),
+                self.taken_apart(),
+                self.limits(),
+                self.settings(),
+                self.every_number().as_details(),
+            ],
+            checks,
+        }
+    }
+
+    fn named(&self, id: &str) -> &str {
+        let found = self.settings.iter().find(|of| of.setting.id == id);
+        found.map_or("", |of| &of.setting.name)
+    }
+
+    fn answer(&self) -> String {
+        let of = |wanted| {
+            self.settings
+                .iter()
+                .filter(move |of| of.gives_all() == wanted)
+        };
+        let names = |wanted| {
+            of(wanted)
+                .map(|of| of.setting.name.as_str())
+                .collect::<Vec<&str>>()
+        };
+        let (all, open) = (names(Some(true)), names(None));
+        let first = match (all.is_empty(), open.is_empty()) {
+            (false, _) => format!("All published figures come out of: {}.", all.join(", ")),
+            (true, true) => {
+                format!(
+                    "None of {} settings gives all published figures.",
+                    self.settings.len()
+                )
+            }
+            (true, false) => format!(
+                "No setting was shown to give all published figures; undecided: {}.",
+                open.join(", ")
+            ),
+        };
+        let nearest = self
+            .settings
+            .iter()
+            .max_by_key(|of| of.count(Verdict::ComesOut));
+        let nearest = nearest.map_or(String::new(), |of| {
+            let missed = of
+                .figures
+                .iter()
+                .filter(|of| of.verdict == Verdict::DoesNot);
+            let missed: Vec<&str> = missed.filter_map(|of| Some(figure(of)?.title)).collect();
+            format!(
+                " Most come out of \"{}\", {} of {}; what does not: {}.",
+                of.setting.name,
+                of.count(Verdict::ComesOut),
+                of.figures.len(),
+                missed.join(", ")
+            )
+        });
+        let mut names: Vec<&str> = self.halvings.iter().map(|of| of.name.as_str()).collect();
+        names.dedup();
+        let quiet = names.into_iter().map(|name| self.quasi_static(name));
+        let quiet: String = quiet.collect();
+        first + &nearest + &quiet
+    }
+
+    /// Whether a ladder of speeds ends where nothing changes any more, in words.
+    fn quasi_static(&self, name: &str) -> String {
+        let own = || self.halvings.iter().filter(|of| of.name == name);
+        let Some(last) = own().next_back() else {
+            return String::new();
+        };
+        match last.finding {
+            Finding::Equivalent => {
+                let all: Vec<&Halving> = own().collect();
+                let changing = all.iter().rposition(|of| of.finding != Finding::Equivalent);
+                let from = &all[changing.map_or(0, |of| of + 1)].from;
+                format!(
+                    " Quasi-static from \"{}\" on: half of the speed changes the load's part by less than a tenth.",
+                    self.named(from)
+                )
+            }
+            Finding::Different => format!(
+                " There is no quasi-static limit {name}, down to \"{}\", where {} of {} punches get the force.",
+                self.named(&last.to),
+                last.reached[1],
+                last.all
+            ),
+            Finding::Undecided => {
+                format!(" Whether there is a quasi-static limit {name} is undecided.")
+            }
+        }
+    }
+
+    fn figures(&self) -> Section {
+        let wide = |of: &Found, verdict| of.count(verdict);
+        let missed = |of: &Found| {
+            let all = of
+                .figures
+                .iter()
+                .filter(|of| of.verdict == Verdict::DoesNot);
+            let all = all.map(|of| of.id.as_str());
+            let force = (!of.bears()).then_some("the force");
+            let all: Vec<&str> = force.into_iter().chain(all).collect();
+            all.join(", ")
+        };
+        let table = Table::of(
+            "settings",
+            "Published figures, setting by setting",
+            &self.settings,
+        )
+        .column("setting", |of| &of.setting.name)
+        .column("come out", move |of| wide(of, Verdict::ComesOut))
+        .column("do not", move |of| wide(of, Verdict::DoesNot))
+        .column("undecided", move |of| {
+            wide(of, Verdict::Undecided) + wide(of, Verdict::Skipped)
+        })
+        .column("do not come out", missed)
+        .column("punches with the force", |of| of.endings.reached)
+        .column("of", |of| of.endings.all())
+        .column("depth of the punch, mm", |of| {
+            of.punch_depth.map(|of| of.over(1.0e-3))
+        })
+        .column("of the weight on the floor before", |of| of.by_floor);
+        let x = Axis::linear("ours over published, 95 %").within(0.0, 2.0);
+        let names = self.settings.iter().map(|of| of.setting.name.clone());
+        let y = Axis::of_names("", names);
+        let last = self.settings.len() as f64 - 0.5;
+        let band = [[0.9, -0.5, last], [1.1, -0.5, last]];
+        let caption =
+            "Means of local σ_zz at O, A and B over the published ones, with 95 % intervals.";
+        let mut plot = Plot::new("means", caption, x, y).band("a tenth", Colour::Grey, band);
+        for ((point, _), colour) in POINTS.iter().zip(COLOURS) {
+            let id = format!("stress.{point}");
+            let rows = self.settings.iter().enumerate();
+            let points = rows.filter_map(|(row, of)| {
+                let judged = of.figures.iter().find(|of| of.id == id)?;
+                let over = judged.value?.over(figure(judged)?.value);
+                Some(crate::study::figures::in_row(&over, row, [0.0, 2.0], 1))
+            });
+            plot = plot.points(point, colour, points);
+        }
+        let words = format!(
+            "{} clouds of {} grains; every setting has the same ones, and one bed bears all loads that it is poured for. A figure comes \
+             out where its interval, of a level that counts all settings and figures, lies within the printed value and its \
+             tolerance, and does not where it lies outside.",
+            self.clouds, self.grains
+        );
+        Section::new("Which figures come out", words)
+            .with(plot)
+            .with(table)
+    }
+
+    /// Settings that are drawn: the printed one, the slowest on beds at rest, the best of the search.
+    fn drawn(&self) -> Vec<&Found> {
+        let slowest = |wanted: bool| {
+            let mut all = self.settings.iter().rev();
+            all.find(move |of| {
+                let with = of.setting.id.starts_with("rest-friction");
+                of.setting.id.starts_with("rest") && with == wanted
+            })
+        };
+        let best = self.settings.iter().find(|of| of.setting.id == "best-1");
+        let all = [self.settings.first(), slowest(false), slowest(true), best];
+        all.into_iter().flatten().collect()
+    }
+
+    fn taken_apart(&self) -> Section {
+        let control = |of: &&Parts| POINTS.iter().any(|(name, _)| *name == of.point);
+        let rows = self
+            .settings
+            .iter()
+            .flat_map(|of| of.parts.iter().filter(control).map(move |part| (of, part)));
+        let kilo = |of: f64| format!("{:.2}", 1.0e-3 * of);
+        let table = Table::of(
+            "parts",
+            "Local mean of σ_zz, kPa, with 95 % intervals",
+            rows,
+        )
+        .column("setting", |(of, _)| &of.setting.name)
+        .column("point", |(_, part)| &part.point)
+        .column("before the load", |(_, part)| kilopascals(part.before))
+        .column("theory", move |(_, part)| kilo(part.theory[0]))
+        .column("added by it", |(_, part)| kilopascals(part.added))
+        .column("theory's load", move |(_, part)| kilo(part.theory[1]));
+        let Some(first) = self.settings.first() else {
+            return Section::new("Taken apart", "").with(table);
+        };
+        let depth = first.parts.first().map_or(0.0, |of| of.depth);
+        let aside = move |of: &&Parts| of.depth == depth;
+        let below = |of: &&Parts| of.offset == 0.0;
+        let across = "horizontal distance from the punch's axis, m";
+        let added: fn(&Parts) -> (Option<Interval>, f64) = |of| (of.added, of.theory[1]);
+        let before: fn(&Parts) -> (Option<Interval>, f64) = |of| (of.before, of.theory[0]);
+        let plots = [
+            (
+                "added-aside",
+                "What the load adds at the control points' depth",
+                across,
+                added,
+            ),
+            (
+                "before-aside",
+                "What the bed bears there before the load",
+                across,
+                before,
+            ),
+        ]
+        .map(|(name, caption, x, part)| {
+            self.along(name, caption, x, part, &|of| {
+                aside(&of).then_some(of.offset)
+            })
+        });
+        let down = self.along(
+            "added-below",
+            "What the load adds under the punch",
+            "depth, m",
+            added,
+            &|of| below(&of).then_some(of.depth),
+        );
+        let words = "The theory superposes the weight above a point and what a load on an elastic half-space adds. Here what the settled \
+                     bed bears, and what the load adds to it in the same packing, as means over packings that got the force, \
+                     both sides of the punch together.";
+        Section::new("Taken apart", words)
+            .with_all(plots)
+            .with(down)
+            .with(table)
+    }
+
+    fn along(
+        &self,
+        name: &str,
+        caption: &str,
+        x: &str,
+        part: fn(&Parts) -> (Option<Interval>, f64),
+        place: &dyn Fn(&Parts) -> Option<f64>,
+    ) -> Plot {
+        let y = Axis::linear("local mean of σ_zz, kPa");
+        let mut plot = Plot::new(name, caption, Axis::linear(x), y);
+        let drawn = self.drawn();
+        let sorted = |of: &Found| {
+            let all = of
+                .parts
+                .iter()
+                .filter_map(|of| Some((place(of)?, part(of))));
+            let mut all: Vec<(f64, (Option<Interval>, f64))> = all.collect();
+            all.sort_by(|a, b| a.0.total_cmp(&b.0));
+            all
+        };
+        if let Some(first) = drawn.first() {
+            let theory = sorted(first)
+                .into_iter()
+                .map(|(at, (_, theory))| [at, 1.0e-3 * theory]);
+            plot = plot.line("theory", Colour::Grey, theory);
+        }
+        for (of, colour) in drawn.into_iter().zip(COLOURS) {
+            let points = sorted(of).into_iter().filter_map(|(at, (found, _))| {
+                let found = kilo(found?);
+                Some(Point::at(at, found.estimate).between(found.low, found.high))
+            });
+            plot = plot.points(&of.setting.name, colour, points);
+        }
+        plot
+    }
+
+    fn limits(&self) -> Section {
+        let more = |index: usize| move |of: &Halving| of.more.get(index).copied().flatten();
+        let finding = |of: &Halving| match of.finding {
+            Finding::Equivalent => "nothing changes",
+            Finding::Different => "it changes",
+            Finding::Undecided => "undecided",
+        };
+        let title = "What half of the speed changes of the load's part, over the theory's (90 %)";
+        let table = Table::of("halvings", title, &self.halvings)
+            .column("from", |of| self.named(&of.from))
+            .column("to", |of| self.named(&of.to))
+            .column("O", more(0))
+            .column("A", more(1))
+            .column("B", more(2))
+            .column("punches with the force", |of| of.reached[0])
+            .column("with half of the speed", |of| of.reached[1])
+            .column("of", |of| of.all)
+            .column("finding", finding);
+        let words = "A load is quasi-static where half of the punch's speed changes what it adds at no control point by a tenth of \
+                     the theory's, on the same packings, nor the share of punches with the force (two one-sided tests at 5 %).";
+        Section::new("Is there a quasi-static limit?", words).with(table)
+    }
+
+    /// What the settings of the search are.
+    fn settings(&self) -> Section {
+        let found = || {
+            self.settings
+                .iter()
+                .filter(|of| of.setting.at.len() == AXES.len())
+        };
+        let mut names = vec!["choice".to_owned()];
+        names.extend(found().map(|of| of.setting.name.clone()));
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let mut table = Table::new("choices", "Choices of the search's settings", &names);
+        for (index, axis) in AXES.iter().enumerate() {
+            let first = Cell::Text(axis.name.to_owned());
+            let words = found().map(|of| Cell::Text(axis.scale.words(of.setting.at[index])));
+            table.row(std::iter::once(first).chain(words));
+        }
+        let section = Section::new(
+            "Settings",
+            "Table 2 prints no friction: a setting with friction in either stage contradicts it.",
+        );
+        match found().next() {
+            Some(_) => section.with(table),
+            None => section,
+        }
+    }
+
+    fn every_number(&self) -> Section {
+        let rows = self.settings.iter();
+        let rows = rows.flat_map(|of| of.figures.iter().map(move |figure| (of, figure)));
+        let table = Table::of("numbers", "Every figure of every setting", rows)
+            .column("setting", |(of, _)| &of.setting.name)
+            .column("figure", |(_, of)| figure(of).map(|of| of.title))
+            .column("published", |(_, of)| figure(of).map(|of| of.value))
+            .column("ours (95 %)", |(_, of)| of.value)
+            .column("unit", |(_, of)| figure(of).map(|of| of.unit))
+            .column("verdict", |(_, of)| word(of.verdict))
+            .column("bear nothing", |(_, of)| of.zeros)
+            .column("packings", |(_, of)| of.packings);
+        Section::new("Every number", "").with(table)
+    }
+}
+
+fn figure(of: &Judged) -> Option<&'static Published> {
+    PUBLISHED.iter().find(|figure| figure.id == of.id)
+}
+
+impl Found {
+    fn count(&self, verdict: Verdict) -> usize {
+        self.figures
+            .iter()
+            .filter(|of| of.verdict == verdict)
+            .count()
+    }
+
+    /// That every figure is decided: which way is a finding.
+    fn check(&self) -> Check {
+        let open = self.count(Verdict::Undecided) + self.count(Verdict::Skipped);
+        let outcome = match open {
+            0 => Outcome::Pass,
+            _ => Outcome::Skipped,
+        };
+        let found = format!("{open} of {} are undecided", self.figures.len());
+        let quantity = format!("every published figure decided: {}", self.setting.name);
+        Check {
+            n: self.endings.all() as u64,
+            ..Check::of_words(
+                format!("candidates/{}", self.setting.id),
+                &quantity,
+                outcome,
+                &found,
+            )
+        }
+        .judged_by(
+            "intervals over packings of a level that counts all settings and figures",
+            "the printed values and their tolerances",
+        )
+        .required()
+    }
+}

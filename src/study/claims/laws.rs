@@ -1,0 +1,277 @@
+//! Theory against theory: which of the laws that are said to hold for single-grain stresses describes them best, by likelihood.
+//! Grains that bear nothing are a share of their own, the same under every law, so the laws are compared by the others.
+
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
+
+use super::means::POINTS;
+use super::sample::{self, Moment};
+use super::{LEVEL, SAMPLES};
+use crate::document::{Axis, Colour, Plot, Point, Section, Table};
+use crate::study::campaign::Member;
+use evidence::distribution::{Distribution, Family};
+use evidence::moments::mean;
+use evidence::{Interval, goodness, holm, likelihood, proportion};
+use grains::measure::neighbourhood::SINGLY;
+
+/// The paper's, and those of other theories of forces and stresses in packings.
+const LAWS: [(Family, &str, Colour); 5] = [
+    (Family::Exponential, "exponential", Colour::Vermilion),
+    (Family::Gamma, "gamma", Colour::Blue),
+    (
+        Family::StretchedExponential,
+        "stretched exponential",
+        Colour::Green,
+    ),
+    (Family::Weibull, "Weibull", Colour::Purple),
+    (Family::GaussianTail, "Gaussian tail", Colour::Ochre),
+];
+
+/// 2n·KL at which a likelihood ratio test of 5 % finds a false law nine times in ten (non-central χ² with one degree of freedom).
+const SEEN: f64 = 10.51;
+
+/// Laws against each other in one sample.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Contest {
+    /// `loaded` or `settled`.
+    pub moment: Cow<'static, str>,
+    pub point: Cow<'static, str>,
+    /// Grains of each packing, the nearest to the point.
+    pub grains: usize,
+    pub packings: usize,
+    /// Share of grains that bear nothing, or are pulled.
+    pub nothing: Option<Interval>,
+    /// The likeliest first.
+    pub laws: Vec<Contender>,
+    /// Stresses over their mean, from small to large, of the nearest grain in each packing.
+    pub values: Vec<f64>,
+}
+
+/// A law in a contest.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Contender {
+    /// Its likeliest parameters, of stresses over their mean.
+    pub law: Distribution,
+    /// Mean of ln f(best)/f(this) of a grain.
+    pub behind: f64,
+    /// p of both being equally far from the truth, by packing (Vuong), after Holm's correction over all contests; none for the
+    /// best.
+    pub as_near: Option<f64>,
+    /// p of a distance D as large if the law were true, parameters fitted to drawn samples too, after Holm's correction; for a
+    /// grain a packing.
+    pub possible: Option<f64>,
+}
+
+impl Contender {
+    fn title(&self) -> &'static str {
+        let own = self.law.family();
+        LAWS.iter().find(|of| of.0 == own).map_or("", |of| of.1)
+    }
+
+    /// The parameter that gives the form.
+    fn form(&self) -> Option<f64> {
+        match self.law {
+            Distribution::Gamma { shape, .. }
+            | Distribution::Weibull { shape, .. }
+            | Distribution::GaussianTail { shape, .. } => Some(shape),
+            Distribution::StretchedExponential { power, .. } => Some(power),
+            _ => None,
+        }
+    }
+
+    /// Independent grains of which nine samples in ten show that this law is not the best one.
+    fn seen_from(&self) -> Option<f64> {
+        (self.behind > 0.0).then(|| SEEN / (2.0 * self.behind))
+    }
+
+    /// Whether it is not told from the best.
+    fn is_level(&self) -> bool {
+        self.as_near.is_none_or(|p| p >= 1.0 - LEVEL)
+    }
+}
+
+/// All contests of a campaign: the nearest grain and the nearest [`SINGLY`], each point, before and under the load.
+pub fn contests(members: &[Member]) -> Vec<Contest> {
+    let mut all = Vec::new();
+    for moment in Moment::BOTH {
+        for point in POINTS {
+            for grains in [1, SINGLY] {
+                all.extend(contest(members, moment, point, grains));
+            }
+        }
+    }
+    let of_laws = |all: &mut [Contest], p: fn(&mut Contender) -> Option<&mut f64>| {
+        let laws = all.iter_mut().flat_map(|of| of.laws.iter_mut());
+        let open: Vec<&mut f64> = laws.filter_map(p).collect();
+        let given: Vec<f64> = open.iter().map(|p| **p).collect();
+        for (p, adjusted) in open.into_iter().zip(holm::adjusted(&given)) {
+            *p = adjusted;
+        }
+    };
+    of_laws(&mut all, |of| of.as_near.as_mut());
+    of_laws(&mut all, |of| of.possible.as_mut());
+    all
+}
+
+fn contest(
+    members: &[Member],
+    moment: Moment,
+    point: &'static str,
+    grains: usize,
+) -> Option<Contest> {
+    let around = sample::nearest(members, moment, point, grains);
+    let stress = around.iter().map(|cells| {
+        let own = cells.iter().map(|one| one.zz / one.cell);
+        own.filter(|of| *of > 0.0).collect::<Vec<f64>>()
+    });
+    let mut stress: Vec<Vec<f64>> = stress.collect();
+    let middle = mean(&stress.concat());
+    stress.iter_mut().flatten().for_each(|of| *of /= middle);
+    let mut pooled = stress.concat();
+    let all = around.len() * grains;
+    let fits = LAWS.iter().map(|of| of.0.fit(&pooled));
+    let mut fits: Vec<Distribution> = fits.collect::<Option<_>>()?;
+    fits.sort_by(|one, other| {
+        let [one, other] = [one, other].map(|of| of.log_likelihood(&pooled));
+        other.total_cmp(&one)
+    });
+    let best = fits[0];
+    let contender = |law: &Distribution| {
+        let groups = stress.iter().map(Vec::as_slice);
+        let difference = best.log_likelihood(&pooled) - law.log_likelihood(&pooled);
+        let test = |family| goodness::fitted(family, &pooled, SAMPLES);
+        Contender {
+            law: *law,
+            behind: difference / pooled.len() as f64,
+            as_near: likelihood::between(best, *law, groups).map(|of| of.p),
+            possible: (grains == 1)
+                .then(|| test(law.family()))
+                .flatten()
+                .map(|of| of.kolmogorov_p),
+        }
+    };
+    let laws = fits.iter().map(contender).collect();
+    pooled.sort_by(f64::total_cmp);
+    Some(Contest {
+        moment: moment.key().into(),
+        point: point.into(),
+        grains,
+        packings: around.len(),
+        nothing: proportion::wilson(all - pooled.len(), all, LEVEL).filter(|_| grains == 1),
+        laws,
+        values: if grains == 1 { pooled } else { Vec::new() },
+    })
+}
+
+impl Contest {
+    fn title(&self) -> String {
+        let moments = Moment::BOTH.into_iter();
+        let words = moments
+            .filter(|of| of.key() == self.moment)
+            .map(Moment::words);
+        let grains = match self.grains {
+            1 => "nearest grain".to_owned(),
+            many => format!("{many} nearest grains"),
+        };
+        format!("{}, {grains}, {}", self.point, words.collect::<String>())
+    }
+
+    /// The best law and those that are not told from it, for people.
+    fn level(&self) -> String {
+        let level = self.laws.iter().filter(|of| of.is_level());
+        level
+            .map(Contender::title)
+            .collect::<Vec<&str>>()
+            .join(", ")
+    }
+
+    fn of(&self, family: Family) -> Option<&Contender> {
+        self.laws.iter().find(|of| of.law.family() == family)
+    }
+
+    /// Shares of grains above multiples of the mean, on a scale where an exponential is a straight line.
+    fn tails(&self) -> Plot {
+        const POINTS: usize = 60;
+        const UP_TO: f64 = 6.0;
+        let n = self.values.len();
+        let title = self.title();
+        let name = format!("tail-{}-{}", self.moment, self.point.to_lowercase());
+        let caption = format!("{title}: share of {n} stresses above multiples of their mean");
+        let x = Axis::linear("stress over its mean");
+        let y = Axis::logarithmic("share above");
+        let plot = Plot::new(&name, caption, x, y);
+        let plot = self.laws.iter().fold(plot, |plot, of| {
+            let colour = LAWS
+                .iter()
+                .find(|law| law.0 == of.law.family())
+                .map_or(Colour::Grey, |of| of.2);
+            let places = (0..=POINTS).map(|index| UP_TO * index as f64 / POINTS as f64);
+            let line = places.map(|at| [at, of.law.survival(at)]);
+            plot.line(
+                of.title(),
+                colour,
+                line.filter(|[_, share]| *share * n as f64 > 0.2),
+            )
+        });
+        // The largest one by one, the others thinned.
+        let shown = (0..n).filter(|rank| n - rank < 20 || rank % (n / 40).max(1) == 0);
+        let share = |rank: usize| (n as f64 - rank as f64 - 0.5) / n as f64;
+        let points = shown.map(|rank| Point::at(self.values[rank].min(UP_TO), share(rank)));
+        plot.points("packings", Colour::Grey, points)
+    }
+}
+
+/// What the contests say: an answer a place, every number, and the tails.
+pub fn section(contests: &[Contest]) -> Option<Section> {
+    let level = contests
+        .iter()
+        .filter(|of| of.laws.iter().any(|law| law.is_level()));
+    let best = |family: Family| {
+        let own = level
+            .clone()
+            .filter(|of| of.of(family).is_some_and(Contender::is_level));
+        own.count()
+    };
+    let counts = LAWS.map(|(family, title, _)| format!("{title} {}", best(family)));
+    let words = format!(
+        "Of {} samples each law is the best, or not told from the best, in: {}. Two laws are told apart where packings show which of \
+         them is nearer to the truth (Vuong's test with packings as the unit, 5 % over all comparisons). \"Seen from\" is the number of \
+         independent grains of which nine samples in ten show that the best law describes them better; below it the law cannot be told \
+         to be wrong. Grains that bear nothing are a share of their own, the same under every law.",
+        contests.len(),
+        counts.join(", ")
+    );
+    let exponential = |of: &Contest| of.of(Family::Exponential).cloned();
+    let answers = Table::of("laws", "Which law holds where", contests)
+        .column("sample", Contest::title)
+        .column("best, or not told from it", Contest::level)
+        .column("exponential: as near as the best, p", move |of| {
+            exponential(of)?.as_near
+        })
+        .column("possible, p", move |of| exponential(of)?.possible)
+        .column("seen from, grains", move |of| {
+            exponential(of)?.seen_from().map(f64::ceil)
+        })
+        .column("bear nothing", |of| of.nothing);
+    let rows = contests
+        .iter()
+        .flat_map(|of| of.laws.iter().map(move |law| (of, law)));
+    let every = Table::of("every-law", "Every law in every sample", rows)
+        .column("sample", |(of, _)| of.title())
+        .column("law", |(_, law)| law.title())
+        .column("shape or power", |(_, law)| law.form())
+        .column("behind the best, ln f of a grain", |(_, law)| law.behind)
+        .column("as near as the best, p", |(_, law)| law.as_near)
+        .column("possible, p", |(_, law)| law.possible)
+        .column("seen from, grains", |(_, law)| {
+            law.seen_from().map(f64::ceil)
+        })
+        .column("packings", |(of, _)| of.packings);
+    let tails = contests
+        .iter()
+        .filter(|of| !of.values.is_empty())
+        .map(Contest::tails);
+    let section = Section::new("Theory against theory", words);
+    (!contests.is_empty()).then(|| section.with(answers).with_all(tails).with(every))
+}
