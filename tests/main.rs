@@ -30,6 +30,7 @@ mod paper;
 mod tradeoff;
 
 mod campaign_compare;
+mod candidates;
 
 mod broken_yade;
 mod export;

@@ -63,7 +63,7 @@ fn a_wave_has_whole_runs_in_its_rows_and_excludes_beds_that_are_too_low() {
     let folder = Folder::<Plan>::open(&folder).expect("a study");
     let mut rows: Vec<Vec<Member>> = Vec::new();
     folder.each(|_, row| rows.push(row)).expect("rows");
-    let setting = &plan.beds[3][1];
+    let setting = &plan.beds.0[3][1];
     let cloud = setting.realizations().nth(2).expect("three clouds");
     let mut all = rows.iter().flatten();
     let own = all
@@ -112,7 +112,7 @@ fn made_up(truth: &[f64]) -> (Plan, Search) {
         .iter()
         .map(|of: &Figure| of.id.clone())
         .collect();
-    let beds = plan.beds.iter().enumerate();
+    let beds = plan.beds.0.iter().enumerate();
     let settings = beds.flat_map(|(bed, loads)| loads.iter().map(move |of| (bed, of)));
     let observed = settings.map(|(bed, setting)| {
         let sampled = |(index, id): (usize, &String)| {
@@ -142,10 +142,14 @@ fn the_next_wave_is_near_the_setting_that_made_the_figures() {
     let matched = search.matched(&fitted);
     assert!(matched.candidate(truth).is_left());
     let next = plan.next(&search, SIZE).expect("something is left");
-    assert_eq!((next.wave, next.beds.len(), next.before.len()), (2, 8, 80));
+    assert_eq!(
+        (next.wave, next.beds.0.len(), next.before.len()),
+        (2, 8, 80)
+    );
     next.check().expect("sound");
     let clouds = |of: &Plan| {
         of.beds
+            .0
             .iter()
             .map(|bed| bed[0].clouds[0])
             .collect::<Vec<_>>()
@@ -153,7 +157,7 @@ fn the_next_wave_is_near_the_setting_that_made_the_figures() {
     for of in clouds(&next) {
         assert!(!clouds(&plan).contains(&of));
     }
-    for setting in next.beds.iter().flatten() {
+    for setting in next.beds.0.iter().flatten() {
         let candidate = matched.candidate(setting.at.clone());
         assert!(candidate.is_left(), "{candidate:?}");
     }

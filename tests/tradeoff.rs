@@ -78,6 +78,38 @@ fn one_phase_of_the_scenes_own_settings_is_the_scenes_own_pouring() {
     }
 }
 
+/// Methods with friction are held against the scene with friction, which itself stands on other clouds.
+#[test]
+fn friction_is_held_against_friction() {
+    let mut plan = Plan::quick(2, 0);
+    plan.methods.retain(|of| of.id.starts_with("friction"));
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let folder = place.path().join("study");
+    create(&folder, plan, None, None).expect("a new study");
+    run::<Plan>(&folder, &Engines::default()).expect("it runs");
+    let record = record(&folder);
+    let mean_height = |id: &str| {
+        let point = record.point(id).expect("it is planned");
+        let of = point.screened.of("settled.height.mean_surface");
+        of.expect("two pairs").paired.first_mean
+    };
+    let first = record.reference.screened.of("settled.height.mean_surface");
+    let springs = first.expect("two pairs").paired.first_mean;
+    // Friction leaves a looser bed; the first of a pair is the reference.
+    let with_friction = mean_height("friction");
+    assert!(with_friction > 1.01 * springs, "{with_friction} {springs}");
+    assert_eq!(mean_height("friction-step-0.45"), with_friction);
+    let null = &record.point("friction").expect("it is planned").screened;
+    assert_eq!(null.clouds, 2);
+    assert!(
+        null.differences
+            .iter()
+            .any(|of| of.paired.difference.estimate != 0.0)
+    );
+    let page = report::page(&record.document());
+    assert!(page.html.contains("native, friction"));
+}
+
 #[test]
 fn a_bed_that_is_stiffened_ends_at_the_full_stiffness_at_rest() {
     let scene = small_scene();

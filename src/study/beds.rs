@@ -50,9 +50,14 @@ impl Beds {
             return Err("beds have different numbers of clouds".to_owned());
         }
         for bed in &self.0 {
-            let of = |setting: &Setting| (setting.specification.pour_digest(), setting.clouds[0]);
-            if let Some(other) = bed.iter().find(|other| of(other) != of(&bed[0])) {
-                return Err(format!("{} and {} pour otherwise", bed[0].id, other.id));
+            let first = &bed[0];
+            let pours_like = |of: &Setting| of.specification.pours_like(&first.specification);
+            let other = |of: &&Setting| of.clouds != first.clouds || !pours_like(of);
+            if let Some(other) = bed.iter().find(other) {
+                return Err(format!(
+                    "{} does not load the beds of {}",
+                    other.id, first.id
+                ));
             }
         }
         Ok(())

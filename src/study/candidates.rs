@@ -14,7 +14,9 @@ use crate::study::beds::Beds;
 use crate::study::candidates::judge::Candidates;
 use crate::study::machine::Folder;
 use crate::study::member::{MIRRORED, Member, Members};
-use crate::study::realization::{Change, Engines, Runner, Setting, Specification, changed};
+use crate::study::realization::{
+    Change, Engines, Runner, Setting, Specification, changed, small_scene, whole_scene,
+};
 use crate::study::search::matching::keep;
 use crate::study::search::{matching::Search, space};
 use crate::study::{Judged, Outline, Study, StudyError};
@@ -53,6 +55,11 @@ pub struct Ladder {
 impl Plan {
     /// The printed scene, the way to its quasi-static limit, and the best settings of a search.
     pub fn new(quick: bool, clouds: u64, found: Option<&Search>, best: usize) -> Self {
+        let printed = match quick {
+            true => small_scene(),
+            false => whole_scene(),
+        };
+        let printed = with_lines(space::on_both_sides(printed));
         let base = with_lines(space::base(quick));
         let setting = |id: &str, name: &str, scene: Scene| {
             Setting::new(id, name, "candidates", Specification::native(scene), clouds)
@@ -64,15 +71,13 @@ impl Plan {
             });
             scene
         };
-        let mut beds = vec![vec![
-            setting("printed", "as printed", base.clone()),
-            setting(
-                "friction",
-                &format!("friction {FRICTION} in loading"),
-                with_friction(base.clone()),
-            ),
-        ]];
-        let rest = changed(base.clone(), &[Change::Settled(REST)]);
+        let frictional = with_friction(base.clone());
+        let name = format!("friction {FRICTION} rad in loading");
+        let mut beds = vec![
+            vec![setting("printed", "as printed", printed)],
+            vec![setting("friction", &name, frictional)],
+        ];
+        let rest = changed(base, &[Change::Settled(REST)]);
         let (mut at_rest, mut ladders) = (Vec::new(), Vec::new());
         for (kind, words, scene, speeds) in [
             ("rest", "without friction", rest.clone(), WITHOUT_FRICTION),

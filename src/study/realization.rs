@@ -349,20 +349,14 @@ impl Specification {
         sha256_hex(text.as_bytes())[..16].to_owned()
     }
 
-    /// Of what is poured: specifications of the same digest load the same beds.
-    pub fn pour_digest(&self) -> String {
-        let paper = whole_scene();
-        let scene = Scene {
-            loading: paper.loading,
-            measurement: paper.measurement,
-            control_points: paper.control_points,
-            ..self.scene.clone()
-        };
-        let of = Specification {
+    /// Whether it loads the same beds.
+    pub fn pours_like(&self, other: &Specification) -> bool {
+        let scene = other.scene.clone();
+        let same_but_scene = Specification {
             scene,
             ..self.clone()
         };
-        of.digest()
+        same_but_scene == *other && self.scene.pours_like(&other.scene)
     }
 
     pub fn scene_of(&self, realization: u64) -> Scene {

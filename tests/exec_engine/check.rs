@@ -92,6 +92,18 @@ fn an_engine_that_refuses_one_job_is_undecided() {
     tells(folder.path(), 3, &check, ["undecided"]);
 }
 
+/// Where the first steps could not be looked at, the verdict says why.
+#[test]
+fn the_verdict_on_tables_that_cannot_be_read_has_the_reason() {
+    let (folder, _) = folder_with(&narrow_scene(0.05));
+    let toy = changed_toy("sorted(rows)", "sorted(rows, reverse=len(rows) > 60)");
+    let engine = engine(folder.path(), "unsorted.py", &toy);
+    let (out, _) = ends(folder.path(), 1, &["engine", "check", &engine, "--quiet"]);
+    let mut lines = out.lines();
+    let verdict = lines.find(|line| line.starts_with("DIFFERENT: "));
+    has(verdict.unwrap_or_default(), ["were not looked at", "contacts.csv", "must be after"]);
+}
+
 /// A refusal leaves the suite incomplete, whatever else passes.
 #[test]
 fn an_engine_that_refuses_some_cases_is_not_verified() {

@@ -30,8 +30,8 @@ fn study(scene: Scene, options: Options, clouds: u64) -> (Tradeoff, Option<Endin
     let folder = place.path().join("study");
     let external = ExternalEngine::ask(options).expect("an engine");
     let program = Program::of(&external).expect("a file");
-    let label = external.description.label();
-    let plan = Plan::new(scene, 2, 0).with_external(&label, &program.digest, clouds);
+    let plan = Plan::new(scene, 2, 0);
+    let plan = plan.with_external(&external.description, &program.digest, clouds);
     let digest = plan.methods[0].specification.digest();
     create(&folder, plan, Some(program), None).expect("a new study");
     let engines = Engines {
@@ -123,7 +123,7 @@ fn another_program_is_another_method() {
         let path = program(folder.path(), "engine.py", text);
         let external = ExternalEngine::ask(Options::new(path)).expect("an engine");
         let plan = Plan::new(narrow_scene(0.05), 2, 0);
-        let plan = plan.with_external("engine", &external.digest, 1);
+        let plan = plan.with_external(&external.description, &external.digest, 1);
         let digest = plan.methods[0].specification.digest();
         (plan.reference.specification.digest(), digest)
     };

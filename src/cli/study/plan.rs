@@ -176,7 +176,7 @@ pub struct CandidatesArguments {
     #[arg(long)]
     quick: bool,
     /// Packings of every setting
-    #[arg(long, default_value_t = 400, value_parser = clap::value_parser!(u64).range(8..=10_000))]
+    #[arg(long, default_value_t = 400, value_parser = clap::value_parser!(u64).range(3..=10_000))]
     clouds: u64,
     #[command(flatten)]
     place: Place,
@@ -287,7 +287,7 @@ impl TradeoffArguments {
         let mut program = None;
         if let Some(path) = &self.engine {
             let of = Program::of(&self.limits.external(path)?)?;
-            plan = plan.with_external(&of.described.label(), &of.digest, self.engine_clouds);
+            plan = plan.with_external(&of.described, &of.digest, self.engine_clouds);
             program = Some(of);
         }
         let words = format!(

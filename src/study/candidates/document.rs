@@ -310,22 +310,37 @@ impl Candidates {
     }
 
     fn limits(&self) -> Section {
-        let more = |index: usize| move |of: &Halving| of.more.get(index).copied().flatten();
+        let more = |index: usize| {
+            move |of: &Halving| {
+                let found = of.more.get(index).copied().flatten()?;
+                let [low, high] = [found.low, found.high].map(|of| 100.0 * of);
+                Some(format!("{low:+.0} to {high:+.0} %"))
+            }
+        };
         let finding = |of: &Halving| match of.finding {
             Finding::Equivalent => "nothing changes",
             Finding::Different => "it changes",
             Finding::Undecided => "undecided",
         };
-        let title = "What half of the speed changes of the load's part, over the theory's (90 %)";
+        let speed = |id: &str| {
+            let found = self.settings.iter().find(|of| of.setting.id == id);
+            found.map_or(0.0, |of| of.setting.specification.scene.loading.speed)
+        };
+        let step = |of: &Halving| {
+            let [from, to] = [&of.from, &of.to].map(|id| speed(id));
+            format!("{}: {from} to {to} m/s", of.name)
+        };
+        let reached = |of: &Halving| {
+            let [before, after] = of.reached;
+            format!("{before}, then {after} of {}", of.all)
+        };
+        let title = "What half of the speed adds more, of the theory's load (90 %)";
         let table = Table::of("halvings", title, &self.halvings)
-            .column("from", |of| self.named(&of.from))
-            .column("to", |of| self.named(&of.to))
+            .column("bed at rest", step)
             .column("O", more(0))
             .column("A", more(1))
             .column("B", more(2))
-            .column("punches with the force", |of| of.reached[0])
-            .column("with half of the speed", |of| of.reached[1])
-            .column("of", |of| of.all)
+            .column("punches with the force", reached)
             .column("finding", finding);
         let words = "A load is quasi-static where half of the punch's speed changes what it adds at no control point by a tenth of \
                      the theory's, on the same packings, nor the share of punches with the force (two one-sided tests at 5 %).";

@@ -217,7 +217,8 @@ impl Contest {
         // The largest one by one, the others thinned.
         let shown = (0..n).filter(|rank| n - rank < 20 || rank % (n / 40).max(1) == 0);
         let share = |rank: usize| (n as f64 - rank as f64 - 0.5) / n as f64;
-        let points = shown.map(|rank| Point::at(self.values[rank].min(UP_TO), share(rank)));
+        let within = shown.filter(|rank| self.values[*rank] <= UP_TO);
+        let points = within.map(|rank| Point::at(self.values[rank], share(rank)));
         plot.points("packings", Colour::Grey, points)
     }
 }
@@ -274,4 +275,85 @@ pub fn section(contests: &[Contest]) -> Option<Section> {
         .map(Contest::tails);
     let section = Section::new("Theory against theory", words);
     (!contests.is_empty()).then(|| section.with(answers).with_all(tails).with(every))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::campaign::Fields;
+    use crate::study::realization::Ending;
+    use evidence::random::{Key, Source};
+    use grains::measure::neighbourhood::{Neighbour, Neighbourhood};
+
+    const KEY: Key = *b"crossgrain: tests of many theory";
+
+    /// Packings whose grains bear stresses of this law, one in ten nothing.
+    fn packings(law: Distribution, count: u64) -> Vec<Member> {
+        let mut source = Source::new(&KEY, 0);
+        let mut neighbour = || Neighbour {
+            from_point: [0.0; 2],
+            contacts: 3,
+            cell: 2.0,
+            xx: 0.0,
+            zz: match source.uniform() < 0.1 {
+                true => 0.0,
+                false => law.draw(&mut source),
+            },
+            xz: 0.0,
+        };
+        let mut member = |realization| Member {
+            member: realization,
+            realization,
+            engine: String::new(),
+            ending: Ending::Reached,
+            pour_steps: 1,
+            load_steps: 1,
+            settled_state: None,
+            loaded_state: None,
+            measured: std::collections::BTreeMap::new(),
+            settled: None,
+            loaded: Some(Fields {
+                across: Vec::new(),
+                down: Vec::new(),
+                points: vec![Neighbourhood {
+                    point: "O".to_owned(),
+                    singly: (0..SINGLY).map(|_| neighbour()).collect(),
+                    together: Vec::new(),
+                }],
+            }),
+        };
+        (1..=count).map(&mut member).collect()
+    }
+
+    /// The law that they have is level with the best, and the others fall behind as they must.
+    #[test]
+    fn the_law_of_the_packings_is_found() {
+        let half_normal = Distribution::GaussianTail {
+            shape: 0.5,
+            scale: 3.0,
+        };
+        for (law, told) in [
+            (
+                Distribution::Exponential { mean: 3.0 },
+                Family::GaussianTail,
+            ),
+            (half_normal, Family::Exponential),
+        ] {
+            let members = packings(law, 150);
+            let found = contest(&members, Moment::Loaded, "O", SINGLY).expect("all laws fit");
+            let own = found.of(law.family()).expect("one of the laws");
+            assert!(own.is_level(), "{found:?}");
+            let other = found.of(told).expect("one of the laws");
+            assert!(!other.is_level() && other.behind > 0.05, "{found:?}");
+            let from = other.seen_from().expect("it is behind");
+            assert!((20.0..110.0).contains(&from), "{from}");
+            let singly = contest(&members, Moment::Loaded, "O", 1).expect("all laws fit");
+            let nothing = singly.nothing.expect("a grain each");
+            assert!(nothing.low < 0.1 && nothing.high > 0.1, "{nothing:?}");
+            let possible = |family| singly.of(family).and_then(|of| of.possible);
+            assert!(possible(law.family()).is_some_and(|p| p > 0.01));
+            assert!(possible(told).is_some_and(|p| p < 0.01));
+        }
+        assert!(contest(&[], Moment::Loaded, "O", 1).is_none());
+    }
 }

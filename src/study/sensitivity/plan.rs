@@ -285,30 +285,44 @@ impl Plan {
         &self.tasks()[number as usize - 1]
     }
 
+    /// For each setting the first one that loads the same beds.
+    fn beds(&self) -> Vec<usize> {
+        let mut firsts: Vec<usize> = Vec::new();
+        let of = |index: usize| &self.settings[index].specification;
+        let beds = (0..self.settings.len()).map(|index| {
+            let found = firsts
+                .iter()
+                .find(|first| of(**first).pours_like(of(index)));
+            found.copied().unwrap_or_else(|| {
+                firsts.push(index);
+                index
+            })
+        });
+        beds.collect()
+    }
+
     /// All work, the first clouds of everything first, so that a study that is looked at early has a little of everything.
     /// A bed is poured once for all loads of a cloud; settings that are the same run are run once.
     pub fn tasks(&self) -> &[Task] {
         self.tasks.get_or_init(|| {
-            let digests = self
-                .settings
-                .iter()
-                .map(|of| (of.specification.digest(), of.specification.pour_digest()));
-            let digests: Vec<(String, String)> = digests.collect();
+            let digests = self.settings.iter().map(|of| of.specification.digest());
+            let digests: Vec<String> = digests.collect();
+            let beds_of = self.beds();
             let of_settings = self.settings.iter().flat_map(Setting::realizations);
             let watched = self.penetrations.iter().flat_map(|of| 1..=of.clouds);
             let clouds: BTreeSet<u64> = of_settings.chain(watched).collect();
             let mut tasks = Vec::new();
             for cloud in clouds {
                 let mut planned = BTreeSet::new();
-                let mut beds: Vec<(&String, Vec<usize>)> = Vec::new();
+                let mut beds: Vec<(usize, Vec<usize>)> = Vec::new();
                 for (index, setting) in self.settings.iter().enumerate() {
-                    let (digest, pour) = &digests[index];
-                    if !setting.realizations().any(|of| of == cloud) || !planned.insert(digest) {
+                    let own = setting.realizations().any(|of| of == cloud);
+                    if !own || !planned.insert(&digests[index]) {
                         continue;
                     }
-                    match beds.iter_mut().find(|bed| bed.0 == pour) {
+                    match beds.iter_mut().find(|bed| bed.0 == beds_of[index]) {
                         Some(bed) => bed.1.push(index),
-                        None => beds.push((pour, vec![index])),
+                        None => beds.push((beds_of[index], vec![index])),
                     }
                 }
                 tasks.extend(beds.into_iter().map(|bed| Task::Loads(bed.1, cloud)));
@@ -363,11 +377,9 @@ mod tests {
     fn speeds_share_beds_and_damping_numbers_do_not() {
         let plan = Plan::full(12);
         let beds = |wanted: fn(&[f64]) -> bool| {
-            let own = plan.settings.iter();
-            let own = own.filter(|of| of.axis == SPEED_AND_DAMPING && wanted(&of.at));
-            own.map(|of| of.specification.pour_digest())
-                .collect::<BTreeSet<String>>()
-                .len()
+            let own = plan.settings.iter().zip(plan.beds());
+            let own = own.filter(|(of, _)| of.axis == SPEED_AND_DAMPING && wanted(&of.at));
+            own.map(|(_, bed)| bed).collect::<BTreeSet<usize>>().len()
         };
         assert_eq!(beds(|at| at[1] == 0.2), 1);
         assert_eq!(beds(|at| at[0] == 0.1), ALPHAS.len());

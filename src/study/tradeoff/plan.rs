@@ -5,12 +5,15 @@ use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
 
+use crate::engine::exec::{Description, missing_for_scene};
 use crate::study::realization::Change::{Alpha, CloudSpeed, Columns, Modulus, Settled, Size, Step};
 use crate::study::realization::{
     Change, FAST_STEP, Runner, Setting, Specification, changed, small_scene, whole_scene,
 };
+use grains::generate::initial_bodies;
 use grains::native::pouring::{End, Phase, Softly};
 use grains::scene::Scene;
+use grains::task::Task;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -101,24 +104,27 @@ const DEPOSITIONS: [(f64, f64, bool); 4] = [
 const FRICTIONAL: &str = "friction";
 /// Angle of friction between grains in both stages, rad.
 const FRICTION: f64 = 0.5;
+/// dt over √(m/k) of that reference: 0.45 is just beyond the largest stable step where grains with friction can turn, and at 0.65
+/// they do not come to rest.
+const FRICTIONAL_STEP: f64 = 0.3;
 
 /// What is changed with friction, by the engine's own rules.
 const WITH_FRICTION: Cases = &[
     ("friction-step-0.1", "friction, step 0.1", Step(0.1), 2),
+    ("friction-step-0.2", "friction, step 0.2", Step(0.2), 1),
+    ("friction-step-0.45", "friction, step 0.45", Step(0.45), 1),
     (
-        "friction-step-0.65",
-        "friction, step 0.65",
-        Step(FAST_STEP),
-        1,
+        "friction-modulus-10",
+        "friction, step 0.3, E/10",
+        Modulus(0.1),
+        2,
     ),
-    ("friction-step-0.9", "friction, step 0.9", Step(0.9), 1),
-    ("friction-modulus-10", "friction, E/10", Modulus(0.1), 2),
 ];
 
 /// Of [`Plan::quick`], besides the depositions.
 const QUICK: [&str; 9] = [
     FRICTIONAL,
-    "friction-step-0.65",
+    "friction-step-0.45",
     "step-0.1",
     "step-0.65",
     "step-0.9",
@@ -144,7 +150,7 @@ impl Plan {
         let kept = |of: &Setting| of.axis == COMBINED || QUICK.contains(&of.id.as_str());
         plan.methods.retain(kept);
         for method in &mut plan.methods {
-            method.clouds = vec![[1, screening]];
+            method.clouds[0] = [1, screening];
         }
         plan.add_yade(yade);
         plan
@@ -242,10 +248,10 @@ impl Plan {
     }
 
     fn add_frictional(&mut self) {
-        let frictional = Change::Friction(FRICTION);
-        let scene = changed(self.reference.specification.scene.clone(), &[frictional]);
+        let frictional = [Change::Friction(FRICTION), Step(FRICTIONAL_STEP)];
+        let scene = changed(self.reference.specification.scene.clone(), &frictional);
         let of = Specification::native(scene.clone());
-        let name = format!("friction {FRICTION} rad, the scene as it is");
+        let name = format!("friction {FRICTION} rad, step {FRICTIONAL_STEP}: their reference");
         let clouds = self.reference.clouds.clone();
         let reference = Setting::new(FRICTIONAL, &name, FRICTIONAL, of, self.screening);
         self.methods.push(Setting {
@@ -257,11 +263,11 @@ impl Plan {
             self.add(id, name, FRICTIONAL, of, *share);
         }
         let (softer, until, _) = DEPOSITIONS[0];
-        let softly = softly(softer, softer.sqrt(), until, FAST_STEP);
+        let softly = softly(softer, softer.sqrt(), until, FRICTIONAL_STEP);
         let of = Specification::soft(&scene, &softly);
         self.add(
-            "friction-fast",
-            "friction, the fast protocol",
+            "friction-soft-10",
+            "friction, step 0.3, poured at E/10 until 1e-3",
             FRICTIONAL,
             of,
             1,
@@ -295,10 +301,15 @@ impl Plan {
         }
     }
 
-    /// Adds the reference's scene, and two other steps, in an external engine, on so many clouds; `digest` is that of its file.
+    /// Adds the references' scenes, and two other steps of each, in an external engine, on so many clouds; the one with friction
+    /// where it has that. `digest` is that of its file.
     #[must_use]
-    pub fn with_external(mut self, label: &str, digest: &str, clouds: u64) -> Self {
-        for (base, of_base, of) in self.references() {
+    pub fn with_external(mut self, engine: &Description, digest: &str, clouds: u64) -> Self {
+        let label = engine.label();
+        let all = self.references().into_iter();
+        let wanted =
+            |base: &str, of: &Specification| base.is_empty() || can_pour(engine, &of.scene);
+        for (base, of_base, of) in all.filter(|of| wanted(of.0, &of.2)) {
             for step in [None, Some(SHORT_STEP), Some(FAST_STEP)] {
                 let mut of = Specification {
                     runner: Runner::External,
@@ -344,6 +355,12 @@ impl Plan {
             clouds.into_iter().flat_map(on).collect()
         })
     }
+}
+
+/// Whether it has what pouring and settling the scene takes.
+fn can_pour(engine: &Description, scene: &Scene) -> bool {
+    let task = Task::settle(initial_bodies(scene));
+    missing_for_scene(engine, scene, &task).is_empty()
 }
 
 /// Poured softer by this factor until this share of the largest kinetic energy, and stiffened in steps of `ratio`.
