@@ -10,7 +10,7 @@ use crate::checks::{Check, Outcome, Tally, slug};
 use crate::compare::baseline::diff::Diff;
 use crate::document::{Block, Cell, Document, Section, Table, Tile, harmless};
 use crate::error::Error;
-use crate::files::{failed, write_whole};
+use crate::files::{failed, sha256_hex, write_whole};
 
 /// The folder of a page's figures and tables, beside the page.
 pub const FOLDER: &str = "figures";
@@ -151,10 +151,14 @@ pub fn page_against(name: &str, document: &Document, diff: Option<&Diff>) -> Pag
             checks.len()
         );
     }
+    // Of the whole text, so that no part of it can name it: no script runs but the page's own, and nothing is asked for.
+    let nonce = &sha256_hex(body.as_bytes())[..32];
     page.html = format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; script-src \
+         'nonce-{nonce}'; base-uri 'none'; form-action 'none'\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}: {}</title>\n\
-         <style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{body}</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
+         <style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{body}</main>\n<script nonce=\"{nonce}\">\n{SCRIPT}</script>\n</body>\n</html>\n",
         document.verdict.verdict()
     );
     page

@@ -107,6 +107,30 @@ fn the_main_jobs_page_reads_well_everywhere_and_asks_for_nothing() {
     assert!(said.is_empty(), "{said:#?}");
 }
 
+/// Whatever is put into a page: nothing runs but its own script, and nothing is asked for.
+#[test]
+#[cfg_attr(not(feature = "live"), ignore = "needs Chromium: --features live")]
+fn a_script_that_was_put_into_a_page_does_not_run() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    ends(folder.path(), 0, "verify --engine native --quiet --out o");
+    let page = folder.path().join("o/report.html");
+    let text = std::fs::read_to_string(&page).expect("a page");
+    let put = "<script>document.title = 'taken'</script><p onclick=\"document.title = 'taken'\">a</p>\
+               <img src=\"https://example.org/a.png\" onerror=\"document.title = 'taken'\">";
+    std::fs::write(&page, text.replacen("</main>", &format!("{put}</main>"), 1)).expect("writable");
+    let mut browser = Browser::start();
+    look::open(&mut browser, &page);
+    browser.evaluate("document.querySelector('main > p[onclick]').click()");
+    browser.settle();
+    let title = browser.evaluate("document.title");
+    assert!(title != "taken", "it ran");
+    // Its own script does: tables can be filtered.
+    assert_eq!(
+        browser.evaluate("document.querySelectorAll('.filter input').length > 0"),
+        true
+    );
+}
+
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs Chromium: --features live")]
 fn the_ladders_page_reads_well_everywhere_and_asks_for_nothing() {

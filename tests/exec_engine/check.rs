@@ -101,7 +101,10 @@ fn the_verdict_on_tables_that_cannot_be_read_has_the_reason() {
     let (out, _) = ends(folder.path(), 1, &["engine", "check", &engine, "--quiet"]);
     let mut lines = out.lines();
     let verdict = lines.find(|line| line.starts_with("DIFFERENT: "));
-    has(verdict.unwrap_or_default(), ["were not looked at", "contacts.csv", "must be after"]);
+    has(
+        verdict.unwrap_or_default(),
+        ["were not looked at", "contacts.csv", "must be after"],
+    );
 }
 
 /// A refusal leaves the suite incomplete, whatever else passes.
