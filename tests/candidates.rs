@@ -92,7 +92,7 @@ fn parts_and_limits_are_those_of_made_up_members() {
             (true, true) => 0.9,
             (false, _) => 1.0,
         };
-        let reached = with_friction || speed > 0.03 || cloud % 2 == 0;
+        let reached = with_friction || speed > 0.03 || cloud.is_multiple_of(2);
         reached.then(|| [0.9, added + noise(cloud + (1000.0 * speed) as u64)])
     };
     let members = members(&plan, law).into_iter().collect();

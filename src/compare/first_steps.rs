@@ -142,8 +142,13 @@ fn check(of: &OfStart, id: &str) -> Check {
     let id = format!("{id}/{}-{}", of.law.name(), of.start.key());
     let quantity = format!("{}, {}", of.law.name(), of.start.name());
     let ratio = of.farthest.as_ref().map_or(f64::NAN, |of| of.ratio);
-    Check::of_words(id, &quantity, outcome, &found)
-        .with_limits(ratio, 0.0, Some(FACTOR))
+    let check = Check::of_words(id, &quantity, outcome, &found);
+    // No distance is below zero.
+    let check = Check {
+        lower: Some(0.0),
+        ..check.with_limits(ratio, 0.0, Some(FACTOR))
+    };
+    check
         .required()
         .judged_by(
             "the largest distance from the native run over that of replicas with rounding errors as coarse as the engine's",

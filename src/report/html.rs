@@ -147,8 +147,11 @@ pub fn page_against(name: &str, document: &Document, diff: Option<&Diff>) -> Pag
         let html = with_file(&mut page, &table);
         let _ = write!(
             body,
-            "<h2 id=\"checks\">Every check</h2>\n<details><summary>{} checks with their limits and where these come from</summary>\n{html}</details>\n",
-            checks.len()
+            "<h2 id=\"checks\">Every check</h2>\n<details><summary>{} with limits and where these come from</summary>\n{html}</details>\n",
+            match checks.len() {
+                1 => "1 check".to_owned(),
+                many => format!("{many} checks"),
+            }
         );
     }
     // Of the whole text, so that no part of it can name it: no script runs but the page's own, and nothing is asked for.

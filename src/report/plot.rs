@@ -370,12 +370,11 @@ impl Drawing<'_> {
                 self.marks,
                 "<path {stroke} d=\"M{left:.1} {y:.1}H{right:.1}\"/>"
             );
-            let ends = [
-                (right - 6.0, "end"),
-                (left + 6.0, "start"),
-                (left + 0.5 * width, "middle"),
-            ];
+            let ends = [(right - 6.0, "end"), (left + 6.0, "start")];
+            let between = [0.5, 0.9, 0.8, 0.7, 0.6, 0.4, 0.3, 0.2];
+            let between = between.map(|share| (left + share * width, "middle"));
             ends.into_iter()
+                .chain(between)
                 .flat_map(|(x, anchor)| [([x, y - 5.0], anchor), ([x, y + 14.0], anchor)])
                 .collect()
         } else {

@@ -229,7 +229,7 @@ pub fn grid(
 pub fn key([left, right]: [f64; 2], top: f64, entries: &[(String, String)]) -> (String, usize) {
     let (mut svg, mut x, mut row) = (String::new(), left, 0);
     for (symbol, words) in entries {
-        let width = 32.0 + LETTER * words.chars().count() as f64;
+        let width = 40.0 + LETTER * words.chars().count() as f64;
         if x > left && x + width > right {
             (x, row) = (left, row + 1);
         }

@@ -129,7 +129,7 @@ fn with_lines(mut scene: Scene) -> Scene {
         depth,
     };
     for offset in ASIDE {
-        let name = format!("aside {:.0} mm", 1.0e3 * offset);
+        let name = format!("aside {:.0} mm", 1.0e3 * scale * offset);
         let other = format!("{}{name}", MIRRORED);
         let points = [(name, offset), (other, -offset)];
         let points = points.map(|(name, offset)| point(name, scale * offset, depth));

@@ -132,10 +132,14 @@ impl<S: Study> Plan<S> {
         let wrong = |error: serde_json::Error| not_one(format!("{NAME}: {error}"));
         let mut stored = stored(folder)?;
         let digest = stored.as_object_mut().and_then(|of| of.remove(DIGEST));
-        let plan: Plan<S> = serde_json::from_value(stored).map_err(wrong)?;
-        if plan.kind != S::KIND {
-            return Err(not_one(format!("it is a {}, not a {}", plan.kind, S::KIND)));
+        if let Some(kind) = stored["kind"].as_str().filter(|kind| *kind != S::KIND) {
+            let reason = format!(
+                "it is a study of kind {kind}, and one of kind {} is wanted",
+                S::KIND
+            );
+            return Err(not_one(reason));
         }
+        let plan: Plan<S> = serde_json::from_value(stored).map_err(wrong)?;
         if digest != Some(plan.digest().into()) {
             return Err(not_one(format!(
                 "{NAME} was changed after it was made, and plans never change; put back what was there, or plan anew"

@@ -16,7 +16,7 @@ use crate::study::member::{Cost, Member, Members, values};
 use crate::study::realization::{Engines, Runner, Setting, Specification, sound};
 use crate::study::tradeoff::convergence::Convergence;
 use crate::study::tradeoff::judge::{Judgement, QUANTITIES, judge, outcome};
-use crate::study::tradeoff::plan::{FAST, FIRST_CONFIRMATORY, Plan, is_frictional};
+use crate::study::tradeoff::plan::{FAST, FIRST_CONFIRMATORY, FRICTIONAL, Plan, is_frictional};
 use crate::study::{Judged, Outline, Study, StudyError};
 use evidence::Interval;
 use evidence::moments::{mean, median, standard_deviation};
@@ -270,9 +270,11 @@ impl Point {
 }
 
 /// A point is dominated by the cheapest one with the same reference that costs no more and errs no more in bed and load, by
-/// the estimates.
+/// the estimates. The reference with friction takes no part.
 fn dominance(points: &mut [Point]) {
-    let places = points.iter().enumerate().filter_map(|(index, point)| {
+    let methods = points.iter().enumerate();
+    let methods = methods.filter(|(_, of)| of.method.id != FRICTIONAL);
+    let places = methods.filter_map(|(index, point)| {
         let (cost, errors) = (point.costs?.cpu_seconds, point.errors()?);
         Some((index, cost, errors))
     });

@@ -464,16 +464,18 @@ fn judge_damping(job: &Job, theirs: &Story, native: &Story) -> Result<(), String
         let why = match id {
             _ if is(wanted) => continue,
             _ if is(-kick) => "it is not damped at all",
-            2 => "the sign is that of a·(v + ½dt·a), with the velocity in the middle of the kick",
+            2 => {
+                "the sign must be that of a·(v + ½Δt·a), with the velocity in the middle of the kick"
+            }
             _ if is(-2.0 * kick - wanted) => {
                 "the sign is the wrong way round: what speeds a grain up is made smaller, what slows it down larger"
             }
             _ => {
-                "each component of the acceleration, gravity included, is multiplied by 1 − α·sign(a·(v + ½dt·a))"
+                "each component of the acceleration, gravity included, must be multiplied by 1 − α·sign(a·(v + ½Δt·a))"
             }
         };
         return Err(format!(
-            "the grain that {name}: vz changes by {gained:e} m/s and should by {wanted:e} m/s (α = {alpha}): {why}"
+            "the grain that {name}: vz changes by {gained:e} m/s, and should change by {wanted:e} m/s (α = {alpha}): {why}"
         ));
     }
     Ok(())

@@ -19,6 +19,7 @@ mod springs;
 mod stages;
 pub(crate) mod state;
 mod threads;
+pub mod throughput;
 pub mod timing;
 
 pub use health::{Trouble, check_moment};

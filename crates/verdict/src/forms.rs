@@ -91,7 +91,7 @@ pub fn in_words(form: Form) -> String {
             "positions move with the mean of the velocities before and after the kick: first v += Δt·a, then x += Δt·v".into()
         }
         Form::DampingVelocity(share) => format!(
-            "the sign in the damping is that of a·(v + {share}·Δt·a), and is to be that of a·(v + ½Δt·a)"
+            "the sign in the damping is that of a·(v + {share}·Δt·a), and must be that of a·(v + ½Δt·a)"
         ),
         Form::GravityUndamped => {
             "damping leaves gravity out: the whole acceleration is multiplied by 1 − α·sign".into()

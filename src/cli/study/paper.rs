@@ -10,6 +10,8 @@ use crate::cli::report::Views;
 use crate::cli::{json, print};
 use crate::document::{Document, Section};
 use crate::error::{Error, exit};
+use crate::interrupt::unless_asked_to_end;
+use crate::progress::say;
 use crate::report::disc_field::of_figure_4;
 use crate::report::fields::bulbs;
 use crate::report::html::FOLDER;
@@ -42,12 +44,16 @@ impl Claims {
         self.results.check(CLAIMS)?;
         let merged = merged(&self.folder)?;
         let origin = Origin {
-            command: "crossgrain study claims".to_owned(),
+            command: format!("crossgrain study claims {}", self.folder.display()),
             engine: merged.summary.engine.clone(),
             plan: merged.summary.plan.clone(),
             members_digest: merged.summary.sha256.clone(),
         };
-        let found = claims::of(&merged.plan.study.scene, &merged.rows, origin);
+        say("Holding the members against the claims and the laws; a thousand take about a minute.");
+        let members = merged.rows;
+        let found =
+            unless_asked_to_end(move || claims::of(&merged.plan.study.scene, &members, origin));
+        let found = found.ok_or(Error::Interrupted)?;
         let (text, document) = (json(&found)?, found.document());
         self.views.tell("study claims", &text, &document)?;
         self.results.write(&document, &[(CLAIMS, &text)])?;

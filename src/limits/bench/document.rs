@@ -364,7 +364,7 @@ impl Bench {
                       each grain, the other arithmetic, and passing over pairs and grains once. Each is multiplied by the throughput \
                       measured here on one thread, in vectors of doubles. What no limit of throughput shows: gathering positions by \
                       ids. The native kernel computes each pair twice, once for either grain, so it could come within a factor of two \
-                      of the divisions at best.";
+                      of the divisions at best. A step below a limit shows that the machine was busy while it was measured.";
         Section::new("How far from what this machine can do", answer)
             .with(table)
             .with(rates)
@@ -530,7 +530,7 @@ fn goal_table(goals: &[Goal]) -> Section {
         .column("median", |of| of.measured)
         .column("95 % interval", |of| of.interval);
     let answer = "Findings, no checks: another machine gives other times. A goal is met, or not, where the interval of the median \
-                  over the rounds says so.";
+                  over the rounds says so, for which it takes six.";
     Section::new("Goals", answer).with(table)
 }
 

@@ -5,7 +5,7 @@ use std::fs;
 use std::hint::black_box;
 use std::time::Instant;
 
-use multiversion::multiversion;
+use grains::native::throughput::{OPERATIONS, add_and_multiply, divide, square_root, sum};
 use serde::Serialize;
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -203,46 +203,4 @@ fn fastest(mut work: impl FnMut()) -> f64 {
         best = best.min(began.elapsed().as_secs_f64());
     }
     best
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn divide(numbers: &[f64], out: &mut [f64]) {
-    for (out, number) in out.iter_mut().zip(numbers) {
-        *out = 1.5 / number;
-    }
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn square_root(numbers: &[f64], out: &mut [f64]) {
-    for (out, number) in out.iter_mut().zip(numbers) {
-        *out = number.sqrt();
-    }
-}
-
-const OPERATIONS: usize = 16;
-
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn add_and_multiply(numbers: &[f64], out: &mut [f64]) {
-    // Several vectors side by side, so that no operation waits for the one before it.
-    for (out, numbers) in out.chunks_exact_mut(64).zip(numbers.chunks_exact(64)) {
-        let mut values = [0.0; 64];
-        values.copy_from_slice(numbers);
-        for _ in 0..OPERATIONS / 2 {
-            for value in &mut values {
-                *value = *value * 0.999 + 0.001;
-            }
-        }
-        out.copy_from_slice(&values);
-    }
-}
-
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn sum(words: &[f64]) -> f64 {
-    let mut lanes = [0.0; 64];
-    for chunk in words.chunks_exact(64) {
-        for (lane, word) in lanes.iter_mut().zip(chunk) {
-            *lane += word;
-        }
-    }
-    lanes.iter().sum()
 }

@@ -181,7 +181,7 @@ impl Claims {
             self.means(),
             self.plane(),
         ];
-        sections.extend(laws::section(&self.figures.contests));
+        sections.push(laws::section(&self.figures.contests));
         sections.extend(self.distributions());
         sections.extend(self.volumes());
         sections.extend([

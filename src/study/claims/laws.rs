@@ -5,9 +5,9 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
+use super::LEVEL;
 use super::means::POINTS;
 use super::sample::{self, Moment};
-use super::{LEVEL, SAMPLES};
 use crate::document::{Axis, Colour, Plot, Point, Section, Table};
 use crate::study::campaign::Member;
 use evidence::distribution::{Distribution, Family};
@@ -28,6 +28,8 @@ const LAWS: [(Family, &str, Colour); 5] = [
     (Family::GaussianTail, "Gaussian tail", Colour::Ochre),
 ];
 
+/// Samples drawn of a law that may be possible.
+const DRAWN: usize = 999;
 /// 2n·KL at which a likelihood ratio test of 5 % finds a false law nine times in ten (non-central χ² with one degree of freedom).
 const SEEN: f64 = 10.51;
 
@@ -140,7 +142,7 @@ fn contest(
     let contender = |law: &Distribution| {
         let groups = stress.iter().map(Vec::as_slice);
         let difference = best.log_likelihood(&pooled) - law.log_likelihood(&pooled);
-        let test = |family| goodness::fitted(family, &pooled, SAMPLES);
+        let test = |family| goodness::fitted(family, &pooled, DRAWN);
         Contender {
             law: *law,
             behind: difference / pooled.len() as f64,
@@ -224,7 +226,11 @@ impl Contest {
 }
 
 /// What the contests say: an answer a place, every number, and the tails.
-pub fn section(contests: &[Contest]) -> Option<Section> {
+pub fn section(contests: &[Contest]) -> Section {
+    const TITLE: &str = "Theory against theory";
+    if contests.is_empty() {
+        return Section::new(TITLE, "Too few packings to tell laws apart.");
+    }
     let level = contests
         .iter()
         .filter(|of| of.laws.iter().any(|law| law.is_level()));
@@ -237,9 +243,11 @@ pub fn section(contests: &[Contest]) -> Option<Section> {
     let counts = LAWS.map(|(family, title, _)| format!("{title} {}", best(family)));
     let words = format!(
         "Of {} samples each law is the best, or not told from the best, in: {}. Two laws are told apart where packings show which of \
-         them is nearer to the truth (Vuong's test with packings as the unit, 5 % over all comparisons). \"Seen from\" is the number of \
-         independent grains of which nine samples in ten show that the best law describes them better; below it the law cannot be told \
-         to be wrong. Grains that bear nothing are a share of their own, the same under every law.",
+         them is nearer to the truth (Vuong's test with packings as the unit, 5 % over all comparisons). \"Told apart from\" is the number of \
+         independent grains of which nine samples in ten would show it if the best law were the truth; where not even that one is \
+         possible, samples tell less. A law is possible where drawn samples of it are as often as far from it (Kolmogorov's D, fitted \
+         anew, one grain a packing). A stretched exponential is exp(−xᵃ), a Gaussian tail a power of x times exp(−x²). Grains that bear \
+         nothing are a share of their own, the same under every law.",
         contests.len(),
         counts.join(", ")
     );
@@ -250,8 +258,11 @@ pub fn section(contests: &[Contest]) -> Option<Section> {
         .column("exponential: as near as the best, p", move |of| {
             exponential(of)?.as_near
         })
-        .column("possible, p", move |of| exponential(of)?.possible)
-        .column("seen from, grains", move |of| {
+        .column("exponential: possible, p", move |of| {
+            exponential(of)?.possible
+        })
+        .column("best: possible, p", |of| of.laws.first()?.possible)
+        .column("exponential: told apart from, grains", move |of| {
             exponential(of)?.seen_from().map(f64::ceil)
         })
         .column("bear nothing", |of| of.nothing);
@@ -262,10 +273,13 @@ pub fn section(contests: &[Contest]) -> Option<Section> {
         .column("sample", |(of, _)| of.title())
         .column("law", |(_, law)| law.title())
         .column("shape or power", |(_, law)| law.form())
-        .column("behind the best, ln f of a grain", |(_, law)| law.behind)
+        .column(
+            "behind the best, mean logarithm of the density",
+            |(_, law)| law.behind,
+        )
         .column("as near as the best, p", |(_, law)| law.as_near)
         .column("possible, p", |(_, law)| law.possible)
-        .column("seen from, grains", |(_, law)| {
+        .column("told apart from the best from, grains", |(_, law)| {
             law.seen_from().map(f64::ceil)
         })
         .column("packings", |(of, _)| of.packings);
@@ -273,8 +287,10 @@ pub fn section(contests: &[Contest]) -> Option<Section> {
         .iter()
         .filter(|of| !of.values.is_empty())
         .map(Contest::tails);
-    let section = Section::new("Theory against theory", words);
-    (!contests.is_empty()).then(|| section.with(answers).with_all(tails).with(every))
+    Section::new(TITLE, words)
+        .with(answers)
+        .with_all(tails)
+        .with(every)
 }
 
 #[cfg(test)]

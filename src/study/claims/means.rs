@@ -46,7 +46,7 @@ pub fn at_point(members: &[Member], point: &str) -> Option<Claim> {
         Some(of(Moment::Loaded)? - of(Moment::Settled)?)
     });
     let under_load: Vec<f64> = under_load.collect();
-    let load = "the load's part: local mean less that under gravity";
+    let load = "the load's part of the local mean";
     let load = Row::shown(load, sample::mean(&under_load)).in_unit("Pa");
     let rows = vec![
         row("nearest grain, as in the paper", &grain),

@@ -120,7 +120,9 @@ fn several(claim: Claim, members: &[Member], moment: Moment, what: &str) -> Clai
     let mut rows = Vec::new();
     let mut found = Vec::new();
     for point in POINTS {
-        let of_point = rows_of(point, &stress(members, moment, point, what));
+        let quantity = what.replace("grain_", "Σ_");
+        let name = format!("{quantity} at {point}");
+        let of_point = rows_of(&name, &stress(members, moment, point, what));
         let shape = of_point[1].estimate();
         found.push(format!("{point} {shape:.2}; {}", nothing(&of_point)));
         rows.extend(of_point);

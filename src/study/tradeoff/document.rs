@@ -77,7 +77,8 @@ impl Tradeoff {
             .with_all([bed, load].into_iter().filter(drawn));
         section.with(self.by_cost()).with(
             "A method is dominated by the cheapest one that costs no more and errs no more, in the settled and in the loaded \
-             bed, by the estimates; where the intervals overlap it is only perhaps dominated. Processor times are those of \
+             bed, by the estimates; where the intervals overlap it is only perhaps dominated. Methods with friction are compared with \
+             each other only. Processor times are those of \
              single threads while all cores were busy; the steps do not depend on that.",
         )
     }
@@ -89,8 +90,9 @@ impl Tradeoff {
         worst: impl Fn(&Judgement) -> Option<&Worst>,
     ) -> Plot {
         let caption = format!(
-            "{what} Filled: not dominated; hollow: dominated. What is not dominated, and candidates, have names and bars: the 95 % \
-             interval of the quantity with the largest bias."
+            "{what} Filled: not dominated; hollow: dominated. Candidates, methods with friction and other engines have names where there is room; all stand in \
+             the table. Bars: the 95 % interval of the quantity with the largest bias. Errors below {LOWEST} are drawn there. \
+             Dotted: the margin and the null comparison."
         );
         let x = Axis::logarithmic("processor time of one realization, s");
         let y = Axis::logarithmic("largest bias over its margin");
@@ -110,8 +112,12 @@ impl Tradeoff {
                     let [y, low, high] =
                         [error.estimate, error.low, error.high].map(|of| of.max(LOWEST));
                     let shown = plot::Point::at(seconds(point)?, y);
-                    Some(match !hollow || point.confirmed.is_some() {
-                        true => shown.between(low, high).labelled(point.method.name.clone()),
+                    let shown = match !hollow || point.confirmed.is_some() {
+                        true => shown.between(low, high),
+                        false => shown,
+                    };
+                    Some(match group > 0 || point.confirmed.is_some() {
+                        true => shown.labelled(point.method.name.clone()),
                         false => shown,
                     })
                 });
@@ -270,7 +276,7 @@ impl Tradeoff {
     }
 
     fn orders(&self) -> Section {
-        let title = "Order of convergence, fitted up to the paper's step of 0.45";
+        let title = "Order of convergence, fitted up to the default step of 0.45";
         let table = Table::of("orders", title, &self.convergence)
             .column("case", |of| &of.title)
             .column("error of", |of| &of.error_of)

@@ -101,7 +101,7 @@ const DEPOSITIONS: [(f64, f64, bool); 4] = [
 ];
 
 /// The reference of the methods with friction.
-const FRICTIONAL: &str = "friction";
+pub const FRICTIONAL: &str = "friction";
 /// Angle of friction between grains in both stages, rad.
 const FRICTION: f64 = 0.5;
 /// dt over √(m/k) of that reference: 0.45 is just beyond the largest stable step where grains with friction can turn, and at 0.65
