@@ -360,9 +360,10 @@ mod tests {
             let own = found.of(law.family()).expect("one of the laws");
             assert!(own.is_level(), "{found:?}");
             let other = found.of(told).expect("one of the laws");
-            assert!(!other.is_level() && other.behind > 0.05, "{found:?}");
+            // An exponential is ½ − ln(π/2) = 0.048 behind half of a normal law.
+            assert!(!other.is_level() && other.behind > 0.03, "{found:?}");
             let from = other.seen_from().expect("it is behind");
-            assert!((20.0..110.0).contains(&from), "{from}");
+            assert!((20.0..200.0).contains(&from), "{from}");
             let singly = contest(&members, Moment::Loaded, "O", 1).expect("all laws fit");
             let nothing = singly.nothing.expect("a grain each");
             assert!(nothing.low < 0.1 && nothing.high > 0.1, "{nothing:?}");
