@@ -355,7 +355,7 @@ mod tests {
             ),
             (half_normal, Family::Exponential),
         ] {
-            let members = packings(law, 150);
+            let members = packings(law, 400);
             let found = contest(&members, Moment::Loaded, "O", SINGLY).expect("all laws fit");
             let own = found.of(law.family()).expect("one of the laws");
             assert!(own.is_level(), "{found:?}");
