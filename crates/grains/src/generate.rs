@@ -59,14 +59,24 @@ pub fn initial_bodies(scene: &Scene) -> Bodies {
             0.0
         };
         // After all other numbers, so that a cloud has the same places with and without spins.
-        for index in 0..count {
-            let (radius, mass) = (bodies.radius[index], bodies.mass[index]);
-            // A sum, so that no spin is a negative zero.
-            bodies.spin.push(0.0 + spin * symmetric(&mut random));
-            bodies.inertia.push(scene.grain_inertia(radius, mass));
-        }
+        // A sum, so that no spin is a negative zero.
+        let spins = (0..count).map(|_| 0.0 + spin * symmetric(&mut random));
+        bodies.spin = spins.collect();
+        can_turn(scene, &mut bodies);
     }
     bodies
+}
+
+/// Gives grains that turn in the scene their moments of inertia where they have none, as those of a bed that was poured in a scene
+/// without rotation; they do not turn yet.
+pub fn can_turn(scene: &Scene, bodies: &mut Bodies) {
+    if !rotates(scene) || !bodies.inertia.is_empty() {
+        return;
+    }
+    let grains = bodies.radius.iter().zip(&bodies.mass);
+    let inertia = grains.map(|(radius, mass)| scene.grain_inertia(*radius, *mass));
+    bodies.inertia = inertia.collect();
+    bodies.spin.resize(bodies.mass.len(), 0.0);
 }
 
 /// Uniform in [−1, 1): 53 random bits, scaled exactly.

@@ -9,6 +9,7 @@ use super::perturb::Perturbation;
 use super::state::Constants;
 use super::threads::Threads;
 use super::timing::{Slowness, ThreadTime};
+use crate::generate::can_turn;
 use crate::model::Model;
 use crate::scene::Scene;
 use crate::tables::{Bodies, Punch, Snapshot, Stage, StopReason};
@@ -48,7 +49,9 @@ pub fn run(
     observer: &mut dyn Observer,
 ) -> Result<Outcome, NativeError> {
     let start = &task.start;
-    let (mut constants, bodies) = faulty(scene, start.constants(), options, &start.bodies);
+    let mut given = start.bodies.clone();
+    can_turn(scene, &mut given);
+    let (mut constants, bodies) = faulty(scene, start.constants(), options, &given);
     // A fault of the very first step.
     constants.half_step_start &= (start.stage, start.step) == (Stage::Settle, 0);
     // A punch that stands still goes on doing so; any other has the scene's speed.
@@ -86,7 +89,7 @@ pub fn run(
         stage: start.stage,
         step: start.step,
         observer,
-        given: &start.bodies,
+        given: &given,
         energy_limit: 0.0,
         seen: start.seen,
         settled: None,
