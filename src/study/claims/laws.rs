@@ -28,6 +28,8 @@ const LAWS: [(Family, &str, Colour); 5] = [
     (Family::GaussianTail, "Gaussian tail", Colour::Ochre),
 ];
 
+/// Two moments, three points, the nearest grain and several.
+const SAMPLES: usize = 2 * POINTS.len() * 2;
 /// Samples drawn of a law that may be possible.
 const DRAWN: usize = 999;
 /// 2n·KL at which a likelihood ratio test of 5 % finds a false law nine times in ten (non-central χ² with one degree of freedom).
@@ -242,7 +244,7 @@ pub fn section(contests: &[Contest]) -> Section {
     };
     let counts = LAWS.map(|(family, title, _)| format!("{title} {}", best(family)));
     let words = format!(
-        "Of {} samples each law is the best, or not told from the best, in: {}. Two laws are told apart where packings show which of \
+        "Of {} samples, of {SAMPLES}, to which all laws could be fitted, each law is the best, or not told from the best, in: {}. Two laws are told apart where packings show which of \
          them is nearer to the truth (Vuong's test with packings as the unit, 5 % over all comparisons). \"Told apart from\" is the number of \
          independent grains of which nine samples in ten would show it if the best law were the truth; where not even that one is \
          possible, samples tell less. A law is possible where drawn samples of it are as often as far from it (Kolmogorov's D, fitted \
