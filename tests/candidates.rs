@@ -8,7 +8,7 @@ use crossgrain::study::candidates::Plan;
 use crossgrain::study::candidates::judge::Candidates;
 use crossgrain::study::member::Member;
 use crossgrain::study::realization::{Change, Ending, Setting, changed, unobserved};
-use crossgrain::study::search::space::{AXES, STEP, base, scene};
+use crossgrain::study::search::space::{AXES, OF_POURING, STEP, base, scene};
 use evidence::t_test::Finding;
 use grains::generate::initial_bodies;
 use grains::native;
@@ -61,6 +61,7 @@ fn members(plan: &Plan, law: impl Fn(&Setting, u64) -> Option<[f64; 2]>) -> Vec<
 fn the_step_of_the_settings_is_stable_with_friction() {
     let mut at = vec![1.0; AXES.len()];
     at[2] = 0.5;
+    at[OF_POURING - 1] = 0.0;
     for (step, wanted) in [(STEP, 0.6..1.0), (0.45, 1.0..1.5)] {
         let scene = changed(scene(&base(true), &at), &[Change::Step(step)]);
         let outcome = native::run(
@@ -111,13 +112,19 @@ fn parts_and_limits_are_those_of_made_up_members() {
         .halvings
         .iter()
         .map(|of| (of.name.as_str(), of.finding));
-    let [without, with] = ["without friction", "with friction in loading"];
+    let [without, with, blocked] = [
+        "without friction",
+        "with friction in loading",
+        "with friction, grains do not turn",
+    ];
     let expected = [
         (without, Finding::Equivalent),
         (without, Finding::Different),
         (with, Finding::Different),
         (with, Finding::Equivalent),
         (with, Finding::Equivalent),
+        (blocked, Finding::Different),
+        (blocked, Finding::Equivalent),
     ];
     assert_eq!(findings.collect::<Vec<_>>(), expected);
     assert_eq!(

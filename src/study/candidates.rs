@@ -6,7 +6,7 @@ pub mod judge;
 
 use std::path::Path;
 
-use grains::scene::{ControlPoint, Scene};
+use grains::scene::{ContactLaw, ControlPoint, Rotation, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::engine::EngineError;
@@ -29,6 +29,7 @@ const FRICTION: f64 = 0.3;
 /// none is needed to see what becomes of them.
 const SPEEDS: [f64; 4] = [0.08, 0.04, 0.02, 0.01];
 const WITHOUT_FRICTION: usize = 3;
+const WITHOUT_TURNING: usize = 3;
 /// Of B, m: a smaller scene has its points nearer.
 const PAPER_FARTHEST: f64 = 0.15;
 /// Distances from the punch's axis at the control points' depth, m.
@@ -71,21 +72,40 @@ impl Plan {
             });
             scene
         };
+        let without_turning = |mut scene: Scene| {
+            scene.loading.contact = Some(ContactLaw {
+                rotation: Rotation::Blocked,
+                ..scene.contact.clone()
+            });
+            scene
+        };
         let frictional = with_friction(base.clone());
+        let stiff = without_turning(frictional.clone());
         let name = format!("friction {FRICTION} rad in loading");
+        let without = format!("{name}, grains do not turn");
         let mut beds = vec![
             vec![setting("printed", "as printed", printed)],
-            vec![setting("friction", &name, frictional)],
+            vec![
+                setting("friction", &name, frictional),
+                setting("blocked", &without, stiff),
+            ],
         ];
         let rest = changed(base, &[Change::Settled(REST)]);
         let (mut at_rest, mut ladders) = (Vec::new(), Vec::new());
+        let rough = with_friction(rest.clone());
         for (kind, words, scene, speeds) in [
-            ("rest", "without friction", rest.clone(), WITHOUT_FRICTION),
+            ("rest", "without friction", rest, WITHOUT_FRICTION),
             (
                 "rest-friction",
                 "with friction in loading",
-                with_friction(rest),
+                rough.clone(),
                 SPEEDS.len(),
+            ),
+            (
+                "rest-blocked",
+                "with friction, grains do not turn",
+                without_turning(rough),
+                WITHOUT_TURNING,
             ),
         ] {
             let settings = SPEEDS.iter().take(speeds).map(|speed| {

@@ -1,6 +1,6 @@
 //! The choices that are searched: for each an axis from 0 to 1, and what its values mean in a scene.
 
-use grains::scene::{AfterForce, ControlPoint, Damping, Material, Scene, SurfaceHeight};
+use grains::scene::{AfterForce, ControlPoint, Damping, Material, Rotation, Scene, SurfaceHeight};
 
 use crate::study::member::MIRRORED;
 use crate::study::realization::{Change, changed, small_scene, whole_scene};
@@ -24,13 +24,13 @@ pub enum Scale {
 }
 
 /// Beds differ in the first of [`AXES`], loads on them in the others.
-pub const OF_POURING: usize = 6;
+pub const OF_POURING: usize = 7;
 
 const FRICTION: Scale = Scale::FromZero(0.6);
 const ALPHA: Scale = Scale::Even([0.1, 0.8]);
 
 /// Table 2 prints φ = 0; its friction is doubted, since with friction in loading the load is borne at millimetres.
-pub const AXES: [Axis; 11] = [
+pub const AXES: [Axis; 12] = [
     Axis {
         name: "friction in pouring, rad",
         scale: FRICTION,
@@ -60,6 +60,16 @@ pub const AXES: [Axis; 11] = [
         name: "normal stiffness of Eq. 4",
         scale: Scale::OneOf(&[("E·R", 1.0), ("E·D", 2.0)]),
         put: |scene, value| put(scene, Change::Modulus(value)),
+    },
+    Axis {
+        name: "friction turns grains",
+        scale: Scale::OneOf(&[("yes", 0.0), ("no", 1.0)]),
+        put: |scene, value| {
+            scene.contact.rotation = match value < 0.5 {
+                true => Rotation::Free,
+                false => Rotation::Blocked,
+            };
+        },
     },
     Axis {
         name: "friction in loading, rad",
