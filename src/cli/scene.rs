@@ -99,6 +99,8 @@ pub struct Parameters {
     limits: YadeLimits,
 }
 
+const ASKED: &str = "Parameters, asked of ten grains that touch each other, a wall and the punch";
+
 impl Parameters {
     fn execute(self) -> Result<u8, Error> {
         let scene = read_scene(&self.scene)?;
@@ -118,7 +120,7 @@ impl Parameters {
     }
 
     fn show(&self, parameters: &[Parameter]) -> Result<u8, Error> {
-        let table = Table::of("parameters", "Parameters", parameters)
+        let table = Table::of("parameters", ASKED, parameters)
             .column("of", |of| &of.of)
             .column("symbol", |of| of.symbol)
             .column("value", |of| digits(of.value))
@@ -128,7 +130,7 @@ impl Parameters {
     }
 
     fn compare(&self, pairs: &[ParameterPair]) -> Result<u8, Error> {
-        let table = Table::of("parameters", "Parameters in both engines", pairs)
+        let table = Table::of("parameters", ASKED, pairs)
             .column("of", |pair| &pair.native.of)
             .column("symbol", |pair| pair.native.symbol)
             .column("native", |pair| digits(pair.native.value))

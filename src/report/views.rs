@@ -9,6 +9,8 @@ use crate::error::Error;
 
 /// Letters of a column in a terminal; longer words go on below, but for those of the last column, which nothing stands behind.
 const WIDEST: usize = 60;
+/// Letters that a heading may have in a line at least.
+const HEADING: usize = 12;
 
 /// In lines of at most so many letters, broken at spaces; a longer word stands whole.
 fn in_lines(words: &str, most: usize) -> Vec<String> {
@@ -26,6 +28,18 @@ fn in_lines(words: &str, most: usize) -> Vec<String> {
     lines
 }
 
+/// The lines of cells side by side.
+fn across(cells: &[Vec<String>]) -> Vec<Vec<String>> {
+    let line = |at: usize| {
+        cells
+            .iter()
+            .map(|of| of.get(at).cloned().unwrap_or_default())
+            .collect()
+    };
+    let lines = cells.iter().map(Vec::len).max().unwrap_or(0);
+    (0..lines).map(line).collect()
+}
+
 impl Table {
     /// Padded for a terminal: title, headings, a line, rows.
     pub fn text(&self) -> String {
@@ -39,26 +53,27 @@ impl Table {
         // The lines of each row: its first words, and what goes on below them.
         let in_rows = |row: &Vec<Cell>| -> Vec<Vec<String>> {
             let cells: Vec<Vec<String>> = row.iter().enumerate().map(cell).collect();
-            let lines = cells.iter().map(Vec::len).max().unwrap_or(0);
-            let line = |at: usize| {
-                let words = cells
-                    .iter()
-                    .map(|of| of.get(at).cloned().unwrap_or_default());
-                words.collect()
-            };
-            (0..lines).map(line).collect()
+            across(&cells)
         };
-        let head: Vec<String> = self.columns.iter().map(Column::heading).collect();
         let rows: Vec<Vec<String>> = self.rows.iter().flat_map(in_rows).collect();
+        let letters = |words: &String| words.chars().count();
+        let widest = |column: usize| {
+            let cells = rows.iter().filter_map(|row| row.get(column));
+            cells.map(letters).max().unwrap_or(0)
+        };
+        // Headings go on below where they are wider than what they head.
+        let heads = self.columns.iter().enumerate();
+        let heads =
+            heads.map(|(at, of)| in_lines(&of.heading(), widest(at).clamp(HEADING, WIDEST)));
+        let heads: Vec<Vec<String>> = heads.collect();
         let width = |column: usize| {
-            let cells = rows.iter().chain([&head]).filter_map(|row| row.get(column));
-            let widest = cells.map(|cell| cell.chars().count()).max().unwrap_or(0);
-            match column + 1 == head.len() {
-                true => widest.min(WIDEST),
-                false => widest,
+            let head = heads[column].iter().map(letters).max().unwrap_or(0);
+            match column + 1 == heads.len() {
+                true => widest(column).max(head).min(WIDEST),
+                false => widest(column).max(head),
             }
         };
-        let widths: Vec<usize> = (0..head.len()).map(width).collect();
+        let widths: Vec<usize> = (0..heads.len()).map(width).collect();
         let line = |row: &[String]| {
             let mut line = String::new();
             for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
@@ -78,7 +93,7 @@ impl Table {
         if !self.title.is_empty() {
             text = text + &harmless(&self.title) + "\n";
         }
-        text += &line(&head);
+        across(&heads).iter().for_each(|row| text += &line(row));
         text += &line(&under);
         rows.iter().for_each(|row| text += &line(row));
         text

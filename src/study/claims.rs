@@ -5,6 +5,7 @@
 
 mod cells;
 mod document;
+mod earlier;
 mod laws;
 mod means;
 mod sample;
@@ -25,7 +26,7 @@ use evidence::{Interval, holm};
 use grains::scene::{Scene, paper_scene};
 use serde::{Deserialize, Serialize};
 
-pub const CLAIMS_VERSION: u32 = 4;
+pub const CLAIMS_VERSION: u32 = 5;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
@@ -47,7 +48,9 @@ pub struct Claims {
     pub members: usize,
     pub endings: BTreeMap<String, usize>,
     pub claims: Vec<Claim>,
-    /// How many claims came to which verdict; `undecided` for those that need more members.
+    /// Of the same author's earlier paper.
+    pub earlier: Vec<Claim>,
+    /// How many of the paper's claims came to which verdict; `undecided` for those that need more members.
     pub verdicts: BTreeMap<String, usize>,
     pub complete: bool,
     pub figures: Figures,
@@ -84,11 +87,16 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
         cells::good_enough(members, &series),
     ]);
     claims.push(shapes::conclusion(&claims));
-    for claim in &mut claims {
+    let mut earlier = earlier::claims(members, &claims);
+    for claim in claims.iter_mut().chain(&mut earlier) {
         // Of too few members there are no numbers.
-        claim.reading = claim.reading.replace("NaN", "unknown");
+        claim.reading = claim
+            .reading
+            .replace("NaN %", "unknown")
+            .replace("NaN", "unknown");
     }
     adjust(&mut claims);
+    adjust(&mut earlier);
     let endings = members.iter();
     Claims {
         version: CLAIMS_VERSION,
@@ -98,9 +106,13 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
         other_choices: other_choices(scene),
         members: members.len(),
         endings: counted(endings.map(|of| of.ending.name().replace('_', " "))),
-        complete: claims.iter().all(|claim| claim.verdict.is_some()),
+        complete: claims
+            .iter()
+            .chain(&earlier)
+            .all(|claim| claim.verdict.is_some()),
         verdicts: counted(claims.iter().map(|claim| claim.word().to_owned())),
         claims,
+        earlier,
         figures: document::data(members, series, means::solid(scene)),
     }
 }
@@ -412,6 +424,21 @@ pub fn verdict(rows: &[Row], rule: Rule) -> Option<Verdict> {
         _ if open => None,
         _ if yes => Some(Verdict::Holds),
         _ => Some(Verdict::DoesNotHold),
+    }
+}
+
+/// Of a statement that holds where all of these do.
+fn together(claims: &[&Claim]) -> Option<Verdict> {
+    let verdicts: Vec<Option<Verdict>> = claims.iter().map(|of| of.verdict).collect();
+    let any = |wanted: Verdict| verdicts.contains(&Some(wanted));
+    if any(Verdict::DoesNotHold) {
+        Some(Verdict::DoesNotHold)
+    } else if verdicts.is_empty() || verdicts.contains(&None) {
+        None
+    } else if any(Verdict::HoldsUnderStatedChoices) {
+        Some(Verdict::HoldsUnderStatedChoices)
+    } else {
+        Some(Verdict::Holds)
     }
 }
 

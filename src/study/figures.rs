@@ -259,6 +259,7 @@ impl Distribution {
             Law::Laplace { .. } => "fitted Laplace",
             Law::StretchedExponential { .. } => "fitted stretched exponential",
             Law::GaussianTail { .. } => "fitted Gaussian tail",
+            Law::Normal { .. } => "fitted normal law",
         };
         let laws = [
             theory.map(|law| ("theory's exponential", Colour::Vermilion, law)),

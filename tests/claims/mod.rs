@@ -5,7 +5,7 @@ mod stresses;
 mod truth;
 mod verb;
 
-use crossgrain::study::claims::{self, Claims, Origin, Verdict};
+use crossgrain::study::claims::{self, Claim, Claims, Origin, Verdict};
 use grains::scene::paper_scene;
 
 use truth::{Truth, members};
@@ -22,13 +22,17 @@ fn claims_of(truth: &Truth) -> Claims {
 }
 
 fn verdict(claims: &Claims, id: &str) -> Option<Verdict> {
-    let found = claims.claims.iter().find(|claim| claim.id == id);
+    let found = every(claims).find(|claim| claim.id == id);
     found.unwrap_or_else(|| panic!("no claim {id}")).verdict
+}
+
+fn every(claims: &Claims) -> impl Iterator<Item = &Claim> {
+    claims.claims.iter().chain(&claims.earlier)
 }
 
 /// Everything holds, or is undecided, except what is listed.
 fn only(claims: &Claims, others: &[(&str, Verdict)]) {
-    for claim in &claims.claims {
+    for claim in every(claims) {
         let listed = others.iter().find(|(id, _)| *id == claim.id);
         let as_wanted = match listed {
             Some((_, verdict)) => claim.verdict == Some(*verdict),

@@ -40,6 +40,7 @@ fn another_form_is_noticed() {
             ("variation.gravity", NO),
             ("erlang", NO),
             ("conclusion", NO),
+            ("earlier.normal", NO),
         ],
     );
 }
@@ -59,6 +60,7 @@ fn a_biased_mean_is_noticed() {
             ("exponential.theory", NO),
             ("large_scale", NO),
             ("conclusion", NO),
+            ("earlier.scale", NO),
         ],
     );
 }
@@ -92,10 +94,9 @@ fn cells_that_hang_together_are_noticed() {
 #[test]
 fn normal_shear_and_tension_are_noticed() {
     let truth = Truth {
-        // Sums of many: a normal law as near as needed.
-        shear: Distribution::Gamma {
-            shape: 400.0,
-            scale: 100.0,
+        shear: Distribution::Normal {
+            mean: 0.0,
+            deviation: 4200.0,
         },
         gravity_shift: -0.1,
         members: 320,
@@ -103,6 +104,8 @@ fn normal_shear_and_tension_are_noticed() {
     };
     let claims = claims_of(&truth);
     assert_eq!(verdict(&claims, "laplace"), Some(NO));
+    assert_eq!(verdict(&claims, "earlier.shear"), Some(NO));
+    assert_ne!(verdict(&claims, "earlier.normal"), Some(NO));
     assert_eq!(verdict(&claims, "positive"), Some(NO));
     assert_ne!(verdict(&claims, "exponential.O"), Some(NO));
 }

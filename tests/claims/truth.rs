@@ -91,9 +91,9 @@ fn fields(truth: &Truth, moment: Moment, table: &[Vec<f64>], source: &mut Source
             from_point: [0.0, 0.0],
             contacts: 4,
             cell: CELL,
-            xx: cells[cell],
+            xx: 0.5 * truth.normal.draw(source),
             zz: cells[cell],
-            xz: 0.0,
+            xz: 1.0e-4 * truth.shear.draw(source),
         });
         points.push(Neighbourhood {
             point: (*name).to_owned(),

@@ -20,6 +20,8 @@ pub enum Family {
     Weibull,
     /// Location and scale: two exponentials back to back.
     Laplace,
+    /// Mean and standard deviation.
+    Normal,
     /// Power and scale: highest at zero.
     StretchedExponential,
     /// Shape and scale: a power of x at first, the tail of a normal law.
@@ -55,6 +57,13 @@ pub enum Distribution {
         location: f64,
         /// Mean absolute deviation; the standard deviation is √2 times it.
         scale: f64,
+    },
+    /// f ∝ e^{−(x − mean)²/(2 deviation²)}.
+    Normal {
+        /// Mean and median.
+        mean: f64,
+        /// Standard deviation.
+        deviation: f64,
     },
     /// f ∝ e^{−(x/scale)^power} for x ≥ 0: forces of frictionless grains with power 2 in the plane (van Eerd et al. 2007).
     StretchedExponential {
@@ -113,6 +122,12 @@ impl Family {
                 let scale = off.sum::<f64>() / values.len() as f64;
                 Some(Distribution::Laplace { location, scale })
             }
+            Family::Normal => {
+                let mean = mean(values);
+                let off = values.iter().map(|value| (value - mean).powi(2));
+                let deviation = (off.sum::<f64>() / values.len() as f64).sqrt();
+                Some(Distribution::Normal { mean, deviation })
+            }
             Family::StretchedExponential if all(|value| value >= 0.0) => {
                 let power = stretching(values, highest)?;
                 let powers = values.iter().map(|value| (value / highest).powf(power));
@@ -151,6 +166,7 @@ impl Distribution {
             Distribution::Gamma { .. } => Family::Gamma,
             Distribution::Weibull { .. } => Family::Weibull,
             Distribution::Laplace { .. } => Family::Laplace,
+            Distribution::Normal { .. } => Family::Normal,
             Distribution::StretchedExponential { .. } => Family::StretchedExponential,
             Distribution::GaussianTail { .. } => Family::GaussianTail,
         }
@@ -171,6 +187,10 @@ impl Distribution {
             Distribution::Laplace { location, scale } => Distribution::Laplace {
                 location: location / unit,
                 scale: scale / unit,
+            },
+            Distribution::Normal { mean, deviation } => Distribution::Normal {
+                mean: mean / unit,
+                deviation: deviation / unit,
             },
             Distribution::StretchedExponential { power, scale } => {
                 Distribution::StretchedExponential {
@@ -198,6 +218,9 @@ impl Distribution {
                 let tail = 0.5 * (-off.abs()).exp();
                 if off < 0.0 { tail } else { 1.0 - tail }
             }
+            Distribution::Normal { mean, deviation } => {
+                known::Normal::new(mean, deviation).map_or(f64::NAN, |law| law.cdf(x))
+            }
             Distribution::StretchedExponential { power, scale } => {
                 gamma(1.0 / power).cumulative((x.max(0.0) / scale).powf(power))
             }
@@ -219,6 +242,9 @@ impl Distribution {
                 let off = (x - location) / scale;
                 let tail = 0.5 * (-off.abs()).exp();
                 if off > 0.0 { tail } else { 1.0 - tail }
+            }
+            Distribution::Normal { mean, deviation } => {
+                known::Normal::new(mean, deviation).map_or(f64::NAN, |law| law.sf(x))
             }
             Distribution::StretchedExponential { power, scale } => {
                 gamma(1.0 / power).survival((x.max(0.0) / scale).powf(power))
@@ -246,6 +272,9 @@ impl Distribution {
             }
             Distribution::Laplace { location, scale } => {
                 -(x - location).abs() / scale - (2.0 * scale).ln()
+            }
+            Distribution::Normal { mean, deviation } => {
+                known::Normal::new(mean, deviation).map_or(f64::NAN, |law| law.ln_pdf(x))
             }
             Distribution::StretchedExponential { power, scale } if x >= 0.0 => {
                 power.ln() - scale.ln() - ln_gamma(1.0 / power) - (x / scale).powf(power)
@@ -277,6 +306,7 @@ impl Distribution {
             Distribution::Laplace { location, scale } => {
                 location + scale * (source.exponential() - source.exponential())
             }
+            Distribution::Normal { mean, deviation } => mean + deviation * source.normal(),
             Distribution::StretchedExponential { power, scale } => {
                 scale * source.gamma(1.0 / power).powf(1.0 / power)
             }
@@ -447,6 +477,10 @@ pub(super) mod tests {
             Distribution::Gamma {
                 shape: 5.0,
                 scale: 2.0,
+            },
+            Distribution::Normal {
+                mean: 3.0,
+                deviation: 2.0,
             },
             Distribution::Weibull {
                 shape: 1.8,

@@ -188,7 +188,7 @@ impl Continuum {
         // The rows of a case stand together.
         let case = |row: &Row| (row.model, row.spread, row.sunk, row.above);
         let cases = self.rows.chunk_by(|a, b| case(a) == case(b));
-        let title = "Vertical stress at the control points";
+        let title = "Vertical stress at the control points, weight and load";
         let table =
             Table::of("continuum", title, cases).column("ground and load", |rows| name(&rows[0]));
         let table = setup
@@ -198,17 +198,12 @@ impl Continuum {
                 let at = |of: fn(&Row) -> f64| {
                     move |rows: &[Row]| rows.iter().find(|row| row.point == *name).map(of)
                 };
-                let load = format!("load at {name} (x = {offset} m), kPa");
-                let [change, stress, of_stress] = [
-                    format!("change at {name}, %"),
-                    format!("with weight at {name}, kPa"),
-                    format!("change with weight at {name}, %"),
-                ];
                 table
-                    .column(&load, at(|row| 1e-3 * row.load))
-                    .column(&change, at(|row| row.change_of_load))
-                    .column(&stress, at(|row| 1e-3 * row.stress))
-                    .column(&of_stress, at(|row| row.change))
+                    .column(
+                        &format!("{name} (x = {offset} m), kPa"),
+                        at(|row| 1e-3 * row.stress),
+                    )
+                    .column(&format!("change at {name}, %"), at(|row| row.change))
             });
         Document {
             title: "The continuum under the punch".to_owned(),

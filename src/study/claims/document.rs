@@ -162,6 +162,40 @@ const HOW: &str = "A claim is decided by the size of an effect against a limit t
     small one. A claim that does not hold here does not hold \
     for this scene; the paper leaves choices open, and the sensitivity study says what hangs on them.";
 
+/// A row a claim with the first number that decides.
+fn table(name: &str, claims: &[Claim]) -> Table {
+    fn decisive(claim: &Claim) -> Option<&Row> {
+        claim.rows.iter().find(|row| row.judged.is_some())
+    }
+    Table::of(name, "", claims)
+        .column("claim", |claim| Cell::Code(claim.id.to_string()))
+        .column("verdict", |claim| claim.word())
+        .column("first number that decides", |claim| {
+            decisive(claim).map(|row| &row.what)
+        })
+        .column("published", |claim| {
+            decisive(claim).and_then(|row| row.published)
+        })
+        .column("ours (95 %)", |claim| {
+            decisive(claim).and_then(|row| row.ours)
+        })
+        .column("unit", |claim| decisive(claim).map(|row| row.unit.as_ref()))
+        .into()
+}
+
+fn readings(name: &str, claims: &[Claim]) -> Table {
+    Table::of(name, "", claims)
+        .column("claim", |claim| Cell::Code(claim.id.to_string()))
+        .column("the paper says", |claim| &claim.statement)
+        .column("where", |claim| claim.place.as_ref())
+        .column("found", |claim| &claim.reading)
+        .into()
+}
+
+const EARLIER: &str = "The same author's earlier paper";
+const HOW_EARLIER: &str = "I. G. Tejada, \"Boussinesq-like problems in discrete media\" (arXiv:1812.08424), has the same set-up. Its laws are \
+    held against these realizations as its summary says them, along the principal directions of the mean stress at each point.";
+
 impl Claims {
     pub fn document(&self) -> Document {
         let listed = |counts: &std::collections::BTreeMap<String, usize>| {
@@ -175,12 +209,17 @@ impl Claims {
             how = how.with(format!("`{key}` is {here} instead of {default}."));
         }
         let mut sections = vec![
-            Section::new("The claims", "").with(self.table()),
-            Section::new("What was found", "").with(self.readings()),
+            Section::new("The claims", "").with(table("claims", &self.claims)),
+            Section::new("What was found", "").with(readings("readings", &self.claims)),
             how,
             self.means(),
             self.plane(),
         ];
+        sections.push(
+            Section::new(EARLIER, HOW_EARLIER)
+                .with(table("earlier", &self.earlier))
+                .with(readings("earlier-readings", &self.earlier)),
+        );
         sections.push(laws::section(&self.figures.contests));
         sections.extend(self.distributions());
         sections.extend(self.volumes());
@@ -199,7 +238,8 @@ impl Claims {
                 ),
             ),
         ]);
-        let checks: Vec<Check> = self.claims.iter().map(Claim::check).collect();
+        let all = self.claims.iter().chain(&self.earlier);
+        let checks: Vec<Check> = all.map(Claim::check).collect();
         Document {
             title: "The paper's claims about its simulations".to_owned(),
             verdict: verdict(&checks),
@@ -224,36 +264,6 @@ impl Claims {
         let sections = &mut document.sections;
         sections.retain(|section| keep.contains(&section.title.as_str()));
         document
-    }
-
-    /// A row a claim with the first number that decides.
-    fn table(&self) -> Table {
-        fn decisive(claim: &Claim) -> Option<&Row> {
-            claim.rows.iter().find(|row| row.judged.is_some())
-        }
-        Table::of("claims", "", &self.claims)
-            .column("claim", |claim| Cell::Code(claim.id.to_string()))
-            .column("verdict", |claim| claim.word())
-            .column("first number that decides", |claim| {
-                decisive(claim).map(|row| &row.what)
-            })
-            .column("published", |claim| {
-                decisive(claim).and_then(|row| row.published)
-            })
-            .column("ours (95 %)", |claim| {
-                decisive(claim).and_then(|row| row.ours)
-            })
-            .column("unit", |claim| decisive(claim).map(|row| row.unit.as_ref()))
-            .into()
-    }
-
-    fn readings(&self) -> Table {
-        Table::of("readings", "", &self.claims)
-            .column("claim", |claim| Cell::Code(claim.id.to_string()))
-            .column("the paper says", |claim| &claim.statement)
-            .column("where", |claim| claim.place.as_ref())
-            .column("found", |claim| &claim.reading)
-            .into()
     }
 
     fn numbers(&self) -> Table {
@@ -289,7 +299,7 @@ impl Claims {
     }
 
     fn rows(&self) -> impl Iterator<Item = (&Claim, &Row)> {
-        let all = self.claims.iter();
+        let all = self.claims.iter().chain(&self.earlier);
         all.flat_map(|claim| claim.rows.iter().map(move |row| (claim, row)))
     }
 
