@@ -81,6 +81,10 @@ fn a_wave_has_whole_runs_in_its_rows_and_excludes_beds_that_are_too_low() {
     let mut found = Search::of(&plan, &rows.into_iter().flatten().collect());
     assert_eq!(found.observed.len(), 16);
     assert!(found.is_none_left());
+    // Emulators that know what they do not know find each setting by its own results, and no figures that cannot be.
+    let again = found.found_again.expect("settings were run");
+    assert!(again.estimate > 0.9, "{again:?}");
+    assert!(found.of_impossible.is_some_and(|least| least > CUT));
     let height = &found.figures[0];
     assert!(height.id == "height" && height.least > CUT, "{height:?}");
     for (within_two, why) in [(1.0, "no setting is left"), (0.5, "not good enough")] {

@@ -32,6 +32,7 @@ impl Search {
             answer: self.answer(),
             sections: vec![
                 self.targets(),
+                self.controls(),
                 self.best_settings(),
                 self.at_odds(),
                 self.maps(),
@@ -112,6 +113,26 @@ impl Search {
             .column("left out: within two deviations", |of| of.within_two)
             .column("least implausibility alone", |of| of.least);
         Section::new("What is wanted", words).with(table)
+    }
+
+    /// Whether the search would have found figures that there are, and none where there are none.
+    fn controls(&self) -> Section {
+        let again = self.found_again.map_or(String::new(), |of| {
+            format!(
+                "With the results of a setting that was run as targets, and its bed unknown, the setting is left in {:.1} % of the cases \
+                 ({:.1} to {:.1}). ",
+                100.0 * of.estimate,
+                100.0 * of.low,
+                100.0 * of.high
+            )
+        });
+        let impossible = self.of_impossible.map_or(String::new(), |least| {
+            let left = if least > CUT { "nothing is left" } else { "something is left" };
+            format!(
+                "With figures that cannot be, the mean stresses at O and B exchanged, {left}: the least implausibility is {least:.1}."
+            )
+        });
+        Section::new("Would the search find it?", again + &impossible)
     }
 
     fn best_settings(&self) -> Section {
