@@ -108,7 +108,7 @@ pub fn scene(
     let mut last: Option<Snapshot> = None;
     let mut seen: Vec<(Stage, u64)> = Vec::new();
     for line in list.lines() {
-        if line.starts_with(r#"{"end""#) {
+        if has_key(line, "end") {
             let report = end_of_stage(line)?;
             if report.stop == StopReason::Settled {
                 settled.clone_from(&last);
@@ -329,8 +329,14 @@ fn list(folder: &Path, name: &str) -> Result<String, ProgramError> {
     })
 }
 
+/// Whether a line is an object with this key, at any place in it.
+fn has_key(line: &str, key: &str) -> bool {
+    type Object = serde_json::Map<String, serde_json::Value>;
+    line.contains(key) && serde_json::from_str::<Object>(line).is_ok_and(|of| of.contains_key(key))
+}
+
 fn refusal(list: &str) -> Result<Option<String>, ProgramError> {
-    if !list.starts_with(r#"{"refused""#) {
+    if !has_key(list, "refused") {
         return Ok(None);
     }
     let line: RefusedLine = parsed(list.trim_end(), "moments.jsonl")?;

@@ -1,5 +1,8 @@
 //! `engine check` says what is wrong with an engine.
 
+use std::path::Path;
+use std::process::Command;
+
 use crate::support::engines::{AND_THEN, SOUND, adapter, changed_toy, engine, narrow_scene};
 use crate::support::{ends, folder_with, has, rows, say, tells};
 
@@ -18,6 +21,42 @@ fn engine_check_finds_the_toy_sound() {
             "skipped engine/punch",
         ],
     );
+}
+
+/// The engines to begin with, built as their first lines say. The keys of the Rust one's lines stand in another order.
+#[test]
+fn engine_check_finds_the_engines_to_begin_with_sound() {
+    let (folder, _) = folder_with(&narrow_scene(0.05));
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let in_c = folder.path().join("engine");
+    let mut compile = Command::new("cc");
+    compile
+        .args(["-O2", "-ffp-contract=off", "-o"])
+        .arg(&in_c)
+        .arg(examples.join("engine-c/engine.c"))
+        .arg("-lm");
+    let mut build = Command::new(env!("CARGO"));
+    build
+        .args(["build", "--release", "--locked", "--target-dir"])
+        .arg(folder.path().join("target"))
+        .current_dir(examples.join("engine-rust"));
+    for mut command in [compile, build] {
+        let done = command.output().expect("a compiler");
+        let told = String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.success(), "{told}");
+    }
+    for program in [in_c, folder.path().join("target/release/engine-rust")] {
+        let program = format!("exec:{}", program.display());
+        let check = ["engine", "check", &program, "--quiet"];
+        let (text, _) = ends(folder.path(), 0, &check);
+        has(
+            &text,
+            [
+                "identical: every bit of its first hundred steps",
+                "11 checks passed, 0 failed",
+            ],
+        );
+    }
 }
 
 /// What no constant and no form explains is shown where it is.

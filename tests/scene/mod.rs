@@ -51,6 +51,10 @@ fn every_bad_scene_is_refused_with_its_messages() {
                 file.display()
             );
         }
+        // A wrong width makes much else impossible, and stands alone.
+        if file.ends_with("width_negative.json") {
+            assert_eq!(errors.lines().count(), 2, "{errors}");
+        }
     }
 }
 

@@ -13,6 +13,8 @@ use super::*;
 /// The widest box, in mean diameters: room for the largest number of grains in a single row.
 const WIDEST: f64 = 1.0e6;
 
+const WIDTH: &str = "/box/width";
+
 /// A faster punch would jump over what it should touch; in mean radii a step.
 const LONGEST_STRIDE: f64 = 0.1;
 
@@ -123,10 +125,11 @@ fn grains(scene: &Scene, found: &mut Findings) {
         &particles.dispersion,
         "a number in [0, 1)",
     );
-    found.positive("/box/width", scene.container.width);
-    found.unless(
+    found.positive(WIDTH, scene.container.width);
+    found.unless_by(
+        "/particles/mean_diameter",
         scene.container.width <= WIDEST * particles.mean_diameter,
-        "/box/width",
+        WIDTH,
         &scene.container.width,
         &format!("at most {WIDEST} mean diameters"),
     );
@@ -138,7 +141,8 @@ fn grains(scene: &Scene, found: &mut Findings) {
         over,
     } = scene.cloud;
     let [from, to] = over.unwrap_or([0.0, scene.container.width]);
-    found.unless(
+    found.unless_by(
+        WIDTH,
         0.0 <= from && from < to && to <= scene.container.width,
         "/cloud/over",
         &[from, to],
@@ -164,7 +168,8 @@ fn grains(scene: &Scene, found: &mut Findings) {
     );
     let largest = particles.mean_diameter * (1.0 + particles.dispersion);
     let fits = ((to - from) / largest).floor();
-    found.unless(
+    found.unless_by(
+        WIDTH,
         f64::from(columns) <= fits,
         "/cloud/columns",
         &columns,
@@ -328,7 +333,8 @@ fn derived(scene: &Scene, found: &mut Findings) {
 fn loading(scene: &Scene, found: &mut Findings) {
     let loading = &scene.loading;
     found.positive("/loading/half_width", loading.half_width);
-    found.unless(
+    found.unless_by(
+        WIDTH,
         2.0 * loading.half_width < scene.container.width,
         "/loading/half_width",
         &loading.half_width,
@@ -376,7 +382,8 @@ fn measurement(scene: &Scene, found: &mut Findings) {
         ),
         ("/measurement/local_radius", measurement.local_radius),
     ] {
-        found.unless(
+        found.unless_by(
+            WIDTH,
             length <= scene.container.width,
             place,
             &length,
@@ -391,7 +398,8 @@ fn measurement(scene: &Scene, found: &mut Findings) {
     );
     for (index, point) in scene.control_points.iter().enumerate() {
         let place = format!("/control_points/{index}");
-        found.unless(
+        found.unless_by(
+            WIDTH,
             point.offset.is_finite() && point.offset.abs() < 0.5 * scene.container.width,
             &format!("{place}/offset"),
             &point.offset,

@@ -60,6 +60,19 @@ impl Findings {
         }
     }
 
+    /// The same of what hangs on the value at `other` too, which is problem enough if it is wrong itself.
+    pub(super) fn unless_by(
+        &mut self,
+        other: &str,
+        holds: bool,
+        place: &str,
+        value: &dyn Debug,
+        wanted: &str,
+    ) {
+        let is_sound = self.0.iter().all(|of| of.place != other);
+        self.unless(holds || !is_sound, place, value, wanted);
+    }
+
     /// A problem unless the value is above 0.
     pub(super) fn positive(&mut self, place: &str, value: f64) {
         self.unless(
