@@ -3,6 +3,7 @@
 
 mod broken;
 mod check;
+mod house;
 mod tables;
 
 use grains::scene::Damping;

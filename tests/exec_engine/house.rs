@@ -1,0 +1,80 @@
+//! An engine in a repository of its own, judged by `ci/judge_engine` as its CI would.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use crate::support::engines::{adapter_path, program};
+use crate::support::{ends, has};
+
+fn git(folder: &Path, words: &str) {
+    let mut git = Command::new("git");
+    git.args([
+        "-c",
+        "user.name=a",
+        "-c",
+        "user.email=a@b",
+        "-c",
+        "commit.gpgsign=false",
+    ]);
+    let done = git.current_dir(folder).args(words.split(' ')).output();
+    let done = done.expect("git is there");
+    assert!(done.status.success(), "{words}: {done:?}");
+}
+
+/// What CI does with the newest commit: the exit code, and the summary.
+fn judged(place: &Path, run: &str) -> (Option<i32>, String) {
+    git(place, &format!("clone -q house.git {run}"));
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("ci/judge_engine");
+    let mut judge = Command::new("bash");
+    judge
+        .arg(script)
+        .arg("engine.py")
+        .current_dir(place.join(run));
+    judge.env("CROSSGRAIN", env!("CARGO_BIN_EXE_crossgrain"));
+    judge.env_remove("GITHUB_STEP_SUMMARY");
+    let done = judge.output().expect("bash is there");
+    let summary = fs::read_to_string(place.join(run).join("crossgrain-out/summary.md"));
+    (done.status.code(), summary.expect("a summary"))
+}
+
+#[test]
+fn a_change_that_breaks_an_engine_turns_its_ci_red_and_the_summary_says_why() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let place = place.path();
+    git(place, "init -q --bare -b main house.git");
+    git(place, "clone -q house.git work");
+    let work = place.join("work");
+    let commit = |what: &str| {
+        git(&work, "add -A");
+        git(&work, &format!("commit -q -m {what}"));
+        git(&work, "push -q origin HEAD:main");
+    };
+    let toy = fs::read_to_string(adapter_path("toy.py")).expect("the toy");
+    program(&work, "engine.py", &toy);
+    commit("engine");
+    let (code, summary) = judged(place, "first");
+    assert_eq!(code, Some(0), "{summary}");
+    ends(
+        &work,
+        0,
+        "report baseline save ../first/crossgrain-out/verify/verify.json main",
+    );
+    commit("baseline");
+    let (code, summary) = judged(place, "second");
+    assert_eq!(code, Some(0), "{summary}");
+    has(&summary, ["Nothing is worse than in main"]);
+
+    program(&work, "engine.py", &toy.replace("0.5 * dt", "0.0 * dt"));
+    commit("faster");
+    let (code, summary) = judged(place, "third");
+    assert_eq!(code, Some(1), "{summary}");
+    has(
+        &summary,
+        [
+            "must be that of a·(v + ½Δt·a)",
+            "WORSE than main",
+            "leapfrog-local-damping",
+        ],
+    );
+}
