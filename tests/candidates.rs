@@ -7,10 +7,12 @@ use crossgrain::study::Study;
 use crossgrain::study::candidates::Plan;
 use crossgrain::study::candidates::judge::Candidates;
 use crossgrain::study::member::Member;
-use crossgrain::study::realization::{Change, Ending, Setting, changed, unobserved};
+use crossgrain::study::realization::{Change, Ending, Setting, changed, law_key, unobserved};
 use crossgrain::study::search::space::{AXES, OF_POURING, STEP, base, scene};
+use evidence::distribution::Family;
 use evidence::t_test::Finding;
 use grains::generate::initial_bodies;
+use grains::measure::stress::LAYERS;
 use grains::native;
 use grains::task::Task;
 
@@ -36,6 +38,18 @@ fn members(plan: &Plan, law: impl Fn(&Setting, u64) -> Option<[f64; 2]>) -> Vec<
                 put("settled", before * weight);
                 if shares.is_some() {
                     put("loaded", before * weight + added * load);
+                }
+            }
+            for (place, layer) in LAYERS.into_iter().enumerate() {
+                for (index, family) in Family::OF_STRESSES.into_iter().enumerate() {
+                    // The deeper, the farther the exponential falls behind the last two.
+                    let behind = match index {
+                        0 => 0.01 * place as f64,
+                        1 | 2 => 0.02,
+                        _ => 0.0,
+                    };
+                    let noise = 0.001 * ((cloud * (index as u64 + 2)) % 7) as f64 - 0.003;
+                    measured.insert(law_key(layer, family), noise - 1.0 - behind);
                 }
             }
             all.push(Member {
@@ -108,6 +122,13 @@ fn parts_and_limits_are_those_of_made_up_members() {
         (added.estimate / printed.theory[1] - 1.0).abs() < 0.02,
         "{added:?}"
     );
+    let layers = &found.settings[0].layers;
+    let level = |place: usize| layers[place].level().collect::<Vec<Family>>();
+    assert_eq!(layers.len(), LAYERS.len());
+    assert!(level(0).contains(&Family::Exponential), "{layers:?}");
+    assert!(!level(3).contains(&Family::Exponential), "{layers:?}");
+    assert!(level(3).contains(&Family::Weibull) && level(3).contains(&Family::GaussianTail));
+    assert!(!level(0).contains(&Family::Gamma));
     let findings = found
         .halvings
         .iter()
@@ -153,7 +174,7 @@ fn parts_and_limits_are_those_of_made_up_members() {
 #[test]
 fn loads_of_another_bed_are_refused() {
     let mut plan = Plan::new(true, 3, None, 0);
-    plan.beds.0[2][1]
+    plan.beds.0[3][1]
         .specification
         .scene
         .settle

@@ -15,7 +15,7 @@ use crate::study::candidates::judge::Candidates;
 use crate::study::machine::Folder;
 use crate::study::member::{MIRRORED, Member, Members};
 use crate::study::realization::{
-    Change, Engines, Runner, Setting, Specification, changed, small_scene, whole_scene,
+    Change, Engines, LAWS, Runner, Setting, Specification, changed, small_scene, whole_scene,
 };
 use crate::study::search::matching::keep;
 use crate::study::search::{matching::Search, space};
@@ -81,6 +81,7 @@ impl Plan {
         };
         let frictional = with_friction(base.clone());
         let stiff = without_turning(frictional.clone());
+        let poured = changed(base.clone(), &[Change::Friction(FRICTION)]);
         let name = format!("friction {FRICTION} rad in loading");
         let without = format!("{name}, grains do not turn");
         let mut beds = vec![
@@ -89,6 +90,11 @@ impl Plan {
                 setting("friction", &name, frictional),
                 setting("blocked", &without, stiff),
             ],
+            vec![setting(
+                "poured",
+                &format!("friction {FRICTION} rad in both stages"),
+                poured,
+            )],
         ];
         let rest = changed(base, &[Change::Settled(REST)]);
         let (mut at_rest, mut ladders) = (Vec::new(), Vec::new());
@@ -186,7 +192,8 @@ impl Study for Plan {
     }
 
     fn run(&self, task: u64, _: &Engines, _: &Path) -> Result<Vec<Member>, EngineError> {
-        self.beds.run(task, keep)
+        self.beds
+            .run(task, |key| keep(key) || key.starts_with(LAWS))
     }
 
     fn belongs(&self, task: u64, row: &Vec<Member>) -> bool {

@@ -6,7 +6,9 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::Outline;
-use super::realization::{self, Ending, Engines, Realization, Setting, Specification, went_wrong};
+use super::realization::{
+    self, Ending, Engines, LAWS, Realization, Setting, Specification, went_wrong,
+};
 use crate::engine::EngineError;
 use crate::paper::published::{Of, Published};
 use grains::generate::initial_bodies;
@@ -149,6 +151,9 @@ impl Member {
         keep: impl Fn(&str) -> bool,
     ) -> Self {
         let mut measured = realization::measured(scene, run);
+        if let Some(settled) = run.outcome.settled.as_ref().filter(|_| keep(LAWS)) {
+            measured.extend(realization::laws(scene, settled));
+        }
         measured.retain(|key, _| keep(key));
         Member {
             pour_steps: run.pour_steps,

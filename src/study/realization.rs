@@ -7,7 +7,8 @@ use crate::engine::exec::{ExternalEngine, Part, missing_for_scene, run_external}
 use crate::engine::{ProgramError, yade};
 use crate::files::sha256_hex;
 use crate::run::EngineError;
-use evidence::{distribution, moments};
+use evidence::distribution::{self, Family};
+use evidence::moments;
 use grains::generate::initial_bodies;
 use grains::measure::{self, Bed, equilibrium, stress};
 use grains::native;
@@ -272,7 +273,7 @@ pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f6
     let all = measure::all(scene, Some(settled_bed), last_bed).into_iter();
     let mut measured: BTreeMap<String, f64> = all.map(|of| (of.key, of.value)).collect();
     let surface = measure::surface(scene, &settled.bodies);
-    let layer = stress::over_depth(scene, settled_bed, surface);
+    let layer = stress::over_depth(scene, settled_bed, surface, stress::LAYERS[0]);
     let shapes = [
         ("variation", Some(moments::coefficient_of_variation(&layer))),
         ("above_two_means", Some(moments::share_above(&layer, 2.0))),
@@ -295,6 +296,34 @@ pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f6
     let reached = realization.ending == Ending::Reached;
     measured.retain(|key, value| (reached || !key.starts_with("loaded.")) && value.is_finite());
     measured
+}
+
+/// Before the keys of [`laws`].
+pub const LAWS: &str = "settled.laws.";
+
+/// The key of a law in a layer about this depth, m.
+pub fn law_key(layer: f64, family: Family) -> String {
+    format!("{LAWS}{layer}.{family:?}")
+}
+
+/// How well laws describe the grains that bear load in each layer of the settled bed: the mean logarithm of the density of a
+/// stress over the layer's mean, under the likeliest law of each family.
+pub fn laws(scene: &Scene, settled: &Snapshot) -> BTreeMap<String, f64> {
+    let surface = measure::surface(scene, &settled.bodies);
+    let mut found = BTreeMap::new();
+    for layer in stress::LAYERS {
+        let mut stress = stress::over_depth(scene, bed_of(settled), surface, layer);
+        stress.retain(|of| *of > 0.0);
+        let unit = moments::mean(&stress);
+        stress.iter_mut().for_each(|of| *of /= unit);
+        for family in Family::OF_STRESSES {
+            if let Some(law) = family.fit(&stress) {
+                let density = law.log_likelihood(&stress) / stress.len() as f64;
+                found.insert(law_key(layer, family), density);
+            }
+        }
+    }
+    found
 }
 
 pub fn bed_of(snapshot: &Snapshot) -> Bed<'_> {

@@ -83,6 +83,28 @@ pub enum Distribution {
 }
 
 impl Family {
+    /// Of single-grain stresses: the exponential of Tejada's theory, and those of others.
+    pub const OF_STRESSES: [Family; 5] = [
+        Family::Exponential,
+        Family::Gamma,
+        Family::StretchedExponential,
+        Family::Weibull,
+        Family::GaussianTail,
+    ];
+
+    /// For people.
+    pub fn title(self) -> &'static str {
+        match self {
+            Family::Exponential => "exponential",
+            Family::Gamma => "gamma",
+            Family::Weibull => "Weibull",
+            Family::Laplace => "Laplace",
+            Family::Normal => "normal",
+            Family::StretchedExponential => "stretched exponential",
+            Family::GaussianTail => "Gaussian tail",
+        }
+    }
+
     /// Number of its parameters.
     pub fn parameters(self) -> usize {
         match self {

@@ -1,9 +1,11 @@
 //! What the settings say: which figures they give, what the load adds where, and whether a slower punch adds anything else.
 
 use evidence::Interval;
+use evidence::distribution::Family;
+use evidence::likelihood;
 use evidence::t_test::Finding;
 
-use super::judge::{Candidates, Found, Halving, Parts};
+use super::judge::{Candidates, Found, Halving, Layer, Parts};
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
 use crate::paper::published::{POINTS, PUBLISHED, Published};
@@ -47,12 +49,52 @@ impl Candidates {
             sections: vec![
                 self.figures(),
                 self.taken_apart(),
+                self.laws(),
                 self.limits(),
                 self.settings(),
                 self.every_number().as_details(),
             ],
             checks,
         }
+    }
+
+    fn laws(&self) -> Section {
+        let own = self
+            .settings
+            .iter()
+            .flat_map(|of| of.layers.iter().map(move |layer| (of, layer)));
+        // Settings that load the same bed have the same layers.
+        let mut seen: Vec<&Layer> = Vec::new();
+        let mut rows = Vec::new();
+        for (of, layer) in own {
+            if !seen.contains(&layer) {
+                seen.push(layer);
+                rows.push((of, layer));
+            }
+        }
+        let table = Table::of("laws", "Which law holds at which depth", rows)
+            .column("setting", |(of, _)| &of.setting.name)
+            .column("depth, m", |(_, layer)| layer.depth)
+            .column("best, or not told from it", |(_, layer)| {
+                layer
+                    .level()
+                    .map(Family::title)
+                    .collect::<Vec<&str>>()
+                    .join(", ")
+            })
+            .column("exponential: behind the best", |(_, layer)| {
+                let own = layer.laws.iter().find(|of| of.0 == Family::Exponential);
+                own.map(|of| of.1)
+            })
+            .column("told apart from, grains", |(_, layer)| {
+                let own = layer.laws.iter().find(|of| of.0 == Family::Exponential);
+                own.and_then(|of| likelihood::seen_from(of.1.estimate))
+                    .map(f64::ceil)
+            })
+            .column("packings", |(_, layer)| layer.packings);
+        let words = "Single-grain stresses of the settled bed, over the mean of a layer of 10 cm, of grains that bear load. Each law is fitted to \
+                     each packing; behind the best is a grain's mean logarithm of the density, over packings.";
+        Section::new("Theory against theory, by depth", words).with(table)
     }
 
     fn named(&self, id: &str) -> &str {

@@ -1,9 +1,11 @@
 //! What the members of each setting say.
 
 use evidence::Interval;
+use evidence::distribution::Family;
 use evidence::moments::mean_interval;
 use evidence::proportion::{self, wilson};
 use evidence::t_test::{self, Finding, equivalence};
+use grains::measure::stress::LAYERS;
 use serde::{Deserialize, Serialize};
 
 use super::Plan;
@@ -11,7 +13,7 @@ use crate::paper::continuum::{Field, Model, weight};
 use crate::paper::published::{POINTS, PUBLISHED};
 use crate::study::figures::setup_of;
 use crate::study::member::{Endings, MIRRORED, Member, Members};
-use crate::study::realization::Setting;
+use crate::study::realization::{Setting, law_key};
 use crate::study::sensitivity::judge::{self, Judged, LEVEL, Verdict};
 
 /// A change of the load's part by less than this share of the theory's is none, nor is one of the share of punches with the force.
@@ -42,6 +44,27 @@ pub struct Found {
     pub punch_depth: Option<Interval>,
     /// Share of the weight that the floor bears before the load.
     pub by_floor: Option<Interval>,
+    /// Of single-grain stresses before the load, layer by layer.
+    pub layers: Vec<Layer>,
+}
+
+/// Laws of the stresses in a layer of the settled bed, over the layer's mean, of grains that bear load.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Layer {
+    /// Depth of its middle, m.
+    pub depth: f64,
+    pub packings: usize,
+    /// The best first, with the mean logarithm of the density by which the best is ahead, of a grain; intervals over packings, of a level that counts
+    /// all comparisons of the study.
+    pub laws: Vec<(Family, Interval)>,
+}
+
+impl Layer {
+    /// The best law and those that are not told from it.
+    pub fn level(&self) -> impl Iterator<Item = Family> {
+        let own = self.laws.iter().filter(|of| of.1.low <= 0.0);
+        own.map(|of| of.0)
+    }
 }
 
 /// σ_zz at a point, of local means on both sides of the punch, Pa.
@@ -81,7 +104,10 @@ impl Candidates {
         let verdicts = all().count() * PUBLISHED.len();
         let level = 1.0 - (1.0 - LEVEL) / verdicts.max(1) as f64;
         let base = all().next().map_or(Vec::new(), |of| members.of(of));
-        let found = |setting: &Setting| Found::of(setting, &members.of(setting), &base, level);
+        let comparisons = all().count() * LAYERS.len() * (Family::OF_STRESSES.len() - 1);
+        let of_laws = 1.0 - (1.0 - LEVEL) / comparisons.max(1) as f64;
+        let levels = [level, of_laws];
+        let found = |setting: &Setting| Found::of(setting, &members.of(setting), &base, levels);
         let first = all().next().map(|of| &of.specification.scene);
         Candidates {
             scene_digest: first.map_or(String::new(), |of| of.digest()),
@@ -94,9 +120,9 @@ impl Candidates {
 }
 
 impl Found {
-    fn of(setting: &Setting, rows: &[&Member], base: &[&Member], level: f64) -> Self {
+    fn of(setting: &Setting, rows: &[&Member], base: &[&Member], levels: [f64; 2]) -> Self {
         let judged = PUBLISHED.iter();
-        let judged = judged.map(|figure| judge::judge(figure, rows, base, level));
+        let judged = judged.map(|figure| judge::judge(figure, rows, base, levels[0]));
         let of = |key: &str| {
             let values = rows.iter().filter_map(|row| row.measured.get(key));
             mean_interval(&values.copied().collect::<Vec<f64>>(), LEVEL)
@@ -108,6 +134,10 @@ impl Found {
             parts: parts(setting, rows),
             punch_depth: of("loaded.punch.depth"),
             by_floor: of("settled.support.by_floor"),
+            layers: LAYERS
+                .into_iter()
+                .filter_map(|depth| layer(rows, depth, levels[1]))
+                .collect(),
         }
     }
 
@@ -141,6 +171,38 @@ fn two_parts(row: &Member, point: &str) -> Option<[f64; 2]> {
     };
     let before = of("settled")?;
     Some([before, of("loaded")? - before])
+}
+
+/// None where a law could not be fitted to most packings.
+fn layer(rows: &[&Member], depth: f64, level: f64) -> Option<Layer> {
+    let own = |row: &&Member| -> Option<Vec<f64>> {
+        let density = |family: &Family| row.measured.get(&law_key(depth, *family)).copied();
+        Family::OF_STRESSES.iter().map(density).collect()
+    };
+    let densities: Vec<Vec<f64>> = rows.iter().filter_map(own).collect();
+    if densities.is_empty() || 2 * densities.len() < rows.len() {
+        return None;
+    }
+    let of = |law: usize| densities.iter().map(|of| of[law]).collect::<Vec<f64>>();
+    let total = |law: &usize| of(*law).iter().sum::<f64>();
+    let best = (0..Family::OF_STRESSES.len()).max_by(|a, b| total(a).total_cmp(&total(b)))?;
+    let behind = |law: usize| {
+        let ahead = of(best)
+            .into_iter()
+            .zip(of(law))
+            .map(|(best, own)| best - own);
+        let ahead = mean_interval(&ahead.collect::<Vec<f64>>(), level)?;
+        Some((Family::OF_STRESSES[law], ahead))
+    };
+    let mut laws: Vec<(Family, Interval)> = (0..Family::OF_STRESSES.len())
+        .map(behind)
+        .collect::<Option<_>>()?;
+    laws.sort_by(|a, b| a.1.estimate.total_cmp(&b.1.estimate));
+    Some(Layer {
+        depth,
+        packings: densities.len(),
+        laws,
+    })
 }
 
 fn parts(setting: &Setting, rows: &[&Member]) -> Vec<Parts> {

@@ -15,26 +15,18 @@ use evidence::moments::mean;
 use evidence::{Interval, goodness, holm, likelihood, proportion};
 use grains::measure::neighbourhood::SINGLY;
 
-/// The paper's, and those of other theories of forces and stresses in packings.
-const LAWS: [(Family, &str, Colour); 5] = [
-    (Family::Exponential, "exponential", Colour::Vermilion),
-    (Family::Gamma, "gamma", Colour::Blue),
-    (
-        Family::StretchedExponential,
-        "stretched exponential",
-        Colour::Green,
-    ),
-    (Family::Weibull, "Weibull", Colour::Purple),
-    (Family::GaussianTail, "Gaussian tail", Colour::Ochre),
+const COLOURS: [Colour; 5] = [
+    Colour::Vermilion,
+    Colour::Blue,
+    Colour::Green,
+    Colour::Purple,
+    Colour::Ochre,
 ];
 
 /// Two moments, three points, the nearest grain and several.
 const SAMPLES: usize = 2 * POINTS.len() * 2;
 /// Samples drawn of a law that may be possible.
 const DRAWN: usize = 999;
-/// 2n·KL at which a likelihood ratio test of 5 % finds a false law nine times in ten (non-central χ² with one degree of freedom).
-const SEEN: f64 = 10.51;
-
 /// Laws against each other in one sample.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Contest {
@@ -69,8 +61,7 @@ pub struct Contender {
 
 impl Contender {
     fn title(&self) -> &'static str {
-        let own = self.law.family();
-        LAWS.iter().find(|of| of.0 == own).map_or("", |of| of.1)
+        self.law.family().title()
     }
 
     /// The parameter that gives the form.
@@ -86,7 +77,7 @@ impl Contender {
 
     /// Independent grains of which nine samples in ten show that this law is not the best one.
     fn seen_from(&self) -> Option<f64> {
-        (self.behind > 0.0).then(|| SEEN / (2.0 * self.behind))
+        likelihood::seen_from(self.behind)
     }
 
     /// Whether it is not told from the best.
@@ -134,7 +125,7 @@ fn contest(
     stress.iter_mut().flatten().for_each(|of| *of /= middle);
     let mut pooled = stress.concat();
     let all = around.len() * grains;
-    let fits = LAWS.iter().map(|of| of.0.fit(&pooled));
+    let fits = Family::OF_STRESSES.iter().map(|of| of.fit(&pooled));
     let mut fits: Vec<Distribution> = fits.collect::<Option<_>>()?;
     fits.sort_by(|one, other| {
         let [one, other] = [one, other].map(|of| of.log_likelihood(&pooled));
@@ -206,10 +197,10 @@ impl Contest {
         let y = Axis::logarithmic("share above");
         let plot = Plot::new(&name, caption, x, y);
         let plot = self.laws.iter().fold(plot, |plot, of| {
-            let colour = LAWS
+            let place = Family::OF_STRESSES
                 .iter()
-                .find(|law| law.0 == of.law.family())
-                .map_or(Colour::Grey, |of| of.2);
+                .position(|own| *own == of.law.family());
+            let colour = place.map_or(Colour::Grey, |place| COLOURS[place]);
             let places = (0..=POINTS).map(|index| UP_TO * index as f64 / POINTS as f64);
             let line = places.map(|at| [at, of.law.survival(at)]);
             plot.line(
@@ -242,7 +233,7 @@ pub fn section(contests: &[Contest]) -> Section {
             .filter(|of| of.of(family).is_some_and(Contender::is_level));
         own.count()
     };
-    let counts = LAWS.map(|(family, title, _)| format!("{title} {}", best(family)));
+    let counts = Family::OF_STRESSES.map(|of| format!("{} {}", of.title(), best(of)));
     let words = format!(
         "Of {} samples, of {SAMPLES}, to which all laws could be fitted, each law is the best, or not told from the best, in: {}. Two laws are told apart where packings show which of \
          them is nearer to the truth (Vuong's test with packings as the unit, 5 % over all comparisons). \"Told apart from\" is the number of \

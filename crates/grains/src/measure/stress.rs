@@ -116,14 +116,14 @@ pub fn at_control_points(
         .collect()
 }
 
-/// Depth of the middle of the layer, m: that of the paper's control points.
-const DEPTH: f64 = 0.11;
-/// The layer reaches so far up and down from its middle, m.
+/// Depths of the middles of layers, m: that of the paper's control points, and below.
+pub const LAYERS: [f64; 4] = [0.11, 0.21, 0.31, 0.41];
+/// A layer reaches so far up and down from its middle, m.
 const REACH: f64 = 0.05;
 
-/// Σ_zz over the depth below `surface`, J/m, of every grain of the layer that is five mean diameters away from
+/// Σ_zz over the depth below `surface`, J/m, of every grain of the layer about the depth `middle` that is five mean diameters away from
 /// the walls. The division takes out that deeper grains bear more, so that all may be of one distribution.
-pub fn over_depth(scene: &Scene, bed: Bed<'_>, surface: f64) -> Vec<f64> {
+pub fn over_depth(scene: &Scene, bed: Bed<'_>, surface: f64, middle: f64) -> Vec<f64> {
     let inset = 5.0 * scene.particles.mean_diameter;
     let inside = inset..(scene.container.width - inset);
     of_grains(bed)
@@ -131,7 +131,7 @@ pub fn over_depth(scene: &Scene, bed: Bed<'_>, surface: f64) -> Vec<f64> {
         .enumerate()
         .filter_map(|(id, of_grain)| {
             let depth = surface - bed.bodies.z[id];
-            let wanted = inside.contains(&bed.bodies.x[id]) && (depth - DEPTH).abs() <= REACH;
+            let wanted = inside.contains(&bed.bodies.x[id]) && (depth - middle).abs() <= REACH;
             wanted.then(|| of_grain[(1, 1)] / depth)
         })
         .collect()
