@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crossgrain::run::folder::RunFolder;
 use crossgrain::run::folder::record::Protocol;
+use crossgrain::run::folder::{RunFolder, write_sums};
 
 use crate::support::{
     a_pipe, ask_to_end, folder_with, frictional_scene, native_run, say, small_scene, sound,
@@ -141,7 +141,13 @@ fn spoiled(spoil: impl FnOnce(&Path)) -> (i32, String) {
 
 fn change(path: &Path, how: impl FnOnce(&str) -> String) {
     let text = fs::read_to_string(path).expect("text");
-    fs::write(path, how(&text)).expect("writable");
+    put(path, how(&text).as_bytes());
+}
+
+/// With the digests of what stands there now: what is under test are the reasons after them.
+fn put(path: &Path, bytes: &[u8]) {
+    fs::write(path, bytes).expect("writable");
+    write_sums(path.parent().expect("a run folder")).expect("writable");
 }
 
 /// With another row at this place.
@@ -246,7 +252,7 @@ fn unsound_folders_are_refused_with_exit_2() {
     is_refused("missing", gone, "it has no run.json");
     let no_bodies = |bad: &Path| fs::remove_file(bad.join("bodies.csv")).expect("a file");
     is_refused("no bodies", no_bodies, "bodies.csv");
-    let no_text = |bad: &Path| fs::write(bad.join("history.csv"), [0xff, 0xfe, 0]).expect("ours");
+    let no_text = |bad: &Path| put(&bad.join("history.csv"), &[0xff, 0xfe, 0]);
     is_refused("not text", no_text, "not UTF-8");
 }
 
