@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crossgrain::run::folder::record::Protocol;
-use crossgrain::run::folder::{RunFolder, write_sums};
+use crossgrain::run::folder::{RunFolder, sum_line, write_sums};
 
 use crate::support::{
     a_pipe, ask_to_end, folder_with, frictional_scene, native_run, say, small_scene, sound,
@@ -316,6 +316,8 @@ fn a_run_killed_at_any_moment_leaves_a_whole_folder_or_none() {
 fn a_pipe_is_no_table() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     a_pipe(folder.path(), "run.json");
+    let line = sum_line(&"0".repeat(64), "run.json");
+    fs::write(folder.path().join("SHA256SUMS"), line).expect("ours");
     let error = RunFolder::read(folder.path()).expect_err("no folder");
     assert!(error.to_string().contains("not a regular file"), "{error}");
 }

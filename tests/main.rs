@@ -35,6 +35,7 @@ mod candidates;
 mod broken_yade;
 mod export;
 mod figures;
+mod flipped_bits;
 mod folder;
 mod full_disk;
 mod fuzz_corpus;

@@ -78,7 +78,8 @@ pub struct Summary {
 }
 
 impl Summary {
-    fn text(&self) -> String {
+    /// As it is on the disk.
+    pub fn text(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 }
