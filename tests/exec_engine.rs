@@ -3,7 +3,7 @@
 
 mod broken;
 mod check;
-mod tables;
+mod hostile;
 
 use grains::scene::Damping;
 use std::fs;

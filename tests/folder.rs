@@ -91,7 +91,7 @@ fn nothing_existing_is_overwritten() {
 fn endless_run() -> (tempfile::TempDir, std::process::Child) {
     let mut scene = small_scene();
     scene.settle.kinetic_energy_fraction = 1.0e-300;
-    scene.settle.max_steps = 1_000_000_000;
+    scene.settle.max_steps = 200_000_000;
     let (folder, _) = folder_with(&scene);
     let command = "run scene.json --engine native --out out";
     let mut child = started(folder.path(), command);

@@ -24,6 +24,7 @@ mod tables;
 mod measure;
 mod parts;
 mod resume;
+mod round_trips;
 
 mod paper;
 

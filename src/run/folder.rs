@@ -11,7 +11,7 @@ pub mod record;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use record::{EngineRecord, RECORD_VERSION, Restart, RunRecord, TraceRow};
+use record::{EngineRecord, Protocol, RECORD_VERSION, Restart, RunRecord, TraceRow};
 use serde::Deserialize;
 
 use crate::exit;
@@ -78,6 +78,11 @@ pub enum FolderError {
         "{path} was changed after it was written: {SUMS} has another digest; put back what was there, or run it again"
     )]
     Changed { path: PathBuf },
+    #[error(
+        "the run could have {rows} moments of history, and a run folder has at most {MOST_MOMENTS}: raise \
+         /measurement/history_every, which is {every}, or lower /settle/max_steps"
+    )]
+    TooLong { rows: u64, every: u64 },
     #[error("{path} is not a run folder: {reason}")]
     Inconsistent { path: PathBuf, reason: String },
     #[error(
@@ -94,6 +99,7 @@ impl FolderError {
             FolderError::Table(error) => error.exit_code(),
             FolderError::Scene(error) => error.exit_code(),
             FolderError::Changed { .. }
+            | FolderError::TooLong { .. }
             | FolderError::Inconsistent { .. }
             | FolderError::Interrupted { .. } => exit::USAGE,
         }
@@ -400,6 +406,27 @@ impl RunFolder {
             return Err("history.csv has another punch than run.json at the end".to_owned());
         }
         Ok(())
+    }
+}
+
+/// That the longest run that the scene's rules allow can be read back: asked before it is run.
+pub fn has_room_for_history(scene: &Scene, protocol: Protocol) -> Result<(), FolderError> {
+    let every = scene.measurement.history_every;
+    let loading = &scene.loading;
+    let stride = loading.speed * scene.time_step_seconds();
+    let sinking = (loading.give_up_depth / stride).ceil() as u64;
+    let load = sinking.saturating_add(scene.steps_standing_still().unwrap_or(0));
+    let [settle, load] = match protocol {
+        Protocol::Steps { steps } => [steps, 0],
+        Protocol::Settled => [scene.settle.max_steps, 0],
+        Protocol::Whole => [scene.settle.max_steps, load],
+    };
+    let rows = (settle / every)
+        .saturating_add(load / every)
+        .saturating_add(4);
+    match rows > MOST_MOMENTS {
+        true => Err(FolderError::TooLong { rows, every }),
+        false => Ok(()),
     }
 }
 

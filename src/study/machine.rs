@@ -231,7 +231,7 @@ impl<S: Study> Folder<S> {
             take(read, row);
         }
         if hex(hash.clone()) != summary.sha256 || read != self.plan.study.count() {
-            return Err(damaged(format!("{ROWS} is not what was merged")));
+            return Err(damaged(format!("{ROWS} is not what {SUMMARY} says")));
         }
         if text != self.summary(outlines, hash).text() {
             return Err(damaged(format!(
