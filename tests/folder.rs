@@ -312,6 +312,23 @@ fn a_run_killed_at_any_moment_leaves_a_whole_folder_or_none() {
     assert!(whole > 0 && none > 0, "{whole} whole, {none} none");
 }
 
+/// Of two programs that write one folder at once one has it, and the other is told.
+#[test]
+fn of_two_runs_into_one_folder_one_is_refused() {
+    let (folder, _) = folder_with(&small_scene());
+    let command = "run scene.json --engine native --steps 5000 --quiet --out out";
+    let ends = std::thread::scope(|both| {
+        let run = || both.spawn(|| say(folder.path(), command));
+        [run(), run()].map(|run| run.join().expect("no panic"))
+    });
+    let codes = ends.each_ref().map(|(code, ..)| *code);
+    assert!(matches!(codes, [0, 2] | [2, 0]), "{ends:?}");
+    let refused = |(_, _, errors): &(i32, String, String)| errors.contains("out exists already");
+    assert!(ends.iter().any(refused), "{ends:?}");
+    RunFolder::read(&folder.path().join("out")).expect("one whole run");
+    assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 2);
+}
+
 #[test]
 fn a_pipe_is_no_table() {
     let folder = tempfile::tempdir().expect("a temporary folder");
