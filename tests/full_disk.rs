@@ -106,7 +106,7 @@ fn runs_exports_and_plans_are_whole_or_not_there_whichever_write_fails() {
     let record = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/record/reproduce");
     fs::copy(record, folder.path().join("record")).expect("writable");
     for [command, made, fewest] in rows(
-        "run scene.json --engine native --steps 200 --quiet --out o ⇒ o/run.json ⇒ 35
+        "run scene.json --engine native --steps 200 --quiet --out o ⇒ o/run.json ⇒ 28
         report vtk run --out v ⇒ v/cells.vtp ⇒ 10
         report archive run --out o.tar.gz ⇒ o.tar.gz ⇒ 4
         report baseline save record main --store . ⇒ main.json ⇒ 4
