@@ -1,5 +1,5 @@
 //! One flipped bit in anything that the program has written is found when it is read, and the message names the file. Each bit
-//! of a byte of every kind is tried: the first and the last, in a digit, in a separator, at a line's end, in the middle.
+//! of a byte of every kind is tried: the first and the last, in a digit, in a separator, at a line's end, in between; of a short file all.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -25,10 +25,16 @@ fn places(bytes: &[u8]) -> BTreeSet<usize> {
         one(u8::is_ascii_digit),
         one(|of| b",: ".contains(of)),
         bytes.iter().position(|of| *of == b'\n'),
-        Some(bytes.len() / 2),
         Some(bytes.len() - 1),
     ];
-    found.into_iter().flatten().collect()
+    let spread = (1..8).map(|part| bytes.len() * part / 8);
+    let all = (0..bytes.len()).filter(|_| bytes.len() < 600);
+    found
+        .into_iter()
+        .flatten()
+        .chain(spread)
+        .chain(all)
+        .collect()
 }
 
 /// Flips each such bit of the file and gives it to the reader, which says how it fails and with which exit code.

@@ -6,7 +6,9 @@ use std::process::Command;
 use crossgrain::run::folder::RunFolder;
 use proptest::prelude::*;
 
-use crate::support::{ends, folder_with, frictional_scene, say, staged_scene, tells};
+use crate::support::{
+    ends, folder_with, frictional_scene, native_run, say, sound, staged_scene, tells, there,
+};
 
 /// What is put over [`frictional_scene`], and how it is run.
 fn cases() -> impl Strategy<Value = (serde_json::Value, Vec<String>)> {
@@ -84,6 +86,12 @@ proptest! {
         // A bed that does not come to rest is a result.
         prop_assert!(matches!(code, 0 | 3), "{options:?} {scene}: {said}{errors}");
         let read = RunFolder::read(&place.join("a")).expect("what was just written");
+        let (record, initial) = (&read.record, read.initial.clone());
+        if record.softened.is_none() {
+            let made = native_run(&read.scene, sound(), record.protocol);
+            prop_assert_eq!((initial, &read.settled, &read.last), (made.initial, &made.settled, &made.last));
+            prop_assert_eq!((&read.history, &read.trace), (&made.history, &made.trace));
+        }
         read.write(&place.join("b")).expect("a new folder");
         prop_assert_eq!(&RunFolder::read(&place.join("b")).expect("written twice"), &read);
         prop_assert_eq!(run("c").0, code);
@@ -118,7 +126,7 @@ fn a_history_of_more_than_a_million_moments_is_refused_before_the_run() {
             "{errors}"
         );
     }
-    assert_eq!(crate::support::there(folder.path()).len(), 1);
+    assert_eq!(there(folder.path()).len(), 1);
     tells(
         folder.path(),
         0,
@@ -147,5 +155,5 @@ fn a_chosen_step_that_is_against_a_rule_of_the_scene_is_refused() {
         command,
         ["/loading/speed", "mean radii a step"],
     );
-    assert_eq!(crate::support::there(folder.path()).len(), 1);
+    assert_eq!(there(folder.path()).len(), 1);
 }

@@ -159,7 +159,7 @@ fn wrong(does: &str, sentence: &str, code: &str) -> Option<String> {
     let engine = engine(folder.path(), "engine.py", &text);
     // The program may have this memory; its engine takes more.
     let command = format!(
-        "ulimit -S -v 500000 && exec $0 run scene.json --engine {engine} --out out --steps 10 --stall-limit 4 --time-limit 8 \
+        "ulimit -S -v 500000 && exec timeout -s KILL 25 $0 run scene.json --engine {engine} --out out --steps 10 --stall-limit 4 --time-limit 8 \
          --memory-limit 300 --output-limit 8"
     );
     let began = Instant::now();
