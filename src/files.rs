@@ -117,15 +117,23 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, FileError> {
 /// The most bytes of a file whose digest is taken.
 const LARGEST_DIGESTED: u64 = 1 << 30;
 
-/// Opens a regular file for reading. Asked before opening: opening a pipe would wait for a writer.
+/// Opens a regular file for reading. It is asked before it is opened, since opening a device may do something, and once more
+/// afterwards, since another may stand in its place by then; opening a pipe does not wait for a writer.
 pub fn regular(path: &Path) -> Result<fs::File, FileError> {
-    let kind = fs::metadata(path).map_err(failed("open", path))?;
-    if !kind.is_file() {
-        return Err(FileError::NotAFile {
+    let of_kind = |is_file: bool| match is_file {
+        true => Ok(()),
+        false => Err(FileError::NotAFile {
             path: path.to_owned(),
-        });
-    }
-    fs::File::open(path).map_err(failed("open", path))
+        }),
+    };
+    let open = || failed("open", path);
+    of_kind(fs::metadata(path).map_err(open())?.is_file())?;
+    let at_once = rustix::fs::OFlags::NONBLOCK.bits().cast_signed();
+    let mut options = fs::OpenOptions::new();
+    let file = options.read(true).custom_flags(at_once).open(path);
+    let file = file.map_err(open())?;
+    of_kind(file.metadata().map_err(open())?.is_file())?;
+    Ok(file)
 }
 
 /// The text that these packed bytes hold; `path` says where they come from.
@@ -333,12 +341,21 @@ pub fn file_digest(path: &Path) -> Result<String, FileError> {
             limit: LARGEST_DIGESTED,
         });
     }
+    digest_of(path, file)
+}
+
+/// The same of what a packed file holds.
+pub fn unpacked_digest(path: &Path) -> Result<String, FileError> {
+    digest_of(path, flate2::read::MultiGzDecoder::new(regular(path)?))
+}
+
+fn digest_of(path: &Path, from: impl Read) -> Result<String, FileError> {
     // One that grows is no longer what it was.
-    let mut file = file.take(LARGEST_DIGESTED);
+    let mut from = from.take(LARGEST_DIGESTED);
     let mut hash = Sha256::new();
     let mut block = vec![0; 1 << 16];
     loop {
-        match file.read(&mut block).map_err(failed("read", path))? {
+        match from.read(&mut block).map_err(failed("read", path))? {
             0 => return Ok(hex(&hash.finalize())),
             count => hash.update(&block[..count]),
         }

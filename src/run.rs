@@ -18,7 +18,7 @@ use crate::progress::{self, Display, say};
 use crate::run::folder::record::{
     EngineRecord, Protocol, RECORD_VERSION, Restart, RunRecord, Softened, StepChoice, TraceRow,
 };
-use crate::run::folder::{FolderError, Moment, RunFolder};
+use crate::run::folder::{FolderError, Moment, RunFolder, has_room_for_history};
 use grains::generate::initial_bodies;
 use grains::measure::{self, HistoryRow};
 use grains::model::ModelRecord;
@@ -330,6 +330,7 @@ pub fn prepared(
     out: &Path,
     display: &Display,
 ) -> Result<RunFolder, KeptError> {
+    has_room_for_history(scene, protocol)?;
     let task = display.task(&name(engine));
     let work = folder_aside(out)?;
     if let Some((before, path)) = preparation.before {

@@ -3,8 +3,8 @@
 
 mod broken;
 mod check;
+mod hostile;
 mod house;
-mod tables;
 
 use grains::scene::Damping;
 use std::fs;

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crossgrain::run::folder::RunFolder;
 use crossgrain::run::folder::record::Protocol;
+use crossgrain::run::folder::{RunFolder, sum_line, write_sums};
 
 use crate::support::{
     a_pipe, ask_to_end, folder_with, frictional_scene, native_run, say, small_scene, sound,
@@ -91,7 +91,7 @@ fn nothing_existing_is_overwritten() {
 fn endless_run() -> (tempfile::TempDir, std::process::Child) {
     let mut scene = small_scene();
     scene.settle.kinetic_energy_fraction = 1.0e-300;
-    scene.settle.max_steps = 1_000_000_000;
+    scene.settle.max_steps = 200_000_000;
     let (folder, _) = folder_with(&scene);
     let command = "run scene.json --engine native --out out";
     let mut child = started(folder.path(), command);
@@ -141,7 +141,13 @@ fn spoiled(spoil: impl FnOnce(&Path)) -> (i32, String) {
 
 fn change(path: &Path, how: impl FnOnce(&str) -> String) {
     let text = fs::read_to_string(path).expect("text");
-    fs::write(path, how(&text)).expect("writable");
+    put(path, how(&text).as_bytes());
+}
+
+/// With the digests of what stands there now: what is under test are the reasons after them.
+fn put(path: &Path, bytes: &[u8]) {
+    fs::write(path, bytes).expect("writable");
+    write_sums(path.parent().expect("a run folder")).expect("writable");
 }
 
 /// With another row at this place.
@@ -246,7 +252,7 @@ fn unsound_folders_are_refused_with_exit_2() {
     is_refused("missing", gone, "it has no run.json");
     let no_bodies = |bad: &Path| fs::remove_file(bad.join("bodies.csv")).expect("a file");
     is_refused("no bodies", no_bodies, "bodies.csv");
-    let no_text = |bad: &Path| fs::write(bad.join("history.csv"), [0xff, 0xfe, 0]).expect("ours");
+    let no_text = |bad: &Path| put(&bad.join("history.csv"), &[0xff, 0xfe, 0]);
     is_refused("not text", no_text, "not UTF-8");
 }
 
@@ -306,10 +312,29 @@ fn a_run_killed_at_any_moment_leaves_a_whole_folder_or_none() {
     assert!(whole > 0 && none > 0, "{whole} whole, {none} none");
 }
 
+/// Of two programs that write one folder at once one has it, and the other is told.
+#[test]
+fn of_two_runs_into_one_folder_one_is_refused() {
+    let (folder, _) = folder_with(&small_scene());
+    let command = "run scene.json --engine native --steps 5000 --quiet --out out";
+    let ends = std::thread::scope(|both| {
+        let run = || both.spawn(|| say(folder.path(), command));
+        [run(), run()].map(|run| run.join().expect("no panic"))
+    });
+    let codes = ends.each_ref().map(|(code, ..)| *code);
+    assert!(matches!(codes, [0, 2] | [2, 0]), "{ends:?}");
+    let refused = |(_, _, errors): &(i32, String, String)| errors.contains("out exists already");
+    assert!(ends.iter().any(refused), "{ends:?}");
+    RunFolder::read(&folder.path().join("out")).expect("one whole run");
+    assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 2);
+}
+
 #[test]
 fn a_pipe_is_no_table() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     a_pipe(folder.path(), "run.json");
+    let line = sum_line(&"0".repeat(64), "run.json");
+    fs::write(folder.path().join("SHA256SUMS"), line).expect("ours");
     let error = RunFolder::read(folder.path()).expect_err("no folder");
     assert!(error.to_string().contains("not a regular file"), "{error}");
 }

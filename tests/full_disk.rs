@@ -1,6 +1,6 @@
 //! Disks that are full or cannot be written: exit code 75, a message that names the place and what to do, and nothing that is
-//! half-written. A limit on the size of files (`ulimit -f`) stands for a full disk; a small disk of its own is made by the
-//! last test.
+//! half-written. For a full disk stands a library that lets one call fail, or a limit on the size of files (`ulimit -f`); a
+//! small disk of its own is made by the last test.
 
 use std::fs;
 use std::path::Path;
@@ -30,38 +30,138 @@ fn folder_with_run() -> tempfile::TempDir {
     folder
 }
 
-/// Runs a command with ever larger files until it can be done: before that it must end as on a full disk, and leave the folder
-/// as it was.
-fn fails_whole_until_it_fits(command: &str, made: &str) {
+/// In the place of the system's calls that take room: the one of the number in FULL_AT finds the disk full, and says so.
+const FULL: &str = r#"
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/types.h>
+#include <unistd.h>
+static int full(void) {
+    static int calls;
+    const char *at = getenv("FULL_AT");
+    if (!at || __sync_add_and_fetch(&calls, 1) != atoi(at)) return 0;
+    dprintf(2, "[full]");
+    errno = ENOSPC;
+    return 1;
+}
+#define NEXT(name) ((__typeof__(&name))dlsym(RTLD_NEXT, #name))
+ssize_t write(int fd, const void *from, size_t size) { return fd > 2 && full() ? -1 : NEXT(write)(fd, from, size); }
+int fsync(int fd) { return full() ? -1 : NEXT(fsync)(fd); }
+int fdatasync(int fd) { return full() ? -1 : NEXT(fdatasync)(fd); }
+int mkdir(const char *path, mode_t mode) { return full() ? -1 : NEXT(mkdir)(path, mode); }
+int rename(const char *from, const char *to) { return full() ? -1 : NEXT(rename)(from, to); }
+#define OPEN(name) int name(const char *path, int flags, ...) { \
+    va_list more; \
+    va_start(more, flags); \
+    mode_t mode = flags & O_CREAT ? va_arg(more, mode_t) : 0; \
+    va_end(more); \
+    return flags & O_CREAT && full() ? -1 : NEXT(name)(path, flags, mode); \
+}
+OPEN(open)
+OPEN(open64)
+"#;
+
+/// The program with a disk that is full at one call alone: whether it came so far, exit code, standard error.
+struct Full(tempfile::TempDir);
+
+impl Full {
+    fn new() -> Self {
+        let place = tempfile::tempdir().expect("a temporary folder");
+        fs::write(place.path().join("full.c"), FULL).expect("writable");
+        let made = Command::new("cc")
+            .args(["-shared", "-fPIC", "-o", "full.so", "full.c", "-ldl"])
+            .current_dir(place.path())
+            .status();
+        assert!(
+            made.expect("cc is there, as for the program itself")
+                .success()
+        );
+        Full(place)
+    }
+
+    fn at(&self, call: usize, command: &str, folder: &Path) -> (bool, i32, String) {
+        let output = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+            .args(command.words())
+            .current_dir(folder)
+            .env("LD_PRELOAD", self.0.path().join("full.so"))
+            .env("FULL_AT", call.to_string())
+            .output()
+            .expect("the program starts");
+        let (code, _, errors) = told(&output);
+        (errors.contains("[full]"), code, errors)
+    }
+}
+
+/// Whichever call finds the disk full, the folder is as it was; and when there is room, what was wanted is made.
+#[test]
+fn runs_exports_and_plans_are_whole_or_not_there_whichever_write_fails() {
+    let full = Full::new();
     let folder = folder_with_run();
     // Where the words are told apart by spaces the record has to be here.
     let record = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/record/reproduce");
     fs::copy(record, folder.path().join("record")).expect("writable");
-    let before = there(folder.path());
-    let limits = [1, 2, 4, 8, 16, 64, 1024, 65536];
-    for (full, kilobytes) in limits.into_iter().enumerate() {
-        let (code, said) = limited(kilobytes, command, folder.path());
-        if code != 75 {
-            assert_eq!(code, 0, "{command}: {said}");
-            assert!(folder.path().join(made).exists());
-            assert!(full > 0, "{command} never met the limit");
-            return;
+    for [command, made, fewest] in rows(
+        "run scene.json --engine native --steps 200 --quiet --out o ⇒ o/run.json ⇒ 28
+        report vtk run --out v ⇒ v/cells.vtp ⇒ 10
+        report archive run --out o.tar.gz ⇒ o.tar.gz ⇒ 4
+        report baseline save record main --store . ⇒ main.json ⇒ 4
+        study plan campaign scene.json --members 2 --out c ⇒ c/plan.json ⇒ 6",
+    ) {
+        let before = there(folder.path());
+        let fewest: usize = fewest.parse().expect("a number");
+        for call in 1.. {
+            let (met, code, said) = full.at(call, command, folder.path());
+            if !met {
+                assert_eq!(code, 0, "{command}: {said}");
+                assert!(folder.path().join(made).exists());
+                assert!(call > fewest, "{command} makes {call} calls");
+                break;
+            }
+            assert_eq!(code, 75, "{command}, call {call}: {said}");
+            has(&said, ["make room"]);
+            assert_eq!(
+                there(folder.path()),
+                before,
+                "{command}, call {call}: {said}"
+            );
         }
-        has(&said, ["make room"]);
-        assert_eq!(there(folder.path()), before, "{command} left something");
     }
-    panic!("{command} does not fit into 64 MB");
 }
 
+/// Rows that were written down stay, and the next start comes to the same end as if nothing had been.
 #[test]
-fn runs_exports_and_baselines_are_whole_or_not_there() {
-    for [command, made] in rows(
-        "run scene.json --engine native --steps 2000 --out o ⇒ o/run.json
-        report vtk run --out o ⇒ o/cells.vtp
-        report archive run --out o.tar.gz ⇒ o.tar.gz
-        report baseline save record main --store . ⇒ main.json",
-    ) {
-        fails_whole_until_it_fits(command, made);
+fn a_study_goes_on_whichever_write_fails() {
+    let full = Full::new();
+    let folder = folder_with(&tiny_scene()).0;
+    let at = folder.path();
+    let plan = "study plan campaign scene.json --members 2 --out";
+    let results = ["rows.jsonl", "rows.csv", "merged.json", "report.json"];
+    let made = |of: &str| results.map(|name| fs::read(at.join(of).join(name)).expect("a result"));
+    ends(at, 0, &format!("{plan} sound"));
+    ends(at, 0, "study run sound --threads 1 --quiet");
+    for call in 1.. {
+        ends(at, 0, &format!("{plan} c"));
+        let run = "study run c --threads 1 --quiet";
+        let (met, code, said) = full.at(call, run, at);
+        if !met {
+            assert!(call > 25, "it makes {call} calls");
+            break;
+        }
+        assert_eq!(code, 75, "call {call}: {said}");
+        has(&said, ["make room"]);
+        ends(at, 0, run);
+        assert!(made("c") == made("sound"), "call {call}");
+        let hidden = there(&at.join("c"))
+            .into_iter()
+            .filter(|of| of.starts_with('.'));
+        let hidden: Vec<String> = hidden.filter(|of| !of.ends_with(".lock")).collect();
+        assert!(hidden.is_empty(), "call {call} left {hidden:?}");
+        fs::remove_dir_all(at.join("c")).expect("removable");
     }
 }
 

@@ -24,6 +24,7 @@ mod tables;
 mod measure;
 mod parts;
 mod resume;
+mod round_trips;
 
 mod paper;
 
@@ -35,6 +36,7 @@ mod candidates;
 mod broken_yade;
 mod export;
 mod figures;
+mod flipped_bits;
 mod folder;
 mod full_disk;
 mod fuzz_corpus;

@@ -6,6 +6,7 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
+use crossgrain::run::folder::write_sums;
 use serde_json::Value;
 
 use crate::support::{STAGES, folder_with, frictional_scene, has, say, staged_scene, told};
@@ -175,19 +176,29 @@ fn what_cannot_go_on_says_why() {
     let sound = fs::read_to_string(&path).expect("a record");
     let mut record: Value = serde_json::from_str(&sound).expect("JSON");
     record["restart"]["punch"]["force"] = 1.0.into();
-    fs::write(&path, record.to_string()).expect("writable");
+    let put = |path: &Path, text: &str| {
+        fs::write(path, text).expect("writable");
+        write_sums(&folder.join("whole")).expect("writable");
+    };
+    put(&path, &record.to_string());
     refused("scene.json", &[], "another punch than run.json");
-    fs::write(&path, sound).expect("writable");
+    put(&path, &sound);
     let memory = folder.join("whole/memory.csv");
     let text = fs::read_to_string(&memory).expect("a table");
     let cut: String = text.split_inclusive('\n').skip(1).collect();
     let header = text.lines().next().expect("a header");
     let shorter: String = cut.split_inclusive('\n').skip(1).collect();
-    fs::write(&memory, format!("{header}\n{shorter}")).expect("writable");
+    put(&memory, &format!("{header}\n{shorter}"));
     let (code, _, errors) = run(folder, "scene.json", "out", &["--from-state", "whole"]);
     assert_ne!(code, 0);
     has(&errors, ["does not belong to the table of contacts"]);
     // Before, friction began anew without a word.
     fs::remove_file(&memory).expect("removable");
+    refused(
+        "scene.json",
+        &[],
+        "memory.csv is in SHA256SUMS and not in the folder",
+    );
+    write_sums(&folder.join("whole")).expect("writable");
     refused("scene.json", &[], "memory.csv of it is missing");
 }

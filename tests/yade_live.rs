@@ -336,7 +336,7 @@ impl Drop for Watched {
 fn yade_holds_no_socket_and_does_not_outlive_the_program() {
     let mut scene = small_scene();
     scene.settle.kinetic_energy_fraction = 1.0e-300;
-    scene.settle.max_steps = 1_000_000_000;
+    scene.settle.max_steps = 200_000_000;
     let (folder, _) = folder_with(&scene);
     let command = "run scene.json --engine yade --out out";
     let mut child = Watched(started(folder.path(), command));

@@ -6,11 +6,11 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 
 use crossgrain::files::short_hex;
-use crossgrain::study::StudyError;
 use crossgrain::study::campaign::{self, Campaign};
-use crossgrain::study::machine::{Folder, Machine as _, SUMMARY};
+use crossgrain::study::machine::{Folder, Machine as _, SUMMARY, Summary};
 use crossgrain::study::plan::Plan;
 use crossgrain::study::store::{Index, Reader, records_folder};
+use crossgrain::study::{Study as _, StudyError};
 
 use super::parts::{self, Parts};
 use super::small;
@@ -65,17 +65,35 @@ fn given(parts: &Parts<'_>, plan: &Plan<Campaign>, place: &Path) -> bool {
     }
     let members = parts.get("members.jsonl").or(parts.get("members.jsonl.gz"));
     if let (Some(members), Some(_)) = (members, parts.get("repair")) {
-        let summary = serde_json::json!({
-            "plan": plan.digest(), "rows": plan.study.members, "engine": "any", "endings": {},
-            "sha256": crossgrain::files::sha256_hex(members),
-        });
-        parts::put(place, SUMMARY, summary.to_string().as_bytes());
+        parts::put(place, SUMMARY, summary(plan, members).text().as_bytes());
     }
     let whole = campaign::merged(place);
     for (_, name) in files {
         let _ = std::fs::remove_file(place.join(name));
     }
     whole.is_ok_and(|whole| whole.rows.len() as u64 == plan.study.members)
+}
+
+/// What is said of rows that are members; of others whatever.
+fn summary(plan: &Plan<Campaign>, members: &[u8]) -> Summary {
+    let mut summary = Summary {
+        plan: plan.digest(),
+        rows: plan.study.members,
+        engine: String::new(),
+        endings: Default::default(),
+        sha256: crossgrain::files::sha256_hex(members),
+    };
+    for line in members.split_inclusive(|byte| *byte == b'\n') {
+        if let Ok(member) = serde_json::from_slice(line) {
+            let outline = plan.study.outline(&member);
+            *summary
+                .endings
+                .entry(outline.ending.to_owned())
+                .or_default() += 1;
+            summary.engine = outline.engine.unwrap_or(summary.engine);
+        }
+    }
+    summary
 }
 
 /// The lines `* MEMBER JSON` with their checks.

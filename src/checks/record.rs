@@ -9,20 +9,38 @@ use serde_json::Value;
 
 use super::{Check, Measured, Outcome, Speed, Tally};
 use crate::exit;
-use crate::files::{FileError, read_text};
+use crate::files::{FileError, read_text, sha256_hex};
 
 /// Longest record that is read, bytes.
 const LONGEST: u64 = 1 << 25;
 
 /// The version of this format.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
+
+/// Records of this version have no digest.
+pub const UNSEALED: u32 = 1;
+
+/// What stands between a file's JSON and its digest.
+const SEAL: &str = ",\n  \"record_digest\": \"";
+
+/// The pretty JSON object with the digest of its text as the last key.
+pub fn sealed(json: &str) -> String {
+    let body = json.strip_suffix("\n}").unwrap_or(json);
+    format!("{body}{SEAL}{}\"\n}}\n", sha256_hex(body.as_bytes()))
+}
+
+/// Whether the text ends with its own digest.
+pub fn is_sealed(text: &str) -> bool {
+    text.rsplit_once(SEAL)
+        .is_some_and(|(body, _)| sealed(&format!("{body}\n}}")) == text)
+}
 
 /// What every job's record has; its other keys are the job's own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Record {
     /// `reproduce`, `verify`, `bench`, …
     pub job: String,
-    /// [`VERSION`].
+    /// From 2 on the last key is `record_digest`: SHA-256 of the text before it, up to the comma.
     pub version: u32,
     /// Version of crossgrain.
     pub crossgrain: String,
@@ -58,6 +76,10 @@ pub enum RecordError {
         "{path} is no record of a job: {reason}; give run.json, verify.json, bench.json or report.json of a finished job"
     )]
     Malformed { path: String, reason: String },
+    #[error(
+        "{path} was changed after it was written; put back what was there, or do the job again"
+    )]
+    Changed { path: String },
     #[error(
         "{path} is of version {found} of the format of records, and this program knows {VERSION}; use a newer crossgrain"
     )]
@@ -117,6 +139,10 @@ pub fn parse(path: &str, text: &str) -> Result<Record, RecordError> {
         let path = path.to_owned();
         return Err(RecordError::TooNew { path, found });
     }
+    if !is_sealed(text) && found != UNSEALED {
+        let path = path.to_owned();
+        return Err(RecordError::Changed { path });
+    }
     let record: Record = serde_json::from_str(text).map_err(malformed)?;
     record.check(path)?;
     Ok(record)
@@ -157,7 +183,7 @@ pub fn write(
     let mut own = serde_json::to_value(own).map_err(malformed)?;
     if let Value::Object(keys) = &mut own {
         keys.retain(|key, _| {
-            !["job", "version", "machine_kind", "verdict"].contains(&key.as_str())
+            !["job", "version", "machine_kind", "verdict", "record_digest"].contains(&key.as_str())
         });
     }
     let whole = Whole {
@@ -168,7 +194,7 @@ pub fn write(
         own,
         found,
     };
-    let text = serde_json::to_string_pretty(&whole).map_err(malformed)? + "\n";
+    let text = sealed(&serde_json::to_string_pretty(&whole).map_err(malformed)?);
     let record = parse(&path, &text)?;
     Ok((text, record))
 }

@@ -17,13 +17,13 @@ use crate::files::has_room;
 use crate::limits::stability::time_step;
 use crate::progress::Display;
 use crate::run::folder::record::{Protocol, Softened, StepChoice};
-use crate::run::folder::{RECORD, RunFolder, read_scene};
+use crate::run::folder::{RECORD, RunFolder, SceneFileError, has_room_for_history, read_scene};
 use crate::run::{Engine, Preparation, prepared};
 use crate::workers::cores;
 use grains::generate::initial_bodies;
 use grains::native::pouring::{Softly, pour};
 use grains::native::{self, Perturbation, Threads};
-use grains::scene::Scene;
+use grains::scene::{Scene, parse_scene};
 use grains::tables::{Bodies, StopReason};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -190,7 +190,10 @@ impl Arguments {
             None => None,
         };
         let display = Display::new(self.quiet);
+        // Before anything that takes long, and with the chosen step before an earlier result is moved away.
+        has_room_for_history(&scene, protocol)?;
         let choice = self.choose_step(&mut scene, &display)?;
+        has_room_for_history(&scene, protocol)?;
         let preparation = Preparation {
             step_choice: choice,
             softened: self.deposit(&scene, &engine)?,
@@ -220,6 +223,12 @@ impl Arguments {
         let choice = time_step::choose(scene, share)?;
         task.done(&format!("{:.4e} s", choice.time_step));
         *scene = time_step::with_step(scene, &choice);
+        // A step that was chosen may be against another rule of scenes.
+        let text = serde_json::to_string(scene).unwrap_or_default();
+        parse_scene(&text).map_err(|source| SceneFileError::Scene {
+            path: self.scene.clone(),
+            source,
+        })?;
         Ok(Some(choice))
     }
 

@@ -8,13 +8,13 @@ use std::path::{Path, PathBuf};
 use diff::{Change, Changed, Diff, Pace, SpeedPair, UNTOLD};
 use serde::{Deserialize, Serialize};
 
-use crate::checks::record::{Record, RecordError};
+use crate::checks::record::{Record, RecordError, UNSEALED, is_sealed, sealed};
 use crate::checks::{Check, Outcome};
 use crate::document::{Cell, Document, Section, Table, rounded};
 use crate::files::{FileError, failed, read_text, sha256_hex, write_whole};
 
 /// The version of a baseline's file.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Longest file that is read, bytes.
 const LONGEST: u64 = 200_000_000;
@@ -31,6 +31,9 @@ pub struct Baseline {
     pub source: String,
     /// The record without what is the job's own.
     pub record: Record,
+    /// From version 2 on, as in records.
+    #[serde(default, skip_serializing)]
+    record_digest: Option<String>,
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -95,6 +98,7 @@ impl Store {
             name: name.to_owned(),
             source: sha256_hex(text.as_bytes()),
             record: crate::checks::record::read(record)?,
+            record_digest: None,
         };
         let malformed = |error: serde_json::Error| BaselineError::Malformed {
             path: record.display().to_string(),
@@ -102,7 +106,7 @@ impl Store {
         };
         let text = serde_json::to_string_pretty(&baseline).map_err(malformed)?;
         std::fs::create_dir_all(&self.0).map_err(failed("create", &self.0))?;
-        write_whole(&path, (text + "\n").as_bytes())?;
+        write_whole(&path, sealed(&text).as_bytes())?;
         Ok(path)
     }
 
@@ -123,9 +127,13 @@ impl Store {
             path: path.display().to_string(),
             reason,
         };
-        let baseline: Baseline = serde_json::from_str(&read_text(&path, LONGEST)?)
-            .map_err(|error| malformed(error.to_string()))?;
-        if baseline.baseline != VERSION {
+        let text = read_text(&path, LONGEST)?;
+        let baseline: Baseline =
+            serde_json::from_str(&text).map_err(|error| malformed(error.to_string()))?;
+        if baseline.baseline == VERSION && !is_sealed(&text) {
+            return Err(malformed("it was changed after it was written".to_owned()));
+        }
+        if ![UNSEALED, VERSION].contains(&baseline.baseline) {
             return Err(malformed(format!(
                 "version {} of the format, where this program knows {VERSION}",
                 baseline.baseline

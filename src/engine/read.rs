@@ -10,7 +10,7 @@ use serde::de::DeserializeOwned;
 
 use super::exec::case_folder;
 use super::{ProgramError, ensure, nonsense, parsed, read_json};
-use crate::files::read_text;
+use crate::files::{FileError, read_text, regular};
 use crate::tables as text;
 use grains::model::Model;
 use grains::native::check_moment;
@@ -319,9 +319,18 @@ pub fn timed(
     })
 }
 
+/// What an engine writes is in its own files: a link could lead to anybody's.
+fn own(folder: &Path, name: &str) -> Result<PathBuf, FileError> {
+    let path = folder.join(name);
+    match path.symlink_metadata().is_ok_and(|of| of.is_symlink()) {
+        true => Err(FileError::NotAFile { path }),
+        false => Ok(path),
+    }
+}
+
 /// The lines of `moments.jsonl`.
 fn list(folder: &Path, name: &str) -> Result<String, ProgramError> {
-    let text = read_text(&folder.join("moments.jsonl"), LONGEST_LIST);
+    let text = own(folder, "moments.jsonl").and_then(|path| read_text(&path, LONGEST_LIST));
     text.map_err(|error| {
         nonsense(format!(
             "{name}it ended well, but its list of moments is not there: {error}"
@@ -345,7 +354,8 @@ fn refusal(list: &str) -> Result<Option<String>, ProgramError> {
 
 /// `done.json`, with the engine's own count of steps.
 fn done<T: DeserializeOwned>(work: &Path) -> Result<T, ProgramError> {
-    let text = read_text(&work.join("done.json"), 1 << 16)
+    let text = own(work, "done.json")
+        .and_then(|path| read_text(&path, 1 << 16))
         .map_err(|error| nonsense(format!("it ended well before the job was done: {error}")))?;
     parsed(&text, "done.json")
 }
@@ -354,7 +364,7 @@ impl Given<'_> {
     fn moment(
         &self,
         folder: &Path,
-        numbers: &mut Numbers,
+        numbers: &mut Numbers<'_>,
         line: &str,
         name: &str,
     ) -> Result<(Snapshot, Option<Vec<Load>>), ProgramError> {
@@ -394,17 +404,20 @@ impl Given<'_> {
         step: u64,
         at: &str,
     ) -> Result<(Bodies, Vec<Contact>), ProgramError> {
-        let table = |what: &str| folder.join(format!("{}-{step}-{what}.csv", stage.name()));
+        let table = |what: &str| own(folder, &format!("{}-{step}-{what}.csv", stage.name()));
         // By its name in the job's folder: that is moved or removed before anybody reads this.
         let place = format!("{}/", folder.display());
         let broken = |error: text::TableError| {
             let error = error.to_string().replace(&place, "");
             nonsense(format!("{at}: {error}"))
         };
-        let bodies =
-            text::read_bodies(&table("bodies"), self.bodies.len() as u32).map_err(broken)?;
+        let bodies = table("bodies").map_err(text::TableError::from);
+        let bodies = bodies.and_then(|path| text::read_bodies(&path, self.bodies.len() as u32));
+        let bodies = bodies.map_err(broken)?;
         self.same_grains(&bodies, at)?;
-        let contacts = text::read_contacts(&table("contacts"), self.ids).map_err(broken)?;
+        let contacts = table("contacts").map_err(text::TableError::from);
+        let contacts = contacts.and_then(|path| text::read_contacts(&path, self.ids));
+        let contacts = contacts.map_err(broken)?;
         Ok((bodies, contacts))
     }
 
@@ -464,27 +477,20 @@ impl Given<'_> {
 const CONTACT_COLUMNS: usize = 9;
 
 /// `tables.bin`: the tables of all moments as numbers, read from the front.
-struct Numbers {
-    path: PathBuf,
+struct Numbers<'a> {
+    folder: &'a Path,
     file: Option<BufReader<File>>,
 }
 
-impl Numbers {
-    fn new(folder: &Path) -> Self {
-        Numbers {
-            path: folder.join("tables.bin"),
-            file: None,
-        }
+impl<'a> Numbers<'a> {
+    fn new(folder: &'a Path) -> Self {
+        Numbers { folder, file: None }
     }
 
     fn take(&mut self, count: usize, at: &str) -> Result<Vec<f64>, ProgramError> {
         if self.file.is_none() {
-            // Asked before opening: opening a pipe would wait for a writer.
-            ensure(self.path.is_file(), || {
-                format!("{at}: there is no tables.bin")
-            })?;
-            let file = File::open(&self.path)
-                .map_err(|error| nonsense(format!("{at}: tables.bin: {error}")))?;
+            let file = own(self.folder, "tables.bin").and_then(|path| regular(&path));
+            let file = file.map_err(|error| nonsense(format!("{at}: tables.bin: {error}")))?;
             self.file = Some(BufReader::new(file));
         }
         let mut bytes = vec![0; count * 8];

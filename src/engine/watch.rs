@@ -9,6 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::child::{Group, LOOK_EVERY};
+use crate::files::regular;
 use crate::interrupt::asked_to_end;
 use grains::tables::Stage;
 
@@ -126,7 +127,8 @@ pub fn length(path: &Path) -> u64 {
 /// What a program wrote on its standard output and error; of a very long log the end.
 pub fn log(path: &Path) -> String {
     let mut bytes = Vec::new();
-    if let Ok(mut file) = fs::File::open(path) {
+    // A pipe in its place would never end.
+    if let Ok(mut file) = regular(path) {
         let length = file.metadata().map_or(0, |data| data.len());
         // What could be read of it is better than nothing.
         let _ = file.seek(SeekFrom::Start(length.saturating_sub(LONGEST_LOG)));
@@ -157,7 +159,7 @@ pub struct Beats {
 impl Beats {
     /// The newest whole line since the last look. It is for display only, so what cannot be read is passed over.
     pub fn newest(&mut self, path: &Path) -> Option<(Stage, u64, f64)> {
-        let mut file = fs::File::open(path).ok()?;
+        let mut file = regular(path).ok()?;
         file.seek(SeekFrom::Start(self.read)).ok()?;
         let mut new = Vec::new();
         file.take(1 << 16).read_to_end(&mut new).ok()?;

@@ -15,60 +15,11 @@ use flate2::{Compression, GzBuilder};
 use serde_json::{Value, json};
 
 use crate::files::{FileError, failed, sha256_hex};
-use crate::run::folder::{Moment, RunFolder};
+use crate::run::folder::{FILES, Moment, RunFolder, SUMS, sum_line};
 use grains::measure::cells::radical;
 use grains::measure::stress::{Components, of_grains};
 use grains::scene::Scene;
 use grains::tables::{Bodies, BodyIds, Contact};
-
-/// Files of a run folder, and what they are.
-const FILES: [(&str, &str, &str); 13] = [
-    ("scene.json", "application/json", "The scene that was run"),
-    (
-        "run.json",
-        "application/json",
-        "Provenance: engine, versions, digests, time step, stages, measures, command",
-    ),
-    (
-        "initial.csv",
-        "text/csv",
-        "Grains at the start: id, position, velocity, radius, mass",
-    ),
-    ("bodies.csv", "text/csv", "Grains at the end"),
-    (
-        "contacts.csv",
-        "text/csv",
-        "Contacts at the end: overlap, forces, normal, point",
-    ),
-    (
-        "memory.csv",
-        "text/csv",
-        "What contacts with friction remember at the end",
-    ),
-    (
-        "settled-bodies.csv",
-        "text/csv",
-        "Grains of the settled bed",
-    ),
-    (
-        "settled-contacts.csv",
-        "text/csv",
-        "Contacts of the settled bed",
-    ),
-    (
-        "settled-memory.csv",
-        "text/csv",
-        "What contacts with friction remember in the settled bed",
-    ),
-    (
-        "history.csv",
-        "text/csv",
-        "Energies, unbalanced force, contacts, punch, and a digest of the state, along the way",
-    ),
-    ("trace.csv", "text/csv", "Paths of marked grains"),
-    ("yade.log", "text/plain", "What YADE printed"),
-    ("engine.log", "text/plain", "What the engine printed"),
-];
 
 /// Longest file that is packed, bytes.
 const LONGEST: u64 = 2_000_000_000;
@@ -107,9 +58,9 @@ pub fn pack_archive(
         serde_json::to_string_pretty(&description(run, name, parts)).unwrap_or_default() + "\n";
     members.push(("ro-crate-metadata.json".to_owned(), crate_text.into_bytes()));
     members.sort();
-    let sum = |(file, bytes): &(String, Vec<u8>)| format!("{}  {file}\n", sha256_hex(bytes));
+    let sum = |(file, bytes): &(String, Vec<u8>)| sum_line(&sha256_hex(bytes), file);
     let sums: String = members.iter().map(sum).collect();
-    members.push(("SHA256SUMS".to_owned(), sums.into_bytes()));
+    members.push((SUMS.to_owned(), sums.into_bytes()));
     // No time and no name in the head, so that the same folder gives the same bytes.
     let packed = GzBuilder::new().mtime(0).write(to, Compression::best());
     let mut archive = tar::Builder::new(packed);

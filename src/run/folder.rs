@@ -3,17 +3,21 @@
 //! `scene.json`, `run.json`, `initial.csv`, `bodies.csv`, `contacts.csv`, `history.csv`, `trace.csv`,
 //! for a run with loading also `settled-bodies.csv` and `settled-contacts.csv`, of contacts with friction `memory.csv` and
 //! `settled-memory.csv`, for YADE `yade.log`, for an external engine
-//! `engine.log`. Any of the tables may be packed, with `.gz` after its name.
+//! `engine.log`. Any of the tables may be packed, with `.gz` after its name. `SHA256SUMS` has the digest of each file as it was
+//! written; a file with another one is not read.
 
 pub mod record;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use record::{EngineRecord, RECORD_VERSION, Restart, RunRecord, TraceRow};
+use record::{EngineRecord, Protocol, RECORD_VERSION, Restart, RunRecord, TraceRow};
 use serde::Deserialize;
 
 use crate::exit;
-use crate::files::{FileError, read_text, unpacked, write_folder, write_whole};
+use crate::files::{
+    FileError, file_digest, read_text, unpacked, unpacked_digest, write_folder, write_whole,
+};
 use crate::tables::{self as text, TableError, parse_rows};
 use grains::measure::{self, Bed, HistoryRow, Quantity};
 use grains::model::rotates;
@@ -70,6 +74,15 @@ pub enum FolderError {
     Scene(#[from] SceneFileError),
     #[error(transparent)]
     Table(#[from] TableError),
+    #[error(
+        "{path} was changed after it was written: {SUMS} has another digest; put back what was there, or run it again"
+    )]
+    Changed { path: PathBuf },
+    #[error(
+        "the run could have {rows} moments of history, and a run folder has at most {MOST_MOMENTS}: raise \
+         /measurement/history_every, which is {every}, or lower /settle/max_steps"
+    )]
+    TooLong { rows: u64, every: u64 },
     #[error("{path} is not a run folder: {reason}")]
     Inconsistent { path: PathBuf, reason: String },
     #[error(
@@ -85,11 +98,67 @@ impl FolderError {
             FolderError::File(error) => error.exit_code(),
             FolderError::Table(error) => error.exit_code(),
             FolderError::Scene(error) => error.exit_code(),
-            FolderError::Inconsistent { .. } | FolderError::Interrupted { .. } => exit::USAGE,
+            FolderError::Changed { .. }
+            | FolderError::TooLong { .. }
+            | FolderError::Inconsistent { .. }
+            | FolderError::Interrupted { .. } => exit::USAGE,
         }
     }
 }
 
+/// Files of a run folder, and what they are.
+pub const FILES: [(&str, &str, &str); 13] = [
+    ("scene.json", "application/json", "The scene that was run"),
+    (
+        "run.json",
+        "application/json",
+        "Provenance: engine, versions, digests, time step, stages, measures, command",
+    ),
+    (
+        "initial.csv",
+        "text/csv",
+        "Grains at the start: id, position, velocity, radius, mass",
+    ),
+    ("bodies.csv", "text/csv", "Grains at the end"),
+    (
+        "contacts.csv",
+        "text/csv",
+        "Contacts at the end: overlap, forces, normal, point",
+    ),
+    (
+        "memory.csv",
+        "text/csv",
+        "What contacts with friction remember at the end",
+    ),
+    (
+        "settled-bodies.csv",
+        "text/csv",
+        "Grains of the settled bed",
+    ),
+    (
+        "settled-contacts.csv",
+        "text/csv",
+        "Contacts of the settled bed",
+    ),
+    (
+        "settled-memory.csv",
+        "text/csv",
+        "What contacts with friction remember in the settled bed",
+    ),
+    (
+        "history.csv",
+        "text/csv",
+        "Energies, unbalanced force, contacts, punch, and a digest of the state, along the way",
+    ),
+    ("trace.csv", "text/csv", "Paths of marked grains"),
+    ("yade.log", "text/plain", "What YADE printed"),
+    ("engine.log", "text/plain", "What the engine printed"),
+];
+
+/// The digests of the other files, as `sha256sum` writes and checks them.
+pub const SUMS: &str = "SHA256SUMS";
+/// The most text of [`SUMS`], bytes.
+const LARGEST_SUMS: u64 = 1 << 16;
 /// The file of the record.
 pub const RECORD: &str = "run.json";
 /// The most text that `run.json` may have, bytes.
@@ -174,7 +243,8 @@ impl RunFolder {
             };
             write_whole(&folder.join(name), self.log.as_bytes())?;
         }
-        json(RECORD, serde_json::to_string_pretty(&self.record))
+        json(RECORD, serde_json::to_string_pretty(&self.record))?;
+        Ok(write_sums(folder)?)
     }
 
     /// Reads a folder and checks that its parts belong together and that the run came to its end.
@@ -199,6 +269,7 @@ impl RunFolder {
             let why = "it has no run.json; `crossgrain run` writes one";
             return Err(wrong(why.to_owned()));
         }
+        check_sums(path)?;
         let record_text = read_text(&record_path, LARGEST_RECORD)?;
         let broken = |error: serde_json::Error| wrong(format!("run.json: {error}"));
         let Versioned { version } = serde_json::from_str(&record_text).map_err(broken)?;
@@ -338,6 +409,98 @@ impl RunFolder {
     }
 }
 
+/// That the longest run that the scene's rules allow can be read back: asked before it is run.
+pub fn has_room_for_history(scene: &Scene, protocol: Protocol) -> Result<(), FolderError> {
+    let every = scene.measurement.history_every;
+    let loading = &scene.loading;
+    let stride = loading.speed * scene.time_step_seconds();
+    let sinking = (loading.give_up_depth / stride).ceil() as u64;
+    let load = sinking.saturating_add(scene.steps_standing_still().unwrap_or(0));
+    let [settle, load] = match protocol {
+        Protocol::Steps { steps } => [steps, 0],
+        Protocol::Settled => [scene.settle.max_steps, 0],
+        Protocol::Whole => [scene.settle.max_steps, load],
+    };
+    let rows = (settle / every)
+        .saturating_add(load / every)
+        .saturating_add(4);
+    match rows > MOST_MOMENTS {
+        true => Err(FolderError::TooLong { rows, every }),
+        false => Ok(()),
+    }
+}
+
+/// Each file of a run that is there, plain or packed.
+fn present(folder: &Path) -> impl Iterator<Item = String> {
+    let names = FILES
+        .iter()
+        .flat_map(|(name, ..)| [(*name).to_owned(), format!("{name}.gz")]);
+    names.filter(move |name| folder.join(name).symlink_metadata().is_ok())
+}
+
+/// A line of [`SUMS`].
+pub fn sum_line(digest: &str, name: &str) -> String {
+    format!("{digest}  {name}\n")
+}
+
+/// Writes the digests of the files that are there.
+pub fn write_sums(folder: &Path) -> Result<(), FileError> {
+    let mut sums = String::new();
+    for name in present(folder) {
+        sums += &sum_line(&file_digest(&folder.join(&name))?, &name);
+    }
+    write_whole(&folder.join(SUMS), sums.as_bytes())
+}
+
+/// Every file that is listed is there and as it was written, and every file that a run may have is listed.
+fn check_sums(folder: &Path) -> Result<(), FolderError> {
+    let wrong = |reason: String| FolderError::Inconsistent {
+        path: folder.to_owned(),
+        reason,
+    };
+    let path = folder.join(SUMS);
+    if path.symlink_metadata().is_err() {
+        return Err(wrong(format!(
+            "it has no {SUMS}; `crossgrain run` writes one"
+        )));
+    }
+    let text = read_text(&path, LARGEST_SUMS)?;
+    let mut listed = BTreeSet::new();
+    for line in text.split_inclusive('\n') {
+        let parts = line
+            .strip_suffix('\n')
+            .and_then(|line| line.split_once("  "));
+        // A name is obeyed only where it stays in the folder.
+        let parts = parts.filter(|(_, name)| !name.starts_with('.') && !name.contains('/'));
+        let Some((digest, name)) = parts else {
+            return Err(wrong(format!(
+                "{SUMS} has a line that is no digest and name: {line:?}"
+            )));
+        };
+        let path = packed(folder, name);
+        if path.symlink_metadata().is_err() {
+            return Err(wrong(format!("{name} is in {SUMS} and not in the folder")));
+        }
+        // Who packs a table afterwards leaves its text as it is.
+        let unpacks = path != folder.join(name);
+        if (if unpacks {
+            unpacked_digest(&path)
+        } else {
+            file_digest(&path)
+        })? != digest
+        {
+            return Err(FolderError::Changed { path });
+        }
+        listed.insert(name);
+    }
+    let is_listed =
+        |name: &str| listed.contains(name) || listed.contains(name.trim_end_matches(".gz"));
+    match present(folder).find(|name| !is_listed(name)) {
+        Some(name) => Err(wrong(format!("{name} is in the folder and not in {SUMS}"))),
+        None => Ok(()),
+    }
+}
+
 /// The table under its name or packed.
 fn packed(folder: &Path, name: &str) -> PathBuf {
     let plain = folder.join(name);
@@ -401,6 +564,7 @@ const RECORDED_FILES: &[(&str, &[u8])] = recorded_files![
     "history.csv.gz",
     "trace.csv.gz",
     "yade.log",
+    "SHA256SUMS",
 ];
 
 pub fn unpack_recorded(folder: &Path) -> Result<(), FileError> {

@@ -1,7 +1,6 @@
 //! The folder of a study: running a shard, status, merging and reading what was merged, for every kind.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -10,7 +9,7 @@ use std::time::Instant;
 
 use crate::engine::{EngineError, ProgramError};
 use crate::files;
-use crate::files::{FileError, failed, read_text, work_folder, write_whole};
+use crate::files::{FileError, failed, read_text, regular, work_folder, write_whole};
 use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 use crate::study::plan::{Plan, Program};
@@ -76,6 +75,29 @@ pub struct Summary {
     pub endings: BTreeMap<String, u64>,
     /// SHA-256 of `rows.jsonl`.
     pub sha256: String,
+}
+
+impl Summary {
+    /// As it is on the disk.
+    pub fn text(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+}
+
+/// How many rows are of which engine and ended how.
+#[derive(Default)]
+struct Outlines {
+    engines: BTreeMap<String, u64>,
+    endings: BTreeMap<String, u64>,
+}
+
+impl Outlines {
+    fn count(&mut self, of: &Outline) {
+        if let Some(engine) = &of.engine {
+            *self.engines.entry(engine.clone()).or_default() += 1;
+        }
+        *self.endings.entry(of.ending.to_owned()).or_default() += 1;
+    }
 }
 
 /// A merged study with all of its rows.
@@ -185,7 +207,7 @@ impl<S: Study> Folder<S> {
         let names = [ROWS.to_owned(), format!("{ROWS}.gz")].map(|name| self.path.join(name));
         let path = names.into_iter().find(|path| path.is_file());
         let path = path.ok_or_else(|| damaged(format!("{ROWS} is not there")))?;
-        let file = File::open(&path).map_err(failed("open", &path))?;
+        let file = regular(&path)?;
         let file: Box<dyn Read> = if path.extension().is_some_and(|end| end == "gz") {
             Box::new(flate2::read::GzDecoder::new(file))
         } else {
@@ -193,6 +215,7 @@ impl<S: Study> Folder<S> {
         };
         let mut lines = BufReader::new(file);
         let (mut read, mut hash, mut line) = (0, Sha256::new(), String::new());
+        let mut outlines = Outlines::default();
         loop {
             line.clear();
             let mut bounded = (&mut lines).take(LONGEST_LINE);
@@ -203,12 +226,30 @@ impl<S: Study> Folder<S> {
             hash.update(line.as_bytes());
             read += 1;
             let wrong = |why| damaged(format!("line {read} of {ROWS}: {why}"));
-            take(read, self.row(read, &line).map_err(wrong)?);
+            let row = self.row(read, &line).map_err(wrong)?;
+            outlines.count(&self.plan.study.outline(&row));
+            take(read, row);
         }
-        if hex(hash) != summary.sha256 || read != self.plan.study.count() {
-            return Err(damaged(format!("{ROWS} is not what was merged")));
+        if hex(hash.clone()) != summary.sha256 || read != self.plan.study.count() {
+            return Err(damaged(format!("{ROWS} is not what {SUMMARY} says")));
+        }
+        if text != self.summary(outlines, hash).text() {
+            return Err(damaged(format!(
+                "{SUMMARY} says something else than {ROWS}"
+            )));
         }
         Ok(summary)
+    }
+
+    /// Of rows that have this digest.
+    fn summary(&self, of: Outlines, hash: Sha256) -> Summary {
+        Summary {
+            plan: self.digest.clone(),
+            rows: self.plan.study.count(),
+            engine: of.engines.into_keys().next().unwrap_or_default(),
+            endings: of.endings,
+            sha256: hex(hash),
+        }
     }
 
     fn row(&self, number: u64, json: &str) -> Result<S::Row, String> {
@@ -375,18 +416,14 @@ impl<S: Study> Machine for Folder<S> {
                 });
             }
         }
-        let mut engines: BTreeMap<String, u64> = BTreeMap::new();
-        let mut endings: BTreeMap<String, u64> = BTreeMap::new();
+        let mut outlines = Outlines::default();
         let mut hash = Sha256::new();
         let mut rows = Aside::new(&self.path)?;
         let mut table = Aside::new(&self.path)?;
         table.row(columns.iter().map(String::as_str))?;
         for (number, place) in &index.places {
             let (json, outline) = outline(&mut reader, *number, place)?;
-            if let Some(engine) = outline.engine {
-                *engines.entry(engine).or_default() += 1;
-            }
-            *endings.entry(outline.ending.to_owned()).or_default() += 1;
+            outlines.count(&outline);
             hash.update(json.as_bytes());
             hash.update(b"\n");
             rows.line(&json)?;
@@ -396,27 +433,20 @@ impl<S: Study> Machine for Folder<S> {
             }
             table.row(cells.iter().map(String::as_str))?;
         }
-        if engines.len() > 1 {
-            let of = engines.iter();
+        if outlines.engines.len() > 1 {
+            let of = outlines.engines.iter();
             let of = of.map(|(name, count)| format!("{name}: {count}"));
             return Err(StudyError::Contradiction(format!(
                 "rows were made by different engines ({}): merge what one engine made",
                 of.collect::<Vec<String>>().join(", ")
             )));
         }
-        let summary = Summary {
-            plan: self.digest.clone(),
-            rows: self.count(),
-            engine: engines.into_keys().next().unwrap_or_default(),
-            endings,
-            sha256: hex(hash),
-        };
+        let summary = self.summary(outlines, hash);
         rows.into_place(&self.path.join(ROWS))?;
         if !columns.is_empty() {
             table.into_place(&self.path.join(TABLE))?;
         }
-        let text = serde_json::to_string_pretty(&summary).unwrap_or_default() + "\n";
-        write_whole(&self.path.join(SUMMARY), text.as_bytes())?;
+        write_whole(&self.path.join(SUMMARY), summary.text().as_bytes())?;
         Ok(summary)
     }
 

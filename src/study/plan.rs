@@ -130,7 +130,7 @@ impl<S: Study> Plan<S> {
     pub fn read(folder: &Path) -> Result<Self, StudyError> {
         let not_one = |reason: String| StudyError::not_a_study(folder, reason);
         let wrong = |error: serde_json::Error| not_one(format!("{NAME}: {error}"));
-        let mut stored = stored(folder)?;
+        let (mut stored, text) = stored(folder)?;
         let digest = stored.as_object_mut().and_then(|of| of.remove(DIGEST));
         if let Some(kind) = stored["kind"].as_str().filter(|kind| *kind != S::KIND) {
             let reason = format!(
@@ -140,7 +140,7 @@ impl<S: Study> Plan<S> {
             return Err(not_one(reason));
         }
         let plan: Plan<S> = serde_json::from_value(stored).map_err(wrong)?;
-        if digest != Some(plan.digest().into()) {
+        if digest != Some(plan.digest().into()) || text != plan.text() {
             return Err(not_one(format!(
                 "{NAME} was changed after it was made, and plans never change; put back what was there, or plan anew"
             )));
@@ -178,24 +178,25 @@ fn uses_yade<S: Study>(study: &S) -> bool {
 }
 
 pub fn kind(folder: &Path) -> Result<String, StudyError> {
-    let kind = stored(folder)?["kind"].as_str().map(str::to_owned);
+    let kind = stored(folder)?.0["kind"].as_str().map(str::to_owned);
     kind.ok_or_else(|| StudyError::not_a_study(folder, format!("{NAME} names no kind")))
 }
 
-/// The plan's file as JSON of a version that is known.
-fn stored(folder: &Path) -> Result<serde_json::Value, StudyError> {
+/// The plan's file as JSON of a version that is known, and its text.
+fn stored(folder: &Path) -> Result<(serde_json::Value, String), StudyError> {
     let names = [path(folder), folder.join(format!("{NAME}.gz"))];
     let Some(path) = names.into_iter().find(|path| path.is_file()) else {
         return Err(StudyError::not_a_study(folder, format!("it has no {NAME}")));
     };
-    let stored: serde_json::Value = serde_json::from_str(&read_text(&path, LARGEST)?)
+    let text = read_text(&path, LARGEST)?;
+    let stored: serde_json::Value = serde_json::from_str(&text)
         .map_err(|error| StudyError::not_a_study(folder, format!("{NAME}: {error}")))?;
     match stored["version"].as_u64() {
         Some(version) if version != u64::from(VERSION) => Err(StudyError::not_a_study(
             folder,
             format!("{NAME} has version {version}, and this program reads {VERSION}"),
         )),
-        _ => Ok(stored),
+        _ => Ok((stored, text)),
     }
 }
 

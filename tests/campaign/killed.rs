@@ -8,12 +8,16 @@ use std::time::{Duration, Instant};
 
 use super::{
     Chance, MEMBERS, Running, campaign, expected, finishes_as_expected, lines, merged_bytes, must,
-    plan, records, undisturbed_in,
+    plan, records,
 };
 use crate::support::{has, tiny_scene, told};
-use crossgrain::study::create;
+use crossgrain::limits::stability::Stability;
+use crossgrain::study::beds::Beds;
+use crossgrain::study::campaign::Campaign;
+use crossgrain::study::machine::Folder;
 use crossgrain::study::realization::Change::Settled;
-use crossgrain::study::sensitivity::plan::Plan;
+use crossgrain::study::realization::{Runner, Setting, Specification, changed};
+use crossgrain::study::{Study, candidates, create, search, sensitivity, tradeoff};
 
 /// The whole lines of all record files.
 fn written(folder: &Path) -> BTreeSet<Vec<u8>> {
@@ -30,64 +34,152 @@ fn written(folder: &Path) -> BTreeSet<Vec<u8>> {
     lines
 }
 
-/// Twenty times kill -9 of the study `c` at moments that chance chooses, with other shards and threads each time: it comes to
-/// what an undisturbed one, planned by the same function, comes to. Moments are counted in rows and a little more, since
-/// nobody knows how busy the machine is.
-fn survives_kills(planned: impl Fn() -> tempfile::TempDir) {
-    let place = planned();
+/// So often each kind of study is killed: 204 times in all.
+const KILLS: usize = 34;
+
+/// The merged rows of the study `c`, made by one process that nobody disturbs.
+fn rows_of<S: Study>(study: S) -> Vec<S::Row> {
+    let place = tempfile::tempdir().expect("a temporary folder");
     let folder = place.path().join("c");
-    let mut chance = Chance(20);
-    let mut before = BTreeSet::new();
-    for kill in 0..20 {
+    create(&folder, study, None, None).expect("a new study");
+    merged_rows::<S>(place.path())
+}
+
+fn merged_rows<S: Study>(place: &Path) -> Vec<S::Row> {
+    // A shard of several is not judged, which is another matter.
+    for shard in ["1/2", "2/2"] {
+        must(place, "run", &["--shard", shard, "--threads", "2"]);
+    }
+    must(place, "merge", &[]);
+    let merged = Folder::<S>::open(&place.join("c")).and_then(Folder::merged);
+    merged.expect("a merged study").rows
+}
+
+/// kill -9 at moments that chance chooses, with other shards and threads each time, and where all rows are made while they are
+/// merged: it comes to what an undisturbed one comes to. Moments are counted in rows and a little more, since nobody knows how
+/// busy the machine is.
+fn survives_kills<S: Study>(planned: impl Fn() -> S) {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let folder = place.path().join("c");
+    create(&folder, planned(), None, None).expect("a new study");
+    let mut chance = Chance(KILLS as u64);
+    let (mut before, mut kills) = (BTreeSet::new(), 0);
+    for attempt in 0..10 * KILLS {
+        if kills == KILLS {
+            break;
+        }
         let (shard, threads) = [("1/1", "2"), ("1/2", "1"), ("3/3", "2")][chance.below(3) as usize];
-        let file = records(&folder, shard);
-        let wanted = lines(&file) + chance.below(4) as usize;
-        let mut process = Running::start(place.path(), &["--shard", shard, "--threads", threads]);
+        let merges = attempt % 5 == 4;
+        let mut process = match merges {
+            true => Running::start(place.path(), &["--threads", "2", "--quiet"]),
+            false => Running::start(place.path(), &["--shard", shard, "--threads", threads]),
+        };
+        let file = records(&folder, if merges { "1/1" } else { shard });
+        let wanted = lines(&file) + chance.below(3) as usize;
         while lines(&file) < wanted && process.0.try_wait().expect("a child").is_none() {
             std::thread::sleep(Duration::from_millis(2));
         }
-        std::thread::sleep(Duration::from_millis(chance.below(60)));
-        // A small shard may be done by now: then this would be no kill, and the whole is killed instead.
+        std::thread::sleep(Duration::from_millis(chance.below(30)));
+        // A small shard may be done by now: then this would be no kill.
         if process.0.try_wait().expect("a child").is_some() {
-            process = Running::start(place.path(), &["--shard", "1/1"]);
-            std::thread::sleep(Duration::from_millis(chance.below(60)));
+            continue;
         }
         process.kill();
+        kills += 1;
         let after = written(&folder);
-        assert!(before.is_subset(&after), "kill {kill} lost a record");
-        let (_, said, _) = campaign(place.path(), "status", &["--json"]);
-        let status: serde_json::Value = serde_json::from_str(&said).expect("JSON");
-        let finished = status["finished"].as_u64().expect("a number");
-        // A torn line that a later process has ended is a whole line and no record; a record that stands twice is one.
-        assert!(finished <= after.len() as u64, "{said}");
+        assert!(before.is_subset(&after), "{} lost a record", S::KIND);
         before = after;
+        if kills % 8 == 0 {
+            let (_, said, _) = campaign(place.path(), "status", &["--json"]);
+            let status: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+            let finished = status["finished"].as_u64().expect("a number");
+            // A torn line that a later process has ended is a whole line and no record; a record that stands twice is one.
+            assert!(finished <= before.len() as u64, "{said}");
+        }
     }
     assert!(
-        before.len() > 15,
-        "{} records before the last kill",
-        before.len()
+        kills == KILLS && !before.is_empty(),
+        "{}: {kills} kills",
+        S::KIND
     );
-    must(place.path(), "run", &["--threads", "2"]);
+    let (rows, wanted) = (merged_rows::<S>(place.path()), rows_of(planned()));
     assert!(before.is_subset(&written(&folder)));
-    assert_eq!(merged_bytes(&folder), undisturbed_in(&planned()));
+    assert_eq!(rows.len(), wanted.len(), "{}", S::KIND);
+    let same = rows
+        .iter()
+        .zip(&wanted)
+        .all(|(row, wanted)| S::same(row, wanted));
+    assert!(same, "{} has other rows", S::KIND);
 }
 
+/// Every kind of study, each at its own moments.
 #[test]
 fn kills_at_any_moment_lose_nothing_finished_and_believe_nothing_half_written() {
-    survives_kills(|| plan(&tiny_scene(), 120, "c"));
-}
-
-/// The machine is the same for every kind of study: here two settings of a sensitivity map.
-#[test]
-fn kills_of_another_kind_of_study_lose_nothing_either() {
-    survives_kills(|| {
-        let place = tempfile::tempdir().expect("a temporary folder");
-        let mut plan = Plan::new(tiny_scene(), 60);
-        plan.add("settle rule", "as-it-is", "as it is", 1.0e-4, 1, &[]);
-        let early = [Settled(0.05)];
-        plan.add("settle rule", "early", "hardly settled", 0.05, 1, &early);
-        create(&place.path().join("c"), plan, None, None).expect("a new study");
-        place
+    let scene = || {
+        let mut scene = tiny_scene();
+        scene.particles.count = 50;
+        scene.settle.kinetic_energy_fraction = 0.01;
+        scene
+    };
+    let early = || changed(scene(), &[Settled(0.05)]);
+    std::thread::scope(|all| {
+        all.spawn(|| survives_kills(|| Campaign::new(&scene(), Runner::Native, Vec::new(), 60, 1)));
+        all.spawn(|| {
+            survives_kills(|| {
+                let mut plan = sensitivity::plan::Plan::new(scene(), 30);
+                plan.add("settle rule", "as-it-is", "as it is", 1.0e-2, 1, &[]);
+                plan.add(
+                    "settle rule",
+                    "early",
+                    "hardly settled",
+                    0.05,
+                    1,
+                    &[Settled(0.05)],
+                );
+                plan
+            });
+            survives_kills(|| {
+                let mut plan = tradeoff::plan::Plan::new(scene(), 20, 0);
+                plan.add(
+                    "early",
+                    "hardly settled",
+                    "settle rule",
+                    Specification::native(early()),
+                    1,
+                );
+                plan
+            });
+        });
+        all.spawn(|| {
+            let size = search::Size {
+                beds: 10,
+                loads: 2,
+                clouds: 4,
+            };
+            survives_kills(|| search::Plan::first(search::space::on_both_sides(scene()), size));
+            survives_kills(|| {
+                let bed = |id: &str, scene| {
+                    vec![Setting::new(
+                        id,
+                        id,
+                        "candidates",
+                        Specification::native(scene),
+                        25,
+                    )]
+                };
+                let beds = Beds(vec![bed("printed", scene()), bed("early", early())]);
+                candidates::Plan {
+                    beds,
+                    ladders: Vec::new(),
+                }
+            });
+            survives_kills(|| {
+                let mut map = Stability::new(true, None, true);
+                map.scenes.truncate(12);
+                map.failures.truncate(4);
+                map
+            });
+        });
     });
 }
 

@@ -1,13 +1,12 @@
 //! The verb: record, page and exit code.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use crossgrain::files::sha256_hex;
-use crossgrain::study::campaign::Campaign;
-use crossgrain::study::machine::Summary;
+use crossgrain::study::campaign::{Campaign, Member};
+use crossgrain::study::machine::{Folder, Machine as _};
 use crossgrain::study::realization::Runner;
+use crossgrain::study::store;
 use evidence::distribution::Distribution;
 use grains::scene::paper_scene;
 
@@ -20,21 +19,15 @@ fn write_campaign(folder: &Path, truth: &Truth) {
     let runner = Runner::Native;
     let plan = Campaign::plan(&scene, runner, Vec::new(), truth.members, 1).expect("a plan");
     plan.write(folder).expect("a new folder");
-    let lines: String = members(&scene, truth)
-        .iter()
-        .map(|member| serde_json::to_string(member).expect("JSON") + "\n")
-        .collect();
-    let summary = Summary {
-        plan: plan.digest(),
-        rows: truth.members,
-        engine: "drawn".to_owned(),
-        endings: BTreeMap::from([("reached".to_owned(), truth.members)]),
-        sha256: sha256_hex(lines.as_bytes()),
+    let digest = plan.digest();
+    let line = |member: &Member| {
+        let json = serde_json::to_string(member).expect("JSON");
+        store::line(&digest, member.member, &json) + "\n"
     };
-    let summary = serde_json::to_string(&summary).expect("JSON");
-    for (name, text) in [("rows.jsonl", lines), ("merged.json", summary)] {
-        fs::write(folder.join(name), text).expect("a writable folder");
-    }
+    let lines: String = members(&scene, truth).iter().map(line).collect();
+    fs::write(folder.join("records/shard-1-of-1.jsonl"), lines).expect("a writable folder");
+    let merged = Folder::<Campaign>::open(folder).and_then(|of| of.merge());
+    merged.expect("whole rows");
 }
 
 /// Exit code 0 where every claim has a verdict and 3 where one is undecided; record and page are written either way.

@@ -446,6 +446,7 @@ mod tests {
             name: "main".to_owned(),
             source: String::new(),
             record: before,
+            record_digest: None,
         };
         diff(&baseline, after)
     }

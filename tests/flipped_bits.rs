@@ -1,0 +1,158 @@
+//! One flipped bit in anything that the program has written is found when it is read, and the message names the file. Each bit
+//! of a byte of every kind is tried: the first and the last, in a digit, in a separator, at a line's end, in between; of a short file all.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crossgrain::checks::record;
+use crossgrain::compare::baseline::{BaselineError, Store};
+use crossgrain::run::folder::record::Protocol;
+use crossgrain::run::folder::{FolderError, RunFolder, write_sums};
+use crossgrain::study::campaign::{Campaign, merged};
+use crossgrain::study::machine::Folder;
+use crossgrain::study::plan::Plan;
+use crossgrain::study::store::Index;
+use flate2::{Compression, write::GzEncoder};
+
+use crate::campaign::plan;
+use crate::support::{ends, frictional_scene, native_run, say, sound, there, tiny_scene};
+
+fn places(bytes: &[u8]) -> BTreeSet<usize> {
+    let one = |is: fn(&u8) -> bool| bytes.iter().rposition(is);
+    let found = [
+        Some(0),
+        one(u8::is_ascii_digit),
+        one(|of| b",: ".contains(of)),
+        bytes.iter().position(|of| *of == b'\n'),
+        Some(bytes.len() - 1),
+    ];
+    let spread = (1..8).map(|part| bytes.len() * part / 8);
+    let all = (0..bytes.len()).filter(|_| bytes.len() < 600);
+    found
+        .into_iter()
+        .flatten()
+        .chain(spread)
+        .chain(all)
+        .collect()
+}
+
+/// Flips each such bit of the file and gives it to the reader, which says how it fails and with which exit code.
+fn every_flip_is_found(file: &Path, wanted: u8, read: impl Fn() -> Option<(String, u8)>) {
+    let sound = fs::read(file).expect("what was written");
+    let name = file.file_name().expect("a name").to_string_lossy();
+    assert!(read().is_none(), "{name} is refused as it is: {:?}", read());
+    for at in places(&sound) {
+        for bit in 0..8 {
+            let mut bytes = sound.clone();
+            bytes[at] ^= 1 << bit;
+            fs::write(file, &bytes).expect("writable");
+            let told = read();
+            let (said, code) =
+                told.unwrap_or_else(|| panic!("{name}: bit {bit} of byte {at} is believed"));
+            assert!(
+                said.contains(&*name),
+                "{name}, bit {bit} of byte {at}: {said}"
+            );
+            assert_eq!(code, wanted, "{name}, bit {bit} of byte {at}: {said}");
+        }
+    }
+    fs::write(file, sound).expect("writable");
+}
+
+fn of_folder(error: FolderError) -> (String, u8) {
+    (error.to_string(), error.exit_code())
+}
+
+#[test]
+fn one_flipped_bit_in_a_run_folder_is_found() {
+    let mut run = native_run(&frictional_scene(), sound(), Protocol::Whole);
+    run.record.measures.truncate(3);
+    run.log = "what it printed\n".to_owned();
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let folder = place.path().join("run");
+    run.write(&folder).expect("a writable folder");
+    // One is packed, as those that the program carries are.
+    let table = folder.join("settled-contacts.csv");
+    let packed = fs::File::create(folder.join("settled-contacts.csv.gz")).expect("writable");
+    let mut packed = GzEncoder::new(packed, Compression::best());
+    let text = fs::read(&table).expect("a table");
+    std::io::Write::write_all(&mut packed, &text).expect("writable");
+    packed.finish().expect("writable");
+    fs::remove_file(table).expect("removable");
+    write_sums(&folder).expect("writable");
+    let files = there(&folder);
+    assert_eq!(files.len(), 13, "{files:?}");
+    for name in &files {
+        every_flip_is_found(&folder.join(name), 2, || {
+            RunFolder::read(&folder).err().map(of_folder)
+        });
+    }
+    // Whichever verb reads it.
+    let memory = folder.join("memory.csv");
+    let mut bytes = fs::read(&memory).expect("a table");
+    bytes[60] ^= 1;
+    fs::write(&memory, bytes).expect("writable");
+    for verb in [
+        "compare run run",
+        "report vtk run --out o",
+        "report archive run --out o",
+        "run run/scene.json --engine native --from-state run --out o",
+    ] {
+        let (_, errors) = ends(place.path(), 2, verb);
+        assert!(
+            errors.contains("memory.csv was changed") && errors.lines().count() == 1,
+            "{errors}"
+        );
+        assert_eq!(there(place.path()).len(), 1, "{verb}");
+    }
+}
+
+#[test]
+fn one_flipped_bit_in_a_study_its_record_or_a_baseline_is_found() {
+    let place = plan(&tiny_scene(), 2, "c");
+    let folder = place.path().join("c");
+    ends(place.path(), 0, "study run c --quiet");
+    let open = || Folder::<Campaign>::open(&folder).map(drop);
+    let merged = || merged(&folder).map(drop);
+    let readers: [(&str, &dyn Fn() -> Result<(), _>); 3] = [
+        ("plan.json", &open),
+        ("rows.jsonl", &merged),
+        ("merged.json", &merged),
+    ];
+    for (name, read) in readers {
+        every_flip_is_found(&folder.join(name), 2, || {
+            read()
+                .err()
+                .map(|error| (error.to_string(), error.exit_code()))
+        });
+    }
+    // Its row is made again, so it is no error: `campaign::damaged`.
+    let digest = Plan::<Campaign>::read(&folder).expect("a plan").digest();
+    every_flip_is_found(&folder.join("records/shard-1-of-1.jsonl"), 0, || {
+        let index = Index::read(&folder, &digest, 2).expect("readable");
+        let named = index
+            .damaged
+            .first()
+            .map(|of| of.path.display().to_string());
+        (index.places.len() < 2).then(|| (named.unwrap_or_default(), 0))
+    });
+    let report: PathBuf = folder.join("report.json");
+    every_flip_is_found(&report, 2, || {
+        record::read(&report)
+            .err()
+            .map(|error| (error.to_string(), error.exit_code()))
+    });
+    let store = Store::new(&place.path().join("kept"));
+    let baseline = store.save(&report, "main", false).expect("writable");
+    every_flip_is_found(&baseline, 2, || {
+        let error = store.load("main").err()?;
+        let code = match &error {
+            BaselineError::File(error) => error.exit_code(),
+            _ => 2,
+        };
+        Some((error.to_string(), code))
+    });
+    let (code, said, errors) = say(place.path(), "report checks c/report.json");
+    assert_eq!(code, 0, "{said}{errors}");
+}
