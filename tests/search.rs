@@ -87,10 +87,10 @@ fn a_wave_has_whole_runs_in_its_rows_and_excludes_beds_that_are_too_low() {
     assert!(found.of_impossible.is_some_and(|least| least > CUT));
     let height = &found.figures[0];
     assert!(height.id == "height" && height.least > CUT, "{height:?}");
-    for (within_two, why) in [(1.0, "no setting is left"), (0.5, "not good enough")] {
-        found.figures[0].within_two = within_two;
+    for (inflation, why) in [(1.0, "no setting is left"), (1.6, "not good enough")] {
+        found.figures[0].inflation = inflation;
         for figure in &mut found.figures[1..] {
-            figure.within_two = 1.0;
+            figure.inflation = 1.0;
         }
         let none = plan.next(&found, SIZE).expect_err(why);
         assert!(none.contains(why), "{none}");
@@ -109,7 +109,7 @@ fn made_up(truth: &[f64]) -> (Plan, Search) {
     search.figures.truncate(3);
     for (index, figure) in search.figures.iter_mut().enumerate() {
         (figure.value, figure.deviation) = (law(index, truth), 0.1);
-        figure.within_two = 1.0;
+        figure.inflation = 1.0;
     }
     let ids: Vec<String> = search
         .figures

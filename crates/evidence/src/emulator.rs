@@ -40,6 +40,7 @@ pub struct Emulator {
     factor: Cholesky<f64, Dyn>,
     /// K⁻¹y.
     weights: DVector<f64>,
+    inflation: f64,
 }
 
 /// The process before anything is observed.
@@ -160,14 +161,31 @@ impl Emulator {
             }
         }
         let (_, factor, weights) = best;
-        Some(Emulator {
+        let mut emulator = Emulator {
             observed,
             centre,
             unit,
             law,
             factor,
             weights,
-        })
+            inflation: 1.0,
+        };
+        let left_out = emulator.left_out();
+        let off = left_out.iter().zip(&emulator.observed);
+        let mut off: Vec<f64> = off
+            .map(|(of, own)| (of.mean - own.mean).abs() / of.variance.sqrt())
+            .collect();
+        off.sort_by(f64::total_cmp);
+        let nineteen_in_twenty = (0.95 * off.len() as f64).ceil() as usize;
+        let within = off.get(nineteen_in_twenty.saturating_sub(1));
+        emulator.inflation = within.map_or(1.0, |of| (of / 1.96).max(1.0));
+        Some(emulator)
+    }
+
+    /// By how much all deviations are larger than the process has them, so that 95 % of the observed means are within 1.96 deviations of
+    /// what is expected of them from the other groups.
+    pub fn inflation(&self) -> f64 {
+        self.inflation
     }
 
     /// What it was fitted to.
@@ -190,7 +208,7 @@ impl Emulator {
     fn expected(&self, mean: f64, variance: f64) -> Expected {
         Expected {
             mean: self.centre + self.unit * mean,
-            variance: self.unit * self.unit * variance.max(0.0),
+            variance: (self.inflation * self.unit).powi(2) * variance.max(0.0),
         }
     }
 

@@ -81,16 +81,16 @@ impl Search {
             true => Outcome::Pass,
             false => Outcome::Skipped,
         };
-        let found = format!("{:.1} %", 100.0 * figure.within_two);
+        let found = format!("{:.2} times", figure.inflation);
         Check::of_words(
             format!("search/emulator/{}", figure.id),
-            &format!("{}: what other beds let expect", figure.title),
+            &format!("{}: errors of the emulator over what it says", figure.title),
             outcome,
             &found,
         )
         .judged_by(
-            "nine in ten of the means within two deviations of what is expected without their bed",
-            "a normal law has 95 %",
+            "95 % of the means are within so many times 1.96 deviations of what is expected without their bed",
+            "deviations are made larger by that, up to 1.5 times; a worse emulator excludes nothing",
         )
         .required()
     }
@@ -110,7 +110,7 @@ impl Search {
             .column("known to", |of| of.deviation)
             .column("expected to, median", |of| of.uncertainty)
             .column("noise common to a bed's loads", |of| of.correlation)
-            .column("left out: within two deviations", |of| of.within_two)
+            .column("deviations made larger, times", |of| of.inflation)
             .column("least implausibility alone", |of| of.least);
         Section::new("What is wanted", words).with(table)
     }

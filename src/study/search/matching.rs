@@ -20,6 +20,8 @@ const KEY: Key = *b"crossgrain: candidates of search";
 const CANDIDATES: usize = 20_000;
 /// An observed variance counts as much as its degrees of freedom, the mean variance of the wave as much as this.
 const POOLED: f64 = 10.0;
+/// An emulator whose deviations must be made larger by more than this does not follow the simulation.
+const MOST_INFLATED: f64 = 1.5;
 /// Bins of an axis in the maps.
 pub const BINS: usize = 6;
 /// Settings that are shown.
@@ -62,8 +64,8 @@ pub struct Figure {
     pub deviation: f64,
     /// Of the noise of loads on one bed.
     pub correlation: f64,
-    /// Share of the observed means within two deviations of what the other beds let expect, noise included.
-    pub within_two: f64,
+    /// By how much the emulator's deviations were made larger, so that they are those of its errors where a bed is left out.
+    pub inflation: f64,
     /// Median deviation of what is expected where nothing was run, over the candidates.
     pub uncertainty: f64,
     /// The least implausibility of this figure alone.
@@ -71,9 +73,9 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// Whether its emulator is as good as it says: nine in ten of the observed means within two deviations.
+    /// Whether its emulator is about as good as it says.
     pub fn is_sound(&self) -> bool {
-        self.within_two >= 0.9
+        self.inflation <= MOST_INFLATED
     }
 }
 
@@ -176,7 +178,7 @@ impl Search {
                 value,
                 deviation,
                 correlation: correlations.get(id).copied().unwrap_or(0.0),
-                within_two: 0.0,
+                inflation: f64::INFINITY,
                 uncertainty: f64::INFINITY,
                 least: 0.0,
             }
@@ -277,11 +279,7 @@ impl Search {
             found.first().map_or(f64::INFINITY, worse)
         };
         for (index, (figure, (_, emulator))) in self.figures.iter_mut().zip(fitted).enumerate() {
-            let out = emulator.left_out();
-            let within = out.iter().zip(emulator.observed());
-            let within =
-                within.filter(|(of, own)| (of.mean - own.mean).abs() <= 2.0 * of.variance.sqrt());
-            figure.within_two = within.count() as f64 / out.len().max(1) as f64;
+            figure.inflation = emulator.inflation();
             let deviations = all
                 .iter()
                 .take(500)
