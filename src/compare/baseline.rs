@@ -179,16 +179,13 @@ pub fn checks(diff: &Diff) -> Vec<Check> {
 }
 
 fn bits(diff: &Diff) -> Check {
-    let moved = diff.moved.len() as f64;
-    let outcome = Outcome::pass_if(diff.moved.is_empty());
-    let quantity = format!(
-        "measured numbers with other bits than in baseline {}",
-        diff.baseline
-    );
+    let moved = diff.all_moved() as f64;
+    let outcome = Outcome::pass_if(diff.all_moved() == 0);
+    let quantity = format!("numbers with other bits than in baseline {}", diff.baseline);
     Check::of_words("baseline/bits", &quantity, outcome, "")
         .with_limits(moved, 0.0, Some(0.0))
         .judged_by(
-            "every measured number is held against the one of the same id",
+            "the value of every check and every measured number is held against the one of the same id",
             "--bits",
         )
 }

@@ -13,6 +13,7 @@ const WIDTH: f64 = 640.0;
 /// Height between the borders, and of a row of names.
 const HEIGHT: f64 = 290.0;
 const ROW: f64 = 19.0;
+const SQUARE: f64 = 46.0;
 /// Letters of a name beside an axis at most.
 const LONGEST: usize = 52;
 /// Points that are nearer than this are one point of a line.
@@ -22,8 +23,10 @@ const NEAR: f64 = 0.3;
 /// labels that find no room are left out too and stand in the file of numbers.
 pub fn svg(plot: &Plot) -> String {
     let rows = plot.y.categories.len();
+    let is_matrix = is_matrix(plot);
     let height = match rows {
         0 => HEIGHT,
+        rows if is_matrix => SQUARE * rows as f64,
         rows => ROW * rows.max(3) as f64,
     };
     let [xs, ys] = ranges(plot);
@@ -42,7 +45,10 @@ pub fn svg(plot: &Plot) -> String {
     let beside = ticks(&plot.y, &upwards(0.0), APART[1]);
     let titled = if plot.y.label.is_empty() { 0.0 } else { 20.0 };
     let left = 16.0 + titled + widest(&beside);
-    let total = WIDTH.max(left + 380.0);
+    let total = match is_matrix {
+        true => left + height + 18.0,
+        false => WIDTH.max(left + 380.0),
+    };
     let width = total - left - 18.0;
     let entries = entries(plot);
     let (names, lines) = key([left, total], 20.0, &entries);
@@ -78,6 +84,11 @@ pub fn svg(plot: &Plot) -> String {
     let grid = grid(area, [(&x, &of_grid[0]), (&y, &of_grid[1])]);
     let svg = names + &grid + &frame + &drawing.labels();
     whole([total, floor], &plot.caption, &svg)
+}
+
+/// Names against themselves: squares.
+fn is_matrix(plot: &Plot) -> bool {
+    !plot.x.categories.is_empty() && plot.x.categories == plot.y.categories
 }
 
 /// Places and words of an axis' ticks.
@@ -121,7 +132,7 @@ fn ranges(plot: &Plot) -> [[f64; 2]; 2] {
     }
     let [xs, ys] = all;
     let mut ranges = [range(&plot.x, &xs), range(&plot.y, &ys)];
-    if !plot.x.categories.is_empty() && along == 0 {
+    if !plot.x.categories.is_empty() && along == 0 && !is_matrix(plot) {
         // Words in the last place of a map stand on its right as all others do.
         ranges[0][1] += 0.5;
     }
@@ -406,10 +417,10 @@ impl Drawing<'_> {
             _ => 0.0,
         };
         let shift = [apart(names[0], self.area[2]), apart(names[1], self.area[3])];
-        let (radius, opacity) = if points.len() > 300 {
-            (2.2, 0.6)
-        } else {
-            (3.4, 0.9)
+        let (radius, opacity) = match points.len() {
+            _ if is_matrix(self.plot) => (3.0, 0.9),
+            301.. => (2.2, 0.6),
+            _ => (3.4, 0.9),
         };
         for point in points {
             if !self.shown([point.x, point.y]) {

@@ -47,7 +47,7 @@ impl Reproduction {
         let (outcome, found) = if compared {
             (Outcome::Pass, "")
         } else {
-            (Outcome::Skipped, "no comparison could be made and agreed")
+            (Outcome::Skipped, "none that was made agrees")
         };
         let what = "at least one comparison with another engine";
         let compared = Check::of_words("compare/made", what, outcome, found);

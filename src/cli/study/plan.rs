@@ -148,15 +148,15 @@ pub struct SearchArguments {
     /// A small bed; waves after it have its bed
     #[arg(long, conflicts_with = "after")]
     quick: bool,
-    /// Beds that are poured in different ways
-    #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u16).range(2..=1000))]
-    beds: u16,
-    /// Loads on each bed
-    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=100))]
-    loads: u16,
-    /// Realizations of each bed
-    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u64).range(3..=1000))]
-    clouds: u64,
+    /// Beds that are poured in different ways [default: 60, quick: 24]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(2..=1000))]
+    beds: Option<u16>,
+    /// Loads on each bed [default: 5, quick: 3]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=100))]
+    loads: Option<u16>,
+    /// Realizations of each bed [default: 8, quick: 3]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(3..=1000))]
+    clouds: Option<u64>,
     #[command(flatten)]
     place: Place,
 }
@@ -208,10 +208,11 @@ fn searched(path: &Path) -> Result<(search::Plan, search::matching::Search), Err
 
 impl SearchArguments {
     fn execute(self) -> Result<u8, Error> {
+        let (beds, loads, clouds) = if self.quick { (24, 3, 3) } else { (60, 5, 8) };
         let size = search::Size {
-            beds: self.beds.into(),
-            loads: self.loads.into(),
-            clouds: self.clouds,
+            beds: self.beds.unwrap_or(beds).into(),
+            loads: self.loads.unwrap_or(loads).into(),
+            clouds: self.clouds.unwrap_or(clouds),
         };
         let plan = match &self.after {
             None => search::Plan::first(search::space::base(self.quick), size),
@@ -230,7 +231,7 @@ impl SearchArguments {
             plan.wave,
             plan.beds.0.len(),
             plan.beds.settings().count(),
-            self.clouds
+            size.clouds
         );
         self.place.create(plan, None, &words)
     }

@@ -151,10 +151,16 @@ fn paired<'a, T>(
 }
 
 impl Diff {
-    /// Every measured number must be the same to the last bit, as in a change that is to change nothing.
+    /// Values of checks and measured numbers that are others.
+    pub fn all_moved(&self) -> usize {
+        let of_checks = self.changes.iter().filter(|of| of.change == Change::Moved);
+        self.moved.len() + of_checks.count()
+    }
+
+    /// Every number must be the same to the last bit, as in a change that is to change nothing.
     pub fn demanding_bits(mut self) -> Self {
         self.bits_demanded = true;
-        if !self.moved.is_empty() {
+        if self.all_moved() > 0 {
             self.verdict = Outcome::Fail;
         }
         self

@@ -68,7 +68,7 @@ impl Map {
         let Some(version) = &engine.version else {
             return format!("{} did not run: {}.", engine.name, engine.missing);
         };
-        let mut words = format!("{} {version} ran.", engine.name);
+        let mut words = format!("{} {version} made the trials.", engine.name);
         let skipped = self.rows.iter().filter(|row| row.skipped.is_some()).count();
         if skipped > 0 {
             words += &format!(" It does not have the parts for {skipped} scenes.");

@@ -89,7 +89,10 @@ pub fn with_step(scene: &Scene, choice: &StepChoice) -> Scene {
         "chosen by the program: {} of the largest stable step {:.4e} s of {} looks",
         choice.share, choice.limit, choice.looks
     );
-    scene.choices.insert("/time_step".to_owned(), why);
+    // A scene that gives reasons gives all of them.
+    if !scene.choices.is_empty() {
+        scene.choices.insert("/time_step".to_owned(), why);
+    }
     scene
 }
 

@@ -1,5 +1,6 @@
 //! Means over realizations against the continuum of Table 4.
 
+use crate::checks::Outcome;
 use crate::paper::published::{HEIGHTS, POROSITIES, Published, published, table_4};
 use crate::study::campaign::Member;
 use crate::study::claims::sample::{Moment, Number, measured, stress};
@@ -176,7 +177,15 @@ fn definitions(members: &[Member], of: &Published, keys: &[(&str, &str)]) -> Vec
 
 fn which_hold(rows: &[Row]) -> String {
     let names = rows.iter().filter(|row| row.holds());
-    or_none(names.map(|row| row.what.clone()).collect())
+    let open = rows
+        .iter()
+        .filter(|row| row.judged.is_some_and(|of| of.outcome == Outcome::Skipped));
+    let open: Vec<&str> = open.map(|row| row.what.as_str()).collect();
+    let none = or_none(names.map(|row| row.what.clone()).collect());
+    match open.is_empty() {
+        true => none,
+        false => format!("{none}; undecided: {}", open.join("; ")),
+    }
 }
 
 fn or_none(names: Vec<String>) -> String {

@@ -206,7 +206,9 @@ impl Search {
                 let (column, row) = (bin % BINS, bin / BINS);
                 // The first name stands on top, and values grow upwards in each square.
                 let at = Point::at(place(first, column), place(second, BINS - 1 - row));
-                if let Some(class) = LEAST.iter().position(|of| map.least[bin] <= of.0) {
+                let found = map.least[bin];
+                let class = |least: f64| LEAST.iter().position(|of| least <= of.0);
+                if let Some(class) = found.and_then(class) {
                     least[class].push(at);
                 }
                 let at = Point::at(place(second, row), place(first, BINS - 1 - column));

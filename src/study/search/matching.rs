@@ -100,8 +100,8 @@ pub struct Odds {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Map {
     pub axes: [usize; 2],
-    /// The least implausibility of each bin.
-    pub least: Vec<f64>,
+    /// The least implausibility of each bin; none where there is no setting.
+    pub least: Vec<Option<f64>>,
     /// The share of each bin that is left (optical depth).
     pub left: Vec<f64>,
 }
@@ -329,19 +329,21 @@ impl Search {
 
 impl Map {
     fn of(axes: [usize; 2], all: &[Candidate], better: &[Candidate]) -> Self {
-        let mut least = vec![f64::INFINITY; BINS * BINS];
+        let mut least = vec![None; BINS * BINS];
         let (mut left, mut count) = (vec![0.0; BINS * BINS], vec![0.0; BINS * BINS]);
         let bin = |of: &Candidate| {
             let [x, y] = axes.map(|axis| ((of.at[axis] * BINS as f64) as usize).min(BINS - 1));
             y * BINS + x
         };
+        let lower =
+            |of: &mut Option<f64>, worst: f64| *of = Some(of.map_or(worst, |of| of.min(worst)));
         for of in all {
-            least[bin(of)] = least[bin(of)].min(of.worst());
+            lower(&mut least[bin(of)], of.worst());
             left[bin(of)] += f64::from(u8::from(of.is_left()));
             count[bin(of)] += 1.0;
         }
         for of in better {
-            least[bin(of)] = least[bin(of)].min(of.worst());
+            lower(&mut least[bin(of)], of.worst());
         }
         let left = left
             .iter()
