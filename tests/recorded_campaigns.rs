@@ -1,4 +1,4 @@
-//! The recorded campaigns, the claims and the sensitivity map: what is said to have been run comes out again.
+//! The recorded campaigns, the claims, the sensitivity map and the search: what is said to have been run comes out again.
 
 use std::path::{Path, PathBuf};
 
@@ -10,8 +10,10 @@ use crossgrain::study::claims::{self, Claims};
 use crossgrain::study::machine::{Folder, Machine};
 use crossgrain::study::member::{Member, of_one_bed};
 use crossgrain::study::realization::{Ending, Engines, Runner};
+use crossgrain::study::search::{self, matching::Search};
 use crossgrain::study::sensitivity::plan::Plan;
 use crossgrain::study::sensitivity::{Row, Sensitivity, keep};
+use evidence::history::CUT;
 use evidence::t_test::Finding;
 use grains::scene::paper_scene;
 use verdict::judge::Verdict;
@@ -147,5 +149,32 @@ fn members_of_the_recorded_sensitivity_map_come_out_again() {
         let recorded = own.find(|of| of.realization == realization);
         let again = of_one_bed(&[setting], realization, keep).expect("it runs");
         assert_eq!(Some(&&again[0]), recorded, "{id}");
+    }
+}
+
+/// Each recorded wave of the search says what its rows say, and a load of the last one comes out again.
+#[test]
+fn the_recorded_search_is_that_of_its_rows() {
+    let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/search-1");
+    for wave in ["wave-1", "wave-2"] {
+        let path = place.join(wave);
+        let folder = Folder::<search::Plan>::open(&path).expect("recorded evidence");
+        let report = folder.judge().expect("a judgement");
+        let text = read_text(&path.join("report.json.gz"), 1 << 26).expect("is there");
+        let [recorded, again] =
+            [&text, &report.text].map(|text| serde_json::from_str::<Search>(text).expect("a wave"));
+        assert!(again == recorded, "{wave}");
+        assert!(recorded.found_again.is_some_and(|of| of.low > 0.9));
+        assert!(recorded.of_impossible.is_some_and(|least| least > CUT));
+        if wave == "wave-2" {
+            let setting = &folder.plan.study.beds.0[0][0];
+            let cloud = setting.realizations().next().expect("a cloud");
+            let again = of_one_bed(&[setting], cloud, search::matching::keep).expect("it runs");
+            let merged = folder.merged().expect("merged");
+            let mut all = merged.rows.iter().flatten();
+            let digest = setting.specification.digest();
+            let own = all.find(|of| of.specification == digest && of.realization == cloud);
+            assert_eq!(Some(&again[0]), own);
+        }
     }
 }

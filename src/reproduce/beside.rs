@@ -1,4 +1,4 @@
-//! Records of other jobs that stand on the main job's page: cost against error, stable steps, claims. Those that the user
+//! Records of other jobs that stand on the main job's page: cost against error, stable steps, which settings give the figures, claims. Those that the user
 //! has made, or the recorded ones.
 
 use std::path::{Path, PathBuf};
@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::files::{read_text, unpacked};
 use crate::limits::stability::Map;
 use crate::study::claims::{CLAIMS_VERSION, Claims};
+use crate::study::search::matching::Search;
 use crate::study::tradeoff::{TRADEOFF_VERSION, Tradeoff};
 
 /// The most of a record that is read, bytes.
@@ -44,7 +45,7 @@ struct Kind {
     document: fn(&str) -> serde_json::Result<Document>,
 }
 
-const KINDS: [Kind; 3] = [
+const KINDS: [Kind; 4] = [
     Kind {
         job: "tradeoff",
         made_by: "crossgrain study plan tradeoff",
@@ -60,6 +61,14 @@ const KINDS: [Kind; 3] = [
         version: crate::checks::record::VERSION,
         recorded: include_bytes!("../../reference_data/stability-1/report.json.gz"),
         document: |text| serde_json::from_str(text).map(|of: Map| of.document()),
+    },
+    Kind {
+        job: "search",
+        made_by: "crossgrain study plan search",
+        file: "report.json",
+        version: crate::checks::record::VERSION,
+        recorded: include_bytes!("../../reference_data/search-1/wave-2/report.json.gz"),
+        document: |text| serde_json::from_str(text).map(|of: Search| of.document()),
     },
     Kind {
         job: "claims",
@@ -188,7 +197,7 @@ mod tests {
         let beside = Beside::read(&[], true).expect("the recorded records are read");
         let stated = beside.stated();
         let jobs: Vec<&str> = stated.iter().map(|of| of.job).collect();
-        assert_eq!(jobs, ["tradeoff", "stability", "claims"]);
+        assert_eq!(jobs, ["tradeoff", "stability", "search", "claims"]);
         assert!(
             stated
                 .iter()

@@ -103,6 +103,7 @@ impl Reproduction {
                     "verification" => "Faults found".to_owned(),
                     "tradeoff" => "Speed and accuracy".to_owned(),
                     "claims" => "Published figures".to_owned(),
+                    "search" => "Settings that give them".to_owned(),
                     _ => of.title.clone(),
                 },
                 figure,
@@ -329,7 +330,7 @@ fn with_origin((stated, document): &(Stated, Document)) -> (&'static str, Docume
 }
 
 /// Pages whose tiles stand on the first screen.
-const AT_A_GLANCE: [&str; 4] = ["measures", "verification", "tradeoff", "claims"];
+const AT_A_GLANCE: [&str; 5] = ["measures", "verification", "tradeoff", "claims", "search"];
 
 fn capital(words: &str) -> String {
     let mut letters = words.chars();

@@ -61,12 +61,20 @@ impl Search {
             );
         }
         format!(
-            "After wave {} {:.2} % of the space may give all published figures; the least implausible setting is at {:.2} of \
+            "{} of the space may give all published figures: after wave {} the least implausible setting is at {:.2} of \
              {CUT}. The hardest to have at once are {one} and {other}, at {odds:.2}.",
+            self.share_left(),
             self.wave,
-            100.0 * self.left,
             best.implausibility
         )
+    }
+
+    /// Of so many candidates none may be left, though better ones were found near the best of them.
+    fn share_left(&self) -> String {
+        match self.left > 0.0 {
+            true => format!("{:.2} %", 100.0 * self.left),
+            false => format!("Less than one in {}", self.candidates),
+        }
     }
 
     fn title<'a>(&'a self, id: &str) -> &'a str {
