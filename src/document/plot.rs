@@ -272,7 +272,8 @@ impl Plot {
         ];
         let mut table = Table::new(&self.name, &self.caption, &columns);
         let named = |axis: &Axis, value: f64| {
-            let name = axis.categories.get(value as usize).filter(|_| value >= 0.0);
+            let is_named = value >= 0.0 && value.fract() == 0.0;
+            let name = axis.categories.get(value as usize).filter(|_| is_named);
             name.map_or(Cell::Number(value), |name| Cell::Text(name.clone()))
         };
         let place = |x: f64, y: f64| [named(&self.x, x), named(&self.y, y)];
