@@ -124,7 +124,7 @@ pub struct Search {
     pub maps: Vec<Map>,
     /// Of the settings that were run, those that are left where their own means are the targets and their bed is left out.
     pub found_again: Option<Interval>,
-    /// The least implausibility of figures that cannot be: as published, but with the stresses at [`EXCHANGED`] exchanged.
+    /// The least implausibility of figures that cannot be: as published, but with the stresses under the punch and far beside it exchanged.
     pub of_impossible: Option<f64>,
 }
 
