@@ -444,7 +444,14 @@ fn judge_flight(job: &Job, theirs: &Story, native: &Story) -> Result<(), String>
     }
     let wanted = own.vz[0] - v;
     if job.nearly(gained, wanted, g * dt) {
-        return Ok(());
+        let right = own.z[0] - z;
+        return match fallen_is(right) {
+            true => Ok(()),
+            false => Err(format!(
+                "after a step the velocity is right and z has changed by {fallen:e} m, where {right:e} m is right: x += dt·v with \
+                 the velocity after the kick, and nothing else"
+            )),
+        };
     }
     Err(format!(
         "after a step vz has changed by {gained:e} m/s, and {wanted:e} m/s is right (dt = {dt:e} s, gravity {g} m/s²)"

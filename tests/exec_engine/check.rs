@@ -94,6 +94,7 @@ const WRONG: &str = "
     a *= 1.0 - alpha ⇒ a *= 1.0 - 0.0 * alpha ⇒ not damped at all
     + 0.5 * dt * a) ⇒ + 0.0 * dt * a) ⇒ the velocity in the middle of the kick
     v[i][axis] += dt * a ⇒ v[i][axis] += 0.5 * dt * a ⇒ half a kick too few
+    x[i][axis] += dt * v[i][axis] ⇒ x[i][axis] += dt * v[i][axis] + 0.5 * dt * dt * a ⇒ the velocity is right and z has changed
     2.0 * a * b / (a + b) ⇒ a * b / (a + b) ⇒ 0.500000 of it
     (dx / distance, dz / distance) ⇒ (-dx / distance, -dz / distance) ⇒ points from body 2 to body 1
     for index, wall in enumerate(walls) ⇒ for index, wall in enumerate([]) ⇒ touch, and no contact
