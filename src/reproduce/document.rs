@@ -89,11 +89,15 @@ impl Reproduction {
                     Some(run) => (
                         format!("{:.0} times", run.times_native.unwrap_or(f64::NAN)),
                         format!(
-                            "a native step is what a step of YADE's sorted loop took here. {}",
+                            "the time of a native step is what a step of YADE's sorted loop took here. {}",
                             of.answer
                         ),
                     ),
                     None => (String::new(), of.answer.clone()),
+                },
+                "search" => match of.answer.split_once(" of the space") {
+                    Some((share, rest)) => (share.to_owned(), format!("of the space{rest}")),
+                    None => halves(&of.answer),
                 },
                 _ => halves(&of.answer),
             };

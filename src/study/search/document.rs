@@ -60,12 +60,18 @@ impl Search {
                 best.implausibility
             );
         }
+        let choices = AXES.iter().zip(&best.at).filter(|(axis, _)| axis.is_told);
+        let choices = choices.map(|(axis, at)| {
+            let (title, unit) = axis.name.rsplit_once(", ").unwrap_or((axis.name, ""));
+            format!("{title} {} {unit}", axis.scale.words(*at))
+        });
         format!(
-            "{} of the space may give all published figures: after wave {} the least implausible setting is at {:.2} of \
-             {CUT}. The hardest to have at once are {one} and {other}, at {odds:.2}.",
+            "{} of the space may give all published figures. The least implausible setting, at {:.2} of {CUT} after wave {}, has {}. Fresh \
+             packings of it must decide (`study plan candidates`).",
             self.share_left(),
+            best.implausibility,
             self.wave,
-            best.implausibility
+            choices.collect::<Vec<String>>().join(", ")
         )
     }
 

@@ -10,6 +10,8 @@ pub struct Axis {
     /// With its unit after the last comma.
     pub name: &'static str,
     pub scale: Scale,
+    /// Whether the answer in a sentence has it.
+    pub is_told: bool,
     put: fn(&mut Scene, f64),
 }
 
@@ -34,36 +36,43 @@ pub const AXES: [Axis; 12] = [
     Axis {
         name: "friction in pouring, rad",
         scale: FRICTION,
+        is_told: true,
         put: |scene, value| scene.material.friction_angle = value,
     },
     Axis {
         name: "k_s/k_n",
         scale: Scale::Even([0.1, 1.0]),
+        is_told: false,
         put: |scene, value| scene.material.stiffness_ratio = value,
     },
     Axis {
         name: "settled at kinetic energy over its peak",
         scale: Scale::PowersOfTen([1.0e-6, 1.0e-2]),
+        is_told: false,
         put: |scene, value| scene.settle.kinetic_energy_fraction = value,
     },
     Axis {
         name: "damping α of pouring",
         scale: ALPHA,
+        is_told: false,
         put: |scene, alpha| scene.damping = Damping::Cundall { alpha },
     },
     Axis {
         name: "mean diameter, mm",
         scale: Scale::Even([9.0, 10.2]),
+        is_told: true,
         put: |scene, value| put(scene, Change::Diameter(1.0e-3 * value)),
     },
     Axis {
         name: "normal stiffness of Eq. 4",
         scale: Scale::OneOf(&[("E·R", 1.0), ("E·D", 2.0)]),
+        is_told: false,
         put: |scene, value| put(scene, Change::Modulus(value)),
     },
     Axis {
         name: "friction turns grains",
         scale: Scale::OneOf(&[("yes", 0.0), ("no", 1.0)]),
+        is_told: false,
         put: |scene, value| {
             scene.contact.rotation = match value < 0.5 {
                 true => Rotation::Free,
@@ -74,6 +83,7 @@ pub const AXES: [Axis; 12] = [
     Axis {
         name: "friction in loading, rad",
         scale: FRICTION,
+        is_told: true,
         put: |scene, value| {
             scene.loading.material = Some(Material {
                 friction_angle: value,
@@ -84,16 +94,19 @@ pub const AXES: [Axis; 12] = [
     Axis {
         name: "speed of the punch, m/s",
         scale: Scale::PowersOfTen([0.02, 0.2]),
+        is_told: true,
         put: |scene, value| scene.loading.speed = value,
     },
     Axis {
         name: "damping α of loading",
         scale: ALPHA,
+        is_told: false,
         put: |scene, alpha| scene.loading.damping = Some(Damping::Cundall { alpha }),
     },
     Axis {
         name: "measured",
         scale: Scale::OneOf(&[("at the force", 0.0), ("after 0.05 s at rest", 0.05)]),
+        is_told: false,
         put: |scene, seconds| {
             scene.loading.after_force = match seconds > 0.0 {
                 true => AfterForce::StandStill { seconds },
@@ -108,6 +121,7 @@ pub const AXES: [Axis; 12] = [
             ("highest grain", 1.0),
             ("twice the centre of mass", 2.0),
         ]),
+        is_told: false,
         put: |scene, value| {
             scene.measurement.surface_height = match value {
                 ..0.5 => SurfaceHeight::MeanSurface,
