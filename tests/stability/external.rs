@@ -87,7 +87,7 @@ fn the_page_names_the_engine_and_what_it_lacks() {
     let document = map.document();
     let html = report::page(&document).html;
     for words in [
-        "toy 1 ran. It does not have the parts for 1 scenes.",
+        "toy 1 made the trials. It does not have the parts for 1 scenes.",
         "toy with damping</th>",
         "toy has no punch (punch)",
     ] {
