@@ -91,6 +91,17 @@ pub enum Colour {
     Grey,
 }
 
+impl Colour {
+    /// Of lines beside each other.
+    pub const OF_LINES: [Colour; 5] = [
+        Colour::Vermilion,
+        Colour::Blue,
+        Colour::Green,
+        Colour::Purple,
+        Colour::Ochre,
+    ];
+}
+
 impl Axis {
     /// Even, over what the marks need.
     pub fn linear(label: &str) -> Self {

@@ -25,12 +25,13 @@ fn git(folder: &Path, words: &str) {
 /// What CI does with the newest commit: the exit code, and the summary.
 fn judged(place: &Path, run: &str) -> (Option<i32>, String) {
     git(place, &format!("clone -q house.git {run}"));
+    judged_here(place, run, "engine.py")
+}
+
+fn judged_here(place: &Path, run: &str, engine: &str) -> (Option<i32>, String) {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("ci/judge_engine");
     let mut judge = Command::new("bash");
-    judge
-        .arg(script)
-        .arg("engine.py")
-        .current_dir(place.join(run));
+    judge.arg(script).arg(engine).current_dir(place.join(run));
     judge.env("CROSSGRAIN", env!("CARGO_BIN_EXE_crossgrain"));
     judge.env_remove("GITHUB_STEP_SUMMARY");
     let done = judge.output().expect("bash is there");
@@ -76,5 +77,12 @@ fn a_change_that_breaks_an_engine_turns_its_ci_red_and_the_summary_says_why() {
             "WORSE than main",
             "leapfrog-local-damping",
         ],
+    );
+    // What an earlier run left is not judged in the place of a program that is missing.
+    let (code, more) = judged_here(place, "third", "missing.py");
+    assert_eq!(code, Some(2), "{more}");
+    assert_eq!(
+        more.matches("WORSE").count(),
+        summary.matches("WORSE").count()
     );
 }

@@ -565,6 +565,11 @@ mod tests {
         assert_eq!(diff.demanding_bits().verdict, Outcome::Fail);
         let same = between(before.clone(), &before).demanding_bits();
         assert_eq!(same.verdict, Outcome::Pass);
+        // A record without measured numbers has its bits in the values of its checks.
+        let of = |value| record(vec![check("a", value, Outcome::Pass)], Vec::new());
+        let moved = between(of(1.0), &of(1.0 + f64::EPSILON));
+        assert_eq!(moved.verdict, Outcome::Pass);
+        assert_eq!(moved.demanding_bits().verdict, Outcome::Fail);
     }
 
     #[test]

@@ -12,14 +12,6 @@ use crate::paper::published::{POINTS, PUBLISHED, Published};
 use crate::study::search::space::AXES;
 use crate::study::sensitivity::judge::{Judged, Verdict};
 
-const COLOURS: [Colour; 5] = [
-    Colour::Vermilion,
-    Colour::Blue,
-    Colour::Green,
-    Colour::Purple,
-    Colour::Ochre,
-];
-
 const fn word(of: Verdict) -> &'static str {
     match of {
         Verdict::ComesOut => "comes out",
@@ -202,7 +194,7 @@ impl Candidates {
         let caption =
             "Means of local σ_zz at O, A and B over the published ones, with 95 % intervals.";
         let mut plot = Plot::new("means", caption, x, y).band("a tenth", Colour::Grey, band);
-        for ((point, _), colour) in POINTS.iter().zip(COLOURS) {
+        for ((point, _), colour) in POINTS.iter().zip(Colour::OF_LINES) {
             let id = format!("stress.{point}");
             let rows = self.settings.iter().enumerate();
             let points = rows.filter_map(|(row, of)| {
@@ -331,7 +323,7 @@ impl Candidates {
                 .map(|(at, (_, theory))| [at, 1.0e-3 * theory]);
             plot = plot.line("theory", Colour::Grey, theory);
         }
-        for (of, colour) in drawn.into_iter().zip(COLOURS) {
+        for (of, colour) in drawn.into_iter().zip(Colour::OF_LINES) {
             let points = sorted(of).into_iter().filter_map(|(at, (found, _))| {
                 let found = kilo(found?);
                 Some(Point::at(at, found.estimate).between(found.low, found.high))

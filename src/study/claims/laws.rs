@@ -15,14 +15,6 @@ use evidence::moments::mean;
 use evidence::{Interval, goodness, holm, likelihood, proportion};
 use grains::measure::neighbourhood::SINGLY;
 
-const COLOURS: [Colour; 5] = [
-    Colour::Vermilion,
-    Colour::Blue,
-    Colour::Green,
-    Colour::Purple,
-    Colour::Ochre,
-];
-
 /// Two moments, three points, the nearest grain and several.
 const SAMPLES: usize = 2 * POINTS.len() * 2;
 /// Samples drawn of a law that may be possible.
@@ -200,7 +192,7 @@ impl Contest {
             let place = Family::OF_STRESSES
                 .iter()
                 .position(|own| *own == of.law.family());
-            let colour = place.map_or(Colour::Grey, |place| COLOURS[place]);
+            let colour = place.map_or(Colour::Grey, |place| Colour::OF_LINES[place]);
             let places = (0..=POINTS).map(|index| UP_TO * index as f64 / POINTS as f64);
             let line = places.map(|at| [at, of.law.survival(at)]);
             plot.line(
