@@ -2,6 +2,7 @@
 
 use crate::checks::record::RecordError;
 use crate::compare::baseline::BaselineError;
+use crate::compare::baseline::bisect::BisectError;
 use crate::engine::{EngineError, ProgramError};
 use crate::files::FileError;
 use crate::run::KeptError;
@@ -88,6 +89,16 @@ impl From<BaselineError> for Error {
         match error {
             BaselineError::File(error) => Error::File(error),
             BaselineError::Record(error) => Error::Record(error),
+            other => Error::Usage(other.to_string()),
+        }
+    }
+}
+
+impl From<BisectError> for Error {
+    fn from(error: BisectError) -> Self {
+        match error {
+            BisectError::File(error) => Error::File(error),
+            BisectError::Interrupted => Error::Interrupted,
             other => Error::Usage(other.to_string()),
         }
     }

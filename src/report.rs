@@ -30,6 +30,7 @@
 
 pub mod disc_field;
 pub mod fields;
+pub mod history;
 pub mod html;
 pub mod packing;
 mod plot;

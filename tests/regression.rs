@@ -1,5 +1,7 @@
 //! Faults that are put in on purpose, against a baseline of a sound run: everything that a job writes must name them.
 
+mod commits;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

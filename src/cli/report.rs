@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{ArgMatches, Args, FromArgMatches, Subcommand};
 
+use super::history::{Bisect, History};
 use super::{json, print, tell};
 use crate::checks::record::{Record, read};
 use crate::checks::{Check, Outcome};
@@ -32,6 +33,10 @@ pub enum Verb {
     /// Keep a job's checks under a name, and hold later jobs against them
     #[command(subcommand)]
     Baseline(Baseline),
+    /// Jobs that were kept over time: which check or speed changed in which
+    History(History),
+    /// The commit that moved a check or a speed, by git's bisection
+    Bisect(Bisect),
     /// Grains, contacts and cells of a run folder as VTK files that ParaView opens
     #[command(
         after_help = "Example:\n  crossgrain report vtk native --out vtk  # open vtk/grains.vtp in ParaView, look along y"
@@ -48,6 +53,8 @@ impl Verb {
             Verb::Checks(arguments) => arguments.execute(),
             Verb::Explain(arguments) => arguments.execute(),
             Verb::Baseline(verb) => verb.execute(),
+            Verb::History(arguments) => arguments.execute(),
+            Verb::Bisect(arguments) => arguments.execute(),
             Verb::Vtk(folders) => folders.vtk(),
             Verb::Archive(folders) => folders.archive(),
         }

@@ -1,0 +1,266 @@
+//! Records kept over time: which check or speed became another, and in which record.
+
+use std::collections::BTreeMap;
+use std::slice;
+
+use serde::Serialize;
+
+use super::Baseline;
+use super::diff::{Change, Changed, Pace, diff, speeds};
+use crate::checks::{Check, Outcome, Speed};
+
+/// Records of one job in the order of time.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct History {
+    /// The names of the records.
+    pub names: Vec<String>,
+    /// Checks that are not as in the record before, by the index of the record; within it the worst first.
+    pub changes: Vec<(usize, Changed)>,
+    /// Speeds that changed, in the order of the records.
+    pub steps: Vec<Step>,
+    /// Every speed, and every check that changed.
+    pub series: Vec<Series>,
+}
+
+/// A speed beyond the scatter of the record where its level began.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Step {
+    /// Index of the record.
+    pub at: usize,
+    pub id: String,
+    pub what: String,
+    pub pace: Pace,
+    /// Cost over that of the level before.
+    pub cost: f64,
+    /// The next record has it too; the newest record's steps cannot be confirmed yet.
+    pub confirmed: bool,
+}
+
+/// A quantity through all records.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Series {
+    pub name: String,
+    pub unit: String,
+    pub is_speed: bool,
+    /// A value a record, if it was made there.
+    pub values: Vec<Option<Value>>,
+    /// Indices of the records where it changed.
+    pub changed: Vec<usize>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Value {
+    pub value: f64,
+    /// A check's limits, or from the least to the largest of a speed's rounds.
+    pub between: [Option<f64>; 2],
+}
+
+impl History {
+    /// Of records of the same job. Speeds are those of the newest record's kind of machine.
+    pub fn of(records: &[Baseline]) -> Self {
+        let mut changes = Vec::new();
+        for (index, pair) in records.windows(2).enumerate() {
+            let found = diff(&pair[0], &pair[1].record);
+            changes.extend(found.changes.into_iter().map(|of| (index + 1, of)));
+        }
+        let paces = of_speeds(records);
+        let mut steps: Vec<Step> = paces.iter().flat_map(|of| levels(of)).collect();
+        steps.sort_by(|a, b| a.at.cmp(&b.at).then(a.id.cmp(&b.id)));
+        let of_speeds = paces.iter().map(|of| speed(of, &steps, records.len()));
+        let series = of_speeds.chain(of_checks(records, &changes)).collect();
+        History {
+            names: records.iter().map(|of| of.name.clone()).collect(),
+            changes,
+            steps,
+            series,
+        }
+    }
+
+    /// Whether a speed became slower in the last two records; the one before the last is confirmed by it.
+    pub fn slower(&self) -> Check {
+        let recent = |of: &&Step| of.at + 2 >= self.names.len() && of.pace == Pace::Slower;
+        let of: Vec<&Step> = self.steps.iter().filter(recent).collect();
+        let lines = of
+            .iter()
+            .map(|of| format!("{}: {:.3} times the cost", of.what, of.cost));
+        let found = lines.collect::<Vec<_>>().join("; ");
+        let outcome = Outcome::pass_if(of.is_empty());
+        let what = "speeds that became slower in the last two records";
+        Check::of_words("history/slower", what, outcome, &found)
+            .with_limits(of.len() as f64, 0.0, Some(0.0))
+            .judged_by(
+                "each record is held against the first of its level, beyond the scatter of rounds",
+                "docs/checks.md",
+            )
+    }
+}
+
+/// Each speed with the indices of its records.
+fn of_speeds(records: &[Baseline]) -> Vec<Vec<(usize, &Speed)>> {
+    let Some(newest) = records.last() else {
+        return Vec::new();
+    };
+    let mut all: BTreeMap<&str, Vec<(usize, &Speed)>> = BTreeMap::new();
+    for (index, of) in records.iter().enumerate() {
+        if of.record.machine_kind == newest.record.machine_kind {
+            for speed in &of.record.speeds {
+                all.entry(&speed.id).or_default().push((index, speed));
+            }
+        }
+    }
+    all.into_values().collect()
+}
+
+/// Where a speed leaves its level: each record is held against the first of the level, so that a slow drift is seen too, and a
+/// single record that the next one does not confirm is none.
+fn levels(of: &[(usize, &Speed)]) -> Vec<Step> {
+    let held = |from: &Speed, to: &Speed| {
+        let pairs = speeds(slice::from_ref(from), slice::from_ref(to), true);
+        let pair = pairs.into_iter().next();
+        pair.map_or((Pace::NotJudged, 1.0), |of| {
+            (of.pace, of.cost.unwrap_or(1.0))
+        })
+    };
+    let mut steps = Vec::new();
+    let mut level = 0;
+    for (index, (at, speed)) in of.iter().enumerate().skip(1) {
+        let (pace, cost) = held(of[level].1, speed);
+        if !matches!(pace, Pace::Slower | Pace::Faster) {
+            continue;
+        }
+        let next = of.get(index + 1);
+        let next = next.map(|(_, next)| held(of[level].1, next).0 == pace);
+        if next != Some(false) {
+            level = index;
+            steps.push(Step {
+                at: *at,
+                id: speed.id.clone(),
+                what: speed.what.clone(),
+                pace,
+                cost,
+                confirmed: next.is_some(),
+            });
+        }
+    }
+    steps
+}
+
+fn speed(of: &[(usize, &Speed)], steps: &[Step], records: usize) -> Series {
+    let speed = of[0].1;
+    let mut values = vec![None; records];
+    for (at, of) in of {
+        values[*at] = Some(Value {
+            value: of.value,
+            between: of.range.map_or([None; 2], |range| range.map(Some)),
+        });
+    }
+    let changed = steps.iter().filter(|of| of.id == speed.id);
+    Series {
+        name: speed.what.clone(),
+        unit: speed.unit.clone(),
+        is_speed: true,
+        values,
+        changed: changed.map(|of| of.at).collect(),
+    }
+}
+
+/// Those that changed, those whose outcome changed first.
+fn of_checks(records: &[Baseline], changes: &[(usize, Changed)]) -> Vec<Series> {
+    let mut found: BTreeMap<(bool, &str), Vec<usize>> = BTreeMap::new();
+    let is_moved = |id: &str| {
+        let mut of = changes.iter().filter(|(_, of)| of.id == id);
+        of.all(|(_, of)| of.change == Change::Moved)
+    };
+    for (at, of) in changes {
+        found
+            .entry((is_moved(&of.id), &of.id))
+            .or_default()
+            .push(*at);
+    }
+    let of = found.into_iter().map(|((_, id), changed)| {
+        let check = |of: &Baseline| of.record.checks.iter().find(|of| of.id == id).cloned();
+        let checks: Vec<_> = records.iter().map(check).collect();
+        let unit = checks.iter().flatten().last().map(|of| of.unit.clone());
+        let value = checks.iter().map(|of| {
+            let of = of.as_ref()?;
+            of.value.map(|value| Value {
+                value,
+                between: [of.lower, of.upper],
+            })
+        });
+        Series {
+            name: id.to_owned(),
+            unit: unit.unwrap_or_default(),
+            is_speed: false,
+            values: value.collect(),
+            changed,
+        }
+    });
+    of.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use evidence::random::Source;
+
+    const RECORDS: usize = 40;
+
+    /// Five rounds a record, each of 4 % scatter; from the middle on `cost` times as much.
+    fn rounds(of: u64, cost: f64) -> Vec<Speed> {
+        let mut random = Source::new(&[7; 32], of);
+        let records = (0..RECORDS).map(|at| {
+            let cost = if at < RECORDS / 2 { 1.0 } else { cost };
+            let mut rounds = [0.0; 5].map(|_: f64| cost * (0.04 * random.normal()).exp());
+            rounds.sort_by(f64::total_cmp);
+            Speed {
+                id: "time/yade".to_owned(),
+                what: "YADE over native".to_owned(),
+                unit: "times native".to_owned(),
+                value: rounds[2],
+                range: Some([rounds[0], rounds[4]]),
+                less_is_better: true,
+            }
+        });
+        records.collect()
+    }
+
+    fn steps(of: u64, cost: f64) -> Vec<Step> {
+        let speeds = rounds(of, cost);
+        levels(&speeds.iter().enumerate().collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn a_step_of_a_fifth_is_found_and_scatter_is_not_one() {
+        let right = |of: &u64| {
+            let steps = steps(*of, 1.2);
+            steps
+                .iter()
+                .any(|of| of.at == RECORDS / 2 && of.pace == Pace::Slower)
+        };
+        let found = (0..200).filter(right).count();
+        let alarms: usize = (0..200).map(|of| steps(of, 1.0).len()).sum();
+        assert!(found >= 180, "{found} of 200");
+        // In 39 records each.
+        assert!(alarms <= 20, "{alarms} in 200 histories");
+    }
+
+    #[test]
+    fn a_slow_drift_is_one_step_after_the_other() {
+        let speeds: Vec<Speed> = rounds(1, 1.0)
+            .into_iter()
+            .enumerate()
+            .map(|(at, of)| {
+                let drift = 1.02f64.powi(at as i32);
+                Speed {
+                    value: drift,
+                    range: Some([0.99 * drift, 1.01 * drift]),
+                    ..of
+                }
+            })
+            .collect();
+        let steps = levels(&speeds.iter().enumerate().collect::<Vec<_>>());
+        assert!(steps.len() >= 8, "{steps:?}");
+        assert!(steps.iter().all(|of| of.pace == Pace::Slower));
+    }
+}

@@ -1,0 +1,245 @@
+//! Records kept over time, as a page: what changed in which record, and a small chart of each quantity that did.
+
+use std::fmt::Write;
+
+use super::svg::{INK, LETTER, Scale, line, printed, text, whole};
+use crate::checks::record::Record;
+use crate::checks::{Check, verdict};
+use crate::compare::baseline::diff::{Change, Changed, Pace};
+use crate::compare::baseline::history::{History, Series, Step, Value};
+use crate::document::{Cell, Colour, Document, Drawing, Section, Table, rounded};
+
+/// A chart and the room around it.
+const PANEL: [f64; 2] = [300.0, 84.0];
+const ROOM: [f64; 2] = [24.0, 56.0];
+const LEFT: f64 = 76.0;
+const ACROSS: usize = 2;
+/// Charts that are drawn at most; the speeds come first, then what came to another outcome.
+const MOST: usize = 24;
+
+impl History {
+    /// With the checks of the newest record; `subject` says what a record is of by its name.
+    pub fn document(&self, newest: &Record, subject: impl Fn(&str) -> String) -> Document {
+        let checks_now = newest.checks.iter().cloned().chain([self.slower()]);
+        let checks_now: Vec<Check> = checks_now.collect();
+        let name = |at: usize| Cell::Code(short(&self.names[at]));
+        let told = |at: usize| subject(&self.names[at]);
+        let outcomes = self.changes.iter();
+        let outcomes = outcomes.filter(|(_, of)| of.change != Change::Moved);
+        let value = |of: &Option<Check>| of.as_ref().and_then(|of| of.value);
+        let limit = |of: &Changed, side: fn(&Check) -> Option<f64>| {
+            let of = of.after.as_ref().or(of.before.as_ref());
+            of.and_then(side)
+        };
+        let checks = Table::of("changes", "Checks that came to another outcome", outcomes)
+            .column("record", |(at, _)| name(*at))
+            .column("of", |(at, _)| told(*at))
+            .column("change", |(_, of)| of.change.words())
+            .column("check", |(_, of)| Cell::Code(of.id.clone()))
+            .column("before", |(_, of)| value(&of.before))
+            .column("then", |(_, of)| value(&of.after))
+            .column("at least", |(_, of)| limit(of, |of| of.lower))
+            .column("at most", |(_, of)| limit(of, |of| of.upper));
+        let next = |of: &Step| match of.confirmed {
+            true => "yes",
+            false => "there is none yet",
+        };
+        let steps = Table::of("steps", "Speeds that changed", &self.steps)
+            .column("record", |of| name(of.at))
+            .column("of", |of| told(of.at))
+            .column("speed", |of| of.pace.words())
+            .column("what", |of| &of.what)
+            .column("times the cost", |of| rounded(of.cost, 4))
+            .column("seen in the next record", next);
+        let moved = |at: usize| {
+            let of = self.changes.iter().filter(|(of, _)| *of == at);
+            of.filter(|(_, of)| of.change == Change::Moved).count()
+        };
+        let moves = (0..self.names.len()).filter(|at| moved(*at) > 0);
+        let moves = Table::of("moves", "Checks that moved within their limits", moves)
+            .column("record", name)
+            .column("of", told)
+            .column("checks", |at| moved(at) as f64);
+        let tables = [Table::from(checks), steps.into(), moves.into()];
+        let tables = tables.into_iter().filter(|of| !of.rows.is_empty());
+        let mut sections = vec![
+            Section::new("What changed", "").with_all(tables.map(Table::without_empty_columns)),
+        ];
+        if !self.series.is_empty() {
+            let more = self.series.len().saturating_sub(MOST);
+            let words = match more {
+                0 => String::new(),
+                more => format!("{more} more are in the file of numbers."),
+            };
+            sections.push(Section::new("Over time", words).with(self.charts()));
+        }
+        Document {
+            title: format!("History of {}", newest.job),
+            verdict: verdict(&checks_now),
+            answer: self.answer(),
+            sections,
+            checks: checks_now,
+        }
+    }
+
+    fn answer(&self) -> String {
+        let count = |change: Change| {
+            let of = self.changes.iter().filter(|(_, of)| of.change == change);
+            of.count()
+        };
+        let pace = |pace: Pace| self.steps.iter().filter(|of| of.pace == pace).count();
+        format!(
+            "In {} records: new failures {}, repaired {}, slower {}, faster {}.",
+            self.names.len(),
+            count(Change::NewFailure),
+            count(Change::Fixed),
+            pace(Pace::Slower),
+            pace(Pace::Faster)
+        )
+    }
+
+    fn charts(&self) -> Drawing {
+        let mut table = Table::new(
+            "history",
+            "",
+            &["quantity", "record", "value", "from", "to", "changed"],
+        );
+        for of in &self.series {
+            for (at, value) in of.values.iter().enumerate() {
+                let Some(value) = value else { continue };
+                let [low, high] = value.between.map(Cell::from);
+                let changed = if of.changed.contains(&at) { "yes" } else { "" };
+                let name = Cell::Code(self.names[at].clone());
+                let value = Cell::from(value.value);
+                table.row([
+                    of.name.as_str().into(),
+                    name,
+                    value,
+                    low,
+                    high,
+                    changed.into(),
+                ]);
+            }
+        }
+        let mut svg = String::new();
+        let mut below = 0.0;
+        for (index, of) in self.series.iter().take(MOST).enumerate() {
+            let [column, row] = [index % ACROSS, index / ACROSS].map(|of| of as f64);
+            let left = LEFT + column * (PANEL[0] + LEFT + ROOM[0]);
+            let top = 30.0 + row * (PANEL[1] + ROOM[1]);
+            svg += &self.chart(of, [left, top]);
+            below = top + PANEL[1] + 26.0;
+        }
+        let width = (PANEL[0] + LEFT + ROOM[0]) * ACROSS as f64;
+        Drawing {
+            name: "history".to_owned(),
+            caption: "Each quantity through the records: a ring where it changed; limits of checks are dashed, bars go from the \
+                      least to the largest of a speed's rounds"
+                .to_owned(),
+            svg: whole([width, below], "Quantities through the records", &svg),
+            table,
+        }
+    }
+
+    fn chart(&self, of: &Series, [left, top]: [f64; 2]) -> String {
+        let numbers = of.values.iter().flatten();
+        let numbers = numbers.flat_map(|of| [Some(of.value), of.between[0], of.between[1]]);
+        let finite = numbers.flatten().filter(|of| of.is_finite());
+        let ends = finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], of| {
+            [low.min(of), high.max(of)]
+        });
+        let [low, high] = match ends {
+            [low, high] if low < high => ends,
+            [low, _] if low.is_finite() => [low - 1.0, low + 1.0],
+            _ => [0.0, 1.0],
+        };
+        let linear = |low, high, from, to| Scale {
+            low,
+            high,
+            from,
+            to,
+            logarithmic: false,
+        };
+        let last = (self.names.len() - 1).max(1) as f64;
+        let x = linear(0.0, last, left + 8.0, left + PANEL[0] - 8.0);
+        let y = linear(low, high, top + PANEL[1] - 8.0, top + 8.0);
+        let [grey, blue, red] = [Colour::Grey, Colour::Blue, Colour::Vermilion].map(Colour::hex);
+        let mut svg = format!(
+            "<rect x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"{INK}\"/>",
+            PANEL[0], PANEL[1]
+        );
+        let fits = (PANEL[0] / LETTER) as usize;
+        let unit = if of.unit.is_empty() { "" } else { ", " };
+        let words = format!("{}{unit}{}", of.name, of.unit);
+        let letters = words.chars().count();
+        // Ids differ in their last words.
+        let title: String = match letters > fits {
+            true => "…"
+                .chars()
+                .chain(words.chars().skip(letters - fits + 1))
+                .collect(),
+            false => words,
+        };
+        svg += &text([left, top - 8.0], "start", &title);
+        let made = || {
+            let of = of.values.iter().enumerate();
+            of.filter_map(|(at, of)| of.map(|of| (at as f64, of)))
+        };
+        for side in [0, 1] {
+            let limit = |(at, of): (f64, Value)| {
+                let of = of.between[side].filter(|of| of.is_finite())?;
+                Some([x.place(at), y.place(of)])
+            };
+            if !of.is_speed {
+                let path = line(made().filter_map(limit));
+                let _ = write!(
+                    svg,
+                    "<path fill=\"none\" stroke=\"{grey}\" stroke-dasharray=\"6 4\" d=\"{path}\"/>"
+                );
+            }
+        }
+        let places = made().filter(|(_, of)| of.value.is_finite());
+        let path = line(places.map(|(at, of)| [x.place(at), y.place(of.value)]));
+        let _ = write!(
+            svg,
+            "<path fill=\"none\" stroke=\"{blue}\" stroke-width=\"1.8\" d=\"{path}\"/>"
+        );
+        for (at, value) in made().filter(|(_, of)| of.value.is_finite()) {
+            let [from, to] = value.between.map(|of| of.map(|of| y.place(of)));
+            let at_x = x.place(at);
+            if let (true, Some(from), Some(to)) = (of.is_speed, from, to) {
+                let _ = write!(
+                    svg,
+                    "<path stroke=\"{blue}\" d=\"M{at_x:.1} {from:.1}V{to:.1}\"/>"
+                );
+            }
+            let at_y = y.place(value.value);
+            let changed = of.changed.contains(&(at as usize));
+            let ring = match changed {
+                true => format!("r=\"5\" fill=\"#fff\" stroke=\"{red}\" stroke-width=\"2\""),
+                false => format!("r=\"2.2\" fill=\"{blue}\""),
+            };
+            let _ = write!(svg, "<circle cx=\"{at_x:.1}\" cy=\"{at_y:.1}\" {ring}/>");
+        }
+        for end in [low, high] {
+            svg += &text([left - 6.0, y.place(end) + 4.5], "end", &printed(end, 4));
+        }
+        let floor = top + PANEL[1] + 16.0;
+        // The names of the first record and of the last change: more find no room.
+        svg += &text([left, floor], "start", &short(&self.names[0]));
+        if let Some(at) = of.changed.last().filter(|at| **at > 0) {
+            let place = x.place(*at as f64);
+            let (place, anchor) = match place > left + 0.7 * PANEL[0] {
+                true => (left + PANEL[0], "end"),
+                false => (place.max(left + 0.5 * PANEL[0]), "middle"),
+            };
+            svg += &text([place, floor], anchor, &short(&self.names[*at]));
+        }
+        svg
+    }
+}
+
+/// As much of a name as tells commits apart.
+fn short(name: &str) -> String {
+    name.chars().take(12).collect()
+}
