@@ -5,11 +5,14 @@ use std::io::Write;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 use std::{env, io};
 
 use rustix::param::clock_ticks_per_second;
-use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
+use rustix::process::{
+    Pid, Signal, WaitId, WaitIdOptions, kill_process, kill_process_group, waitid,
+};
 
 /// How often a child is looked at.
 pub const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -18,6 +21,8 @@ pub const LOOK_EVERY: Duration = Duration::from_millis(50);
 #[derive(Debug)]
 pub struct Group {
     child: Child,
+    /// In the surroundings of all that it starts, which tells those that left its group.
+    mark: String,
     /// A shell that ends the group if this program has gone without a word.
     watcher: Option<Child>,
     /// Its end was seen; its number may belong to another by now.
@@ -25,6 +30,39 @@ pub struct Group {
     /// What it took, once it has ended.
     processor_seconds: Option<f64>,
 }
+
+/// The variable of the mark.
+const MARK: &str = "CROSSGRAIN_STARTED";
+static STARTED: AtomicU64 = AtomicU64::new(0);
+
+/// Ends every process with this mark in its surroundings, also one with a session of its own; what takes the mark off is lost.
+fn end_all_with(mark: &str) {
+    let entry = format!("{MARK}={mark}");
+    let has_mark = |process: &PathBuf| {
+        let of = std::fs::read(process.join("environ")).unwrap_or_default();
+        of.split(|byte| *byte == 0).any(|of| of == entry.as_bytes())
+    };
+    // One that starts others is gone when none is found.
+    for _ in 0..MOST_ROUNDS {
+        let Ok(processes) = std::fs::read_dir("/proc") else {
+            return;
+        };
+        let paths = processes.flatten().map(|of| of.path());
+        let left = paths.filter(has_mark).filter_map(|of| {
+            let number = of.file_name()?.to_str()?.parse().ok()?;
+            Pid::from_raw(number)
+        });
+        let left: Vec<Pid> = left.collect();
+        if left.is_empty() {
+            return;
+        }
+        for pid in left {
+            let _ = kill_process(pid, Signal::KILL);
+        }
+    }
+}
+
+const MOST_ROUNDS: usize = 100;
 
 /// The program of this name on the path.
 pub fn on_path(name: &str) -> Option<PathBuf> {
@@ -36,9 +74,13 @@ pub fn on_path(name: &str) -> Option<PathBuf> {
 impl Group {
     /// Starts the command in a group of its own, with nothing on its standard input.
     pub fn spawn(command: &mut Command) -> io::Result<Self> {
+        let number = STARTED.fetch_add(1, Ordering::Relaxed);
+        let mark = format!("{}-{number}", std::process::id());
+        command.env(MARK, &mark);
         let child = command.process_group(0).stdin(Stdio::null()).spawn()?;
         let mut group = Group {
             child,
+            mark,
             watcher: None,
             seen: false,
             processor_seconds: None,
@@ -47,9 +89,11 @@ impl Group {
         let watcher = Command::new("/bin/sh")
             .args([
                 "-c",
-                "trap '' HUP INT QUIT TERM; read -r done || kill -KILL \"-$0\"",
+                "trap '' HUP INT QUIT TERM; read -r done && exit; kill -KILL \"-$0\"; cd /proc; for each in [0-9]*; do \
+                 if tr '\\0' '\\n' <$each/environ | grep -qxF \"$1\"; then kill -KILL $each; fi; done",
             ])
             .arg(group.child.id().to_string())
+            .arg(format!("{MARK}={}", group.mark))
             .process_group(0)
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
@@ -72,8 +116,9 @@ impl Group {
             let _ = kill_process_group(pid, Signal::KILL);
         }
         let status = self.child.try_wait()?;
-        if status.is_some() {
+        if status.is_some() && !self.seen {
             self.seen = true;
+            end_all_with(&self.mark);
             self.dismiss_watcher();
         }
         Ok(status)
@@ -135,6 +180,7 @@ impl Drop for Group {
             }
             let _ = self.child.kill();
             let _ = self.child.wait();
+            end_all_with(&self.mark);
         }
         self.dismiss_watcher();
     }

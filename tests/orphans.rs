@@ -8,7 +8,8 @@ use std::time::{Duration, Instant};
 use crate::support::engines::{changed_toy, narrow_scene, program, run_in};
 use crate::support::folder_with;
 
-/// The toy, which ignores signals, first starts another process, and writes both numbers down; then it does `more`.
+/// The toy, which ignores signals, first starts two others, one in a session of its own, and writes the numbers down; then it does
+/// `more`.
 fn toy_that_starts_another(folder: &Path, more: &str) -> String {
     let imports = "import csv, json, math, os, sys, time\n";
     let started = folder.join("started");
@@ -18,8 +19,9 @@ fn toy_that_starts_another(folder: &Path, more: &str) -> String {
     for name in ('HUP', 'INT', 'QUIT', 'TERM'):
         signal.signal(getattr(signal, 'SIG' + name), signal.SIG_IGN)
     other = subprocess.Popen(['sleep', '1000'])
+    away = subprocess.Popen(['sleep', '1000'], start_new_session=True)
     with open({started:?}, 'w') as file:
-        file.write('%d %d\\n' % (os.getpid(), other.pid))
+        file.write('%d %d %d\\n' % (os.getpid(), other.pid, away.pid))
     {more}
 "
     );
@@ -72,7 +74,7 @@ fn whatever_signal_ends_the_program_nothing_that_it_started_goes_on() {
             .spawn()
             .expect("it starts");
         let pids = started(folder.path());
-        assert!(pids.len() == 2 && pids.iter().all(|pid| is_running(pid)));
+        assert!(pids.len() == 3 && pids.iter().all(|pid| is_running(pid)));
         let sent = Command::new("kill")
             .args(["-s", signal, &child.id().to_string()])
             .status();

@@ -26,7 +26,7 @@ use evidence::{Interval, holm};
 use grains::scene::{Scene, paper_scene};
 use serde::{Deserialize, Serialize};
 
-pub const CLAIMS_VERSION: u32 = 5;
+pub const CLAIMS_VERSION: u32 = 6;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
@@ -54,6 +54,30 @@ pub struct Claims {
     pub verdicts: BTreeMap<String, usize>,
     pub complete: bool,
     pub figures: Figures,
+    /// The same claims for another scene.
+    pub beside: Option<Beside>,
+}
+
+/// The paper's claims for another scene, without their figures.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Beside {
+    pub origin: Origin,
+    pub other_choices: Vec<[String; 3]>,
+    pub members: usize,
+    pub claims: Vec<Claim>,
+    pub verdicts: BTreeMap<String, usize>,
+}
+
+impl From<Claims> for Beside {
+    fn from(of: Claims) -> Self {
+        Beside {
+            origin: of.origin,
+            other_choices: of.other_choices,
+            members: of.members,
+            claims: of.claims,
+            verdicts: of.verdicts,
+        }
+    }
 }
 
 /// Holds the claims against the members of a scene.
@@ -114,6 +138,7 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
         claims,
         earlier,
         figures: document::data(members, series, means::solid(scene)),
+        beside: None,
     }
 }
 

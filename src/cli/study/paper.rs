@@ -17,7 +17,8 @@ use crate::report::fields::bulbs;
 use crate::report::html::FOLDER;
 use crate::report::packing::force_chains;
 use crate::report::page;
-use crate::study::campaign::merged;
+use crate::study::StudyError;
+use crate::study::campaign::{Merged, merged};
 use crate::study::claims::{self, Origin};
 use crate::study::figures::{Distribution, distributions, loaded_bed, setup_of, sharings};
 use grains::scene::paper_scene;
@@ -25,11 +26,14 @@ use grains::scene::paper_scene;
 #[derive(Debug, Args)]
 #[command(
     after_help = "Exit code 0: every claim has a verdict, whichever; 3: the campaign is too small for a claim.\n\nExamples:\n  \
-    crossgrain study claims thousand\n  crossgrain study claims thousand --out claims"
+    crossgrain study claims thousand\n  crossgrain study claims thousand --beside best --out claims"
 )]
 pub struct Claims {
     /// The folder of a merged campaign
     folder: PathBuf,
+    /// That of another scene, to stand beside it claim by claim
+    #[arg(long, value_name = "FOLDER")]
+    beside: Option<PathBuf>,
     #[command(flatten)]
     results: Results,
     #[command(flatten)]
@@ -42,18 +46,24 @@ const CLAIMS: &str = "claims.json";
 impl Claims {
     pub fn execute(self) -> Result<u8, Error> {
         self.results.check(CLAIMS)?;
-        let merged = merged(&self.folder)?;
-        let origin = Origin {
-            command: format!("crossgrain study claims {}", self.folder.display()),
-            engine: merged.summary.engine.clone(),
-            plan: merged.summary.plan.clone(),
-            members_digest: merged.summary.sha256.clone(),
+        let read = |folder: &PathBuf| {
+            let of = merged(folder)?;
+            let origin = Origin {
+                command: format!("crossgrain study claims {}", folder.display()),
+                engine: of.summary.engine.clone(),
+                plan: of.summary.plan.clone(),
+                members_digest: of.summary.sha256.clone(),
+            };
+            Ok::<_, StudyError>((of, origin))
         };
+        let here = read(&self.folder)?;
+        let other = self.beside.as_ref().map(read).transpose()?;
         say("Holding the members against the claims and the laws; a thousand take about a minute.");
-        let members = merged.rows;
-        let found =
-            unless_asked_to_end(move || claims::of(&merged.plan.study.scene, &members, origin));
-        let found = found.ok_or(Error::Interrupted)?;
+        let judged =
+            |(of, origin): (Merged, Origin)| claims::of(&of.plan.study.scene, &of.rows, origin);
+        let found = unless_asked_to_end(move || (judged(here), other.map(judged)));
+        let (mut found, other) = found.ok_or(Error::Interrupted)?;
+        found.beside = other.map(Into::into);
         let (text, document) = (json(&found)?, found.document());
         self.views.tell("study claims", &text, &document)?;
         self.results.write(&document, &[(CLAIMS, &text)])?;

@@ -163,25 +163,30 @@ const HOW: &str = "A claim is decided by the size of an effect against a limit t
     for this scene; the paper leaves choices open, and the sensitivity study says what hangs on them. Among the checks a claim that could be \
     decided passes, whatever its verdict.";
 
-/// A row a claim with the first number that decides.
-fn table(name: &str, claims: &[Claim]) -> Table {
+/// A row a claim with the first number that decides; with the same for another scene.
+fn table(name: &str, claims: &[Claim], beside: &[Claim]) -> Table {
     fn decisive(claim: &Claim) -> Option<&Row> {
         claim.rows.iter().find(|row| row.judged.is_some())
     }
-    Table::of(name, "", claims)
-        .column("claim", |claim| Cell::Code(claim.id.to_string()))
-        .column("verdict", |claim| claim.word())
-        .column("first number that decides", |claim| {
-            decisive(claim).map(|row| &row.what)
+    let other = |claim: &Claim| beside.iter().find(|of| of.id == claim.id);
+    let both = claims.iter().map(|claim| (claim, decisive(claim)));
+    let both: Vec<(&Claim, Option<&Row>)> = both.collect();
+    let all = Table::of(name, "", &both)
+        .column("claim", |(claim, _)| Cell::Code(claim.id.to_string()))
+        .column("verdict", |(claim, _)| claim.word())
+        .column("first number that decides", |(_, row)| {
+            row.map(|row| &row.what)
         })
-        .column("published", |claim| {
-            decisive(claim).and_then(|row| row.published)
+        .column("published", |(_, row)| row.and_then(|row| row.published))
+        .column("ours (95 %)", |(_, row)| row.and_then(|row| row.ours))
+        .column("unit", |(_, row)| row.map(|row| row.unit.as_ref()))
+        .column("beside: verdict", |(claim, _)| {
+            other(claim).map(Claim::word)
         })
-        .column("ours (95 %)", |claim| {
-            decisive(claim).and_then(|row| row.ours)
-        })
-        .column("unit", |claim| decisive(claim).map(|row| row.unit.as_ref()))
-        .into()
+        .column("beside (95 %)", |(claim, _)| {
+            other(claim).and_then(decisive).and_then(|row| row.ours)
+        });
+    Table::from(all).without_empty_columns()
 }
 
 fn readings(name: &str, claims: &[Claim]) -> Table {
@@ -209,8 +214,23 @@ impl Claims {
         for [key, default, here] in &self.other_choices {
             how = how.with(format!("`{key}` is {here} instead of {default}."));
         }
+        let (beside, words) = match &self.beside {
+            None => (&[][..], String::new()),
+            Some(of) => {
+                let choices = of.other_choices.iter();
+                let choices = choices.map(|[key, _, here]| format!("`{key}` {here}"));
+                let words = format!(
+                    "Beside stand {} members of {} with other choices ({}): {}.",
+                    of.members,
+                    of.origin.engine,
+                    choices.collect::<Vec<String>>().join(", "),
+                    listed(&of.verdicts)
+                );
+                (&of.claims[..], words)
+            }
+        };
         let mut sections = vec![
-            Section::new("The claims", "").with(table("claims", &self.claims)),
+            Section::new("The claims", words).with(table("claims", &self.claims, beside)),
             Section::new("What was found", "").with(readings("readings", &self.claims)),
             how,
             self.means(),
@@ -218,7 +238,7 @@ impl Claims {
         ];
         sections.push(
             Section::new(EARLIER, HOW_EARLIER)
-                .with(table("earlier", &self.earlier))
+                .with(table("earlier", &self.earlier, &[]))
                 .with(readings("earlier-readings", &self.earlier)),
         );
         sections.push(laws::section(&self.figures.contests));
