@@ -6,11 +6,13 @@ use crossgrain::files::read_text;
 use crossgrain::study::Study;
 use crossgrain::study::campaign::compare::compare;
 use crossgrain::study::campaign::{Merged, merged};
+use crossgrain::study::candidates::{self, judge::Candidates};
 use crossgrain::study::claims::{self, Claims};
 use crossgrain::study::machine::{Folder, Machine};
 use crossgrain::study::member::{Member, of_one_bed};
 use crossgrain::study::realization::{Ending, Engines, Runner};
 use crossgrain::study::search::{self, matching::Search};
+use crossgrain::study::sensitivity::judge::Verdict as Excluded;
 use crossgrain::study::sensitivity::plan::Plan;
 use crossgrain::study::sensitivity::{Row, Sensitivity, keep};
 use evidence::history::CUT;
@@ -150,6 +152,28 @@ fn members_of_the_recorded_sensitivity_map_come_out_again() {
         let again = of_one_bed(&[setting], realization, keep).expect("it runs");
         assert_eq!(Some(&&again[0]), recorded, "{id}");
     }
+}
+
+/// The settings settled by many packings say what their rows say; no figure of the search's best is excluded, and grains that
+/// cannot turn have a quasi-static limit.
+#[test]
+fn the_recorded_candidates_are_those_of_their_rows() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/candidates-1");
+    let folder = Folder::<candidates::Plan>::open(&path).expect("recorded evidence");
+    let report = folder.judge().expect("a judgement");
+    let text = read_text(&path.join("report.json.gz"), 1 << 26).expect("is there");
+    let [recorded, again] = [&text, &report.text]
+        .map(|text| serde_json::from_str::<Candidates>(text).expect("settings"));
+    assert!(again == recorded);
+    let missed = |id: &str| {
+        let of = recorded.settings.iter().find(|of| of.setting.id == id);
+        let figures = of.map(|of| of.figures.iter());
+        figures.map(|all| all.filter(|of| of.verdict == Excluded::DoesNot).count())
+    };
+    assert_eq!(missed("best-1"), Some(0));
+    assert!(missed("printed") > Some(0));
+    let last = recorded.halvings.last().map(|of| of.finding);
+    assert_eq!(last, Some(Finding::Equivalent));
 }
 
 /// Each recorded wave of the search says what its rows say, and a load of the last one comes out again.

@@ -1,4 +1,4 @@
-//! Records of other jobs that stand on the main job's page: cost against error, stable steps, which settings give the figures, claims. Those that the user
+//! Records of other jobs that stand on the main job's page: cost against error, stable steps, which settings give the figures, those settled by many packings, claims. Those that the user
 //! has made, or the recorded ones.
 
 use std::path::{Path, PathBuf};
@@ -9,6 +9,7 @@ use crate::document::Document;
 use crate::error::Error;
 use crate::files::{read_text, unpacked};
 use crate::limits::stability::Map;
+use crate::study::candidates::judge::Candidates;
 use crate::study::claims::{CLAIMS_VERSION, Claims};
 use crate::study::search::matching::Search;
 use crate::study::tradeoff::{TRADEOFF_VERSION, Tradeoff};
@@ -45,7 +46,7 @@ struct Kind {
     document: fn(&str) -> serde_json::Result<Document>,
 }
 
-const KINDS: [Kind; 4] = [
+const KINDS: [Kind; 5] = [
     Kind {
         job: "tradeoff",
         made_by: "crossgrain study plan tradeoff",
@@ -69,6 +70,14 @@ const KINDS: [Kind; 4] = [
         version: crate::checks::record::VERSION,
         recorded: include_bytes!("../../reference_data/search-1/wave-2/report.json.gz"),
         document: |text| serde_json::from_str(text).map(|of: Search| of.document()),
+    },
+    Kind {
+        job: "candidates",
+        made_by: "crossgrain study plan candidates",
+        file: "report.json",
+        version: crate::checks::record::VERSION,
+        recorded: include_bytes!("../../reference_data/candidates-1/report.json.gz"),
+        document: |text| serde_json::from_str(text).map(|of: Candidates| of.document()),
     },
     Kind {
         job: "claims",
@@ -197,7 +206,10 @@ mod tests {
         let beside = Beside::read(&[], true).expect("the recorded records are read");
         let stated = beside.stated();
         let jobs: Vec<&str> = stated.iter().map(|of| of.job).collect();
-        assert_eq!(jobs, ["tradeoff", "stability", "search", "claims"]);
+        assert_eq!(
+            jobs,
+            ["tradeoff", "stability", "search", "candidates", "claims"]
+        );
         assert!(
             stated
                 .iter()

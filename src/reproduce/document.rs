@@ -95,8 +95,8 @@ impl Reproduction {
                     ),
                     None => (String::new(), of.answer.clone()),
                 },
-                "search" => match of.answer.split_once(" of the space") {
-                    Some((share, rest)) => (share.to_owned(), format!("of the space{rest}")),
+                "candidates" => match of.answer.split_once(" settings") {
+                    Some((share, rest)) => (share.to_owned(), format!("settings{rest}")),
                     None => halves(&of.answer),
                 },
                 _ => halves(&of.answer),
@@ -107,7 +107,7 @@ impl Reproduction {
                     "verification" => "Faults found".to_owned(),
                     "tradeoff" => "Speed and accuracy".to_owned(),
                     "claims" => "Published figures".to_owned(),
-                    "search" => "Settings that give them".to_owned(),
+                    "candidates" => "Settings that give them".to_owned(),
                     _ => of.title.clone(),
                 },
                 figure,
@@ -334,7 +334,13 @@ fn with_origin((stated, document): &(Stated, Document)) -> (&'static str, Docume
 }
 
 /// Pages whose tiles stand on the first screen.
-const AT_A_GLANCE: [&str; 5] = ["measures", "verification", "tradeoff", "claims", "search"];
+const AT_A_GLANCE: [&str; 5] = [
+    "measures",
+    "verification",
+    "tradeoff",
+    "claims",
+    "candidates",
+];
 
 fn capital(words: &str) -> String {
     let mut letters = words.chars();

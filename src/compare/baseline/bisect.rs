@@ -111,7 +111,12 @@ impl State {
                 })
             }
             (State::Speed(before), State::Speed(now)) => {
-                let pair = speeds(std::slice::from_ref(before), std::slice::from_ref(now), true).pop()?;
+                let pair = speeds(
+                    std::slice::from_ref(before),
+                    std::slice::from_ref(now),
+                    true,
+                )
+                .pop()?;
                 (pair.pace != Pace::NotJudged).then_some(pair.pace == Pace::Same)
             }
             _ => None,

@@ -101,24 +101,21 @@ impl Candidates {
                 .filter(move |of| of.gives_all() == wanted)
         };
         let names = |wanted| {
-            of(wanted)
-                .map(|of| of.setting.name.as_str())
-                .collect::<Vec<&str>>()
+            let names: Vec<&str> = of(wanted).map(|of| of.setting.name.as_str()).collect();
+            names.join(", ")
         };
-        let (all, open) = (names(Some(true)), names(None));
-        let first = match (all.is_empty(), open.is_empty()) {
-            (false, _) => format!("All published figures come out of: {}.", all.join(", ")),
-            (true, true) => {
-                format!(
-                    "None of {} settings gives all published figures.",
-                    self.settings.len()
-                )
-            }
-            (true, false) => format!(
-                "No setting was shown to give all published figures; undecided: {}.",
-                open.join(", ")
-            ),
-        };
+        let (shown, open) = (of(Some(true)).count(), of(None).count());
+        let mut first = format!(
+            "{shown} of {} settings were shown to give all published figures",
+            self.settings.len()
+        );
+        if shown > 0 {
+            first += &format!(": {}", names(Some(true)));
+        }
+        if open > 0 {
+            first += &format!("; undecided: {}", names(None));
+        }
+        first += ".";
         let nearest = self.settings.iter().min_by_key(|of| {
             let come_out = of.count(Verdict::ComesOut);
             (of.missed().len(), of.figures.len() - come_out)
