@@ -81,6 +81,7 @@ fn the_first_page_is_short_and_every_study_has_its_own() {
             "measures",
             "paper",
             "claims",
+            "candidates",
             "search",
             "stability",
             "tradeoff"
