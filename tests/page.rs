@@ -133,6 +133,6 @@ fn the_first_page_is_short_and_every_study_has_its_own() {
             .contains("theory's exponential")
     );
     // The job's own record names them, and they judge nothing.
-    assert_eq!(reproduction.beside.len(), 4);
+    assert_eq!(reproduction.beside.len(), 5);
     assert_eq!(pages(&Beside::default()).len(), 3);
 }

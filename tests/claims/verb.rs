@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crossgrain::study::campaign::{Campaign, Member};
+use crossgrain::study::claims::{Claim, Claims, Verdict};
 use crossgrain::study::machine::{Folder, Machine as _};
 use crossgrain::study::realization::Runner;
 use crossgrain::study::store;
@@ -107,4 +108,38 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
     tells(at, 2, "study claims many --out few", ["exists already"]);
     // Without --out it only says.
     tells(at, 3, "study claims few", ["undecided"]);
+}
+
+/// Each campaign has its own verdicts: what the one has too little for, the other decides.
+#[test]
+fn two_campaigns_stand_side_by_side_claim_by_claim() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    for (name, height) in [("here", 0.46), ("other", 0.6)] {
+        let truth = Truth {
+            members: 60,
+            heights: [height; 3],
+            ..Truth::paper()
+        };
+        write_campaign(&at.join(name), &truth);
+    }
+    let command = "study claims here --beside other --out both";
+    tells(at, 3, command, ["Beside stand 60 members"]);
+    let read = |path: &str| {
+        let text = fs::read_to_string(at.join(path)).expect("is there");
+        serde_json::from_str::<Claims>(&text).expect("claims")
+    };
+    let both = read("both/claims.json");
+    let height = |claims: &[Claim]| {
+        let own = claims.iter().find(|of| of.id == "height");
+        own.expect("the claim of the height").verdict
+    };
+    let beside = both.beside.as_ref().expect("the other campaign");
+    assert_eq!(height(&both.claims), Some(Verdict::Holds));
+    assert_eq!(height(&beside.claims), Some(Verdict::DoesNotHold));
+    // As if each were judged alone.
+    tells(at, 3, "study claims other --out alone", ["undecided"]);
+    assert_eq!(beside.claims, read("alone/claims.json").claims);
+    let page = fs::read_to_string(at.join("both/report.html")).expect("a page");
+    assert!(page.contains("beside: verdict"));
 }
