@@ -317,14 +317,13 @@ fn today() -> String {
 /// The record of another job, with where it comes from.
 fn with_origin((stated, document): &(Stated, Document)) -> (&'static str, Document) {
     let digest = stated.scene_digest.get(..12).unwrap_or_default();
-    let origin = if stated.recorded {
-        "Recorded, and not run again here"
-    } else {
-        "From a job of yours"
+    let origin = match stated.recorded {
+        true => "Recorded, and not run again here; `reference_data/README.md` says how".to_owned(),
+        false => format!("From a job of yours, `{}`", stated.command),
     };
     let made = format!(
-        "{origin}: `{}`, crossgrain {}, scene `{digest}`. It is no part of the main job's verdict.",
-        stated.command, stated.crossgrain
+        "{origin}: crossgrain {}, scene `{digest}`. It is no part of the main job's verdict.",
+        stated.crossgrain
     );
     let mut document = document.clone();
     document
