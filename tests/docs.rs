@@ -2,7 +2,7 @@
 //!
 //! Blocks marked `sh` are commands; blocks marked `console` have commands after `$ ` and what they print, where `…`
 //! stands for anything. A comment `# exit code N` ends a command that does not end with 0. The commands of a page are run
-//! in one folder, in their order, with `adapters`, `examples` and `reference_data` as in the checkout, and without YADE.
+//! in one folder, in their order, with `adapters`, `examples`, `python` and `reference_data` as in the checkout, and without YADE.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,6 +13,9 @@ use crate::support::{rows, say, told};
 
 const WORDS_OF_README: usize = 1_000;
 const WORDS_OF_DOCS: usize = 12_000;
+/// Two pages, its header and citations included.
+const WORDS_OF_PAPER: usize = 1_000;
+const PAPER: &str = "paper/paper.md";
 
 /// Commands of the pages that are not run here: how they begin, why, and the file that has the line that runs them.
 const ELSEWHERE: &str = r#"
@@ -22,6 +25,8 @@ const ELSEWHERE: &str = r#"
     crossgrain verify --detection-limits ⇒ takes minutes ⇒ ci/test ⇒ verify --detection-limits
     crossgrain stability ⇒ takes minutes ⇒ ci/test ⇒ stability --quick --out
     crossgrain bench ⇒ wants a quiet machine ⇒ ci/test ⇒ bench --quick --out
+    /usr/bin/python3 -i yade_scripts/open_run.py ⇒ needs YADE, and a reader who types ⇒ tests/yade_open.rs ⇒ open_run.load(folder, settled)
+    ci/release ⇒ wants root ⇒ ci/test ⇒ bash ci/release "$out/release"
     crossgrain study run methods ⇒ takes minutes ⇒ ci/test ⇒ study run "$out/tradeoff"
     crossgrain study run map ⇒ takes minutes ⇒ ci/test ⇒ study run "$out/sensitivity"
     crossgrain engine check yade ⇒ needs YADE ⇒ tests/yade_live.rs ⇒ ["engine", "check", "yade", "--loop", order, "--quiet"]
@@ -64,6 +69,7 @@ pages! {
     tradeoff: "docs/tradeoff.md",
     tutorial: "docs/tutorial.md",
     verification: "docs/verification.md",
+    software_paper: "paper/paper.md",
 }
 
 fn root() -> &'static Path {
@@ -101,12 +107,14 @@ fn readme_and_docs_are_short() {
     assert!(readme <= WORDS_OF_README, "README.md has {readme} words");
     let docs = words(&pages_in("docs"));
     assert!(docs <= WORDS_OF_DOCS, "docs have {docs} words");
+    let paper = words(&[PAPER.to_owned()]);
+    assert!(paper <= WORDS_OF_PAPER, "{PAPER} has {paper} words");
 }
 
 #[test]
 fn every_page_has_a_test_of_its_commands() {
     let mut pages = pages_in("docs");
-    pages.push("README.md".to_owned());
+    pages.extend(["README.md", PAPER].map(str::to_owned));
     pages.sort();
     let mut listed: Vec<_> = PAGES.iter().map(ToString::to_string).collect();
     listed.sort();
@@ -155,6 +163,49 @@ fn broken(page: &str, text: &str) -> Vec<String> {
         .collect()
 }
 
+/// Keys in square brackets or in the running text, as pandoc reads them.
+fn cited(text: &str) -> Vec<String> {
+    let rests = text.match_indices('@').map(|(at, _)| &text[at + 1..]);
+    let key = |rest: &str| -> String {
+        let letters = rest.chars();
+        letters.take_while(char::is_ascii_alphanumeric).collect()
+    };
+    rests.map(key).collect()
+}
+
+/// What the software paper cites stands in its bibliography and the other way round, and its pictures are those that its script
+/// makes.
+#[test]
+fn the_paper_has_its_references_and_pictures() {
+    let paper = text(PAPER);
+    let bibliography = text("paper/paper.bib");
+    let mut listed = cited(
+        &bibliography
+            .replace("@inproceedings{", "@")
+            .replace("@article{", "@")
+            .replace("@book{", "@"),
+    );
+    let mut cited = cited(&paper);
+    for keys in [&mut listed, &mut cited] {
+        keys.sort();
+        keys.dedup();
+    }
+    assert!(cited.len() > 3, "{cited:?}");
+    assert_eq!(cited, listed);
+    assert_eq!(bibliography.matches("doi = {10.").count(), listed.len());
+    let pictures: Vec<String> = links(&paper)
+        .into_iter()
+        .filter(|of| of.ends_with(".png"))
+        .collect();
+    assert_eq!(pictures.len(), paper.matches("![").count());
+    let script = text("paper/make_figures");
+    for picture in pictures {
+        let name = picture.trim_end_matches(".png");
+        assert!(script.contains(&format!(" {name}:")), "{picture}");
+        assert!(root().join("paper").join(&picture).is_file(), "{picture}");
+    }
+}
+
 /// Paths of documents that a text names, such as in a message of the program.
 fn named_documents(text: &str) -> Vec<String> {
     let rests = text.match_indices("docs/").map(|(at, _)| &text[at..]);
@@ -194,6 +245,7 @@ fn links_lead_somewhere() {
             "CHANGELOG.md",
             "reference_data/README.md",
             "yade_scripts/README.md",
+            PAPER,
         ]
         .map(str::to_owned),
     );
@@ -217,8 +269,10 @@ fn documents_that_the_project_names_exist() {
         "tests",
         "adapters",
         "yade_scripts",
+        "python",
         "reference_data",
         "docs",
+        "paper",
         "ci",
     ] {
         sources(&root().join(folder), &mut files);
@@ -345,7 +399,7 @@ fn runs_elsewhere(command: &str) -> bool {
 
 fn commands_do_what_is_printed(page: &str) {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for part in ["adapters", "examples", "reference_data"] {
+    for part in ["adapters", "examples", "python", "reference_data"] {
         std::os::unix::fs::symlink(root().join(part), folder.path().join(part)).expect("writable");
     }
     let programs = tempfile::tempdir().expect("a temporary folder");

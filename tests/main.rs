@@ -81,3 +81,6 @@ mod exec_engine;
 mod yade_driver;
 
 mod yade_live;
+mod yade_open;
+
+mod python;

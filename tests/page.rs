@@ -93,7 +93,7 @@ fn the_first_page_is_short_and_every_study_has_its_own() {
     assert!(places.is_sorted(), "{places:?}");
     for words in [
         "Stochastic modeling of stress fields",
-        "crossgrain 0.1.0, 2",
+        concat!("crossgrain ", env!("CARGO_PKG_VERSION"), ", 2"),
     ] {
         assert!(
             first[..places[2].expect("a place")].contains(words),

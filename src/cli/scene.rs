@@ -16,6 +16,7 @@ use crate::suite::parameters::{self, Parameter, ParameterPair};
 use crate::suite::run::Engines;
 use grains::model::Model;
 use grains::scene::{Scene, json_schema, paper_scene};
+use grains::tables::Stage;
 
 #[derive(Debug, Subcommand)]
 #[command(
@@ -47,6 +48,9 @@ pub enum Verb {
     Model {
         /// The scene
         file: PathBuf,
+        /// Under the punch, where the scene may have constants of its own, instead of while pouring
+        #[arg(long)]
+        loading: bool,
     },
     /// The parameters that each engine uses for a scene: stiffness, mass, damping, time step
     Parameters(Parameters),
@@ -74,7 +78,10 @@ impl Verb {
                     scene.digest()
                 ))?;
             }
-            Verb::Model { file } => print(&json(&Model::of(&read_scene(&file)?))?)?,
+            Verb::Model { file, loading } => {
+                let stage = if loading { Stage::Load } else { Stage::Settle };
+                print(&json(&Model::in_stage(&read_scene(&file)?, stage))?)?;
+            }
             Verb::Parameters(arguments) => return arguments.execute(),
             Verb::Schema => print(&json(&json_schema())?)?,
         }
