@@ -29,20 +29,20 @@ fn recorded(name: &str) -> Merged {
 
 /// The native engine has the same bits on any machine: members run anew are the recorded ones, number by number.
 #[test]
-fn members_of_the_native_campaign_come_out_again() {
+fn members_of_the_native_campaigns_come_out_again() {
     let native = recorded("campaign-native-1");
     assert_eq!(
         native.plan.study.scene_digest,
         paper_scene(1, 5000).digest()
     );
     assert!(native.rows.len() >= 1000, "{}", native.rows.len());
-    for number in [1, 2, native.rows.len() as u64] {
-        let mut member = native
-            .plan
-            .study
-            .run(number, &Engines::default(), Path::new(""))
-            .expect("it runs");
-        let recorded = &native.rows[number as usize - 1];
+    let best = recorded("campaign-best-1");
+    let last = native.rows.len() as u64;
+    for (of, number) in [(&native, 1), (&native, 2), (&native, last), (&best, 1)] {
+        let study = &of.plan.study;
+        let member = study.run(number, &Engines::default(), Path::new(""));
+        let mut member = member.expect("it runs");
+        let recorded = &of.rows[number as usize - 1];
         // The version says who ran it; the numbers are those of every version.
         member.engine.clone_from(&recorded.engine);
         assert_eq!(&member, recorded);
@@ -120,6 +120,11 @@ fn the_recorded_claims_are_those_of_the_recorded_members() {
     assert_eq!(origin.members_digest, native.summary.sha256);
     let mut again = claims::of(&native.plan.study.scene, &native.rows, origin);
     again.crossgrain.clone_from(&recorded.crossgrain);
+    let best = self::recorded("campaign-best-1");
+    let origin = recorded.beside.as_ref().map(|of| of.origin.clone());
+    let origin = origin.expect("the best setting stands beside");
+    assert_eq!(origin.members_digest, best.summary.sha256);
+    again.beside = Some(claims::of(&best.plan.study.scene, &best.rows, origin).into());
     assert!(again == recorded);
 }
 
