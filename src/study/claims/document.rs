@@ -175,11 +175,13 @@ fn table(name: &str, claims: &[Claim], beside: &[Claim]) -> Table {
         .column("claim", |(claim, _)| Cell::Code(claim.id.to_string()))
         .column("verdict", |(claim, _)| claim.word())
         .column("first number that decides", |(_, row)| {
-            row.map(|row| &row.what)
+            row.map(|row| match row.unit.as_ref() {
+                "1" => row.what.to_string(),
+                unit => format!("{}, {unit}", row.what),
+            })
         })
         .column("published", |(_, row)| row.and_then(|row| row.published))
         .column("ours (95 %)", |(_, row)| row.and_then(|row| row.ours))
-        .column("unit", |(_, row)| row.map(|row| row.unit.as_ref()))
         .column("beside: verdict", |(claim, _)| {
             other(claim).map(Claim::word)
         })
@@ -217,15 +219,15 @@ impl Claims {
         let (beside, words) = match &self.beside {
             None => (&[][..], String::new()),
             Some(of) => {
-                let choices = of.other_choices.iter();
-                let choices = choices.map(|[key, _, here]| format!("`{key}` {here}"));
                 let words = format!(
-                    "Beside stand {} members of {} with other choices ({}): {}.",
+                    "Beside stand {} members of {} with the choices named below: {}.",
                     of.members,
                     of.origin.engine,
-                    choices.collect::<Vec<String>>().join(", "),
                     listed(&of.verdicts)
                 );
+                let named = |[key, _, here]: &[String; 3]| format!("`{key}` {here}");
+                let choices: Vec<String> = of.other_choices.iter().map(named).collect();
+                how = how.with(format!("Beside stand: {}.", choices.join(", ")));
                 (&of.claims[..], words)
             }
         };
