@@ -222,7 +222,7 @@ mod tests {
     }
 
     /// Verbs that judge nothing: they make, show or keep something.
-    const NO_JUDGES: [&str; 24] = [
+    const NO_JUDGES: [&str; 25] = [
         "scene paper",
         "scene check",
         "scene model",
@@ -241,6 +241,7 @@ mod tests {
         "study figures",
         "paper continuum",
         "report explain",
+        "report bisect",
         "report baseline save",
         "report baseline list",
         "report vtk",
@@ -280,7 +281,7 @@ mod tests {
             assert_eq!(flags, wanted, "{name}");
             judges += usize::from(flags > 0);
         }
-        assert_eq!(judges, 14);
+        assert_eq!(judges, 15);
     }
 
     #[test]

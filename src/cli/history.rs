@@ -19,7 +19,7 @@ use crate::progress::say;
     at least (single values: by half; instructions: by 1 %), in two records one after the other. Times are ratios, and only those of the \
     newest record's kind of machine are held against each other. The exit code is the newest record's, and 1 if something became slower in \
     the last two.\n\nExamples:\n  \
-    crossgrain report baseline save verified/verify.json $(git rev-parse HEAD) --store history  # after each change\n  \
+    crossgrain report baseline save verified/verify.json $COMMIT --store history  # after each change\n  \
     crossgrain report history --store history --repository . --out over-time"
 )]
 pub struct History {
