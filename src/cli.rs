@@ -222,7 +222,7 @@ mod tests {
     }
 
     /// Verbs that judge nothing: they make, show or keep something.
-    const NO_JUDGES: [&str; 25] = [
+    const NO_JUDGES: [&str; 24] = [
         "scene paper",
         "scene check",
         "scene model",
@@ -231,7 +231,6 @@ mod tests {
         "run",
         "study plan campaign",
         "study plan tradeoff",
-        "study plan sensitivity",
         "study plan search",
         "study plan candidates",
         "study plan stability",

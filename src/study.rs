@@ -31,7 +31,6 @@ pub mod member;
 pub mod plan;
 pub mod realization;
 pub mod search;
-pub mod sensitivity;
 pub mod shard;
 pub mod store;
 pub mod tradeoff;

@@ -1,22 +1,33 @@
 //! Settings on many packings, taken apart: what made-up members must come to, and one small study.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 use crossgrain::limits::stability::time_step::share_of_limit;
-use crossgrain::study::Study;
-use crossgrain::study::candidates::Plan;
+use crossgrain::report;
+use crossgrain::study::beds::Beds;
 use crossgrain::study::candidates::judge::Candidates;
-use crossgrain::study::member::Member;
-use crossgrain::study::realization::{Change, Ending, Setting, changed, law_key, unobserved};
+use crossgrain::study::candidates::published::Verdict;
+use crossgrain::study::candidates::{Plan, choices};
+use crossgrain::study::machine::Folder;
+use crossgrain::study::member::{Member, Members, of_one_bed};
+use crossgrain::study::realization::Change::{self, Friction, Hold, Settled, Speed};
+use crossgrain::study::realization::{
+    Ending, Engines, Setting, Specification, changed, law_key, unobserved,
+};
+use crossgrain::study::search::matching::keep;
 use crossgrain::study::search::space::{AXES, OF_POURING, STEP, base, scene};
+use crossgrain::study::{Study, create};
 use evidence::distribution::Family;
 use evidence::t_test::Finding;
 use grains::generate::initial_bodies;
 use grains::measure::stress::LAYERS;
 use grains::native;
+use grains::scene::{Material, parse_scene};
 use grains::task::Task;
 
-use crate::support::{ends, has};
+use crate::support::{ends, frictional_scene, has, small_scene};
+use crate::tradeoff::run;
 
 const CLOUDS: u64 = 60;
 
@@ -204,4 +215,155 @@ fn a_small_study_is_undecided_and_says_so() {
         &page,
         ["Is there a quasi-static limit?", "Taken apart", "undecided"],
     );
+}
+
+/// The whole run in one go.
+fn whole(of: &Specification) -> Member {
+    let engines = Engines::default();
+    let run = Member::run(of, 1, &engines, Path::new(""), keep).expect("it runs");
+    Member { cost: None, ..run }
+}
+
+#[test]
+fn a_bed_poured_once_and_loaded_is_the_whole_run_bit_for_bit() {
+    for mut scene in [small_scene(), frictional_scene()] {
+        scene.loading.give_up_depth = 0.02;
+        let scenes = [&[][..], &[Speed(0.3)], &[Hold(0.01)]];
+        let [first, fast, held] = scenes.map(|changes| changed(scene.clone(), changes));
+        // The bed is poured in the first scene, which may be one in which nothing turns.
+        let mut rough = first.clone();
+        rough.loading.material = Some(Material {
+            friction_angle: 0.5,
+            ..rough.material.clone()
+        });
+        let scenes = [first, fast, held, rough];
+        let settings =
+            scenes.map(|scene| Setting::new("a", "a", "test", Specification::native(scene), 1));
+        let loaded =
+            of_one_bed(&settings.iter().collect::<Vec<&Setting>>(), 1, keep).expect("they run");
+        for (setting, loaded) in settings.iter().zip(loaded) {
+            assert!(loaded.loaded_state.is_some());
+            assert_eq!(loaded, whole(&setting.specification));
+        }
+    }
+}
+
+#[test]
+fn friction_bears_the_punch_earlier() {
+    let mut base = small_scene();
+    base.loading.give_up_depth = 0.04;
+    base.loading.pressure *= 0.25;
+    let slow = changed(base, &[Speed(0.02)]);
+    let without = whole(&Specification::native(slow.clone()));
+    let with = whole(&Specification::native(changed(slow, &[Friction(0.5)])));
+    assert_eq!(
+        [&with.ending, &without.ending],
+        [&Ending::Reached, &Ending::Reached]
+    );
+    assert!(with.load_steps < without.load_steps);
+}
+
+/// Every choice is a sound scene that differs from the printed one, and none stands twice.
+#[test]
+fn choices_are_sound_scenes_around_the_printed_one() {
+    for quick in [true, false] {
+        let plan = Plan::of_choices(quick, 3);
+        assert_eq!(plan.check(), Ok(()));
+        let (mut ids, mut digests) = (BTreeSet::new(), BTreeSet::new());
+        for setting in plan.beds.settings() {
+            let specification = &setting.specification;
+            let text = serde_json::to_string(&specification.scene).expect("a scene");
+            let read = parse_scene(&text);
+            assert!(read.is_ok(), "{}: {read:?}", setting.id);
+            assert!(ids.insert(&setting.id), "{}", setting.id);
+            assert!(digests.insert(specification.digest()), "{}", setting.id);
+        }
+        let axes: BTreeSet<&str> = plan.beds.settings().map(|of| of.axis.as_str()).collect();
+        let first = plan.beds.settings().next().map(|of| of.id.as_str());
+        assert_eq!(first, Some("printed"));
+        if !quick {
+            let named = choices::reasons().map(|of| of.0);
+            let named: BTreeSet<&str> = named.chain([choices::PRINTED]).collect();
+            assert_eq!(axes, named);
+        }
+    }
+}
+
+/// The small scene as it is, settled much too early, and loaded so slowly that the punch sinks.
+fn three_settings(clouds: u64) -> Plan {
+    let mut base = small_scene();
+    base.loading.give_up_depth = 0.04;
+    let setting = |id: &str, axis: &str, changes: &[Change]| {
+        let scene = changed(base.clone(), changes);
+        Setting::new(id, id, axis, Specification::native(scene), clouds)
+    };
+    let speed = "punch speed and damping";
+    let sound = setting("as it is", choices::PRINTED, &[]);
+    let slow = setting("slow", speed, &[Speed(0.02)]);
+    let early = setting("hardly settled", "settle rule", &[Settled(0.05)]);
+    Plan {
+        beds: Beds(vec![vec![sound, slow], vec![early]]),
+        ladders: Vec::new(),
+    }
+}
+
+fn rows(folder: &Path) -> Vec<Vec<Member>> {
+    let mut rows = Vec::new();
+    let folder = Folder::<Plan>::open(folder).expect("a study");
+    folder.each(|_, row| rows.push(row)).expect("rows");
+    rows
+}
+
+#[test]
+fn choices_are_held_against_the_printed_scene_on_the_same_clouds() {
+    let place = tempfile::tempdir().expect("a temporary folder");
+    let [three, eight] = ["three", "eight"].map(|name| place.path().join(name));
+    create(&three, three_settings(3), None, None).expect("a new study");
+    run::<Plan>(&three, &Engines::default()).expect("it runs");
+    // More clouds are added to what is there: three of two beds.
+    let plan = three_settings(8);
+    let taken = create(&eight, plan.clone(), None, Some(&three)).expect("a new study");
+    assert_eq!(taken, 6);
+    assert_eq!(rows(&eight).len(), 6);
+    run::<Plan>(&eight, &Engines::default()).expect("it runs");
+    let rows = rows(&eight);
+    assert_eq!(rows.len(), 16);
+
+    let members: Members = rows.into_iter().flatten().collect();
+    let record = Candidates::of(&plan, &members);
+    let [sound, slow, early] = &record.settings[..] else {
+        panic!("three settings");
+    };
+    let height = |of: usize| record.settings[of].figures[0].clone();
+    assert_eq!(height(0).id, "height");
+    assert!(height(0).change.is_none());
+    let moved = height(2).change.expect("eight clouds").low;
+    assert!(moved > 0.002, "{moved}");
+    // Beds are the same where only the load differs.
+    assert_eq!(height(0).value, height(1).value);
+    assert_eq!((sound.endings.all(), early.endings.all()), (8, 8));
+    // A small bed is not half a metre high.
+    assert_eq!(height(0).verdict, Verdict::DoesNot);
+
+    // Members whose punch missed the force are counted, and give no stress.
+    let missed = members
+        .of(&slow.setting)
+        .iter()
+        .filter(|row| row.ending == Ending::TargetLoadNotReached)
+        .map(|row| assert!(!row.measured.contains_key("loaded.stress.O.local_zz")))
+        .count();
+    assert_eq!(slow.endings.target_load_not_reached, missed);
+    let judged = slow.figures.iter().find(|of| of.id == "stress.O");
+    let judged = judged.expect("a published figure");
+    assert_eq!(judged.packings, 8 - missed);
+    assert_eq!(judged.conditional, missed > 0);
+
+    let document = record.document();
+    let page = report::page(&document);
+    has(&page.html, ["hardly settled", "One choice at a time"]);
+    for name in ["means.svg", "changes.csv", "numbers.csv"] {
+        assert!(page.files.iter().any(|(file, _)| file == name), "{name}");
+    }
+    assert!(!page.html.contains("quasi-static limit"));
+    assert!(report::terminal(&document).contains(&document.answer));
 }

@@ -28,7 +28,6 @@ const ELSEWHERE: &str = r#"
     /usr/bin/python3 -i yade_scripts/open_run.py ⇒ needs YADE, and a reader who types ⇒ tests/yade_open.rs ⇒ open_run.load(folder, settled)
     ci/release ⇒ wants root ⇒ ci/test ⇒ bash ci/release "$out/release"
     crossgrain study run methods ⇒ takes minutes ⇒ ci/test ⇒ study run "$out/tradeoff"
-    crossgrain study run map ⇒ takes minutes ⇒ ci/test ⇒ study run "$out/sensitivity"
     crossgrain engine check yade ⇒ needs YADE ⇒ tests/yade_live.rs ⇒ ["engine", "check", "yade", "--loop", order, "--quiet"]
     crossgrain engine check exec:adapters/lammps.py ⇒ needs LAMMPS ⇒ tests/exec_adapters.rs ⇒ ["engine", "check", &engine, "--quiet", "--dispersion", "0"]
     job=$(sbatch ⇒ needs Slurm ⇒ tests/slurm.rs ⇒ {array}\necho \"$job\"

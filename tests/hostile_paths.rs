@@ -48,7 +48,7 @@ const WRITTEN: [&str; 14] = [
     "run --engine native --steps 100 --out @ scene.json",
     "study plan campaign --members 2 --out @ scene.json",
     "study plan tradeoff --quick --out @",
-    "study plan sensitivity --quick --out @",
+    "study plan candidates --quick --choices --out @",
     "study plan search --beds 2 --out @",
     "study slurm --tasks 2 two --out @",
     "report vtk --out @ run",

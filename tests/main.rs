@@ -51,7 +51,6 @@ mod compare;
 mod verify;
 
 mod search;
-mod sensitivity;
 
 mod stability;
 mod study;

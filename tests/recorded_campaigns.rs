@@ -1,4 +1,4 @@
-//! The recorded campaigns, the claims, the sensitivity map and the search: what is said to have been run comes out again.
+//! The recorded campaigns, the claims, the candidates and the search: what is said to have been run comes out again.
 
 use std::path::{Path, PathBuf};
 
@@ -6,15 +6,12 @@ use crossgrain::files::read_text;
 use crossgrain::study::Study;
 use crossgrain::study::campaign::compare::compare;
 use crossgrain::study::campaign::{Merged, merged};
-use crossgrain::study::candidates::{self, judge::Candidates};
+use crossgrain::study::candidates::{self, judge::Candidates, published::Verdict as Excluded};
 use crossgrain::study::claims::{self, Claims};
 use crossgrain::study::machine::{Folder, Machine};
-use crossgrain::study::member::{Member, of_one_bed};
+use crossgrain::study::member::of_one_bed;
 use crossgrain::study::realization::{Ending, Engines, Runner};
 use crossgrain::study::search::{self, matching::Search};
-use crossgrain::study::sensitivity::judge::Verdict as Excluded;
-use crossgrain::study::sensitivity::plan::Plan;
-use crossgrain::study::sensitivity::{Row, Sensitivity, keep};
 use evidence::history::CUT;
 use evidence::t_test::Finding;
 use grains::scene::paper_scene;
@@ -50,17 +47,20 @@ fn members_of_the_native_campaigns_come_out_again() {
     }
 }
 
-/// Sorted YADE is the native engine to the last bit, contacts and punch at the end of loading included.
+/// Sorted YADE is the native engine to the last bit, contacts and punch at the end of loading included; with friction in both
+/// stages too, at the best setting of the search.
 #[test]
 fn the_recorded_sorted_yade_runs_have_the_native_bits() {
-    let (native, yade) = (
-        recorded("campaign-native-1"),
-        recorded("campaign-yade-sorted-1"),
-    );
-    assert_eq!(yade.plan.study.runner, Runner::YadeSorted);
-    let comparison = compare(&native, &yade).expect("one scene");
-    assert_eq!(comparison.verdict, Verdict::Identical);
-    assert!(comparison.bits.common >= 3, "{:?}", comparison.bits);
+    for (native, yade, fewest) in [
+        ("campaign-native-1", "campaign-yade-sorted-1", 3),
+        ("campaign-best-1", "campaign-best-yade-sorted-1", 1),
+    ] {
+        let yade = recorded(yade);
+        assert_eq!(yade.plan.study.runner, Runner::YadeSorted);
+        let comparison = compare(&recorded(native), &yade).expect("one scene");
+        assert_eq!(comparison.verdict, Verdict::Identical);
+        assert!(comparison.bits.common >= fewest, "{:?}", comparison.bits);
+    }
 }
 
 /// Ordinary YADE adds in another order: other bits, packings of the same kind.
@@ -126,41 +126,6 @@ fn the_recorded_claims_are_those_of_the_recorded_members() {
     assert_eq!(origin.members_digest, best.summary.sha256);
     again.beside = Some(claims::of(&best.plan.study.scene, &best.rows, origin).into());
     assert!(again == recorded);
-}
-
-/// The sensitivity map's members come out again, number by number: one whose punch got its force, and a slower one. The
-/// recorded map is that of the recorded rows.
-#[test]
-fn members_of_the_recorded_sensitivity_map_come_out_again() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/sensitivity-1");
-    let folder = Folder::<Plan>::open(&path).expect("recorded evidence");
-    let report = folder.judge().expect("a judgement");
-    let text = read_text(&path.join("report.json.gz"), 1 << 26).expect("is there");
-    let recorded: Sensitivity = serde_json::from_str(&text).expect("a map");
-    let again: Sensitivity = serde_json::from_str(&report.text).expect("a map");
-    assert!(again == recorded);
-    let merged = folder.merged().expect("merged");
-    let members = merged.rows.iter().flat_map(|row| match row {
-        Row::Loads(members) => members.as_slice(),
-        Row::Penetration(_) => &[],
-    });
-    let members: Vec<&Member> = members.collect();
-    assert_eq!(members.len(), 696);
-    let plan = Plan::full(12);
-    let again = [
-        ("speed-0.1-alpha-0.2", 1),
-        ("speed-0.05-alpha-0.8", 2),
-        ("friction-0.3-speed-0.05", 1),
-    ];
-    for (id, realization) in again {
-        let setting = plan.settings.iter().find(|setting| setting.id == id);
-        let setting = setting.expect("a setting of the plan");
-        let digest = setting.specification.digest();
-        let mut own = members.iter().filter(|of| of.specification == digest);
-        let recorded = own.find(|of| of.realization == realization);
-        let again = of_one_bed(&[setting], realization, keep).expect("it runs");
-        assert_eq!(Some(&&again[0]), recorded, "{id}");
-    }
 }
 
 /// The settings settled by many packings say what their rows say; no figure of the search's best is excluded, and grains that

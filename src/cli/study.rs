@@ -22,9 +22,7 @@ use crate::study::campaign::{Campaign, merged};
 use crate::study::machine::{Folder, Job, Machine, Status, Summary};
 use crate::study::realization::Engines;
 use crate::study::shard::{self, Shard};
-use crate::study::{
-    RECORD, Study, StudyError, candidates, plan as stored, search, sensitivity, tradeoff,
-};
+use crate::study::{RECORD, Study, StudyError, candidates, plan as stored, search, tradeoff};
 use crate::workers::cores;
 
 #[derive(Debug, Subcommand)]
@@ -133,7 +131,6 @@ pub fn open(path: &Path) -> Result<Box<dyn Machine>, StudyError> {
     match kind.as_str() {
         Campaign::KIND => of::<Campaign>(path),
         tradeoff::plan::Plan::KIND => of::<tradeoff::plan::Plan>(path),
-        sensitivity::plan::Plan::KIND => of::<sensitivity::plan::Plan>(path),
         candidates::Plan::KIND => of::<candidates::Plan>(path),
         search::Plan::KIND => of::<search::Plan>(path),
         Stability::KIND => of::<Stability>(path),

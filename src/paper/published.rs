@@ -243,7 +243,7 @@ const SPREAD: &str =
 /// e⁻²: an exponential's share above twice its mean; 13.5 % in section 2.2.
 pub const E_TO_MINUS_2: f64 = 0.135_335_283_236_612_7;
 
-/// The figures of the simulations that depend on their open choices: the reference of the claims and of the sensitivity study.
+/// The figures of the simulations that depend on their open choices: the reference of the claims and of the candidates.
 pub const PUBLISHED: &[Published] = &[
     bed("height", "height H, mean surface", HEIGHTS[0].0),
     bed(

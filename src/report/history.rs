@@ -33,7 +33,7 @@ impl History {
         };
         let checks = Table::of("changes", "Checks that came to another outcome", outcomes)
             .column("record", |(at, _)| name(*at))
-            .column("of", |(at, _)| told(*at))
+            .column("subject", |(at, _)| told(*at))
             .column("change", |(_, of)| of.change.words())
             .column("check", |(_, of)| Cell::Code(of.id.clone()))
             .column("before", |(_, of)| value(&of.before))
@@ -46,7 +46,7 @@ impl History {
         };
         let steps = Table::of("steps", "Speeds that changed", &self.steps)
             .column("record", |of| name(of.at))
-            .column("of", |of| told(of.at))
+            .column("subject", |of| told(of.at))
             .column("speed", |of| of.pace.words())
             .column("what", |of| &of.what)
             .column("times the cost", |of| rounded(of.cost, 4))
@@ -58,7 +58,7 @@ impl History {
         let moves = (0..self.names.len()).filter(|at| moved(*at) > 0);
         let moves = Table::of("moves", "Checks that moved within their limits", moves)
             .column("record", name)
-            .column("of", told)
+            .column("subject", told)
             .column("checks", |at| moved(at) as f64);
         let tables = [Table::from(checks), steps.into(), moves.into()];
         let tables = tables.into_iter().filter(|of| !of.rows.is_empty());

@@ -1,8 +1,10 @@
-//! Settings that are settled by many packings: which published figures each of them gives; and taken apart, what the bed bears
-//! before the load and what the load adds, against the theory's two parts.
+//! Settings on the same packings: which published figures each of them gives; and taken apart, what the bed bears before the load
+//! and what the load adds, against the theory's two parts.
 
+pub mod choices;
 pub mod document;
 pub mod judge;
+pub mod published;
 
 use std::path::Path;
 
@@ -54,6 +56,14 @@ pub struct Ladder {
 }
 
 impl Plan {
+    /// The choices that the paper leaves open, one at a time.
+    pub fn of_choices(quick: bool, clouds: u64) -> Self {
+        Plan {
+            beds: choices::beds(quick, clouds),
+            ladders: Vec::new(),
+        }
+    }
+
     /// The printed scene, the way to its quasi-static limit, and the best settings of a search.
     pub fn new(quick: bool, clouds: u64, found: Option<&Search>, best: usize) -> Self {
         let printed = match quick {
@@ -85,7 +95,7 @@ impl Plan {
         let name = format!("friction {FRICTION} rad in loading");
         let without = format!("{name}, grains do not turn");
         let mut beds = vec![
-            vec![setting("printed", "as printed", printed)],
+            vec![setting("printed", choices::PRINTED, printed)],
             vec![
                 setting("friction", &name, frictional),
                 setting("blocked", &without, stiff),

@@ -15,7 +15,7 @@
 //! | what does a simulation give where it was not run? | [`emulator`] |
 //! | which settings cannot have given published figures? | [`history`] |
 //! | what of values that are exactly zero? | [`zeros`] |
-//! | what of many tests at once? | [`holm`]; of many intervals that decide, [`selection`] |
+//! | what of many tests at once? | [`holm`] |
 //!
 //! Random numbers come from [`random`], under a key for each purpose: the same input gives the same result on any machine.
 //!
@@ -50,7 +50,6 @@ pub mod moments;
 pub mod proportion;
 pub mod random;
 pub mod regression;
-pub mod selection;
 pub mod t_test;
 pub mod two_samples;
 pub mod zeros;

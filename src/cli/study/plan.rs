@@ -14,7 +14,7 @@ use crate::study::campaign::Campaign;
 use crate::study::machine::Folder;
 use crate::study::plan::Program;
 use crate::study::realization::Runner;
-use crate::study::{Study, candidates, create, search, sensitivity, tradeoff};
+use crate::study::{Study, candidates, create, search, tradeoff};
 use crate::suite::run::Engines;
 use grains::native::pouring::Softly;
 
@@ -27,12 +27,10 @@ pub enum Kind {
     Campaign(CampaignArguments),
     /// Many ways to run the paper's scene: what each costs, and how wrong it is
     Tradeoff(TradeoffArguments),
-    /// The choices that the paper leaves open: which published figures come out under which
-    Sensitivity(SensitivityArguments),
     /// Which settings give all published figures: a wave over the choices, or among those that a wave has left
     Search(SearchArguments),
-    /// The printed scene, its quasi-static limit and the best settings of a search, each on many packings: published figures,
-    /// and what the load adds where
+    /// The printed scene, its quasi-static limit and the best settings of a search, or the open choices one at a time: published
+    /// figures, and what the load adds where
     Candidates(CandidatesArguments),
     /// The largest stable steps, predicted and found, and where methods fail
     Stability(StabilityArguments),
@@ -108,22 +106,6 @@ pub struct TradeoffArguments {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "What does not come out is a finding, not a failure.\n\nExample:\n  \
-    crossgrain study plan sensitivity --quick --out map && crossgrain study run map"
-)]
-pub struct SensitivityArguments {
-    /// A small bed and few settings
-    #[arg(long)]
-    quick: bool,
-    /// Realizations of a setting; expensive ones have a share of them [default: 12, with --quick 6]
-    #[arg(long, value_parser = clap::value_parser!(u64).range(3..=10_000))]
-    clouds: Option<u64>,
-    #[command(flatten)]
-    place: Place,
-}
-
-#[derive(Debug, Args)]
-#[command(
     after_help = "Example:\n  crossgrain study plan stability --quick --out stable && crossgrain study run stable"
 )]
 pub struct StabilityArguments {
@@ -163,7 +145,8 @@ pub struct SearchArguments {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  crossgrain study plan candidates --search wave-2 --out best && crossgrain study run best"
+    after_help = "Example:\n  crossgrain study plan candidates --search wave-2 --out best && crossgrain study run best\n  \
+    crossgrain study plan candidates --choices --out choices && crossgrain study run choices"
 )]
 pub struct CandidatesArguments {
     /// The last wave of a search, finished: its best settings are added
@@ -172,27 +155,35 @@ pub struct CandidatesArguments {
     /// How many of them
     #[arg(long, default_value_t = 2, requires = "search", value_parser = clap::value_parser!(u8).range(1..=12))]
     best: u8,
+    /// Instead, the choices that the paper leaves open, one at a time around the printed scene
+    #[arg(long, conflicts_with = "search")]
+    choices: bool,
     /// A small bed
     #[arg(long)]
     quick: bool,
-    /// Packings of every setting
-    #[arg(long, default_value_t = 400, value_parser = clap::value_parser!(u64).range(3..=10_000))]
-    clouds: u64,
+    /// Packings of every setting [default: 400, with --choices 24]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(3..=10_000))]
+    clouds: Option<u64>,
     #[command(flatten)]
     place: Place,
 }
 
 impl CandidatesArguments {
     fn execute(self) -> Result<u8, Error> {
-        let found = self.search.as_deref().map(searched).transpose()?;
-        let found = found.map(|(_, found)| found);
-        let best = usize::from(self.best);
-        let plan = candidates::Plan::new(self.quick, self.clouds, found.as_ref(), best);
+        let clouds = self.clouds.unwrap_or(if self.choices { 24 } else { 400 });
+        let plan = if self.choices {
+            candidates::Plan::of_choices(self.quick, clouds)
+        } else {
+            let found = self.search.as_deref().map(searched).transpose()?;
+            let found = found.map(|(_, found)| found);
+            let best = usize::from(self.best);
+            candidates::Plan::new(self.quick, clouds, found.as_ref(), best)
+        };
         let words = format!(
             "{} settings on {} beds of {} clouds each",
             plan.beds.settings().count(),
             plan.beds.0.len(),
-            self.clouds
+            clouds
         );
         self.place.create(plan, None, &words)
     }
@@ -301,30 +292,11 @@ impl TradeoffArguments {
     }
 }
 
-impl SensitivityArguments {
-    fn execute(self) -> Result<u8, Error> {
-        let plan = if self.quick {
-            sensitivity::plan::Plan::quick(self.clouds.unwrap_or(6))
-        } else {
-            sensitivity::plan::Plan::full(self.clouds.unwrap_or(12))
-        };
-        let words = format!(
-            "{} settings and {} penetration tests of beds of {} grains, {} beds and tests",
-            plan.settings.len(),
-            plan.penetrations.len(),
-            plan.base.particles.count,
-            plan.tasks().len()
-        );
-        self.place.create(plan, None, &words)
-    }
-}
-
 impl Kind {
     pub fn execute(self) -> Result<u8, Error> {
         match self {
             Kind::Campaign(arguments) => arguments.execute(),
             Kind::Tradeoff(arguments) => arguments.execute(),
-            Kind::Sensitivity(arguments) => arguments.execute(),
             Kind::Search(arguments) => arguments.execute(),
             Kind::Candidates(arguments) => arguments.execute(),
             Kind::Stability(arguments) => {

@@ -47,11 +47,6 @@ impl EngineRecord {
         }
     }
 
-    /// Whether this run does the native engine's operations, in whatever order. Of an external engine nobody has promised it.
-    pub fn keeps_operations(&self) -> bool {
-        self.keeps_order() || matches!(self, EngineRecord::Yade { .. })
-    }
-
     /// Where the engine does something else than the model says, in its own words.
     pub fn approximations(&self) -> &[String] {
         match self {

@@ -5,12 +5,16 @@ use evidence::distribution::Family;
 use evidence::likelihood;
 use evidence::t_test::Finding;
 
+use super::choices;
 use super::judge::{Candidates, Found, Halving, Layer, Parts};
+use super::published::{Judged, Verdict};
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
-use crate::paper::published::{POINTS, PUBLISHED, Published};
+use crate::paper::published::{Of, POINTS, PUBLISHED, Published};
 use crate::study::search::space::AXES;
-use crate::study::sensitivity::judge::{Judged, Verdict};
+
+/// So many settings are named in a sentence.
+const NAMED: usize = 5;
 
 const fn word(of: Verdict) -> &'static str {
     match of {
@@ -38,14 +42,18 @@ impl Candidates {
             title: "Settings held against the published figures".to_owned(),
             verdict: verdict(&checks),
             answer: self.answer(),
-            sections: vec![
-                self.figures(),
-                self.taken_apart(),
-                self.laws(),
+            sections: [
+                Some(self.figures()),
+                self.one_at_a_time(),
+                Some(self.taken_apart()),
+                Some(self.laws()),
                 self.limits(),
                 self.settings(),
-                self.every_number().as_details(),
-            ],
+                Some(self.every_number().as_details()),
+            ]
+            .into_iter()
+            .flatten()
+            .collect(),
             checks,
         }
     }
@@ -102,7 +110,10 @@ impl Candidates {
         };
         let names = |wanted| {
             let names: Vec<&str> = of(wanted).map(|of| of.setting.name.as_str()).collect();
-            names.join(", ")
+            match names.len() {
+                ..=NAMED => names.join(", "),
+                many => format!("{many} of them"),
+            }
         };
         let (shown, open) = (of(Some(true)).count(), of(None).count());
         let mut first = format!(
@@ -250,8 +261,14 @@ impl Candidates {
         .column("theory", move |(_, part)| kilo(part.theory[0]))
         .column("added by it", |(_, part)| kilopascals(part.added))
         .column("theory's load", move |(_, part)| kilo(part.theory[1]));
-        let Some(first) = self.settings.first() else {
-            return Section::new("Taken apart", "").with(table);
+        let words = "The theory superposes the weight above a point and what a load on an elastic half-space adds. Here what the settled \
+                     bed bears, and what the load adds to it in the same packing, as means over packings that got the force, \
+                     both sides of the punch together. Settings that differ in loading have the same bed before it.";
+        let section = Section::new("Taken apart", words);
+        // Three points are no line.
+        let lines = |of: &&Found| of.parts.len() > POINTS.len();
+        let Some(first) = self.settings.first().filter(lines) else {
+            return section.with(table);
         };
         let depth = first.parts.first().map_or(0.0, |of| of.depth);
         let aside = move |of: &&Parts| of.depth == depth;
@@ -285,13 +302,7 @@ impl Candidates {
             added,
             &|of| below(&of).then_some(of.depth),
         );
-        let words = "The theory superposes the weight above a point and what a load on an elastic half-space adds. Here what the settled \
-                     bed bears, and what the load adds to it in the same packing, as means over packings that got the force, \
-                     both sides of the punch together. Settings that differ in loading have the same bed before it.";
-        Section::new("Taken apart", words)
-            .with_all(plots)
-            .with(down)
-            .with(table)
+        section.with_all(plots).with(down).with(table)
     }
 
     fn along(
@@ -330,7 +341,39 @@ impl Candidates {
         plot
     }
 
-    fn limits(&self) -> Section {
+    /// What each choice changes against the printed scene; none where no choices were varied.
+    fn one_at_a_time(&self) -> Option<Section> {
+        let varied = |of: &&Found| choices::reasons().any(|(name, _)| name == of.setting.axis);
+        let own = self.settings.iter().filter(varied);
+        own.clone().next()?;
+        let means = PUBLISHED
+            .iter()
+            .enumerate()
+            .filter(|(_, of)| of.of == Of::Mean);
+        let table = Table::of("changes", "What a choice changes, with 95 % intervals", own)
+            .column("setting", |of| &of.setting.name);
+        let table = means.fold(table, |table, (index, figure)| {
+            let heading = match figure.unit {
+                "1" => figure.title.to_owned(),
+                unit => format!("{}, {unit}", figure.title),
+            };
+            table.column(&heading, move |of| of.figures[index].change)
+        });
+        let reasons = Table::of("reasons", "Why each choice is varied", choices::reasons())
+            .column("choice", |of| of.0)
+            .column("what the paper says, and the range", |of| of.1);
+        let words = "Each setting is the printed scene but for one choice (punch speed and damping are crossed), on the printed one's clouds. \
+                     A change is the mean of the differences on the same cloud.";
+        Some(
+            Section::new("One choice at a time", words)
+                .with(table)
+                .with(reasons),
+        )
+    }
+
+    /// None where no speeds were halved.
+    fn limits(&self) -> Option<Section> {
+        self.halvings.first()?;
         let more = |index: usize| {
             move |of: &Halving| {
                 let found = of.more.get(index).copied().flatten()?;
@@ -365,11 +408,12 @@ impl Candidates {
             .column("finding", finding);
         let words = "A load is quasi-static where half of the punch's speed changes what it adds at no control point by a tenth of \
                      the theory's, on the same packings, nor the share of punches with the force (two one-sided tests at 5 %).";
-        Section::new("Is there a quasi-static limit?", words).with(table)
+        Some(Section::new("Is there a quasi-static limit?", words).with(table))
     }
 
-    /// What the settings of the search are.
-    fn settings(&self) -> Section {
+    /// What the settings of the search and on beds at rest are.
+    fn settings(&self) -> Option<Section> {
+        self.halvings.first()?;
         let found = || {
             self.settings
                 .iter()
@@ -390,10 +434,10 @@ impl Candidates {
              in loading is an angle of 0.3 rad between grains, after pouring without. Slower punches without friction go on for \
              very long and are left out. Table 2 prints no friction: a setting with friction in either stage contradicts it.",
         );
-        match found().next() {
+        Some(match found().next() {
             Some(_) => section.with(table),
             None => section,
-        }
+        })
     }
 
     fn every_number(&self) -> Section {

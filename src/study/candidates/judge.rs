@@ -9,12 +9,12 @@ use grains::measure::stress::LAYERS;
 use serde::{Deserialize, Serialize};
 
 use super::Plan;
+use super::published::{Judged, LEVEL, Verdict, judge};
 use crate::paper::continuum::{Field, Model, weight};
 use crate::paper::published::{POINTS, PUBLISHED};
 use crate::study::figures::setup_of;
 use crate::study::member::{Endings, MIRRORED, Member, Members};
 use crate::study::realization::{Setting, law_key};
-use crate::study::sensitivity::judge::{self, Judged, LEVEL, Verdict};
 
 /// A change of the load's part by less than this share of the theory's is none, nor is one of the share of punches with the force.
 const NOTHING: f64 = 0.1;
@@ -122,7 +122,7 @@ impl Candidates {
 impl Found {
     fn of(setting: &Setting, rows: &[&Member], base: &[&Member], levels: [f64; 2]) -> Self {
         let judged = PUBLISHED.iter();
-        let judged = judged.map(|figure| judge::judge(figure, rows, base, levels[0]));
+        let judged = judged.map(|figure| judge(figure, rows, base, levels[0]));
         let of = |key: &str| {
             let values = rows.iter().filter_map(|row| row.measured.get(key));
             mean_interval(&values.copied().collect::<Vec<f64>>(), LEVEL)

@@ -160,7 +160,7 @@ const HOW: &str = "A claim is decided by the size of an effect against a limit t
     realization: within the limits where the 90 % interval lies within them (two one-sided tests at 5 %), beyond them where it lies \
     wholly outside, and undecided where it holds a limit. p-values stand after the effects; with many realizations nearly everything has a \
     small one. A claim that does not hold here does not hold \
-    for this scene; the paper leaves choices open, and the sensitivity study says what hangs on them. Among the checks a claim that could be \
+    for this scene; the paper leaves choices open, and the study of candidates says what hangs on them. Among the checks a claim that could be \
     decided passes, whatever its verdict.";
 
 /// A row a claim with the first number that decides; with the same for another scene.

@@ -81,7 +81,7 @@ pub fn judge(figure: &Published, rows: &[&Member], base: &[&Member], level: f64)
     }
 }
 
-pub fn verdict(found: Option<Interval>, low: f64, high: f64) -> Verdict {
+fn verdict(found: Option<Interval>, low: f64, high: f64) -> Verdict {
     match found {
         None => Verdict::Skipped,
         Some(found) if low <= found.low && found.high <= high => Verdict::ComesOut,
@@ -91,13 +91,13 @@ pub fn verdict(found: Option<Interval>, low: f64, high: f64) -> Verdict {
 }
 
 /// The share of the members in which the punch got its force; of none, 0.
-pub fn share_reached(rows: &[&Member]) -> f64 {
+fn share_reached(rows: &[&Member]) -> f64 {
     let reached = rows.iter().filter(|row| row.ending == Ending::Reached);
     reached.count() as f64 / rows.len().max(1) as f64
 }
 
 /// t for a mean, the bootstrap (BCa) for a variation, the influence function for a share.
-pub fn interval(of: Of, values: &[f64], level: f64) -> Option<Interval> {
+fn interval(of: Of, values: &[f64], level: f64) -> Option<Interval> {
     match of {
         Of::Mean => mean_interval(values, level),
         Of::Variation => bootstrap::coefficient_of_variation(values, level),
