@@ -3,13 +3,15 @@
 
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 use crossgrain::engine::exec::{self, Adapter, ExternalEngine, Options, usual_limits};
 use crossgrain::run::folder::RunFolder;
 use grains::generate::initial_bodies;
 use grains::model::Model;
+use grains::native::contact::{self, Axis, ContactRules, Memory, Motion, Parameters, Touch};
 use grains::native::{first_contact_punch, run_case};
-use grains::scene::Scene;
+use grains::scene::{Scene, paper_scene};
 use grains::tables::{Bodies, Snapshot};
 use grains::task::{Case, Seen, Start, Task};
 use tempfile::tempdir;
@@ -174,6 +176,132 @@ fn under_the_punch_both_are_native_up_to_rounding() {
         let (own, their) = (force(&native), force(&theirs));
         assert!(own > 0.0, "the punch presses on nothing");
         assert!((their / own - 1.0).abs() < 1.0e-6, "{name}: {their} N");
+    }
+}
+
+/// Discs of radius 1 that overlap by 0.2, under springs of 1 N/m that never slide, for steps of 1 ms in which nothing moves: prints the
+/// tangential force on the second one, or on one at a wall, over -k_s dt where it is slip, and the arm of the torque.
+const FRICTION_IN_LAMMPS: &str = r#"
+import math, os, sys
+import granular
+LAW = "hooke 1.0 0.0 tangential linear_history 1.0 0.0 1.0e6 damping mass_velocity"
+folder = sys.argv[1]
+lmp = granular.Program("lmp", ["-log", "none", "-nocite"], folder)
+
+def start(*places):
+    grains = ["create_atoms 1 single %r %r 0.0" % place for place in places]
+    wall = ["fix wall all wall/gran granular %s yplane 0.0 NULL" % LAW] if len(places) == 1 else []
+    lmp.does("\n".join([
+        "clear", "units si", "dimension 2", "boundary f f p", "atom_style sphere", "atom_modify map array", "newton off",
+        "comm_modify vel yes", "region box block -9 9 -9 9 -2 2", "create_box 1 box", *grains, "set group all diameter 2.0",
+        "set group all density 1.0", "pair_style granular", "pair_coeff * * " + LAW, *wall, "timestep 1.0e-3",
+        "group last id %d" % len(places)]))
+
+def step(velocity, spin, tangent, *more):
+    """Force along the tangent on the last grain, and its torque."""
+    x, y = ("%r" % (velocity * of) for of in tangent)
+    lmp.does("\n".join([
+        *more, "velocity last set %s %s 0.0" % (x, y), "set group last omega 0.0 0.0 %r" % spin, "run 1 post no",
+        'write_dump last custom out fx fy tqz modify format line "%.17g %.17g %.17g"']))
+    (row,) = granular.read_rows(os.path.join(folder, "out"))
+    fx, fy, torque = map(float, row)
+    return fx * tangent[0] + fy * tangent[1], torque
+
+up, turned = (0.0, 1.0), (-math.sin(0.1), math.cos(0.1))
+for tangent, *places in ((up, (0.0, 0.0), (1.8, 0.0)), ((-1.0, 0.0), (0.0, 0.8))):
+    start(*places)
+    force, torque = step(1.0, 0.0, tangent)
+    print(force / -1.0e-3, abs(torque / force))
+    if len(places) == 2:
+        after, _ = step(0.0, 0.0, turned, "set atom 2 x %r y %r" % (1.8 * turned[1], -1.8 * turned[0]))
+        print(after / force)
+    start(*places)
+    print(step(0.0, 1.0, tangent)[0] / -1.0e-3)
+lmp.ends()
+"#;
+
+/// What the script prints, of the native law.
+fn native_friction() -> Vec<f64> {
+    let mut law = Model::of(&paper_scene(1, 2)).law;
+    law.friction_angle = 1.5;
+    let dt = 1.0e-3;
+    let rules = ContactRules {
+        tan_squared: 1.0e12,
+        ..ContactRules::new(&law, dt)
+    };
+    let of = Parameters {
+        k_n: 1.0,
+        k_s: 1.0,
+        c_n: 0.0,
+    };
+    let still = Motion::default();
+    // Across the plane a spin has the other sign here.
+    let moving = |velocity, spin: f64| Motion {
+        velocity,
+        spin: -spin,
+        ..still
+    };
+    let act = |touch: &Touch, motion: &Motion, memory: &mut Memory| {
+        let action = rules.act(touch, &of, &still, motion, memory);
+        let [nx, nz] = touch.normal;
+        (
+            action.force[1] * nx - action.force[0] * nz,
+            action.torques[1],
+        )
+    };
+    let mut said = Vec::new();
+    let pair = |angle: f64| {
+        let place = [1.8 * angle.cos(), 1.8 * angle.sin()];
+        contact::grains([0.0; 2], 1.0, place, 1.0).expect("an overlap")
+    };
+    let wall = contact::wall(Axis::Z, 0.0, [0.0, 0.8], 1.0).expect("an overlap");
+    for (touch, along, turned) in [
+        (pair(0.0), [0.0, 1.0], Some(pair(0.1))),
+        (wall, [-1.0, 0.0], None),
+    ] {
+        let mut memory = Memory::default();
+        let (force, torque) = act(&touch, &moving(along, 0.0), &mut memory);
+        said.extend([force / -dt, (torque / force).abs()]);
+        if let Some(turned) = turned {
+            said.push(act(&turned, &still, &mut memory).0 / force);
+        }
+        let (force, _) = act(&touch, &moving([0.0; 2], 1.0), &mut Memory::default());
+        said.push(force / -dt);
+    }
+    said
+}
+
+/// Why its adapter has no friction for whole scenes: it differs in four of seven numbers, by three rules.
+#[test]
+#[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS: --features live")]
+fn friction_in_lammps_has_no_stretched_slip_another_turning_and_whole_arms_at_walls() {
+    let folder = tempdir().expect("a folder");
+    let output = Command::new("python3")
+        .args(["-c", FRICTION_IN_LAMMPS])
+        .arg(folder.path())
+        .env("PYTHONPATH", adapter_path(""))
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .output()
+        .expect("Python");
+    let text = String::from_utf8_lossy(&output.stdout);
+    let theirs: Vec<f64> = text.split_whitespace().flat_map(str::parse).collect();
+    assert_eq!(theirs.len(), 7, "{output:?}");
+    let stretch = 2.0 / 1.8;
+    let turning = 0.1_f64.sin().powi(2) + 0.1_f64.cos();
+    for ((what, lammps, native), (their, own)) in [
+        ("slip of a velocity", 1.0, stretch),
+        ("arm between grains", 0.9, 0.9),
+        ("force that turned by 0.1", 1.0, turning),
+        ("slip of a spin", -1.0, -1.0),
+        ("slip of a velocity at a wall", 1.0, stretch),
+        ("arm at a wall", 1.0, 0.9),
+        ("slip of a spin at a wall", -1.0, -1.0),
+    ]
+    .into_iter()
+    .zip(theirs.into_iter().zip(native_friction()))
+    {
+        assert!((their - lammps).abs() < 1.0e-12, "{what}: LAMMPS {their}");
+        assert!((own - native).abs() < 1.0e-12, "{what}: native {own}");
     }
 }
 
