@@ -44,7 +44,7 @@ use crate::checks::{Check, Measured, Outcome, verdict};
 use crate::document::Document;
 use crate::engine::EngineError;
 use crate::exit;
-use crate::files::FileError;
+use crate::files::{FileError, failed};
 use crate::study::machine::{Folder, Machine as _};
 use plan::{Plan, Program};
 use realization::{Engines, Runner};
@@ -209,10 +209,15 @@ pub fn create<S: Study>(
     reuse: Option<&Path>,
 ) -> Result<u64, StudyError> {
     Plan::new(study, program)?.write(path)?;
-    match reuse {
-        Some(from) => Folder::<S>::open(path)?.reuse(from),
-        None => Ok(0),
+    let Some(from) = reuse else {
+        return Ok(0);
+    };
+    let reused = Folder::<S>::open(path).and_then(|folder| folder.reuse(from));
+    if reused.is_err() {
+        // Else the same command, mended, would be refused for the folder that this one left.
+        std::fs::remove_dir_all(path).map_err(failed("remove", path))?;
     }
+    reused
 }
 
 pub const RECORD: &str = "report.json";

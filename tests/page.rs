@@ -100,6 +100,14 @@ fn the_first_page_is_short_and_every_study_has_its_own() {
             "{words}"
         );
     }
+    // As many rows as the verdict counts.
+    let (part, end) = (places[4].expect("a place"), places[5].expect("a place"));
+    let rows = first[part..end].matches("<tr><td").count();
+    assert!(rows > 2, "{rows}");
+    assert!(
+        first.contains(&format!("0 failed, {rows} skipped")),
+        "{rows} rows"
+    );
     let open = open_parts(&first);
     assert!(words(&open) <= MOST_WORDS, "{} words", words(&open));
     assert!(open.matches("<table").count() <= MOST_TABLES);

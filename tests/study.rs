@@ -222,8 +222,10 @@ fn rows_of_another_source_are_never_mixed_in() {
         .status()
         .expect("a status");
     assert_eq!((status.finished, status.damaged.len()), (0, 4));
-    let reused = larger_plan(&place.path().join("larger"), &other);
+    let larger = place.path().join("larger");
+    let reused = larger_plan(&larger, &other);
     assert!(matches!(reused, Err(StudyError::OtherProgram { .. })));
+    assert!(!larger.exists(), "a plan that was refused leaves nothing");
 }
 
 /// Nine squares in a new folder, with what is made of them already.

@@ -302,7 +302,7 @@ pub struct DiffArguments {
     record: PathBuf,
     /// The baseline's name
     name: String,
-    /// Print every check that moved within its tolerance, not only the dozen that moved most
+    /// Print every check and number that moved, not only the dozen that moved most
     #[arg(long)]
     all: bool,
     /// Every measured number must be the same to the last bit, as after a change that is to change nothing

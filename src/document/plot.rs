@@ -349,6 +349,14 @@ impl Mark {
         }
     }
 
+    /// None for anything but points.
+    pub fn points(&self) -> Option<&[Point]> {
+        match self {
+            Mark::Points { points, .. } => Some(points),
+            _ => None,
+        }
+    }
+
     /// Of everything that is drawn.
     pub fn colour(&self) -> Colour {
         match self {

@@ -56,15 +56,19 @@ impl History {
             of.filter(|(_, of)| of.change == Change::Moved).count()
         };
         let moves = (0..self.names.len()).filter(|at| moved(*at) > 0);
-        let moves = Table::of("moves", "Checks that moved within their limits", moves)
-            .column("record", name)
-            .column("subject", told)
-            .column("checks", |at| moved(at) as f64);
+        let moves = Table::of(
+            "moves",
+            "Checks whose value moved and outcome did not",
+            moves,
+        )
+        .column("record", name)
+        .column("subject", told)
+        .column("checks", |at| moved(at) as f64);
         let tables = [Table::from(checks), steps.into(), moves.into()];
         let tables = tables.into_iter().filter(|of| !of.rows.is_empty());
-        let mut sections = vec![
-            Section::new("What changed", "").with_all(tables.map(Table::without_empty_columns)),
-        ];
+        let tables: Vec<Table> = tables.map(Table::without_empty_columns).collect();
+        let words = if tables.is_empty() { "Nothing." } else { "" };
+        let mut sections = vec![Section::new("What changed", words).with_all(tables)];
         if !self.series.is_empty() {
             let more = self.series.len().saturating_sub(MOST);
             let words = match more {

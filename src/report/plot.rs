@@ -86,6 +86,18 @@ pub fn svg(plot: &Plot) -> String {
     whole([total, floor], &plot.caption, &svg)
 }
 
+/// Whether two series have points at one name of an axis.
+fn shares_places(plot: &Plot) -> bool {
+    let along = usize::from(plot.x.categories.is_empty());
+    let mut taken: Vec<f64> = Vec::new();
+    plot.marks.iter().filter_map(Mark::points).any(|points| {
+        let own: Vec<f64> = points.iter().map(|of| [of.x, of.y][along]).collect();
+        let shares = own.iter().any(|place| taken.contains(place));
+        taken.extend(own);
+        shares
+    })
+}
+
 /// Names against themselves: squares.
 fn is_matrix(plot: &Plot) -> bool {
     !plot.x.categories.is_empty() && plot.x.categories == plot.y.categories
@@ -296,11 +308,10 @@ impl Drawing<'_> {
 
     fn marks(&mut self) {
         let plot = self.plot;
-        let of_points = plot
-            .marks
-            .iter()
-            .filter(|mark| matches!(mark, Mark::Points { .. }))
-            .count();
+        let of_points = match shares_places(plot) {
+            true => plot.marks.iter().filter_map(Mark::points).count(),
+            false => 1,
+        };
         let mut series = 0;
         for mark in &plot.marks {
             let colour = mark.colour().hex();
@@ -357,7 +368,7 @@ impl Drawing<'_> {
                 Mark::Level { name, y, .. } => self.level(name, mark.colour(), *y),
                 Mark::Points { hollow, points, .. } => {
                     self.points(points, mark.colour(), *hollow, [series, of_points]);
-                    series += 1;
+                    series = (series + 1) % of_points;
                 }
             }
         }
@@ -404,7 +415,7 @@ impl Drawing<'_> {
         });
     }
 
-    /// Points with intervals; on an axis of names several series stand beside each other.
+    /// Points with intervals; on an axis of names several series that share a name stand beside each other.
     fn points(&mut self, points: &[Point], colour: Colour, hollow: bool, [series, of]: [usize; 2]) {
         let (downwards, hex) = (!self.plot.y.categories.is_empty(), colour.hex());
         let names = [self.plot.x.categories.len(), self.plot.y.categories.len()];
@@ -743,6 +754,29 @@ mod tests {
                 plot.name
             );
         }
+    }
+
+    #[test]
+    fn series_stand_beside_each_other_only_where_they_share_a_name() {
+        let apart = |second: [f64; 2]| {
+            let y = Axis::of_names("", ["a", "b"]);
+            let plot = Plot::new("rows", "", Axis::linear("x"), y)
+                .points("one", Colour::Blue, [Point::at(1.0, 0.0)])
+                .points(
+                    "other",
+                    Colour::Green,
+                    [Point::at(1.0, second[0]), Point::at(2.0, second[1])],
+                );
+            let svg = svg(&plot);
+            let circles = svg.split("<circle cx=").skip(1);
+            let heights = circles.filter_map(|of| of.split("cy=\"").nth(1)?.split('"').next());
+            let heights: Vec<f64> = heights.filter_map(|of| of.parse().ok()).collect();
+            // The key has one of each series before.
+            let [first, same] = [heights[2], heights[3]];
+            same - first
+        };
+        assert!(apart([0.0, 1.0]) > 1.0);
+        assert!((apart([1.0, 1.0]) - ROW * 1.5).abs() < 0.2, "a row lower");
     }
 
     /// How many of these points get their names.

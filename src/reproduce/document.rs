@@ -5,7 +5,7 @@ use std::time::SystemTime;
 use super::Runs;
 use super::beside::{Beside, Stated};
 use super::record::Reproduction;
-use crate::checks::Outcome;
+use crate::checks::{Check, Outcome};
 use crate::compare::baseline::diff::Diff;
 use crate::compare::first_steps;
 use crate::document::{Axis, Block, Cell, Colour, Document, Plot, Point, Section, Table, Tile};
@@ -95,7 +95,7 @@ impl Reproduction {
                     ),
                     None => (String::new(), of.answer.clone()),
                 },
-                "candidates" => match of.answer.split_once(" settings") {
+                "candidates" => match first_sentence(&of.answer).split_once(" settings") {
                     Some((share, rest)) => (share.to_owned(), format!("settings{rest}")),
                     None => halves(&of.answer),
                 },
@@ -223,11 +223,14 @@ impl Reproduction {
     }
 
     fn skipped(&self) -> Option<Section> {
-        let table = Table::of("skipped", "", &self.skipped)
-            .column("skipped", |of| &of.what)
-            .column("why", |of| &of.why);
+        let checks = self.checks().into_iter();
+        let skipped = checks.filter(|of| of.outcome == Outcome::Skipped);
+        let skipped: Vec<Check> = skipped.collect();
+        let table = Table::of("skipped", "", &skipped)
+            .column("skipped", |of| &of.quantity)
+            .column("why", |of| &of.found);
         let section = Section::new("Skipped", "These count for nothing.");
-        (!self.skipped.is_empty()).then(|| section.with(table))
+        (!skipped.is_empty()).then(|| section.with(table))
     }
 
     fn parameters(&self) -> Option<Section> {
@@ -352,6 +355,10 @@ fn capital(words: &str) -> String {
 fn halves(answer: &str) -> (String, String) {
     let (figure, rest) = answer.split_once(": ").unwrap_or(("", answer));
     (figure.to_owned(), rest.to_owned())
+}
+
+fn first_sentence(of: &str) -> &str {
+    of.split_inclusive(". ").next().unwrap_or(of).trim_end()
 }
 
 fn choices(run: &RunFolder) -> Section {

@@ -192,10 +192,16 @@ impl Tally {
 
 impl std::fmt::Display for Tally {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (passed, failed, skipped) = (self.passed, self.failed, self.skipped);
-        let counts = format!("{passed} cases passed, {failed} failed, {skipped} skipped");
-        let others = self.inapplicable;
-        write!(out, "{counts}, {others} not for this engine")
+        let (passed, failed, others) = (self.passed, self.failed, self.inapplicable);
+        let skipped = self.skipped + others;
+        write!(
+            out,
+            "{passed} cases passed, {failed} failed, {skipped} skipped"
+        )?;
+        match others {
+            0 => Ok(()),
+            others => write!(out, ", {others} of them not for this engine"),
+        }
     }
 }
 

@@ -40,6 +40,11 @@
       while (inside && !["auto", "scroll"].includes(getComputedStyle(inside).overflowX)) { inside = inside.parentElement; }
       if (!inside) { found.push(`sticks out: ${this.name(element)}`); }
     }
+    // Three columns can be read without scrolling on any screen.
+    for (const table of document.querySelectorAll(".scroll > table")) {
+      const [row, box] = [table.rows[0], table.parentElement];
+      if (this.seen(table) && row.cells.length <= 3 && box.scrollWidth > box.clientWidth + 1) { found.push(`scrolls: ${this.name(table)}`); }
+    }
     return found;
   },
 

@@ -46,7 +46,7 @@ impl Change {
             Change::Fixed => "fixed",
             Change::NowMade => "now made",
             Change::Added => "added",
-            Change::Moved => "moved within tolerance",
+            Change::Moved => "moved",
         }
     }
 }
@@ -62,6 +62,14 @@ pub struct Changed {
     pub by: Option<f64>,
     /// The same over what the limits leave to either side of what is expected.
     pub share_of_tolerance: Option<f64>,
+}
+
+impl Changed {
+    /// Its value moved and it fails as before.
+    fn still_fails(&self) -> bool {
+        let fails = |of: &Check| of.outcome == Outcome::Fail;
+        self.change == Change::Moved && self.after.as_ref().is_some_and(fails)
+    }
 }
 
 /// A measured number that is not as it was.
@@ -84,9 +92,9 @@ pub struct Diff {
     pub same_machine: bool,
     /// Every check that is not as it was, the worst first.
     pub changes: Vec<Changed>,
-    /// Checks that are as they were, to the last bit.
+    /// Checks that do not fail and are as they were, to the last bit.
     pub same: usize,
-    /// Checks that fail now and failed before.
+    /// Checks that fail now and failed before by the same definition, whether their values moved or not.
     pub still_failing: usize,
     /// Measured numbers that are others, the most by their own size first.
     pub moved: Vec<MovedNumber>,
@@ -108,7 +116,6 @@ pub fn diff(baseline: &Baseline, run: &Record) -> Diff {
     let checks = paired(&before.checks, &run.checks, |of| &of.id);
     let found = checks.iter().map(|(id, [a, b])| changed(id, *a, *b));
     let mut changes: Vec<Changed> = found.flatten().collect();
-    let same = checks.len() - changes.len();
     let moved = |of: &Changed| of.share_of_tolerance.unwrap_or(0.0);
     changes.sort_by(|a, b| {
         let by_size = moved(b).total_cmp(&moved(a));
@@ -117,7 +124,14 @@ pub fn diff(baseline: &Baseline, run: &Record) -> Diff {
     let same_machine = before.machine_kind == run.machine_kind && run.machine_kind.is_some();
     let speeds = speeds(&before.speeds, &run.speeds, same_machine);
     let fails = |of: &Option<&Check>| of.is_some_and(|check| check.outcome == Outcome::Fail);
-    let still_failing = checks.values().filter(|both| both.iter().all(fails));
+    let failing = checks.values().filter(|both| both.iter().all(fails));
+    let counted_elsewhere = changes.iter().filter(|of| !of.still_fails());
+    let redefined = changes.iter().filter(|of| {
+        let both = [of.before.as_ref(), of.after.as_ref()];
+        of.change == Change::DefinitionChanged && both.iter().all(fails)
+    });
+    let still_failing = failing.count() - redefined.count();
+    let same = checks.len() - counted_elsewhere.count() - still_failing;
     let (moved, unmoved) = numbers(&before.measured, &run.measured);
     Diff {
         baseline: baseline.name.clone(),
@@ -128,7 +142,7 @@ pub fn diff(baseline: &Baseline, run: &Record) -> Diff {
         commands: [before.command.clone(), run.command.clone()],
         same_machine,
         same,
-        still_failing: still_failing.count(),
+        still_failing,
         verdict: verdict(&changes, &speeds),
         changes,
         speeds,
@@ -173,8 +187,9 @@ impl Diff {
                 parts.push(format!("{number} {words}"));
             }
         };
-        // They stand in their order.
-        for of in self.changes.chunk_by(|a, b| a.change == b.change) {
+        // They stand in their order. No check is counted twice.
+        let others: Vec<&Changed> = self.changes.iter().filter(|of| !of.still_fails()).collect();
+        for of in others.chunk_by(|a, b| a.change == b.change) {
             let words = match (of[0].change, of.len()) {
                 (Change::NewFailure, 2..) => "new failures",
                 (change, _) => change.words(),
@@ -523,6 +538,26 @@ mod tests {
         assert_eq!(ids, ["b", "c", "a"]);
         let share = diff.changes[1].share_of_tolerance.expect("limits");
         assert!((share - 0.8).abs() < 1e-12, "{share}");
+    }
+
+    #[test]
+    fn every_check_is_counted_once() {
+        use Outcome::{Fail, Pass};
+        let of = |values: [f64; 4], outcomes: [Outcome; 4]| {
+            let checks = ["a", "b", "c", "d"].into_iter().zip(values).zip(outcomes);
+            let checks = checks.map(|((id, value), outcome)| check(id, value, outcome));
+            record(checks.collect(), Vec::new())
+        };
+        let outcomes = [Fail, Fail, Pass, Pass];
+        let before = of([1.6, 1.6, 1.0, 1.0], outcomes);
+        let diff = between(before.clone(), &of([1.6, 1.7, 1.1, 1.0], outcomes));
+        assert_eq!(diff.in_a_line(), "1 moved, 2 still failing, 1 as they were");
+        let mut after = before.clone();
+        after.checks[0].method = "by hearsay".to_owned();
+        assert_eq!(
+            between(before, &after).in_a_line(),
+            "1 definition changed, 1 still failing, 2 as they were"
+        );
     }
 
     #[test]

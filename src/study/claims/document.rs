@@ -216,6 +216,7 @@ impl Claims {
         for [key, default, here] in &self.other_choices {
             how = how.with(format!("`{key}` is {here} instead of {default}."));
         }
+        let mut choices_beside = None;
         let (beside, words) = match &self.beside {
             None => (&[][..], String::new()),
             Some(of) => {
@@ -227,12 +228,14 @@ impl Claims {
                 );
                 let named = |[key, _, here]: &[String; 3]| format!("`{key}` {here}");
                 let choices: Vec<String> = of.other_choices.iter().map(named).collect();
-                how = how.with(format!("Beside stand: {}.", choices.join(", ")));
+                choices_beside = Some(format!("Choices beside: {}.", choices.join(", ")));
                 (&of.claims[..], words)
             }
         };
         let mut sections = vec![
-            Section::new("The claims", words).with(table("claims", &self.claims, beside)),
+            Section::new("The claims", words)
+                .with(table("claims", &self.claims, beside))
+                .with_all(choices_beside),
             Section::new("What was found", "").with(readings("readings", &self.claims)),
             how,
             self.means(),

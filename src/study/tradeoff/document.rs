@@ -1,5 +1,7 @@
 //! What the comparison of cost and error says.
 
+use std::collections::BTreeMap;
+
 use super::judge::{Judgement, MISSED_KEY, MISSED_TITLE, Worst, word};
 use super::plan::is_frictional;
 use super::{Point, Tradeoff};
@@ -75,7 +77,9 @@ impl Tradeoff {
         };
         let section = Section::new("Cost against error", words)
             .with_all([bed, load].into_iter().filter(drawn));
-        section.with(self.by_cost()).with(
+        let section = section.with(self.by_cost());
+        let section = section.with_all(self.remarks());
+        section.with(
             "A method is dominated by the cheapest one that costs no more and errs no more, in the settled and in the loaded \
              bed, by the estimates; where the intervals overlap it is only perhaps dominated. Methods with friction are compared with \
              each other only. Processor times are those of \
@@ -90,7 +94,7 @@ impl Tradeoff {
         worst: impl Fn(&Judgement) -> Option<&Worst>,
     ) -> Plot {
         let caption = format!(
-            "{what} Filled: not dominated; hollow: dominated. Candidates, methods with friction and other engines have names where there is room; all stand in \
+            "{what} Filled: not dominated; hollow: dominated. Candidates and other engines have names where there is room; all stand in \
              the table. Bars: the 95 % interval of the quantity with the largest bias. Errors below {LOWEST} are drawn there. \
              Dotted: the margin and the null comparison."
         );
@@ -116,7 +120,8 @@ impl Tradeoff {
                         true => shown.between(low, high),
                         false => shown,
                     };
-                    Some(match group > 0 || point.confirmed.is_some() {
+                    let engine = !matches!(point.method.specification.runner, Runner::Native);
+                    Some(match engine || point.confirmed.is_some() {
                         true => shown.labelled(point.method.name.clone()),
                         false => shown,
                     })
@@ -185,10 +190,19 @@ impl Tradeoff {
                 largest(&of.screened.load)
             })
             .column("dominated by", |(_, of)| by(of))
-            .column("remarks", |(_, of)| {
-                Some(remarks(of).join("; ")).filter(|of| !of.is_empty())
-            })
             .into()
+    }
+
+    /// What is to be said of methods, each with whom it is said of.
+    fn remarks(&self) -> impl Iterator<Item = String> {
+        let mut all: BTreeMap<String, Vec<&str>> = BTreeMap::new();
+        for point in [&self.reference].into_iter().chain(&self.points) {
+            for remark in remarks(point) {
+                all.entry(remark).or_default().push(&point.method.name);
+            }
+        }
+        let all = all.into_iter();
+        all.map(|(remark, names)| format!("{}: {remark}.", names.join("; ")))
     }
 
     fn title<'a>(&'a self, key: &'a str) -> &'a str {
