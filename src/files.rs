@@ -288,8 +288,11 @@ pub fn write_folder<E: From<FileError>>(
     let aside = folder_aside(path)?;
     fill(aside.path())?;
     readable_by_all(aside.path());
-    refuse_existing(path)?;
-    fs::rename(aside.path(), path).map_err(failed("rename into place", path))?;
+    fs::rename(aside.path(), path).map_err(|error| match refuse_existing(path) {
+        // Another program was faster.
+        Err(taken) => taken,
+        Ok(()) => failed("rename into place", path)(error),
+    })?;
     // It is in its place; under its old name there is nothing left to remove.
     let _ = aside.keep();
     Ok(())

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crossgrain::files::{FileError, write_folder};
 use crossgrain::run::folder::record::Protocol;
 use crossgrain::run::folder::{RunFolder, sum_line, write_sums};
 
@@ -327,6 +328,23 @@ fn of_two_runs_into_one_folder_one_is_refused() {
     assert!(ends.iter().any(refused), "{ends:?}");
     RunFolder::read(&folder.path().join("out")).expect("one whole run");
     assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 2);
+}
+
+/// Whenever another program takes the name, its folder stays and the answer is the same.
+#[test]
+fn a_name_that_is_taken_while_a_folder_is_filled_is_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("out");
+    let error = write_folder(&path, |_| {
+        fs::create_dir(&path).expect("a new folder");
+        fs::write(path.join("theirs"), "whole").expect("a writable folder");
+        Ok::<_, FileError>(())
+    })
+    .expect_err("taken");
+    assert_eq!(error.exit_code(), 2);
+    assert!(error.to_string().contains("out exists already"), "{error}");
+    assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1);
+    assert!(path.join("theirs").exists());
 }
 
 #[test]

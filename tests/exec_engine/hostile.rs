@@ -13,11 +13,20 @@ use crate::support::{folder_with, rows, small_scene};
 
 /// What each of them can use.
 const TOOLS: &str = r#"
-import resource, shutil, signal
+import array, resource, shutil, signal
 resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY,) * 2)
 def at(name): return os.path.join(job, name)
 def well(): finish([moment(0), moment(10), end(10)])
 def instead(name, make): os.remove(at(name)); make(at(name))
+def numbers():
+    columns = list(zip(*[row.split(',') for row in given.split('\n')[1:-1]]))
+    return array.array('d', [float(value) for column in columns[1:5] for value in column]).tobytes()
+def grow(name, line, first=bool):
+    if os.fork(): return time.sleep(0.3)
+    first()
+    while True:
+        with open(at(name), 'a') as table: table.write(line)
+        time.sleep(0.001)
 def cell(row, column, value):
     rows = [row.split(',') for row in given.split('\n')]
     rows[row][column] = value
@@ -119,6 +128,10 @@ const HOSTILE: &str = r#"
     puts a pipe in the place of its numbers ⇒ os.mkfifo(at('tables.bin')); finish([moment(0) | {'contacts': 0}]) ⇒ tables.bin: ⇒ 4
     promises more contacts than there can be ⇒ put('tables.bin', 'x' * 64); finish([moment(0) | {'contacts': 2**60}]) ⇒ 1152921504606846976 contacts ⇒ 4
     cuts its numbers off ⇒ put('tables.bin', 'x' * 63); finish([moment(0) | {'contacts': 0}]) ⇒ tables.bin is cut off ⇒ 4
+    lets a table grow while it is read ⇒ well(); grow('settle-10-bodies.csv', 'x\n') ⇒ settle-10-bodies.csv is not a table ⇒ 4
+    lets a table grow from a session of its own ⇒ well(); grow('settle-10-contacts.csv', 'x\n', os.setsid) ⇒ settle-10-contacts.csv is not a table ⇒ 4
+    lets its list grow while it is read ⇒ well(); grow('moments.jsonl', '{"stage": "settle", "step": 10}\n') ⇒ moment 2 of the run should be none ⇒ 4
+    lets its numbers grow while they are read ⇒ open(at('tables.bin'), 'wb').write(numbers() * 2); finish([moment(0) | {'contacts': 0}, moment(10) | {'contacts': 0}, end(10)]); grow('tables.bin', 'x') ⇒ tables.bin goes on after the last moment ⇒ 4
     lies about its progress ⇒ print('settle 99999999999999999999 nan\nload -1 7.5\nsettle 5 -inf'); well() ⇒ wrote ⇒ 0
     changes the scene in its folder ⇒ put('scene.json', '{}'); put('initial.csv', ''); put('job.json', ''); well() ⇒ wrote ⇒ 0
     changes the scene of the user ⇒ put('../scene.json', '{}'); well() ⇒ wrote ⇒ 0
