@@ -165,6 +165,10 @@ pub enum Form {
     HistoryNotTurned,
     /// The tangential force turns against the normal.
     HistoryTurnedBack,
+    /// The tangential force turns with the normal and keeps its length; the model's grows by √(1 + sin²) of the angle.
+    HistoryKeepsLength,
+    /// The tangential force is projected onto the new tangent, and shrinks by the angle's cosine.
+    HistoryProjected,
     /// The tangential force is not limited.
     NoCoulombLimit,
     /// Each component of the tangential force is limited by itself.
@@ -179,10 +183,14 @@ pub enum Form {
     OtherTorqueArms,
     /// The arms are the whole radii.
     WholeArms,
+    /// The arms at walls and punch are the whole radii.
+    WholeArmsAtFlatBodies,
     /// The torque on the second body has the other sign.
     TorqueSign,
     /// Corrected and contact point velocity change places.
     OtherSlip,
+    /// Corrected slip is that of the centres' velocities as they are.
+    SlipNotStretched,
     /// A new contact slips for the time that it has existed, or for the whole step: the other one.
     OtherNewContact,
     /// Clipped and unclipped tension change places.
@@ -579,6 +587,23 @@ impl<'a> Stepper<'a> {
             let twice = 2.0 * (ox * nx + oz * nz);
             memory.normal = [twice * nx - ox, twice * nz - oz];
         }
+        let keeps_length = self.variant.has(Form::HistoryKeepsLength);
+        if keeps_length || self.variant.has(Form::HistoryProjected) {
+            let ([sx, sz], [nx, nz]) = (memory.shear, touch.normal);
+            let along = sx * nx + sz * nz;
+            let turned = [sx - along * nx, sz - along * nz];
+            let size = turned[0].hypot(turned[1]);
+            let factor = match keeps_length && size > 0.0 {
+                true => sx.hypot(sz) / size,
+                false => 1.0,
+            };
+            if memory.touching() {
+                memory = Memory {
+                    normal: touch.normal,
+                    shear: turned.map(|of| factor * of),
+                };
+            }
+        }
         let still = |of: &Motion| Motion { spin: 0.0, ..*of };
         let mut action = if self.variant.has(Form::SlipOfCentres) {
             self.rules
@@ -614,10 +639,13 @@ impl<'a> Stepper<'a> {
                 action.torques = self.rules.torques(&touch, force, one, two);
             }
         }
-        if self.variant.has(Form::NoTorqueOfFlatBodies) && touch.pair != contact::Pair::Grains {
+        let is_flat = touch.pair != contact::Pair::Grains;
+        if self.variant.has(Form::NoTorqueOfFlatBodies) && is_flat {
             action.torques = [0.0; 2];
         }
-        if self.variant.has(Form::WholeArms) && self.rules.rotates {
+        let whole_arms = self.variant.has(Form::WholeArms)
+            || is_flat && self.variant.has(Form::WholeArmsAtFlatBodies);
+        if whole_arms && self.rules.rotates {
             let [r1, r2] = touch.radii;
             let turn = touch.normal[0] * action.force[1] - touch.normal[1] * action.force[0];
             action.torques = [r1 * turn, r2 * turn];
@@ -731,6 +759,7 @@ fn change(form: Form, rules: &mut contact::ContactRules) {
                 SlipVelocity::ContactPoint => SlipVelocity::RatchetingCorrected,
             }
         }
+        Form::SlipNotStretched => rules.stretched = false,
         Form::OtherNewContact => {
             rules.new_contact_slip = match rules.new_contact_slip {
                 NewContactSlip::WholeStep => NewContactSlip::SinceTouch,

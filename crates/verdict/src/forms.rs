@@ -1,7 +1,7 @@
 //! Which term of another engine has another form: each form is tried in the native engine's written-out step, with the constants
 //! fitted anew.
 
-use grains::scene::Viscosity;
+use grains::scene::{SlipVelocity, Viscosity};
 use grains::task::Case;
 use grains::variant::Form;
 
@@ -46,16 +46,22 @@ pub fn candidates(case: &Case) -> Vec<Form> {
             Form::HistoryReset,
             Form::HistoryNotTurned,
             Form::HistoryTurnedBack,
+            Form::HistoryKeepsLength,
+            Form::HistoryProjected,
             Form::NoCoulombLimit,
             Form::CoulombByComponent,
             Form::OtherSlip,
             Form::OtherNewContact,
         ]);
+        if law.contact.slip_velocity == SlipVelocity::RatchetingCorrected {
+            forms.push(Form::SlipNotStretched);
+        }
     }
     if law.rotates() {
         forms.extend([
             Form::OtherTorqueArms,
             Form::WholeArms,
+            Form::WholeArmsAtFlatBodies,
             Form::TorqueSign,
             Form::SpinsKept,
             Form::SlipOfCentres,
@@ -122,6 +128,8 @@ pub fn in_words(form: Form) -> String {
         Form::OldPositions => "forces are those of the positions before the step".into(),
         Form::WrittenAtWholeSteps => "the velocities that are written belong to whole steps, and are to belong to the half step before the positions".into(),
         Form::HistoryTurnedBack => "the tangential force turns against the normal, and is to turn with it".into(),
+        Form::HistoryKeepsLength => "the tangential force keeps its length as it turns with the normal: S − S × (n_old × n) is longer by √(1 + sin²) of the angle".into(),
+        Form::HistoryProjected => "the tangential force is projected onto the new tangent: it is to turn with the normal".into(),
         Form::CoulombByComponent => "each component of the tangential force is limited by itself: its size is to be limited".into(),
         Form::CoulombOfSpring => "the limit of the tangential force leaves the dashpot out: N is the whole normal force".into(),
         Form::DashpotOfMeanMass => "c_n is made from the mean of two masses: the effective mass is m1·m2/(m1 + m2)".into(),
@@ -133,8 +141,10 @@ pub fn in_words(form: Form) -> String {
         Form::NoCoulombLimit => "the tangential force is not limited by |N| tan φ".into(),
         Form::OtherTorqueArms => "the arms of the torque are not those of law.contact.torque_arms".into(),
         Form::WholeArms => "the arms of the torque are the radii, without the half overlap".into(),
+        Form::WholeArmsAtFlatBodies => "at walls and punch the arms of the torque are the radii: the overlap makes them shorter".into(),
         Form::TorqueSign => "the torque on the second body of a pair has the wrong sign".into(),
         Form::OtherSlip => "the slip velocity is not that of law.contact.slip_velocity".into(),
+        Form::SlipNotStretched => "the slip has v2 − v1 as it is: (R1 + R2)/(R1 + R2 − u) times it is right".into(),
         Form::OtherNewContact => {
             "the slip of a new contact is not that of law.contact.new_contact_slip".into()
         }

@@ -257,6 +257,8 @@ fn ratio(of: &OfStart) -> f64 {
 const EXPLAINED_UNTIL: u64 = 10;
 /// So many of the best forms are fitted in full.
 const TRIED: usize = 3;
+/// Under one law at most so many terms are looked for in another form at once.
+const MOST_FORMS: usize = 3;
 
 /// The native engine's side of a judgement: made once, for any number of engines.
 #[derive(Debug, Clone)]
@@ -478,7 +480,7 @@ fn causes(
         if tried.is_explained(&known) {
             continue;
         }
-        let cause = tried.search(&known, &fitted);
+        let cause = tried.search(&known, &fitted, MOST_FORMS - 1);
         let before = std::mem::replace(&mut known, cause.variant.clone());
         fitted.extend(tried.free(&fitted));
         // A length that is not quite met leaves a few grains in every law: that was said.
@@ -547,7 +549,8 @@ impl Tried<'_> {
         Constant::ALL.into_iter().filter(plays_a_part).collect()
     }
 
-    fn search(&self, known: &Variant, fitted: &[Constant]) -> Cause {
+    /// `more` forms may be taken besides the best one, if all together explain the law.
+    fn search(&self, known: &Variant, fitted: &[Constant], more: usize) -> Cause {
         // States in which nothing differs have nothing to say.
         let differs = |at: &&usize| {
             let farthest = self.natives[**at].envelope.farthest(self.answer(**at));
@@ -568,7 +571,8 @@ impl Tried<'_> {
             .iter()
             .flat_map(|(case, _)| forms::candidates(case))
         {
-            if !forms.contains(&form) && !self.ruled_out.contains(&form) {
+            let taken = [self.ruled_out, &known.forms, &forms];
+            if !taken.iter().any(|of| of.contains(&form)) {
                 forms.push(form);
             }
         }
@@ -585,7 +589,7 @@ impl Tried<'_> {
         });
         let mut order: Vec<usize> = (0..forms.len()).collect();
         order.sort_by(|a, b| misfits[*a].total_cmp(&misfits[*b]));
-        let mut best: Option<(Fit, f64)> = None;
+        let mut best: Option<(Fit, f64, Form)> = None;
         let mut explaining: Vec<(Fit, Form)> = Vec::new();
         for at in order.into_iter().take(TRIED) {
             let with = with(forms[at]);
@@ -594,8 +598,8 @@ impl Tried<'_> {
                 explaining.push((fit, forms[at]));
             } else {
                 let misfit = search.misfit(&fit.variant);
-                if best.as_ref().is_none_or(|(_, of)| misfit < *of) {
-                    best = Some((fit, misfit));
+                if best.as_ref().is_none_or(|(_, of, _)| misfit < *of) {
+                    best = Some((fit, misfit, forms[at]));
                 }
             }
         }
@@ -607,7 +611,11 @@ impl Tried<'_> {
         }
         let alone = search.misfit(&constants_alone.variant);
         match best {
-            Some((fit, misfit)) if misfit < 0.5 * alone => self.cause(fit, false, Vec::new()),
+            Some((fit, misfit, form)) if misfit < 0.5 * alone => {
+                let with_more = (more > 0).then(|| self.search(&with(form), fitted, more - 1));
+                let explained = with_more.filter(|of| of.explained);
+                explained.unwrap_or_else(|| self.cause(fit, false, Vec::new()))
+            }
             _ => self.cause(constants_alone, false, Vec::new()),
         }
     }

@@ -299,6 +299,24 @@ fn each_form_is_named() {
     );
 }
 
+/// The friction of LAMMPS: each of three rules is a small part of a contact's force.
+#[test]
+fn several_forms_under_one_law_are_named_together() {
+    let forms = [
+        Form::SlipNotStretched,
+        Form::HistoryKeepsLength,
+        Form::WholeArmsAtFlatBodies,
+    ];
+    let of = of_variant(&Variant {
+        forms: forms.to_vec(),
+        ..Variant::default()
+    });
+    let named: Vec<Form> = of.causes.iter().flat_map(|of| of.forms.clone()).collect();
+    assert!(forms.iter().all(|of| named.contains(of)), "{named:?}");
+    assert_eq!(named.len(), forms.len(), "{named:?}");
+    assert!(of.causes.iter().all(|of| of.explained));
+}
+
 /// −0 is another bit pattern than 0, though it is the same number.
 #[test]
 fn a_zero_of_the_other_sign_is_not_identical() {

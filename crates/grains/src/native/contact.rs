@@ -223,6 +223,8 @@ pub struct ContactRules {
     pub tension: Tension,
     /// Which velocity counts as slip.
     pub slip_velocity: SlipVelocity,
+    /// Whether corrected slip has the centres' velocities larger by (R_1 + R_2)/(R_1 + R_2 − u_n), as YADE's has.
+    pub stretched: bool,
     /// Where forces act on a grain.
     pub torque_arms: TorqueArms,
     /// How much slip a new contact is given.
@@ -247,6 +249,7 @@ impl ContactRules {
                 }
             },
             slip_velocity: law.contact.slip_velocity,
+            stretched: true,
             torque_arms: law.contact.torque_arms,
             new_contact_slip: law.contact.new_contact_slip,
             dt,
@@ -373,7 +376,10 @@ impl ContactRules {
         }
         let [r1, r2] = touch.radii;
         let [nx, nz] = touch.normal;
-        let stretch = (r1 + r2) / (r1 + r2 - touch.overlap);
+        let stretch = match self.stretched {
+            true => (r1 + r2) / (r1 + r2 - touch.overlap),
+            false => 1.0,
+        };
         let of_two = cross(two.spin, [-r2 * nx, -r2 * nz]);
         let of_one = cross(one.spin, [r1 * nx, r1 * nz]);
         [0, 1].map(|axis| {
