@@ -135,7 +135,7 @@ const AREA: Area = [76.0, 70.0, 660.0, 506.0];
 /// Half the width and the depth that are shown, m.
 const SHOWN: [f64; 2] = [0.3, 0.46];
 /// σ_p,zz over p, falling.
-const LEVELS: [f64; 9] = [0.8, 0.6, 0.4, 0.3, 0.2, 0.15, 0.1, 0.05, 0.03];
+const LEVELS: [f64; 8] = [0.8, 0.5, 0.3, 0.2, 0.15, 0.1, 0.05, 0.03];
 /// Nodes of the grid in each direction; even, so that none lies in the middle.
 const BULB_NODES: usize = 320;
 /// Lines are labelled where they cross a ray from the load that leans so much to the left, rad.
