@@ -236,6 +236,24 @@ fn rattlers_and_what_is_unbalanced_show() {
 }
 
 #[test]
+fn a_bed_without_a_load_is_measured_as_poured() {
+    let (scene, bodies, contacts) = square_packing(4, 4);
+    let bed = Bed {
+        bodies: &bodies,
+        contacts: &contacts,
+    };
+    let moments = |settled: Option<Bed<'_>>| -> Vec<String> {
+        let all = measure::all(&scene, settled, bed).into_iter();
+        let moments = all.map(|of| of.key.split('.').next().unwrap_or_default().to_owned());
+        let mut moments: Vec<String> = moments.collect();
+        moments.dedup();
+        moments
+    };
+    assert_eq!(moments(None), ["poured"]);
+    assert_eq!(moments(Some(bed)), ["settled", "loaded"]);
+}
+
+#[test]
 fn control_points_outside_the_bed_have_no_stress() {
     let (scene, bodies, contacts) = square_packing(30, 5);
     let bed = Bed {

@@ -40,16 +40,16 @@ impl Bed<'_> {
     }
 }
 
-/// Every measure of the beds of one run: of the settled one, if loading followed, and of the last.
-/// Depths are counted from the settled surface in both.
+/// Every measure of the beds of one run: `settled.` and `loaded.`, or `poured.` if no loading followed. Depths are counted from the
+/// settled surface in both.
 pub fn all(scene: &Scene, settled: Option<Bed<'_>>, last: Bed<'_>) -> Vec<Quantity> {
     let surface = surface(scene, settled.unwrap_or(last).bodies);
-    let mut quantities = Vec::new();
-    if let Some(settled) = settled {
-        quantities.extend(bed(scene, "settled", settled, surface));
-    }
-    let stage = settled.map_or(Stage::Settle, |_| Stage::Load);
-    quantities.extend(bed(&scene.in_stage(stage), "loaded", last, surface));
+    let Some(settled) = settled else {
+        return bed(scene, "poured", last, surface);
+    };
+    let mut quantities = bed(scene, "settled", settled, surface);
+    let loading = scene.in_stage(Stage::Load);
+    quantities.extend(bed(&loading, "loaded", last, surface));
     quantities
 }
 
