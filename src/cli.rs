@@ -4,7 +4,6 @@ mod bench;
 mod chosen;
 mod compare;
 mod engine;
-mod history;
 mod job_folder;
 mod paper;
 mod report;
