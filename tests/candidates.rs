@@ -5,12 +5,11 @@ use std::path::Path;
 
 use crossgrain::limits::stability::time_step::share_of_limit;
 use crossgrain::report;
-use crossgrain::study::beds::Beds;
 use crossgrain::study::candidates::judge::Candidates;
 use crossgrain::study::candidates::published::Verdict;
 use crossgrain::study::candidates::{Plan, choices};
 use crossgrain::study::machine::Folder;
-use crossgrain::study::member::{Member, Members, of_one_bed};
+use crossgrain::study::member::{Beds, Member, Members, of_one_bed};
 use crossgrain::study::realization::Change::{self, Friction, Hold, Settled, Speed};
 use crossgrain::study::realization::{
     Ending, Engines, Setting, Specification, changed, law_key, unobserved,
@@ -239,8 +238,7 @@ fn a_bed_poured_once_and_loaded_is_the_whole_run_bit_for_bit() {
         let scenes = [first, fast, held, rough];
         let settings =
             scenes.map(|scene| Setting::new("a", "a", "test", Specification::native(scene), 1));
-        let loaded =
-            of_one_bed(&settings.iter().collect::<Vec<&Setting>>(), 1, keep).expect("they run");
+        let loaded = of_one_bed(&settings, 1, keep).expect("they run");
         for (setting, loaded) in settings.iter().zip(loaded) {
             assert!(loaded.loaded_state.is_some());
             assert_eq!(loaded, whole(&setting.specification));

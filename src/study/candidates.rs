@@ -12,10 +12,9 @@ use grains::scene::{ContactLaw, ControlPoint, Rotation, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::engine::EngineError;
-use crate::study::beds::Beds;
 use crate::study::candidates::judge::Candidates;
 use crate::study::machine::Folder;
-use crate::study::member::{MIRRORED, Member, Members};
+use crate::study::member::{Beds, MIRRORED, Member, Members};
 use crate::study::realization::{
     Change, Engines, LAWS, Runner, Setting, Specification, changed, small_scene, whole_scene,
 };

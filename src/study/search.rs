@@ -13,9 +13,8 @@ use grains::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::EngineError;
-use crate::study::beds::Beds;
 use crate::study::machine::Folder;
-use crate::study::member::{Member, Members};
+use crate::study::member::{Beds, Member, Members};
 use crate::study::realization::{Engines, Runner, Setting, Specification};
 use crate::study::search::matching::{Observed, Search, keep};
 use crate::study::search::space::{AXES, OF_POURING};

@@ -1,6 +1,6 @@
 //! The choices that the paper leaves open, one at a time around the printed scene.
 
-use crate::study::beds::Beds;
+use crate::study::member::Beds;
 use crate::study::realization::Change::{
     self, Alpha, CloudSpeed, Columns, Diameter, DiameterSameArea, Friction, Hold, Settled, Size,
     Speed, Spheres, Step,
