@@ -1,7 +1,6 @@
 //! The command line: one verb a file. Arguments in, one library call, an exit code out.
 
 mod bench;
-mod chosen;
 mod compare;
 mod engine;
 mod job_folder;

@@ -21,8 +21,6 @@ pub mod exit {
 
 pub mod files;
 
-pub mod interrupt;
-
 pub mod workers;
 
 pub mod child;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
-use super::chosen::beside;
+use super::engine::beside;
 use super::job_folder::page_line;
 use super::report::{Files, Views};
 use super::run::YadeLimits;

@@ -10,7 +10,6 @@ use crate::cli::report::Views;
 use crate::cli::{json, print};
 use crate::document::{Document, Section};
 use crate::error::{Error, exit};
-use crate::interrupt::unless_asked_to_end;
 use crate::progress::say;
 use crate::report::disc_field::of_figure_4;
 use crate::report::fields::bulbs;
@@ -21,6 +20,7 @@ use crate::study::StudyError;
 use crate::study::campaign::{Merged, merged};
 use crate::study::claims::{self, Origin};
 use crate::study::figures::{Distribution, distributions, loaded_bed, setup_of, sharings};
+use crate::workers::unless_asked_to_end;
 use grains::scene::paper_scene;
 
 #[derive(Debug, Args)]

@@ -15,7 +15,7 @@ use crate::checks::record::{Record, RecordError, read};
 use crate::checks::{Check, Outcome, Speed};
 use crate::child::Group;
 use crate::files::{FileError, failed, work_folder};
-use crate::interrupt::asked_to_end;
+use crate::workers::asked_to_end;
 
 /// Records of one job in the order of time.
 #[derive(Debug, Clone, PartialEq, Serialize)]

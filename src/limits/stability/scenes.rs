@@ -5,8 +5,8 @@ use std::f64::consts::{PI, SQRT_2};
 
 use serde::{Deserialize, Serialize};
 
-use crate::interrupt::asked_to_end;
 use crate::suite::build::{self, Grain};
+use crate::workers::asked_to_end;
 use grains::generate::initial_bodies;
 use grains::model::{Axis, Law, Model};
 use grains::native::{self, CaseOptions, NativeError, Options, Trouble, watch_case};
