@@ -19,7 +19,7 @@ use crate::engine::read::TimedSteps;
 use crate::error::Error;
 use crate::files::read_text;
 use crate::progress::Task;
-use grains::native::throughput::{OPERATIONS, add_and_multiply, divide, square_root, sum};
+use grains::native::timing::{OPERATIONS, add_and_multiply, divide, square_root, sum};
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Machine {
