@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::checks::Outcome;
 use crate::study::member::{Endings, Member};
-use crate::suite::build::{self, Grain};
+use crate::suite::{self, Grain};
 use evidence::t_test::{self, Finding, Paired, paired};
 use evidence::{Interval, proportion, regression};
 use grains::native::{self, NativeError};
@@ -453,9 +453,9 @@ fn last(
     steps: u64,
     number: fn(&Bodies) -> f64,
 ) -> Result<f64, NativeError> {
-    let law = build::springs(grain.mass * FREQUENCY * FREQUENCY / RADIUS);
-    let model = build::world(law, dt, [0.0; 2], alpha, [walls, &[]]);
-    let case = build::case("convergence", model, &[grain], vec![steps]);
+    let law = suite::springs(grain.mass * FREQUENCY * FREQUENCY / RADIUS);
+    let model = suite::world(law, dt, [0.0; 2], alpha, [walls, &[]]);
+    let case = suite::case("convergence", model, &[grain], vec![steps]);
     let seen = native::run_case(&case, None)?;
     Ok(seen.last().map_or(f64::NAN, |last| number(&last.bodies)))
 }
