@@ -5,9 +5,8 @@ use std::path::Path;
 
 use crossgrain::limits::stability::time_step::share_of_limit;
 use crossgrain::report;
-use crossgrain::study::candidates::judge::Candidates;
-use crossgrain::study::candidates::published::Verdict;
-use crossgrain::study::candidates::{Plan, choices};
+use crossgrain::study::candidates::judge::{Candidates, Verdict};
+use crossgrain::study::candidates::{PRINTED, Plan, reasons};
 use crossgrain::study::machine::Folder;
 use crossgrain::study::member::{Beds, Member, Members, of_one_bed};
 use crossgrain::study::realization::Change::{self, Friction, Hold, Settled, Speed};
@@ -280,8 +279,8 @@ fn choices_are_sound_scenes_around_the_printed_one() {
         let first = plan.beds.settings().next().map(|of| of.id.as_str());
         assert_eq!(first, Some("printed"));
         if !quick {
-            let named = choices::reasons().map(|of| of.0);
-            let named: BTreeSet<&str> = named.chain([choices::PRINTED]).collect();
+            let named = reasons().map(|of| of.0);
+            let named: BTreeSet<&str> = named.chain([PRINTED]).collect();
             assert_eq!(axes, named);
         }
     }
@@ -296,7 +295,7 @@ fn three_settings(clouds: u64) -> Plan {
         Setting::new(id, id, axis, Specification::native(scene), clouds)
     };
     let speed = "punch speed and damping";
-    let sound = setting("as it is", choices::PRINTED, &[]);
+    let sound = setting("as it is", PRINTED, &[]);
     let slow = setting("slow", speed, &[Speed(0.02)]);
     let early = setting("hardly settled", "settle rule", &[Settled(0.05)]);
     Plan {

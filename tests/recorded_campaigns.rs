@@ -6,7 +6,10 @@ use crossgrain::files::read_text;
 use crossgrain::study::Study;
 use crossgrain::study::campaign::compare::compare;
 use crossgrain::study::campaign::{Merged, merged};
-use crossgrain::study::candidates::{self, judge::Candidates, published::Verdict as Excluded};
+use crossgrain::study::candidates::{
+    self,
+    judge::{Candidates, Verdict as Excluded},
+};
 use crossgrain::study::claims::{self, Claims};
 use crossgrain::study::machine::{Folder, Machine};
 use crossgrain::study::member::of_one_bed;
