@@ -84,7 +84,7 @@ impl Plan {
         };
         let frictional = with_friction(base.clone());
         let stiff = without_turning(frictional.clone());
-        let poured = changed(base.clone(), &[Change::Friction(FRICTION)]);
+        let poured = changed(base.clone(), &[Friction(FRICTION)]);
         let name = format!("friction {FRICTION} rad in loading");
         let without = format!("{name}, grains do not turn");
         let mut beds = vec![
@@ -99,7 +99,7 @@ impl Plan {
                 poured,
             )],
         ];
-        let rest = changed(base, &[Change::Settled(REST)]);
+        let rest = changed(base, &[Settled(REST)]);
         let (mut at_rest, mut ladders) = (Vec::new(), Vec::new());
         let rough = with_friction(rest.clone());
         for (kind, words, scene, speeds) in [
@@ -118,7 +118,7 @@ impl Plan {
             ),
         ] {
             let settings = SPEEDS.iter().take(speeds).map(|speed| {
-                let scene = changed(scene.clone(), &[Change::Speed(*speed)]);
+                let scene = changed(scene.clone(), &[Speed(*speed)]);
                 let name = format!("bed at rest, {words}, {speed} m/s");
                 setting(&format!("{kind}-{speed}"), &name, scene)
             });

@@ -1,4 +1,4 @@
-//! What the members of each setting say: first whether a published figure comes out of it.
+//! What the members of each setting say, and whether a published figure comes out of it.
 
 use serde::{Deserialize, Serialize};
 
