@@ -21,8 +21,7 @@ use crate::files::work_folder;
 use crate::progress::{Display, StageObserver};
 use grains::native::timing::Share;
 
-use bed::Bed;
-use bed::PAPER;
+use bed::{Bed, PAPER};
 use contender::{Contender, Contest};
 use document::Goal;
 use machine::{Bound, Instructions, Machine, Throughput, Work};

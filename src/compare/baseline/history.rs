@@ -119,16 +119,17 @@ fn of_speeds(records: &[Baseline]) -> Vec<Vec<(usize, &Speed)>> {
     all.into_values().collect()
 }
 
+/// One speed against another, of one kind of machine: the pace and the cost.
+fn held(from: &Speed, to: &Speed) -> (Pace, f64) {
+    let pair = speeds(slice::from_ref(from), slice::from_ref(to), true).pop();
+    pair.map_or((Pace::NotJudged, 1.0), |of| {
+        (of.pace, of.cost.unwrap_or(1.0))
+    })
+}
+
 /// Where a speed leaves its level: each record is held against the first of the level, so that a slow drift is seen too, and a
 /// single record that the next one does not confirm is none.
 fn levels(of: &[(usize, &Speed)]) -> Vec<Step> {
-    let held = |from: &Speed, to: &Speed| {
-        let pairs = speeds(slice::from_ref(from), slice::from_ref(to), true);
-        let pair = pairs.into_iter().next();
-        pair.map_or((Pace::NotJudged, 1.0), |of| {
-            (of.pace, of.cost.unwrap_or(1.0))
-        })
-    };
     let mut steps = Vec::new();
     let mut level = 0;
     for (index, (at, speed)) in of.iter().enumerate().skip(1) {
@@ -305,13 +306,8 @@ impl State {
                 })
             }
             (State::Speed(before), State::Speed(now)) => {
-                let pair = speeds(
-                    std::slice::from_ref(before),
-                    std::slice::from_ref(now),
-                    true,
-                )
-                .pop()?;
-                (pair.pace != Pace::NotJudged).then_some(pair.pace == Pace::Same)
+                let pace = held(before, now).0;
+                (pace != Pace::NotJudged).then_some(pace == Pace::Same)
             }
             _ => None,
         }
