@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use assert_approx_eq::assert_approx_eq;
 use grains::measure::porosity::{self, Window};
-use grains::measure::{self, Bed, cells, equilibrium, neighbourhood, stress};
+use grains::measure::{self, Bed, cells, neighbourhood, stress};
 use grains::scene::{Scene, Tension, Viscosity, paper_scene};
 use grains::tables::{Bodies, Contact};
 
@@ -169,12 +169,12 @@ fn a_standing_square_packing_bears_its_weight_in_its_stress() {
     // Four contacts each, but the top row has three.
     assert_approx_eq!(coordination.mean, (4.0 * 570.0 + 3.0 * 30.0) / 600.0, 1e-12);
     assert_approx_eq!(coordination.rattler_share, 0.0);
-    assert!(equilibrium::unbalanced_force(&scene, bed).expect("contacts") < 1e-12);
+    assert!(measure::unbalanced_force(&scene, bed).expect("contacts") < 1e-12);
     let one = Bed {
         bodies: &bodies,
         contacts: &contacts[..1],
     };
-    let stored = equilibrium::elastic_energy(&scene, one);
+    let stored = measure::elastic_energy(&scene, one);
     assert_approx_eq!(stored, 0.5 * 20.0 * weight * 1e-6, 1e-12);
     // With friction the tangential spring of 2 N stores ½·F²/k_s more.
     let mut rough = scene.clone();
@@ -187,7 +187,7 @@ fn a_standing_square_packing_bears_its_weight_in_its_stress() {
         contacts: &[sheared],
     };
     let k_s = 0.25 * scene.material.youngs_modulus * 0.005;
-    let more = equilibrium::elastic_energy(&rough, one) - stored;
+    let more = measure::elastic_energy(&rough, one) - stored;
     assert!((more / (2.0 / k_s) - 1.0).abs() < 1e-9, "{more}");
     // With dashpots the force is not the spring's alone: ½k_n u².
     let mut damped = scene.clone();
@@ -196,7 +196,7 @@ fn a_standing_square_packing_bears_its_weight_in_its_stress() {
         tension: Tension::Clipped,
     };
     let of_spring = 0.5 * scene.material.youngs_modulus * 0.005 * 1e-12;
-    let found = equilibrium::elastic_energy(&damped, one);
+    let found = measure::elastic_energy(&damped, one);
     assert!(
         (found / of_spring - 1.0).abs() < 1e-9,
         "{found} {of_spring}"
@@ -229,7 +229,7 @@ fn rattlers_and_what_is_unbalanced_show() {
     let weight = scene.grain_mass(0.005) * scene.gravity;
     let forces: f64 = contacts.iter().map(|c| c.normal_force).sum();
     assert_approx_eq!(
-        equilibrium::unbalanced_force(&scene, bed).expect("contacts"),
+        measure::unbalanced_force(&scene, bed).expect("contacts"),
         weight / 21.0 / (forces / contacts.len() as f64),
         1e-9
     );
@@ -306,7 +306,7 @@ fn the_floor_bears_what_presses_down_if_the_bed_is_at_rest() {
             bodies: &bodies,
             contacts: &contacts,
         };
-        equilibrium::borne_by_floor(&scene, bed, pressed)
+        measure::borne_by_floor(&scene, bed, pressed)
     };
     assert_approx_eq!(share(weight, 0.0), 1.0, 1e-15);
     assert_approx_eq!(share(0.9 * weight, 0.0), 0.9, 1e-15);

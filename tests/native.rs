@@ -6,7 +6,6 @@ mod ends;
 mod punch;
 
 use grains::generate::initial_bodies;
-use grains::measure::equilibrium;
 use grains::native;
 use grains::scene::{Damping, Scene, TimeStep};
 use grains::tables::{Bodies, StopReason};
@@ -60,7 +59,7 @@ fn collisions_keep_momentum_and_a_settled_bed_weighs_what_it_weighs() {
     let initial = initial_bodies(&scene);
     let (outcome, _) = native_outcome(&scene, &Task::pour(initial, 120_000), None);
     let bodies = &outcome.last.bodies;
-    assert!(equilibrium::kinetic_energy(bodies) < 1e-3);
+    assert!(bodies.kinetic_energy() < 1e-3);
     let weight: f64 = bodies.mass.iter().sum::<f64>() * scene.gravity;
     let floor = scene.particles.count + 2;
     let borne: f64 = outcome

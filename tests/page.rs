@@ -2,7 +2,7 @@
 
 use crossgrain::progress::Display;
 use crossgrain::report::{Page, page_against};
-use crossgrain::reproduce::beside::Beside;
+use crossgrain::reproduce::record::Beside;
 use crossgrain::reproduce::reproduce;
 
 use crate::support::pages::{each_figure_stands_once_and_has_numbers, job_without_yade};

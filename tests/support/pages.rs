@@ -7,7 +7,7 @@ use std::path::Path;
 use crossgrain::engine::yade;
 use crossgrain::report::Page;
 use crossgrain::reproduce::Options;
-use crossgrain::reproduce::beside::Beside;
+use crossgrain::reproduce::record::Beside;
 
 use super::small_scene;
 
