@@ -1,12 +1,7 @@
 //! The order of the house: modules of the program import only what stands above them in `src/lib.rs`, and the two crates
 //! know no files, terminals and processes.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
+use crate::support::*;
 
 /// Every Rust file below a folder.
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
@@ -24,7 +19,7 @@ fn rust_files(folder: &Path) -> Vec<PathBuf> {
 
 /// The code without line comments.
 fn code(path: &Path) -> String {
-    let text = fs::read_to_string(path).expect("a text file");
+    let text = text_of(path);
     let lines = text.lines().map(|line| match line.find("//") {
         Some(at) => &line[..at],
         None => line,
@@ -65,7 +60,7 @@ fn imported(code: &str) -> Vec<String> {
 
 /// The modules in the order of the data, as `src/lib.rs` has them.
 fn order() -> Vec<String> {
-    let lib = code(&root().join("src/lib.rs"));
+    let lib = code(&root("src/lib.rs"));
     let modules = lib.lines().filter_map(|line| {
         let name = line.trim().strip_prefix("pub mod ")?;
         Some(name.trim_end_matches(';').to_owned())
@@ -95,7 +90,7 @@ fn wrong_ways(order: &[String], files: &[(String, String)]) -> Vec<String> {
 
 #[test]
 fn modules_import_only_what_stands_before_them() {
-    let source = root().join("src");
+    let source = root("src");
     let files: Vec<(String, String)> = rust_files(&source)
         .into_iter()
         .map(|path| {
@@ -139,7 +134,7 @@ fn the_crates_know_no_files_terminals_and_processes() {
         "dbg!",
     ];
     for of in ["grains", "evidence", "verdict"] {
-        let files = rust_files(&root().join("crates").join(of).join("src"));
+        let files = rust_files(&root(&format!("crates/{of}/src")));
         assert!(files.len() > 5, "{of}");
         for path in files {
             let code = code(&path);

@@ -1,11 +1,8 @@
 //! The jobs that start YADE, with programs that are not YADE: exit code 4, words that say what happened and what to do, and no
 //! record, page or folder that looks finished. `yade_driver` has the finer ways to break `run`.
 
-use std::fs;
-use std::path::Path;
-
 use crate::hostile_names::nothing_obeyed;
-use crate::support::{crossgrain, ends, folder_with, tiny_scene, told};
+use crate::support::*;
 use crate::yade_driver::yade;
 
 /// Programs, and what is said of them.
@@ -69,11 +66,11 @@ fn left(folder: &Path) -> Vec<String> {
 /// The job with each of the broken programs; nothing of this name may be in what it leaves.
 fn every_way_is_told(job: &str, finished: &[&str]) {
     for (name, does, words) in BROKEN {
-        let (folder, _) = folder_with(&tiny_scene());
-        yade(folder.path(), name, does);
+        let folder = &folder_with(&tiny_scene());
+        yade(folder, name, does);
         let job = format!("{job} {LIMITS} --yade ./{name} --out o");
-        let output = crossgrain(&job, folder.path());
-        nothing_obeyed(folder.path(), &output);
+        let output = crossgrain(&job, folder);
+        nothing_obeyed(folder, &output);
         let (code, _, errors) = told(&output);
         assert_eq!(code, 4, "{job:?}, {name}: {errors}");
         for word in words {
@@ -87,7 +84,7 @@ fn every_way_is_told(job: &str, finished: &[&str]) {
             "{name}: {} bytes are said",
             errors.len()
         );
-        for file in left(folder.path()) {
+        for file in left(folder) {
             let half =
                 file.contains("crossgrain.partial") || finished.iter().any(|of| file.ends_with(of));
             assert!(!half, "{job:?}, {name} left {file}");
@@ -117,13 +114,13 @@ fn the_ladder_tells_every_way() {
 #[test]
 #[ignore = "minutes: the native part of the map comes first"]
 fn the_stability_map_tells_of_a_yade_that_says_nothing() {
-    let (folder, _) = folder_with(&tiny_scene());
+    let folder = &folder_with(&tiny_scene());
     let (_, does, words) = BROKEN[0];
-    yade(folder.path(), "yade", does);
+    yade(folder, "yade", does);
     let command = "stability --quick --quiet --yade ./yade --out o";
-    let (_, errors) = ends(folder.path(), 4, command);
+    let (_, errors) = ends(folder, 4, command);
     assert!(words.iter().all(|word| errors.contains(word)), "{errors}");
-    let finished = left(folder.path());
+    let finished = left(folder);
     assert!(
         !finished.iter().any(|file| file.contains("/o/")),
         "{finished:?}"
@@ -133,21 +130,21 @@ fn the_stability_map_tells_of_a_yade_that_says_nothing() {
 /// `compare` goes back to the engine to find where two runs part, and says why it cannot.
 #[test]
 fn a_comparison_tells_that_its_engine_is_broken() {
-    let (folder, _) = folder_with(&crate::hostile_names::two_grains());
+    let folder = &folder_with(&crate::hostile_names::two_grains());
     let sound = "frames(fine + fine, [frame(0), frame(10), end(10)])";
-    yade(folder.path(), "yade", sound);
+    yade(folder, "yade", sound);
     for run in ["native --out native", "yade --out other"] {
         let run = format!("run scene.json --steps 10 --yade ./yade --engine {run}");
-        ends(folder.path(), 0, &run);
+        ends(folder, 0, &run);
     }
     for (name, does, words) in BROKEN {
         if name == "numberless" {
             continue;
         }
-        yade(folder.path(), "yade", does);
+        yade(folder, "yade", does);
         let compare = format!("compare native other --yade ./yade {LIMITS}");
-        let output = crossgrain(&compare, folder.path());
-        nothing_obeyed(folder.path(), &output);
+        let output = crossgrain(&compare, folder);
+        nothing_obeyed(folder, &output);
         let (code, out, errors) = told(&output);
         // That the runs differ was found without the engine.
         assert_eq!(code, 1, "{name}: {out}{errors}");

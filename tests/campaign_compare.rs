@@ -1,7 +1,5 @@
 //! Two campaigns compared: every verdict can come out.
 
-use std::collections::BTreeMap;
-
 use crossgrain::checks::Outcome;
 use crossgrain::study::campaign::compare::{Compared, Comparison, Packings, compare, judge};
 use crossgrain::study::campaign::{Campaign, Member, Merged};
@@ -11,8 +9,9 @@ use crossgrain::study::tradeoff::judge::QUANTITIES;
 use evidence::proportion::wilson;
 use evidence::random::{Key, Source, replicates};
 use evidence::t_test::Finding;
-use grains::scene::paper_scene;
 use verdict::judge::Verdict;
+
+use crate::support::*;
 
 const HEIGHT: &str = "settled.height.mean_surface";
 
@@ -208,8 +207,7 @@ fn external_engines_go_through_the_same_comparison() {
 #[test]
 fn level_and_power_on_the_recorded_packings() {
     const KEY: Key = *b"crossgrain: tests of both sides ";
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-    let native = folder.join("reference_data/campaign-native-1");
+    let native = root("reference_data/campaign-native-1");
     let native = crossgrain::study::campaign::merged(&native).expect("a recorded campaign");
     let all = Packings::of(&native.rows);
     let (trials, side) = (400, 450);

@@ -1,8 +1,5 @@
 //! Settings on many packings, taken apart: what made-up members must come to, and one small study.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
-
 use crossgrain::limits::stability::time_step::share_of_limit;
 use crossgrain::report;
 use crossgrain::study::beds::Beds;
@@ -20,13 +17,10 @@ use crossgrain::study::search::space::{AXES, OF_POURING, STEP, base, scene};
 use crossgrain::study::{Study, create};
 use evidence::distribution::Family;
 use evidence::t_test::Finding;
-use grains::generate::initial_bodies;
 use grains::measure::stress::LAYERS;
-use grains::native;
-use grains::scene::{Material, parse_scene};
-use grains::task::Task;
+use grains::scene::Material;
 
-use crate::support::{ends, frictional_scene, has, small_scene};
+use crate::support::*;
 use crate::tradeoff::run;
 
 const CLOUDS: u64 = 60;
@@ -202,15 +196,14 @@ fn loads_of_another_bed_are_refused() {
 
 #[test]
 fn a_small_study_is_undecided_and_says_so() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let folder = folder.path();
+    let folder = &new_folder();
     ends(
         folder,
         0,
         "study plan candidates --quick --clouds 3 --out best",
     );
     ends(folder, 3, "study run best --quiet");
-    let page = std::fs::read_to_string(folder.join("best/report.html")).expect("a page");
+    let page = text_of(folder.join("best/report.html"));
     has(
         &page,
         ["Is there a quasi-static limit?", "Taken apart", "undecided"],
@@ -316,8 +309,8 @@ fn rows(folder: &Path) -> Vec<Vec<Member>> {
 
 #[test]
 fn choices_are_held_against_the_printed_scene_on_the_same_clouds() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let [three, eight] = ["three", "eight"].map(|name| place.path().join(name));
+    let place = &new_folder();
+    let [three, eight] = ["three", "eight"].map(|name| place.join(name));
     create(&three, three_settings(3), None, None).expect("a new study");
     run::<Plan>(&three, &Engines::default()).expect("it runs");
     // More clouds are added to what is there: three of two beds.

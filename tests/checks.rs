@@ -1,12 +1,6 @@
 //! Checks of a job as files for other programs, and baselines: from the command line.
 
-use std::collections::BTreeSet;
-use std::fs;
-use std::path::Path;
-
-use serde_json::Value;
-
-use crate::support::{a_pipe, ends, folder_with, has, json_of, say, tells, tiny_scene};
+use crate::support::*;
 
 /// A record with these checks, as `(id, value, outcome)`, each expected to be 1 ± 0.5, and one speed.
 fn record(folder: &Path, name: &str, checks: &[(&str, f64, &str)], yade_over_native: f64) {
@@ -28,16 +22,15 @@ fn record(folder: &Path, name: &str, checks: &[(&str, f64, &str)], yade_over_nat
 }
 
 /// A folder that goes away, with a record of one check that passed, `run.json`, in it.
-fn with_a_record() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    record(folder.path(), "run.json", &[("a", 1.0, "pass")], 60.0);
+fn with_a_record() -> Place {
+    let folder = new_folder();
+    record(&folder, "run.json", &[("a", 1.0, "pass")], 60.0);
     folder
 }
 
 #[test]
 fn a_regression_shows_in_words_files_and_exit_code() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
+    let at = &new_folder();
     let sound = [
         ("compare/a/height", 1.0, "pass"),
         ("faults/wall", 1.0, "pass"),
@@ -89,7 +82,7 @@ fn a_regression_shows_in_words_files_and_exit_code() {
         out.starts_with("            FAIL compare/a/height"),
         "{out}"
     );
-    let read = |name: &str| fs::read_to_string(at.join(name)).expect("a file");
+    let read = |name: &str| text_of(at.join(name));
     let junit = read("j.xml");
     has(
         &junit,
@@ -105,8 +98,7 @@ fn a_regression_shows_in_words_files_and_exit_code() {
 
 #[test]
 fn what_cannot_be_used_is_said_with_what_to_do() {
-    let folder = with_a_record();
-    let at = folder.path();
+    let at = &with_a_record();
     let refused = |command: &[&str], words: &str| {
         let (_, errors) = ends(at, 2, command);
         assert!(errors.contains(words), "{command:?}: {errors}");
@@ -131,7 +123,7 @@ fn what_cannot_be_used_is_said_with_what_to_do() {
     fs::write(at.join("other.json"), "{\"version\": 1}").expect("written");
     refused(&["report", "checks", "other.json"], "no record of a job");
     // Another job's record says nothing of this one.
-    let text = fs::read_to_string(at.join("run.json")).expect("a record");
+    let text = text_of(at.join("run.json"));
     let text = text.replace("\"reproduce\"", "\"verify\"");
     fs::write(at.join("other.json"), text).expect("written");
     ends(at, 0, &baseline("save", "run.json", "main"));
@@ -141,8 +133,7 @@ fn what_cannot_be_used_is_said_with_what_to_do() {
 
 #[test]
 fn checks_are_explained() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
+    let at = &new_folder();
     let checks = [("parameters/everything/dt", 1.0, "pass")];
     record(at, "run.json", &checks, 60.0);
     let explain = "report explain parameters/everything/dt --record run.json";
@@ -153,12 +144,10 @@ fn checks_are_explained() {
 
 #[test]
 fn the_schema_in_the_documentation_is_the_one_of_the_types() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let written = fs::read_to_string(root.join("docs/record.schema.json"));
-    let (printed, _) = ends(root, 0, "report checks --schema");
+    let written = text_of(root("docs/record.schema.json"));
+    let (printed, _) = ends(&root(""), 0, "report checks --schema");
     assert_eq!(
-        printed,
-        written.expect("docs/record.schema.json"),
+        printed, written,
         "write it anew: crossgrain report checks --schema > docs/record.schema.json"
     );
 }
@@ -166,8 +155,7 @@ fn the_schema_in_the_documentation_is_the_one_of_the_types() {
 /// A real job's record keeps to the common part, has a check for each figure of each case, and passes as it says.
 #[test]
 fn the_suite_has_its_checks_in_its_record() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
+    let at = &new_folder();
     ends(at, 0, "verify --engine native --quiet --out verified");
     let record = crossgrain::checks::record::read(&at.join("verified/verify.json"));
     let record = record.expect("a record");
@@ -185,8 +173,7 @@ fn the_suite_has_its_checks_in_its_record() {
 
 #[test]
 fn shells_and_man_are_told_the_command_line() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
+    let at = &new_folder();
     for shell in ["bash", "zsh", "fish"] {
         let (out, _) = ends(at, 0, &format!("shell completions {shell}"));
         assert!(out.contains("baseline"), "{shell}: {out}");
@@ -200,12 +187,11 @@ fn shells_and_man_are_told_the_command_line() {
 #[test]
 fn a_pipe_is_written_into_and_not_replaced() {
     use std::os::unix::fs::FileTypeExt;
-    let folder = with_a_record();
-    let at = folder.path();
+    let at = &with_a_record();
     for (option, words) in [("junit", "<testsuites"), ("csv", "outcome,id")] {
         let pipe = a_pipe(at, option);
         let from = pipe.clone();
-        let reader = std::thread::spawn(move || fs::read_to_string(from).expect("text"));
+        let reader = std::thread::spawn(move || text_of(from));
         let checks = format!("report checks run.json --{option} {option}");
         ends(at, 0, &checks);
         let kind = fs::symlink_metadata(&pipe).expect("is there").file_type();
@@ -281,9 +267,8 @@ fn told_alike(arguments: &[&str], folder: &Path) -> (i32, String) {
 /// Verbs that need no other engine say the same in all files.
 #[test]
 fn files_of_every_verb_say_what_its_exit_code_says() {
-    let (folder, _) = folder_with(&tiny_scene());
-    let at = folder.path();
-    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data");
+    let at = &folder_with(&tiny_scene());
+    let data = root("reference_data");
     let campaign = |name: &str| data.join(name).to_str().expect("UTF-8").to_owned();
     ends(at, 0, "study plan campaign scene.json --members 2 --out c");
     let sound = [("verify/a", 1.0, "pass"), ("verify/b", 1.0, "pass")];
@@ -331,9 +316,9 @@ fn files_of_every_verb_say_what_its_exit_code_says() {
     ] {
         let summary = [arguments, &["--summary", "again.md"]].concat();
         say(at, &summary);
-        let page = fs::read_to_string(at.join(page)).expect("a page");
+        let page = text_of(at.join(page));
         let page = page.replace("&#39;", "'");
-        let summary = fs::read_to_string(&again).expect("a summary");
+        let summary = text_of(&again);
         fs::remove_file(&again).expect("was written");
         let head = summary.lines().next().expect("a heading");
         let (title, verdict) = head[3..].split_once(": ").expect("a verdict");
@@ -354,8 +339,7 @@ fn files_of_every_verb_say_what_its_exit_code_says() {
 /// A baseline's bits are a check where they are demanded.
 #[test]
 fn other_bits_are_a_failure_where_they_are_demanded() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
+    let at = &new_folder();
     let checks = [("verify/a", 1.0, "pass")];
     for (name, value) in [("before.json", 1.0), ("after.json", 1.0 + f64::EPSILON)] {
         record(at, name, &checks, 60.0);
@@ -373,8 +357,7 @@ fn other_bits_are_a_failure_where_they_are_demanded() {
 /// A job that ended with an error says so in the files of every verb that judges.
 #[test]
 fn errors_are_told_in_the_files_too() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
+    let at = &new_folder();
     for (verb, rest) in [
         ("compare", "nowhere nowhere"),
         ("reproduce", "--scene nowhere.json"),
@@ -393,7 +376,7 @@ fn errors_are_told_in_the_files_too() {
         let given = format!("{verb} {rest} --junit j.xml --summary s.md");
         let (code, out, _) = say(at, &given);
         assert!(code > 1, "{verb}: {code} {out}");
-        let text = fs::read_to_string(at.join("j.xml")).expect("JUnit");
+        let text = text_of(at.join("j.xml"));
         let junit = roxmltree::Document::parse(&text).expect("XML");
         let root = junit.root_element();
         let named = format!("crossgrain {verb}");
@@ -401,7 +384,7 @@ fn errors_are_told_in_the_files_too() {
         assert_eq!(counts, [Some(named.as_str()), Some("1")]);
         let kind = format!("type=\"exit code {code}\"");
         assert!(text.contains(&kind), "{verb}: {code} {text}");
-        let summary = fs::read_to_string(at.join("s.md")).expect("a summary");
+        let summary = text_of(at.join("s.md"));
         assert!(summary.starts_with(&format!("## {named}: ")), "{summary}");
         for name in ["j.xml", "s.md"] {
             fs::remove_file(at.join(name)).expect("was written");

@@ -5,16 +5,10 @@ use crossgrain::compare::first_difference::Locator;
 use crossgrain::compare::{Comparison, compare};
 use crossgrain::engine::Part;
 use crossgrain::engine::exec::Description;
-use crossgrain::run::folder::RunFolder;
-use crossgrain::run::folder::record::{EngineRecord, Protocol};
-use grains::tables::Stage;
+use crossgrain::run::folder::record::EngineRecord;
 use verdict::judge::Verdict;
 
-use crate::support::engines::{changed_toy, narrow_scene, program};
-use crate::support::{
-    STAGES, ends, faulty, folder_with, frictional_scene, has, native_run, say, small_scene, sound,
-    staged_scene, tells,
-};
+use crate::support::*;
 
 const POUR: Protocol = Protocol::Steps { steps: 4000 };
 
@@ -114,14 +108,14 @@ fn one_last_bit_in_one_number_is_found() {
 
 #[test]
 fn the_command_says_agreed_or_different_and_exits_so() {
-    let (folder, _) = folder_with(&small_scene());
+    let folder = &folder_with(&small_scene());
     for out in ["a", "b", "c --perturb stiffness=1e-12", "d --seed 2"] {
         let run = "run scene.json --engine native --steps 1000 --quiet --out";
-        ends(folder.path(), 0, &format!("{run} {out}"));
+        ends(folder, 0, &format!("{run} {out}"));
     }
-    let (out, _) = ends(folder.path(), 0, "compare a b");
+    let (out, _) = ends(folder, 0, "compare a b");
     has(&out, ["\nAGREED: identical: native against native\n"]);
-    let (out, _) = ends(folder.path(), 1, "compare a c");
+    let (out, _) = ends(folder, 1, "compare a c");
     has(
         &out,
         [
@@ -129,12 +123,12 @@ fn the_command_says_agreed_or_different_and_exits_so() {
             "first difference: step ",
         ],
     );
-    let (out, _) = ends(folder.path(), 1, "compare a c --json --junit checks.xml");
-    let junit = std::fs::read_to_string(folder.path().join("checks.xml")).expect("JUnit");
+    let (out, _) = ends(folder, 1, "compare a c --json --junit checks.xml");
+    let junit = text_of(folder.join("checks.xml"));
     has(&junit, ["<failure"]);
     let value: serde_json::Value = serde_json::from_str(&out).expect("JSON");
     assert!(value["first_difference"]["step"].as_u64() > Some(0));
-    tells(folder.path(), 1, "compare a d", ["/realization"]);
+    tells(folder, 1, "compare a d", ["/realization"]);
 }
 
 #[test]
@@ -173,10 +167,10 @@ fn faults_in_friction_are_found_with_their_step() {
         let first = rows.find(|(good, bad)| good.state != bad.state);
         let first = first.expect("a difference").0.step;
         late += u32::from(first > 20);
-        let folder = tempfile::tempdir().expect("a temporary folder");
+        let folder = &new_folder();
         let bad = run(&seldom, faulty(fault));
-        bad.write(&folder.path().join("bad")).expect("writable");
-        let bad = RunFolder::read(&folder.path().join("bad")).expect("a folder in one piece");
+        bad.write(&folder.join("bad")).expect("writable");
+        let bad = read_run(&folder.join("bad"));
         let found = located(&sparse, &bad).first_difference;
         assert_eq!(found.map(|found| found.step), Some(first), "{fault}");
     }
@@ -186,7 +180,7 @@ fn faults_in_friction_are_found_with_their_step() {
 /// Exit code and words of the comparison of a native run with one of the toy after these changes of its text; the toy's
 /// operations are other ones in any case. It is asked for its first steps if that is wanted.
 fn against_toy(changes: &[(&str, &str)], asked: bool) -> (i32, String) {
-    let (folder, _) = folder_with(&narrow_scene(0.05));
+    let folder = &folder_with(&narrow_scene(0.05));
     let other = ("* (v[i][axis] + 0.5", "* (1.0 + 1e-14) * (v[i][axis] + 0.5");
     let toy = changed_toy(
         "v[i][axis] += dt * a",
@@ -196,12 +190,12 @@ fn against_toy(changes: &[(&str, &str)], asked: bool) -> (i32, String) {
         assert_eq!(toy.matches(from).count(), 1, "{from}");
         toy.replace(from, to)
     });
-    let engine = program(folder.path(), "toy.py", &toy);
+    let engine = program(folder, "toy.py", &toy);
     let engine = format!("exec:{}", engine.display());
     let run = ["run", "scene.json", "--steps", "600", "--quiet", "--engine"];
     for (of, out) in [("native", "native"), (engine.as_str(), "theirs")] {
         let run = [&run[..], &[of, "--out", out]].concat();
-        ends(folder.path(), 0, &run);
+        ends(folder, 0, &run);
     }
     let engine = if asked {
         &["--engine", &engine][..]
@@ -209,7 +203,7 @@ fn against_toy(changes: &[(&str, &str)], asked: bool) -> (i32, String) {
         &[]
     };
     let compare = [&["compare", "native", "theirs"], engine].concat();
-    let (code, text, errors) = say(folder.path(), &compare);
+    let (code, text, errors) = say(folder, &compare);
     (code, text + &errors)
 }
 

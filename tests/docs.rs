@@ -4,12 +4,7 @@
 //! stands for anything. A comment `# exit code N` ends a command that does not end with 0. The commands of a page are run
 //! in one folder, in their order, with `adapters`, `examples`, `python` and `reference_data` as in the checkout, and without YADE.
 
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
-
-use crate::support::{rows, say, told};
+use crate::support::*;
 
 const WORDS_OF_README: usize = 1_000;
 const WORDS_OF_DOCS: usize = 12_000;
@@ -71,18 +66,14 @@ pages! {
     software_paper: "paper/paper.md",
 }
 
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
 fn text(page: &str) -> String {
-    fs::read_to_string(root().join(page)).unwrap_or_else(|error| panic!("{page}: {error}"))
+    text_of(root(page))
 }
 
 /// Every page in a folder and below.
 fn pages_in(folder: &str) -> Vec<String> {
     let mut pages = Vec::new();
-    for entry in fs::read_dir(root().join(folder)).expect("a folder") {
+    for entry in fs::read_dir(root(folder)).expect("a folder") {
         let entry = entry.expect("an entry");
         let path = format!("{folder}/{}", entry.file_name().to_string_lossy());
         if entry.path().is_dir() {
@@ -140,14 +131,14 @@ fn anchors(text: &str) -> Vec<String> {
 
 /// Links of a page that lead nowhere.
 fn broken(page: &str, text: &str) -> Vec<String> {
-    let folder = root().join(page).parent().expect("a folder").to_owned();
+    let folder = root(page).parent().expect("a folder").to_owned();
     let leads = |link: &String| {
         if link.starts_with("https://") {
             return true;
         }
         let (path, anchor) = link.split_once('#').unwrap_or((link, ""));
         let there = if path.is_empty() {
-            root().join(page)
+            root(page)
         } else {
             folder.join(path)
         };
@@ -201,7 +192,7 @@ fn the_paper_has_its_references_and_pictures() {
     for picture in pictures {
         let name = picture.trim_end_matches(".png");
         assert!(script.contains(&format!(" {name}:")), "{picture}");
-        assert!(root().join("paper").join(&picture).is_file(), "{picture}");
+        assert!(root("paper").join(&picture).is_file(), "{picture}");
     }
 }
 
@@ -261,7 +252,7 @@ fn links_lead_somewhere() {
 
 #[test]
 fn documents_that_the_project_names_exist() {
-    let mut files = vec![root().join("README.md"), root().join("CHANGELOG.md")];
+    let mut files = vec![root("README.md"), root("CHANGELOG.md")];
     for folder in [
         "src",
         "crates",
@@ -274,17 +265,13 @@ fn documents_that_the_project_names_exist() {
         "paper",
         "ci",
     ] {
-        sources(&root().join(folder), &mut files);
+        sources(&root(folder), &mut files);
     }
     files.retain(|file| !file.ends_with("tests/docs.rs"));
     assert!(files.len() > 200, "{}", files.len());
     for file in files {
-        for name in named_documents(&fs::read_to_string(&file).expect("text")) {
-            assert!(
-                root().join(&name).exists(),
-                "{} names {name}",
-                file.display()
-            );
+        for name in named_documents(&text_of(&file)) {
+            assert!(root(&name).exists(), "{} names {name}", file.display());
         }
     }
     assert_eq!(
@@ -397,19 +384,19 @@ fn runs_elsewhere(command: &str) -> bool {
 }
 
 fn commands_do_what_is_printed(page: &str) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     for part in ["adapters", "examples", "python", "reference_data"] {
-        std::os::unix::fs::symlink(root().join(part), folder.path().join(part)).expect("writable");
+        std::os::unix::fs::symlink(root(part), folder.join(part)).expect("writable");
     }
-    let programs = tempfile::tempdir().expect("a temporary folder");
+    let programs = &new_folder();
     std::os::unix::fs::symlink(
         env!("CARGO_BIN_EXE_crossgrain"),
-        programs.path().join("crossgrain"),
+        programs.join("crossgrain"),
     )
     .expect("writable");
     let path = format!(
         "{}:{}",
-        programs.path().display(),
+        programs.display(),
         std::env::var("PATH").unwrap_or_default()
     );
     for Printed {
@@ -423,7 +410,7 @@ fn commands_do_what_is_printed(page: &str) {
         }
         let output = Command::new("bash")
             .args(["-c", &command])
-            .current_dir(folder.path())
+            .current_dir(folder)
             .env("PATH", &path)
             .env("CROSSGRAIN_YADE", "/nowhere/yade")
             .env("GITHUB_STEP_SUMMARY", "summary.md")
@@ -480,7 +467,7 @@ fn unknown(command: &str, helps: &mut BTreeMap<Vec<String>, Option<String>>) -> 
             .or_insert_with(|| {
                 let mut arguments: Vec<&str> = verbs.iter().map(String::as_str).collect();
                 arguments.push("--help");
-                let (code, out, _) = say(root(), &arguments);
+                let (code, out, _) = say(&root(""), &arguments);
                 (code == 0).then_some(out)
             })
             .clone()

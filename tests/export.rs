@@ -1,18 +1,14 @@
 //! Run folders as other programs read them.
 
-use std::fs;
-use std::process::Command;
-
 use crossgrain::files::sha256_hex;
-use crossgrain::run::folder::RunFolder;
 
-use crate::support::{ends, folder_with, frictional_scene, has, say};
+use crate::support::*;
 
 /// A folder with a finished run `run`, with friction.
-fn with_a_run() -> tempfile::TempDir {
-    let (folder, _) = folder_with(&frictional_scene());
+fn with_a_run() -> Place {
+    let folder = folder_with(&frictional_scene());
     let command = "run scene.json --engine native --quiet --out run";
-    ends(folder.path(), 0, command);
+    ends(&folder, 0, command);
     folder
 }
 
@@ -32,12 +28,12 @@ fn array<T: std::str::FromStr>(text: &str, name: &str) -> Vec<T> {
 
 #[test]
 fn vtk_files_hold_every_digit_of_the_run() {
-    let folder = with_a_run();
-    let (out, _) = ends(folder.path(), 0, "report vtk run --out vtk");
-    let run = RunFolder::read(&folder.path().join("run")).expect("a run folder");
+    let folder = &with_a_run();
+    let (out, _) = ends(folder, 0, "report vtk run --out vtk");
+    let run = read_run(&folder.join("run"));
     let read = |name: &str| {
         has(&out, [name]);
-        fs::read_to_string(folder.path().join("vtk").join(name)).expect("a file")
+        text_of(folder.join("vtk").join(name))
     };
     let settled = run.settled.as_ref().expect("a settled bed");
     for (prefix, moment) in [("", &run.last), ("settled-", settled)] {
@@ -70,22 +66,19 @@ fn vtk_files_hold_every_digit_of_the_run() {
 
 #[test]
 fn an_archive_is_whole_described_and_the_same_each_time() {
-    let folder = with_a_run();
-    let at = |name: &str| folder.path().join(name);
+    let folder = &with_a_run();
+    let at = |name: &str| folder.join(name);
     let archive = ["report", "archive", "run", "--out", "one.tar.gz"];
-    ends(folder.path(), 0, &archive);
+    ends(folder, 0, &archive);
     let unpack = Command::new("tar")
         .arg("xzf")
         .arg("one.tar.gz")
-        .current_dir(folder.path())
+        .current_dir(folder)
         .status();
     assert!(unpack.expect("tar").success());
     let inside = at("one");
-    assert_eq!(
-        RunFolder::read(&inside).expect("it reads back"),
-        RunFolder::read(&at("run")).expect("a run folder")
-    );
-    let sums = fs::read_to_string(inside.join("SHA256SUMS")).expect("checksums");
+    assert_eq!(read_run(&inside), read_run(&at("run")));
+    let sums = text_of(inside.join("SHA256SUMS"));
     let mut summed = 0;
     for line in sums.lines() {
         let (sum, file) = line.split_once("  ").expect("a line");
@@ -101,7 +94,7 @@ fn an_archive_is_whole_described_and_the_same_each_time() {
         fs::read_dir(&inside).expect("a folder").count(),
         "every file but the sums themselves"
     );
-    let text = fs::read_to_string(inside.join("ro-crate-metadata.json")).expect("a description");
+    let text = text_of(inside.join("ro-crate-metadata.json"));
     let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let graph = value["@graph"].as_array().expect("a graph");
     let entity = |id: &str| {
@@ -118,25 +111,25 @@ fn an_archive_is_whole_described_and_the_same_each_time() {
     // The same folder under the same name gives the same bytes.
     fs::create_dir(at("again")).expect("a folder");
     let again = ["report", "archive", "run", "--out", "again/one.tar.gz"];
-    assert_eq!(say(folder.path(), &again).0, 0);
+    assert_eq!(say(folder, &again).0, 0);
     let bytes = |name: &str| fs::read(at(name)).expect("an archive");
     assert!(bytes("one.tar.gz") == bytes("again/one.tar.gz"));
-    let (code, _, errors) = say(folder.path(), &archive);
+    let (code, _, errors) = say(folder, &archive);
     assert!(code == 2 && errors.contains("exists already"), "{errors}");
 }
 
 #[test]
 fn a_damaged_folder_is_not_exported() {
-    let folder = with_a_run();
-    let contacts = folder.path().join("run/contacts.csv");
-    let text = fs::read_to_string(&contacts).expect("a table");
+    let folder = &with_a_run();
+    let contacts = folder.join("run/contacts.csv");
+    let text = text_of(&contacts);
     fs::write(&contacts, &text[..text.len() / 2]).expect("written");
     for (verb, out) in [("vtk", "vtk"), ("archive", "a.tar.gz")] {
-        let (code, _, errors) = say(folder.path(), &["report", verb, "run", "--out", out]);
+        let (code, _, errors) = say(folder, &["report", verb, "run", "--out", out]);
         assert!(
             code == 2 && errors.contains("contacts.csv"),
             "{code} {errors}"
         );
-        assert!(!folder.path().join(out).exists(), "nothing half-written");
+        assert!(!folder.join(out).exists(), "nothing half-written");
     }
 }

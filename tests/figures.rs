@@ -1,15 +1,11 @@
 //! The figures: every panel has marks, and the rows are the library's numbers.
 
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::Path;
-
 use crossgrain::paper::continuum::{Field, Model};
 use crossgrain::paper::disc_field::figure_4;
 use crossgrain::study::campaign::merged;
 use crossgrain::study::figures::{distributions, setup_of};
 
-use crate::support::{ends, has, small_scene, write_scene};
+use crate::support::*;
 
 /// The rows of a figure by the names of its head.
 fn rows(folder: &Path, name: &str) -> Vec<BTreeMap<String, String>> {
@@ -72,7 +68,7 @@ fn places(svg: &str, [left, top, right, bottom]: [f64; 4]) -> usize {
 
 /// A picture has so many of each piece of text, at least.
 fn has_marks(drawn: &Path, name: &str, marks: &str) {
-    let svg = fs::read_to_string(drawn.join(format!("figure-{name}.svg"))).expect("a picture");
+    let svg = text_of(drawn.join(format!("figure-{name}.svg")));
     assert!(!svg.contains("NaN") && svg.contains("<text"), "{name}");
     for wanted in marks.split(", ") {
         let (least, mark) = wanted.split_once(' ').expect("how many of what");
@@ -84,8 +80,7 @@ fn has_marks(drawn: &Path, name: &str, marks: &str) {
 
 #[test]
 fn every_figure_has_its_panels_and_the_librarys_numbers() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
+    let at = &new_folder();
     let mut scene = small_scene();
     // So light that every member gets the force.
     scene.loading.pressure *= 0.1;
@@ -96,7 +91,7 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
     let (out, _) = ends(at, 0, "study figures --campaign dozen --out drawn");
     has(&out, ["figure-5"]);
     let drawn = at.join("drawn/figures");
-    let page = fs::read_to_string(at.join("drawn/report.html")).expect("a page");
+    let page = text_of(at.join("drawn/report.html"));
     // Four figures with a second plot for the fourth, and two for each point of the fifth.
     assert_eq!(page.matches("<figure").count(), 11);
     assert!(page.contains("table-1.csv"));
@@ -105,14 +100,14 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
     let levels = [[0.0, 0.0, 1.0, 0.5], [0.0, 0.5, 1.0, 1.0]];
     // Figure 2 draws one bed twice, see below.
     for (figure, parts) in [(1, halves), (3, halves), (4, levels)] {
-        let svg = fs::read_to_string(drawn.join(format!("figure-{figure}.svg"))).expect("text");
+        let svg = text_of(drawn.join(format!("figure-{figure}.svg")));
         for part in parts {
             let count = places(&svg, part);
             assert!(count > 20, "figure {figure}, {part:?}: {count} places");
         }
     }
     // Both looks at the bed have grains in what they show.
-    let svg = fs::read_to_string(drawn.join("figure-2.svg")).expect("text");
+    let svg = text_of(drawn.join("figure-2.svg"));
     for window in svg.split("<svg x=").skip(1) {
         let (_, view) = window.split_once("viewBox=\"").expect("a part of the bed");
         let (_, bed) = svg.split_once("<g id=\"bed\">").expect("a bed");
@@ -221,8 +216,7 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
 
 #[test]
 fn a_campaign_without_values_is_an_error_and_writes_nothing() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
+    let at = &new_folder();
     let mut scene = small_scene();
     // No punch of this bed bears so much.
     scene.loading.pressure *= 1e4;

@@ -1,14 +1,9 @@
 //! One flipped bit in anything that the program has written is found when it is read, and the message names the file. Each bit
 //! of a byte of every kind is tried: the first and the last, in a digit, in a separator, at a line's end, in between; of a short file all.
 
-use std::collections::BTreeSet;
-use std::fs;
-use std::path::{Path, PathBuf};
-
 use crossgrain::checks::record;
 use crossgrain::compare::baseline::{BaselineError, Store};
-use crossgrain::run::folder::record::Protocol;
-use crossgrain::run::folder::{FolderError, RunFolder, write_sums};
+use crossgrain::run::folder::{FolderError, write_sums};
 use crossgrain::study::campaign::{Campaign, merged};
 use crossgrain::study::machine::Folder;
 use crossgrain::study::plan::Plan;
@@ -16,7 +11,7 @@ use crossgrain::study::store::Index;
 use flate2::{Compression, write::GzEncoder};
 
 use crate::campaign::plan;
-use crate::support::{ends, frictional_scene, native_run, say, sound, there, tiny_scene};
+use crate::support::*;
 
 fn places(bytes: &[u8]) -> BTreeSet<usize> {
     let one = |is: fn(&u8) -> bool| bytes.iter().rposition(is);
@@ -69,8 +64,8 @@ fn one_flipped_bit_in_a_run_folder_is_found() {
     let mut run = native_run(&frictional_scene(), sound(), Protocol::Whole);
     run.record.measures.truncate(3);
     run.log = "what it printed\n".to_owned();
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path().join("run");
+    let place = &new_folder();
+    let folder = place.join("run");
     run.write(&folder).expect("a writable folder");
     // One is packed, as those that the program carries are.
     let table = folder.join("settled-contacts.csv");
@@ -99,20 +94,20 @@ fn one_flipped_bit_in_a_run_folder_is_found() {
         "report archive run --out o",
         "run run/scene.json --engine native --from-state run --out o",
     ] {
-        let (_, errors) = ends(place.path(), 2, verb);
+        let (_, errors) = ends(place, 2, verb);
         assert!(
             errors.contains("memory.csv was changed") && errors.lines().count() == 1,
             "{errors}"
         );
-        assert_eq!(there(place.path()).len(), 1, "{verb}");
+        assert_eq!(there(place).len(), 1, "{verb}");
     }
 }
 
 #[test]
 fn one_flipped_bit_in_a_study_its_record_or_a_baseline_is_found() {
-    let place = plan(&tiny_scene(), 2, "c");
-    let folder = place.path().join("c");
-    ends(place.path(), 0, "study run c --quiet");
+    let place = &plan(&tiny_scene(), 2, "c");
+    let folder = place.join("c");
+    ends(place, 0, "study run c --quiet");
     let open = || Folder::<Campaign>::open(&folder).map(drop);
     let merged = || merged(&folder).map(drop);
     let readers: [(&str, &dyn Fn() -> Result<(), _>); 3] = [
@@ -143,7 +138,7 @@ fn one_flipped_bit_in_a_study_its_record_or_a_baseline_is_found() {
             .err()
             .map(|error| (error.to_string(), error.exit_code()))
     });
-    let store = Store::new(&place.path().join("kept"));
+    let store = Store::new(&place.join("kept"));
     let baseline = store.save(&report, "main", false).expect("writable");
     every_flip_is_found(&baseline, 2, || {
         let error = store.load("main").err()?;
@@ -153,6 +148,6 @@ fn one_flipped_bit_in_a_study_its_record_or_a_baseline_is_found() {
         };
         Some((error.to_string(), code))
     });
-    let (code, said, errors) = say(place.path(), "report checks c/report.json");
+    let (code, said, errors) = say(place, "report checks c/report.json");
     assert_eq!(code, 0, "{said}{errors}");
 }

@@ -1,12 +1,11 @@
 //! Every input that the fuzzers kept, given to the readers again.
 
-use std::path::{Path, PathBuf};
-
 use crate::readers::{MOST_MEMORY, READERS};
+use crate::support::*;
 
 /// The inputs that were kept for a target, and those that once broke it.
 fn kept(target: &str) -> Vec<PathBuf> {
-    let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz");
+    let fuzz = root("fuzz");
     let mut inputs = Vec::new();
     for place in ["corpus", "regressions"] {
         let Ok(entries) = std::fs::read_dir(fuzz.join(place).join(target)) else {
@@ -56,7 +55,7 @@ fn every_seed_is_accepted() {
 #[test]
 #[ignore = "writes into fuzz/corpus"]
 fn the_seeds_are_written() {
-    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
+    let corpus = root("fuzz/corpus");
     for (target, name, input) in crate::readers::seeds::all() {
         let folder = corpus.join(target);
         std::fs::create_dir_all(&folder).expect("a writable folder");

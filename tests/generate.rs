@@ -1,8 +1,8 @@
 //! The initial cloud.
 
-use grains::generate::initial_bodies;
-use grains::scene::{Cloud, Rotation, Scene, Shape, paper_scene};
-use grains::tables::Bodies;
+use grains::scene::{Cloud, Rotation, Shape};
+
+use crate::support::*;
 
 /// Recorded once; the same on every machine.
 #[test]

@@ -2,13 +2,9 @@
 //! names.
 
 use std::ffi::{OsStr, OsString};
-use std::fs;
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
-use crate::support::engines::{adapter_path, narrow_scene, program};
-use crate::support::{has, tells, told, write_scene};
+use crate::support::*;
 
 /// What a name must not do is make the file `owned`.
 pub fn names() -> Vec<OsString> {
@@ -87,9 +83,9 @@ fn beside(name: &OsStr) -> PathBuf {
 }
 
 /// A folder that goes away, in it one of this name, in it a scene.
-fn place_named(name: &OsStr) -> (tempfile::TempDir, PathBuf) {
-    let top = tempfile::tempdir().expect("a temporary folder");
-    let place = top.path().join(name);
+fn place_named(name: &OsStr) -> (Place, PathBuf) {
+    let top = new_folder();
+    let place = top.join(name);
     fs::create_dir(&place).expect("a name that the file system takes");
     write_scene(&two_grains(), &place.join("scene.json"));
     (top, place)
@@ -101,7 +97,7 @@ fn run_folders_of_any_name_are_written_compared_and_exported() {
         let (top, place) = place_named(&name);
         let tell = |arguments: &[OsString]| {
             let output = crossgrain_os(arguments, &place);
-            nothing_obeyed(top.path(), &output);
+            nothing_obeyed(&top, &output);
             let (code, _, errors) = told(&output);
             assert_eq!(code, 0, "{name:?}, {arguments:?}: {errors}");
         };
@@ -132,12 +128,12 @@ fn a_name_that_is_too_long_is_refused_at_once() {
         has(&errors, ["name too long"]);
     }
     assert_eq!(fs::read_dir(&place).expect("a folder").count(), 1);
-    nothing_obeyed(top.path(), &crossgrain_os(&["paper", "numbers"], &place));
+    nothing_obeyed(&top, &crossgrain_os(&["paper", "numbers"], &place));
 }
 
 #[test]
 fn engines_of_any_name_are_started_without_a_shell() {
-    let toy = fs::read_to_string(adapter_path("toy.py")).expect("the toy");
+    let toy = text_of(adapter_path("toy.py"));
     for name in names() {
         let (top, place) = place_named(&name);
         write_scene(&narrow_scene(0.05), &place.join("scene.json"));
@@ -146,7 +142,7 @@ fn engines_of_any_name_are_started_without_a_shell() {
         engine.push(&path);
         let arguments = [words("run scene.json --steps 5 --out out"), vec![engine]].concat();
         let output = crossgrain_os(&arguments, &place);
-        nothing_obeyed(top.path(), &output);
+        nothing_obeyed(&top, &output);
         let (code, _, errors) = told(&output);
         // A name that is no text cannot be written into `run.json`, and is refused.
         let wanted = if name.to_str().is_some() { 0 } else { 2 };
@@ -170,7 +166,7 @@ fn a_yade_of_any_name_gets_its_job_in_a_folder_of_any_name() {
             .env("TMPDIR", &place)
             .output()
             .expect("the program starts");
-        nothing_obeyed(top.path(), &output);
+        nothing_obeyed(&top, &output);
         told_by_yade(&name, &output);
     }
 }
@@ -200,14 +196,14 @@ fn the_real_yade_works_in_a_folder_of_any_name() {
         let run = words("run scene.json --engine yade --steps 5");
         let arguments = [run, vec![out(&name)]].concat();
         let output = crossgrain_os(&arguments, &place);
-        nothing_obeyed(top.path(), &output);
+        nothing_obeyed(&top, &output);
         told_by_yade(&name, &output);
     }
 }
 
 #[test]
 fn baselines_have_plain_names_and_stores_any() {
-    let record = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/record/reproduce");
+    let record = root("fuzz/corpus/record/reproduce");
     for name in names() {
         let (top, place) = place_named(&name);
         let before = fs::read_dir(&place).expect("a folder").count();
@@ -217,7 +213,7 @@ fn baselines_have_plain_names_and_stores_any() {
             crossgrain_os(&all, &place)
         };
         let output = save(&[OsStr::new("--"), record.as_os_str(), &name]);
-        nothing_obeyed(top.path(), &output);
+        nothing_obeyed(&top, &output);
         // Letters and dashes alone may be a name, however long up to a limit.
         let plain = name == "-rf" || name == "--help";
         let (code, _, errors) = told(&output);
@@ -228,7 +224,7 @@ fn baselines_have_plain_names_and_stores_any() {
         let mut store = OsString::from("--store=");
         store.push(&name);
         let output = save(&[record.as_os_str(), OsStr::new("main"), &store]);
-        nothing_obeyed(top.path(), &output);
+        nothing_obeyed(&top, &output);
         assert_eq!(told(&output).0, 0, "{name:?}: {}", told(&output).2);
         assert!(place.join(&name).join("main.json").is_file());
     }
@@ -237,7 +233,7 @@ fn baselines_have_plain_names_and_stores_any() {
 #[test]
 fn a_baseline_is_never_outside_its_store() {
     let (_top, place) = place_named(OsStr::new("place"));
-    let record = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/record/reproduce");
+    let record = root("fuzz/corpus/record/reproduce");
     let (record, long) = (record.to_string_lossy(), "x".repeat(101));
     for name in ["../out", "/tmp/x", "a/b", ".", "..", ".hidden", "", &long] {
         let save = ["report", "baseline", "save", &record, name];

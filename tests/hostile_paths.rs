@@ -1,13 +1,9 @@
 //! Every path that a verb takes, given as what is no file: each ends soon, with one sentence and an exit code of its own, and
 //! changes nothing outside.
 
-use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
 
-use crate::support::{crossgrain, folder_with, tiny_scene, told};
+use crate::support::*;
 
 /// Verbs with `@` where a path stands: files and folders that are read, then those that are written.
 const READ: [&str; 32] = [
@@ -130,12 +126,12 @@ fn ended(arguments: &[String], folder: &Path) -> (Option<i32>, String) {
         std::thread::sleep(Duration::from_millis(2));
     };
     assert!(memory < LARGEST, "{arguments:?}: {memory} kB");
-    (code, fs::read_to_string(folder.join("said")).expect("text"))
+    (code, text_of(folder.join("said")))
 }
 
 /// Fails with all that is wrong with how these verbs end; where one `may_work`, it may.
 fn walk(verbs: &[&str], may_work: impl Fn(&str, &str) -> bool) {
-    let (place, _) = folder_with(&tiny_scene());
+    let place = &folder_with(&tiny_scene());
     let run = ["run", "scene.json", "--engine", "native", "--out", "run"];
     let plan = "study plan campaign scene.json --members 2 --out two";
     let study = "study run two --quiet";
@@ -144,23 +140,23 @@ fn walk(verbs: &[&str], may_work: impl Fn(&str, &str) -> bool) {
         &plan.split(' ').collect::<Vec<_>>(),
         &study.split(' ').collect::<Vec<_>>(),
     ] {
-        assert_eq!(told(&crossgrain(made, place.path())).0, 0, "{made:?}");
+        assert_eq!(told(&crossgrain(made, place)).0, 0, "{made:?}");
     }
-    let record = place.path().join("two/report.json");
-    fs::copy(record, place.path().join("record.json")).expect("a record");
+    let record = place.join("two/report.json");
+    fs::copy(record, place.join("record.json")).expect("a record");
     let mut wrong = Vec::new();
     for verb in verbs {
         for kind in KINDS {
-            let inner = place.path().join("inner");
+            let inner = place.join("inner");
             let copy = Command::new("bash")
                 .args([
                     "-c",
                     "mkdir inner && cp -r scene.json record.json run two inner",
                 ])
-                .current_dir(place.path())
+                .current_dir(place)
                 .status();
             assert!(copy.expect("bash is there").success());
-            fs::write(place.path().join("secret"), SECRET).expect("written");
+            fs::write(place.join("secret"), SECRET).expect("written");
             let name = if kind.contains('\n') { kind } else { "bad" };
             make(kind, &inner.join(name));
             let arguments = verb.split(' ').map(|word| word.replace('@', name));
@@ -175,7 +171,7 @@ fn walk(verbs: &[&str], may_work: impl Fn(&str, &str) -> bool) {
             if said.contains("panicked") {
                 find("a panic");
             }
-            if fs::read_to_string(place.path().join("secret")).expect("is there") != SECRET {
+            if text_of(place.join("secret")) != SECRET {
                 find("the secret is changed");
             }
             if said.contains("a secret") {

@@ -2,9 +2,6 @@
 //! with a program that says what it was given.
 
 use std::ffi::{OsStr, OsString};
-use std::fs;
-use std::path::Path;
-use std::process::Command;
 
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::machine::Folder;
@@ -12,7 +9,7 @@ use crossgrain::study::realization::Runner;
 use crossgrain::study::shard::{Array, write};
 
 use crate::hostile_names::{names, nothing_obeyed, two_grains};
-use crate::support::engines::program;
+use crate::support::*;
 
 /// Writes its arguments, a line's end after each, into `given` beside itself.
 const STUB: &str = "#!/bin/bash\nprintf '%s\\n' \"$@\" >\"$(dirname \"$0\")/given\"\n";
@@ -39,8 +36,8 @@ fn job_scripts_hand_every_name_on_whole() {
     let usual = std::env::var_os("PATH").unwrap_or_default();
     let mut written = 0;
     for name in names() {
-        let top = tempfile::tempdir().expect("a temporary folder");
-        let place = top.path().canonicalize().expect("a folder");
+        let top = &new_folder();
+        let place = top.canonicalize().expect("a folder");
         let folder = place.join(&name);
         let plan = Campaign::plan(&two_grains(), Runner::Native, Vec::new(), 4, 1);
         plan.and_then(|plan| plan.write(&folder))
@@ -87,7 +84,7 @@ fn job_scripts_hand_every_name_on_whole() {
         ] {
             bash(&[OsStr::new("-n"), script.as_os_str()], &place, &usual);
             bash(&[script.as_os_str()], &place, &usual);
-            let found = fs::read_to_string(tools.join("given")).expect("what it was given");
+            let found = text_of(tools.join("given"));
             assert_eq!(found, given);
         }
         for log in ["task-2.log", "merge.log"] {
@@ -107,7 +104,7 @@ fn job_scripts_hand_every_name_on_whole() {
             &place,
             &path,
         );
-        let found = fs::read_to_string(tools.join("given")).expect("what it was given");
+        let found = text_of(tools.join("given"));
         let merge = merge.to_str().expect("text");
         assert_eq!(
             found,

@@ -7,8 +7,9 @@ use std::f64::consts::PI;
 use assert_approx_eq::assert_approx_eq;
 use grains::measure::porosity::{self, Window};
 use grains::measure::{self, Bed, cells, equilibrium, neighbourhood, stress};
-use grains::scene::{Scene, Tension, Viscosity, paper_scene};
-use grains::tables::{Bodies, Contact};
+use grains::scene::{Tension, Viscosity};
+
+use crate::support::*;
 
 fn contact(id1: u32, id2: u32, normal: [f64; 2], force: f64, point: [f64; 2]) -> Contact {
     Contact {

@@ -5,14 +5,10 @@ mod all_pairs;
 mod ends;
 mod punch;
 
-use grains::generate::initial_bodies;
 use grains::measure::equilibrium;
-use grains::native;
-use grains::scene::{Damping, Scene, TimeStep};
-use grains::tables::{Bodies, StopReason};
-use grains::task::{Task, Until};
+use grains::scene::{Damping, TimeStep};
 
-use crate::support::{native_outcome, small_scene, sound};
+use crate::support::*;
 
 #[test]
 fn free_fall_is_the_half_step_formula() {

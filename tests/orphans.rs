@@ -1,12 +1,6 @@
 //! Engines end with the program, however it ends, and with them what they have started.
 
-use std::fs;
-use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
-
-use crate::support::engines::{changed_toy, narrow_scene, program, run_in};
-use crate::support::folder_with;
+use crate::support::*;
 
 /// The toy, which ignores signals, first starts two others, one in a session of its own, and writes the numbers down; then it does
 /// `more`.
@@ -63,17 +57,17 @@ fn all_end(pids: &[String], after: &str) {
 #[test]
 fn whatever_signal_ends_the_program_nothing_that_it_started_goes_on() {
     for signal in ["TERM", "INT", "HUP", "QUIT", "KILL"] {
-        let (folder, _) = folder_with(&narrow_scene(0.0));
-        let engine = toy_that_starts_another(folder.path(), "time.sleep(1000)");
+        let folder = &folder_with(&narrow_scene(0.0));
+        let engine = toy_that_starts_another(folder, "time.sleep(1000)");
         let mut child = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
             .args(["run", "scene.json", "--engine", &engine, "--steps", "100"])
             .args(["--out", "out"])
-            .current_dir(folder.path())
+            .current_dir(folder)
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
             .expect("it starts");
-        let pids = started(folder.path());
+        let pids = started(folder);
         assert!(pids.len() == 3 && pids.iter().all(|pid| is_running(pid)));
         let sent = Command::new("kill")
             .args(["-s", signal, &child.id().to_string()])
@@ -83,15 +77,15 @@ fn whatever_signal_ends_the_program_nothing_that_it_started_goes_on() {
         all_end(&pids, signal);
         let code = (signal != "KILL").then_some(75);
         assert_eq!(status.code(), code, "SIG{signal}");
-        assert!(!folder.path().join("out").exists());
+        assert!(!folder.join("out").exists());
     }
 }
 
 #[test]
 fn what_an_engine_leaves_behind_ends_with_it() {
-    let (folder, _) = folder_with(&narrow_scene(0.0));
-    let engine = toy_that_starts_another(folder.path(), "pass");
-    let (code, _, errors) = run_in(folder.path(), &engine, &["--steps", "100"], "out");
+    let folder = &folder_with(&narrow_scene(0.0));
+    let engine = toy_that_starts_another(folder, "pass");
+    let (code, _, errors) = run_in(folder, &engine, &["--steps", "100"], "out");
     assert_eq!(code, 0, "{errors}");
-    all_end(&started(folder.path()), "the engine's own end");
+    all_end(&started(folder), "the engine's own end");
 }

@@ -1,11 +1,10 @@
 //! The pages of the main job: the evidence on the first one, studies on pages of their own, and figures as files.
 
-use crossgrain::progress::Display;
 use crossgrain::report::{Page, page_against};
 use crossgrain::reproduce::beside::Beside;
 use crossgrain::reproduce::reproduce;
 
-use crate::support::pages::{each_figure_stands_once_and_has_numbers, job_without_yade};
+use crate::support::*;
 
 /// Headings of the first page, in the order of the argument.
 const PARTS: [&str; 8] = [
@@ -58,9 +57,9 @@ fn words(html: &str) -> usize {
 
 #[test]
 fn the_first_page_is_short_and_every_study_has_its_own() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     let options = job_without_yade(
-        folder.path(),
+        folder,
         Beside::read(&[], true).expect("the recorded records"),
     );
     let (reproduction, runs) = reproduce(&options, &Display::new(true)).expect("a job");

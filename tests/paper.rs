@@ -5,7 +5,7 @@ use crossgrain::paper::continuum::strip_load;
 use crossgrain::paper::published::{PRINTED, PUBLISHED};
 use crossgrain::paper::{numbers, text_faults};
 
-use crate::support::{ends, tells};
+use crate::support::*;
 
 #[test]
 fn the_integral_of_flamants_solution_is_the_closed_form() {
@@ -111,8 +111,8 @@ fn the_table_of_printed_figures_is_used_up() {
 
 #[test]
 fn the_command_prints_json_that_says_the_same() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let (out, _) = ends(folder.path(), 0, "paper numbers --json");
+    let folder = &new_folder();
+    let (out, _) = ends(folder, 0, "paper numbers --json");
     let value: serde_json::Value = serde_json::from_str(&out).expect("JSON");
     assert_eq!(
         value["numbers"],
@@ -122,13 +122,13 @@ fn the_command_prints_json_that_says_the_same() {
         value["text_faults"],
         serde_json::to_value(text_faults()).expect("JSON")
     );
-    tells(folder.path(), 0, "paper numbers", ["7776"]);
+    tells(folder, 0, "paper numbers", ["7776"]);
 }
 
 #[test]
 fn the_continuum_is_table_4_and_says_what_geometry_changes() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let (out, _) = ends(folder.path(), 0, "paper continuum --json");
+    let folder = &new_folder();
+    let (out, _) = ends(folder, 0, "paper continuum --json");
     let value: serde_json::Value = serde_json::from_str(&out).expect("JSON");
     let rows = value["rows"].as_array().expect("rows");
     // Three points of six loads on the surface and four depths of four kinds.
@@ -148,6 +148,6 @@ fn the_continuum_is_table_4_and_says_what_geometry_changes() {
         ["--porosity", "1"],
     ] {
         let arguments = ["paper", "continuum", wrong[0], wrong[1]];
-        tells(folder.path(), 2, &arguments, [wrong[0]]);
+        tells(folder, 2, &arguments, [wrong[0]]);
     }
 }

@@ -1,25 +1,19 @@
 //! A run in parts is the run.
 
 use crossgrain::engine::{exec, yade};
-use crossgrain::progress::Display;
-use crossgrain::run::folder::record::Protocol;
-use crossgrain::run::folder::{RunFolder, recorded_history};
+use crossgrain::run::folder::recorded_history;
 use crossgrain::run::{Engine, parts, recorded};
-use grains::generate::initial_bodies;
-use grains::native;
-use grains::scene::{AfterForce, Scene, paper_scene};
-use grains::tables::{Stage, StopReason};
-use grains::task::{Seen, Start, Task, Until};
-use tempfile::tempdir;
+use grains::scene::AfterForce;
+use grains::task::Seen;
 
-use crate::support::{faulty, frictional_scene, native_outcome, small_scene, sound};
+use crate::support::*;
 
 /// The first before a grain touches three others, the last after the energy has fallen.
 const CUTS: [u64; 3] = [500, 7250, 13_000];
 
 fn whole(scene: &Scene, engine: &Engine) -> RunFolder {
-    let work = tempdir().expect("a folder");
-    let (initial, work) = (initial_bodies(scene), work.path());
+    let work = new_folder();
+    let (initial, work) = (initial_bodies(scene), &work);
     recorded(
         scene,
         engine,
@@ -33,10 +27,10 @@ fn whole(scene: &Scene, engine: &Engine) -> RunFolder {
 
 /// Read again from its folder.
 fn in_parts(scene: &Scene, engine: &Engine, cuts: &[u64]) -> RunFolder {
-    let folder = tempdir().expect("a folder");
-    let out = folder.path().join("run");
+    let folder = &new_folder();
+    let out = folder.join("run");
     parts::to_folder(scene, engine, cuts, &out, &Display::new(true)).expect("a run");
-    RunFolder::read(&out).expect("a run folder")
+    read_run(&out)
 }
 
 /// All but times, and how many parts it is of.
@@ -95,9 +89,9 @@ fn parts_that_do_not_fit_are_left_away() {
 
 #[test]
 fn a_part_that_fails_leaves_no_folder() {
-    let folder = tempdir().expect("a folder");
-    let out = folder.path().join("run");
-    let engine = Engine::Exec(exec::Options::new(folder.path().join("missing")));
+    let folder = &new_folder();
+    let out = folder.join("run");
+    let engine = Engine::Exec(exec::Options::new(folder.join("missing")));
     let display = Display::new(true);
     let error = parts::to_folder(&small_scene(), &engine, &CUTS, &out, &display);
     assert!(error.is_err_and(|error| error.to_string().contains("cannot be started")));

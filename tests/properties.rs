@@ -9,15 +9,15 @@ mod symmetry;
 
 use crossgrain::suite::build::{Grain, case, friction, model, punch, wall};
 use grains::model::{Axis, Law};
-use grains::native::{self, CaseOptions};
+use grains::native::CaseOptions;
 use grains::scene::{
     ContactLaw, NewContactSlip, Rotation, SlipVelocity, Tension, TorqueArms, Viscosity,
 };
-use grains::tables::Snapshot;
 use grains::task::Case;
 use proptest::prelude::*;
 
 use crate::support::all_pairs::AllPairs;
+use crate::support::*;
 
 /// Radius of the largest grain, m.
 const LARGEST: f64 = 0.01;

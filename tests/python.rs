@@ -2,20 +2,14 @@
 //! `live` this is listed as ignored and not made; with it missing numpy or pandas is a failure. `ci/install_python` installs
 //! Debian's.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
-
 use crossgrain::files::read_text;
-use crossgrain::run::folder::record::Protocol;
-use crossgrain::run::folder::{RunFolder, write_sums};
-use serde_json::{Value, json};
+use crossgrain::run::folder::write_sums;
 
-use crate::support::{frictional_scene, has, json_of, native_run, sound, told};
+use crate::support::*;
 
 /// Runs these lines after the import, with `path` as the path: exit code, output, errors.
 fn python(path: &Path, lines: &str) -> (i32, String, String) {
-    let module = Path::new(env!("CARGO_MANIFEST_DIR")).join("python");
+    let module = root("python");
     let script = format!("import json, sys\nimport crossgrain\npath = sys.argv[1]\n{lines}");
     let output = Command::new("/usr/bin/python3")
         .args(["-B", "-c", &script])
@@ -44,9 +38,9 @@ fn refused(path: &Path, reader: &str) -> String {
     out
 }
 
-fn folder_with_run() -> (tempfile::TempDir, PathBuf, RunFolder) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("run");
+fn folder_with_run() -> (Place, PathBuf, RunFolder) {
+    let folder = new_folder();
+    let path = folder.join("run");
     let run = native_run(&frictional_scene(), sound(), Protocol::Whole);
     run.write(&path).expect("a writable folder");
     (folder, path, run)
@@ -140,7 +134,7 @@ fn packed_tables_are_read_and_changed_ones_refused() {
 
     // All digests of a short table may look like numbers.
     let history = path.join("history.csv");
-    let text = fs::read_to_string(&history).expect("a table");
+    let text = text_of(&history);
     let first: Vec<&str> = text.lines().take(2).collect();
     let text = first
         .join("\n")
@@ -161,7 +155,7 @@ fn packed_tables_are_read_and_changed_ones_refused() {
     );
     fs::remove_file(&contacts).expect("a table");
     has(&refused(&path, "read_run"), ["contacts.csv does not exist"]);
-    has(&refused(folder.path(), "read_run"), ["is no run folder"]);
+    has(&refused(&folder, "read_run"), ["is no run folder"]);
     has(
         &refused(&path.join("run.json"), "read_record"),
         ["is no record of a job"],
@@ -171,9 +165,8 @@ fn packed_tables_are_read_and_changed_ones_refused() {
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs numpy: --features live")]
 fn records_and_rows_are_read() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
-    let recorded = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data");
+    let at = &new_folder();
+    let recorded = root("reference_data");
     let record = at.join("report.json");
     let text = read_text(&recorded.join("search-1/wave-2/report.json.gz"), 1 << 24);
     let text = text.expect("a recorded study");

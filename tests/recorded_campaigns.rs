@@ -1,7 +1,5 @@
 //! The recorded campaigns, the claims, the candidates and the search: what is said to have been run comes out again.
 
-use std::path::{Path, PathBuf};
-
 use crossgrain::files::read_text;
 use crossgrain::study::Study;
 use crossgrain::study::campaign::compare::compare;
@@ -14,13 +12,12 @@ use crossgrain::study::realization::{Ending, Engines, Runner};
 use crossgrain::study::search::{self, matching::Search};
 use evidence::history::CUT;
 use evidence::t_test::Finding;
-use grains::scene::paper_scene;
 use verdict::judge::Verdict;
 
+use crate::support::*;
+
 fn recorded(name: &str) -> Merged {
-    let folder: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("reference_data")
-        .join(name);
+    let folder: PathBuf = root("reference_data").join(name);
     merged(&folder).expect("a recorded campaign that is whole")
 }
 
@@ -112,7 +109,7 @@ fn the_recorded_lammps_runs_have_heights_as_native_ones() {
 /// The claims that the main job's page shows are those of the recorded members.
 #[test]
 fn the_recorded_claims_are_those_of_the_recorded_members() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/claims-1");
+    let folder = root("reference_data/claims-1");
     let text = read_text(&folder.join("claims.json.gz"), 1 << 24).expect("is there");
     let recorded: Claims = serde_json::from_str(&text).expect("claims");
     let native = self::recorded("campaign-native-1");
@@ -132,7 +129,7 @@ fn the_recorded_claims_are_those_of_the_recorded_members() {
 /// cannot turn have a quasi-static limit.
 #[test]
 fn the_recorded_candidates_are_those_of_their_rows() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/candidates-1");
+    let path = root("reference_data/candidates-1");
     let folder = Folder::<candidates::Plan>::open(&path).expect("recorded evidence");
     let report = folder.judge().expect("a judgement");
     let text = read_text(&path.join("report.json.gz"), 1 << 26).expect("is there");
@@ -153,7 +150,7 @@ fn the_recorded_candidates_are_those_of_their_rows() {
 /// Each recorded wave of the search says what its rows say, and a load of the last one comes out again.
 #[test]
 fn the_recorded_search_is_that_of_its_rows() {
-    let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/search-1");
+    let place = root("reference_data/search-1");
     for wave in ["wave-1", "wave-2"] {
         let path = place.join(wave);
         let folder = Folder::<search::Plan>::open(&path).expect("recorded evidence");

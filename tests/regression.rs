@@ -2,10 +2,7 @@
 
 mod commits;
 
-use std::fs;
-use std::path::{Path, PathBuf};
-
-use crate::support::{Words, ends, folder_with, has, say, small_scene};
+use crate::support::*;
 
 /// `reproduce` in this folder, `out` in it, with these further arguments: exit code and what it printed.
 fn reproduce(folder: &Path, out: &str, arguments: &[&str]) -> (i32, String) {
@@ -32,7 +29,7 @@ pub const RECORDED: [&str; 2] = ["--yade", "/nowhere/yade"];
 
 /// The names of the test cases that failed, as `suite/case`, with what they say.
 fn failures(folder: &Path) -> Vec<(String, String)> {
-    let text = fs::read_to_string(folder.join("checks.xml")).expect("JUnit");
+    let text = text_of(folder.join("checks.xml"));
     let report = roxmltree::Document::parse(&text).expect("XML");
     let named = |of: roxmltree::Node<'_, '_>| of.attribute("name").unwrap_or_default().to_owned();
     let failures = report
@@ -53,11 +50,11 @@ fn failures(folder: &Path) -> Vec<(String, String)> {
 
 #[test]
 fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let (code, said, _) = seeded(folder.path(), "stiffness=1e-3", &RECORDED);
+    let folder = &new_folder();
+    let (code, said, _) = seeded(folder, "stiffness=1e-3", &RECORDED);
     assert_eq!(code, 1, "{said}");
     has(&said, ["WORSE than main"]);
-    let failed = failures(folder.path());
+    let failed = failures(folder);
     let bits = "compare/sorted-recorded/bits-along-the-way";
     assert!(failed.iter().any(|(id, _)| id == bits), "{failed:#?}");
     let new = failed.iter().find(|(id, _)| id == "baseline/new-failures");
@@ -65,7 +62,7 @@ fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary(
         new.is_some_and(|(_, words)| words.contains("bits-")),
         "{failed:#?}"
     );
-    let summary = fs::read_to_string(folder.path().join("summary.md")).expect("Markdown");
+    let summary = text_of(folder.join("summary.md"));
     for words in [
         "## The paper's experiment in two engines: Different",
         "WORSE than main: ",
@@ -83,10 +80,10 @@ fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary(
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn a_kernel_that_is_four_times_slower_is_named_by_exit_code_junit_and_summary() {
-    let (folder, _) = folder_with(&small_scene());
-    let (code, said, page) = seeded(folder.path(), "slow=4", &["--scene", "scene.json"]);
+    let folder = &folder_with(&small_scene());
+    let (code, said, page) = seeded(folder, "slow=4", &["--scene", "scene.json"]);
     assert_eq!(code, 1, "{said}");
-    let failed = failures(folder.path());
+    let failed = failures(folder);
     assert!(!failed.is_empty(), "{said}");
     for (id, words) in failed {
         assert!(
@@ -97,12 +94,12 @@ fn a_kernel_that_is_four_times_slower_is_named_by_exit_code_junit_and_summary() 
             "{id}: {words}"
         );
     }
-    let summary = fs::read_to_string(folder.path().join("summary.md")).expect("Markdown");
+    let summary = text_of(folder.join("summary.md"));
     has(
         &summary,
         ["WORSE than main: ", "slower: time a step of YADE"],
     );
-    let page = fs::read_to_string(page).expect("a page");
+    let page = text_of(page);
     assert!(
         page.contains("Agreed, and worse than main</strong>")
             && page.contains("slower: time a step of YADE")
@@ -111,8 +108,6 @@ fn a_kernel_that_is_four_times_slower_is_named_by_exit_code_junit_and_summary() 
 
 #[test]
 fn a_slow_kernel_has_the_same_bits_and_takes_as_long_as_it_was_told() {
-    use crate::support::{faulty, native_run, sound};
-    use crossgrain::run::folder::record::Protocol;
     let of = |options| native_run(&small_scene(), options, Protocol::Steps { steps: 6000 });
     let (sound, slow) = (of(sound()), of(faulty("slow=20")));
     assert_eq!(sound.last, slow.last);

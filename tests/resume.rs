@@ -1,16 +1,10 @@
 //! Runs that go on from a folder: what comes out has the bits of the whole run, friction's memory included.
 
-use std::fs;
-use std::path::Path;
-use std::process::{Command, Stdio};
 use std::thread::sleep;
-use std::time::Duration;
 
 use crossgrain::run::folder::write_sums;
-use serde_json::Value;
 
-use crate::support::{STAGES, folder_with, frictional_scene, has, say, staged_scene, told};
-use crate::support::{small_scene, write_scene};
+use crate::support::*;
 
 /// What a run has made; times and the number of parts belong to how it was made.
 const TABLES: [&str; 8] = [
@@ -41,8 +35,7 @@ fn run(folder: &Path, scene: &str, out: &str, more: &[&str]) -> (i32, String, St
 fn a_run_with_friction_goes_on_from_any_step_of_pouring() {
     let mut scene = frictional_scene();
     scene.measurement.history_every = 700;
-    let (folder, _) = folder_with(&scene);
-    let folder = folder.path();
+    let folder = &folder_with(&scene);
     let ran = run(folder, "scene.json", "whole", &[]);
     assert_eq!(ran.0, 0, "{}", ran.2);
     assert!(folder.join("whole/settled-memory.csv").is_file());
@@ -67,7 +60,7 @@ fn a_run_with_friction_goes_on_from_any_step_of_pouring() {
         assert_eq!(ran.0, 0, "{}", ran.2);
     }
     assert_same_tables(folder, "faulty", "goes-on");
-    let record = fs::read_to_string(folder.join("end/run.json")).expect("a record");
+    let record = text_of(folder.join("end/run.json"));
     has(&record, ["\"parts\": 4"]);
 }
 
@@ -77,8 +70,7 @@ fn an_interrupted_run_is_kept_and_goes_on() {
     let mut scene = small_scene();
     scene.material.friction_angle = 0.5;
     scene.loading.speed *= 0.1;
-    let (folder, _) = folder_with(&scene);
-    let folder = folder.path();
+    let folder = &folder_with(&scene);
     let ran = run(folder, "scene.json", "whole", &[]);
     assert_eq!(ran.0, 0, "{}", ran.2);
     let (mut before, mut stages) = (String::new(), Vec::new());
@@ -116,8 +108,7 @@ fn an_interrupted_run_is_kept_and_goes_on() {
 fn another_load_on_a_settled_bed_is_the_whole_run_of_its_scene() {
     for (name, changes, _, _) in STAGES {
         let scene = staged_scene(changes);
-        let (folder, _) = folder_with(&scene);
-        let folder = folder.path();
+        let folder = &folder_with(&scene);
         let mut other = scene.clone();
         other.loading.speed *= 0.5;
         other.loading.pressure *= 0.8;
@@ -137,8 +128,7 @@ fn another_load_on_a_settled_bed_is_the_whole_run_of_its_scene() {
 #[test]
 fn what_cannot_go_on_says_why() {
     let scene = frictional_scene();
-    let (folder, _) = folder_with(&scene);
-    let folder = folder.path();
+    let folder = &folder_with(&scene);
     let mut other = scene.clone();
     other.material.friction_angle = 0.3;
     write_scene(&other, &folder.join("other.json"));
@@ -173,7 +163,7 @@ fn what_cannot_go_on_says_why() {
         "another --perturb",
     );
     let path = folder.join("whole/run.json");
-    let sound = fs::read_to_string(&path).expect("a record");
+    let sound = text_of(&path);
     let mut record: Value = serde_json::from_str(&sound).expect("JSON");
     record["restart"]["punch"]["force"] = 1.0.into();
     let put = |path: &Path, text: &str| {
@@ -184,7 +174,7 @@ fn what_cannot_go_on_says_why() {
     refused("scene.json", &[], "another punch than run.json");
     put(&path, &sound);
     let memory = folder.join("whole/memory.csv");
-    let text = fs::read_to_string(&memory).expect("a table");
+    let text = text_of(&memory);
     let cut: String = text.split_inclusive('\n').skip(1).collect();
     let header = text.lines().next().expect("a header");
     let shorter: String = cut.split_inclusive('\n').skip(1).collect();

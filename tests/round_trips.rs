@@ -1,14 +1,8 @@
 //! What the program writes it can read: generated scenes and options, run, read, written again, compared, exported.
 
-use std::fs;
-use std::process::Command;
-
-use crossgrain::run::folder::RunFolder;
 use proptest::prelude::*;
 
-use crate::support::{
-    ends, folder_with, frictional_scene, native_run, say, sound, staged_scene, tells, there,
-};
+use crate::support::*;
 
 /// What is put over [`frictional_scene`], and how it is run.
 fn cases() -> impl Strategy<Value = (serde_json::Value, Vec<String>)> {
@@ -74,8 +68,7 @@ proptest! {
         changes.as_object_mut().expect("an object").remove("time_step");
         let mut scene = serde_json::to_value(staged_scene(&changes.to_string())).expect("a scene");
         scene["time_step"] = step;
-        let place = tempfile::tempdir().expect("a temporary folder");
-        let place = place.path();
+        let place = &new_folder();
         fs::write(place.join("scene.json"), scene.to_string()).expect("writable");
         let run = |out: &str| {
             let mut words = vec!["run", "scene.json", "--engine", "native", "--quiet", "--out", out];
@@ -85,7 +78,7 @@ proptest! {
         let (code, said, errors) = run("a");
         // A bed that does not come to rest is a result.
         prop_assert!(matches!(code, 0 | 3), "{options:?} {scene}: {said}{errors}");
-        let read = RunFolder::read(&place.join("a")).expect("what was just written");
+        let read = read_run(&place.join("a"));
         let (record, initial) = (&read.record, read.initial.clone());
         if record.softened.is_none() {
             let made = native_run(&read.scene, sound(), record.protocol);
@@ -93,7 +86,7 @@ proptest! {
             prop_assert_eq!((&read.history, &read.trace), (&made.history, &made.trace));
         }
         read.write(&place.join("b")).expect("a new folder");
-        prop_assert_eq!(&RunFolder::read(&place.join("b")).expect("written twice"), &read);
+        prop_assert_eq!(&read_run(&place.join("b")), &read);
         prop_assert_eq!(run("c").0, code);
         for other in ["b", "c"] {
             ends(place, 0, &["compare", "a", other, "--expect-bits"]);
@@ -102,7 +95,7 @@ proptest! {
         ends(place, 0, "report archive a --out kept.tar.gz");
         let unpacked = Command::new("tar").args(["xzf", "kept.tar.gz"]).current_dir(place).status();
         prop_assert!(unpacked.expect("tar is there").success());
-        prop_assert_eq!(&RunFolder::read(&place.join("kept")).expect("an archive"), &read);
+        prop_assert_eq!(&read_run(&place.join("kept")), &read);
     }
 }
 
@@ -111,7 +104,7 @@ proptest! {
 fn a_history_of_more_than_a_million_moments_is_refused_before_the_run() {
     let mut scene = frictional_scene();
     scene.measurement.history_every = 1;
-    let (folder, _) = folder_with(&scene);
+    let folder = &folder_with(&scene);
     for options in [
         "",
         " --until settled",
@@ -120,20 +113,20 @@ fn a_history_of_more_than_a_million_moments_is_refused_before_the_run() {
         " --reduced-stiffness",
     ] {
         let command = format!("run scene.json --engine native --out out{options}");
-        let (_, errors) = ends(folder.path(), 2, &command);
+        let (_, errors) = ends(folder, 2, &command);
         assert!(
             errors.contains("moments of history") && errors.lines().count() == 1,
             "{errors}"
         );
     }
-    assert_eq!(there(folder.path()).len(), 1);
+    assert_eq!(there(folder).len(), 1);
     tells(
-        folder.path(),
+        folder,
         0,
         "run scene.json --engine native --out out --steps 1000",
         ["1000 steps"],
     );
-    RunFolder::read(&folder.path().join("out")).expect("1001 moments");
+    read_run(&folder.join("out"));
 }
 
 /// Before, the folder had a scene that no program read.
@@ -147,13 +140,8 @@ fn a_chosen_step_that_is_against_a_rule_of_the_scene_is_refused() {
         of_sqrt_m_over_k: 0.05,
     };
     scene.loading.speed = 0.0099 * radius / scene.time_step_seconds();
-    let (folder, _) = folder_with(&scene);
+    let folder = &folder_with(&scene);
     let command = "run scene.json --engine native --out out --auto-step 0.9";
-    tells(
-        folder.path(),
-        2,
-        command,
-        ["/loading/speed", "mean radii a step"],
-    );
-    assert_eq!(there(folder.path()).len(), 1);
+    tells(folder, 2, command, ["/loading/speed", "mean radii a step"]);
+    assert_eq!(there(folder).len(), 1);
 }

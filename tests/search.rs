@@ -1,7 +1,5 @@
 //! The search for settings that give the published figures, on beds small enough for a test.
 
-use std::path::Path;
-
 use crossgrain::report;
 use crossgrain::study::machine::Folder;
 use crossgrain::study::member::Member;
@@ -11,9 +9,8 @@ use crossgrain::study::search::space::{AXES, OF_POURING, scene, snap};
 use crossgrain::study::search::{Plan, Size};
 use crossgrain::study::{Study, create};
 use evidence::history::CUT;
-use grains::scene::parse_scene;
 
-use crate::support::tiny_scene;
+use crate::support::*;
 use crate::tradeoff::run;
 
 const SIZE: Size = Size {
@@ -54,8 +51,8 @@ fn every_corner_of_the_space_is_a_sound_scene_and_every_choice_changes_it() {
 
 #[test]
 fn a_wave_has_whole_runs_in_its_rows_and_excludes_beds_that_are_too_low() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path().join("wave");
+    let place = &new_folder();
+    let folder = place.join("wave");
     let plan = Plan::first(tiny_scene(), SIZE);
     assert_eq!(plan.count(), 24);
     create(&folder, plan.clone(), None, None).expect("a new study");

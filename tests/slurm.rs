@@ -1,13 +1,8 @@
 //! A campaign as a real Slurm job array. Without the feature `live` this is listed as ignored and not made; with it a
 //! missing Slurm is a failure. `ci/test` starts one with `ci/start_slurm` and runs it.
 
-use std::fs;
-use std::path::Path;
-use std::process::Command;
-use std::time::{Duration, Instant};
-
 use crate::campaign::{lines, merged_bytes, plan, undisturbed};
-use crate::support::{ends, has, tiny_scene, told};
+use crate::support::*;
 
 /// What a shell prints for these lines, in which every command must succeed.
 fn shell(lines: &str) -> String {
@@ -49,9 +44,9 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     );
     const MEMBERS: u64 = 80;
     let name = "it's $HOME, 100%";
-    let place = plan(&tiny_scene(), MEMBERS, name);
-    let folder = place.path().join(name);
-    let (out, _) = ends(place.path(), 0, &["study", "slurm", name, "--tasks", "4"]);
+    let place = &plan(&tiny_scene(), MEMBERS, name);
+    let folder = place.join(name);
+    let (out, _) = ends(place, 0, &["study", "slurm", name, "--tasks", "4"]);
     let submit: Vec<&str> = out.lines().collect();
     assert_eq!(submit.len(), 2, "{out}");
 
@@ -89,7 +84,7 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     let said = log(&folder, "merge.log");
     has(&said, ["are missing"]);
     assert!(!folder.join("merged.json").exists());
-    ends(place.path(), 3, &["study", "status", name]);
+    ends(place, 3, &["study", "status", name]);
 
     let again = submit[0].replace("--array=1-4", "--array=3");
     let jobs = shell(&format!("{again}\necho \"$job\"\n{}", submit[1]));

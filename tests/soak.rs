@@ -1,12 +1,6 @@
 //! The main job again and again: nothing may grow, nothing may stay behind, and every run has the bits of the first.
 
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
-
-use crate::support::{tiny_scene, write_scene};
+use crate::support::*;
 
 /// What a process was seen to take at most.
 #[derive(Debug, Default, Clone, Copy)]
@@ -95,8 +89,7 @@ fn processes_in(place: &Path) -> usize {
 }
 
 fn soak(least_runs: usize, least_time: Duration) {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let place = place.path();
+    let place = &new_folder();
     write_scene(&tiny_scene(), &place.join("scene.json"));
     fs::create_dir(place.join("temporary")).expect("ours");
     let began = Instant::now();

@@ -3,9 +3,6 @@
 
 mod external;
 
-use std::collections::BTreeSet;
-use std::path::Path;
-
 use crossgrain::checks::record::parse;
 use crossgrain::checks::{Outcome, Tally};
 use crossgrain::files::read_text;
@@ -17,6 +14,8 @@ use crossgrain::limits::stability::{Map, Stability, time_step};
 use crossgrain::study::machine::{Folder, Machine as _};
 use grains::scene::{Damping, TimeStep};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use crate::support::*;
 
 /// dt²K + 2dt C over the masses as a full matrix, column by column.
 fn dense(network: &Network, stiffness: f64, damping: f64) -> DMatrix<f64> {
@@ -188,16 +187,13 @@ fn the_automatic_step_is_the_share_of_a_limit_that_trials_confirm() {
 /// The evidence comes back from a run folder, with the step that was run.
 #[test]
 fn a_run_folder_keeps_the_evidence_for_its_step() {
-    use crossgrain::progress::Display;
-    use crossgrain::run::folder::RunFolder;
-    use crossgrain::run::folder::record::{Protocol, RECORD_VERSION};
+    use crossgrain::run::folder::record::RECORD_VERSION;
     use crossgrain::run::{Engine, Preparation, prepared};
-    use grains::native;
     let scene = small_bed();
     let choice = time_step::choose(&scene, 0.5).expect("a step");
     let chosen = time_step::with_step(&scene, &choice);
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let out = folder.path().join("run");
+    let folder = new_folder();
+    let out = folder.join("run");
     let engine = Engine::Native(native::Options::default());
     let steps = Protocol::Steps { steps: 100 };
     let display = Display::new(true);
@@ -206,7 +202,7 @@ fn a_run_folder_keeps_the_evidence_for_its_step() {
         ..Preparation::default()
     };
     prepared(&chosen, preparation, &engine, steps, &out, &display).expect("a run");
-    let read = RunFolder::read(&out).expect("a run folder");
+    let read = read_run(&out);
     assert_eq!(read.record.version, RECORD_VERSION);
     assert_eq!(read.record.time_step, choice.time_step);
     assert_eq!(read.record.step_choice, Some(choice));
@@ -220,8 +216,8 @@ fn yade_proposes_by_its_formulas() {
     use crossgrain::limits::stability::time_step::by_formula;
     let scenes = scenes();
     let cases: Vec<_> = scenes.iter().map(|scene| &scene.case).collect();
-    let work = tempfile::tempdir().expect("a temporary folder");
-    let (proposals, _) = propose(&cases, &Options::default(), work.path()).expect("YADE answers");
+    let work = &new_folder();
+    let (proposals, _) = propose(&cases, &Options::default(), work).expect("YADE answers");
     for (scene, of_yade) in scenes.iter().zip(proposals) {
         let ours = by_formula(&scene.case).expect("the formulas");
         for (ours, yade) in [
@@ -241,7 +237,7 @@ fn yade_proposes_by_its_formulas() {
 /// The recorded map has the verdict and the checks that it had when it was made.
 #[test]
 fn the_recorded_map_passes_every_check() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/stability-1");
+    let path = root("reference_data/stability-1");
     let folder = Folder::<Stability>::open(&path).expect("a study");
     let text = read_text(&path.join("report.json.gz"), 1 << 24).expect("is there");
     let map: Map = serde_json::from_str(&text).expect("a map");

@@ -1,11 +1,8 @@
 //! A punch that stands still once the force is reached.
 
-use grains::generate::initial_bodies;
-use grains::scene::{AfterForce, Scene};
-use grains::tables::{Punch, Stage, StopReason};
-use grains::task::{Task, Until};
+use grains::scene::AfterForce;
 
-use crate::support::{native_outcome, small_scene};
+use crate::support::*;
 
 fn standing(seconds: f64) -> Scene {
     let mut scene = small_scene();

@@ -2,9 +2,6 @@
 //! mixed up elsewhere.
 
 use std::cell::Cell;
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde::{Deserialize, Serialize};
@@ -13,7 +10,6 @@ use crossgrain::document::Document;
 use crossgrain::engine::{EngineError, ProgramError};
 use crossgrain::error::Error;
 use crossgrain::files::{FolderLock, file_digest};
-use crossgrain::progress::Display;
 use crossgrain::study::machine::{Done, Folder, Job, Machine};
 use crossgrain::study::plan::Plan;
 use crossgrain::study::realization::{Engines, Runner};
@@ -21,8 +17,7 @@ use crossgrain::study::shard::Shard;
 use crossgrain::study::store::{Writer, records_folder};
 use crossgrain::study::{Judged, Outline, Study, StudyError, create};
 
-use crate::support::engines::{adapter_path, program, ran_in, run_in};
-use crate::support::{a_pipe, ends, folder_with, has, tells, tiny_scene};
+use crate::support::*;
 
 /// Squares; a task that is a multiple of `breaks` fails.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -123,9 +118,9 @@ fn run(folder: &Path, shard: Shard) -> Result<Done, StudyError> {
     Folder::<Squares>::open(folder)?.run(&job, &Display::new(true))
 }
 
-fn new(count: u64, breaks: Option<u64>) -> tempfile::TempDir {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let path = place.path().join("s");
+fn new(count: u64, breaks: Option<u64>) -> Place {
+    let place = new_folder();
+    let path = place.join("s");
     create(&path, Squares { count, breaks }, None, None).expect("a new study");
     place
 }
@@ -133,8 +128,8 @@ fn new(count: u64, breaks: Option<u64>) -> tempfile::TempDir {
 /// The sums of a study that is shared out, repeated, merged and judged are right although no two rows have the same time.
 #[test]
 fn a_study_of_another_kind_has_all_that_campaigns_have() {
-    let place = new(10, None);
-    let path = place.path().join("s");
+    let place = &new(10, None);
+    let path = place.join("s");
     run(&path, Shard::new(2, 3).expect("a shard")).expect("three rows");
     let open = || Folder::<Squares>::open(&path).expect("a study");
     let half = open().judge().expect("what is there");
@@ -159,7 +154,7 @@ fn a_study_of_another_kind_has_all_that_campaigns_have() {
         (summary.rows, summary.endings),
         (10, BTreeMap::from([("squared".to_owned(), 10)]))
     );
-    let table = fs::read_to_string(path.join("rows.csv")).expect("a table");
+    let table = text_of(path.join("rows.csv"));
     assert!(table.starts_with("square\n1\n4\n9\n"), "{table}");
     let whole = open().judge().expect("all");
     assert_eq!(whole.document.answer, "The sum is 385.");
@@ -170,11 +165,11 @@ fn a_study_of_another_kind_has_all_that_campaigns_have() {
 /// A torn line, a line of an older format and rubbish stay where they are, byte for byte, and their rows are made anew.
 #[test]
 fn lines_that_cannot_be_read_are_kept() {
-    let place = new(6, None);
-    let path = place.path().join("s");
+    let place = &new(6, None);
+    let path = place.join("s");
     run(&path, Shard::WHOLE).expect("six rows");
     let file = records_folder(&path).join("shard-1-of-1.jsonl");
-    let text = fs::read_to_string(&file).expect("records");
+    let text = text_of(&file);
     let lines: Vec<&str> = text.lines().collect();
     let older = lines[1].replacen("\"took\"", "\"time\"", 1);
     let torn = &lines[5][..lines[5].len() - 9];
@@ -185,7 +180,7 @@ fn lines_that_cannot_be_read_are_kept() {
         (done.before, done.damaged.len(), done.complete),
         (2, 3, true)
     );
-    let after = fs::read_to_string(&file).expect("records");
+    let after = text_of(&file);
     assert!(after.starts_with(&format!("{damaged}\n")), "{after}");
     assert_eq!(
         Folder::<Squares>::open(&path)
@@ -200,12 +195,12 @@ fn lines_that_cannot_be_read_are_kept() {
 /// Rows of another kernel are not this plan's: a plan of another source is not run, and its lines are not believed.
 #[test]
 fn rows_of_another_source_are_never_mixed_in() {
-    let place = new(4, None);
-    let path = place.path().join("s");
+    let place = &new(4, None);
+    let path = place.join("s");
     run(&path, Shard::WHOLE).expect("four rows");
     let mut older = Plan::<Squares>::read(&path).expect("a plan");
     older.made_with.source = "0".repeat(64);
-    let other = place.path().join("older");
+    let other = place.join("older");
     older.write(&other).expect("a new folder");
     let name = "shard-1-of-1.jsonl";
     fs::copy(
@@ -222,7 +217,7 @@ fn rows_of_another_source_are_never_mixed_in() {
         .status()
         .expect("a status");
     assert_eq!((status.finished, status.damaged.len()), (0, 4));
-    let larger = place.path().join("larger");
+    let larger = place.join("larger");
     let reused = larger_plan(&larger, &other);
     assert!(matches!(reused, Err(StudyError::OtherProgram { .. })));
     assert!(!larger.exists(), "a plan that was refused leaves nothing");
@@ -240,10 +235,10 @@ fn larger_plan(folder: &Path, made: &Path) -> Result<u64, StudyError> {
 /// A larger plan takes over what a smaller one has.
 #[test]
 fn a_larger_plan_goes_on_where_a_smaller_one_ended() {
-    let place = new(4, None);
-    let path = place.path().join("s");
+    let place = &new(4, None);
+    let path = place.join("s");
     run(&path, Shard::new(1, 2).expect("a shard")).expect("two rows");
-    let larger = place.path().join("larger");
+    let larger = place.join("larger");
     let reused = larger_plan(&larger, &path);
     assert_eq!(reused.expect("a new study"), 2);
     let done = run(&larger, Shard::WHOLE).expect("the rest");
@@ -253,8 +248,8 @@ fn a_larger_plan_goes_on_where_a_smaller_one_ended() {
 /// Rows whose engine fails are named; the others are written, and the next start tries again.
 #[test]
 fn other_rows_go_on_where_an_engine_fails() {
-    let place = new(9, Some(4));
-    let path = place.path().join("s");
+    let place = &new(9, Some(4));
+    let path = place.join("s");
     for _ in 0..2 {
         let Err(StudyError::EnginesFailed {
             finished,
@@ -272,8 +267,8 @@ fn other_rows_go_on_where_an_engine_fails() {
 /// Two processes with the same shard: the second is told so, and adds nothing.
 #[test]
 fn one_process_writes_a_shard() {
-    let place = new(3, None);
-    let path = place.path().join("s");
+    let place = &new(3, None);
+    let path = place.join("s");
     let held = Writer::open(&path, Shard::WHOLE).expect("it is free");
     let error = run(&path, Shard::WHOLE).expect_err("it is held");
     assert!(
@@ -288,12 +283,12 @@ fn one_process_writes_a_shard() {
 /// Two jobs in one folder: the second is told so before it does anything.
 #[test]
 fn one_process_writes_the_folder_of_a_job() {
-    let (place, _) = folder_with(&tiny_scene());
-    let out = place.path().join("o");
+    let place = &folder_with(&tiny_scene());
+    let out = place.join("o");
     fs::create_dir(&out).expect("writable");
     let held = FolderLock::of(&out).expect("it is free");
     let command = "reproduce --scene scene.json --out o --quiet";
-    tells(place.path(), 75, command, ["in use by another process"]);
+    tells(place, 75, command, ["in use by another process"]);
     let files = fs::read_dir(&out).expect("a folder").count();
     assert_eq!(files, 1, "the lock");
     drop(held);
@@ -305,9 +300,8 @@ fn an_external_engine_is_the_one_that_was_planned() {
     let mut scene = tiny_scene();
     scene.settle.max_steps = 20;
     scene.settle.check_every = 20;
-    let (place, _) = folder_with(&scene);
-    let at = place.path();
-    let toy = fs::read_to_string(adapter_path("toy.py")).expect("the toy");
+    let at = &folder_with(&scene);
+    let toy = text_of(adapter_path("toy.py"));
     // It pours to the most steps, and this bed never comes to the punch.
     let pours = toy
         .replace(
@@ -341,15 +335,15 @@ fn an_external_engine_is_the_one_that_was_planned() {
     let digest = file_digest(&removed).expect("a file");
     ran_in(at, "exec:removed", &["--steps", "2"], "two");
     assert!(!removed.exists());
-    let record = fs::read_to_string(at.join("two/run.json")).expect("a record");
+    let record = text_of(at.join("two/run.json"));
     has(&record, [&digest]);
 }
 
 /// A pipe among the records would make a reader wait for ever.
 #[test]
 fn a_pipe_among_the_records_is_refused() {
-    let place = new(3, None);
-    let path = place.path().join("s");
+    let place = &new(3, None);
+    let path = place.join("s");
     a_pipe(&records_folder(&path), "shard-1-of-2.jsonl");
     let error = run(&path, Shard::WHOLE).expect_err("a pipe");
     assert!(

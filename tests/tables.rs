@@ -1,10 +1,9 @@
 //! Tables as text: read back to the same bits, refused where a row cannot be meant.
 
-use std::fs;
-
 use crossgrain::tables::{TableError, read_bodies, write_bodies};
-use grains::tables::Bodies;
 use proptest::prelude::*;
+
+use crate::support::*;
 
 fn all_bits(bodies: &Bodies) -> Vec<Vec<u64>> {
     let mut columns: Vec<&[f64]> = bodies.motion().iter().map(|(_, column)| *column).collect();
@@ -14,15 +13,15 @@ fn all_bits(bodies: &Bodies) -> Vec<Vec<u64>> {
 }
 
 fn there_and_back(bodies: &Bodies) -> Result<Bodies, TableError> {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("bodies.csv");
+    let folder = &new_folder();
+    let path = folder.join("bodies.csv");
     write_bodies(&path, bodies)?;
     read_bodies(&path, bodies.len() as u32)
 }
 
 fn read(text: &str) -> Result<Bodies, TableError> {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("bodies.csv");
+    let folder = &new_folder();
+    let path = folder.join("bodies.csv");
     fs::write(&path, text).expect("a writable folder");
     read_bodies(&path, 100)
 }

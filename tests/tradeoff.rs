@@ -2,25 +2,18 @@
 
 mod external;
 
-use std::path::Path;
-
 use crossgrain::report;
 use crossgrain::study::machine::{Folder, Job, Machine};
 use crossgrain::study::member::{Member, Members};
 use crossgrain::study::realization::Change::{Modulus, Settled, Size, Step};
 use crossgrain::study::realization::{Change, Engines, Runner, Specification, changed};
 use crossgrain::study::shard::Shard;
-use crossgrain::study::tradeoff::Tradeoff;
 use crossgrain::study::tradeoff::plan::{FAST, FIRST_CONFIRMATORY, Plan};
+use crossgrain::study::tradeoff::{Tradeoff, judge};
 use crossgrain::study::{Study, create};
-use grains::generate::initial_bodies;
-use grains::native;
 use grains::native::pouring::{End, Phase, pour};
-use grains::task::Task;
 
-use crossgrain::progress::Display;
-
-use crate::support::{ends, folder_with, frictional_scene, small_scene, sound, tells};
+use crate::support::*;
 
 /// Methods with one change each, on two clouds, as candidates on three more.
 fn plan(methods: &[(&str, Change)], confirmatory: u64) -> Plan {
@@ -83,8 +76,8 @@ fn one_phase_of_the_scenes_own_settings_is_the_scenes_own_pouring() {
 fn friction_is_held_against_friction() {
     let mut plan = Plan::quick(2, 0);
     plan.methods.retain(|of| of.id.starts_with("friction"));
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path().join("study");
+    let place = &new_folder();
+    let folder = place.join("study");
     create(&folder, plan, None, None).expect("a new study");
     run::<Plan>(&folder, &Engines::default()).expect("it runs");
     let record = record(&folder);
@@ -151,8 +144,8 @@ fn a_bed_that_is_stiffened_ends_at_the_full_stiffness_at_rest() {
 
 #[test]
 fn a_study_is_taken_up_where_it_was_and_finds_the_large_bias() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path().join("study");
+    let place = &new_folder();
+    let folder = place.join("study");
     let plan = plan(
         &[
             ("same-physics", Step(0.4)),
@@ -165,14 +158,14 @@ fn a_study_is_taken_up_where_it_was_and_finds_the_large_bias() {
     create(&folder, plan, None, None).expect("a new study");
     run::<Plan>(&folder, &Engines::default()).expect("it runs");
     let rows = folder.join("records/shard-1-of-1.jsonl");
-    let text = std::fs::read_to_string(&rows).expect("readable");
+    let text = text_of(&rows);
     assert_eq!(text.lines().count() as u64, count);
     // Killed in the middle of the last line: that row alone is made again, and nothing that stands is changed.
     std::fs::write(&rows, &text[..text.len() - 20]).expect("cut");
     let missing: u64 = record(&folder).points.iter().map(|of| of.missing).sum();
     assert!(missing <= 1, "{missing}");
     run::<Plan>(&folder, &Engines::default()).expect("it runs");
-    let again = std::fs::read_to_string(&rows).expect("readable");
+    let again = text_of(&rows);
     assert!(again.starts_with(&text[..text.len() - 20]));
     let (first, second) = (text.lines().last(), again.lines().last());
     let parse = |line: Option<&str>| -> Member {
@@ -213,8 +206,8 @@ fn a_study_is_taken_up_where_it_was_and_finds_the_large_bias() {
 
 #[test]
 fn runs_without_yade_say_so_and_are_not_complete() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path().join("study");
+    let place = &new_folder();
+    let folder = place.join("study");
     let mut plan = Plan::new(small_scene(), 2, 0);
     let yade = Specification {
         runner: Runner::YadeOrdinary,
@@ -223,7 +216,7 @@ fn runs_without_yade_say_so_and_are_not_complete() {
     plan.add("yade", "YADE", "YADE", yade, 1);
     create(&folder, plan, None, None).expect("a new study");
     let mut engines = Engines::default();
-    engines.yade.program = Some(place.path().join("no-such-yade"));
+    engines.yade.program = Some(place.join("no-such-yade"));
     let error = run::<Plan>(&folder, &engines).expect_err("YADE is missing");
     assert!(error.to_string().contains("YADE"), "{error}");
     let record = record(&folder);
@@ -239,8 +232,8 @@ fn runs_without_yade_say_so_and_are_not_complete() {
 
 #[test]
 fn heights_of_beds_of_other_depths_are_not_compared() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path().join("study");
+    let place = &new_folder();
+    let folder = place.join("study");
     let plan = plan(
         &[("half-as-deep", Size(1.0, 0.5)), ("softer", Modulus(0.1))],
         0,
@@ -260,9 +253,7 @@ fn heights_of_beds_of_other_depths_are_not_compared() {
 /// `run --reduced-stiffness` is the method that was tested: the same bed and the same end, in every bit.
 #[test]
 fn a_run_that_is_poured_softly_is_the_tested_method() {
-    use crossgrain::run::folder::RunFolder;
     use grains::native::pouring::Softly;
-    use grains::tables::StopReason;
     let mut scene = small_scene();
     scene.name = "poured softly".to_owned();
     let softly = Softly::tested(&scene).expect("a step in proportion");
@@ -270,13 +261,13 @@ fn a_run_that_is_poured_softly_is_the_tested_method() {
     let poured = pour(&scene, &phases, &sound(), initial_bodies(&scene)).expect("it settles");
     let poured = poured.expect("there are phases");
 
-    let (folder, _) = folder_with(&scene);
+    let folder = folder_with(&scene);
     let run = |code: i32, more: &str| {
         let run = format!("run scene.json --reduced-stiffness --quiet --engine {more}");
-        ends(folder.path(), code, &run);
+        ends(&folder, code, &run);
     };
     run(0, "native --out soft");
-    let read = RunFolder::read(&folder.path().join("soft")).expect("a run folder");
+    let read = read_run(&folder.join("soft"));
     let settled = read.settled.as_ref().expect("a settled bed");
     assert_eq!(settled.bodies.digest(), poured.bed.bodies.digest());
     let softened = read.record.softened.as_ref().expect("how it was poured");
@@ -294,14 +285,14 @@ fn a_run_that_is_poured_softly_is_the_tested_method() {
     run(2, "yade --out no");
     run(2, "native --steps 5 --out no");
     run(2, "native --perturb stiffness=1e-9 --out no");
-    assert!(!folder.path().join("no").exists());
+    assert!(!folder.join("no").exists());
 }
 
 /// The native engine has the same bits on any machine, so a recorded realization comes out again; and the recorded judgement is that
 /// of the recorded rows.
 #[test]
 fn recorded_realizations_of_the_reference_come_out_again() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/tradeoff-1");
+    let path = root("reference_data/tradeoff-1");
     let folder = Folder::<Plan>::open(&path).expect("recorded evidence");
     let report = folder.judge().expect("a judgement");
     let text = crossgrain::files::read_text(&path.join("report.json.gz"), 1 << 26);
@@ -318,10 +309,7 @@ fn recorded_realizations_of_the_reference_come_out_again() {
     assert_eq!(own.clone().count(), 308);
     let reference = Plan::full(8, 300, 1).reference.specification;
     for realization in [2, FIRST_CONFIRMATORY] {
-        let keep = |key: &str| {
-            use crossgrain::study::tradeoff::judge::QUANTITIES;
-            QUANTITIES.iter().any(|of| of.key == key)
-        };
+        let keep = |key: &str| judge::QUANTITIES.iter().any(|of| of.key == key);
         let engines = Engines::default();
         let again = Member::run(&reference, realization, &engines, Path::new(""), keep);
         let again = again.expect("it runs");
@@ -334,17 +322,17 @@ fn recorded_realizations_of_the_reference_come_out_again() {
 
 #[test]
 fn yade_has_no_clouds_that_the_reference_has_not() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     let words = "study plan tradeoff --quick --clouds 2 --yade-clouds 3 --out no";
-    tells(folder.path(), 2, words, ["at most --clouds, 2"]);
-    assert!(!folder.path().join("no").exists());
+    tells(folder, 2, words, ["at most --clouds, 2"]);
+    assert!(!folder.join("no").exists());
 }
 
 #[test]
 fn the_fast_protocols_scene_differs_in_the_step_and_what_goes_with_it() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     let printed = |arguments: &[&str]| -> serde_json::Value {
-        let (text, _) = ends(folder.path(), 0, arguments);
+        let (text, _) = ends(folder, 0, arguments);
         serde_json::from_str(&text).expect("JSON")
     };
     let plain = printed(&["scene", "paper"]);

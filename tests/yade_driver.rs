@@ -1,11 +1,7 @@
 //! The YADE driver against programs that are not YADE: each way to fail is its own error, and none
 //! leaves a run folder. Needs a Python, not YADE.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-
-use crate::support::engines::program;
-use crate::support::{Words, folder_with, has, rows, say, small_scene, there};
+use crate::support::*;
 
 /// Moments of the two grains of the scene below, `{numbers}` doubles, and the files around them.
 const WRITES: &str = r#"
@@ -43,8 +39,8 @@ pub fn yade(folder: &Path, name: impl AsRef<Path>, does: &str) -> PathBuf {
 fn with(does: &str) -> (i32, String, bool) {
     let mut scene = small_scene();
     scene.particles.count = 2;
-    let (folder, _) = folder_with(&scene);
-    run(folder.path(), &yade(folder.path(), "yade", does))
+    let folder = &folder_with(&scene);
+    run(folder, &yade(folder, "yade", does))
 }
 
 fn run(folder: &Path, yade: &Path) -> (i32, String, bool) {
@@ -79,8 +75,8 @@ fn a_program_that_writes_what_it_should_is_believed() {
 
 #[test]
 fn missing() {
-    let (folder, _) = folder_with(&small_scene());
-    let (code, errors, _) = run(folder.path(), Path::new("/nowhere/yade"));
+    let folder = &folder_with(&small_scene());
+    let (code, errors, _) = run(folder, Path::new("/nowhere/yade"));
     assert_eq!(code, 4);
     for message in [
         "YADE is missing",
@@ -88,9 +84,9 @@ fn missing() {
     ] {
         has(&errors, [message]);
     }
-    let path = folder.path().join("not-python");
+    let path = folder.join("not-python");
     fs::write(&path, "just text\n").expect("writable");
-    let (code, errors, _) = run(folder.path(), &path);
+    let (code, errors, _) = run(folder, &path);
     assert_eq!(code, 4);
     has(&errors, ["does not name a Python interpreter"]);
 }
@@ -145,16 +141,16 @@ fn children_of_a_hung_program_end_too() {
 fn its_log_is_kept() {
     let mut scene = small_scene();
     scene.particles.count = 2;
-    let (folder, _) = folder_with(&scene);
-    let path = folder.path().join("yade");
+    let folder = &folder_with(&scene);
+    let path = folder.join("yade");
     fs::write(
         &path,
         "#!/usr/bin/python3\nprint('last words')\nraise SystemExit(3)\n",
     )
     .expect("writable");
-    fs::write(folder.path().join("out.yade.log"), "mine").expect("writable");
-    run(folder.path(), &path);
-    let read = |name: &str| fs::read_to_string(folder.path().join(name)).expect("a file");
+    fs::write(folder.join("out.yade.log"), "mine").expect("writable");
+    run(folder, &path);
+    let read = |name: &str| text_of(folder.join(name));
     assert_eq!(read("out.yade.log"), "mine");
     assert!(read("out.yade.log-2").contains("last words"));
 }

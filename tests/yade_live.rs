@@ -1,45 +1,23 @@
 //! Checks against the real YADE. Without the feature `yade` they are listed as ignored and not made;
 //! with it a missing YADE is a failure. `ci/test` runs them all.
 
-use std::fs;
-use std::path::Path;
-use std::process::Child;
-use std::time::{Duration, Instant};
-
 use crossgrain::checks::Outcome;
 use crossgrain::compare::compare;
 use crossgrain::compare::first_difference::Locator;
 use crossgrain::engine::yade;
-use crossgrain::progress::Display;
-use crossgrain::run::folder::RunFolder;
-use crossgrain::run::folder::record::Protocol;
 use crossgrain::run::{Engine, recorded};
 use crossgrain::suite::run::{self, Engines, Role};
-use grains::generate::initial_bodies;
-use grains::scene::{
-    AfterForce, Damping, Scene, SlipVelocity, Tension, TorqueArms, Viscosity, paper_scene,
-};
-use grains::tables::Stage;
+use grains::scene::{AfterForce, Damping, SlipVelocity, Tension, TorqueArms, Viscosity};
 use verdict::judge::Verdict;
 
-use crate::support::{
-    STAGES, faulty, folder_with, frictional_scene, native_run, small_scene, sound, staged_scene,
-    started, tells,
-};
+use crate::support::*;
 
 fn yade_run(scene: &Scene, options: yade::Options, protocol: Protocol) -> RunFolder {
-    let work = tempfile::tempdir().expect("a temporary folder");
+    let work = &new_folder();
     let engine = Engine::Yade(options);
     let initial = initial_bodies(scene);
-    recorded(
-        scene,
-        &engine,
-        protocol,
-        initial,
-        work.path(),
-        &mut |_, _, _| {},
-    )
-    .expect("a YADE run that finishes")
+    recorded(scene, &engine, protocol, initial, work, &mut |_, _, _| {})
+        .expect("a YADE run that finishes")
 }
 
 fn sorted() -> yade::Options {
@@ -313,10 +291,10 @@ fn the_ordinary_loop_is_equal_to_rounding() {
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn engine_check_judges_both_loops() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     for (order, verdict) in [("sorted", "identical"), ("ordinary", "equal to rounding")] {
         let check = ["engine", "check", "yade", "--loop", order, "--quiet"];
-        tells(folder.path(), 0, &check, [&format!("AGREED: {verdict}")]);
+        tells(folder, 0, &check, [&format!("AGREED: {verdict}")]);
     }
 }
 
@@ -337,9 +315,9 @@ fn yade_holds_no_socket_and_does_not_outlive_the_program() {
     let mut scene = small_scene();
     scene.settle.kinetic_energy_fraction = 1.0e-300;
     scene.settle.max_steps = 200_000_000;
-    let (folder, _) = folder_with(&scene);
+    let folder = &folder_with(&scene);
     let command = "run scene.json --engine yade --out out";
-    let mut child = Watched(started(folder.path(), command));
+    let mut child = Watched(started(folder, command));
     let program = child.0.id();
     let began = Instant::now();
     let mut yade = None;

@@ -1,18 +1,11 @@
 //! `yade_scripts/open_run.py`: a run folder's bed in YADE has the bits of its tables, and goes on as the run did. Without the
 //! feature `yade` this is listed as ignored and not made; with it a missing YADE is a failure.
 
-use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
-
 use crossgrain::engine::yade;
-use crossgrain::run::folder::RunFolder;
-use crossgrain::run::folder::record::Protocol;
-use grains::scene::{Scene, Viscosity};
-use grains::tables::{Bodies, Contact};
+use grains::scene::Viscosity;
 use serde::Deserialize;
 
-use crate::support::{has, native_run, small_scene, sound, staged_scene, told};
+use crate::support::*;
 
 /// Opens a bed and says what is in YADE then, and after some steps.
 const OPENS: &str = "
@@ -68,19 +61,16 @@ fn yade_python(place: &Path, arguments: &[&str]) -> Output {
 }
 
 fn scripts() -> std::path::PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("yade_scripts")
+    root("yade_scripts")
 }
 
 fn opened(run: &RunFolder, moment: &str, steps: u64) -> Told {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    run.write(&place.path().join("run")).expect("writable");
-    let output = yade_python(
-        place.path(),
-        &["-c", OPENS, "run", moment, &steps.to_string()],
-    );
+    let place = &new_folder();
+    run.write(&place.join("run")).expect("writable");
+    let output = yade_python(place, &["-c", OPENS, "run", moment, &steps.to_string()]);
     let (code, out, errors) = told(&output);
     assert_eq!(code, 0, "{out}{errors}");
-    let text = fs::read_to_string(place.path().join("told.json")).expect("it told");
+    let text = text_of(place.join("told.json"));
     serde_json::from_str(&text).expect("JSON")
 }
 
@@ -195,11 +185,11 @@ fn a_bed_with_friction_keeps_its_tangential_forces() {
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn what_cannot_be_opened_is_said_in_one_sentence() {
-    let place = tempfile::tempdir().expect("a temporary folder");
+    let place = &new_folder();
     let open = scripts().join("open_run.py");
     let open = open.to_str().expect("text");
     let refused = |words: &str| {
-        let (code, out, errors) = told(&yade_python(place.path(), &[open, "run"]));
+        let (code, out, errors) = told(&yade_python(place, &[open, "run"]));
         assert_eq!(code, 1, "{out}{errors}");
         has(&errors, [words]);
         assert!(!errors.contains("Traceback"), "{errors}");
@@ -211,10 +201,10 @@ fn what_cannot_be_opened_is_said_in_one_sentence() {
         tension: grains::scene::Tension::Clipped,
     };
     let run = native(&scene, Protocol::Steps { steps: 10 });
-    run.write(&place.path().join("run")).expect("writable");
+    run.write(&place.join("run")).expect("writable");
     refused("YADE does not have the contacts");
-    let bodies = place.path().join("run/bodies.csv");
-    let text = fs::read_to_string(&bodies).expect("a table");
+    let bodies = place.join("run/bodies.csv");
+    let text = text_of(&bodies);
     fs::write(&bodies, text.replacen('1', "2", 1)).expect("writable");
     refused("bodies.csv was changed after it was written");
 }

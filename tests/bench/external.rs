@@ -7,7 +7,7 @@ use crossgrain::limits::bench::bed::{self, Bed};
 use crossgrain::limits::bench::contender::{Contender, Sanity, Tolerance, Turn};
 use crossgrain::limits::bench::{Missed, Plan, Setup, timing};
 
-use crate::support::engines::{adapter_path, changed_toy, program};
+use crate::support::*;
 
 const PLAN: Plan = Plan {
     warm_up: 10,
@@ -19,15 +19,15 @@ const PLAN: Plan = Plan {
 /// A turn of the engine on this bed.
 fn turn(bed: &Bed, external: &ExternalEngine) -> Result<(Turn, Sanity, String), Error> {
     let yade = yade::Options::default();
-    let work = tempfile::tempdir().expect("a temporary folder");
+    let work = new_folder();
     let setup = Setup {
         plan: PLAN,
         bed,
         with_friction: bed,
         yade: &yade,
         external: Some(external),
-        crossgrain: work.path(),
-        work: work.path(),
+        crossgrain: &work,
+        work: &work,
     };
     let turn = Contender::External.run(&setup)?;
     let native = timing::after(bed, PLAN.compared_after())?;
@@ -39,9 +39,9 @@ fn small_bed(grains: u32) -> Bed {
     bed::settled(grains, &mut ()).expect("a bed that settles")
 }
 
-fn toy(from: &str, to: &str) -> (tempfile::TempDir, ExternalEngine) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = program(folder.path(), "toy.py", &changed_toy(from, to));
+fn toy(from: &str, to: &str) -> (Place, ExternalEngine) {
+    let folder = new_folder();
+    let path = program(&folder, "toy.py", &changed_toy(from, to));
     (
         folder,
         ExternalEngine::ask(Options::new(path)).expect("an engine"),

@@ -1,10 +1,7 @@
 //! What is asked of every page. Each question returns what it has to complain about.
 
-use std::path::Path;
-
-use serde_json::{Value, json};
-
 use crate::support::browser::Browser;
+use crate::support::*;
 
 const LOOK: &str = include_str!("look.js");
 

@@ -4,11 +4,9 @@
 mod broken;
 mod look;
 
-use std::path::{Path, PathBuf};
-
 use crate::regression::{RECORDED, seeded};
 use crate::support::browser::Browser;
-use crate::support::{ends, folder_with, small_scene};
+use crate::support::*;
 
 /// Where pictures of the pages are kept: the folder that `CROSSGRAIN_SCREENSHOTS` names, else one in Cargo's.
 fn screenshots() -> PathBuf {
@@ -78,16 +76,12 @@ fn inspect_words(browser: &mut Browser, name: &str, page: &Path) {
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs Chromium: --features live")]
 fn the_main_jobs_page_reads_well_everywhere_and_asks_for_nothing() {
-    let (folder, _) = folder_with(&small_scene());
+    let folder = &folder_with(&small_scene());
     let command = "reproduce --scene scene.json --quiet --out o --yade /nowhere/yade";
-    ends(folder.path(), 3, command);
+    ends(folder, 3, command);
     let mut browser = Browser::start();
-    inspect_words(
-        &mut browser,
-        "reproduce",
-        &folder.path().join("o/report.html"),
-    );
-    look::open(&mut browser, &folder.path().join("o/report.html"));
+    inspect_words(&mut browser, "reproduce", &folder.join("o/report.html"));
+    look::open(&mut browser, &folder.join("o/report.html"));
     browser.resize(1280, 900);
     let height = browser.evaluate("document.documentElement.scrollHeight");
     assert!(
@@ -95,7 +89,7 @@ fn the_main_jobs_page_reads_well_everywhere_and_asks_for_nothing() {
         "{height} px"
     );
     for other in ["measures", "paper"] {
-        look::open(&mut browser, &folder.path().join(format!("o/{other}.html")));
+        look::open(&mut browser, &folder.join(format!("o/{other}.html")));
         let mut said = Vec::new();
         for question in QUESTIONS {
             said.extend(question(&mut browser));
@@ -111,10 +105,10 @@ fn the_main_jobs_page_reads_well_everywhere_and_asks_for_nothing() {
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs Chromium: --features live")]
 fn a_script_that_was_put_into_a_page_does_not_run() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    ends(folder.path(), 0, "verify --engine native --quiet --out o");
-    let page = folder.path().join("o/report.html");
-    let text = std::fs::read_to_string(&page).expect("a page");
+    let folder = &new_folder();
+    ends(folder, 0, "verify --engine native --quiet --out o");
+    let page = folder.join("o/report.html");
+    let text = text_of(&page);
     let put = "<script>document.title = 'taken'</script><p onclick=\"document.title = 'taken'\">a</p>\
                <img src=\"https://example.org/a.png\" onerror=\"document.title = 'taken'\">";
     std::fs::write(&page, text.replacen("</main>", &format!("{put}</main>"), 1)).expect("writable");
@@ -134,12 +128,12 @@ fn a_script_that_was_put_into_a_page_does_not_run() {
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs Chromium: --features live")]
 fn the_ladders_page_reads_well_everywhere_and_asks_for_nothing() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    ends(folder.path(), 0, "verify --engine native --quiet --out o");
+    let folder = &new_folder();
+    ends(folder, 0, "verify --engine native --quiet --out o");
     inspect(
         &mut Browser::start(),
         "verify",
-        &folder.path().join("o/report.html"),
+        &folder.join("o/report.html"),
     );
 }
 
@@ -162,8 +156,8 @@ fn first_screen(browser: &mut Browser, page: &Path, name: &str, named: &[(&str, 
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs Chromium: --features live")]
 fn a_seeded_fault_and_its_verdict_are_on_the_first_screen() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let (code, said, page) = seeded(folder.path(), "stiffness=1e-3", &RECORDED);
+    let folder = &new_folder();
+    let (code, said, page) = seeded(folder, "stiffness=1e-3", &RECORDED);
     assert_eq!(code, 1, "{said}");
     let named = [
         (".verdict strong", "Different, and worse than main"),
@@ -184,8 +178,8 @@ fn a_seeded_fault_and_its_verdict_are_on_the_first_screen() {
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs Chromium and YADE")]
 fn a_slower_kernel_and_its_verdict_are_on_the_first_screen() {
-    let (folder, _) = folder_with(&small_scene());
-    let (code, said, page) = seeded(folder.path(), "slow=4", &["--scene", "scene.json"]);
+    let folder = &folder_with(&small_scene());
+    let (code, said, page) = seeded(folder, "slow=4", &["--scene", "scene.json"]);
     assert_eq!(code, 1, "{said}");
     let named = [
         (".verdict strong", "Agreed, and worse than main"),

@@ -1,8 +1,5 @@
 //! Record files that were cut off, changed, or are of another campaign: not believed, named, and made good.
 
-use std::fs;
-use std::path::Path;
-
 use crossgrain::study::campaign::{Campaign, Member};
 use crossgrain::study::plan::Plan;
 use crossgrain::study::store;
@@ -10,26 +7,27 @@ use crossgrain::study::store;
 use super::{
     Chance, MEMBERS, campaign, expected, finishes_as_expected, merged_bytes, must, plan, study,
 };
-use crate::support::{has, tiny_scene};
+
+use crate::support::*;
 
 const FILE: &str = "records/shard-1-of-1.jsonl";
 
 /// The bytes of a finished record file, and what of a campaign with these bytes in it is reported.
 struct Finished {
-    place: tempfile::TempDir,
+    place: Place,
     sound: Vec<u8>,
 }
 
 impl Finished {
     fn new() -> Self {
         let place = plan(&tiny_scene(), MEMBERS, "c");
-        must(place.path(), "run", &["--threads", "2", "--shard", "1/1"]);
-        let sound = fs::read(place.path().join("c").join(FILE)).expect("records");
+        must(&place, "run", &["--threads", "2", "--shard", "1/1"]);
+        let sound = fs::read(place.join("c").join(FILE)).expect("records");
         Finished { place, sound }
     }
 
     fn put(&self, bytes: &[u8]) {
-        let folder = self.place.path().join("c");
+        let folder = self.place.join("c");
         fs::write(folder.join(FILE), bytes).expect("writable");
         for name in ["rows.jsonl", "rows.csv", "merged.json"] {
             let _ = fs::remove_file(folder.join(name));
@@ -37,7 +35,7 @@ impl Finished {
     }
 
     fn status(&self) -> (i32, serde_json::Value) {
-        let (code, said, errors) = campaign(self.place.path(), "status", &["--json"]);
+        let (code, said, errors) = campaign(&self.place, "status", &["--json"]);
         let status = serde_json::from_str(&said).unwrap_or_else(|_| panic!("{said}{errors}"));
         (code, status)
     }
@@ -87,7 +85,7 @@ fn a_file_that_was_cut_off_counts_to_its_last_whole_record() {
         let whole = bytes.iter().filter(|byte| **byte == b'\n').count();
         assert_eq!(status["finished"], whole, "cut at {cut}");
         assert_eq!(damaged_lines(&status), strange_lines(bytes, sound));
-        let place = campaign_of.place.path();
+        let place = &campaign_of.place;
         study(place, 3, "merge", &[]);
         if index % 4 == 0 {
             finishes_as_expected(place);
@@ -130,7 +128,7 @@ fn a_changed_record_is_not_believed_and_its_member_is_run_again() {
         // A line's end that is gone takes two records with it.
         let lost = if sound[place] == b'\n' { 2 } else { 1 };
         assert_eq!(finished, MEMBERS - lost, "byte {place}");
-        let folder = campaign_of.place.path();
+        let folder = &campaign_of.place;
         study(folder, 3, "merge", &[]);
         if index % 6 == 0 {
             let said = must(folder, "run", &["--threads", "2"]);
@@ -157,7 +155,7 @@ fn rubbish_is_no_record() {
     let (code, status) = campaign_of.status();
     assert_eq!(code, 0, "every member has its record");
     assert!(damaged_lines(&status).len() > 100);
-    finishes_as_expected(campaign_of.place.path());
+    finishes_as_expected(&campaign_of.place);
 }
 
 fn member(line: &[u8]) -> Member {
@@ -177,7 +175,7 @@ fn line(folder: &Path, member: &Member) -> String {
 #[test]
 fn records_that_contradict_each_other_are_an_error_that_names_both_files() {
     let campaign_of = Finished::new();
-    let folder = campaign_of.place.path().join("c");
+    let folder = campaign_of.place.join("c");
     campaign_of.put(&campaign_of.sound);
     let first = campaign_of.sound.split(|byte| *byte == b'\n').next();
     let mut wrong = member(first.expect("a line"));
@@ -185,7 +183,7 @@ fn records_that_contradict_each_other_are_an_error_that_names_both_files() {
     let number = wrong.member;
     let line = line(&folder, &wrong) + "\n";
     fs::write(folder.join("records/shard-1-of-9.jsonl"), line).expect("writable");
-    let (_, errors) = study(campaign_of.place.path(), 1, "merge", &[]);
+    let (_, errors) = study(&campaign_of.place, 1, "merge", &[]);
     for part in [
         &format!("row {number} is written twice and differently"),
         "shard-1-of-1.jsonl",
@@ -201,16 +199,16 @@ fn records_that_contradict_each_other_are_an_error_that_names_both_files() {
 fn records_of_another_plan_are_not_believed() {
     let campaign_of = Finished::new();
     let scene = tiny_scene();
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let runner = Plan::<Campaign>::read(&campaign_of.place.path().join("c"))
+    let place = &new_folder();
+    let runner = Plan::<Campaign>::read(&campaign_of.place.join("c"))
         .expect("a plan")
         .study
         .runner;
     let other = Campaign::plan(&scene, runner, Vec::new(), MEMBERS, 2).expect("a plan");
-    other.write(&place.path().join("c")).expect("writable");
-    let folder = place.path().join("c");
+    other.write(&place.join("c")).expect("writable");
+    let folder = place.join("c");
     fs::write(folder.join(FILE), &campaign_of.sound).expect("writable");
-    let (said, _) = study(place.path(), 3, "status", &[]);
+    let (said, _) = study(place, 3, "status", &[]);
     has(&said, ["0 of 24 rows finished"]);
     // Nor is a record of a member that the plan does not have.
     let mut beyond = member(
@@ -223,6 +221,6 @@ fn records_of_another_plan_are_not_believed() {
     beyond.member = MEMBERS + 1;
     let line = line(&folder, &beyond) + "\n";
     fs::write(folder.join(FILE), line).expect("writable");
-    let (said, _) = study(place.path(), 3, "status", &[]);
+    let (said, _) = study(place, 3, "status", &[]);
     has(&said, ["0 of 24 rows finished", "line 1 is no whole row"]);
 }

@@ -1,23 +1,20 @@
 //! Members that go wrong are rows; engines that go wrong are not. What is said while a campaign runs.
 
-use std::fs;
-use std::path::Path;
-
 use crossgrain::study::campaign::{Campaign, Merged, merged};
 use crossgrain::study::realization::{Ending, Runner};
-use grains::scene::{Scene, TimeStep};
+use grains::scene::TimeStep;
 
 use super::{campaign, must, plan, study};
-use crate::support::{has, tiny_scene};
+use crate::support::*;
 use crate::yade_driver::yade;
 
 /// Runs twelve members of the scene, merges them, and returns the column `ending` of `rows.csv` with the members.
 fn endings(scene: &Scene) -> (Vec<String>, Merged, String) {
-    let place = plan(scene, 12, "c");
-    let said = must(place.path(), "run", &["--threads", "2"]);
-    must(place.path(), "status", &[]);
-    let folder = place.path().join("c");
-    let table = fs::read_to_string(folder.join("rows.csv")).expect("a table");
+    let place = &plan(scene, 12, "c");
+    let said = must(place, "run", &["--threads", "2"]);
+    must(place, "status", &[]);
+    let folder = place.join("c");
+    let table = text_of(folder.join("rows.csv"));
     let mut rows = table.lines();
     let columns = rows.next().expect("a header").split(',').count();
     let endings = rows.map(|row| {
@@ -93,20 +90,20 @@ fn members_whose_engine_gives_up_are_rows_with_its_words() {
 
 /// Two grains that never settle, poured by a program that is not YADE: it writes back the start as the end, and what
 /// `also` says goes wrong before that.
-fn with_yade(members: u64, also: &str) -> tempfile::TempDir {
+fn with_yade(members: u64, also: &str) -> Place {
     let mut scene = tiny_scene();
     scene.particles.count = 2;
     scene.settle.max_steps = 10;
     scene.settle.check_every = 10;
-    let place = tempfile::tempdir().expect("a temporary folder");
+    let place = new_folder();
     let plan = Campaign::plan(&scene, Runner::YadeSorted, Vec::new(), members, 1);
-    plan.and_then(|plan| plan.write(&place.path().join("c")))
+    plan.and_then(|plan| plan.write(&place.join("c")))
         .expect("a new campaign");
     let does = format!(
         "member = int(os.path.basename(job.rstrip('/')))\n{also}\n\
          frames(fine + fine, [frame(0), frame(10), end(10, 'max_steps')])"
     );
-    yade(place.path(), "yade", &does);
+    yade(&place, "yade", &does);
     place
 }
 
@@ -124,11 +121,11 @@ fn a_broken_engine_is_no_row() {
         "if member in (2, 5) and not os.path.exists('mended'): raise SystemExit('broken')",
     );
     // A program is started where it is needed, not where this one is.
-    let text = fs::read_to_string(place.path().join("yade")).expect("a program");
-    let mended = place.path().join("mended");
+    let text = text_of(place.join("yade"));
+    let mended = place.join("mended");
     let text = text.replace("'mended'", &format!("{:?}", mended.to_string_lossy()));
-    fs::write(place.path().join("yade"), text).expect("writable");
-    let (code, _, errors) = run(place.path());
+    fs::write(place.join("yade"), text).expect("writable");
+    let (code, _, errors) = run(&place);
     assert_eq!(code, 4, "{errors}");
     for part in [
         "4 rows are written down",
@@ -137,10 +134,10 @@ fn a_broken_engine_is_no_row() {
     ] {
         has(&errors, [part]);
     }
-    let (said, _) = study(place.path(), 3, "status", &[]);
+    let (said, _) = study(&place, 3, "status", &[]);
     has(&said, ["4 of 6", "missing: rows 2, 5"]);
     fs::write(mended, "").expect("writable");
-    let (code, said, errors) = run(place.path());
+    let (code, said, errors) = run(&place);
     assert_eq!(code, 0, "{errors}");
     has(
         &said,
@@ -153,22 +150,22 @@ fn a_broken_engine_is_no_row() {
 
 #[test]
 fn a_missing_engine_is_no_row() {
-    let place = with_yade(3, "");
-    fs::remove_file(place.path().join("yade")).expect("a file");
-    let (code, _, errors) = run(place.path());
+    let place = &with_yade(3, "");
+    fs::remove_file(place.join("yade")).expect("a file");
+    let (code, _, errors) = run(place);
     assert_eq!(code, 4, "{errors}");
     has(&errors, ["YADE is missing"]);
-    let (said, _) = study(place.path(), 3, "status", &[]);
+    let (said, _) = study(place, 3, "status", &[]);
     has(&said, ["0 of 3 rows finished"]);
 }
 
 /// Where there is no terminal: lines now and then. Members that take their time without using a processor.
 #[test]
 fn lines_tell_members_an_hour_and_the_time_left() {
-    let place = with_yade(4, "time.sleep(6)");
-    let yade = place.path().join("yade");
+    let place = &with_yade(4, "time.sleep(6)");
+    let yade = place.join("yade");
     let options = ["--threads", "1", "--yade", &yade.to_string_lossy()];
-    let (_, errors) = study(place.path(), 0, "run", &options);
+    let (_, errors) = study(place, 0, "run", &options);
     let line = errors.lines().find(|line| line.contains(" s left"));
     let line = line.unwrap_or_else(|| panic!("no line says the time left: {errors}"));
     assert!(
@@ -180,6 +177,6 @@ fn lines_tell_members_an_hour_and_the_time_left() {
     let an_hour: f64 = an_hour.expect("a rate");
     assert!((50.0..=600.0).contains(&an_hour), "{line}");
     has(&errors, ["4 of 4 written down, "]);
-    let (_, _, errors) = campaign(place.path(), "run", &["--quiet"]);
+    let (_, _, errors) = campaign(place, "run", &["--quiet"]);
     assert_eq!(errors, "");
 }

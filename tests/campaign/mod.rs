@@ -9,23 +9,18 @@ mod scale;
 mod shards;
 mod together;
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
-use std::time::{Duration, Instant};
 
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::realization::Runner;
-use grains::scene::Scene;
 
-use crate::support::{ends, say, tiny_scene};
+use crate::support::*;
 
 /// A folder that goes away, with a campaign of this name in it.
-pub fn plan(scene: &Scene, members: u64, name: &str) -> tempfile::TempDir {
-    let place = tempfile::tempdir().expect("a temporary folder");
+pub fn plan(scene: &Scene, members: u64, name: &str) -> Place {
+    let place = new_folder();
     let plan = Campaign::plan(scene, Runner::Native, Vec::new(), members, 1);
-    plan.and_then(|plan| plan.write(&place.path().join(name)))
+    plan.and_then(|plan| plan.write(&place.join(name)))
         .expect("a new campaign");
     place
 }
@@ -55,9 +50,9 @@ pub fn undisturbed(scene: &Scene, members: u64) -> Merged {
 }
 
 /// What one process with one thread makes of the study `c` there.
-fn undisturbed_in(place: &tempfile::TempDir) -> Merged {
-    ends(place.path(), 0, "study run c --threads 1");
-    merged_bytes(&place.path().join("c"))
+fn undisturbed_in(place: &Place) -> Merged {
+    ends(&place, 0, "study run c --threads 1");
+    merged_bytes(&place.join("c"))
 }
 
 /// Members of most campaigns here.

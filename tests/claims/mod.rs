@@ -6,9 +6,10 @@ mod truth;
 mod verb;
 
 use crossgrain::study::claims::{self, Claim, Claims, Origin, Verdict};
-use grains::scene::paper_scene;
 
 use truth::{Truth, members};
+
+use crate::support::*;
 
 fn claims_of(truth: &Truth) -> Claims {
     let scene = paper_scene(1, 5000);

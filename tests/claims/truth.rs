@@ -1,14 +1,13 @@
 //! Members that are drawn from known laws.
 
-use std::collections::BTreeMap;
-
 use crossgrain::study::campaign::{Fields, Member};
 use crossgrain::study::claims::{self, Moment};
 use crossgrain::study::realization::Ending;
 use evidence::distribution::Distribution;
 use evidence::random::{Key, Source};
 use grains::measure::neighbourhood::{GROWING, Neighbour, Neighbourhood, SINGLY, Together};
-use grains::scene::Scene;
+
+use crate::support::*;
 
 const KEY: Key = *b"crossgrain: tests of the claims.";
 const CELL: f64 = 9.4e-5;

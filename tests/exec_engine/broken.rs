@@ -1,10 +1,6 @@
 //! Programs that are no engines: each is ended and named, and leaves no run folder.
 
-use std::fs;
-use std::path::PathBuf;
-
-use crate::support::engines::{AND_THEN, SOUND, engine, run_in};
-use crate::support::{Words, folder_with, has, small_scene};
+use crate::support::*;
 
 /// Longest time without a sign of life and longest time, s: long, for a machine that is busy.
 const PATIENT: [&str; 2] = ["60", "120"];
@@ -13,20 +9,20 @@ const PATIENT: [&str; 2] = ["60", "120"];
 fn with(say: &str, does: &str, [stall, time]: [&str; 2]) -> (i32, String, bool) {
     let mut scene = small_scene();
     scene.particles.count = 2;
-    let (folder, _) = folder_with(&scene);
+    let folder = &folder_with(&scene);
     let text = format!("{SOUND}{say}{AND_THEN}{does}\n");
-    let engine = engine(folder.path(), "engine.py", &text);
+    let engine = engine(folder, "engine.py", &text);
     let limits = format!(
         "--steps 10 --stall-limit {stall} --time-limit {time} --memory-limit 300 --output-limit 8"
     );
-    let (code, _, errors) = run_in(folder.path(), &engine, &limits.words(), "out");
-    let left: Vec<PathBuf> = fs::read_dir(folder.path())
+    let (code, _, errors) = run_in(folder, &engine, &limits.words(), "out");
+    let left: Vec<PathBuf> = fs::read_dir(folder)
         .expect("a folder")
         .map(|entry| entry.expect("readable").path())
         .filter(|path| path.display().to_string().contains(".crossgrain"))
         .collect();
     assert!(left.is_empty(), "left behind: {left:?}");
-    (code, errors, folder.path().join("out").exists())
+    (code, errors, folder.join("out").exists())
 }
 
 fn fails_in(say: &str, does: &str, message: &str, limits: [&str; 2]) {
@@ -48,28 +44,28 @@ fn a_program_that_writes_what_it_should_is_believed() {
 fn the_file_that_a_message_names_is_kept() {
     let mut scene = small_scene();
     scene.particles.count = 2;
-    let (folder, _) = folder_with(&scene);
+    let folder = &folder_with(&scene);
     let text = format!("{SOUND}{AND_THEN}finish([moment(0), {{'a wrong': 'line'}}, end(10)])\n");
-    let engine = engine(folder.path(), "engine.py", &text);
+    let engine = engine(folder, "engine.py", &text);
     for kept in ["out.job", "out.job-2"] {
-        let (code, _, errors) = run_in(folder.path(), &engine, &["--steps", "10"], "out");
+        let (code, _, errors) = run_in(folder, &engine, &["--steps", "10"], "out");
         assert_eq!(code, 4, "{errors}");
         has(
             &errors,
             ["moments.jsonl: ", &format!("is kept in {kept}\n")],
         );
-        let named = folder.path().join(kept).join("moments.jsonl");
-        let named = fs::read_to_string(named).expect("the file that the message names");
+        let named = folder.join(kept).join("moments.jsonl");
+        let named = text_of(named);
         assert!(named.contains("a wrong"));
     }
 }
 
 #[test]
 fn a_program_that_cannot_be_started_is_named() {
-    let (folder, _) = folder_with(&small_scene());
-    fs::write(folder.path().join("text"), "no program\n").expect("writable");
+    let folder = &folder_with(&small_scene());
+    fs::write(folder.join("text"), "no program\n").expect("writable");
     for engine in ["exec:/nowhere/engine", "exec:text", "exec:."] {
-        let (code, _, errors) = run_in(folder.path(), engine, &[], "out");
+        let (code, _, errors) = run_in(folder, engine, &[], "out");
         assert_eq!(code, 2, "{errors}");
         has(&errors, ["cannot be started", "chmod +x"]);
     }
@@ -77,13 +73,13 @@ fn a_program_that_cannot_be_started_is_named() {
 
 #[test]
 fn what_the_engine_has_started_ends_with_it() {
-    let (folder, _) = folder_with(&small_scene());
-    let told_by = folder.path().join("pid");
+    let folder = &folder_with(&small_scene());
+    let told_by = folder.join("pid");
     let does = format!(
         "child = subprocess.Popen(['sleep', '300'])\nopen({told_by:?}, 'w').write(str(child.pid))\ntime.sleep(600)"
     );
     fails_in("", &does, "hung", ["15", "120"]);
-    let pid = fs::read_to_string(told_by).expect("a number");
+    let pid = text_of(told_by);
     let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
     // Ended; whoever takes over orphans may not have looked at it yet.
     assert!(

@@ -3,10 +3,10 @@
 use assert_approx_eq::assert_approx_eq;
 use grains::measure::neighbourhood::{GROWING, SINGLY};
 use grains::measure::{Bed, cells, neighbourhood, stress};
-use grains::scene::Scene;
-use grains::tables::Bodies;
 
 use super::contact;
+
+use crate::support::*;
 
 /// A bed of 300 grains in which grain i has Σ_zz = i + 1 and half of it across: sums tell which grains went in.
 fn numbered() -> (Scene, Bodies, cells::Cells, Vec<nalgebra::Matrix2<f64>>) {

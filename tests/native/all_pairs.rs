@@ -1,18 +1,14 @@
 //! The kernels and their neighbour list against the method written out plainly, which looks at every pair.
 
-use grains::generate::initial_bodies;
 use grains::measure::{Bed, neighbourhood};
 use grains::model::Model;
-use grains::native::{self, CaseOptions, Threads, contact};
-use grains::scene::{NewContactSlip, Rotation, Scene, Shape, SlipVelocity, TimeStep, TorqueArms};
-use grains::tables::{Bodies, Snapshot, Stage};
-use grains::task::{Case, Outcome, Start, Task, Until};
+use grains::native::{CaseOptions, Threads, contact};
+use grains::scene::{NewContactSlip, Rotation, Shape, SlipVelocity, TimeStep, TorqueArms};
+use grains::task::{Case, Outcome};
 use proptest::prelude::*;
 
 use crate::support::all_pairs::AllPairs;
-use crate::support::{
-    Keep, STAGES, frictional_scene, native_outcome, small_scene, sound, staged_scene,
-};
+use crate::support::*;
 
 /// Skins of the neighbour list, most pairs near one another or hardly any, m; and numbers of threads.
 const WAYS: [(f64, usize); 4] = [(2.0e-5, 1), (2.0e-4, 1), (1.0e-3, 3), (4.0e-3, 1)];

@@ -1,13 +1,10 @@
 //! How runs end: by the rules of the scene, or in trouble that names step and grain.
 
 use crossgrain::suite::build::{Grain, case, model, springs};
-use grains::generate::initial_bodies;
-use grains::native::{self, NativeError, Trouble};
-use grains::scene::{Damping, Scene, TimeStep};
-use grains::tables::{Bodies, StopReason};
-use grains::task::Task;
+use grains::native::{NativeError, Trouble};
+use grains::scene::{Damping, TimeStep};
 
-use crate::support::{native_outcome, small_scene, sound};
+use crate::support::*;
 
 #[test]
 fn every_end_of_loading_is_typed() {

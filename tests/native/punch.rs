@@ -1,11 +1,8 @@
 //! The punch and grains that it holds or meets.
 
 use crossgrain::suite::build::{Grain, case, model, punch, springs};
-use grains::native;
-use grains::tables::{Bodies, Punch, Stage};
-use grains::task::{Start, Task, Until};
 
-use crate::support::{native_outcome, small_scene};
+use crate::support::*;
 
 /// A punch of 0.2 m by 0.4 m around the origin and a grain in it: in a corner's reach of each face and
 /// on a face itself.

@@ -1,7 +1,6 @@
 //! Momentum, and that the contacts of a snapshot are the forces that move the grains.
 
 use super::*;
-use grains::tables::{Bodies, Contact};
 
 /// Σmv, Σ(r × mv + Iω) about the origin, and sums of magnitudes that bound their rounding.
 fn momenta(bodies: &Bodies) -> ([f64; 3], [f64; 2]) {

@@ -1,13 +1,8 @@
 //! The two kernels: the same bits where both apply, and what the cheap one saves.
 
-use grains::generate::initial_bodies;
 use grains::model::{Kernel, Model};
-use grains::scene::{Scene, paper_scene};
-use grains::tables::Bodies;
-use grains::task::Task;
 
 use super::*;
-use crate::support::{native_outcome, small_scene, sound};
 
 /// An angle above zero whose tan² is zero: the general kernel with every shear force cut to nothing.
 const CUTS_ALL_SHEAR: f64 = 1.0e-200;

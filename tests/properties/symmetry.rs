@@ -1,7 +1,6 @@
 //! Seen in a mirror, or in other units, a case has the same bits.
 
 use grains::model::Wall;
-use grains::tables::{Bodies, Contact};
 
 use super::*;
 

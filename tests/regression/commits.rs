@@ -1,10 +1,6 @@
 //! Records of the commits of a repository: the history of a check, and the commit that moved it.
 
-use std::fs;
-use std::path::Path;
-use std::process::Command;
-
-use crate::support::{ends, has, tells};
+use crate::support::*;
 
 /// What git says to this in the folder.
 fn git(folder: &Path, words: &[&str]) -> String {
@@ -48,8 +44,7 @@ fn repository(folder: &Path, values: &[Option<[f64; 2]>]) -> Vec<String> {
 
 #[test]
 fn the_commit_that_moved_a_check_or_a_speed_is_found() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path();
+    let folder = &new_folder();
     let sound = Some([1.0, 10.0]);
     let moved = Some([1.5, 10.0]);
     let slow = Some([1.5, 12.0]);
@@ -118,8 +113,8 @@ fn the_commit_that_moved_a_check_or_a_speed_is_found() {
 
 #[test]
 fn a_history_says_which_commit_changed_what() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = &place.path().join("engine");
+    let place = &new_folder();
+    let folder = &place.join("engine");
     fs::create_dir(folder).expect("created");
     // The seventh is slow once; nothing follows from one record.
     let values = [
@@ -135,7 +130,7 @@ fn a_history_says_which_commit_changed_what() {
     let commits = repository(folder, &values.map(Some));
     let keep = |last: usize| {
         for ([value, speed], commit) in values.into_iter().zip(&commits).take(last) {
-            fs::write(place.path().join("record.json"), record(value, speed)).expect("written");
+            fs::write(place.join("record.json"), record(value, speed)).expect("written");
             ends(
                 folder,
                 0,
@@ -172,7 +167,7 @@ fn a_history_says_which_commit_changed_what() {
         &said,
         ["In 8 records: new failures 1, repaired 1, slower 1, faster 0"],
     );
-    let page = fs::read_to_string(place.path().join("over-time/report.html")).expect("a page");
+    let page = text_of(place.join("over-time/report.html"));
     has(&page, ["fall/height", "the pace", "history.svg"]);
     // The newest fails, or was slowed down by the last but one.
     ends(folder, 1, &keep(5));

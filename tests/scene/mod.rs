@@ -1,20 +1,11 @@
 //! Scenes: what is accepted, what is refused, and that the message says where and what.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use grains::scene::{Cloud, OPEN_CHOICES, SceneError, json_schema};
 
-use grains::generate::initial_bodies;
-use grains::scene::{
-    Cloud, OPEN_CHOICES, Scene, SceneError, json_schema, paper_scene, parse_scene,
-};
-use grains::tables::Stage;
-
-use crate::support::{say, tells};
+use crate::support::*;
 
 fn inputs(kind: &str) -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/scene")
-        .join(kind);
+    let folder = root("tests/scene").join(kind);
     let mut files: Vec<PathBuf> = fs::read_dir(folder)
         .expect("the inputs are there")
         .map(|entry| entry.expect("a readable folder").path())
@@ -43,7 +34,7 @@ fn every_bad_scene_is_refused_with_its_messages() {
     for file in files {
         let (code, _, errors) = say(Path::new("."), &["scene", "check", &file.to_string_lossy()]);
         assert_eq!(code, 2, "{}: {errors}", file.display());
-        let expected = fs::read_to_string(file.with_extension("txt")).expect("the messages");
+        let expected = text_of(file.with_extension("txt"));
         for line in expected.lines() {
             assert!(
                 errors.contains(line),
@@ -112,8 +103,8 @@ fn one_message_lists_problems_of_structure_together() {
 
 #[test]
 fn the_schema_in_the_documentation_is_the_one_of_the_types() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene.schema.json");
-    let text = fs::read_to_string(path).expect("docs/scene.schema.json");
+    let path = root("docs/scene.schema.json");
+    let text = text_of(path);
     let written: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     assert_eq!(
         written,
@@ -124,10 +115,10 @@ fn the_schema_in_the_documentation_is_the_one_of_the_types() {
 
 #[test]
 fn a_file_that_is_far_too_large_is_not_read() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("huge.json");
+    let folder = &new_folder();
+    let path = folder.join("huge.json");
     fs::write(&path, vec![b' '; 2 << 20]).expect("a writable folder");
-    tells(folder.path(), 2, "scene check huge.json", ["larger than"]);
+    tells(folder, 2, "scene check huge.json", ["larger than"]);
 }
 
 proptest::proptest! {
@@ -187,7 +178,7 @@ fn what_a_scene_leaves_out_has_a_default_that_its_record_states() {
 /// Of the constants of loading, what is left out is as in pouring; a scene without them keeps its digest.
 #[test]
 fn loading_has_the_constants_of_pouring_where_it_gives_no_others() {
-    let text = fs::read_to_string("examples/friction-after-pouring.json").expect("an example");
+    let text = text_of("examples/friction-after-pouring.json");
     let scene = parse_scene(&text).expect("a scene");
     let mut expected = scene.material.clone();
     assert_eq!(expected.friction_angle, 0.0);
@@ -211,7 +202,7 @@ fn loading_has_the_constants_of_pouring_where_it_gives_no_others() {
 /// A cloud over a part of the box fills that part and no other.
 #[test]
 fn a_cloud_may_stand_over_a_part_of_the_box() {
-    let text = fs::read_to_string("examples/column-collapse.json").expect("an example");
+    let text = text_of("examples/column-collapse.json");
     let bodies = initial_bodies(&parse_scene(&text).expect("a scene"));
     assert!(bodies.x.iter().all(|x| (0.0..=0.1).contains(x)));
     assert!(bodies.x.iter().any(|x| *x > 0.08));

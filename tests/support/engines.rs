@@ -1,12 +1,10 @@
 //! External engines: those of the project, changed ones and broken ones.
 
-use std::fs;
 use std::os::unix::fs::PermissionsExt;
-use std::path::{Path, PathBuf};
 
-use grains::scene::{Cloud, Scene};
+use grains::scene::Cloud;
 
-use super::{say, small_scene};
+use super::*;
 
 /// Forty grains in a narrow box.
 pub fn narrow_scene(dispersion: f64) -> Scene {
@@ -30,9 +28,7 @@ pub fn narrow_scene(dispersion: f64) -> Scene {
 
 /// An adapter of the project.
 pub fn adapter_path(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("adapters")
-        .join(name)
+    root("adapters").join(name)
 }
 
 /// An adapter of the project, as it is named on the command line.
@@ -55,7 +51,7 @@ pub fn engine(folder: &Path, name: &str, text: &str) -> String {
 
 /// The toy with one place changed.
 pub fn changed_toy(from: &str, to: &str) -> String {
-    let toy = fs::read_to_string(adapter_path("toy.py")).expect("the toy");
+    let toy = text_of(adapter_path("toy.py"));
     assert_eq!(
         toy.matches(from).count(),
         1,

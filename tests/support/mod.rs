@@ -5,19 +5,32 @@ pub mod browser;
 pub mod engines;
 pub mod pages;
 
-use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+// What most tests name.
+pub use std::collections::{BTreeMap, BTreeSet};
+pub use std::fs;
+pub use std::path::{Path, PathBuf};
+pub use std::process::{Child, Command, Output, Stdio};
+pub use std::time::{Duration, Instant};
 
-use crossgrain::run::folder::RunFolder;
-use crossgrain::run::folder::record::Protocol;
+pub use crossgrain::progress::Display;
+pub use crossgrain::run::folder::RunFolder;
+pub use crossgrain::run::folder::record::Protocol;
+pub use grains::generate::initial_bodies;
+pub use grains::native;
+pub use grains::scene::{Scene, paper_scene, parse_scene};
+pub use grains::tables::{Bodies, Contact, Punch, Snapshot, Stage, StopReason};
+pub use grains::task::{Start, Task, Until};
+pub use serde_json::{Value, json};
+
+pub use engines::*;
+pub use pages::*;
+
+use std::ops::Deref;
+
 use crossgrain::run::{Engine, recorded};
-use grains::generate::initial_bodies;
-use grains::native::{self, Perturbation};
-use grains::scene::{Cloud, Scene, paper_scene, parse_scene};
-use grains::tables::Snapshot;
-use grains::task::{Observer, Outcome, Task};
-use serde_json::Value;
+use grains::native::Perturbation;
+use grains::scene::Cloud;
+use grains::task::{Observer, Outcome};
 
 /// The paper's scene in a box of this width, m, with so many grains; `offsets` is a factor, `depth` in m.
 fn paper_in(width: f64, grains: u32, offsets: f64, depth: f64) -> Scene {
@@ -290,7 +303,7 @@ pub fn tells<const N: usize>(
 
 /// Names in a folder.
 pub fn there(folder: &Path) -> BTreeSet<String> {
-    let entries = std::fs::read_dir(folder).expect("a folder");
+    let entries = fs::read_dir(folder).expect("a folder");
     let names = entries.map(|entry| entry.expect("an entry").file_name());
     names
         .map(|name| name.to_string_lossy().into_owned())
@@ -306,10 +319,28 @@ pub fn rows<const N: usize>(table: &str) -> impl Iterator<Item = [&str; N]> {
     })
 }
 
+/// A path of the project.
+pub fn root(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// What a file says.
+#[track_caller]
+pub fn text_of(path: impl AsRef<Path>) -> String {
+    let path = path.as_ref();
+    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
 /// What a file of JSON says.
-pub fn json_of(path: &Path) -> Value {
-    let text = std::fs::read_to_string(path).expect("a file");
-    serde_json::from_str(&text).expect("JSON")
+#[track_caller]
+pub fn json_of(path: impl AsRef<Path>) -> Value {
+    serde_json::from_str(&text_of(path)).expect("JSON")
+}
+
+/// A run folder that is whole.
+#[track_caller]
+pub fn read_run(path: impl AsRef<Path>) -> RunFolder {
+    RunFolder::read(path.as_ref()).expect("a whole run folder")
 }
 
 /// A named pipe.
@@ -323,13 +354,34 @@ pub fn a_pipe(folder: &Path, name: &str) -> PathBuf {
 /// Writes a scene as JSON.
 pub fn write_scene(scene: &Scene, path: &Path) {
     let text = serde_json::to_string_pretty(scene).expect("a scene is JSON");
-    std::fs::write(path, text).expect("a writable folder");
+    fs::write(path, text).expect("a writable folder");
 }
 
-/// A folder that goes away, with a scene in it.
-pub fn folder_with(scene: &Scene) -> (tempfile::TempDir, PathBuf) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("scene.json");
-    write_scene(scene, &path);
-    (folder, path)
+/// A folder that goes away.
+pub struct Place(tempfile::TempDir);
+
+impl Deref for Place {
+    type Target = Path;
+
+    fn deref(&self) -> &Path {
+        self.0.path()
+    }
+}
+
+impl AsRef<Path> for Place {
+    fn as_ref(&self) -> &Path {
+        self
+    }
+}
+
+/// An empty folder that goes away.
+pub fn new_folder() -> Place {
+    Place(tempfile::tempdir().expect("a temporary folder"))
+}
+
+/// A folder that goes away, with a `scene.json` in it.
+pub fn folder_with(scene: &Scene) -> Place {
+    let folder = new_folder();
+    write_scene(scene, &folder.join("scene.json"));
+    folder
 }
