@@ -113,10 +113,8 @@ fn an_import_from_the_right_is_noticed() {
         file("files.rs", "use crate::{files::{a, b}, engine::{c}};"),
         file("main.rs", "use crate::study;"),
     ];
-    assert_eq!(
-        wrong_ways(&order, &files),
-        ["engine → study in engine.rs", "files → engine in files.rs"]
-    );
+    let wrong = ["engine → study in engine.rs", "files → engine in files.rs"];
+    assert_eq!(wrong_ways(&order, &files), wrong);
 }
 
 /// Someone can take the engine or the statistics alone: they compute, and leave reading and writing to who uses them.

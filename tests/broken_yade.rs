@@ -74,16 +74,10 @@ fn every_way_is_told(job: &str, finished: &[&str]) {
         let (code, _, errors) = told(&output);
         assert_eq!(code, 4, "{job:?}, {name}: {errors}");
         for word in words {
-            assert!(
-                errors.contains(word),
-                "{job:?}, {name}: «{word}» is missing: {errors}"
-            );
+            has(&errors, [word]);
         }
-        assert!(
-            errors.len() < 8000,
-            "{name}: {} bytes are said",
-            errors.len()
-        );
+        let said = errors.len();
+        assert!(said < 8000, "{name}: {said} bytes are said");
         for file in left(folder) {
             let half =
                 file.contains("crossgrain.partial") || finished.iter().any(|of| file.ends_with(of));
@@ -121,10 +115,8 @@ fn the_stability_map_tells_of_a_yade_that_says_nothing() {
     let (_, errors) = ends(folder, 4, command);
     assert!(words.iter().all(|word| errors.contains(word)), "{errors}");
     let finished = left(folder);
-    assert!(
-        !finished.iter().any(|file| file.contains("/o/")),
-        "{finished:?}"
-    );
+    let below = finished.iter().any(|file| file.contains("/o/"));
+    assert!(!below, "{finished:?}");
 }
 
 /// `compare` goes back to the engine to find where two runs part, and says why it cannot.

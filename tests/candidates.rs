@@ -119,14 +119,10 @@ fn parts_and_limits_are_those_of_made_up_members() {
     let found = Candidates::of(&plan, &members);
     let printed = &found.settings[0].parts[0];
     let [before, added] = [printed.before, printed.added].map(|of| of.expect("sixty packings"));
-    assert!(
-        (before.estimate / printed.theory[0] - 0.9).abs() < 1.0e-9,
-        "{before:?}"
-    );
-    assert!(
-        (added.estimate / printed.theory[1] - 1.0).abs() < 0.02,
-        "{added:?}"
-    );
+    let ratio = before.estimate / printed.theory[0];
+    assert!((ratio - 0.9).abs() < 1.0e-9, "{before:?}");
+    let ratio = added.estimate / printed.theory[1];
+    assert!((ratio - 1.0).abs() < 0.02, "{added:?}");
     let layers = &found.settings[0].layers;
     let level = |place: usize| layers[place].level().collect::<Vec<Family>>();
     assert_eq!(layers.len(), LAYERS.len());
@@ -153,19 +149,13 @@ fn parts_and_limits_are_those_of_made_up_members() {
         (blocked, Finding::Equivalent),
     ];
     assert_eq!(findings.collect::<Vec<_>>(), expected);
-    assert_eq!(
-        (found.halvings[1].reached, found.halvings[1].all),
-        ([60, 30], 60)
-    );
+    let halving = &found.halvings[1];
+    assert_eq!((halving.reached, halving.all), ([60, 30], 60));
     let answer = found.document().answer;
-    has(
-        &answer,
-        [
-            "no quasi-static limit without friction",
-            "30 of 60 punches get the force",
-            "Quasi-static from \"bed at rest, with friction in loading, 0.04 m/s\" on",
-        ],
-    );
+    has(&answer, ["no quasi-static limit without friction"]);
+    has(&answer, ["30 of 60 punches get the force"]);
+    let words = "Quasi-static from \"bed at rest, with friction in loading, 0.04 m/s\" on";
+    has(&answer, [words]);
     // Half of the punches do not get the force, so this setting gives nothing, whatever the rest says.
     let slow = found
         .settings
@@ -188,26 +178,19 @@ fn loads_of_another_bed_are_refused() {
     has(&why, ["rest-0.04 does not load the beds of rest-0.08"]);
     let mut plan = Plan::new(true, 3, None, 0);
     plan.ladders[0].settings.push("faster".to_owned());
-    has(
-        &plan.check().expect_err("no such setting"),
-        ["no setting faster"],
-    );
+    let words = "no setting faster";
+    has(&plan.check().expect_err("no such setting"), [words]);
 }
 
 #[test]
 fn a_small_study_is_undecided_and_says_so() {
     let folder = &new_folder();
-    ends(
-        folder,
-        0,
-        "study plan candidates --quick --clouds 3 --out best",
-    );
+    let command = "study plan candidates --quick --clouds 3 --out best";
+    ends(folder, 0, command);
     ends(folder, 3, "study run best --quiet");
     let page = text_of(folder.join("best/report.html"));
-    has(
-        &page,
-        ["Is there a quasi-static limit?", "Taken apart", "undecided"],
-    );
+    has(&page, ["Is there a quasi-static limit?", "Taken apart"]);
+    has(&page, ["undecided"]);
 }
 
 /// The whole run in one go.
@@ -250,8 +233,8 @@ fn friction_bears_the_punch_earlier() {
     let without = whole(&Specification::native(slow.clone()));
     let with = whole(&Specification::native(changed(slow, &[Friction(0.5)])));
     assert_eq!(
-        [&with.ending, &without.ending],
-        [&Ending::Reached, &Ending::Reached]
+        [with.ending, without.ending],
+        [Ending::Reached, Ending::Reached]
     );
     assert!(with.load_steps < without.load_steps);
 }

@@ -157,7 +157,7 @@ fn the_papers_scene_agrees_with_the_recorded_yade_run() {
         .find(|line| line.contains("bits of last grains"));
     let agree = |line: &str| line.contains("pass") && line.ends_with("0 of 20000 numbers differ");
     assert!(bits.is_some_and(agree), "{out}");
-    let record = json_of(&folder.join("o/run.json"));
+    let record = json_of(folder.join("o/run.json"));
     assert_eq!(record["verdict"], "pass");
     let checks = record["comparisons"][0]["comparison"]["checks"]
         .as_array()
@@ -238,7 +238,7 @@ fn a_run_of_5000_grains_stays_small() {
     write_scene(&paper_scene(1, 5000), &folder.join("scene.json"));
     let command = "run scene.json --engine native --quiet --out o";
     ends(folder, 0, command);
-    let record = json_of(&folder.join("o/run.json"));
+    let record = json_of(folder.join("o/run.json"));
     let peak = record["peak_memory"].as_u64().expect("Linux tells");
     assert!(peak > 1 << 20 && peak < 100 * 1_000_000, "{peak} bytes");
 }

@@ -75,11 +75,7 @@ fn a_fault_that_shows_under_the_punch_is_found_there() {
     let comparison = located(&a, &b);
     let same_scene = &comparison.checks[0];
     assert_eq!(same_scene.outcome, Outcome::Fail);
-    assert!(
-        same_scene.found.contains("/loading/speed"),
-        "{}",
-        same_scene.found
-    );
+    has(&same_scene.found, ["/loading/speed"]);
     let first = comparison.first_difference.expect("a first difference");
     assert_eq!(first.stage, Stage::Load);
     assert!(first.step > 0);
@@ -100,10 +96,8 @@ fn one_last_bit_in_one_number_is_found() {
         .expect("the table");
     assert_eq!((table.differing, table.numbers), (1, 1200));
     let first = table.first.as_ref().expect("the number");
-    assert_eq!(
-        (first.id.as_str(), first.key, first.ulps),
-        ("grain 123", "vz", 1)
-    );
+    let place = (first.id.as_str(), first.key, first.ulps);
+    assert_eq!(place, ("grain 123", "vz", 1));
 }
 
 #[test]
@@ -116,13 +110,8 @@ fn the_command_says_agreed_or_different_and_exits_so() {
     let (out, _) = ends(folder, 0, "compare a b");
     has(&out, ["\nAGREED: identical: native against native\n"]);
     let (out, _) = ends(folder, 1, "compare a c");
-    has(
-        &out,
-        [
-            "\nDIFFERENT: native against native",
-            "first difference: step ",
-        ],
-    );
+    has(&out, ["\nDIFFERENT: native against native"]);
+    has(&out, ["first difference: step "]);
     let (out, _) = ends(folder, 1, "compare a c --json --junit checks.xml");
     let junit = text_of(folder.join("checks.xml"));
     has(&junit, ["<failure"]);
@@ -170,7 +159,7 @@ fn faults_in_friction_are_found_with_their_step() {
         let folder = &new_folder();
         let bad = run(&seldom, faulty(fault));
         bad.write(&folder.join("bad")).expect("writable");
-        let bad = read_run(&folder.join("bad"));
+        let bad = read_run(folder.join("bad"));
         let found = located(&sparse, &bad).first_difference;
         assert_eq!(found.map(|found| found.step), Some(first), "{fault}");
     }
@@ -216,11 +205,7 @@ fn a_run_with_other_operations_is_judged_by_its_engines_first_steps() {
     let k_n = "2.0 * a * b / (a + b)";
     let stiff = against_toy(&[(k_n, &format!("(1.0 + 1e-8) * {k_n}"))], true);
     assert_eq!(stiff.0, 1, "{}", stiff.1);
-    assert!(
-        stiff.1.contains("k_n between grains × 1.00000001"),
-        "{}",
-        stiff.1
-    );
+    has(&stiff.1, ["k_n between grains × 1.00000001"]);
 }
 
 /// Nothing is said of a run with other operations whose engine is not run again, or cannot be asked for first steps.

@@ -50,16 +50,11 @@ fn every_engine_is_still_where_it_was_recorded() {
     // Kratos DEM is no Debian package.
     let mut of_debian = recorded();
     of_debian.retain(|(key, _)| key != "kratos");
-    assert_eq!(
-        verdicts(&read_text(&made, 1 << 24).expect("a record")),
-        of_debian
-    );
+    let recorded = read_text(&made, 1 << 24).expect("a record");
+    assert_eq!(verdicts(&recorded), of_debian);
     for view in ["conformance.md", "report.html", "figures/engines.csv"] {
         let text = read_text(&folder.join("table").join(view), 1 << 24).expect("a view");
-        assert!(
-            text.contains("ESyS-Particle") && text.contains("equal to rounding"),
-            "{view}"
-        );
+        has(&text, ["ESyS-Particle", "equal to rounding"]);
     }
 }
 
@@ -83,14 +78,8 @@ fn an_engine_that_is_not_installed_leaves_the_table_undecided_unless_that_was_as
     };
     let (code, text, errors) = table(&["toy", "lammps", "kratos"]);
     assert_eq!(code, 3, "{text}{errors}");
-    has(
-        &text,
-        [
-            "1 identical, 2 not installed",
-            "apt-get install",
-            "bin/pip install",
-        ],
-    );
+    has(&text, ["1 identical, 2 not installed", "apt-get install"]);
+    has(&text, ["bin/pip install"]);
     let (code, text, errors) = table(&["--installed", "toy", "lammps"]);
     assert_eq!(code, 0, "{text}{errors}");
     let (code, _, errors) = table(&["lamps"]);

@@ -244,10 +244,8 @@ fn links_lead_somewhere() {
     }
     let wrong =
         "[a](docs/nowhere.md) [b](README.md#nothing) [c](https://debian.org) [d](README.md)";
-    assert_eq!(
-        broken("README.md", wrong),
-        ["docs/nowhere.md", "README.md#nothing"]
-    );
+    let lost = ["docs/nowhere.md", "README.md#nothing"];
+    assert_eq!(broken("README.md", wrong), lost);
 }
 
 #[test]
@@ -274,10 +272,8 @@ fn documents_that_the_project_names_exist() {
             assert!(root(&name).exists(), "{} names {name}", file.display());
         }
     }
-    assert_eq!(
-        named_documents("see docs/a.md, `docs/b/c.json`."),
-        ["docs/a.md", "docs/b/c.json"]
-    );
+    let named = named_documents("see docs/a.md, `docs/b/c.json`.");
+    assert_eq!(named, ["docs/a.md", "docs/b/c.json"]);
 }
 
 /// A command of a page, the exit code that it says, and the lines that it shows.
@@ -317,10 +313,8 @@ fn printed(page: &str, text: &str) -> Vec<Printed> {
         if let Some(mark) = line.trim_start().strip_prefix("```") {
             block = if block.is_some() { None } else { Some(mark) };
             let known = ["", "sh", "console", "text", "json", "python"].contains(&mark);
-            assert!(
-                known && !(mark.is_empty() && block.is_some()),
-                "{page}: a block of «{mark}»"
-            );
+            let opens = block.is_some() && mark.is_empty();
+            assert!(known && !opens, "{page}: a block of «{mark}»");
             continue;
         }
         let command = match block {
@@ -432,10 +426,8 @@ fn what_is_run_elsewhere_is_run_there() {
     }
     for [begins, why, file, line] in rows(ELSEWHERE) {
         assert!(!why.is_empty());
-        assert!(
-            commands.iter().any(|of| of.starts_with(begins)),
-            "no page has {begins}"
-        );
+        let stands = commands.iter().any(|of| of.starts_with(begins));
+        assert!(stands, "no page has {begins}");
         assert!(text(file).contains(line), "{file} lacks {line}");
     }
 }
@@ -491,19 +483,14 @@ fn verbs_and_options_that_are_named_exist() {
     for page in PAGES {
         for command in named_commands(&text(page)) {
             named += 1;
-            assert_eq!(
-                unknown(&command, &mut helps),
-                Vec::<String>::new(),
-                "{page}: {command}"
-            );
+            let unknown = unknown(&command, &mut helps);
+            assert!(unknown.is_empty(), "{page}: {command}: {unknown:?}");
         }
     }
     assert!(named > 30, "{named} commands");
     assert_eq!(unknown("crossgrain dance", &mut helps), ["dance"]);
-    assert_eq!(
-        unknown("crossgrain run SCENE --hop N --out DIR", &mut helps),
-        ["--hop"]
-    );
+    let hops = "crossgrain run SCENE --hop N --out DIR";
+    assert_eq!(unknown(hops, &mut helps), ["--hop"]);
 }
 
 #[test]

@@ -30,12 +30,12 @@ fn processors_computed_in_software_give_the_same_bits() {
         write_scene(&scene, &at.join(&file));
         let run = |out: &str| format!("run {file} --engine native --quiet --out {out}");
         ends(at, 0, &run(name));
-        let here = read_run(&at.join(name));
+        let here = read_run(at.join(name));
         assert_eq!(here.record.stages.len(), 2, "poured and loaded");
         for (processor, _) in PROCESSORS {
             let out = format!("{name}-{processor}");
             on(processor, &run(&out).words(), at);
-            let there = read_run(&at.join(&out));
+            let there = read_run(at.join(&out));
             assert_eq!(there.last, here.last, "{name} on {processor}");
             assert_eq!(there.history, here.history, "{name} on {processor}");
         }

@@ -20,13 +20,13 @@ fn farthest(one: &Bodies, other: &Bodies) -> f64 {
 
 /// The same at the end of two runs.
 fn apart(folder: &Path, a: &str, b: &str) -> f64 {
-    let read = |name: &str| read_run(&folder.join(name));
+    let read = |name: &str| read_run(folder.join(name));
     farthest(&read(a).last.bodies, &read(b).last.bodies)
 }
 
 /// The forces of walls on grains at the end, by the ids of both.
 fn wall_forces(folder: &Path, out: &str) -> Vec<f64> {
-    let run = read_run(&folder.join(out));
+    let run = read_run(folder.join(out));
     let grains = run.last.bodies.len() as u32;
     let contacts = run.last.contacts.iter();
     let of_walls = contacts.filter(|contact| contact.id1 >= grains);
@@ -45,10 +45,8 @@ fn agree_to_the_bit(folder: &Path, begin: &str) {
 fn every_file_of_the_adapters_is_placed() {
     let folder = &new_folder();
     let engine = Adapter::TOY.place(folder, &usual_limits());
-    assert_eq!(
-        engine.expect("needs a Python alone").description.name,
-        "toy"
-    );
+    let engine = engine.expect("needs a Python alone");
+    assert_eq!(engine.description.name, "toy");
     let engines = Adapter::ALL.map(|of| format!("{}.py", of.key));
     for entry in fs::read_dir(adapter_path("")).expect("a folder") {
         let (name, text) = {
@@ -111,11 +109,7 @@ fn walls_push_as_the_native_ones_do() {
         let [native, theirs] = ["native", name].map(|out| wall_forces(folder, out));
         assert!(!native.is_empty() && native.len() == theirs.len());
         for (force, wanted) in theirs.iter().zip(&native) {
-            let off = (force / wanted - 1.0).abs();
-            assert!(
-                off < 1.0e-6,
-                "{name}: {force} N on a wall, and native has {wanted} N"
-            );
+            near(force / wanted, 1.0, 1.0e-6);
         }
     }
 }
@@ -346,10 +340,8 @@ fn engine_check_finds_both_equal_to_rounding_in_all_states_of_a_bed_of_one_radiu
         let check = ["engine", "check", &engine, "--quiet", "--dispersion", "0"];
         let (text, _) = ends(folder, 0, &check);
         let states = text.matches("equal to rounding  ").count();
-        assert!(
-            states == 4 && text.contains("AGREED: equal to rounding"),
-            "{text}"
-        );
+        has(&text, ["AGREED: equal to rounding"]);
+        assert_eq!(states, 4, "{text}");
     }
 }
 

@@ -30,7 +30,7 @@ fn array<T: std::str::FromStr>(text: &str, name: &str) -> Vec<T> {
 fn vtk_files_hold_every_digit_of_the_run() {
     let folder = &with_a_run();
     let (out, _) = ends(folder, 0, "report vtk run --out vtk");
-    let run = read_run(&folder.join("run"));
+    let run = read_run(folder.join("run"));
     let read = |name: &str| {
         has(&out, [name]);
         text_of(folder.join("vtk").join(name))
@@ -57,10 +57,8 @@ fn vtk_files_hold_every_digit_of_the_run() {
         assert!((area / box_area - 1.0).abs() < 1e-9, "{area} {box_area}");
         let corners = array::<usize>(&cells, "connectivity");
         assert_eq!(corners, (0..corners.len()).collect::<Vec<_>>());
-        assert_eq!(
-            array::<usize>(&cells, "offsets").last(),
-            Some(&corners.len())
-        );
+        let offsets = array::<usize>(&cells, "offsets");
+        assert_eq!(offsets.last(), Some(&corners.len()));
     }
 }
 
@@ -77,23 +75,17 @@ fn an_archive_is_whole_described_and_the_same_each_time() {
         .status();
     assert!(unpack.expect("tar").success());
     let inside = at("one");
-    assert_eq!(read_run(&inside), read_run(&at("run")));
+    assert_eq!(read_run(&inside), read_run(at("run")));
     let sums = text_of(inside.join("SHA256SUMS"));
     let mut summed = 0;
     for line in sums.lines() {
         let (sum, file) = line.split_once("  ").expect("a line");
-        assert_eq!(
-            sum,
-            sha256_hex(&fs::read(inside.join(file)).expect("a file")),
-            "{file}"
-        );
+        let bytes = fs::read(inside.join(file)).expect("a file");
+        assert_eq!(sum, sha256_hex(&bytes), "{file}");
         summed += 1;
     }
-    assert_eq!(
-        summed + 1,
-        fs::read_dir(&inside).expect("a folder").count(),
-        "every file but the sums themselves"
-    );
+    // Every file but the sums themselves.
+    assert_eq!(summed + 1, there(&inside).len());
     let text = text_of(inside.join("ro-crate-metadata.json"));
     let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let graph = value["@graph"].as_array().expect("a graph");
@@ -126,10 +118,8 @@ fn a_damaged_folder_is_not_exported() {
     fs::write(&contacts, &text[..text.len() / 2]).expect("written");
     for (verb, out) in [("vtk", "vtk"), ("archive", "a.tar.gz")] {
         let (code, _, errors) = say(folder, &["report", verb, "run", "--out", out]);
-        assert!(
-            code == 2 && errors.contains("contacts.csv"),
-            "{code} {errors}"
-        );
+        assert_eq!(code, 2, "{errors}");
+        has(&errors, ["contacts.csv"]);
         assert!(!folder.join(out).exists(), "nothing half-written");
     }
 }

@@ -207,10 +207,8 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
         assert_eq!(points, 101);
     }
     let forces = rows(&drawn, "figure-2.csv");
-    assert_eq!(
-        forces.iter().filter(|row| row["kind"] == "grain").count(),
-        300
-    );
+    let grains = forces.iter().filter(|row| row["kind"] == "grain");
+    assert_eq!(grains.count(), 300);
     assert!(forces.iter().filter(|row| row["kind"] == "force").count() > 300);
 }
 
@@ -221,11 +219,8 @@ fn a_campaign_without_values_is_an_error_and_writes_nothing() {
     // No punch of this bed bears so much.
     scene.loading.pressure *= 1e4;
     write_scene(&scene, &at.join("scene.json"));
-    ends(
-        at,
-        0,
-        "study plan campaign scene.json --members 2 --out two",
-    );
+    let command = "study plan campaign scene.json --members 2 --out two";
+    ends(at, 0, command);
     ends(at, 0, "study run two");
     let (_, errors) = ends(at, 2, "study figures --campaign two --out drawn");
     has(&errors, ["no member"]);

@@ -45,10 +45,8 @@ fn every_flip_is_found(file: &Path, wanted: u8, read: impl Fn() -> Option<(Strin
             let told = read();
             let (said, code) =
                 told.unwrap_or_else(|| panic!("{name}: bit {bit} of byte {at} is believed"));
-            assert!(
-                said.contains(&*name),
-                "{name}, bit {bit} of byte {at}: {said}"
-            );
+            let named = said.contains(&*name);
+            assert!(named, "{name}, bit {bit} of byte {at}: {said}");
             assert_eq!(code, wanted, "{name}, bit {bit} of byte {at}: {said}");
         }
     }
@@ -95,10 +93,8 @@ fn one_flipped_bit_in_a_run_folder_is_found() {
         "run run/scene.json --engine native --from-state run --out o",
     ] {
         let (_, errors) = ends(place, 2, verb);
-        assert!(
-            errors.contains("memory.csv was changed") && errors.lines().count() == 1,
-            "{errors}"
-        );
+        has(&errors, ["memory.csv was changed"]);
+        assert_eq!(errors.lines().count(), 1, "{errors}");
         assert_eq!(there(place).len(), 1, "{verb}");
     }
 }

@@ -113,10 +113,7 @@ fn a_run_that_is_asked_to_end_is_kept_and_exits_with_75() {
     // Nobody takes it for a whole run.
     let error = RunFolder::read(&out).expect_err("so far only");
     assert!(error.to_string().contains("--from-state"), "{error}");
-    assert_eq!(
-        run.record.stop(),
-        Some(grains::tables::StopReason::Interrupted)
-    );
+    assert_eq!(run.record.stop(), Some(StopReason::Interrupted));
 }
 
 /// Does something bad to a sound folder and returns exit code and message of a comparison with it.
@@ -316,7 +313,7 @@ fn of_two_runs_into_one_folder_one_is_refused() {
     assert!(matches!(codes, [0, 2] | [2, 0]), "{ends:?}");
     let refused = |(_, _, errors): &(i32, String, String)| errors.contains("out exists already");
     assert!(ends.iter().any(refused), "{ends:?}");
-    read_run(&folder.join("out"));
+    read_run(folder.join("out"));
     assert_eq!(fs::read_dir(folder).expect("a folder").count(), 2);
 }
 

@@ -73,10 +73,7 @@ impl Full {
             .args(["-shared", "-fPIC", "-o", "full.so", "full.c", "-ldl"])
             .current_dir(&place)
             .status();
-        assert!(
-            made.expect("cc is there, as for the program itself")
-                .success()
-        );
+        assert!(made.expect("cc is there, as for the program").success());
         Full(place)
     }
 
@@ -244,9 +241,7 @@ fn a_small_disk_and_one_that_is_read_only() {
         .lines()
         .filter(|line| !line.starts_with("cro") && !line.starts_with("code"))
     {
-        assert!(
-            line == "r" || line.starts_with("rm: "),
-            "left behind: {line}\n{said}"
-        );
+        let again = line == "r" || line.starts_with("rm: ");
+        assert!(again, "left behind: {line}\n{said}");
     }
 }

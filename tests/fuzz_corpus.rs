@@ -28,12 +28,8 @@ fn every_reader_withstands_every_kept_input_within_its_memory() {
             let mut sound = false;
             let taken = allocation_counter::measure(|| sound = read(&input));
             accepted += usize::from(sound);
-            assert!(
-                taken.bytes_max < MOST_MEMORY,
-                "{} takes {} bytes",
-                path.display(),
-                taken.bytes_max
-            );
+            let (path, taken) = (path.display(), taken.bytes_max);
+            assert!(taken < MOST_MEMORY, "{path} takes {taken} bytes");
         }
         assert!(accepted > 0, "{target} accepts none of its inputs");
     }

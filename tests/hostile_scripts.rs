@@ -24,11 +24,8 @@ fn bash(arguments: &[&OsStr], place: &Path, path: &OsStr) {
         .output()
         .expect("bash is there");
     nothing_obeyed(place, &output);
-    assert!(
-        output.status.success(),
-        "{arguments:?}: {}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {said}");
 }
 
 #[test]
@@ -59,10 +56,7 @@ fn job_scripts_hand_every_name_on_whole() {
                 &array,
             )
             .expect_err("no line of a shell holds it");
-            assert!(
-                refused.to_string().contains("give it another name"),
-                "{refused}"
-            );
+            has(&refused.to_string(), ["give it another name"]);
             assert!(!folder.join("slurm").exists(), "{name:?}: half-written");
             continue;
         }

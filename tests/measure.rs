@@ -123,10 +123,8 @@ fn a_square_packing_has_its_heights_porosities_and_cells() {
     let of_cells = porosity::of_cells(&bodies, &cells, &window).expect("an interior");
     assert_approx_eq!(of_cells, porosity, 1e-12);
     // A bed too low to have an interior has no such porosity.
-    assert_eq!(
-        porosity::in_window(&bodies, &Window::interior(&scene, 0.08)),
-        None
-    );
+    let window = Window::interior(&scene, 0.08);
+    assert_eq!(porosity::in_window(&bodies, &window), None);
 }
 
 #[test]
@@ -198,10 +196,7 @@ fn a_standing_square_packing_bears_its_weight_in_its_stress() {
     };
     let of_spring = 0.5 * scene.material.youngs_modulus * 0.005 * 1e-12;
     let found = equilibrium::elastic_energy(&damped, one);
-    assert!(
-        (found / of_spring - 1.0).abs() < 1e-9,
-        "{found} {of_spring}"
-    );
+    near(found / of_spring, 1.0, 1e-9);
 }
 
 #[test]

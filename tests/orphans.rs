@@ -46,10 +46,8 @@ fn started(folder: &Path) -> Vec<String> {
 fn all_end(pids: &[String], after: &str) {
     let began = Instant::now();
     while pids.iter().any(|pid| is_running(pid)) {
-        assert!(
-            began.elapsed() < Duration::from_secs(5),
-            "they go on after {after}"
-        );
+        let waits = began.elapsed() < Duration::from_secs(5);
+        assert!(waits, "they go on after {after}");
         std::thread::sleep(Duration::from_millis(20));
     }
 }

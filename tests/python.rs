@@ -101,7 +101,7 @@ json.dump(dict(
     let depths = run.history.iter().filter(|row| row.punch_depth.is_some());
     assert_eq!(found["depths"], depths.count());
     assert_eq!(found["shapes"], json!([[bodies.x.len(), 2], [2, 2]]));
-    assert_eq!(found["scene"], json_of(&path.join("scene.json")));
+    assert_eq!(found["scene"], json_of(path.join("scene.json")));
     let fabric: Vec<f64> = found["fabric"]
         .as_array()
         .expect("a list")
@@ -149,17 +149,13 @@ fn packed_tables_are_read_and_changed_ones_refused() {
     let at = bytes.len() - 5;
     bytes[at] ^= 1;
     fs::write(&contacts, bytes).expect("writable");
-    has(
-        &refused(&path, "read_run"),
-        ["contacts.csv was changed after it was written"],
-    );
+    let words = "contacts.csv was changed after it was written";
+    has(&refused(&path, "read_run"), [words]);
     fs::remove_file(&contacts).expect("a table");
     has(&refused(&path, "read_run"), ["contacts.csv does not exist"]);
     has(&refused(&folder, "read_run"), ["is no run folder"]);
-    has(
-        &refused(&path.join("run.json"), "read_record"),
-        ["is no record of a job"],
-    );
+    let words = "is no record of a job";
+    has(&refused(&path.join("run.json"), "read_record"), [words]);
 }
 
 #[test]
@@ -181,15 +177,11 @@ fn records_and_rows_are_read() {
         Value::from(checks.map(|of| of[key].clone()).collect::<Vec<_>>())
     };
     assert!(column("id").as_array().is_some_and(|of| !of.is_empty()));
-    assert_eq!(
-        found,
-        json!([written["verdict"], column("id"), column("outcome")])
-    );
+    let wanted = json!([written["verdict"], column("id"), column("outcome")]);
+    assert_eq!(found, wanted);
     fs::write(&record, text.replacen("pass", "fail", 1)).expect("writable");
-    has(
-        &refused(&record, "read_record"),
-        ["was changed after it was written"],
-    );
+    let words = "was changed after it was written";
+    has(&refused(&record, "read_record"), [words]);
 
     let campaign = recorded.join("campaign-native-1");
     let found = printed(
@@ -209,8 +201,6 @@ fn records_and_rows_are_read() {
     fs::create_dir(&wrong).expect("writable");
     fs::write(wrong.join("merged.json"), "{\"sha256\": \"0\"}").expect("writable");
     fs::write(wrong.join("rows.jsonl"), "{}\n").expect("writable");
-    has(
-        &refused(&wrong, "read_rows"),
-        ["is not what merged.json says"],
-    );
+    let words = "is not what merged.json says";
+    has(&refused(&wrong, "read_rows"), [words]);
 }

@@ -25,10 +25,8 @@ fn recorded(name: &str) -> Merged {
 #[test]
 fn members_of_the_native_campaigns_come_out_again() {
     let native = recorded("campaign-native-1");
-    assert_eq!(
-        native.plan.study.scene_digest,
-        paper_scene(1, 5000).digest()
-    );
+    let digest = paper_scene(1, 5000).digest();
+    assert_eq!(native.plan.study.scene_digest, digest);
     assert!(native.rows.len() >= 1000, "{}", native.rows.len());
     let best = recorded("campaign-best-1");
     let last = native.rows.len() as u64;
@@ -70,10 +68,7 @@ fn the_recorded_ordinary_yade_runs_are_of_the_same_kind() {
     assert_eq!(yade.plan.study.runner, Runner::YadeOrdinary);
     assert!(yade.rows.len() >= 9);
     let comparison = compare(&native, &yade).expect("one scene");
-    assert_eq!(
-        comparison.bits.last, 0,
-        "another order of sums has other bits"
-    );
+    assert_eq!(comparison.bits.last, 0);
     assert_ne!(comparison.verdict, Verdict::Different, "{comparison:?}");
 }
 

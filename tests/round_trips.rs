@@ -78,7 +78,7 @@ proptest! {
         let (code, said, errors) = run("a");
         // A bed that does not come to rest is a result.
         prop_assert!(matches!(code, 0 | 3), "{options:?} {scene}: {said}{errors}");
-        let read = read_run(&place.join("a"));
+        let read = read_run(place.join("a"));
         let (record, initial) = (&read.record, read.initial.clone());
         if record.softened.is_none() {
             let made = native_run(&read.scene, sound(), record.protocol);
@@ -86,7 +86,7 @@ proptest! {
             prop_assert_eq!((&read.history, &read.trace), (&made.history, &made.trace));
         }
         read.write(&place.join("b")).expect("a new folder");
-        prop_assert_eq!(&read_run(&place.join("b")), &read);
+        prop_assert_eq!(&read_run(place.join("b")), &read);
         prop_assert_eq!(run("c").0, code);
         for other in ["b", "c"] {
             ends(place, 0, &["compare", "a", other, "--expect-bits"]);
@@ -95,7 +95,7 @@ proptest! {
         ends(place, 0, "report archive a --out kept.tar.gz");
         let unpacked = Command::new("tar").args(["xzf", "kept.tar.gz"]).current_dir(place).status();
         prop_assert!(unpacked.expect("tar is there").success());
-        prop_assert_eq!(&read_run(&place.join("kept")), &read);
+        prop_assert_eq!(&read_run(place.join("kept")), &read);
     }
 }
 
@@ -114,10 +114,8 @@ fn a_history_of_more_than_a_million_moments_is_refused_before_the_run() {
     ] {
         let command = format!("run scene.json --engine native --out out{options}");
         let (_, errors) = ends(folder, 2, &command);
-        assert!(
-            errors.contains("moments of history") && errors.lines().count() == 1,
-            "{errors}"
-        );
+        has(&errors, ["moments of history"]);
+        assert_eq!(errors.lines().count(), 1, "{errors}");
     }
     assert_eq!(there(folder).len(), 1);
     tells(
@@ -126,7 +124,7 @@ fn a_history_of_more_than_a_million_moments_is_refused_before_the_run() {
         "run scene.json --engine native --out out --steps 1000",
         ["1000 steps"],
     );
-    read_run(&folder.join("out"));
+    read_run(folder.join("out"));
 }
 
 /// Before, the folder had a scene that no program read.

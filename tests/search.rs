@@ -40,12 +40,8 @@ fn every_corner_of_the_space_is_a_sound_scene_and_every_choice_changes_it() {
         // Loads have the bed in common but for what is measured.
         let mut measured_alike = other;
         measured_alike.measurement = one.measurement.clone();
-        assert_eq!(
-            one.pours_like(&measured_alike),
-            axis >= OF_POURING,
-            "{}",
-            AXES[axis].name
-        );
+        let alike = one.pours_like(&measured_alike);
+        assert_eq!(alike, axis >= OF_POURING, "{}", AXES[axis].name);
     }
 }
 
@@ -143,10 +139,8 @@ fn the_next_wave_is_near_the_setting_that_made_the_figures() {
     let matched = search.matched(&fitted);
     assert!(matched.candidate(truth).is_left());
     let next = plan.next(&search, SIZE).expect("something is left");
-    assert_eq!(
-        (next.wave, next.beds.0.len(), next.before.len()),
-        (2, 8, 80)
-    );
+    let counts = (next.wave, next.beds.0.len(), next.before.len());
+    assert_eq!(counts, (2, 8, 80));
     next.check().expect("sound");
     let clouds = |of: &Plan| {
         of.beds

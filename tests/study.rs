@@ -150,9 +150,10 @@ fn a_study_of_another_kind_has_all_that_campaigns_have() {
     fs::write(&rows, kept).expect("writable");
     assert!(open().status().expect("a status").repeated > 0);
     let summary = open().merge().expect("all are the same");
+    assert_eq!(summary.rows, 10);
     assert_eq!(
-        (summary.rows, summary.endings),
-        (10, BTreeMap::from([("squared".to_owned(), 10)]))
+        summary.endings,
+        BTreeMap::from([("squared".to_owned(), 10)])
     );
     let table = text_of(path.join("rows.csv"));
     assert!(table.starts_with("square\n1\n4\n9\n"), "{table}");
@@ -176,20 +177,12 @@ fn lines_that_cannot_be_read_are_kept() {
     let damaged = format!("{}\n{older}\nrubbish\n{}\n{torn}", lines[0], lines[2]);
     fs::write(&file, &damaged).expect("writable");
     let done = run(&path, Shard::WHOLE).expect("the others again");
-    assert_eq!(
-        (done.before, done.damaged.len(), done.complete),
-        (2, 3, true)
-    );
+    let done = (done.before, done.damaged.len(), done.complete);
+    assert_eq!(done, (2, 3, true));
     let after = text_of(&file);
     assert!(after.starts_with(&format!("{damaged}\n")), "{after}");
-    assert_eq!(
-        Folder::<Squares>::open(&path)
-            .expect("a study")
-            .merge()
-            .expect("merged")
-            .rows,
-        6
-    );
+    let merged = Folder::<Squares>::open(&path).and_then(|of| of.merge());
+    assert_eq!(merged.expect("merged").rows, 6);
 }
 
 /// Rows of another kernel are not this plan's: a plan of another source is not run, and its lines are not believed.
@@ -271,10 +264,7 @@ fn one_process_writes_a_shard() {
     let path = place.join("s");
     let held = Writer::open(&path, Shard::WHOLE).expect("it is free");
     let error = run(&path, Shard::WHOLE).expect_err("it is held");
-    assert!(
-        error.to_string().contains("in use by another process"),
-        "{error}"
-    );
+    has(&error.to_string(), ["in use by another process"]);
     assert_eq!(Error::from(error).exit_code(), 75);
     drop(held);
     run(&path, Shard::WHOLE).expect("three rows");
@@ -346,8 +336,5 @@ fn a_pipe_among_the_records_is_refused() {
     let path = place.join("s");
     a_pipe(&records_folder(&path), "shard-1-of-2.jsonl");
     let error = run(&path, Shard::WHOLE).expect_err("a pipe");
-    assert!(
-        error.to_string().contains("is not a regular file"),
-        "{error}"
-    );
+    has(&error.to_string(), ["is not a regular file"]);
 }

@@ -202,10 +202,8 @@ fn a_punch_driven_to_the_floor_gives_the_same_bits() {
             .filter(|c| c.id1 == punch && c.normal[0] != 0.0)
             .count()
     };
-    assert!(
-        at_corners(&native) > 0,
-        "grains lean on its sides or corners"
-    );
+    // Grains lean on its sides or corners.
+    assert!(at_corners(&native) > 0);
 }
 
 #[test]
@@ -276,12 +274,8 @@ fn the_ordinary_loop_is_equal_to_rounding() {
     let native = native_run(&scene, sound(), protocol);
     let comparison = compare(&native, &yade, Some(&Locator::default()));
     assert!(!comparison.same_bits, "the loops do differ");
-    assert_eq!(
-        comparison.verdict(),
-        Verdict::EqualToRounding,
-        "{}",
-        comparison.answer()
-    );
+    let answer = comparison.answer();
+    assert_eq!(comparison.verdict(), Verdict::EqualToRounding, "{answer}");
     let dense = native_run(&scene, faulty("density=1e-8"), protocol);
     let comparison = compare(&dense, &yade, Some(&Locator::default()));
     assert_eq!(comparison.verdict(), Verdict::Different);

@@ -62,10 +62,8 @@ pub fn requests(browser: &mut Browser) -> Vec<String> {
         .chain(sockets)
         .map(|url| url.as_str().expect("an address"))
         .collect();
-    assert!(
-        urls.iter().any(|url| url.starts_with("file://")),
-        "the page itself was asked for: {urls:?}"
-    );
+    let itself = urls.iter().any(|url| url.starts_with("file://"));
+    assert!(itself, "the page itself was asked for: {urls:?}");
     let near = |url: &str| url.starts_with("file://") || url.starts_with("data:");
     urls.into_iter()
         .filter(|url| !near(url))

@@ -62,11 +62,8 @@ fn inspect_words(browser: &mut Browser, name: &str, page: &Path) {
     all.extend(look::told(browser));
     all.extend(look::requests(browser));
     let some = &all[..all.len().min(20)];
-    assert!(
-        all.is_empty(),
-        "{name}: {} complaints: {some:#?}",
-        all.len()
-    );
+    let count = all.len();
+    assert!(count == 0, "{name}: {count} complaints: {some:#?}");
     let count = |of: &str| format!("document.querySelectorAll('{of}').length > 0");
     for of in ["table", "svg", ".filter input"] {
         assert_eq!(browser.evaluate(&count(of)), true, "{name} has a {of}");
@@ -84,10 +81,8 @@ fn the_main_jobs_page_reads_well_everywhere_and_asks_for_nothing() {
     look::open(&mut browser, &folder.join("o/report.html"));
     browser.resize(1280, 900);
     let height = browser.evaluate("document.documentElement.scrollHeight");
-    assert!(
-        height.as_f64().is_some_and(|height| height <= MOST_PIXELS),
-        "{height} px"
-    );
+    let height = height.as_f64().expect("a height");
+    assert!(height <= MOST_PIXELS, "{height} px");
     for other in ["measures", "paper"] {
         look::open(&mut browser, &folder.join(format!("o/{other}.html")));
         let mut said = Vec::new();
@@ -119,10 +114,8 @@ fn a_script_that_was_put_into_a_page_does_not_run() {
     let title = browser.evaluate("document.title");
     assert!(title != "taken", "it ran");
     // Its own script does: tables can be filtered.
-    assert_eq!(
-        browser.evaluate("document.querySelectorAll('.filter input').length > 0"),
-        true
-    );
+    let filters = "document.querySelectorAll('.filter input').length > 0";
+    assert_eq!(browser.evaluate(filters), true);
 }
 
 #[test]
@@ -168,11 +161,8 @@ fn a_seeded_fault_and_its_verdict_are_on_the_first_screen() {
     first_screen(&mut browser, &page, "seeded", &named);
     inspect(&mut browser, "seeded", &page);
     // What stands at the end of the page is not on the first screen: the question can be answered with no.
-    assert!(
-        look::look(&mut browser, "top('h2', 'Runs, versions')")
-            .as_f64()
-            .is_some_and(|top| top > 900.0)
-    );
+    let top = look::look(&mut browser, "top('h2', 'Runs, versions')");
+    assert!(top.as_f64().is_some_and(|top| top > 900.0));
 }
 
 #[test]

@@ -92,11 +92,8 @@ fn survives_kills<S: Study>(planned: impl Fn() -> S) {
             assert!(finished <= before.len() as u64, "{said}");
         }
     }
-    assert!(
-        kills == KILLS && !before.is_empty(),
-        "{}: {kills} kills",
-        S::KIND
-    );
+    let kind = S::KIND;
+    assert!(kills == KILLS && !before.is_empty(), "{kind}: {kills}");
     let (rows, wanted) = (merged_rows::<S>(place), rows_of(planned()));
     assert!(before.is_subset(&written(&folder)));
     assert_eq!(rows.len(), wanted.len(), "{}", S::KIND);
@@ -178,11 +175,8 @@ fn asked_to_end_it_ends_soon_and_goes_on_later() {
     assert!(told_so.expect("kill is there").success());
     let (code, errors) = process.end();
     assert_eq!(code, 75, "{errors}");
-    assert!(
-        asked.elapsed() < Duration::from_secs(5),
-        "{:?}",
-        asked.elapsed()
-    );
+    let took = asked.elapsed();
+    assert!(took < Duration::from_secs(5), "{took:?}");
     let finished = lines(&records(&folder, "1/1"));
     assert!(finished < MEMBERS as usize);
     let message = format!("asked to end; {finished} of {MEMBERS} rows are written down");

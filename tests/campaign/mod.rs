@@ -51,7 +51,7 @@ pub fn undisturbed(scene: &Scene, members: u64) -> Merged {
 
 /// What one process with one thread makes of the study `c` there.
 fn undisturbed_in(place: &Place) -> Merged {
-    ends(&place, 0, "study run c --threads 1");
+    ends(place, 0, "study run c --threads 1");
     merged_bytes(&place.join("c"))
 }
 

@@ -11,10 +11,8 @@ use crate::support::*;
 fn bytes_do_not_depend_on_threads() {
     let place = &plan(&tiny_scene(), MEMBERS, "c");
     finishes_as_expected(place);
-    assert!(
-        must(place, "status", &[]).contains("24 of 24 rows finished, merged"),
-        "status"
-    );
+    let words = "24 of 24 rows finished, merged";
+    has(&must(place, "status", &[]), [words]);
 }
 
 /// A member run anew by its number alone is the one that the campaign wrote down.
@@ -56,10 +54,8 @@ fn a_campaign_goes_on_with_another_number_of_shards() {
     let said = must(place, "run", &["--shard", "2/3"]);
     has(&said, ["8 rows, 0 of them finished before"]);
     let (_, errors) = study(place, 3, "merge", &[]);
-    has(
-        &errors,
-        ["rows 1, 3, 4, 6, 7, 9, 10, 12 and 8 more are missing"],
-    );
+    let words = "rows 1, 3, 4, 6, 7, 9, 10, 12 and 8 more are missing";
+    has(&errors, [words]);
     let said = must(place, "run", &["--shard", "1/2", "--threads", "2"]);
     has(&said, ["12 rows, 4 of them finished before"]);
     let (said, _) = study(place, 3, "status", &[]);

@@ -10,13 +10,8 @@ fn engine_check_finds_the_toy_sound() {
     let (text, _) = ends(folder, 0, &check);
     let junit = text_of(folder.join("checks.xml"));
     has(&junit, ["name=\"punch\"", "<skipped"]);
-    has(
-        &text,
-        [
-            "identical: every bit of its first hundred steps",
-            "skipped engine/punch",
-        ],
-    );
+    has(&text, ["identical: every bit of its first hundred steps"]);
+    has(&text, ["skipped engine/punch"]);
 }
 
 /// The engines to begin with, built as their first lines say. The keys of the Rust one's lines stand in another order.
@@ -45,13 +40,8 @@ fn engine_check_finds_the_engines_to_begin_with_sound() {
         let program = format!("exec:{}", program.display());
         let check = ["engine", "check", &program, "--quiet"];
         let (text, _) = ends(folder, 0, &check);
-        has(
-            &text,
-            [
-                "identical: every bit of its first hundred steps",
-                "11 checks passed, 0 failed",
-            ],
-        );
+        has(&text, ["identical: every bit of its first hundred steps"]);
+        has(&text, ["11 checks passed, 0 failed"]);
     }
 }
 

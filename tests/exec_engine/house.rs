@@ -50,11 +50,8 @@ fn a_change_that_breaks_an_engine_turns_its_ci_red_and_the_summary_says_why() {
     commit("engine");
     let (code, summary) = judged(place, "first");
     assert_eq!(code, Some(0), "{summary}");
-    ends(
-        &work,
-        0,
-        "report baseline save ../first/crossgrain-out/verify/verify.json main",
-    );
+    let command = "report baseline save ../first/crossgrain-out/verify/verify.json main";
+    ends(&work, 0, command);
     commit("baseline");
     let (code, summary) = judged(place, "second");
     assert_eq!(code, Some(0), "{summary}");
@@ -64,19 +61,11 @@ fn a_change_that_breaks_an_engine_turns_its_ci_red_and_the_summary_says_why() {
     commit("faster");
     let (code, summary) = judged(place, "third");
     assert_eq!(code, Some(1), "{summary}");
-    has(
-        &summary,
-        [
-            "must be that of a·(v + ½Δt·a)",
-            "WORSE than main",
-            "leapfrog-local-damping",
-        ],
-    );
+    has(&summary, ["must be that of a·(v + ½Δt·a)"]);
+    has(&summary, ["WORSE than main", "leapfrog-local-damping"]);
     // What an earlier run left is not judged in the place of a program that is missing.
     let (code, more) = judged_here(place, "third", "missing.py");
     assert_eq!(code, Some(2), "{more}");
-    assert_eq!(
-        more.matches("WORSE").count(),
-        summary.matches("WORSE").count()
-    );
+    let [page, summary] = [&more, &summary].map(|of| of.matches("WORSE").count());
+    assert_eq!(page, summary);
 }

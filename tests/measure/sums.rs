@@ -70,14 +70,8 @@ fn a_neighbourhood_has_the_nearest_grains_in_order() {
         contacts: &[],
     };
     let found = neighbourhood::of("P", place, bed, &cells, &extensive);
-    assert_eq!(
-        found
-            .together
-            .iter()
-            .map(|of| of.grains)
-            .collect::<Vec<_>>(),
-        [1, 2, 4, 8]
-    );
+    let counts: Vec<usize> = found.together.iter().map(|of| of.grains).collect();
+    assert_eq!(counts, [1, 2, 4, 8]);
 }
 
 #[test]
@@ -116,10 +110,8 @@ fn a_profile_has_the_mean_stress_of_every_piece() {
     let length = stress::piece(&scene, surface);
     for (piece, stress) in down.iter().enumerate() {
         let [low, high] = [piece, piece + 1].map(|edge| length * edge as f64);
-        assert!(
-            *stress == 0.0 || (low..=high).contains(stress),
-            "piece {piece}: {stress}"
-        );
+        let fits = *stress == 0.0 || (low..=high).contains(stress);
+        assert!(fits, "piece {piece}: {stress}");
     }
     assert!(down.iter().filter(|stress| **stress > 0.0).count() >= 5);
 }

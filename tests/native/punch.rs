@@ -32,15 +32,9 @@ fn a_grain_inside_the_punch_bears_the_force_of_the_nearest_face() {
         };
         assert_eq!((contact.id1, contact.id2), (1, 0));
         assert_eq!(contact.normal, normal, "{place:?}");
-        assert!(
-            (contact.overlap - (radius + depth)).abs() < 1.0e-16,
-            "{place:?}"
-        );
+        near(contact.overlap, radius + depth, 1.0e-16);
         let force = modulus * radius * (radius + depth);
-        assert!(
-            (contact.normal_force / force - 1.0).abs() < 1.0e-14,
-            "{place:?}"
-        );
+        near(contact.normal_force / force, 1.0, 1.0e-14);
         // The middle between the face and the deepest point of the grain.
         let middle = [0, 1].map(|axis| place[axis] + 0.5 * (depth - radius) * normal[axis]);
         let off = (contact.point[0] - middle[0]).hypot(contact.point[1] - middle[1]);

@@ -42,20 +42,14 @@ fn friction_of_nothing_has_the_bits_of_no_friction() {
         .0;
     assert_eq!(smooth.len(), 13);
     for (smooth, rough) in smooth.iter().zip(&rough) {
-        assert!(
-            same_motion(&smooth.bodies, &rough.bodies),
-            "step {}",
-            smooth.step
-        );
+        let same = same_motion(&smooth.bodies, &rough.bodies);
+        assert!(same, "step {}", smooth.step);
         assert_eq!(smooth.contacts, rough.contacts, "step {}", smooth.step);
         // A normal force turns a grain by its rounding.
         assert!(rough.bodies.spin.iter().all(|spin| spin.abs() < 1.0e-9));
     }
-    assert!(
-        smooth[12].contacts.len() > 500,
-        "{}",
-        smooth[12].contacts.len()
-    );
+    let contacts = smooth[12].contacts.len();
+    assert!(contacts > 500, "{contacts}");
 }
 
 /// Processor time of so many steps of the poured bed, s.
@@ -71,11 +65,8 @@ fn seconds(scene: &Scene, poured: &Bodies, steps: u64) -> f64 {
     }
     let outcome =
         native::run(scene, &Task::pour(bodies, steps), &sound(), &mut ()).expect("a sound run");
-    assert!(
-        outcome.last.contacts.len() > 5000,
-        "{}",
-        outcome.last.contacts.len()
-    );
+    let contacts = outcome.last.contacts.len();
+    assert!(contacts > 5000, "{contacts}");
     outcome.stages[0].cpu_seconds
 }
 

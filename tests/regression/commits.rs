@@ -92,18 +92,12 @@ fn the_commit_that_moved_a_check_or_a_speed_is_found() {
     // By the outcome that changed, though the value had moved before.
     let (found, tried) = ends(folder, 3, &bisect("fall/height", 0, 8));
     has(&found, [&commits[6], &commits[7]]);
-    has(
-        &tried,
-        ["change 4: as before (pass: height: 1.5 m, must be 0 to 2)"],
-    );
+    let words = "change 4: as before (pass: height: 1.5 m, must be 0 to 2)";
+    has(&tried, [words]);
     assert!(!found.contains(&commits[2]), "{found}");
     let elsewhere = bisect("pace", 0, 5).replace("sh make.sh", "no-such-program");
-    tells(
-        folder,
-        2,
-        &elsewhere,
-        ["no-such-program could not be started"],
-    );
+    let words = "no-such-program could not be started";
+    tells(folder, 2, &elsewhere, [words]);
     let unknown = bisect("pace", 0, 5).replace(&commits[0], "nowhere");
     tells(folder, 2, &unknown, ["git rev-parse"]);
     // The user's own tree is as it was.
@@ -131,11 +125,9 @@ fn a_history_says_which_commit_changed_what() {
     let keep = |last: usize| {
         for ([value, speed], commit) in values.into_iter().zip(&commits).take(last) {
             fs::write(place.join("record.json"), record(value, speed)).expect("written");
-            ends(
-                folder,
-                0,
-                &format!("report baseline save ../record.json {commit} --store ../{last}"),
-            );
+            let command =
+                &format!("report baseline save ../record.json {commit} --store ../{last}");
+            ends(folder, 0, command);
         }
         format!("report history --repository . --store ../{last} --out ../over-time")
     };
@@ -154,28 +146,21 @@ fn a_history_says_which_commit_changed_what() {
         let found = lines
             .iter()
             .find(|line| line.first() == Some(&short(of)) && line.contains(&what));
-        assert!(
-            found.is_some_and(|line| line.contains(&format!("change {of}").as_str())),
-            "{what}: {said}"
-        );
+        let change = format!("change {of}");
+        let found = found.is_some_and(|line| line.contains(&change.as_str()));
+        assert!(found, "{what}: {said}");
     };
     row(1, "1");
     row(2, "SLOWER");
     row(4, "new failure");
     row(5, "fixed");
-    has(
-        &said,
-        ["In 8 records: new failures 1, repaired 1, slower 1, faster 0"],
-    );
+    let words = "In 8 records: new failures 1, repaired 1, slower 1, faster 0";
+    has(&said, [words]);
     let page = text_of(place.join("over-time/report.html"));
     has(&page, ["fall/height", "the pace", "history.svg"]);
     // The newest fails, or was slowed down by the last but one.
     ends(folder, 1, &keep(5));
-    tells(
-        folder,
-        1,
-        &keep(4),
-        ["speeds that became slower in the last two records"],
-    );
+    let words = "speeds that became slower in the last two records";
+    tells(folder, 1, &keep(4), [words]);
     tells(folder, 2, &keep(1), ["a history needs two records"]);
 }

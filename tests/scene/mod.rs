@@ -36,11 +36,8 @@ fn every_bad_scene_is_refused_with_its_messages() {
         assert_eq!(code, 2, "{}: {errors}", file.display());
         let expected = text_of(file.with_extension("txt"));
         for line in expected.lines() {
-            assert!(
-                errors.contains(line),
-                "{}: «{line}» is missing in\n{errors}",
-                file.display()
-            );
+            let named = errors.contains(line);
+            assert!(named, "{}: «{line}» not in {errors}", file.display());
         }
         // A wrong width makes much else impossible, and stands alone.
         if file.ends_with("width_negative.json") {
@@ -55,10 +52,8 @@ fn the_papers_scene_reads_back_and_names_every_open_choice() {
     let text = serde_json::to_string_pretty(&scene).expect("JSON");
     assert_eq!(parse_scene(&text).expect("a valid scene"), scene);
     for (key, _) in OPEN_CHOICES {
-        assert!(
-            scene.choices.contains_key(*key),
-            "{key} has no reason in the scene"
-        );
+        let reason = scene.choices.contains_key(*key);
+        assert!(reason, "{key} has no reason in the scene");
     }
 }
 
@@ -169,10 +164,8 @@ fn what_a_scene_leaves_out_has_a_default_that_its_record_states() {
     let Cloud::JitteredLattice { columns, .. } = scene.cloud;
     assert_eq!(columns, 20);
     let whole = serde_json::to_string(&scene).expect("JSON");
-    assert_eq!(
-        parse_scene(&whole).expect("a scene").digest(),
-        scene.digest()
-    );
+    let read = parse_scene(&whole).expect("a scene");
+    assert_eq!(read.digest(), scene.digest());
 }
 
 /// Of the constants of loading, what is left out is as in pouring; a scene without them keeps its digest.
@@ -192,11 +185,8 @@ fn loading_has_the_constants_of_pouring_where_it_gives_no_others() {
     let mut without = scene.clone();
     without.loading.material = None;
     assert_ne!(without.digest(), scene.digest());
-    assert!(
-        !serde_json::to_string(&without.loading)
-            .expect("JSON")
-            .contains("material")
-    );
+    let loading = serde_json::to_string(&without.loading).expect("JSON");
+    assert!(!loading.contains("material"));
 }
 
 /// A cloud over a part of the box fills that part and no other.

@@ -110,10 +110,8 @@ fn what_the_engine_refuses_is_skipped_in_its_own_words() {
     let options = Options::new(program(folder, "shy.py", &toy));
     let map = map(&options, &["one-contact", "grain-on-wall"]);
     let refused = &map.rows[0];
-    assert_eq!(
-        refused.skipped.as_deref(),
-        Some("toy refused: more than 200 grains")
-    );
+    let why = refused.skipped.as_deref();
+    assert_eq!(why, Some("toy refused: more than 200 grains"));
     assert_eq!(outcomes(&map.checks(), refused), [Outcome::Skipped]);
     is_as_predicted(&map, &map.rows[1]);
 }

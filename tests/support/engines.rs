@@ -52,11 +52,8 @@ pub fn engine(folder: &Path, name: &str, text: &str) -> String {
 /// The toy with one place changed.
 pub fn changed_toy(from: &str, to: &str) -> String {
     let toy = text_of(adapter_path("toy.py"));
-    assert_eq!(
-        toy.matches(from).count(),
-        1,
-        "«{from}» is not once in the toy"
-    );
+    let count = toy.matches(from).count();
+    assert_eq!(count, 1, "«{from}» is not once in the toy");
     toy.replace(from, to)
 }
 

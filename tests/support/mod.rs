@@ -284,6 +284,12 @@ pub fn has<const N: usize>(text: &str, words: [&str; N]) {
     }
 }
 
+/// Two numbers differ by less than this.
+#[track_caller]
+pub fn near(found: f64, wanted: f64, least: f64) {
+    assert!((found - wanted).abs() < least, "{found} for {wanted}");
+}
+
 /// A command that ends with this exit code and says these words: where it prints what it found, else in its errors.
 #[track_caller]
 pub fn tells<const N: usize>(

@@ -160,9 +160,7 @@ fn lammps_makes_and_loads_the_bed_that_the_native_engine_makes() {
     assert_eq!(point.screened.endings.reached, 1, "{words}");
     let height = point.screened.of("settled.height.mean_surface");
     let height = height.map(|of| of.paired.difference.estimate);
-    assert!(
-        height.is_none_or(|height| height.abs() < 0.005),
-        "{height:?}"
-    );
+    let near = height.is_none_or(|height| height.abs() < 0.005);
+    assert!(near, "{height:?}");
     assert!(point.costs.is_some_and(|costs| costs.pour_steps > 1000.0));
 }
