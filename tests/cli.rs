@@ -213,8 +213,8 @@ fn a_main_job_in_a_folder_where_another_is_at_work_is_refused() {
     fs::create_dir(folder.join("o")).expect("writable");
     let lock = crossgrain::files::FolderLock::of(&folder.join("o")).expect("free");
     let command = "reproduce --scene scene.json --out o --quiet --yade /nowhere/yade";
-    tells(folder, 75, command, ["in use"]);
-    assert!(!folder.join("o/run.json").exists());
+    tells(folder, 75, command, ["in use by another process"]);
+    assert_eq!(there(&folder.join("o")).len(), 1, "the lock");
     drop(lock);
     // It is made when the other has ended.
     ends(folder, 3, command);

@@ -39,13 +39,7 @@ fn a_run_agrees_with_itself_in_every_check() {
 fn every_fault_is_found_with_its_step_and_grain() {
     let scene = small_scene();
     let good = native_run(&scene, sound(), POUR);
-    for fault in [
-        "stiffness=1e-12",
-        "gravity=1e-12",
-        "damping=1e-12",
-        "wall=1e-12",
-        "sums=reversed",
-    ] {
+    for fault in FAULTS {
         let bad = native_run(&scene, faulty(fault), POUR);
         let comparison = located(&good, &bad);
         assert!(!comparison.agrees(), "{fault} was not found");
@@ -222,7 +216,7 @@ fn where_first_steps_are_not_looked_at_the_verdict_is_open() {
 /// First steps have one model, so the change between the stages is left open where the bits do not show it.
 #[test]
 fn a_change_of_constants_in_an_external_engine_is_not_agreed_on_unseen() {
-    let (_, changes, _, _) = STAGES[0];
+    let (_, changes, _, _) = stages().next().expect("a pouring");
     for scene in [frictional_scene(), staged_scene(changes)] {
         let run = native_run(&scene, sound(), Protocol::Whole);
         let mut other = run.clone();

@@ -90,20 +90,8 @@ fn what_an_engine_does_not_have_is_not_asked_of_it() {
         (None, stages),
     ] {
         let more: Vec<&str> = more.iter().flat_map(|until| ["--until", until]).collect();
-        let (code, _, errors) = run_in(folder, &toy, &more, "out");
-        assert_eq!(code, 2, "{errors}");
+        let errors = run_in(folder, 2, &toy, &more, "out");
         has(&errors, ["toy has no", missing]);
         assert!(!folder.join("out").exists());
     }
-}
-
-#[test]
-fn hostile_paths_reach_no_shell() {
-    let folder = &folder_with(&narrow_scene(0.05));
-    let hostile = folder.join("a b;touch hacked $(touch hacked) `touch hacked` 'x\" \n");
-    fs::create_dir(&hostile).expect("a folder");
-    let toy = engine(&hostile, "-toy';.py", &text_of(adapter_path("toy.py")));
-    let out = hostile.join("--out 'x");
-    ran_in(folder, &toy, &["--steps", "3"], out.to_str().expect("text"));
-    assert!(!folder.join("hacked").exists() && !hostile.join("hacked").exists());
 }

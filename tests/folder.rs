@@ -80,10 +80,7 @@ fn nothing_existing_is_overwritten() {
 
 /// A run that never settles, at work for a moment.
 fn endless_run() -> (Place, std::process::Child) {
-    let mut scene = small_scene();
-    scene.settle.kinetic_energy_fraction = 1.0e-300;
-    scene.settle.max_steps = 200_000_000;
-    let folder = folder_with(&scene);
+    let folder = folder_with(&endless_scene());
     let command = "run scene.json --engine native --out out";
     let mut child = started(&folder, command);
     std::thread::sleep(std::time::Duration::from_millis(400));

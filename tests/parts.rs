@@ -2,7 +2,7 @@
 
 use crossgrain::engine::{exec, yade};
 use crossgrain::run::folder::recorded_history;
-use crossgrain::run::{Engine, parts, recorded};
+use crossgrain::run::{Engine, parts};
 use grains::scene::AfterForce;
 use grains::task::Seen;
 
@@ -12,17 +12,7 @@ use crate::support::*;
 const CUTS: [u64; 3] = [500, 7250, 13_000];
 
 fn whole(scene: &Scene, engine: &Engine) -> RunFolder {
-    let work = new_folder();
-    let (initial, work) = (initial_bodies(scene), &work);
-    recorded(
-        scene,
-        engine,
-        Protocol::Whole,
-        initial,
-        work,
-        &mut |_, _, _| {},
-    )
-    .expect("a run")
+    run_of(scene, engine, Protocol::Whole)
 }
 
 /// Read again from its folder.

@@ -106,7 +106,7 @@ fn an_interrupted_run_is_kept_and_goes_on() {
 
 #[test]
 fn another_load_on_a_settled_bed_is_the_whole_run_of_its_scene() {
-    for (name, changes, _, _) in STAGES {
+    for (name, changes, _, _) in stages() {
         let scene = staged_scene(changes);
         let folder = &folder_with(&scene);
         let mut other = scene.clone();

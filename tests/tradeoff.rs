@@ -10,7 +10,7 @@ use crossgrain::study::realization::{Change, Engines, Runner, Specification, cha
 use crossgrain::study::shard::Shard;
 use crossgrain::study::tradeoff::plan::{FAST, FIRST_CONFIRMATORY, Plan};
 use crossgrain::study::tradeoff::{Tradeoff, judge};
-use crossgrain::study::{Study, create};
+use crossgrain::study::{Study, StudyError, create};
 use grains::native::pouring::{End, Phase, pour};
 
 use crate::support::*;
@@ -27,17 +27,24 @@ fn plan(methods: &[(&str, Change)], confirmatory: u64) -> Plan {
 }
 
 /// Runs what is missing of a study.
-pub fn run<S: Study>(
-    folder: &Path,
-    engines: &Engines,
-) -> Result<(), crossgrain::study::StudyError> {
+pub fn run<S: Study>(folder: &Path, engines: &Engines) -> Result<(), StudyError> {
+    let (shard, threads) = (Shard::WHOLE, 2);
     let job = Job {
-        shard: Shard::WHOLE,
-        threads: 2,
+        shard,
+        threads,
         engines,
     };
     Folder::<S>::open(folder)?.run(&job, &Display::new(true))?;
     Ok(())
+}
+
+/// What all rows of a plan say.
+fn record_of(plan: Plan) -> Tradeoff {
+    let place = new_folder();
+    let folder = place.join("study");
+    create(&folder, plan, None, None).expect("a new study");
+    run::<Plan>(&folder, &Engines::default()).expect("it runs");
+    record(&folder)
 }
 
 /// What the rows of a folder say.
@@ -76,11 +83,7 @@ fn one_phase_of_the_scenes_own_settings_is_the_scenes_own_pouring() {
 fn friction_is_held_against_friction() {
     let mut plan = Plan::quick(2, 0);
     plan.methods.retain(|of| of.id.starts_with("friction"));
-    let place = &new_folder();
-    let folder = place.join("study");
-    create(&folder, plan, None, None).expect("a new study");
-    run::<Plan>(&folder, &Engines::default()).expect("it runs");
-    let record = record(&folder);
+    let record = record_of(plan);
     let mean_height = |id: &str| {
         let point = record.point(id).expect("it is planned");
         let of = point.screened.of("settled.height.mean_surface");
@@ -94,11 +97,8 @@ fn friction_is_held_against_friction() {
     assert_eq!(mean_height("friction-step-0.45"), with_friction);
     let null = &record.point("friction").expect("it is planned").screened;
     assert_eq!(null.clouds, 2);
-    let mut off = null
-        .differences
-        .iter()
-        .map(|of| of.paired.difference.estimate);
-    assert!(off.any(|of| of != 0.0));
+    let mut off = null.differences.iter().map(|of| of.paired.difference);
+    assert!(off.any(|of| of.estimate != 0.0));
     let page = report::page(&record.document());
     assert!(page.html.contains("native, friction"));
 }

@@ -5,7 +5,7 @@ use crossgrain::checks::Outcome;
 use crossgrain::compare::compare;
 use crossgrain::compare::first_difference::Locator;
 use crossgrain::engine::yade;
-use crossgrain::run::{Engine, recorded};
+use crossgrain::run::Engine;
 use crossgrain::suite::run::{self, Engines, Role};
 use grains::scene::{AfterForce, Damping, SlipVelocity, Tension, TorqueArms, Viscosity};
 use verdict::judge::Verdict;
@@ -13,11 +13,7 @@ use verdict::judge::Verdict;
 use crate::support::*;
 
 fn yade_run(scene: &Scene, options: yade::Options, protocol: Protocol) -> RunFolder {
-    let work = &new_folder();
-    let engine = Engine::Yade(options);
-    let initial = initial_bodies(scene);
-    recorded(scene, &engine, protocol, initial, work, &mut |_, _, _| {})
-        .expect("a YADE run that finishes")
+    run_of(scene, &Engine::Yade(options), protocol)
 }
 
 fn sorted() -> yade::Options {
@@ -123,11 +119,11 @@ fn friction_has_the_same_bits_for_several_angles_stiffnesses_and_clouds() {
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn constants_of_loading_have_the_same_bits_in_both_engines() {
-    for (name, changes, _, has_yade) in STAGES {
+    for (name, changes, _, has_yade) in stages() {
         let mut scene = staged_scene(changes);
         scene.measurement.history_every = 50;
-        assert_eq!(yade::lacking(&scene).is_none(), *has_yade, "{name}");
-        if *has_yade {
+        assert_eq!(yade::lacking(&scene).is_none(), has_yade, "{name}");
+        if has_yade {
             let [native, _] = agreed(&scene, Protocol::Whole);
             assert_eq!(native.record.stages.len(), 2);
         }
@@ -226,13 +222,7 @@ fn faults_are_located_against_yade() {
     let protocol = Protocol::Steps { steps: 4000 };
     let good = native_run(&scene, sound(), protocol);
     let yade = yade_run(&scene, sorted(), protocol);
-    for fault in [
-        "stiffness=1e-12",
-        "gravity=1e-12",
-        "damping=1e-12",
-        "wall=1e-12",
-        "sums=reversed",
-    ] {
+    for fault in FAULTS {
         let bad = native_run(&scene, faulty(fault), protocol);
         let among_natives = compare(&good, &bad, Some(&Locator::default()));
         let against_yade = compare(&bad, &yade, Some(&Locator::default()));
@@ -292,26 +282,12 @@ fn engine_check_judges_both_loops() {
     }
 }
 
-/// A watched child: the program, and whether any process below it holds a socket.
-struct Watched(Child);
-
-impl Drop for Watched {
-    fn drop(&mut self) {
-        // Both fail only when it has ended already.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn yade_holds_no_socket_and_does_not_outlive_the_program() {
-    let mut scene = small_scene();
-    scene.settle.kinetic_energy_fraction = 1.0e-300;
-    scene.settle.max_steps = 200_000_000;
-    let folder = &folder_with(&scene);
+    let folder = &folder_with(&endless_scene());
     let command = "run scene.json --engine yade --out out";
-    let mut child = Watched(started(folder, command));
+    let mut child = Running(started(folder, command));
     let program = child.0.id();
     let began = Instant::now();
     let mut yade = None;

@@ -1,10 +1,10 @@
 //! Members that go wrong are rows; engines that go wrong are not. What is said while a campaign runs.
 
-use crossgrain::study::campaign::{Campaign, Merged, merged};
+use crossgrain::study::campaign::{Merged, merged};
 use crossgrain::study::realization::{Ending, Runner};
 use grains::scene::TimeStep;
 
-use super::{campaign, must, plan, study};
+use super::{campaign, must, plan, plan_of, study};
 use crate::support::*;
 use crate::yade_driver::yade;
 
@@ -91,10 +91,7 @@ fn with_yade(members: u64, also: &str) -> Place {
     scene.particles.count = 2;
     scene.settle.max_steps = 10;
     scene.settle.check_every = 10;
-    let place = new_folder();
-    let plan = Campaign::plan(&scene, Runner::YadeSorted, Vec::new(), members, 1);
-    plan.and_then(|plan| plan.write(&place.join("c")))
-        .expect("a new campaign");
+    let place = plan_of(&scene, Runner::YadeSorted, members, "c");
     let does = format!(
         "member = int(os.path.basename(job.rstrip('/')))\n{also}\n\
          frames(fine + fine, [frame(0), frame(10), end(10, 'max_steps')])"

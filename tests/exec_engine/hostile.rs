@@ -151,8 +151,7 @@ fn at_work_in(folder: &Path) -> bool {
 
 /// What is wrong with how it ends.
 fn wrong(does: &str, sentence: &str, code: &str) -> Option<String> {
-    let mut scene = small_scene();
-    scene.particles.count = 2;
+    let scene = scene_of(2);
     let folder = folder_with(&scene);
     let (say, run) = if does.starts_with("SAY") {
         (does, "")

@@ -50,6 +50,21 @@ pub fn small_scene() -> Scene {
     paper_in(0.3, 300, 0.5, 0.05)
 }
 
+/// The same box with this number of grains.
+pub fn scene_of(count: u32) -> Scene {
+    let mut scene = small_scene();
+    scene.particles.count = count;
+    scene
+}
+
+/// A scene that never settles.
+pub fn endless_scene() -> Scene {
+    let mut scene = small_scene();
+    scene.settle.kinetic_energy_fraction = 1.0e-300;
+    scene.settle.max_steps = 200_000_000;
+    scene
+}
+
 /// The paper's scene, 0.15 m wide with 100 grains: about a twentieth of a second.
 pub fn tiny_scene() -> Scene {
     paper_in(0.15, 100, 0.25, 0.0267)
@@ -76,56 +91,32 @@ pub fn frictional_scene() -> Scene {
 
 /// Pourings and loadings with different constants: a name, what is put over [`frictional_scene`], whether contacts bear
 /// tangential forces in the settled and in the loaded bed, and whether YADE has it.
-pub const STAGES: &[Staged] = &[
-    (
-        "friction is switched on",
-        r#"{"material": {"friction_angle": 0.0}, "loading": {"material": {"friction_angle": 0.4}}}"#,
-        [false, true],
-        true,
-    ),
-    (
-        "friction is switched off",
-        r#"{"loading": {"material": {"friction_angle": 0.0}}}"#,
-        [true, false],
-        true,
-    ),
-    (
-        "other springs, friction and damping",
-        r#"{"loading": {"material": {"youngs_modulus": 7e9, "stiffness_ratio": 0.6, "friction_angle": 0.2},
-            "damping": {"alpha": 0.5}}}"#,
-        [true, true],
-        true,
-    ),
-    (
-        "other rules of friction",
-        r#"{"loading": {"contact": {"slip_velocity": "contact_point", "torque_arms": "contact_point"}}}"#,
-        [true, true],
-        true,
-    ),
-    (
-        "rotation is set free",
-        r#"{"contact": {"rotation": "blocked"}, "loading": {"contact": {"rotation": "free"}}}"#,
-        [true, true],
-        true,
-    ),
-    (
-        "stronger dashpots",
-        r#"{"contact": {"viscosity": {"kind": "dashpot", "c_n": 300.0, "tension": "clipped"},
-            "slip_velocity": "contact_point", "torque_arms": "contact_point"},
-            "loading": {"contact": {"viscosity": {"c_n": 900.0}}}}"#,
-        [true, true],
-        true,
-    ),
-    (
-        "dashpots are put in",
-        r#"{"loading": {"contact": {"viscosity": {"kind": "restitution", "e_n": 0.5, "tension": "clipped"}}}}"#,
-        [true, true],
-        false,
-    ),
-];
+const STAGES: &str = r#"
+    friction is switched on ⇒ {"material": {"friction_angle": 0.0}, "loading": {"material": {"friction_angle": 0.4}}} ⇒ no ⇒ yes ⇒ yes
+    friction is switched off ⇒ {"loading": {"material": {"friction_angle": 0.0}}} ⇒ yes ⇒ no ⇒ yes
+    other springs, friction and damping ⇒ {"loading": {"material": {"youngs_modulus": 7e9, "stiffness_ratio": 0.6, "friction_angle": 0.2}, "damping": {"alpha": 0.5}}} ⇒ yes ⇒ yes ⇒ yes
+    other rules of friction ⇒ {"loading": {"contact": {"slip_velocity": "contact_point", "torque_arms": "contact_point"}}} ⇒ yes ⇒ yes ⇒ yes
+    rotation is set free ⇒ {"contact": {"rotation": "blocked"}, "loading": {"contact": {"rotation": "free"}}} ⇒ yes ⇒ yes ⇒ yes
+    stronger dashpots ⇒ {"contact": {"viscosity": {"kind": "dashpot", "c_n": 300.0, "tension": "clipped"}, "slip_velocity": "contact_point", "torque_arms": "contact_point"}, "loading": {"contact": {"viscosity": {"c_n": 900.0}}}} ⇒ yes ⇒ yes ⇒ yes
+    dashpots are put in ⇒ {"loading": {"contact": {"viscosity": {"kind": "restitution", "e_n": 0.5, "tension": "clipped"}}}} ⇒ yes ⇒ yes ⇒ no
+"#;
 
-/// An entry of [`STAGES`].
-pub type Staged = (&'static str, &'static str, [bool; 2], bool);
+/// The rows of [`STAGES`].
+pub fn stages() -> impl Iterator<Item = (&'static str, &'static str, [bool; 2], bool)> {
+    rows(STAGES).map(|[name, changes, settled, loaded, yade]| {
+        let [settled, loaded, yade] = [settled, loaded, yade].map(|of| of == "yes");
+        (name, changes, [settled, loaded], yade)
+    })
+}
+
+/// Faults of the native engine that every comparison must find.
+pub const FAULTS: [&str; 5] = [
+    "stiffness=1e-12",
+    "gravity=1e-12",
+    "damping=1e-12",
+    "wall=1e-12",
+    "sums=reversed",
+];
 
 /// The frictional scene with these changes, a JSON merge patch.
 pub fn staged_scene(changes: &str) -> Scene {
@@ -158,17 +149,16 @@ pub fn faulty(fault: &str) -> native::Options {
     }
 }
 
-/// A native run with everything that a folder holds.
+/// A run with everything that a folder holds.
+pub fn run_of(scene: &Scene, engine: &Engine, protocol: Protocol) -> RunFolder {
+    let (initial, work) = (initial_bodies(scene), new_folder());
+    let run = recorded(scene, engine, protocol, initial, &work, &mut |_, _, _| {});
+    run.expect("a run that finishes")
+}
+
+/// The same in the native engine.
 pub fn native_run(scene: &Scene, options: native::Options, protocol: Protocol) -> RunFolder {
-    recorded(
-        scene,
-        &Engine::Native(options),
-        protocol,
-        initial_bodies(scene),
-        Path::new(""),
-        &mut |_, _, _| {},
-    )
-    .expect("a native run that finishes")
+    run_of(scene, &Engine::Native(options), protocol)
 }
 
 /// Keeps every moment.
@@ -249,6 +239,17 @@ pub fn started(folder: &Path, command: &(impl Words + ?Sized)) -> Child {
         .expect("the program starts")
 }
 
+/// A child that is ended with the value.
+pub struct Running(pub Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Both fail only when it has ended already.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
 /// kill -TERM.
 pub fn ask_to_end(child: &Child) {
     let asked = Command::new("kill").arg(child.id().to_string()).status();
@@ -257,11 +258,9 @@ pub fn ask_to_end(child: &Child) {
 
 /// Exit code, standard output, standard error.
 pub fn told(output: &Output) -> (i32, String, String) {
-    (
-        output.status.code().unwrap_or(-1),
-        String::from_utf8_lossy(&output.stdout).into_owned(),
-        String::from_utf8_lossy(&output.stderr).into_owned(),
-    )
+    let [out, errors] = [&output.stdout, &output.stderr].map(|of| String::from_utf8_lossy(of));
+    let code = output.status.code().unwrap_or(-1);
+    (code, out.into_owned(), errors.into_owned())
 }
 
 /// What the program told of this command.
