@@ -138,7 +138,7 @@ fn a_main_job_that_is_asked_to_end_is_not_finished() {
     }
     // Reading the tables takes a moment; the faults are at work then.
     std::thread::sleep(std::time::Duration::from_millis(600));
-    ask_to_end(&child);
+    send(&child, "TERM");
     assert_eq!(child.wait().expect("an end").code(), Some(75));
     assert!(!folder.join("o/run.json").exists());
     assert!(!folder.join("o/report.html").exists());

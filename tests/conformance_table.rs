@@ -68,13 +68,14 @@ fn an_engine_that_is_not_installed_leaves_the_table_undecided_unless_that_was_as
     let python = String::from_utf8(python.expect("a Python").stdout).expect("a path");
     symlink(python.trim(), folder.join("python3")).expect("ours");
     let table = |more: &[&str]| {
-        let made = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-            .args(["engine", "table", "--grains", "50", "--quiet"])
-            .args(more)
+        let mut table = cli(folder);
+        table
             .env("PATH", folder.as_os_str())
-            .env("CROSSGRAIN_KRATOS", folder.as_os_str())
-            .output();
-        told(&made.expect("the program starts"))
+            .env("CROSSGRAIN_KRATOS", folder.as_os_str());
+        table
+            .args(["engine", "table", "--grains", "50", "--quiet"])
+            .args(more);
+        told(&table.output().expect("the program starts"))
     };
     let (code, text, errors) = table(&["toy", "lammps", "kratos"]);
     assert_eq!(code, 3, "{text}{errors}");

@@ -100,7 +100,7 @@ fn a_killed_run_leaves_no_folder_under_its_name() {
 #[test]
 fn a_run_that_is_asked_to_end_is_kept_and_exits_with_75() {
     let (folder, mut child) = endless_run();
-    ask_to_end(&child);
+    send(&child, "TERM");
     let status = child.wait().expect("an ended child");
     assert_eq!(status.code(), Some(75));
     let left = fs::read_dir(&folder).expect("a folder").count();
@@ -166,72 +166,36 @@ fn is_refused(name: &str, spoil: impl FnOnce(&Path), message: &str) {
 #[test]
 fn unsound_folders_are_refused_with_exit_2() {
     type Change = fn(&str) -> String;
-    let cases: [(&str, &str, Change, &str); 12] = [
-        (
-            "cut",
-            "bodies.csv",
-            |of| of[..of.len() - 9].to_owned(),
-            "bodies.csv",
-        ),
-        (
-            "cut at a line",
-            "bodies.csv",
-            |of| without_last(of, 3),
-            "has 297 grains, the scene 300",
-        ),
-        ("empty", "bodies.csv", |_| String::new(), "bodies.csv"),
-        (
-            "NaN",
-            "bodies.csv",
-            |of| with_row(of, 5, |_| "4,NaN,0.1,0,0,0.005,0.2".to_owned()),
-            "x = NaN, which must be finite",
-        ),
-        (
-            "contact with nobody",
-            "contacts.csv",
-            |of| format!("{of}303,100000,1e-6,1,0,1,0,0.1,0.1\n"),
-            "id2 = 100000",
-        ),
-        (
-            "other version",
-            "run.json",
-            |of| of.replacen("\"version\": 4", "\"version\": 99", 1),
-            "version 99",
-        ),
-        (
-            "other scene",
-            "scene.json",
-            |of| of.replacen("\"gravity\": 9.81", "\"gravity\": 9.8", 1),
-            "not the scene of run.json",
-        ),
-        ("not JSON", "run.json", |_| "{".to_owned(), "run.json"),
-        (
-            "other end",
-            "history.csv",
-            |of| without_last(of, 1),
-            "has not the moments of the stages",
-        ),
-        (
-            "other masses",
-            "bodies.csv",
-            |of| with_cell(of, 9, 6, "7.0"),
-            "other radii, masses or moments of inertia than initial.csv",
-        ),
-        (
-            "history of not a number",
-            "history.csv",
-            |of| with_cell(of, 2, 3, "NaN"),
-            "not finite at settle 250",
-        ),
-        (
-            "endless stages",
-            "run.json",
-            |of| of.replacen("\"steps\": 3000", "\"steps\": 9000000000000", 2),
-            "moments of history",
-        ),
+    let cut: Change = |of| of[..of.len() - 9].to_owned();
+    let no_number: Change = |of| with_row(of, 5, |_| "4,NaN,0.1,0,0,0.005,0.2".to_owned());
+    let nobody: Change = |of| format!("{of}303,100000,1e-6,1,0,1,0,0.1,0.1\n");
+    let version: Change = |of| of.replacen("\"version\": 4", "\"version\": 99", 1);
+    let gravity: Change = |of| of.replacen("\"gravity\": 9.81", "\"gravity\": 9.8", 1);
+    let endless: Change = |of| of.replacen("\"steps\": 3000", "\"steps\": 9000000000000", 2);
+    let (three_less, one_less): (Change, Change) =
+        (|of| without_last(of, 3), |of| without_last(of, 1));
+    let (mass, no_energy): (Change, Change) = (
+        |of| with_cell(of, 9, 6, "7.0"),
+        |of| with_cell(of, 2, 3, "NaN"),
+    );
+    let (empty, brace): (Change, Change) = (|_| String::new(), |_| "{".to_owned());
+    let masses = "other radii, masses or moments of inertia than initial.csv";
+    let cases: [(&str, Change, &str); 12] = [
+        ("bodies.csv", cut, "bodies.csv"),
+        ("bodies.csv", three_less, "has 297 grains, the scene 300"),
+        ("bodies.csv", empty, "bodies.csv"),
+        ("bodies.csv", no_number, "x = NaN, which must be finite"),
+        ("contacts.csv", nobody, "id2 = 100000"),
+        ("run.json", version, "version 99"),
+        ("scene.json", gravity, "not the scene of run.json"),
+        ("run.json", brace, "run.json"),
+        ("history.csv", one_less, "has not the moments of the stages"),
+        ("bodies.csv", mass, masses),
+        ("history.csv", no_energy, "not finite at settle 250"),
+        ("run.json", endless, "moments of history"),
     ];
-    for (name, file, how, message) in cases {
-        is_refused(name, |bad| change(&bad.join(file), how), message);
+    for (file, how, message) in cases {
+        is_refused(message, |bad| change(&bad.join(file), how), message);
     }
     let gone = |bad: &Path| fs::remove_dir_all(bad).expect("a folder");
     is_refused("missing", gone, "it has no run.json");

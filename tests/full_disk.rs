@@ -6,15 +6,9 @@ use crate::support::*;
 
 /// The program with files of at most so many kB: exit code and standard error.
 fn limited(kilobytes: u32, command: &str, folder: &Path) -> (i32, String) {
-    let script = format!("ulimit -f {kilobytes}; exec \"$0\" \"$@\" 2>&1 | cat");
-    let script = format!("set -o pipefail; {script}");
-    let output = Command::new("bash")
-        .args(["-c", &script, env!("CARGO_BIN_EXE_crossgrain")])
-        .args(command.words())
-        .current_dir(folder)
-        .output()
-        .expect("bash is there");
-    let (code, out, _) = told(&output);
+    let limit = format!("set -o pipefail; ulimit -f {kilobytes}");
+    let script = format!("{limit}; exec \"$0\" \"$@\" 2>&1 | cat");
+    let (code, out, _) = bash(folder, &script, &command.words());
     (code, out)
 }
 
@@ -78,14 +72,12 @@ impl Full {
     }
 
     fn at(&self, call: usize, command: &str, folder: &Path) -> (bool, i32, String) {
-        let output = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+        let mut program = cli(folder);
+        program
             .args(command.words())
-            .current_dir(folder)
-            .env("LD_PRELOAD", self.0.join("full.so"))
-            .env("FULL_AT", call.to_string())
-            .output()
-            .expect("the program starts");
-        let (code, _, errors) = told(&output);
+            .env("FULL_AT", call.to_string());
+        let output = program.env("LD_PRELOAD", self.0.join("full.so")).output();
+        let (code, _, errors) = told(&output.expect("the program starts"));
         (errors.contains("[full]"), code, errors)
     }
 }

@@ -32,12 +32,9 @@ pub fn names() -> Vec<OsString> {
 
 /// The program with arguments of any bytes.
 pub fn crossgrain_os<A: AsRef<OsStr>>(arguments: &[A], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-        .args(arguments)
-        .current_dir(folder)
-        .env_remove("CROSSGRAIN_YADE")
-        .output()
-        .expect("the program starts")
+    let mut program = cli(folder);
+    program.args(arguments).env_remove("CROSSGRAIN_YADE");
+    program.output().expect("the program starts")
 }
 
 /// Nobody has obeyed a name, and no name has reached the terminal as it is.
@@ -47,21 +44,14 @@ pub fn nothing_obeyed(place: &Path, output: &Output) {
         let obeyed = |of: char| of.is_control() && of != '\n' && of != '\t';
         assert!(!text.contains(obeyed), "a terminal would obey {text:?}");
     }
-    let mut folders = vec![place.to_owned()];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            assert_ne!(path.file_name(), Some(OsStr::new("owned")), "{path:?}");
-            if path.is_dir() && !path.is_symlink() {
-                folders.push(path);
-            }
-        }
+    for path in below(place) {
+        assert_ne!(path.file_name(), Some(OsStr::new("owned")), "{path:?}");
     }
 }
 
 /// A scene of two grains, twenty steps of which take no time.
 pub fn two_grains() -> grains::scene::Scene {
-    let mut scene = crate::support::tiny_scene();
+    let mut scene = tiny_scene();
     scene.particles.count = 2;
     scene
 }
@@ -160,12 +150,8 @@ fn a_yade_of_any_name_gets_its_job_in_a_folder_of_any_name() {
         let path = crate::yade_driver::yade(&place, &name, does);
         let mut arguments = words("run scene.json --engine yade --steps 10 --yade");
         arguments.extend([path.into_os_string(), out(&name_of_out(&name))]);
-        let output = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-            .args(&arguments)
-            .current_dir(&place)
-            .env("TMPDIR", &place)
-            .output()
-            .expect("the program starts");
+        let output = cli(&place).args(&arguments).env("TMPDIR", &place).output();
+        let output = output.expect("the program starts");
         nothing_obeyed(&top, &output);
         told_by_yade(&name, &output);
     }

@@ -104,14 +104,12 @@ fn largest(child: &Child) -> u64 {
 fn ended(arguments: &[String], folder: &Path) -> (Option<i32>, String) {
     let began = Instant::now();
     let said = fs::File::create(folder.join("said")).expect("a file");
-    let mut child = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-        .args(arguments)
-        .current_dir(folder)
+    let mut program = cli(folder);
+    program
         .stdin(Stdio::null())
         .stdout(Stdio::null())
-        .stderr(said)
-        .spawn()
-        .expect("it starts");
+        .stderr(said);
+    let mut child = program.args(arguments).spawn().expect("it starts");
     let mut memory = 0;
     let code = loop {
         memory = memory.max(largest(&child));
@@ -132,30 +130,21 @@ fn ended(arguments: &[String], folder: &Path) -> (Option<i32>, String) {
 /// Fails with all that is wrong with how these verbs end; where one `may_work`, it may.
 fn walk(verbs: &[&str], may_work: impl Fn(&str, &str) -> bool) {
     let place = &folder_with(&tiny_scene());
-    let run = ["run", "scene.json", "--engine", "native", "--out", "run"];
-    let plan = "study plan campaign scene.json --members 2 --out two";
-    let study = "study run two --quiet";
-    for made in [
-        &run[..],
-        &plan.split(' ').collect::<Vec<_>>(),
-        &study.split(' ').collect::<Vec<_>>(),
-    ] {
-        assert_eq!(told(&crossgrain(made, place)).0, 0, "{made:?}");
-    }
+    ends(place, 0, "run scene.json --engine native --out run");
+    ends(
+        place,
+        0,
+        "study plan campaign scene.json --members 2 --out two",
+    );
+    ends(place, 0, "study run two --quiet");
     let record = place.join("two/report.json");
     fs::copy(record, place.join("record.json")).expect("a record");
     let mut wrong = Vec::new();
     for verb in verbs {
         for kind in KINDS {
             let inner = place.join("inner");
-            let copy = Command::new("bash")
-                .args([
-                    "-c",
-                    "mkdir inner && cp -r scene.json record.json run two inner",
-                ])
-                .current_dir(place)
-                .status();
-            assert!(copy.expect("bash is there").success());
+            let copy = "mkdir inner && cp -r scene.json record.json run two inner";
+            assert_eq!(bash(place, copy, &[]).0, 0);
             fs::write(place.join("secret"), SECRET).expect("written");
             let name = if kind.contains('\n') { kind } else { "bad" };
             make(kind, &inner.join(name));
@@ -187,17 +176,15 @@ fn walk(verbs: &[&str], may_work: impl Fn(&str, &str) -> bool) {
 #[test]
 fn whatever_is_read_every_verb_ends_soon_with_a_sentence() {
     // A locked file is open to root, and an empty folder holds no baselines.
-    walk(&READ, |verb, kind| {
-        verb.contains("list") && kind == "folder"
-    });
+    let empty = |verb: &str, kind: &str| verb.contains("list") && kind == "folder";
+    walk(&READ, empty);
 }
 
 #[test]
 fn whatever_is_written_to_nothing_else_is_changed() {
     walk(&WRITTEN, |verb, kind| {
-        let is_named_file = ["--junit", "--csv", "--summary"]
-            .iter()
-            .any(|of| verb.contains(of));
+        let options = ["--junit", "--csv", "--summary"];
+        let is_named_file = options.iter().any(|of| verb.contains(of));
         is_named_file && matches!(kind, "zeros" | "locked" | "holes" | "a\n\u{1b}[31mname")
     });
 }

@@ -31,7 +31,7 @@ fn is_running(pid: &str) -> bool {
 }
 
 /// Numbers of the processes that were started, once both are written down.
-fn started(folder: &Path) -> Vec<String> {
+fn pids_in(folder: &Path) -> Vec<String> {
     let began = Instant::now();
     loop {
         let text = fs::read_to_string(folder.join("started")).unwrap_or_default();
@@ -57,20 +57,20 @@ fn whatever_signal_ends_the_program_nothing_that_it_started_goes_on() {
     for signal in ["TERM", "INT", "HUP", "QUIT", "KILL"] {
         let folder = &folder_with(&narrow_scene(0.0));
         let engine = toy_that_starts_another(folder, "time.sleep(1000)");
-        let mut child = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-            .args(["run", "scene.json", "--engine", &engine, "--steps", "100"])
-            .args(["--out", "out"])
-            .current_dir(folder)
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("it starts");
-        let pids = started(folder);
+        let run = [
+            "run",
+            "scene.json",
+            "--steps",
+            "100",
+            "--out",
+            "out",
+            "--engine",
+            &engine,
+        ];
+        let mut child = started(folder, &run);
+        let pids = pids_in(folder);
         assert!(pids.len() == 3 && pids.iter().all(|pid| is_running(pid)));
-        let sent = Command::new("kill")
-            .args(["-s", signal, &child.id().to_string()])
-            .status();
-        assert!(sent.expect("kill is there").success());
+        send(&child, signal);
         let status = child.wait().expect("it ends");
         all_end(&pids, signal);
         let code = (signal != "KILL").then_some(75);
@@ -84,5 +84,5 @@ fn what_an_engine_leaves_behind_ends_with_it() {
     let folder = &folder_with(&narrow_scene(0.0));
     let engine = toy_that_starts_another(folder, "pass");
     ran_in(folder, &engine, &["--steps", "100"], "out");
-    all_end(&started(folder), "the engine's own end");
+    all_end(&pids_in(folder), "the engine's own end");
 }

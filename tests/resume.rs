@@ -76,11 +76,9 @@ fn an_interrupted_run_is_kept_and_goes_on() {
     let (mut before, mut stages) = (String::new(), Vec::new());
     for part in 0..100 {
         let out = format!("part-{part}");
-        let mut command = Command::new(env!("CARGO_BIN_EXE_crossgrain"));
-        command
-            .args(["run", "scene.json", "--engine", "native", "--out", &out])
-            .current_dir(folder)
-            .stderr(Stdio::piped());
+        let mut command = cli(folder);
+        command.args(["run", "scene.json", "--engine", "native", "--out", &out]);
+        command.stderr(Stdio::piped());
         if !before.is_empty() {
             command.args(["--from-state", &before]);
         }

@@ -59,6 +59,23 @@ proptest! {
     }
 }
 
+/// A second row, and what is said of it.
+const WRONG: &str = "
+    1,0.3,0.2,0,0,0.005,0.2,NaN,1e-6 ⇒ row 2 has spin = NaN, which must be finite
+    1,0.3,0.2,0,0,0.005,0.2,-inf,1e-6 ⇒ row 2 has spin = -inf, which must be finite
+    1,0.3,0.2,0,0,0.005,0.2,1,0 ⇒ row 2 has inertia = 0, which must be finite and above 0
+    1,0.3,0.2,0,0,0.005,0.2,1,-1e-6 ⇒ row 2 has inertia = -0.000001, which must be
+    1,0.3,0.2,0,0,0.005,0.2,1,NaN ⇒ row 2 has inertia = NaN, which must be
+    1,0.3,0.2,0,0,0.005,0.2,1,inf ⇒ row 2 has inertia = inf, which must be
+    1,0.3,0.2,0,0,0.005,0.2,1, ⇒ row 2 has spin = alone, which must be given with an inertia
+    1,0.3,0.2,0,0,0.005,0.2,,1e-6 ⇒ row 2 has spin = alone, which must be given with an inertia
+    1,0.3,0.2,0,0,0.005,0.2,, ⇒ row 2 has spin = nothing, which must be given in every row
+    1,0.3,0.2,0,0,0.005,0.2,fast,1e-6 ⇒ invalid float
+    1,0.3,0.2,0,0,0.005,0.2,1 ⇒ fields
+    1,0.3,0.2,0,0,0.005,-0.2,1,1e-6 ⇒ row 2 has mass = -0.2
+    2,0.3,0.2,0,0,0.005,0.2,1,1e-6 ⇒ row 2 has id = 2
+";
+
 const HEADER: &str = "id,x,z,vx,vz,radius,mass,spin,inertia\n";
 
 #[test]
@@ -66,48 +83,7 @@ fn rows_of_spins_that_cannot_be_meant_are_refused() {
     let sound = "0,0.1,0.2,0,0,0.005,0.2,-3.5,1e-6\n";
     let bodies = read(&format!("{HEADER}{sound}")).expect("a sound table");
     assert_eq!((bodies.spin, bodies.inertia), (vec![-3.5], vec![1.0e-6]));
-    for (row, message) in [
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,NaN,1e-6",
-            "row 2 has spin = NaN, which must be finite",
-        ),
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,-inf,1e-6",
-            "row 2 has spin = -inf, which must be finite",
-        ),
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,1,0",
-            "row 2 has inertia = 0, which must be finite and above 0",
-        ),
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,1,-1e-6",
-            "row 2 has inertia = -0.000001, which must be",
-        ),
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,1,NaN",
-            "row 2 has inertia = NaN, which must be",
-        ),
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,1,inf",
-            "row 2 has inertia = inf, which must be",
-        ),
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,1,",
-            "row 2 has spin = alone, which must be given with an inertia",
-        ),
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,,1e-6",
-            "row 2 has spin = alone, which must be given with an inertia",
-        ),
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,,",
-            "row 2 has spin = nothing, which must be given in every row",
-        ),
-        ("1,0.3,0.2,0,0,0.005,0.2,fast,1e-6", "invalid float"),
-        ("1,0.3,0.2,0,0,0.005,0.2,1", "fields"),
-        ("1,0.3,0.2,0,0,0.005,-0.2,1,1e-6", "row 2 has mass = -0.2"),
-        ("2,0.3,0.2,0,0,0.005,0.2,1,1e-6", "row 2 has id = 2"),
-    ] {
+    for [row, message] in rows(WRONG) {
         let error = read(&format!("{HEADER}{sound}{row}\n")).expect_err(row);
         assert!(error.to_string().contains(message), "{row}: {error}");
     }

@@ -15,13 +15,7 @@ const MEGABYTE: u64 = 1 << 20;
 #[test]
 fn a_scene_of_a_million_million_grains_is_refused_before_they_are_made() {
     let text = serde_json::to_string(&tiny_scene()).expect("JSON");
-    for count in [
-        "1000000000000",
-        "4294967295",
-        "1000001",
-        "1e12",
-        "18446744073709551616",
-    ] {
+    for count in "1000000000000 4294967295 1000001 1e12 18446744073709551616".split(' ') {
         let huge = text.replace("\"count\":100,", &format!("\"count\":{count},"));
         assert_ne!(huge, text);
         let mut refused = false;
@@ -30,13 +24,17 @@ fn a_scene_of_a_million_million_grains_is_refused_before_they_are_made() {
     }
 }
 
+/// A large file that takes no room on the disk.
+fn hole(path: &Path) {
+    let file = fs::File::create(path).expect("writable");
+    file.set_len(1 << 36).expect("a large file");
+}
+
 #[test]
 fn a_scene_file_that_is_none_is_not_read_whole() {
     let folder = &new_folder();
     let path = folder.join("scene.json");
-    let file = fs::File::create(&path).expect("writable");
-    // A hole, which takes no room on the disk.
-    file.set_len(1 << 36).expect("a large file");
+    hole(&path);
     let mut error = String::new();
     let taken = measure(|| error = read_scene(&path).expect_err("too large").to_string());
     has(&error, ["larger than 1048576 bytes"]);
@@ -57,16 +55,11 @@ fn bomb(path: &Path, megabytes: usize) {
 #[test]
 fn packed_tables_are_unpacked_no_further_than_they_may_reach() {
     let scene = tiny_scene();
-    let protocol = crossgrain::run::folder::record::Protocol::Steps { steps: 10 };
+    let protocol = Protocol::Steps { steps: 10 };
     let run = native_run(&scene, sound(), protocol);
     let folder = new_folder();
-    for table in [
-        "initial.csv",
-        "bodies.csv",
-        "contacts.csv",
-        "history.csv",
-        "trace.csv",
-    ] {
+    for table in ["initial", "bodies", "contacts", "history", "trace"] {
+        let table = &format!("{table}.csv");
         let path = folder.join(table);
         run.write(&path).expect("a writable folder");
         fs::remove_file(path.join(table)).expect("it is there");
@@ -97,7 +90,7 @@ fn all_of_a_packed_file_is_read() {
 fn a_record_of_more_steps_than_there_are_numbers_is_refused() {
     let mut scene = tiny_scene();
     scene.measurement.history_every = 1;
-    let protocol = crossgrain::run::folder::record::Protocol::Steps { steps: 3 };
+    let protocol = Protocol::Steps { steps: 3 };
     let mut run = native_run(&scene, sound(), protocol);
     run.record.stages[0].steps = u64::MAX;
     let folder = new_folder();
@@ -128,10 +121,8 @@ fn a_record_cannot_multiply_its_names() {
 fn what_is_no_program_is_no_yade() {
     let folder = &folder_with(&tiny_scene());
     let pipe = a_pipe(folder, "pipe");
-    let hole = folder.join("hole");
-    let file = fs::File::create(&hole).expect("writable");
-    file.set_len(1 << 36).expect("a large file");
-    for yade in [Path::new("/dev/zero"), &pipe, &hole, folder] {
+    hole(&folder.join("hole"));
+    for yade in [Path::new("/dev/zero"), &pipe, &folder.join("hole"), folder] {
         let began = Instant::now();
         let yade = yade.to_string_lossy();
         let run = [

@@ -20,11 +20,13 @@ fn written(folder: &Path) -> BTreeSet<Vec<u8>> {
     for entry in fs::read_dir(folder.join("records")).expect("records") {
         let bytes = fs::read(entry.expect("a file").path()).expect("readable");
         let whole = bytes.split_inclusive(|byte| *byte == b'\n');
-        lines.extend(
-            whole
-                .filter(|line| line.ends_with(b"\n"))
-                .map(<[u8]>::to_vec),
-        );
+        let whole = whole.filter(|line| {
+            line.ends_with(
+                b"
+",
+            )
+        });
+        lines.extend(whole.map(<[u8]>::to_vec));
     }
     lines
 }
@@ -86,7 +88,7 @@ fn survives_kills<S: Study>(planned: impl Fn() -> S) {
         before = after;
         if kills % 8 == 0 {
             let (_, said, _) = campaign(place, "status", &["--json"]);
-            let status: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+            let status: Value = serde_json::from_str(&said).expect("JSON");
             let finished = status["finished"].as_u64().expect("a number");
             // A torn line that a later process has ended is a whole line and no record; a record that stands twice is one.
             assert!(finished <= before.len() as u64, "{said}");
@@ -97,10 +99,7 @@ fn survives_kills<S: Study>(planned: impl Fn() -> S) {
     let (rows, wanted) = (merged_rows::<S>(place), rows_of(planned()));
     assert!(before.is_subset(&written(&folder)));
     assert_eq!(rows.len(), wanted.len(), "{}", S::KIND);
-    let same = rows
-        .iter()
-        .zip(&wanted)
-        .all(|(row, wanted)| S::same(row, wanted));
+    let same = rows.iter().zip(&wanted).all(|(row, own)| S::same(row, own));
     assert!(same, "{} has other rows", S::KIND);
 }
 
@@ -119,38 +118,27 @@ fn kills_at_any_moment_lose_nothing_finished_and_believe_nothing_half_written() 
         all.spawn(|| {
             survives_kills(|| {
                 let mut plan = tradeoff::plan::Plan::new(scene(), 20, 0);
-                plan.add(
-                    "early",
-                    "hardly settled",
-                    "settle rule",
-                    Specification::native(early()),
-                    1,
-                );
+                let early = Specification::native(early());
+                plan.add("early", "hardly settled", "settle rule", early, 1);
                 plan
             });
         });
         all.spawn(|| {
+            let (beds, loads, clouds) = (10, 2, 4);
             let size = search::Size {
-                beds: 10,
-                loads: 2,
-                clouds: 4,
+                beds,
+                loads,
+                clouds,
             };
             survives_kills(|| search::Plan::first(search::space::on_both_sides(scene()), size));
             survives_kills(|| {
                 let bed = |id: &str, scene| {
-                    vec![Setting::new(
-                        id,
-                        id,
-                        "candidates",
-                        Specification::native(scene),
-                        25,
-                    )]
+                    let scene = Specification::native(scene);
+                    vec![Setting::new(id, id, "candidates", scene, 25)]
                 };
                 let beds = Beds(vec![bed("printed", scene()), bed("early", early())]);
-                candidates::Plan {
-                    beds,
-                    ladders: Vec::new(),
-                }
+                let ladders = Vec::new();
+                candidates::Plan { beds, ladders }
             });
             survives_kills(|| {
                 let mut map = Stability::new(true, None, true);
@@ -169,10 +157,7 @@ fn asked_to_end_it_ends_soon_and_goes_on_later() {
     let mut process = Running::start(place, &["--threads", "1"]);
     process.wait_for_lines(&records(&folder, "1/1"), 2);
     let asked = Instant::now();
-    let told_so = Command::new("kill")
-        .args(["-TERM", &process.0.id().to_string()])
-        .status();
-    assert!(told_so.expect("kill is there").success());
+    send(&process.0, "TERM");
     let (code, errors) = process.end();
     assert_eq!(code, 75, "{errors}");
     let took = asked.elapsed();
@@ -193,11 +178,7 @@ fn a_full_disk_says_try_again_and_later_goes_on() {
     let place = &plan(&tiny_scene(), MEMBERS, "c");
     let limited = |kilobytes: u32| {
         let script = format!("ulimit -f {kilobytes}; exec \"$0\" study run c --threads 2");
-        let output = Command::new("bash")
-            .args(["-c", &script, env!("CARGO_BIN_EXE_crossgrain")])
-            .current_dir(place)
-            .output();
-        told(&output.expect("bash is there"))
+        bash(place, &script, &[])
     };
     let file = records(&place.join("c"), "1/1");
     for (kilobytes, at_least) in [(50, 1), (50, 1), (110, 3)] {
@@ -213,11 +194,7 @@ fn a_full_disk_says_try_again_and_later_goes_on() {
     for name in ["rows.jsonl", "rows.csv", "merged.json"] {
         fs::remove_file(place.join("c").join(name)).expect("a file");
     }
-    let left = || {
-        let entries = fs::read_dir(place.join("c")).expect("a folder");
-        let names = entries.map(|entry| entry.expect("a file").file_name());
-        names.collect::<BTreeSet<_>>()
-    };
+    let left = || there(&place.join("c"));
     let before = left();
     let (code, _, errors) = limited(100);
     assert_eq!(code, 75, "{errors}");

@@ -88,15 +88,10 @@ fn finishes_as_expected(place: &Path) {
 
 impl Running {
     fn start(place: &Path, options: &[&str]) -> Self {
-        let child = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-            .args(["study", "run", "c"])
-            .args(options)
-            .current_dir(place)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the program starts");
-        Running(child)
+        let mut program = cli(place);
+        program.args(["study", "run", "c"]).args(options);
+        program.stdout(Stdio::piped()).stderr(Stdio::piped());
+        Running(program.spawn().expect("the program starts"))
     }
 
     /// Waits until so many lines are in its file.

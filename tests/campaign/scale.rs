@@ -36,13 +36,12 @@ fn fabricated(members: u64, shards: u64) -> Place {
 
 /// Runs a verb and watches it: its output, seconds of processor time, and the high-water mark of its memory in bytes.
 fn watched(place: &Path, arguments: &[&str]) -> (String, f64, u64) {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+    let mut program = cli(place);
+    program
         .args(arguments)
-        .current_dir(place)
         .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the program starts");
+        .stderr(Stdio::piped());
+    let mut child = program.spawn().expect("the program starts");
     let [status, times] = ["status", "stat"].map(|of| format!("/proc/{}/{of}", child.id()));
     let (mut peak, mut seconds) = (0, 0.0);
     while child.try_wait().expect("a child").is_none() {

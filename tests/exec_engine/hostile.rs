@@ -166,17 +166,9 @@ fn wrong(does: &str, sentence: &str, code: &str) -> Option<String> {
          --memory-limit 300 --output-limit 8"
     );
     let began = Instant::now();
-    let output = std::process::Command::new("bash")
-        .args(["-c", &command, env!("CARGO_BIN_EXE_crossgrain")])
-        .current_dir(&folder)
-        .output()
-        .expect("bash is there");
-    let (ended, said, errors) = crate::support::told(&output);
+    let (ended, said, errors) = bash(&folder, &command, &[]);
     let took = began.elapsed();
-    let left = fs::read_dir(&folder).expect("a folder").flatten();
-    let left: Vec<_> = left
-        .map(|of| of.file_name().to_string_lossy().into_owned())
-        .collect();
+    let left = there(&folder);
     let believed = match ended {
         0 => RunFolder::read(&folder.join("out")).is_ok_and(|run| run.scene == scene),
         _ => !folder.join("out/run.json").exists(),

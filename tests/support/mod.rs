@@ -218,25 +218,34 @@ impl<const N: usize> Words for [&str; N] {
     }
 }
 
-/// The program under test.
+/// The program under test, to be started in a folder.
+pub fn cli(folder: &Path) -> Command {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_crossgrain"));
+    program.current_dir(folder);
+    program
+}
+
+/// What it does with a command.
 pub fn crossgrain(command: &(impl Words + ?Sized), folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-        .args(command.words())
-        .current_dir(folder)
-        .env_remove("CROSSGRAIN_YADE")
-        .output()
-        .expect("the program starts")
+    let mut program = cli(folder);
+    program.args(command.words()).env_remove("CROSSGRAIN_YADE");
+    program.output().expect("the program starts")
 }
 
 /// The program at work, and nobody listens to it.
 pub fn started(folder: &Path, command: &(impl Words + ?Sized)) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-        .args(command.words())
-        .current_dir(folder)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("the program starts")
+    let mut program = cli(folder);
+    program.stdout(Stdio::null()).stderr(Stdio::null());
+    let child = program.args(command.words()).spawn();
+    child.expect("the program starts")
+}
+
+/// Lines of bash in a folder, with the program as `$0` and these arguments: exit code, output, errors.
+pub fn bash(folder: &Path, lines: &str, arguments: &[&str]) -> (i32, String, String) {
+    let mut bash = Command::new("bash");
+    bash.args(["-c", lines, env!("CARGO_BIN_EXE_crossgrain")]);
+    let output = bash.args(arguments).current_dir(folder).output();
+    told(&output.expect("bash is there"))
 }
 
 /// A child that is ended with the value.
@@ -250,10 +259,12 @@ impl Drop for Running {
     }
 }
 
-/// kill -TERM.
-pub fn ask_to_end(child: &Child) {
-    let asked = Command::new("kill").arg(child.id().to_string()).status();
-    assert!(asked.expect("kill is there").success());
+/// Sends this signal.
+pub fn send(child: &Child, signal: &str) {
+    let sent = Command::new("kill")
+        .args(["-s", signal, &child.id().to_string()])
+        .status();
+    assert!(sent.expect("kill is there").success());
 }
 
 /// Exit code, standard output, standard error.
@@ -313,6 +324,25 @@ pub fn there(folder: &Path) -> BTreeSet<String> {
     names
         .map(|name| name.to_string_lossy().into_owned())
         .collect()
+}
+
+/// Everything below a folder; links are not followed.
+pub fn below(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() && !path.is_symlink() {
+            found.extend(below(&path));
+        }
+        found.push(path);
+    }
+    found
+}
+
+/// What a command prints as JSON, which ends with this exit code.
+#[track_caller]
+pub fn prints(folder: &Path, code: i32, command: &(impl Words + ?Sized)) -> Value {
+    serde_json::from_str(&ends(folder, code, command).0).expect("JSON")
 }
 
 /// The rows of a table, a line each, whose cells have ` ⇒ ` between them.
