@@ -22,21 +22,25 @@ fn small_bed() -> Bed {
     bed::settled(500, &mut ()).expect("a bed that settles")
 }
 
+/// Forty steps after ten.
+fn steps(shares: u64, processes: u32) -> TimedSteps {
+    let (warm_up, timed) = (10, 40);
+    TimedSteps {
+        warm_up,
+        timed,
+        shares,
+        processes,
+    }
+}
+
 /// Grains without their ids.
 fn as_a_set(bodies: &Bodies) -> Vec<[u64; 6]> {
-    let mut all: Vec<[u64; 6]> = (0..bodies.len())
-        .map(|id| {
-            [
-                &bodies.x,
-                &bodies.z,
-                &bodies.vx,
-                &bodies.vz,
-                &bodies.radius,
-                &bodies.mass,
-            ]
-            .map(|column| column[id].to_bits())
-        })
-        .collect();
+    let (motion, of) = ([&bodies.x, &bodies.z, &bodies.vx, &bodies.vz], bodies);
+    let bits = |id: usize| {
+        let [x, z, vx, vz] = motion.map(|column| column[id].to_bits());
+        [x, z, vx, vz, of.radius[id].to_bits(), of.mass[id].to_bits()]
+    };
+    let mut all: Vec<[u64; 6]> = (0..bodies.len()).map(bits).collect();
     all.sort_unstable();
     all
 }
@@ -50,10 +54,8 @@ fn copies_are_mirrored_and_numbered_row_by_row() {
     }
     let wide = bed::side_by_side(&bodies, 1.0, 2, 3);
     assert_eq!(wide.len(), 12);
-    let lowest: Vec<f64> = wide.x[..6]
-        .iter()
-        .map(|x| (x * 10.0).round() / 10.0)
-        .collect();
+    let lowest = wide.x[..6].iter().map(|x| (x * 10.0).round() / 10.0);
+    let lowest: Vec<f64> = lowest.collect();
     assert_eq!(lowest, [0.1, 0.7, 1.3, 1.9, 2.1, 2.7]);
     assert!(wide.z[..6].iter().all(|z| *z == 0.1));
     assert_eq!(wide.vx[..6], [1.0, 1.0, -1.0, -1.0, 1.0, 1.0]);
@@ -247,19 +249,9 @@ print('\\n'.join(of[0]))";
 fn programs_time_their_own_steps_through_their_adapters() {
     let bed = small_bed();
     let (rough, options) = (bed.with_friction(), yade::Options::default());
-    let contenders = [
-        (Contender::Lammps, 1),
-        (Contender::Lammps, 2),
-        (Contender::Liggghts, 1),
-        (Contender::LammpsFriction, 1),
-    ];
-    for (contender, processes) in contenders {
-        let steps = TimedSteps {
-            warm_up: 10,
-            timed: 40,
-            shares: 0,
-            processes,
-        };
+    use Contender::{Lammps, LammpsFriction, Liggghts};
+    for (contender, processes) in [(Lammps, 1), (Lammps, 2), (Liggghts, 1), (LammpsFriction, 1)] {
+        let steps = steps(0, processes);
         let bed = if contender.friction() { &rough } else { &bed };
         let exact = timing::after(bed, 50).expect("a sound run");
         let work = &new_folder();
@@ -268,13 +260,8 @@ fn programs_time_their_own_steps_through_their_adapters() {
         assert_eq!((timed.window.steps, timed.last.step), (40, 50));
         assert!(!version.is_empty() && timed.window.wall_seconds > 0.0);
         let contacts = between_grains(&timed.last);
-        let sanity = Sanity::of(
-            &timed.last.bodies,
-            contacts,
-            &exact,
-            0.005,
-            Tolerance::OTHER_LAW,
-        );
+        let tolerance = Tolerance::OTHER_LAW;
+        let sanity = Sanity::of(&timed.last.bodies, contacts, &exact, 0.005, tolerance);
         assert!(sanity.holds && sanity.displacement > 0.0, "{sanity:?}");
         // Grains turn the same way.
         let spins = timed.last.bodies.spin.iter().zip(&exact.bodies.spin);
@@ -327,10 +314,8 @@ fn the_nearest_limit_stands_first() {
         arithmetic: 1.0e-10,
         read: Vec::new(),
     };
-    let work = Work {
-        pairs: 1000.0,
-        grains: 500.0,
-    };
+    let (pairs, grains) = (1000.0, 500.0);
+    let work = Work { pairs, grains };
     let bounds = work.bounds(&throughput, 1.0e11, 10.0e-6);
     assert_eq!(bounds[0].resource, "divisions and square roots");
     // 1000·(2 + 2) ns for pairs and 500·2 ns for grains.
@@ -345,12 +330,7 @@ fn the_nearest_limit_stands_first() {
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn the_timed_steps_of_yade_have_the_native_bits() {
     let bed = small_bed();
-    let steps = TimedSteps {
-        warm_up: 10,
-        timed: 40,
-        shares: 10,
-        processes: 1,
-    };
+    let steps = steps(10, 1);
     let work = &new_folder();
     let model = grains::model::Model::of(&bed.scene);
     let options = yade::Options::default();
@@ -411,10 +391,8 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
             peak_memory: Some(4_000_000),
         }
     };
-    let counts = Work {
-        pairs: clocked.listed_pairs as f64,
-        grains,
-    };
+    let pairs = clocked.listed_pairs as f64;
+    let counts = Work { pairs, grains };
     let bench = Bench {
         crossgrain: "0.1.0".to_owned(),
         command: "crossgrain bench".to_owned(),

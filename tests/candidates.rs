@@ -130,10 +130,8 @@ fn parts_and_limits_are_those_of_made_up_members() {
     assert!(!level(3).contains(&Family::Exponential), "{layers:?}");
     assert!(level(3).contains(&Family::Weibull) && level(3).contains(&Family::GaussianTail));
     assert!(!level(0).contains(&Family::Gamma));
-    let findings = found
-        .halvings
-        .iter()
-        .map(|of| (of.name.as_str(), of.finding));
+    let findings = found.halvings.iter();
+    let findings = findings.map(|of| (of.name.as_str(), of.finding));
     let [without, with, blocked] = [
         "without friction",
         "with friction in loading",
@@ -157,10 +155,8 @@ fn parts_and_limits_are_those_of_made_up_members() {
     let words = "Quasi-static from \"bed at rest, with friction in loading, 0.04 m/s\" on";
     has(&answer, [words]);
     // Half of the punches do not get the force, so this setting gives nothing, whatever the rest says.
-    let slow = found
-        .settings
-        .iter()
-        .find(|of| of.setting.id == "rest-0.02");
+    let mut slow = found.settings.iter();
+    let slow = slow.find(|of| of.setting.id == "rest-0.02");
     let slow = slow.expect("it is planned");
     assert!(!slow.bears());
     assert_eq!(slow.gives_all(), Some(false));

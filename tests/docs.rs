@@ -183,10 +183,8 @@ fn the_paper_has_its_references_and_pictures() {
     assert!(cited.len() > 3, "{cited:?}");
     assert_eq!(cited, listed);
     assert_eq!(bibliography.matches("doi = {10.").count(), listed.len());
-    let pictures: Vec<String> = links(&paper)
-        .into_iter()
-        .filter(|of| of.ends_with(".png"))
-        .collect();
+    let pictures = links(&paper).into_iter().filter(|of| of.ends_with(".png"));
+    let pictures: Vec<String> = pictures.collect();
     assert_eq!(pictures.len(), paper.matches("![").count());
     let script = text("paper/make_figures");
     for picture in pictures {
@@ -443,11 +441,8 @@ fn named_commands(text: &str) -> Vec<String> {
 
 /// The words of a command that its help does not know.
 fn unknown(command: &str, helps: &mut BTreeMap<Vec<String>, Option<String>>) -> Vec<String> {
-    let words: Vec<String> = command
-        .split_whitespace()
-        .skip(1)
-        .map(str::to_owned)
-        .collect();
+    let words = command.split_whitespace().skip(1).map(str::to_owned);
+    let words: Vec<String> = words.collect();
     let verbs: Vec<String> = words
         .iter()
         .take_while(|of| of.chars().all(|of| of.is_ascii_lowercase()))

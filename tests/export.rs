@@ -7,23 +7,23 @@ use crate::support::*;
 /// A folder with a finished run `run`, with friction.
 fn with_a_run() -> Place {
     let folder = folder_with(&frictional_scene());
-    let command = "run scene.json --engine native --quiet --out run";
-    ends(&folder, 0, command);
+    ends(
+        &folder,
+        0,
+        "run scene.json --engine native --quiet --out run",
+    );
     folder
 }
 
 /// The numbers of a data array.
 fn array<T: std::str::FromStr>(text: &str, name: &str) -> Vec<T> {
-    let at = text
-        .find(&format!("Name=\"{name}\""))
-        .unwrap_or_else(|| panic!("no array {name}"));
+    let at = text.find(&format!("Name=\"{name}\""));
+    let at = at.unwrap_or_else(|| panic!("no array {name}"));
     let rest = &text[at..];
     let from = rest.find('>').expect("an end of the tag") + 1;
     let to = rest.find("</DataArray>").expect("an end of the array");
-    let words = rest[from..to].split_whitespace();
-    words
-        .map(|word| word.parse().unwrap_or_else(|_| panic!("{word}")))
-        .collect()
+    let number = |word: &str| word.parse().unwrap_or_else(|_| panic!("{word}"));
+    rest[from..to].split_whitespace().map(number).collect()
 }
 
 #[test]
@@ -43,9 +43,12 @@ fn vtk_files_hold_every_digit_of_the_run() {
         assert_eq!(x, moment.bodies.x);
         assert_eq!(array::<f64>(&grains, "radius"), moment.bodies.radius);
         let count = moment.bodies.len();
-        assert!(grains.contains(&format!(
-            "NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\""
-        )));
+        has(
+            &grains,
+            [&format!(
+                "NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\""
+            )],
+        );
         let contacts = read(&format!("{prefix}contacts.vtp"));
         let forces: Vec<f64> = moment.contacts.iter().map(|of| of.normal_force).collect();
         assert_eq!(array::<f64>(&contacts, "normal_force"), forces);
@@ -68,12 +71,7 @@ fn an_archive_is_whole_described_and_the_same_each_time() {
     let at = |name: &str| folder.join(name);
     let archive = ["report", "archive", "run", "--out", "one.tar.gz"];
     ends(folder, 0, &archive);
-    let unpack = Command::new("tar")
-        .arg("xzf")
-        .arg("one.tar.gz")
-        .current_dir(folder)
-        .status();
-    assert!(unpack.expect("tar").success());
+    assert_eq!(bash(folder, "tar xzf one.tar.gz", &[]).0, 0);
     let inside = at("one");
     assert_eq!(read_run(&inside), read_run(at("run")));
     let sums = text_of(inside.join("SHA256SUMS"));
@@ -90,10 +88,8 @@ fn an_archive_is_whole_described_and_the_same_each_time() {
     let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let graph = value["@graph"].as_array().expect("a graph");
     let entity = |id: &str| {
-        graph
-            .iter()
-            .find(|of| of["@id"] == id)
-            .unwrap_or_else(|| panic!("no {id}"))
+        let found = graph.iter().find(|of| of["@id"] == id);
+        found.unwrap_or_else(|| panic!("no {id}"))
     };
     for part in entity("./")["hasPart"].as_array().expect("parts") {
         let file = part["@id"].as_str().expect("an id");
@@ -103,11 +99,10 @@ fn an_archive_is_whole_described_and_the_same_each_time() {
     // The same folder under the same name gives the same bytes.
     fs::create_dir(at("again")).expect("a folder");
     let again = ["report", "archive", "run", "--out", "again/one.tar.gz"];
-    assert_eq!(say(folder, &again).0, 0);
+    ends(folder, 0, &again);
     let bytes = |name: &str| fs::read(at(name)).expect("an archive");
     assert!(bytes("one.tar.gz") == bytes("again/one.tar.gz"));
-    let (code, _, errors) = say(folder, &archive);
-    assert!(code == 2 && errors.contains("exists already"), "{errors}");
+    tells(folder, 2, &archive, ["exists already"]);
 }
 
 #[test]
@@ -117,9 +112,12 @@ fn a_damaged_folder_is_not_exported() {
     let text = text_of(&contacts);
     fs::write(&contacts, &text[..text.len() / 2]).expect("written");
     for (verb, out) in [("vtk", "vtk"), ("archive", "a.tar.gz")] {
-        let (code, _, errors) = say(folder, &["report", verb, "run", "--out", out]);
-        assert_eq!(code, 2, "{errors}");
-        has(&errors, ["contacts.csv"]);
+        tells(
+            folder,
+            2,
+            &["report", verb, "run", "--out", out],
+            ["contacts.csv"],
+        );
         assert!(!folder.join(out).exists(), "nothing half-written");
     }
 }

@@ -33,10 +33,8 @@ fn places(svg: &str, [left, top, right, bottom]: [f64; 4]) -> usize {
         [top, bottom].map(|of| frame[1] + of * frame[3]),
     ];
     // Absolute places of paths and of circles; what is relative to them follows a letter.
-    let paths = svg
-        .split(" d=\"")
-        .skip(1)
-        .flat_map(|of| of.split('"').next());
+    let paths = svg.split(" d=\"").skip(1);
+    let paths = paths.flat_map(|of| of.split('"').next());
     let of_paths = paths.flat_map(|path| {
         path.split(['M', 'L', ' ', 'Z'])
             .collect::<Vec<_>>()
@@ -143,10 +141,8 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
             assert!((ours - value).abs() < 0.01, "{row:?}: {ours}");
         }
     }
-    let levels: std::collections::BTreeSet<&String> = bulbs
-        .iter()
-        .map(|row| &row["stress of the load over p"])
-        .collect();
+    let levels = bulbs.iter().map(|row| &row["stress of the load over p"]);
+    let levels: std::collections::BTreeSet<&String> = levels.collect();
     assert_eq!(levels.len(), 9 + 3);
 
     let cases: Vec<f64> = rows(&drawn, "table-1.csv")

@@ -136,9 +136,8 @@ fn a_study_goes_on_whichever_write_fails() {
         has(&said, ["make room"]);
         ends(at, 0, run);
         assert!(made("c") == made("sound"), "call {call}");
-        let hidden = there(&at.join("c"))
-            .into_iter()
-            .filter(|of| of.starts_with('.'));
+        let hidden = there(&at.join("c")).into_iter();
+        let hidden = hidden.filter(|of| of.starts_with('.'));
         let hidden: Vec<String> = hidden.filter(|of| !of.ends_with(".lock")).collect();
         assert!(hidden.is_empty(), "call {call} left {hidden:?}");
         fs::remove_dir_all(at.join("c")).expect("removable");

@@ -40,8 +40,8 @@ fn pages_and_files_of_a_job_hold_names_as_text() {
     assert_eq!(code, 3, "without YADE it is incomplete: {errors}");
     let read = |name: &str| text_of(folder.join(name));
     let page = read("o/report.html");
-    let body = &page
-        [page.rfind("</style>").expect("a style")..page.rfind("<script nonce").expect("a script")];
+    let [begin, end] = ["</style>", "<script nonce"].map(|of| page.rfind(of).expect("is there"));
+    let body = &page[begin..end];
     no_markup("report.html", body);
     has(body, ["&lt;script&gt;alert(1)"]);
     let files = "report checks o/run.json --junit j.xml --csv c.csv --summary s.md";
@@ -50,13 +50,11 @@ fn pages_and_files_of_a_job_hold_names_as_text() {
     let junit = read("j.xml");
     no_markup("JUnit", &junit);
     let report = roxmltree::Document::parse(&junit).expect("XML");
-    let cases = report
-        .descendants()
-        .filter(|node| node.has_tag_name("testcase"));
+    let cases = report.descendants();
+    let cases = cases.filter(|node| node.has_tag_name("testcase"));
     let mut table = csv::Reader::from_path(folder.join("c.csv")).expect("a table");
-    let rows = table
-        .records()
-        .map(|row| row.expect("as many cells as columns"));
+    let rows = table.records();
+    let rows = rows.map(|row| row.expect("as many cells as columns"));
     assert_eq!(rows.count(), cases.count());
     no_markup("the summary", &read("s.md"));
 }
@@ -74,21 +72,15 @@ fn the_table_of_a_campaign_has_as_many_cells_as_columns() {
     let mut table = csv::Reader::from_path(folder.join("c/rows.csv")).expect("a table");
     let header = table.headers().expect("a header").clone();
     assert!(header.iter().any(|name| name.contains(CELLS)), "{header:?}");
-    let rows = table
-        .records()
-        .map(|row| row.expect("as many cells as columns"));
+    let rows = table.records();
+    let rows = rows.map(|row| row.expect("as many cells as columns"));
     assert_eq!(rows.count(), 3);
 }
 
 #[test]
 fn names_with_control_characters_are_refused_and_shown_harmless() {
-    for name in [
-        "two\nlines",
-        "\u{1b}[2J",
-        "a\rb",
-        "nul\0",
-        &"long".repeat(51),
-    ] {
+    let long = "long".repeat(51);
+    for name in ["two\nlines", "\u{1b}[2J", "a\rb", "nul\0", &long] {
         let mut scene = tiny_scene();
         scene.name = name.to_owned();
         scene.control_points[0].name = name.to_owned();
@@ -97,9 +89,7 @@ fn names_with_control_characters_are_refused_and_shown_harmless() {
         nothing_obeyed(folder, &output);
         let (code, _, errors) = told(&output);
         assert_eq!(code, 2, "{name:?}");
-        for place in ["/name: found", "/control_points/0/name: found"] {
-            has(&errors, [place]);
-        }
+        has(&errors, ["/name: found", "/control_points/0/name: found"]);
     }
 }
 

@@ -32,9 +32,8 @@ fn failures(folder: &Path) -> Vec<(String, String)> {
     let text = text_of(folder.join("checks.xml"));
     let report = roxmltree::Document::parse(&text).expect("XML");
     let named = |of: roxmltree::Node<'_, '_>| of.attribute("name").unwrap_or_default().to_owned();
-    let failures = report
-        .descendants()
-        .filter(|node| node.has_tag_name("failure"));
+    let failures = report.descendants();
+    let failures = failures.filter(|node| node.has_tag_name("failure"));
     failures
         .map(|failure| {
             let case = failure.parent().expect("a test case");

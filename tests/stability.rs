@@ -242,10 +242,8 @@ fn the_recorded_map_passes_every_check() {
     assert_eq!(read.checks[1..], checks);
     assert_eq!(map.verdict(), Outcome::Pass);
     // A number is what decides.
-    let numbers: Vec<_> = checks
-        .iter()
-        .filter(|check| check.value.is_some())
-        .collect();
+    let numbers = checks.iter().filter(|check| check.value.is_some());
+    let numbers: Vec<_> = numbers.collect();
     assert_eq!(numbers.len(), 4 * map.rows.len() + 12);
     for check in numbers {
         let inside = check.value > check.lower && check.value < check.upper;

@@ -60,19 +60,11 @@ impl Study for Squares {
 
     fn run(&self, of: u64, _: &Engines, _: &Path) -> Result<Square, EngineError> {
         if self.breaks.is_some_and(|breaks| of.is_multiple_of(breaks)) {
-            let log = String::new();
-            return Err(ProgramError::Crashed {
-                status: format!("task {of}"),
-                log,
-            }
-            .into());
+            let (status, log) = (format!("task {of}"), String::new());
+            return Err(ProgramError::Crashed { status, log }.into());
         }
-        let took = MADE.fetch_add(1, Ordering::Relaxed);
-        Ok(Square {
-            of,
-            square: of * of,
-            took,
-        })
+        let (square, took) = (of * of, MADE.fetch_add(1, Ordering::Relaxed));
+        Ok(Square { of, square, took })
     }
 
     fn belongs(&self, task: u64, row: &Square) -> bool {
@@ -109,34 +101,35 @@ impl Study for Squares {
 }
 
 fn run(folder: &Path, shard: Shard) -> Result<Done, StudyError> {
+    let (threads, engines) = (3, &Engines::default());
     let job = Job {
         shard,
-        threads: 3,
-        engines: &Engines::default(),
+        threads,
+        engines,
     };
     Folder::<Squares>::open(folder)?.run(&job, &Display::new(true))
 }
 
-fn new(count: u64, breaks: Option<u64>) -> Place {
+fn new(count: u64, breaks: Option<u64>) -> (Place, PathBuf) {
     let place = new_folder();
     let path = place.join("s");
     create(&path, Squares { count, breaks }, None, None).expect("a new study");
-    place
+    (place, path)
 }
 
 /// The sums of a study that is shared out, repeated, merged and judged are right although no two rows have the same time.
 #[test]
 fn a_study_of_another_kind_has_all_that_campaigns_have() {
-    let place = &new(10, None);
-    let path = place.join("s");
+    let (_place, path) = new(10, None);
     run(&path, Shard::new(2, 3).expect("a shard")).expect("three rows");
     let open = || Folder::<Squares>::open(&path).expect("a study");
     let half = open().judge().expect("what is there");
     assert_eq!(half.document.answer, "The sum is 93.");
     assert_eq!(half.record.checks[0].id, "squares/rows");
     assert_eq!(half.record.verdict, crossgrain::checks::Outcome::Skipped);
+    let early = open().merge();
     assert!(matches!(
-        open().merge(),
+        early,
         Err(StudyError::Incomplete { missing: 7, .. })
     ));
     let done = run(&path, Shard::WHOLE).expect("the rest");
@@ -150,10 +143,8 @@ fn a_study_of_another_kind_has_all_that_campaigns_have() {
     assert!(open().status().expect("a status").repeated > 0);
     let summary = open().merge().expect("all are the same");
     assert_eq!(summary.rows, 10);
-    assert_eq!(
-        summary.endings,
-        BTreeMap::from([("squared".to_owned(), 10)])
-    );
+    let squared = BTreeMap::from([("squared".to_owned(), 10)]);
+    assert_eq!(summary.endings, squared);
     let table = text_of(path.join("rows.csv"));
     assert!(table.starts_with("square\n1\n4\n9\n"), "{table}");
     let whole = open().judge().expect("all");
@@ -165,8 +156,7 @@ fn a_study_of_another_kind_has_all_that_campaigns_have() {
 /// A torn line, a line of an older format and rubbish stay where they are, byte for byte, and their rows are made anew.
 #[test]
 fn lines_that_cannot_be_read_are_kept() {
-    let place = &new(6, None);
-    let path = place.join("s");
+    let (_place, path) = new(6, None);
     run(&path, Shard::WHOLE).expect("six rows");
     let file = records_folder(&path).join("shard-1-of-1.jsonl");
     let text = text_of(&file);
@@ -187,27 +177,18 @@ fn lines_that_cannot_be_read_are_kept() {
 /// Rows of another kernel are not this plan's: a plan of another source is not run, and its lines are not believed.
 #[test]
 fn rows_of_another_source_are_never_mixed_in() {
-    let place = &new(4, None);
-    let path = place.join("s");
+    let (place, path) = new(4, None);
     run(&path, Shard::WHOLE).expect("four rows");
     let mut older = Plan::<Squares>::read(&path).expect("a plan");
     older.made_with.source = "0".repeat(64);
     let other = place.join("older");
     older.write(&other).expect("a new folder");
-    let name = "shard-1-of-1.jsonl";
-    fs::copy(
-        records_folder(&path).join(name),
-        records_folder(&other).join(name),
-    )
-    .expect("room");
-    assert!(matches!(
-        run(&other, Shard::WHOLE),
-        Err(StudyError::OtherProgram { .. })
-    ));
-    let status = Folder::<Squares>::open(&other)
-        .expect("a study")
-        .status()
-        .expect("a status");
+    let [from, to] = [&path, &other].map(|of| records_folder(of).join("shard-1-of-1.jsonl"));
+    fs::copy(from, to).expect("room");
+    let ran = run(&other, Shard::WHOLE);
+    assert!(matches!(ran, Err(StudyError::OtherProgram { .. })));
+    let status = Folder::<Squares>::open(&other).and_then(|of| of.status());
+    let status = status.expect("a status");
     assert_eq!((status.finished, status.damaged.len()), (0, 4));
     let larger = place.join("larger");
     let reused = larger_plan(&larger, &other);
@@ -217,18 +198,14 @@ fn rows_of_another_source_are_never_mixed_in() {
 
 /// Nine squares in a new folder, with what is made of them already.
 fn larger_plan(folder: &Path, made: &Path) -> Result<u64, StudyError> {
-    let squares = Squares {
-        count: 9,
-        breaks: None,
-    };
-    create(folder, squares, None, Some(made))
+    let (count, breaks) = (9, None);
+    create(folder, Squares { count, breaks }, None, Some(made))
 }
 
 /// A larger plan takes over what a smaller one has.
 #[test]
 fn a_larger_plan_goes_on_where_a_smaller_one_ended() {
-    let place = &new(4, None);
-    let path = place.join("s");
+    let (place, path) = new(4, None);
     run(&path, Shard::new(1, 2).expect("a shard")).expect("two rows");
     let larger = place.join("larger");
     let reused = larger_plan(&larger, &path);
@@ -240,14 +217,14 @@ fn a_larger_plan_goes_on_where_a_smaller_one_ended() {
 /// Rows whose engine fails are named; the others are written, and the next start tries again.
 #[test]
 fn other_rows_go_on_where_an_engine_fails() {
-    let place = &new(9, Some(4));
-    let path = place.join("s");
+    let (_place, path) = new(9, Some(4));
     for _ in 0..2 {
+        let ran = run(&path, Shard::WHOLE);
         let Err(StudyError::EnginesFailed {
             finished,
             rows,
             first,
-        }) = run(&path, Shard::WHOLE)
+        }) = ran
         else {
             panic!("two rows fail");
         };
@@ -265,11 +242,9 @@ fn an_external_engine_is_the_one_that_was_planned() {
     let at = &folder_with(&scene);
     let toy = text_of(adapter_path("toy.py"));
     // It pours to the most steps, and this bed never comes to the punch.
+    let parts = "\"walls\", \"cases\", \"punch\", \"stop_rules\"";
     let pours = toy
-        .replace(
-            "\"walls\", \"cases\"",
-            "\"walls\", \"cases\", \"punch\", \"stop_rules\"",
-        )
+        .replace("\"walls\", \"cases\"", parts)
         .replace("job[\"until_step\"])", "job[\"settle\"][\"max_steps\"])")
         .replace("steps_done", "max_steps");
     let engine = program(at, "engine", &pours);
@@ -303,8 +278,7 @@ fn an_external_engine_is_the_one_that_was_planned() {
 /// A pipe among the records would make a reader wait for ever.
 #[test]
 fn a_pipe_among_the_records_is_refused() {
-    let place = &new(3, None);
-    let path = place.join("s");
+    let (_place, path) = new(3, None);
     a_pipe(&records_folder(&path), "shard-1-of-2.jsonl");
     let error = run(&path, Shard::WHOLE).expect_err("a pipe");
     has(&error.to_string(), ["is not a regular file"]);

@@ -49,10 +49,8 @@ fn run(folder: &Path, yade: &Path) -> (i32, String, bool) {
     let yade = yade.to_string_lossy();
     let (code, _, errors) = say(folder, &[&run.words()[..], &[&yade]].concat());
     let left = there(folder);
-    let left: Vec<&String> = left
-        .iter()
-        .filter(|of| of.starts_with(".crossgrain"))
-        .collect();
+    let left = left.iter().filter(|of| of.starts_with(".crossgrain"));
+    let left: Vec<&String> = left.collect();
     assert!(left.is_empty(), "left behind: {left:?}");
     (code, errors, folder.join("out").exists())
 }

@@ -2,7 +2,8 @@
 //! feature `yade` this is listed as ignored and not made; with it a missing YADE is a failure.
 
 use crossgrain::engine::yade;
-use grains::scene::Viscosity;
+use crossgrain::run::folder::Moment;
+use grains::scene::{Tension, Viscosity};
 use serde::Deserialize;
 
 use crate::support::*;
@@ -54,14 +55,10 @@ fn yade_python(place: &Path, arguments: &[&str]) -> Output {
         .arg("-B")
         .args(arguments)
         .current_dir(place)
-        .env("PYTHONPATH", scripts())
+        .env("PYTHONPATH", root("yade_scripts"))
         .env("CROSSGRAIN", env!("CARGO_BIN_EXE_crossgrain"))
         .output()
         .expect("Python starts")
-}
-
-fn scripts() -> std::path::PathBuf {
-    root("yade_scripts")
 }
 
 fn opened(run: &RunFolder, moment: &str, steps: u64) -> Told {
@@ -80,14 +77,8 @@ fn difference(found: &[[f64; 6]], table: &Bodies) -> f64 {
     let mut largest = 0.0_f64;
     for (at, found) in found.iter().enumerate() {
         let spin = table.spin.get(at).copied().unwrap_or(0.0);
-        let row = [
-            table.x[at],
-            table.z[at],
-            table.vx[at],
-            table.vz[at],
-            table.radius[at],
-            spin,
-        ];
+        let [x, z, vx, vz] = [&table.x, &table.z, &table.vx, &table.vz].map(|of| of[at]);
+        let row = [x, z, vx, vz, table.radius[at], spin];
         for (a, b) in found.iter().zip(row) {
             largest = largest.max((a - b).abs());
         }
@@ -111,6 +102,14 @@ fn has_contacts(told: &Told, table: &[Contact]) {
     assert_eq!(told.sockets, 0, "YADE opened a socket");
 }
 
+/// The bed that was opened has the bits of this moment.
+fn opened_alike(run: &RunFolder, moment: &str, steps: u64, wanted: &Moment) -> Told {
+    let told = opened(run, moment, steps);
+    assert_eq!(difference(&told.opened, &wanted.bodies), 0.0);
+    has_contacts(&told, &wanted.contacts);
+    told
+}
+
 fn native(scene: &Scene, protocol: Protocol) -> RunFolder {
     native_run(scene, sound(), protocol)
 }
@@ -120,9 +119,7 @@ fn native(scene: &Scene, protocol: Protocol) -> RunFolder {
 fn a_bed_without_friction_goes_on_in_yade_with_the_same_bits() {
     let scene = small_scene();
     let [first, later] = [3000, 3100].map(|steps| native(&scene, Protocol::Steps { steps }));
-    let told = opened(&first, "last", 100);
-    assert_eq!(difference(&told.opened, &first.last.bodies), 0.0);
-    has_contacts(&told, &first.last.contacts);
+    let told = opened_alike(&first, "last", 100, &first.last);
     assert_eq!(told.bodies, first.last.bodies.x.len() + 3);
     assert_eq!(difference(&told.later, &later.last.bodies), 0.0);
     assert!(difference(&told.later, &first.last.bodies) > 1e-3);
@@ -138,16 +135,12 @@ fn a_bed_under_the_punch_goes_on_in_yade_with_the_same_bits() {
     let [first, later] = [&scene, &heavier].map(|scene| native(scene, Protocol::Whole));
     let [from, to] = [&first, &later].map(|run| run.record.stages[1].steps);
     assert!(to > from, "{from} {to}");
-    let told = opened(&first, "last", to - from);
-    assert_eq!(difference(&told.opened, &first.last.bodies), 0.0);
-    has_contacts(&told, &first.last.contacts);
+    let told = opened_alike(&first, "last", to - from, &first.last);
     assert_eq!(told.bodies, first.last.bodies.x.len() + 4);
     assert_eq!(difference(&told.later, &later.last.bodies), 0.0);
 
     let settled = first.settled.as_ref().expect("a settled bed");
-    let told = opened(&first, "settled", 1);
-    assert_eq!(difference(&told.opened, &settled.bodies), 0.0);
-    has_contacts(&told, &settled.contacts);
+    let told = opened_alike(&first, "settled", 1, settled);
     assert_eq!(told.bodies, first.last.bodies.x.len() + 3);
 
     // As folders of other engines are, which do not have the punch's bits.
@@ -172,9 +165,7 @@ fn a_bed_with_friction_keeps_its_tangential_forces() {
         (steps as f64 - 0.5) * scene.loading.speed * scene.time_step_seconds();
     let later = native(&deeper, Protocol::Whole);
     assert_eq!(later.record.stages[1].steps, steps);
-    let told = opened(&first, "last", 20);
-    assert_eq!(difference(&told.opened, &first.last.bodies), 0.0);
-    has_contacts(&told, &first.last.contacts);
+    let told = opened_alike(&first, "last", 20, &first.last);
     let slipping = first.last.contacts.iter();
     assert!(slipping.filter(|of| of.tangential_force != 0.0).count() > 20);
     // Rounding of a force, and no more.
@@ -186,7 +177,7 @@ fn a_bed_with_friction_keeps_its_tangential_forces() {
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn what_cannot_be_opened_is_said_in_one_sentence() {
     let place = &new_folder();
-    let open = scripts().join("open_run.py");
+    let open = root("yade_scripts/open_run.py");
     let open = open.to_str().expect("text");
     let refused = |words: &str| {
         let (code, out, errors) = told(&yade_python(place, &[open, "run"]));
@@ -196,10 +187,8 @@ fn what_cannot_be_opened_is_said_in_one_sentence() {
     };
     refused("run is no run folder");
     let mut scene = small_scene();
-    scene.contact.viscosity = Viscosity::Restitution {
-        e_n: 0.5,
-        tension: grains::scene::Tension::Clipped,
-    };
+    let (e_n, tension) = (0.5, Tension::Clipped);
+    scene.contact.viscosity = Viscosity::Restitution { e_n, tension };
     let run = native(&scene, Protocol::Steps { steps: 10 });
     run.write(&place.join("run")).expect("writable");
     refused("YADE does not have the contacts");

@@ -42,10 +42,8 @@ fn small_bed(grains: u32) -> Bed {
 fn toy(from: &str, to: &str) -> (Place, ExternalEngine) {
     let folder = new_folder();
     let path = program(&folder, "toy.py", &changed_toy(from, to));
-    (
-        folder,
-        ExternalEngine::ask(Options::new(path)).expect("an engine"),
-    )
+    let engine = ExternalEngine::ask(Options::new(path)).expect("an engine");
+    (folder, engine)
 }
 
 #[test]
@@ -73,10 +71,8 @@ fn a_bed_that_is_no_longer_the_bed_is_seen() {
 /// An engine that says that its law is another one is held to what another law may do.
 #[test]
 fn what_it_says_of_itself_widens_what_is_allowed() {
-    let (_folder, external) = toy(
-        "\"version\": \"1\"",
-        "\"version\": \"1\", \"approximations\": [\"springs\"]",
-    );
+    let says = "\"version\": \"1\", \"approximations\": [\"springs\"]";
+    let (_folder, external) = toy("\"version\": \"1\"", says);
     let (_, sanity, _) = turn(&small_bed(60), &external).expect("a turn");
     assert_eq!(sanity.tolerance, Tolerance::OTHER_LAW);
 }
@@ -85,13 +81,9 @@ fn what_it_says_of_itself_widens_what_is_allowed() {
 fn a_bed_that_it_cannot_take_is_not_made_with_its_reason() {
     let missed = |external: &ExternalEngine, grains| {
         let error = turn(&small_bed(grains), external).expect_err("not made");
-        Missed::of(
-            "external",
-            "exec:toy",
-            Contender::External.known().needed,
-            error,
-        )
-        .expect("no interruption")
+        let needed = Contender::External.known().needed;
+        let missed = Missed::of("external", "exec:toy", needed, error);
+        missed.expect("no interruption")
     };
     let sound = ExternalEngine::ask(Options::new(adapter_path("toy.py"))).expect("the toy");
     let refused = missed(&sound, 250);

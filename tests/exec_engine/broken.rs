@@ -11,9 +11,8 @@ fn with(code: i32, say: &str, does: &str, [stall, time]: [&str; 2]) -> String {
         "--steps 10 --stall-limit {stall} --time-limit {time} --memory-limit 300 --output-limit 8"
     );
     let errors = run_in(folder, code, &engine, &limits.words(), "out");
-    let left = there(folder)
-        .into_iter()
-        .find(|name| name.contains(".crossgrain"));
+    let mut left = there(folder).into_iter();
+    let left = left.find(|name| name.contains(".crossgrain"));
     assert_eq!(left, None, "left behind");
     assert_eq!(
         folder.join("out").exists(),

@@ -57,11 +57,8 @@ fn without_a_punch_the_bed_is_judged_and_loading_is_skipped() {
     let (record, ending, words) = study(narrow_scene(0.05), options, 2);
     assert_eq!(ending, Some(Ending::Poured));
     assert_eq!(record.points.len(), 3);
-    let names: Vec<&str> = record
-        .points
-        .iter()
-        .map(|point| point.method.name.as_str())
-        .collect();
+    let names = record.points.iter().map(|point| point.method.name.as_str());
+    let names: Vec<&str> = names.collect();
     assert_eq!(
         names,
         ["broken 1", "broken 1, step 0.225", "broken 1, step 0.65"]
