@@ -6,13 +6,13 @@ use crate::support::*;
 fn record(folder: &Path, name: &str, checks: &[(&str, f64, &str)], yade_over_native: f64) {
     let failed = checks.iter().any(|(_, _, outcome)| *outcome == "fail");
     let check = |(id, value, outcome): &(&str, f64, &str)| {
-        serde_json::json!({
+        json!({
             "id": id, "quantity": "height", "unit": "m", "value": value, "expected": 1.0, "lower": 0.5, "upper": 1.5,
             "method": "by looking", "basis": "told so", "n": 1, "interval": null, "outcome": outcome, "found": "",
         })
     };
     let checks: Vec<Value> = checks.iter().map(check).collect();
-    let record = serde_json::json!({
+    let record = json!({
         "job": "reproduce", "version": 1, "crossgrain": "0.1.0", "command": "crossgrain reproduce", "machine_kind": "a machine",
         "verdict": if failed { "fail" } else { "pass" }, "checks": checks, "comparisons": [],
         "speeds": [{"id": "time/ordinary", "what": "time a step of YADE over native", "unit": "times native",
@@ -31,11 +31,8 @@ fn with_a_record() -> Place {
 #[test]
 fn a_regression_shows_in_words_files_and_exit_code() {
     let at = &new_folder();
-    let sound = [
-        ("compare/a/height", 1.0, "pass"),
-        ("faults/wall", 1.0, "pass"),
-        ("gone", 1.0, "pass"),
-    ];
+    let (height, wall, gone) = ("compare/a/height", "faults/wall", ("gone", 1.0, "pass"));
+    let sound = [(height, 1.0, "pass"), (wall, 1.0, "pass"), gone];
     record(at, "before.json", &sound, 60.0);
     let save = "report baseline save before.json main --store kept";
     ends(at, 0, save);
@@ -51,11 +48,7 @@ fn a_regression_shows_in_words_files_and_exit_code() {
     let out = diff(0, "before.json");
     has(&out, ["AGREED: Nothing is worse than in main"]);
 
-    let broken = [
-        ("compare/a/height", 1.7, "fail"),
-        ("faults/wall", 1.2, "pass"),
-        ("gone", 1.0, "pass"),
-    ];
+    let broken = [(height, 1.7, "fail"), (wall, 1.2, "pass"), gone];
     record(at, "broken.json", &broken, 60.0);
     let out = diff(1, "broken.json");
     has(&out, ["WORSE"]);
@@ -205,14 +198,11 @@ const FILES: [&str; 6] = ["--junit", "j.xml", "--csv", "c.csv", "--summary", "s.
 /// row for each check, lasting ids that are explained. The value is the exit code, and the summary's first lines.
 fn told_alike(arguments: &[&str], folder: &Path) -> (i32, String) {
     let (code, _, errors) = say(folder, &[arguments, &FILES].concat());
-    let read = |name: &str| {
+    let [junit, table, summary] = ["j.xml", "c.csv", "s.md"].map(|name| {
         let text = fs::read_to_string(folder.join(name));
-        text.unwrap_or_else(|error| panic!("{arguments:?}: {name}: {error}: {errors}"))
-    };
-    let (junit, table, summary) = (read("j.xml"), read("c.csv"), read("s.md"));
-    for name in ["j.xml", "c.csv", "s.md"] {
         fs::remove_file(folder.join(name)).expect("was written");
-    }
+        text.unwrap_or_else(|error| panic!("{arguments:?}: {name}: {error}: {errors}"))
+    });
     let junit = roxmltree::Document::parse(&junit).expect("XML");
     let count = |of: &str| -> usize {
         let count = junit.root_element().attribute(of).expect("a count");
@@ -220,20 +210,18 @@ fn told_alike(arguments: &[&str], folder: &Path) -> (i32, String) {
     };
     let mut table = csv::Reader::from_reader(table.as_bytes());
     let rows: Vec<csv::StringRecord> = table.records().map(|row| row.expect("a row")).collect();
-    let with = |outcomes: &[&str]| {
-        let of = rows.iter().filter(|row| outcomes.contains(&&row[0]));
-        of.count()
-    };
-    let (failed, passed) = (with(&["FAIL"]), with(&["pass"]));
-    let skipped = [with(&["skipped"]), with(&["expected failure"])];
+    let with = |outcome: &str| rows.iter().filter(|row| &row[0] == outcome).count();
+    let (failed, passed) = (with("FAIL"), with("pass"));
+    let skipped = [with("skipped"), with("expected failure")];
     assert_eq!(count("tests"), rows.len(), "{arguments:?}");
     assert_eq!(count("failures"), failed, "{arguments:?}");
     assert_eq!(count("skipped"), skipped[0] + skipped[1], "{arguments:?}");
-    let tally = format!(
-        " passed, {failed} failed, {} skipped, {} expected failures.",
-        skipped[0], skipped[1]
+    let [skips, expected] = skipped;
+    let tally = format!(", {failed} failed, {skips} skipped, {expected} expected failures.");
+    has(
+        &summary,
+        [&format!("{passed} check"), &format!(" passed{tally}")],
     );
-    has(&summary, [&format!("{passed} check"), &tally]);
     let (word, failures) = match code {
         0 => ("Agreed", false),
         1 => ("Different", true),
@@ -259,8 +247,10 @@ fn told_alike(arguments: &[&str], folder: &Path) -> (i32, String) {
 #[test]
 fn files_of_every_verb_say_what_its_exit_code_says() {
     let at = &folder_with(&tiny_scene());
-    let data = root("reference_data");
-    let campaign = |name: &str| data.join(name).to_str().expect("UTF-8").to_owned();
+    let campaign = |name: &str| {
+        let path = root("reference_data").join(format!("campaign-{name}-1"));
+        path.to_str().expect("UTF-8").to_owned()
+    };
     ends(at, 0, "study plan campaign scene.json --members 2 --out c");
     let sound = [("verify/a", 1.0, "pass"), ("verify/b", 1.0, "pass")];
     record(at, "before.json", &sound, 60.0);
@@ -269,14 +259,14 @@ fn files_of_every_verb_say_what_its_exit_code_says() {
     record(at, "fewer.json", &sound[..1], 60.0);
     record(at, "slow.json", &sound, 30.0);
     ends(at, 0, "report baseline save before.json main");
-    let [few, native, sorted, half, lammps] = [
-        "campaign-yade-ordinary-1",
-        "campaign-native-1",
-        "campaign-yade-sorted-1",
-        "campaign-native-half-1",
-        "campaign-lammps-half-1",
-    ]
-    .map(campaign);
+    let campaigns = [
+        "yade-ordinary",
+        "native",
+        "yade-sorted",
+        "native-half",
+        "lammps-half",
+    ];
+    let [few, native, sorted, half, lammps] = campaigns.map(campaign);
     let diff = ["report", "baseline", "diff"];
     for (verb, rest, wanted) in [
         (&["paper", "numbers"][..], &[][..], 0),
@@ -298,17 +288,10 @@ fn files_of_every_verb_say_what_its_exit_code_says() {
     }
     // The summary says what the page says.
     let again = at.join("again.md");
-    for (arguments, page) in [
-        (&["study", "report", "c"][..], "c/report.html"),
-        (
-            &["study", "claims", &few, "--out", "claims"],
-            "claims/report.html",
-        ),
-    ] {
-        let summary = [arguments, &["--summary", "again.md"]].concat();
-        say(at, &summary);
-        let page = text_of(at.join(page));
-        let page = page.replace("&#39;", "'");
+    let claims = ["study", "claims", &few, "--out", "claims"];
+    for (arguments, page) in [(&["study", "report", "c"][..], "c"), (&claims, "claims")] {
+        say(at, &[arguments, &["--summary", "again.md"]].concat());
+        let page = text_of(at.join(page).join("report.html")).replace("&#39;", "'");
         let summary = text_of(&again);
         fs::remove_file(&again).expect("was written");
         let head = summary.lines().next().expect("a heading");
@@ -333,7 +316,7 @@ fn other_bits_are_a_failure_where_they_are_demanded() {
         record(at, name, &checks, 60.0);
         let path = at.join(name);
         let mut record = json_of(&path);
-        record["measured"] = serde_json::json!([{"id": "height", "unit": "m", "value": value}]);
+        record["measured"] = json!([{"id": "height", "unit": "m", "value": value}]);
         fs::write(&path, record.to_string()).expect("written");
     }
     ends(at, 0, "report baseline save before.json main");

@@ -72,17 +72,14 @@ fn text(page: &str) -> String {
 
 /// Every page in a folder and below.
 fn pages_in(folder: &str) -> Vec<String> {
-    let mut pages = Vec::new();
-    for entry in fs::read_dir(root(folder)).expect("a folder") {
-        let entry = entry.expect("an entry");
-        let path = format!("{folder}/{}", entry.file_name().to_string_lossy());
-        if entry.path().is_dir() {
-            pages.extend(pages_in(&path));
-        } else if path.ends_with(".md") {
-            pages.push(path);
-        }
-    }
-    pages
+    let files = below(&root(folder)).into_iter();
+    let names = files.map(|path| {
+        path.strip_prefix(root(""))
+            .expect("inside")
+            .display()
+            .to_string()
+    });
+    names.filter(|name| name.ends_with(".md")).collect()
 }
 
 /// As `wc -w` counts.
@@ -137,20 +134,15 @@ fn broken(page: &str, text: &str) -> Vec<String> {
             return true;
         }
         let (path, anchor) = link.split_once('#').unwrap_or((link, ""));
-        let there = if path.is_empty() {
-            root(page)
-        } else {
-            folder.join(path)
+        let there = match path {
+            "" => root(page),
+            _ => folder.join(path),
         };
-        let found = || {
-            fs::read_to_string(&there).is_ok_and(|of| anchors(&of).iter().any(|of| of == anchor))
-        };
+        let found = || anchors(&text_of(&there)).iter().any(|of| of == anchor);
         there.exists() && (anchor.is_empty() || found())
     };
-    links(text)
-        .into_iter()
-        .filter(|link| !leads(link))
-        .collect()
+    let links = links(text).into_iter();
+    links.filter(|link| !leads(link)).collect()
 }
 
 /// Keys in square brackets or in the running text, as pandoc reads them.
@@ -169,12 +161,11 @@ fn cited(text: &str) -> Vec<String> {
 fn the_paper_has_its_references_and_pictures() {
     let paper = text(PAPER);
     let bibliography = text("paper/paper.bib");
-    let mut listed = cited(
-        &bibliography
-            .replace("@inproceedings{", "@")
-            .replace("@article{", "@")
-            .replace("@book{", "@"),
-    );
+    let kinds = ["@inproceedings{", "@article{", "@book{"];
+    let keys = kinds
+        .iter()
+        .fold(bibliography.clone(), |all, kind| all.replace(kind, "@"));
+    let mut listed = cited(&keys);
     let mut cited = cited(&paper);
     for keys in [&mut listed, &mut cited] {
         keys.sort();
@@ -198,44 +189,23 @@ fn the_paper_has_its_references_and_pictures() {
 fn named_documents(text: &str) -> Vec<String> {
     let rests = text.match_indices("docs/").map(|(at, _)| &text[at..]);
     let name = |rest: &str| -> String {
-        let letters = rest.chars();
-        letters
-            .take_while(|of| of.is_ascii_alphanumeric() || "/-_.".contains(*of))
-            .collect()
+        let is_of_it = |of: &char| of.is_ascii_alphanumeric() || "/-_.".contains(*of);
+        rest.chars().take_while(is_of_it).collect()
     };
     let names = rests.map(|rest| name(rest).trim_end_matches('.').to_owned());
-    names
-        .filter(|name| name.ends_with(".md") || name.ends_with(".json"))
-        .collect()
-}
-
-/// Every text file of the project that may name a document.
-fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).expect("a folder") {
-        let path = entry.expect("an entry").path();
-        if path.is_dir() {
-            sources(&path, found);
-        } else if path
-            .extension()
-            .is_some_and(|end| ["rs", "py", "md", "yml"].iter().any(|of| end == *of))
-        {
-            found.push(path);
-        }
-    }
+    let is_one = |name: &String| name.ends_with(".md") || name.ends_with(".json");
+    names.filter(is_one).collect()
 }
 
 #[test]
 fn links_lead_somewhere() {
     let mut pages = pages_in("docs");
+    let others = "README.md CHANGELOG.md reference_data/README.md yade_scripts/README.md";
     pages.extend(
-        [
-            "README.md",
-            "CHANGELOG.md",
-            "reference_data/README.md",
-            "yade_scripts/README.md",
-            PAPER,
-        ]
-        .map(str::to_owned),
+        [&others.words()[..], &[PAPER]]
+            .concat()
+            .into_iter()
+            .map(str::to_owned),
     );
     for page in pages {
         assert_eq!(broken(&page, &text(&page)), Vec::<String>::new(), "{page}");
@@ -249,20 +219,16 @@ fn links_lead_somewhere() {
 #[test]
 fn documents_that_the_project_names_exist() {
     let mut files = vec![root("README.md"), root("CHANGELOG.md")];
-    for folder in [
-        "src",
-        "crates",
-        "tests",
-        "adapters",
-        "yade_scripts",
-        "python",
-        "reference_data",
-        "docs",
-        "paper",
-        "ci",
-    ] {
-        sources(&root(folder), &mut files);
+    for folder in
+        "src crates tests adapters yade_scripts python reference_data docs paper ci".words()
+    {
+        files.extend(below(&root(folder)));
     }
+    let ends = ["rs", "py", "md", "yml"];
+    files.retain(|file| {
+        file.extension()
+            .is_some_and(|of| ends.iter().any(|end| of == *end))
+    });
     files.retain(|file| !file.ends_with("tests/docs.rs"));
     assert!(files.len() > 200, "{}", files.len());
     for file in files {

@@ -52,14 +52,9 @@ fn the_page_of_engine_check_marks_the_grains_that_are_left() {
     let one = "v[i][axis] += dt * a * (1.0 + 0.01 * (i == 17))\n";
     let toy = changed_toy("v[i][axis] += dt * a\n", one);
     let toy = engine(folder, "one", &toy);
-    let check = [
-        "engine", "check", &toy, "--grains", "50", "--quiet", "--out", "out",
-    ];
+    let check = format!("engine check {toy} --grains 50 --quiet --out out");
     tells(folder, 1, &check, ["it sits on grain 17 alone"]);
-    let read = |name: &str| {
-        let path = folder.join("out").join(name);
-        text_of(path)
-    };
+    let read = |name: &str| text_of(folder.join("out").join(name));
     let grains = read("figures/left-springs.csv");
     let places = |kind: &str| -> Vec<String> {
         let rows = grains.lines().filter_map(|row| row.strip_prefix(kind));
@@ -109,10 +104,8 @@ fn engine_check_says_what_is_wrong() {
 #[test]
 fn an_engine_that_refuses_one_job_is_undecided() {
     let folder = &folder_with(&narrow_scene(0.05));
-    let toy = changed_toy(
-        "if len(grains) > 200:",
-        "if len(grains) > 200 or len(grains) == 2:",
-    );
+    let large = "if len(grains) > 200";
+    let toy = changed_toy(large, &format!("{large} or len(grains) == 2"));
     let engine = engine(folder, "choosy.py", &toy);
     let check = ["engine", "check", &engine, "--quiet"];
     tells(folder, 3, &check, ["undecided"]);
@@ -127,8 +120,9 @@ fn the_verdict_on_tables_that_cannot_be_read_has_the_reason() {
     let (out, _) = ends(folder, 1, &["engine", "check", &engine, "--quiet"]);
     let mut lines = out.lines();
     let verdict = lines.find(|line| line.starts_with("DIFFERENT: "));
+    let verdict = verdict.unwrap_or_default();
     has(
-        verdict.unwrap_or_default(),
+        verdict,
         ["were not looked at", "contacts.csv", "must be after"],
     );
 }
@@ -149,14 +143,15 @@ fn an_engine_that_refuses_some_cases_is_not_verified() {
 #[test]
 fn engine_check_finds_what_changes_from_run_to_run() {
     let folder = &folder_with(&narrow_scene(0.05));
+    let (moody, kick) = (
+        "(1.0 + 1e-14 * (time.time() % 1.0))",
+        "v[i][axis] += dt * a",
+    );
     let toy = changed_toy(
         "* (v[i][axis] + 0.5",
-        "* (1.0 + 1e-14 * (time.time() % 1.0)) * (v[i][axis] + 0.5",
+        &format!("* {moody} * (v[i][axis] + 0.5"),
     );
-    let toy = toy.replace(
-        "v[i][axis] += dt * a",
-        "v[i][axis] += dt * a * (1.0 + 1e-14 * (time.time() % 1.0))",
-    );
+    let toy = toy.replace(kick, &format!("{kick} * {moody}"));
     let engine = engine(folder, "moody.py", &toy);
     let (out, _) = ends(folder, 1, &["engine", "check", &engine, "--quiet"]);
     has(&out, ["two runs of one job have other bits"]);
