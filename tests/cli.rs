@@ -72,12 +72,13 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
     ] {
         assert!(page.contains(part), "the page lacks {part}");
     }
+    let kinetic = "id=\"fig-measures-kinetic-energy\"";
     for (other, part) in [
-        ("measures", "id=\"fig-measures-kinetic-energy\""),
+        ("measures", kinetic),
         ("paper", "This is not the paper's scene"),
     ] {
-        let other = text_of(folder.join(format!("o/{other}.html"))).replace("&#39;", "'");
-        assert!(other.contains(part), "{part}");
+        let other = text_of(folder.join(format!("o/{other}.html")));
+        has(&other.replace("&#39;", "'"), [part]);
     }
     for remote in ["http://", "https://", "<script src"] {
         // Names of formats, and the link to the paper, which is followed only by a click.

@@ -19,8 +19,7 @@ fn located(a: &RunFolder, b: &RunFolder) -> Comparison {
 #[test]
 fn a_run_agrees_with_itself_in_every_check() {
     let scene = small_scene();
-    let a = native_run(&scene, sound(), Protocol::Whole);
-    let b = native_run(&scene, sound(), Protocol::Whole);
+    let [a, b] = [0, 1].map(|_| native_run(&scene, sound(), Protocol::Whole));
     let comparison = located(&a, &b);
     assert_eq!(comparison.verdict(), Verdict::Identical);
     assert!(comparison.first_difference.is_none());
@@ -47,11 +46,9 @@ fn every_fault_is_found_with_its_step_and_grain() {
         assert_eq!(first.stage, Stage::Settle);
         // The step before agrees in every bit and the step itself does not.
         for (steps, agree) in [(first.step - 1, true), (first.step, false)] {
-            let protocol = Protocol::Steps { steps };
-            let a = native_run(&scene, sound(), protocol);
-            let b = native_run(&scene, faulty(fault), protocol);
-            let same = a.last.bodies.digest() == b.last.bodies.digest();
-            assert_eq!(same, agree, "{fault} at step {steps}");
+            let run = |options| native_run(&scene, options, Protocol::Steps { steps });
+            let [a, b] = [sound(), faulty(fault)].map(|of| run(of).last.bodies.digest());
+            assert_eq!(a == b, agree, "{fault} at step {steps}");
         }
         assert!(first.number.id.starts_with("grain "), "{}", first.number.id);
         assert_ne!(first.number.a, first.number.b);
@@ -86,8 +83,8 @@ fn one_last_bit_in_one_number_is_found() {
     let table = comparison
         .tables
         .iter()
-        .find(|table| table.table == "last grains")
-        .expect("the table");
+        .find(|of| of.table == "last grains");
+    let table = table.expect("the table");
     assert_eq!((table.differing, table.numbers), (1, 1200));
     let first = table.first.as_ref().expect("the number");
     let place = (first.id.as_str(), first.key, first.ulps);
@@ -109,7 +106,7 @@ fn the_command_says_agreed_or_different_and_exits_so() {
     let (out, _) = ends(folder, 1, "compare a c --json --junit checks.xml");
     let junit = text_of(folder.join("checks.xml"));
     has(&junit, ["<failure"]);
-    let value: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    let value: Value = serde_json::from_str(&out).expect("JSON");
     assert!(value["first_difference"]["step"].as_u64() > Some(0));
     tells(folder, 1, "compare a d", ["/realization"]);
 }
@@ -136,15 +133,8 @@ fn faults_in_friction_are_found_with_their_step() {
     let run = |scene, options| native_run(scene, options, protocol);
     let (good, sparse) = (run(&every_step, sound()), run(&seldom, sound()));
     let mut late = 0;
-    for fault in [
-        "stiffness=1e-15",
-        "shear-stiffness=1e-9",
-        "friction=1e-9",
-        "density=1e-9",
-        "inertia=1e-9",
-        "radius=1e-9",
-        "start=half-step",
-    ] {
+    let faults = "stiffness=1e-15 shear-stiffness=1e-9 friction=1e-9 density=1e-9 inertia=1e-9 radius=1e-9 start=half-step";
+    for fault in faults.words() {
         let bad = run(&every_step, faulty(fault));
         let mut rows = good.history.iter().zip(&bad.history);
         let first = rows.find(|(good, bad)| good.state != bad.state);
@@ -165,28 +155,18 @@ fn faults_in_friction_are_found_with_their_step() {
 fn against_toy(changes: &[(&str, &str)], asked: bool) -> (i32, String) {
     let folder = &folder_with(&narrow_scene(0.05));
     let other = ("* (v[i][axis] + 0.5", "* (1.0 + 1e-14) * (v[i][axis] + 0.5");
-    let toy = changed_toy(
-        "v[i][axis] += dt * a",
-        "v[i][axis] += dt * a * (1.0 + 1e-15)",
-    );
+    let kick = "v[i][axis] += dt * a";
+    let toy = changed_toy(kick, &format!("{kick} * (1.0 + 1e-15)"));
     let toy = changes.iter().chain([&other]).fold(toy, |toy, (from, to)| {
         assert_eq!(toy.matches(from).count(), 1, "{from}");
         toy.replace(from, to)
     });
-    let engine = program(folder, "toy.py", &toy);
-    let engine = format!("exec:{}", engine.display());
-    let run = ["run", "scene.json", "--steps", "600", "--quiet", "--engine"];
-    for (of, out) in [("native", "native"), (engine.as_str(), "theirs")] {
-        let run = [&run[..], &[of, "--out", out]].concat();
-        ends(folder, 0, &run);
-    }
-    let engine = if asked {
-        &["--engine", &engine][..]
-    } else {
-        &[]
-    };
-    let compare = [&["compare", "native", "theirs"], engine].concat();
-    let (code, text, errors) = say(folder, &compare);
+    let engine = engine(folder, "toy.py", &toy);
+    ran_in(folder, "native", &["--steps", "600"], "native");
+    ran_in(folder, &engine, &["--steps", "600"], "theirs");
+    let asked = if asked { 5 } else { 3 };
+    let compare = ["compare", "native", "theirs", "--engine", &engine];
+    let (code, text, errors) = say(folder, &compare[..asked]);
     (code, text + &errors)
 }
 

@@ -4,6 +4,8 @@
 //! stands for anything. A comment `# exit code N` ends a command that does not end with 0. The commands of a page are run
 //! in one folder, in their order, with `adapters`, `examples`, `python` and `reference_data` as in the checkout, and without YADE.
 
+use std::os::unix::fs::symlink;
+
 use crate::support::*;
 
 const WORDS_OF_README: usize = 1_000;
@@ -200,13 +202,9 @@ fn named_documents(text: &str) -> Vec<String> {
 #[test]
 fn links_lead_somewhere() {
     let mut pages = pages_in("docs");
-    let others = "README.md CHANGELOG.md reference_data/README.md yade_scripts/README.md";
-    pages.extend(
-        [&others.words()[..], &[PAPER]]
-            .concat()
-            .into_iter()
-            .map(str::to_owned),
-    );
+    let others =
+        "README.md CHANGELOG.md reference_data/README.md yade_scripts/README.md paper/paper.md";
+    pages.extend(others.words().into_iter().map(str::to_owned));
     for page in pages {
         assert_eq!(broken(&page, &text(&page)), Vec::<String>::new(), "{page}");
     }
@@ -344,10 +342,10 @@ fn runs_elsewhere(command: &str) -> bool {
 fn commands_do_what_is_printed(page: &str) {
     let folder = &new_folder();
     for part in ["adapters", "examples", "python", "reference_data"] {
-        std::os::unix::fs::symlink(root(part), folder.join(part)).expect("writable");
+        symlink(root(part), folder.join(part)).expect("writable");
     }
     let programs = &new_folder();
-    std::os::unix::fs::symlink(
+    symlink(
         env!("CARGO_BIN_EXE_crossgrain"),
         programs.join("crossgrain"),
     )

@@ -48,16 +48,10 @@ fn every_file_of_the_adapters_is_placed() {
     let engine = engine.expect("needs a Python alone");
     assert_eq!(engine.description.name, "toy");
     let engines = Adapter::ALL.map(|of| format!("{}.py", of.key));
-    for entry in fs::read_dir(adapter_path("")).expect("a folder") {
-        let (name, text) = {
-            let path = entry.expect("readable").path();
-            let text = fs::read_to_string(&path).unwrap_or_default();
-            (path.file_name().expect("a name").to_owned(), text)
-        };
-        let name = name.to_str().expect("text");
-        if name.ends_with(".py") && !engines.iter().any(|of| of == name) {
-            let placed = fs::read_to_string(folder.join(name)).unwrap_or_default();
-            assert_eq!(placed, text, "{name}");
+    for name in there(&adapter_path("")) {
+        if name.ends_with(".py") && !engines.contains(&name) {
+            let here = text_of(adapter_path(&name));
+            assert_eq!(text_of(folder.join(&name)), here, "{name}");
         }
     }
 }
@@ -65,7 +59,7 @@ fn every_file_of_the_adapters_is_placed() {
 #[test]
 #[cfg_attr(
     not(feature = "live"),
-    ignore = "needs LAMMPS, LIGGGHTS and ESyS-Particle"
+    ignore = "needs LAMMPS, LIGGGHTS, ESyS-Particle"
 )]
 fn every_adapter_is_placed_and_describes_itself() {
     // Kratos DEM is no Debian package; its own test has it.
@@ -227,10 +221,8 @@ fn native_friction() -> Vec<f64> {
     let act = |touch: &Touch, motion: &Motion, memory: &mut Memory| {
         let action = rules.act(touch, &of, &still, motion, memory);
         let [nx, nz] = touch.normal;
-        (
-            action.force[1] * nx - action.force[0] * nz,
-            action.torques[1],
-        )
+        let tangential = action.force[1] * nx - action.force[0] * nz;
+        (tangential, action.torques[1])
     };
     let mut said = Vec::new();
     let pair = |angle: f64| {
@@ -238,10 +230,8 @@ fn native_friction() -> Vec<f64> {
         contact::grains([0.0; 2], 1.0, place, 1.0).expect("an overlap")
     };
     let wall = contact::wall(Axis::Z, 0.0, [0.0, 0.8], 1.0).expect("an overlap");
-    for (touch, along, turned) in [
-        (pair(0.0), [0.0, 1.0], Some(pair(0.1))),
-        (wall, [-1.0, 0.0], None),
-    ] {
+    let grains = (pair(0.0), [0.0, 1.0], Some(pair(0.1)));
+    for (touch, along, turned) in [grains, (wall, [-1.0, 0.0], None)] {
         let mut memory = Memory::default();
         let (force, torque) = act(&touch, &moving(along, 0.0), &mut memory);
         said.extend([force / -dt, (torque / force).abs()]);

@@ -7,11 +7,7 @@ use crate::support::*;
 /// A folder with a finished run `run`, with friction.
 fn with_a_run() -> Place {
     let folder = folder_with(&frictional_scene());
-    ends(
-        &folder,
-        0,
-        "run scene.json --engine native --quiet --out run",
-    );
+    ran_in(&folder, "native", &[], "run");
     folder
 }
 
@@ -43,12 +39,8 @@ fn vtk_files_hold_every_digit_of_the_run() {
         assert_eq!(x, moment.bodies.x);
         assert_eq!(array::<f64>(&grains, "radius"), moment.bodies.radius);
         let count = moment.bodies.len();
-        has(
-            &grains,
-            [&format!(
-                "NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\""
-            )],
-        );
+        let counts = format!("NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\"");
+        has(&grains, [&counts]);
         let contacts = read(&format!("{prefix}contacts.vtp"));
         let forces: Vec<f64> = moment.contacts.iter().map(|of| of.normal_force).collect();
         assert_eq!(array::<f64>(&contacts, "normal_force"), forces);
@@ -112,12 +104,8 @@ fn a_damaged_folder_is_not_exported() {
     let text = text_of(&contacts);
     fs::write(&contacts, &text[..text.len() / 2]).expect("written");
     for (verb, out) in [("vtk", "vtk"), ("archive", "a.tar.gz")] {
-        tells(
-            folder,
-            2,
-            &["report", verb, "run", "--out", out],
-            ["contacts.csv"],
-        );
+        let export = format!("report {verb} run --out {out}");
+        tells(folder, 2, &export, ["contacts.csv"]);
         assert!(!folder.join(out).exists(), "nothing half-written");
     }
 }

@@ -28,40 +28,30 @@ fn places(svg: &str, [left, top, right, bottom]: [f64; 4]) -> usize {
     };
     let (_, frame) = svg.split_once("viewBox=\"").expect("a frame");
     let frame = numbers(frame.split('"').next().expect("numbers"));
-    let [across, upwards] = [
-        [left, right].map(|of| frame[0] + of * frame[2]),
-        [top, bottom].map(|of| frame[1] + of * frame[3]),
-    ];
+    let across = [left, right].map(|of| frame[0] + of * frame[2]);
+    let upwards = [top, bottom].map(|of| frame[1] + of * frame[3]);
     // Absolute places of paths and of circles; what is relative to them follows a letter.
     let paths = svg.split(" d=\"").skip(1);
     let paths = paths.flat_map(|of| of.split('"').next());
     let of_paths = paths.flat_map(|path| {
-        path.split(['M', 'L', ' ', 'Z'])
-            .collect::<Vec<_>>()
-            .join(" ")
-            .split(' ')
-            .filter_map(|of| of.parse().ok())
-            .collect::<Vec<f64>>()
-            .chunks_exact(2)
-            .map(|two| [two[0], two[1]])
-            .collect::<Vec<_>>()
+        let words = path.split(['M', 'L', ' ', 'Z']);
+        let numbers: Vec<f64> = words.filter_map(|of| of.parse().ok()).collect();
+        let pairs = numbers.chunks_exact(2).map(|two| [two[0], two[1]]);
+        pairs.collect::<Vec<_>>()
     });
-    let circles = svg.split("<circle ").skip(1).map(|of| {
-        let of = numbers(of.split("r=").next().expect("a place"));
-        [of[0], of[1]]
-    });
-    let boxes = svg.split("<rect x=\"").skip(1).map(|of| {
-        let of = numbers(of.split("width").next().expect("a place"));
-        [of[0], of[1]]
-    });
-    let all = of_paths.chain(circles).chain(boxes);
+    let first = |begins: &'static str, ends: &'static str| {
+        svg.split(begins).skip(1).map(move |of| {
+            let of = numbers(of.split(ends).next().expect("a place"));
+            [of[0], of[1]]
+        })
+    };
+    let all = of_paths.chain(first("<circle ", "r="));
+    let all = all.chain(first("<rect x=\"", "width"));
     let inside = all.filter(|[x, y]| {
         (across[0]..across[1]).contains(x) && (upwards[0]..upwards[1]).contains(y)
     });
-    inside
-        .map(|place| place.map(f64::to_bits))
-        .collect::<std::collections::BTreeSet<_>>()
-        .len()
+    let different: BTreeSet<[u64; 2]> = inside.map(|place| place.map(f64::to_bits)).collect();
+    different.len()
 }
 
 /// A picture has so many of each piece of text, at least.
@@ -142,27 +132,26 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
         }
     }
     let levels = bulbs.iter().map(|row| &row["stress of the load over p"]);
-    let levels: std::collections::BTreeSet<&String> = levels.collect();
+    let levels: BTreeSet<&String> = levels.collect();
     assert_eq!(levels.len(), 9 + 3);
 
-    let cases: Vec<f64> = rows(&drawn, "table-1.csv")
-        .iter()
-        .map(|row| number(row, "cases"))
-        .collect();
+    let table = rows(&drawn, "table-1.csv");
+    let cases: Vec<f64> = table.iter().map(|row| number(row, "cases")).collect();
     assert_eq!(cases, [5.0, 20.0, 20.0, 30.0, 30.0, 20.0, 1.0]);
     let shares = rows(&drawn, "figure-3.csv");
-    let five: Vec<f64> = shares
+    let five = shares
         .iter()
-        .filter(|row| row["series"] == "five piles, counted")
-        .map(|row| 126.0 * number(row, "share of piles with F or more"))
-        .collect();
+        .filter(|row| row["series"] == "five piles, counted");
+    let share = |row| 126.0 * number(row, "share of piles with F or more");
+    let five: Vec<f64> = five.map(share).collect();
     assert_eq!(five.len(), 6);
     for (found, counted) in five.iter().zip([126.0, 70.0, 35.0, 15.0, 5.0, 1.0]) {
         assert!((found - counted).abs() < 1e-9, "{five:?}");
     }
 
     let field = figure_4().expect("balances");
-    for row in rows(&drawn, "figure-4.csv")
+    let rows_of_4 = rows(&drawn, "figure-4.csv");
+    for row in rows_of_4
         .iter()
         .filter(|row| row["kind"] == "map")
         .step_by(50)

@@ -3,7 +3,7 @@
 
 use crossgrain::checks::record;
 use crossgrain::compare::baseline::{BaselineError, Store};
-use crossgrain::run::folder::{FolderError, write_sums};
+use crossgrain::run::folder::write_sums;
 use crossgrain::study::campaign::{Campaign, merged};
 use crossgrain::study::machine::Folder;
 use crossgrain::study::plan::Plan;
@@ -15,11 +15,13 @@ use crate::support::*;
 
 fn places(bytes: &[u8]) -> BTreeSet<usize> {
     let one = |is: fn(&u8) -> bool| bytes.iter().rposition(is);
+    let line_end = bytes.iter().position(|of| *of == b'\n');
+    let separator = one(|of| b",: ".contains(of));
     let found = [
         Some(0),
         one(u8::is_ascii_digit),
-        one(|of| b",: ".contains(of)),
-        bytes.iter().position(|of| *of == b'\n'),
+        separator,
+        line_end,
         Some(bytes.len() - 1),
     ];
     let spread = (1..8).map(|part| bytes.len() * part / 8);
@@ -53,10 +55,6 @@ fn every_flip_is_found(file: &Path, wanted: u8, read: impl Fn() -> Option<(Strin
     fs::write(file, sound).expect("writable");
 }
 
-fn of_folder(error: FolderError) -> (String, u8) {
-    (error.to_string(), error.exit_code())
-}
-
 #[test]
 fn one_flipped_bit_in_a_run_folder_is_found() {
     let mut run = native_run(&frictional_scene(), sound(), Protocol::Whole);
@@ -78,7 +76,8 @@ fn one_flipped_bit_in_a_run_folder_is_found() {
     assert_eq!(files.len(), 13, "{files:?}");
     for name in &files {
         every_flip_is_found(&folder.join(name), 2, || {
-            RunFolder::read(&folder).err().map(of_folder)
+            let error = RunFolder::read(&folder).err()?;
+            Some((error.to_string(), error.exit_code()))
         });
     }
     // Whichever verb reads it.
@@ -112,27 +111,22 @@ fn one_flipped_bit_in_a_study_its_record_or_a_baseline_is_found() {
         ("merged.json", &merged),
     ];
     for (name, read) in readers {
-        every_flip_is_found(&folder.join(name), 2, || {
-            read()
-                .err()
-                .map(|error| (error.to_string(), error.exit_code()))
-        });
+        let error = || read().err();
+        let told = || error().map(|of| (of.to_string(), of.exit_code()));
+        every_flip_is_found(&folder.join(name), 2, told);
     }
     // Its row is made again, so it is no error: `campaign::damaged`.
     let digest = Plan::<Campaign>::read(&folder).expect("a plan").digest();
     every_flip_is_found(&folder.join("records/shard-1-of-1.jsonl"), 0, || {
         let index = Index::read(&folder, &digest, 2).expect("readable");
-        let named = index
-            .damaged
-            .first()
-            .map(|of| of.path.display().to_string());
+        let named = index.damaged.first();
+        let named = named.map(|of| of.path.display().to_string());
         (index.places.len() < 2).then(|| (named.unwrap_or_default(), 0))
     });
     let report: PathBuf = folder.join("report.json");
     every_flip_is_found(&report, 2, || {
-        record::read(&report)
-            .err()
-            .map(|error| (error.to_string(), error.exit_code()))
+        let error = record::read(&report).err();
+        error.map(|error| (error.to_string(), error.exit_code()))
     });
     let store = Store::new(&place.join("kept"));
     let baseline = store.save(&report, "main", false).expect("writable");

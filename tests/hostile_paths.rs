@@ -131,11 +131,8 @@ fn ended(arguments: &[String], folder: &Path) -> (Option<i32>, String) {
 fn walk(verbs: &[&str], may_work: impl Fn(&str, &str) -> bool) {
     let place = &folder_with(&tiny_scene());
     ends(place, 0, "run scene.json --engine native --out run");
-    ends(
-        place,
-        0,
-        "study plan campaign scene.json --members 2 --out two",
-    );
+    let command = "study plan campaign scene.json --members 2 --out two";
+    ends(place, 0, command);
     ends(place, 0, "study run two --quiet");
     let record = place.join("two/report.json");
     fs::copy(record, place.join("record.json")).expect("a record");

@@ -122,12 +122,8 @@ fn a_changed_record_is_not_believed_and_its_member_is_run_again() {
         if index % 6 == 0 {
             let said = must(folder, "run", &["--threads", "2"]);
             let (file, of) = ("shard-1-of-1.jsonl", strange[0]);
-            has(
-                &said,
-                [&format!(
-                    "{file} line {of} is no whole row and is not believed"
-                )],
-            );
+            let words = format!("{file} line {of} is no whole row and is not believed");
+            has(&said, [&words]);
             assert_eq!(&merged_bytes(&folder.join("c")), expected());
         }
     }
@@ -175,10 +171,8 @@ fn records_that_contradict_each_other_are_an_error_that_names_both_files() {
     let line = line(&folder, &wrong) + "\n";
     fs::write(folder.join("records/shard-1-of-9.jsonl"), line).expect("writable");
     let (_, errors) = study(&campaign_of.place, 1, "merge", &[]);
-    has(
-        &errors,
-        [&format!("row {number} is written twice and differently")],
-    );
+    let words = format!("row {number} is written twice and differently");
+    has(&errors, [&words]);
     has(&errors, ["shard-1-of-1.jsonl", "shard-1-of-9.jsonl"]);
     assert!(!folder.join("merged.json").exists());
 }

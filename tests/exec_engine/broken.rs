@@ -24,12 +24,8 @@ fn with(code: i32, say: &str, does: &str, [stall, time]: [&str; 2]) -> String {
 
 #[test]
 fn a_program_that_writes_what_it_should_is_believed() {
-    with(
-        0,
-        "",
-        "finish([moment(0), moment(10), end(10)])",
-        ["60", "120"],
-    );
+    let does = "finish([moment(0), moment(10), end(10)])";
+    with(0, "", does, ["60", "120"]);
 }
 
 /// Before, the folder with the file that the message names was deleted.

@@ -4,14 +4,7 @@ use crate::support::*;
 
 fn git(folder: &Path, words: &str) {
     let mut git = Command::new("git");
-    git.args([
-        "-c",
-        "user.name=a",
-        "-c",
-        "user.email=a@b",
-        "-c",
-        "commit.gpgsign=false",
-    ]);
+    git.args("-c user.name=a -c user.email=a@b -c commit.gpgsign=false".words());
     let done = git.current_dir(folder).args(words.split(' ')).output();
     let done = done.expect("git is there");
     assert!(done.status.success(), "{words}: {done:?}");
