@@ -43,9 +43,8 @@ fn a_bed_that_does_not_settle_is_incomplete() {
 #[test]
 fn an_engine_that_fails_exits_with_4_and_names_step_and_grain() {
     let mut scene = small_scene();
-    scene.time_step = grains::scene::TimeStep::Fraction {
-        of_sqrt_m_over_k: 50.0,
-    };
+    let of_sqrt_m_over_k = 50.0;
+    scene.time_step = grains::scene::TimeStep::Fraction { of_sqrt_m_over_k };
     let folder = &folder_with(&scene);
     let (_, errors) = ends(folder, 4, "run scene.json --engine native --out o");
     has(&errors, ["in step ", "grain "]);

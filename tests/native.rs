@@ -33,9 +33,8 @@ fn a_bounce_off_the_wall_has_the_restitution_of_local_damping() {
         scene.gravity = 0.0;
         scene.particles.count = 1;
         scene.damping = Damping::Cundall { alpha };
-        scene.time_step = TimeStep::Fraction {
-            of_sqrt_m_over_k: 0.001,
-        };
+        let of_sqrt_m_over_k = 0.001;
+        scene.time_step = TimeStep::Fraction { of_sqrt_m_over_k };
         let mut bodies = Bodies::default();
         bodies.push([0.0051, 0.1], [-0.5, 0.0], 0.005, scene.grain_mass(0.005));
         let (outcome, _) = native_outcome(&scene, &Task::pour(bodies, 40_000), None);

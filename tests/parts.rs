@@ -53,11 +53,8 @@ fn parts_are_the_whole_run() {
         (standing, &CUTS[1..2], 3),
         (restless, &CUTS, 3),
     ] {
-        is_of_parts(
-            &in_parts(&scene, &engine, cuts),
-            &whole(&scene, &engine),
-            parts,
-        );
+        let run = in_parts(&scene, &engine, cuts);
+        is_of_parts(&run, &whole(&scene, &engine), parts);
     }
 }
 
@@ -153,10 +150,7 @@ fn yade_in_parts_is_yade_as_a_whole() {
     standing.realization = 3;
     standing.loading.after_force = AfterForce::StandStill { seconds: 0.02 };
     for scene in [small_scene(), standing] {
-        is_of_parts(
-            &in_parts(&scene, &engine, &CUTS),
-            &whole(&scene, &engine),
-            5,
-        );
+        let run = in_parts(&scene, &engine, &CUTS);
+        is_of_parts(&run, &whole(&scene, &engine), 5);
     }
 }

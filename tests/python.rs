@@ -74,14 +74,13 @@ json.dump(dict(
     );
     let found = printed(&path, &lines);
     let bodies = &run.last.bodies;
-    let pairs = |x: &[f64], z: &[f64]| -> Vec<f64> {
-        x.iter().zip(z).flat_map(|(x, z)| [*x, *z]).collect()
-    };
+    let pair = |(x, z): (&f64, &f64)| [*x, *z];
+    let pairs = |x: &[f64], z: &[f64]| x.iter().zip(z).flat_map(pair).collect::<Vec<f64>>();
     let contacts = &run.last.contacts;
-    let forces: Vec<f64> = contacts
+    let forces = contacts
         .iter()
-        .flat_map(|of| [of.normal_force, of.tangential_force])
-        .collect();
+        .flat_map(|of| [of.normal_force, of.tangential_force]);
+    let forces: Vec<f64> = forces.collect();
     let measures: Vec<f64> = run.record.measures.iter().map(|of| of.value).collect();
     for (name, expected) in [
         ("positions", pairs(&bodies.x, &bodies.z)),
@@ -102,12 +101,9 @@ json.dump(dict(
     assert_eq!(found["depths"], depths.count());
     assert_eq!(found["shapes"], json!([[bodies.x.len(), 2], [2, 2]]));
     assert_eq!(found["scene"], json_of(path.join("scene.json")));
-    let fabric: Vec<f64> = found["fabric"]
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(|of| f64::from_bits(of.as_str().expect("bits").parse().expect("a number")))
-        .collect();
+    let number = |of: &Value| f64::from_bits(of.as_str().expect("bits").parse().expect("a number"));
+    let fabric = found["fabric"].as_array().expect("a list").iter();
+    let fabric: Vec<f64> = fabric.map(number).collect();
     let by_hand = |a: usize, b: usize| {
         let sum: f64 = contacts.iter().map(|of| of.normal[a] * of.normal[b]).sum();
         sum / contacts.len() as f64
@@ -121,11 +117,7 @@ json.dump(dict(
 #[cfg_attr(not(feature = "live"), ignore = "needs numpy: --features live")]
 fn packed_tables_are_read_and_changed_ones_refused() {
     let (folder, path, run) = folder_with_run();
-    let packed = Command::new("gzip")
-        .arg("-9n")
-        .arg(path.join("bodies.csv"))
-        .status();
-    assert!(packed.expect("gzip is there").success());
+    assert_eq!(bash(&path, "gzip -9n bodies.csv", &[]).0, 0);
     let lines = format!("{BITS}\njson.dump(bits(crossgrain.read_run(path).radii), sys.stdout)");
     assert_eq!(printed(&path, &lines), bits(&run.last.bodies.radius));
     // Digests of the packed file, as recorded runs have them.
@@ -136,9 +128,8 @@ fn packed_tables_are_read_and_changed_ones_refused() {
     let history = path.join("history.csv");
     let text = text_of(&history);
     let first: Vec<&str> = text.lines().take(2).collect();
-    let text = first
-        .join("\n")
-        .replace(&run.history[0].state, "0012345678901234");
+    let text = first.join("\n");
+    let text = text.replace(&run.history[0].state, "0012345678901234");
     fs::write(&history, text).expect("writable");
     write_sums(&path).expect("writable");
     let states = "json.dump(crossgrain.read_run(path).table('history')['state'][0], sys.stdout)";
@@ -168,10 +159,8 @@ fn records_and_rows_are_read() {
     let text = text.expect("a recorded study");
     fs::write(&record, &text).expect("writable");
     let written = json_of(&record);
-    let found = printed(
-        &record,
-        "of = crossgrain.read_record(path)\njson.dump([of.verdict, list(of.checks['id']), list(of.checks['outcome'])], sys.stdout)",
-    );
+    let lines = "of = crossgrain.read_record(path)\njson.dump([of.verdict, list(of.checks['id']), list(of.checks['outcome'])], sys.stdout)";
+    let found = printed(&record, lines);
     let column = |key: &str| {
         let checks = written["checks"].as_array().expect("checks").iter();
         Value::from(checks.map(|of| of[key].clone()).collect::<Vec<_>>())
@@ -184,13 +173,10 @@ fn records_and_rows_are_read() {
     has(&refused(&record, "read_record"), [words]);
 
     let campaign = recorded.join("campaign-native-1");
-    let found = printed(
-        &campaign,
-        "rows = crossgrain.read_rows(path)\njson.dump([len(rows), list(rows['ending'])[0], rows['measured.settled.height.mean_surface'][0].hex()], sys.stdout)",
-    );
-    let first = crossgrain::study::campaign::merged(&campaign)
-        .expect("recorded")
-        .rows;
+    let lines = "rows = crossgrain.read_rows(path)\njson.dump([len(rows), list(rows['ending'])[0], rows['measured.settled.height.mean_surface'][0].hex()], sys.stdout)";
+    let found = printed(&campaign, lines);
+    let first = crossgrain::study::campaign::merged(&campaign);
+    let first = first.expect("recorded").rows;
     let height = first[0].measured["settled.height.mean_surface"];
     assert_eq!(found[0], first.len());
     assert_eq!(found[1], "reached");

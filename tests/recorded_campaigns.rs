@@ -6,7 +6,6 @@ use crossgrain::study::campaign::compare::compare;
 use crossgrain::study::campaign::{Merged, merged};
 use crossgrain::study::candidates::{self, judge::Candidates, published::Verdict as Excluded};
 use crossgrain::study::claims::{self, Claims};
-use crossgrain::study::machine::{Folder, Machine};
 use crossgrain::study::member::of_one_bed;
 use crossgrain::study::realization::{Ending, Engines, Runner};
 use crossgrain::study::search::{self, matching::Search};
@@ -61,10 +60,7 @@ fn the_recorded_sorted_yade_runs_have_the_native_bits() {
 /// Ordinary YADE adds in another order: other bits, packings of the same kind.
 #[test]
 fn the_recorded_ordinary_yade_runs_are_of_the_same_kind() {
-    let (native, yade) = (
-        recorded("campaign-native-1"),
-        recorded("campaign-yade-ordinary-1"),
-    );
+    let [native, yade] = ["campaign-native-1", "campaign-yade-ordinary-1"].map(recorded);
     assert_eq!(yade.plan.study.runner, Runner::YadeOrdinary);
     assert!(yade.rows.len() >= 9);
     let comparison = compare(&native, &yade).expect("one scene");
@@ -75,30 +71,19 @@ fn the_recorded_ordinary_yade_runs_are_of_the_same_kind() {
 /// LAMMPS adds in an order of its own too. Twenty packings decide heights; what they cannot decide is called undecided.
 #[test]
 fn the_recorded_lammps_runs_have_heights_as_native_ones() {
-    let (native, lammps) = (
-        recorded("campaign-native-half-1"),
-        recorded("campaign-lammps-half-1"),
-    );
+    let [native, lammps] = ["campaign-native-half-1", "campaign-lammps-half-1"].map(recorded);
     assert!(lammps.summary.engine.starts_with("LAMMPS"));
     let comparison = compare(&native, &lammps).expect("one scene");
     assert_ne!(comparison.verdict, Verdict::Different);
     let judged = comparison.judged.expect("other bits");
-    let finding = |key: &str| {
-        let mut all = judged.quantities.iter();
-        all.find(|of| of.key == key).expect("is judged").finding
-    };
-    assert_eq!(
-        finding("settled.height.mean_surface"),
-        Some(Finding::Equivalent)
-    );
-    assert_eq!(
-        finding("settled.height.highest_grain"),
-        Some(Finding::Equivalent)
-    );
-    assert_eq!(
-        finding("loaded.stress.O.local_zz"),
-        Some(Finding::Undecided)
-    );
+    for (key, finding) in [
+        ("settled.height.mean_surface", Finding::Equivalent),
+        ("settled.height.highest_grain", Finding::Equivalent),
+        ("loaded.stress.O.local_zz", Finding::Undecided),
+    ] {
+        let found = judged.quantities.iter().find(|of| of.key == key);
+        assert_eq!(found.expect("is judged").finding, Some(finding), "{key}");
+    }
 }
 
 /// The claims that the main job's page shows are those of the recorded members.
@@ -124,13 +109,7 @@ fn the_recorded_claims_are_those_of_the_recorded_members() {
 /// cannot turn have a quasi-static limit.
 #[test]
 fn the_recorded_candidates_are_those_of_their_rows() {
-    let path = root("reference_data/candidates-1");
-    let folder = Folder::<candidates::Plan>::open(&path).expect("recorded evidence");
-    let report = folder.judge().expect("a judgement");
-    let text = read_text(&path.join("report.json.gz"), 1 << 26).expect("is there");
-    let [recorded, again] = [&text, &report.text]
-        .map(|text| serde_json::from_str::<Candidates>(text).expect("settings"));
-    assert!(again == recorded);
+    let (_, recorded) = judged_again::<candidates::Plan, Candidates>("reference_data/candidates-1");
     let missed = |id: &str| {
         let of = recorded.settings.iter().find(|of| of.setting.id == id);
         let figures = of.map(|of| of.figures.iter());
@@ -145,15 +124,9 @@ fn the_recorded_candidates_are_those_of_their_rows() {
 /// Each recorded wave of the search says what its rows say, and a load of the last one comes out again.
 #[test]
 fn the_recorded_search_is_that_of_its_rows() {
-    let place = root("reference_data/search-1");
     for wave in ["wave-1", "wave-2"] {
-        let path = place.join(wave);
-        let folder = Folder::<search::Plan>::open(&path).expect("recorded evidence");
-        let report = folder.judge().expect("a judgement");
-        let text = read_text(&path.join("report.json.gz"), 1 << 26).expect("is there");
-        let [recorded, again] =
-            [&text, &report.text].map(|text| serde_json::from_str::<Search>(text).expect("a wave"));
-        assert!(again == recorded, "{wave}");
+        let path = format!("reference_data/search-1/{wave}");
+        let (folder, recorded) = judged_again::<search::Plan, Search>(&path);
         assert!(recorded.found_again.is_some_and(|of| of.low > 0.9));
         assert!(recorded.of_impossible.is_some_and(|least| least > CUT));
         if wave == "wave-2" {

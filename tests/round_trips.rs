@@ -121,9 +121,8 @@ fn a_chosen_step_that_is_against_a_rule_of_the_scene_is_refused() {
     scene.settle.kinetic_energy_fraction = 0.05;
     let radius = 0.5 * scene.particles.mean_diameter;
     // As far in a step as is allowed, with a step that is far too small.
-    scene.time_step = grains::scene::TimeStep::Fraction {
-        of_sqrt_m_over_k: 0.05,
-    };
+    let of_sqrt_m_over_k = 0.05;
+    scene.time_step = grains::scene::TimeStep::Fraction { of_sqrt_m_over_k };
     scene.loading.speed = 0.0099 * radius / scene.time_step_seconds();
     let folder = &folder_with(&scene);
     let command = "run scene.json --engine native --out out --auto-step 0.9";

@@ -11,7 +11,6 @@ use crossgrain::limits::stability::scenes::{MapScene, crystal, small};
 use crossgrain::limits::stability::spectrum::Network;
 use crossgrain::limits::stability::trials::{Disturbed, Found};
 use crossgrain::limits::stability::{Map, Stability, time_step};
-use crossgrain::study::machine::{Folder, Machine as _};
 use grains::scene::{Damping, TimeStep};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
@@ -152,9 +151,8 @@ fn every_failure_mode_is_noticed() {
 #[test]
 fn the_automatic_step_is_the_share_of_a_limit_that_trials_confirm() {
     let mut scene = small_bed();
-    scene.time_step = TimeStep::Fraction {
-        of_sqrt_m_over_k: 5.0,
-    };
+    let of_sqrt_m_over_k = 5.0;
+    scene.time_step = TimeStep::Fraction { of_sqrt_m_over_k };
     let choice = time_step::choose(&scene, 0.8).expect("a step");
     assert_eq!(choice.time_step, 0.8 * choice.limit);
     assert!(choice.looks > 10 && choice.probed_at < choice.time_step);
@@ -225,12 +223,9 @@ fn yade_proposes_by_its_formulas() {
 /// The recorded map has the verdict and the checks that it had when it was made.
 #[test]
 fn the_recorded_map_passes_every_check() {
-    let path = root("reference_data/stability-1");
-    let folder = Folder::<Stability>::open(&path).expect("a study");
-    let text = read_text(&path.join("report.json.gz"), 1 << 24).expect("is there");
-    let map: Map = serde_json::from_str(&text).expect("a map");
-    let again: Map = serde_json::from_str(&folder.judge().expect("a report").text).expect("a map");
-    assert!(again == map);
+    let (_, map) = judged_again::<Stability, Map>("reference_data/stability-1");
+    let path = root("reference_data/stability-1/report.json.gz");
+    let text = read_text(&path, 1 << 24).expect("is there");
     let checks = map.checks();
     let ids: BTreeSet<&str> = checks.iter().map(|check| check.id.as_str()).collect();
     assert_eq!(ids.len(), checks.len());
@@ -243,8 +238,7 @@ fn the_recorded_map_passes_every_check() {
     assert_eq!(map.verdict(), Outcome::Pass);
     // A number is what decides.
     let numbers = checks.iter().filter(|check| check.value.is_some());
-    let numbers: Vec<_> = numbers.collect();
-    assert_eq!(numbers.len(), 4 * map.rows.len() + 12);
+    assert_eq!(numbers.clone().count(), 4 * map.rows.len() + 12);
     for check in numbers {
         let inside = check.value > check.lower && check.value < check.upper;
         assert!(inside, "{check:?}");

@@ -112,12 +112,10 @@ fn a_bed_that_is_stiffened_ends_at_the_full_stiffness_at_rest() {
         step: 0.45,
         end,
     };
+    let first = phase(0.1, End::Settled(1.0e-3));
+    let second = phase(0.3, End::Seconds(0.004));
     let method = Specification {
-        phases: vec![
-            phase(0.1, End::Settled(1.0e-3)),
-            phase(0.3, End::Seconds(0.004)),
-            phase(1.0, End::Settled(1.0e-4)),
-        ],
+        phases: vec![first, second, phase(1.0, End::Settled(1.0e-4))],
         ..Specification::native(scene.clone())
     };
     let options = native::Options::default();
@@ -126,13 +124,12 @@ fn a_bed_that_is_stiffened_ends_at_the_full_stiffness_at_rest() {
     let poured = poured.expect("there are phases");
     // The overlaps bear the weight at the full stiffness: the floor's contacts together.
     let ids = grains::tables::BodyIds::of_box(scene.particles.count);
-    let borne: f64 = poured
+    let on_floor = poured
         .bed
         .contacts
         .iter()
-        .filter(|contact| !ids.is_grain(contact.id1) && contact.normal[1] > 0.9)
-        .map(|contact| contact.normal_force)
-        .sum();
+        .filter(|contact| !ids.is_grain(contact.id1) && contact.normal[1] > 0.9);
+    let borne: f64 = on_floor.map(|contact| contact.normal_force).sum();
     let weight: f64 = scene.gravity * poured.bed.bodies.mass.iter().sum::<f64>();
     assert!((borne / weight - 1.0).abs() < 0.05, "{borne} {weight}");
     let engines = Engines::default();
@@ -146,13 +143,11 @@ fn a_bed_that_is_stiffened_ends_at_the_full_stiffness_at_rest() {
 fn a_study_is_taken_up_where_it_was_and_finds_the_large_bias() {
     let place = &new_folder();
     let folder = place.join("study");
-    let plan = plan(
-        &[
-            ("same-physics", Step(0.4)),
-            ("hardly-settled", Settled(0.05)),
-        ],
-        3,
-    );
+    let methods = [
+        ("same-physics", Step(0.4)),
+        ("hardly-settled", Settled(0.05)),
+    ];
+    let plan = plan(&methods, 3);
     let count = plan.count();
     assert_eq!(count, 15);
     create(&folder, plan, None, None).expect("a new study");
@@ -191,15 +186,11 @@ fn a_study_is_taken_up_where_it_was_and_finds_the_large_bias() {
     let document = record.document();
     let page = report::page(&document);
     assert!(page.html.contains("hardly-settled"));
-    let drawn = |name: &str| page.files.iter().any(|(file, _)| file == name);
-    for name in [
-        "cost-and-error-of-the-settled-bed.svg",
-        "equivalence-of-hardly-settled.svg",
-        "bias-of-settled-height-mean-surface.csv",
-        "methods.csv",
-        "quantities.csv",
-    ] {
-        assert!(drawn(name), "{name}");
+    for name in "cost-and-error-of-the-settled-bed.svg equivalence-of-hardly-settled.svg \
+        bias-of-settled-height-mean-surface.csv methods.csv quantities.csv"
+        .split_whitespace()
+    {
+        assert!(page.files.iter().any(|(file, _)| file == name), "{name}");
     }
     assert!(report::terminal(&document).contains(&document.answer));
 }
@@ -232,10 +223,8 @@ fn runs_without_yade_say_so_and_are_not_complete() {
 fn heights_of_beds_of_other_depths_are_not_compared() {
     let place = &new_folder();
     let folder = place.join("study");
-    let plan = plan(
-        &[("half-as-deep", Size(1.0, 0.5)), ("softer", Modulus(0.1))],
-        0,
-    );
+    let methods = [("half-as-deep", Size(1.0, 0.5)), ("softer", Modulus(0.1))];
+    let plan = plan(&methods, 0);
     create(&folder, plan, None, None).expect("a new study");
     run::<Plan>(&folder, &Engines::default()).expect("it runs");
     let record = record(&folder);
@@ -287,13 +276,7 @@ fn a_run_that_is_poured_softly_is_the_tested_method() {
 /// of the recorded rows.
 #[test]
 fn recorded_realizations_of_the_reference_come_out_again() {
-    let path = root("reference_data/tradeoff-1");
-    let folder = Folder::<Plan>::open(&path).expect("recorded evidence");
-    let report = folder.judge().expect("a judgement");
-    let text = crossgrain::files::read_text(&path.join("report.json.gz"), 1 << 26);
-    let recorded: Tradeoff = serde_json::from_str(&text.expect("is there")).expect("a record");
-    let again: Tradeoff = serde_json::from_str(&report.text).expect("a record");
-    assert!(again == recorded);
+    let (folder, recorded) = judged_again::<Plan, Tradeoff>("reference_data/tradeoff-1");
     let recommended = recorded.recommended.as_deref();
     // A record without the fast protocol recommends nothing.
     assert_eq!(recommended, recorded.point(FAST).map(|_| FAST));

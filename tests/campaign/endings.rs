@@ -55,9 +55,8 @@ fn members_that_do_not_settle_or_sink_are_rows() {
 #[test]
 fn members_whose_engine_gives_up_are_rows_with_its_words() {
     let mut scene = tiny_scene();
-    scene.time_step = TimeStep::Fraction {
-        of_sqrt_m_over_k: 1.25,
-    };
+    let of_sqrt_m_over_k = 1.25;
+    scene.time_step = TimeStep::Fraction { of_sqrt_m_over_k };
     scene.settle.max_steps = 20_000;
     let (endings, merged, _) = endings(&scene);
     let failed = count(&endings, "failed");
@@ -70,9 +69,8 @@ fn members_whose_engine_gives_up_are_rows_with_its_words() {
     }
 
     // All of them: there is no engine to name, and still a campaign.
-    scene.time_step = TimeStep::Fraction {
-        of_sqrt_m_over_k: 2.5,
-    };
+    let of_sqrt_m_over_k = 2.5;
+    scene.time_step = TimeStep::Fraction { of_sqrt_m_over_k };
     let (endings, merged, said) = self::endings(&scene);
     assert_eq!(count(&endings, "failed"), 12);
     assert_eq!(merged.summary.engine, "");

@@ -20,7 +20,7 @@ fn written(folder: &Path) -> BTreeSet<Vec<u8>> {
     for entry in fs::read_dir(folder.join("records")).expect("records") {
         let bytes = fs::read(entry.expect("a file").path()).expect("readable");
         let whole = bytes.split_inclusive(|byte| *byte == b'\n');
-        let whole = whole.filter(|line| line.ends_with(&[b'\n']));
+        let whole = whole.filter(|line| line.ends_with(b"\n"));
         lines.extend(whole.map(<[u8]>::to_vec));
     }
     lines

@@ -2,9 +2,9 @@
 
 use assert_approx_eq::assert_approx_eq;
 use grains::measure::neighbourhood::{GROWING, SINGLY};
-use grains::measure::{Bed, cells, neighbourhood, stress};
+use grains::measure::{cells, neighbourhood, stress};
 
-use super::contact;
+use super::{bed_of, contact};
 
 use crate::support::*;
 
@@ -13,19 +13,17 @@ fn numbered() -> (Scene, Bodies, cells::Cells, Vec<nalgebra::Matrix2<f64>>) {
     let scene = crate::support::small_scene();
     let bodies = grains::generate::initial_bodies(&scene);
     let cells = cells::radical(&scene, &bodies);
-    let extensive = (0..bodies.len())
-        .map(|id| nalgebra::Matrix2::new(0.5 * (id + 1) as f64, 0.25, 0.25, (id + 1) as f64))
-        .collect();
+    let extensive =
+        |id: usize| nalgebra::Matrix2::new(0.5 * (id + 1) as f64, 0.25, 0.25, (id + 1) as f64);
+    let extensive = (0..bodies.len()).map(extensive).collect();
     (scene, bodies, cells, extensive)
 }
 
 #[test]
 fn a_neighbourhood_has_the_nearest_grains_in_order() {
     let (_, bodies, cells, extensive) = numbered();
-    let bed = Bed {
-        bodies: &bodies,
-        contacts: &[contact(3, 70, [1.0, 0.0], 1.0, [0.1, 0.1])],
-    };
+    let contacts = [contact(3, 70, [1.0, 0.0], 1.0, [0.1, 0.1])];
+    let bed = bed_of(&bodies, &contacts);
     let place = [0.17, 0.06];
     let found = neighbourhood::of("P", place, bed, &cells, &extensive);
     let mut order: Vec<usize> = (0..bodies.len()).collect();
@@ -49,26 +47,19 @@ fn a_neighbourhood_has_the_nearest_grains_in_order() {
         assert_eq!(together.zz, sum);
         let volume: f64 = of.iter().map(|id| cells.area[*id]).sum();
         assert_approx_eq!(together.cell, volume, 1e-15);
-        let rise: f64 = of
+        let rise = of
             .iter()
-            .map(|id| cells.area[*id] * (bodies.z[*id] - place[1]))
-            .sum();
+            .map(|id| cells.area[*id] * (bodies.z[*id] - place[1]));
+        let rise: f64 = rise.sum();
         assert_approx_eq!(together.rise, rise / volume, 1e-15);
     }
     // Fewer grains than the largest control volume: as many sums as there can be.
     let mut few = Bodies::default();
     for id in 0..10 {
-        few.push(
-            [bodies.x[id], bodies.z[id]],
-            [0.0, 0.0],
-            bodies.radius[id],
-            1.0,
-        );
+        let place = [bodies.x[id], bodies.z[id]];
+        few.push(place, [0.0, 0.0], bodies.radius[id], 1.0);
     }
-    let bed = Bed {
-        bodies: &few,
-        contacts: &[],
-    };
+    let bed = bed_of(&few, &[]);
     let found = neighbourhood::of("P", place, bed, &cells, &extensive);
     let counts: Vec<usize> = found.together.iter().map(|of| of.grains).collect();
     assert_eq!(counts, [1, 2, 4, 8]);
@@ -77,21 +68,11 @@ fn a_neighbourhood_has_the_nearest_grains_in_order() {
 #[test]
 fn a_profile_has_the_mean_stress_of_every_piece() {
     let (scene, bodies, cells, _) = numbered();
-    let bed = Bed {
-        bodies: &bodies,
-        contacts: &[],
-    };
+    let bed = bed_of(&bodies, &[]);
     // Σ_zz = V_p·σ with a stress of a field that is linear across: every piece shows it.
-    let linear: Vec<_> = (0..bodies.len())
-        .map(|id| {
-            nalgebra::Matrix2::new(
-                0.0,
-                0.0,
-                0.0,
-                cells.area[id] * (100.0 + 50.0 * bodies.x[id]),
-            )
-        })
-        .collect();
+    let down = |zz| nalgebra::Matrix2::new(0.0, 0.0, 0.0, zz);
+    let linear = |id: usize| down(cells.area[id] * (100.0 + 50.0 * bodies.x[id]));
+    let linear: Vec<_> = (0..bodies.len()).map(linear).collect();
     let across = stress::across(&scene, bed, &cells, &linear, 0.06);
     let length = stress::piece(&scene, scene.container.width);
     assert_eq!(across.len(), 15);
@@ -102,9 +83,8 @@ fn a_profile_has_the_mean_stress_of_every_piece() {
     }
     // Down the axis, a stress that grows with depth.
     let surface = 0.12;
-    let deeper: Vec<_> = (0..bodies.len())
-        .map(|id| nalgebra::Matrix2::new(0.0, 0.0, 0.0, cells.area[id] * (surface - bodies.z[id])))
-        .collect();
+    let deeper = |id: usize| down(cells.area[id] * (surface - bodies.z[id]));
+    let deeper: Vec<_> = (0..bodies.len()).map(deeper).collect();
     let down = stress::down(&scene, bed, &cells, &deeper, surface);
     assert_eq!(down.len(), 6);
     let length = stress::piece(&scene, surface);

@@ -75,9 +75,8 @@ fn what_is_not_a_number_is_noticed_in_its_step() {
 fn energy_from_a_step_beyond_the_limit_is_noticed() {
     let mut scene = scene_of(1);
     scene.damping = Damping::Cundall { alpha: 0.0 };
-    scene.time_step = TimeStep::Fraction {
-        of_sqrt_m_over_k: 1.9,
-    };
+    let of_sqrt_m_over_k = 1.9;
+    scene.time_step = TimeStep::Fraction { of_sqrt_m_over_k };
     // Little work for the punch to do, so little energy is allowed.
     scene.loading.pressure = 1.0;
     let mut bodies = Bodies::default();

@@ -42,6 +42,16 @@ fn repository(folder: &Path, values: &[Option<[f64; 2]>]) -> Vec<String> {
     commits.collect()
 }
 
+/// What is looked for between which commits, how that ends, and what is said.
+const BISECTED: &str = "
+    fall/height ⇒ 0 ⇒ 3 ⇒ 0 ⇒ fall/height changed in {2} change 2
+    fall/height ⇒ 5 ⇒ 8 ⇒ 3 ⇒ fall/height changed in one of
+    pace ⇒ 0 ⇒ 5 ⇒ 0 ⇒ pace changed in {4} change 4
+    fall/height ⇒ 2 ⇒ 3 ⇒ 2 ⇒ give two commits between which it changed
+    fall/depth ⇒ 0 ⇒ 8 ⇒ 2 ⇒ which is to be good: fall/depth was not made
+    fall/height ⇒ 6 ⇒ 8 ⇒ 2 ⇒ no record; the command ended with
+";
+
 #[test]
 fn the_commit_that_moved_a_check_or_a_speed_is_found() {
     let folder = &new_folder();
@@ -49,45 +59,17 @@ fn the_commit_that_moved_a_check_or_a_speed_is_found() {
     let moved = Some([1.5, 10.0]);
     let slow = Some([1.5, 12.0]);
     let failing = Some([2.5, 12.0]);
-    let of = [
-        sound, sound, moved, moved, slow, slow, None, failing, failing,
-    ];
-    let commits = repository(folder, &of);
+    let then = [slow, slow, None, failing, failing];
+    let commits = repository(folder, &[&[sound, sound, moved, moved][..], &then].concat());
     let bisect = |id: &str, good: usize, bad: usize| {
-        let [good, bad] = [&commits[good], &commits[bad]];
-        format!(
-            "report bisect {id} --good {good} --bad {bad} --record out/record.json -- sh make.sh"
-        )
+        let between = format!("--good {} --bad {}", commits[good], commits[bad]);
+        format!("report bisect {id} {between} --record out/record.json -- sh make.sh")
     };
-    for (id, good, bad, code, words) in [
-        (
-            "fall/height",
-            0,
-            3,
-            0,
-            "fall/height changed in {2} change 2",
-        ),
-        ("fall/height", 5, 8, 3, "fall/height changed in one of"),
-        ("pace", 0, 5, 0, "pace changed in {4} change 4"),
-        (
-            "fall/height",
-            2,
-            3,
-            2,
-            "give two commits between which it changed",
-        ),
-        (
-            "fall/depth",
-            0,
-            8,
-            2,
-            "which is to be good: fall/depth was not made",
-        ),
-        ("fall/height", 6, 8, 2, "no record; the command ended with"),
-    ] {
+    for [id, good, bad, code, words] in rows(BISECTED) {
+        let [good, bad, code] = [good, bad, code].map(|of| of.parse::<usize>().expect("a number"));
         let short = |of: usize| &commits[of][..7];
         let words = words.replace("{2}", short(2)).replace("{4}", short(4));
-        tells(folder, code, &bisect(id, good, bad), [&words]);
+        tells(folder, code as i32, &bisect(id, good, bad), [&words]);
     }
     // By the outcome that changed, though the value had moved before.
     let (found, tried) = ends(folder, 3, &bisect("fall/height", 0, 8));
@@ -133,21 +115,14 @@ fn a_history_says_which_commit_changed_what() {
     };
     let (said, _) = ends(folder, 0, &keep(8));
     let short = |of: usize| &commits[of][..12];
-    let lines: Vec<Vec<&str>> = said
-        .lines()
-        .map(|line| {
-            line.split("  ")
-                .map(str::trim)
-                .filter(|of| !of.is_empty())
-                .collect()
-        })
-        .collect();
     let row = |of: usize, what: &str| {
-        let found = lines
-            .iter()
-            .find(|line| line.first() == Some(&short(of)) && line.contains(&what));
-        let change = format!("change {of}");
-        let found = found.is_some_and(|line| line.contains(&change.as_str()));
+        let (change, mut lines) = (format!("change {of}"), said.lines());
+        let found = lines.any(|line| {
+            let cells = line.split("  ").map(str::trim).filter(|of| !of.is_empty());
+            let cells: Vec<&str> = cells.collect();
+            let wanted = [short(of), what, change.as_str()];
+            cells.first() == Some(&wanted[0]) && wanted.iter().all(|of| cells.contains(of))
+        });
         assert!(found, "{what}: {said}");
     };
     row(1, "1");

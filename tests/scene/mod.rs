@@ -6,13 +6,10 @@ use crate::support::*;
 
 fn inputs(kind: &str) -> Vec<PathBuf> {
     let folder = root("tests/scene").join(kind);
-    let mut files: Vec<PathBuf> = fs::read_dir(folder)
-        .expect("the inputs are there")
-        .map(|entry| entry.expect("a readable folder").path())
-        .filter(|path| path.extension().is_some_and(|end| end == "json"))
-        .collect();
-    files.sort();
-    files
+    let files = there(&folder)
+        .into_iter()
+        .filter(|name| name.ends_with(".json"));
+    files.map(|name| folder.join(name)).collect()
 }
 
 #[test]
@@ -62,9 +59,8 @@ fn the_digest_follows_physics_and_not_words() {
     let scene = paper_scene(1, 5000);
     let mut renamed = scene.clone();
     renamed.name = "other".to_owned();
-    renamed
-        .choices
-        .insert("/damping".to_owned(), "because".to_owned());
+    let (place, why) = ("/damping".to_owned(), "because".to_owned());
+    renamed.choices.insert(place, why);
     assert_eq!(scene.digest(), renamed.digest());
     let mut faster = scene.clone();
     faster.loading.speed *= 1.0 + f64::EPSILON;
@@ -77,20 +73,13 @@ fn one_message_lists_problems_of_structure_together() {
     value["particles"]["count"] = "many".into();
     value["damping"]["kind"] = "oil".into();
     value["colour"] = "red".into();
-    value["particles"]
-        .as_object_mut()
-        .expect("an object")
-        .remove("mean_diameter");
+    let particles = value["particles"].as_object_mut().expect("an object");
+    particles.remove("mean_diameter");
     let Err(SceneError::Problems(problems)) = parse_scene(&value.to_string()) else {
         panic!("four problems were expected");
     };
     let places: Vec<&str> = problems.iter().map(|p| p.place.as_str()).collect();
-    for place in [
-        "/particles/count",
-        "/damping/kind",
-        "/colour",
-        "/particles/mean_diameter",
-    ] {
+    for place in "/particles/count /damping/kind /colour /particles/mean_diameter".words() {
         assert!(places.contains(&place), "{place} is not among {places:?}");
     }
     assert_eq!(problems.len(), 4, "{problems:?}");
@@ -98,9 +87,7 @@ fn one_message_lists_problems_of_structure_together() {
 
 #[test]
 fn the_schema_in_the_documentation_is_the_one_of_the_types() {
-    let path = root("docs/scene.schema.json");
-    let text = text_of(path);
-    let written: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let written = json_of(root("docs/scene.schema.json"));
     assert_eq!(
         written,
         json_schema(),
@@ -150,14 +137,10 @@ fn what_a_scene_leaves_out_has_a_default_that_its_record_states() {
     let lengths = |of: &Scene| {
         let loading = &of.loading;
         let measured = &of.measurement;
-        let lengths = [
-            loading.half_width,
-            loading.punch_height,
-            loading.give_up_depth,
-            measured.local_radius,
-            measured.control_volume_side,
-            of.control_points[0].depth,
-        ];
+        let [half_width, depth] = [loading.half_width, of.control_points[0].depth];
+        let volume = [measured.local_radius, measured.control_volume_side];
+        let punch = [loading.punch_height, loading.give_up_depth];
+        let lengths = [half_width, punch[0], punch[1], volume[0], volume[1], depth];
         lengths.map(|length| (1e6 * length / of.particles.mean_diameter).round())
     };
     assert_eq!(lengths(&scene), lengths(&paper));

@@ -27,10 +27,14 @@ pub use pages::*;
 
 use std::ops::Deref;
 
+use crossgrain::files::read_text;
 use crossgrain::run::{Engine, recorded};
+use crossgrain::study::Study;
+use crossgrain::study::machine::{Folder, Machine as _};
 use grains::native::Perturbation;
 use grains::scene::Cloud;
 use grains::task::{Observer, Outcome};
+use serde::de::DeserializeOwned;
 
 /// The paper's scene in a box of this width, m, with so many grains; `offsets` is a factor, `depth` in m.
 fn paper_in(width: f64, grains: u32, offsets: f64, depth: f64) -> Scene {
@@ -376,6 +380,21 @@ pub fn json_of(path: impl AsRef<Path>) -> Value {
 #[track_caller]
 pub fn read_run(path: impl AsRef<Path>) -> RunFolder {
     RunFolder::read(path.as_ref()).expect("a whole run folder")
+}
+
+/// What is recorded of a study, which its rows give again.
+pub fn judged_again<S: Study, R>(folder: &str) -> (Folder<S>, R)
+where
+    R: DeserializeOwned + PartialEq,
+{
+    let path = root(folder);
+    let folder = Folder::<S>::open(&path).expect("recorded evidence");
+    let report = folder.judge().expect("a judgement");
+    let text = read_text(&path.join("report.json.gz"), 1 << 26).expect("is there");
+    let [recorded, again] =
+        [&text, &report.text].map(|text| serde_json::from_str::<R>(text).expect("a record"));
+    assert!(again == recorded, "{}", path.display());
+    (folder, recorded)
 }
 
 /// A named pipe.
