@@ -177,19 +177,8 @@ const LOG: &str = "LAMMPS (29 Sep 2021 - Update 2)\nStep KinEng c_contacts \n   
 
 /// What Python makes of this, with the adapters to import; or how it failed.
 fn in_python(script: &str, arguments: &[&Path]) -> Result<String, String> {
-    let adapters = root("adapters");
-    let output = Command::new("python3")
-        .args(["-B", "-c", script])
-        .args(arguments)
-        .env("PYTHONPATH", adapters)
-        .output()
-        .expect("a Python");
-    let text = |bytes| String::from_utf8(bytes).expect("text");
-    if output.status.success() {
-        Ok(text(output.stdout))
-    } else {
-        Err(text(output.stderr))
-    }
+    let (code, out, errors) = python("python3", &root("adapters"), script, arguments);
+    if code == 0 { Ok(out) } else { Err(errors) }
 }
 
 #[test]
@@ -325,7 +314,6 @@ fn the_nearest_limit_stands_first() {
     assert!(distances.is_sorted());
 }
 
-/// YADE's steps are timed by a script of their own; it gives the bits of the sorted loop too.
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn the_timed_steps_of_yade_have_the_native_bits() {

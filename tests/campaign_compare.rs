@@ -131,7 +131,6 @@ fn another_scene_is_not_compared() {
     assert!(compare(&first, &second).is_err());
 }
 
-/// Nothing is equivalent that one side does not have: a quantity of all or of some packings, or a punch's force.
 #[test]
 fn what_is_missing_on_one_side_is_never_equivalent() {
     let first = campaign("native", 1, 60, 0.0);
@@ -163,7 +162,6 @@ fn what_is_missing_on_one_side_is_never_equivalent() {
     }
 }
 
-/// The p values that are shown are those that are judged.
 #[test]
 fn findings_follow_from_the_p_that_is_shown() {
     let first = campaign("native", 1, 60, 0.0);
@@ -182,7 +180,6 @@ fn findings_follow_from_the_p_that_is_shown() {
     }
 }
 
-/// A campaign of an external engine is compared as any other.
 #[test]
 fn external_engines_go_through_the_same_comparison() {
     let first = campaign("native", 1, 60, 0.0);

@@ -227,7 +227,6 @@ fn friction_bears_the_punch_earlier() {
     assert!(with.load_steps < without.load_steps);
 }
 
-/// Every choice is a sound scene that differs from the printed one, and none stands twice.
 #[test]
 fn choices_are_sound_scenes_around_the_printed_one() {
     for quick in [true, false] {

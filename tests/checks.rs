@@ -241,7 +241,6 @@ fn told_alike(arguments: &[&str], folder: &Path) -> (i32, String) {
     (code, summary.lines().take(4).collect::<Vec<_>>().join("\n"))
 }
 
-/// Verbs that need no other engine say the same in all files.
 #[test]
 fn files_of_every_verb_say_what_its_exit_code_says() {
     let at = &folder_with(&tiny_scene());
@@ -299,7 +298,6 @@ fn files_of_every_verb_say_what_its_exit_code_says() {
     tells(at, 2, "study run c --shard 1/2 --junit j.xml", ["--shard"]);
 }
 
-/// A baseline's bits are a check where they are demanded.
 #[test]
 fn other_bits_are_a_failure_where_they_are_demanded() {
     let at = &new_folder();

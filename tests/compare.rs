@@ -33,7 +33,6 @@ fn a_run_agrees_with_itself_in_every_check() {
     }
 }
 
-/// Each fault of the list, a part in 10¹² where it has a size: found, with step and grain.
 #[test]
 fn every_fault_is_found_with_its_step_and_grain() {
     let scene = small_scene();

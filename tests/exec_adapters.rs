@@ -249,16 +249,9 @@ fn native_friction() -> Vec<f64> {
 #[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS: --features live")]
 fn friction_in_lammps_has_no_stretched_slip_another_turning_and_whole_arms_at_walls() {
     let folder = &new_folder();
-    let output = Command::new("python3")
-        .args(["-c", FRICTION_IN_LAMMPS])
-        .arg(folder.as_os_str())
-        .env("PYTHONPATH", adapter_path(""))
-        .env("PYTHONDONTWRITEBYTECODE", "1")
-        .output()
-        .expect("Python");
-    let text = String::from_utf8_lossy(&output.stdout);
+    let (_, text, errors) = python("python3", &adapter_path(""), FRICTION_IN_LAMMPS, &[folder]);
     let theirs: Vec<f64> = text.split_whitespace().flat_map(str::parse).collect();
-    assert_eq!(theirs.len(), 7, "{output:?}");
+    assert_eq!(theirs.len(), 7, "{text}{errors}");
     let stretch = 2.0 / 1.8;
     let turning = 0.1_f64.sin().powi(2) + 0.1_f64.cos();
     for ((what, lammps, native), (their, own)) in [

@@ -89,15 +89,6 @@ fn endless_run() -> (Place, std::process::Child) {
 }
 
 #[test]
-fn a_killed_run_leaves_no_folder_under_its_name() {
-    let (folder, mut child) = endless_run();
-    child.kill().expect("a child to kill");
-    child.wait().expect("an ended child");
-    assert!(!folder.join("out").exists());
-}
-
-/// Asked to end, a run leaves the folder from which it can go on and nothing else.
-#[test]
 fn a_run_that_is_asked_to_end_is_kept_and_exits_with_75() {
     let (folder, mut child) = endless_run();
     send(&child, "TERM");
@@ -236,7 +227,6 @@ fn a_folder_without_contacts_reads_back() {
     written(&run);
 }
 
-/// Killed at any moment, a run leaves a whole folder or none.
 #[test]
 fn a_run_killed_at_any_moment_leaves_a_whole_folder_or_none() {
     let folder = &folder_with(&small_scene());
@@ -261,7 +251,6 @@ fn a_run_killed_at_any_moment_leaves_a_whole_folder_or_none() {
     assert!(whole > 0 && none > 0, "{whole} whole, {none} none");
 }
 
-/// Of two programs that write one folder at once one has it, and the other is told.
 #[test]
 fn of_two_runs_into_one_folder_one_is_refused() {
     let folder = &folder_with(&small_scene());
@@ -278,7 +267,6 @@ fn of_two_runs_into_one_folder_one_is_refused() {
     assert_eq!(fs::read_dir(folder).expect("a folder").count(), 2);
 }
 
-/// Whenever another program takes the name, its folder stays and the answer is the same.
 #[test]
 fn a_name_that_is_taken_while_a_folder_is_filled_is_refused() {
     let folder = &new_folder();

@@ -82,7 +82,6 @@ impl Full {
     }
 }
 
-/// Whichever call finds the disk full, the folder is as it was; and when there is room, what was wanted is made.
 #[test]
 fn runs_exports_and_plans_are_whole_or_not_there_whichever_write_fails() {
     let full = Full::new();

@@ -47,7 +47,6 @@ fn every_seed_is_accepted() {
     }
 }
 
-/// Writes the seeds into `fuzz/corpus`, from where the fuzzers take them.
 #[test]
 #[ignore = "writes into fuzz/corpus"]
 fn the_seeds_are_written() {

@@ -4,7 +4,6 @@ use grains::scene::{Cloud, Rotation, Shape};
 
 use crate::support::*;
 
-/// Recorded once; the same on every machine.
 #[test]
 fn the_cloud_has_its_recorded_bits() {
     let bodies = initial_bodies(&paper_scene(1, 5000));

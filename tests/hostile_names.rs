@@ -173,7 +173,6 @@ fn name_of_out(name: &OsStr) -> OsString {
     OsString::from_vec([name.as_bytes(), b"2"].concat())
 }
 
-/// The real YADE, started from and working in folders whose names a shell or Python would obey.
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn the_real_yade_works_in_a_folder_of_any_name() {

@@ -55,13 +55,8 @@ fn collisions_keep_momentum_and_a_settled_bed_weighs_what_it_weighs() {
     assert!(equilibrium::kinetic_energy(bodies) < 1e-3);
     let weight: f64 = bodies.mass.iter().sum::<f64>() * scene.gravity;
     let floor = scene.particles.count + 2;
-    let borne: f64 = outcome
-        .last
-        .contacts
-        .iter()
-        .filter(|contact| contact.id1 == floor)
-        .map(|contact| contact.force()[1])
-        .sum();
+    let on_floor = outcome.last.contacts.iter().filter(|of| of.id1 == floor);
+    let borne: f64 = on_floor.map(|of| of.force()[1]).sum();
     assert!((borne / weight - 1.0).abs() < 0.05, "{borne} of {weight}");
 
     // Without gravity, damping and walls in reach, Σmv stays.
@@ -98,17 +93,8 @@ fn a_task_may_end_with_settling() {
 /// So many steps of a settled bed between two looks of anybody: what a steady step allocates would show.
 fn allocations(mut scene: Scene, steps: u64) -> u64 {
     scene.measurement.history_every = 1_000_000;
-    let bed = native::run(
-        &scene,
-        &Task::settle(initial_bodies(&scene)),
-        &sound(),
-        &mut (),
-    );
-    let start = Task::settle(bed.expect("a sound run").last.bodies);
-    let task = Task {
-        until: Until::Step(steps),
-        ..start
-    };
+    let (bed, _) = native_outcome(&scene, &Task::settle(initial_bodies(&scene)), None);
+    let task = Task::pour(bed.last.bodies, steps);
     allocation_counter::measure(|| {
         native::run(&scene, &task, &sound(), &mut ()).expect("a sound run");
     })

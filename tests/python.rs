@@ -8,21 +8,14 @@ use crossgrain::run::folder::write_sums;
 use crate::support::*;
 
 /// Runs these lines after the import, with `path` as the path: exit code, output, errors.
-fn python(path: &Path, lines: &str) -> (i32, String, String) {
-    let module = root("python");
+fn run(path: &Path, lines: &str) -> (i32, String, String) {
     let script = format!("import json, sys\nimport crossgrain\npath = sys.argv[1]\n{lines}");
-    let output = Command::new("/usr/bin/python3")
-        .args(["-B", "-c", &script])
-        .arg(path)
-        .env("PYTHONPATH", module)
-        .output()
-        .expect("Debian's Python is there");
-    told(&output)
+    python("/usr/bin/python3", &root("python"), &script, &[path])
 }
 
 /// What the lines print as JSON.
 fn printed(path: &Path, lines: &str) -> Value {
-    let (code, out, errors) = python(path, lines);
+    let (code, out, errors) = run(path, lines);
     assert_eq!(code, 0, "{errors}");
     serde_json::from_str(&out).expect("JSON")
 }
@@ -32,7 +25,7 @@ fn refused(path: &Path, reader: &str) -> String {
     let lines = format!(
         "try:\n    crossgrain.{reader}(path)\nexcept crossgrain.CrossgrainError as error:\n    print(error)\nelse:\n    sys.exit('read')"
     );
-    let (code, out, errors) = python(path, &lines);
+    let (code, out, errors) = run(path, &lines);
     assert_eq!(code, 0, "{errors}");
     assert_eq!(out.lines().count(), 1, "{out}");
     out
@@ -181,7 +174,7 @@ fn records_and_rows_are_read() {
     assert_eq!(found[0], first.len());
     assert_eq!(found[1], "reached");
     let hex = found[2].as_str().expect("text").to_owned();
-    let (code, out, _) = python(at, &format!("print(repr(float.fromhex('{hex}')))"));
+    let (code, out, _) = run(at, &format!("print(repr(float.fromhex('{hex}')))"));
     assert_eq!((code, out.trim().parse()), (0, Ok(height)));
     let wrong = at.join("wrong");
     fs::create_dir(&wrong).expect("writable");

@@ -86,7 +86,6 @@ fn the_recorded_lammps_runs_have_heights_as_native_ones() {
     }
 }
 
-/// The claims that the main job's page shows are those of the recorded members.
 #[test]
 fn the_recorded_claims_are_those_of_the_recorded_members() {
     let folder = root("reference_data/claims-1");

@@ -6,11 +6,7 @@ use crate::support::*;
 
 /// What a shell prints for these lines, in which every command must succeed.
 fn shell(lines: &str) -> String {
-    let output = Command::new("bash")
-        .args(["-euc", lines])
-        .output()
-        .expect("bash is there");
-    let (code, out, errors) = told(&output);
+    let (code, out, errors) = bash(Path::new("."), &format!("set -eu\n{lines}"), &[]);
     assert_eq!(code, 0, "{lines}: {out}{errors}");
     out.trim().to_owned()
 }
@@ -54,11 +50,7 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     let array = submit[0].replace("--array=1-4", "--array=1-4%2");
     assert_ne!(array, submit[0]);
     let jobs = shell(&format!("{array}\necho \"$job\"\n{}", submit[1]));
-    let [job, merge]: [&str; 2] = jobs
-        .lines()
-        .collect::<Vec<&str>>()
-        .try_into()
-        .expect("two jobs");
+    let (job, merge) = jobs.split_once('\n').expect("two jobs");
 
     let third = folder.join("records/shard-3-of-4.jsonl");
     let began = Instant::now();

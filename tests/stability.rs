@@ -125,7 +125,6 @@ fn found_limits_are_the_predicted_ones() {
     }
 }
 
-/// Each is noticed in the way that it should be, and said.
 #[test]
 fn every_failure_mode_is_noticed() {
     let said = [
@@ -173,7 +172,6 @@ fn the_automatic_step_is_the_share_of_a_limit_that_trials_confirm() {
     assert_eq!(chosen.damping.alpha(), 0.2);
 }
 
-/// The evidence comes back from a run folder, with the step that was run.
 #[test]
 fn a_run_folder_keeps_the_evidence_for_its_step() {
     use crossgrain::run::folder::record::RECORD_VERSION;
@@ -197,7 +195,6 @@ fn a_run_folder_keeps_the_evidence_for_its_step() {
     assert_eq!(read.record.step_choice, Some(choice));
 }
 
-/// What YADE says that it would choose is what its formulas give.
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn yade_proposes_by_its_formulas() {
@@ -220,7 +217,6 @@ fn yade_proposes_by_its_formulas() {
     }
 }
 
-/// The recorded map has the verdict and the checks that it had when it was made.
 #[test]
 fn the_recorded_map_passes_every_check() {
     let (_, map) = judged_again::<Stability, Map>("reference_data/stability-1");

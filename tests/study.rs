@@ -174,7 +174,6 @@ fn lines_that_cannot_be_read_are_kept() {
     assert_eq!(merged.expect("merged").rows, 6);
 }
 
-/// Rows of another kernel are not this plan's: a plan of another source is not run, and its lines are not believed.
 #[test]
 fn rows_of_another_source_are_never_mixed_in() {
     let (place, path) = new(4, None);
@@ -202,7 +201,6 @@ fn larger_plan(folder: &Path, made: &Path) -> Result<u64, StudyError> {
     create(folder, Squares { count, breaks }, None, Some(made))
 }
 
-/// A larger plan takes over what a smaller one has.
 #[test]
 fn a_larger_plan_goes_on_where_a_smaller_one_ended() {
     let (place, path) = new(4, None);
@@ -214,7 +212,6 @@ fn a_larger_plan_goes_on_where_a_smaller_one_ended() {
     assert_eq!((done.wanted, done.before), (9, 2));
 }
 
-/// Rows whose engine fails are named; the others are written, and the next start tries again.
 #[test]
 fn other_rows_go_on_where_an_engine_fails() {
     let (_place, path) = new(9, Some(4));
@@ -233,7 +230,6 @@ fn other_rows_go_on_where_an_engine_fails() {
     }
 }
 
-/// An external engine makes a campaign's rows; its digest is that of the file before it ran, and another file is refused.
 #[test]
 fn an_external_engine_is_the_one_that_was_planned() {
     let mut scene = tiny_scene();

@@ -78,7 +78,6 @@ fn one_phase_of_the_scenes_own_settings_is_the_scenes_own_pouring() {
     }
 }
 
-/// Methods with friction are held against the scene with friction, which itself stands on other clouds.
 #[test]
 fn friction_is_held_against_friction() {
     let mut plan = Plan::quick(2, 0);

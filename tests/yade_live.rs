@@ -179,7 +179,6 @@ fn a_whole_experiment_gives_the_same_bits_for_several_scenes() {
     }
 }
 
-/// The punch driven deep into the bed: faces, edges and corners under large forces.
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn a_punch_driven_to_the_floor_gives_the_same_bits() {

@@ -150,7 +150,6 @@ fn a_bed_under_the_punch_goes_on_in_yade_with_the_same_bits() {
     has_contacts(&told, &first.last.contacts);
 }
 
-/// Contacts remember their tangential forces, and those of loading have their own constants.
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn a_bed_with_friction_keeps_its_tangential_forces() {

@@ -68,7 +68,6 @@ fn a_bed_that_is_no_longer_the_bed_is_seen() {
     assert!(!sanity.holds, "{sanity:?}");
 }
 
-/// An engine that says that its law is another one is held to what another law may do.
 #[test]
 fn what_it_says_of_itself_widens_what_is_allowed() {
     let says = "\"version\": \"1\", \"approximations\": [\"springs\"]";

@@ -123,11 +123,8 @@ fn a_script_that_was_put_into_a_page_does_not_run() {
 fn the_ladders_page_reads_well_everywhere_and_asks_for_nothing() {
     let folder = &new_folder();
     ends(folder, 0, "verify --engine native --quiet --out o");
-    inspect(
-        &mut Browser::start(),
-        "verify",
-        &folder.join("o/report.html"),
-    );
+    let page = folder.join("o/report.html");
+    inspect(&mut Browser::start(), "verify", &page);
 }
 
 /// Of a page that was opened: the verdict and what is named first stand where they are seen without scrolling.

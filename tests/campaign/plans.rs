@@ -61,7 +61,6 @@ fn an_edited_plan_is_refused() {
     }
 }
 
-/// Made by another version of the program, whose bits may be others: read, and not run.
 #[test]
 fn a_plan_of_another_version_is_not_run() {
     let place = &plan(&tiny_scene(), MEMBERS, "c");

@@ -15,7 +15,6 @@ fn bytes_do_not_depend_on_threads() {
     has(&must(place, "status", &[]), [words]);
 }
 
-/// A member run anew by its number alone is the one that the campaign wrote down.
 #[test]
 fn a_member_run_again_is_the_recorded_one() {
     let place = &plan(&tiny_scene(), MEMBERS, "c");

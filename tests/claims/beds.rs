@@ -33,7 +33,6 @@ fn sunk_members_are_not_hidden() {
     assert_eq!(packings, Some(claims.endings["reached"]));
 }
 
-/// Twenty members say nothing, and the record says so.
 #[test]
 fn few_members_decide_nothing() {
     let claims = claims_where(|of| of.members = 20);

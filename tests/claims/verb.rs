@@ -104,7 +104,6 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
     tells(at, 3, "study claims few", ["undecided"]);
 }
 
-/// Each campaign has its own verdicts: what the one has too little for, the other decides.
 #[test]
 fn two_campaigns_stand_side_by_side_claim_by_claim() {
     let at = &new_folder();

@@ -111,7 +111,6 @@ fn an_engine_that_refuses_one_job_is_undecided() {
     tells(folder, 3, &check, ["undecided"]);
 }
 
-/// Where the first steps could not be looked at, the verdict says why.
 #[test]
 fn the_verdict_on_tables_that_cannot_be_read_has_the_reason() {
     let folder = &folder_with(&narrow_scene(0.05));

@@ -104,7 +104,6 @@ fn a_file_that_is_far_too_large_is_not_read() {
 }
 
 proptest::proptest! {
-    /// Cut or changed anywhere, a scene is refused or read, never a panic.
     #[test]
     fn mangled_text_never_panics(cut in 0usize..3000, place in 0usize..3000, byte in 0u8..128) {
         let text = serde_json::to_string_pretty(&paper_scene(1, 10)).expect("JSON");
@@ -172,7 +171,6 @@ fn loading_has_the_constants_of_pouring_where_it_gives_no_others() {
     assert!(!loading.contains("material"));
 }
 
-/// A cloud over a part of the box fills that part and no other.
 #[test]
 fn a_cloud_may_stand_over_a_part_of_the_box() {
     let text = text_of("examples/column-collapse.json");

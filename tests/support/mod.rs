@@ -252,6 +252,19 @@ pub fn bash(folder: &Path, lines: &str, arguments: &[&str]) -> (i32, String, Str
     told(&output.expect("bash is there"))
 }
 
+/// What this Python makes of lines with a folder of modules: exit code, output, errors.
+pub fn python(
+    program: &str,
+    modules: &Path,
+    lines: &str,
+    arguments: &[&Path],
+) -> (i32, String, String) {
+    let mut python = Command::new(program);
+    python.args(["-B", "-c", lines]).args(arguments);
+    let output = python.env("PYTHONPATH", modules).output();
+    told(&output.expect("a Python"))
+}
+
 /// A child that is ended with the value.
 pub struct Running(pub Child);
 

@@ -110,7 +110,6 @@ fn an_engine_that_crashes_is_a_member_that_failed() {
     assert_eq!(missing, "");
 }
 
-/// A row is taken over only from a study of the same program: another one under the same name is another method.
 #[test]
 fn another_program_is_another_method() {
     let of = |text: &str| {
