@@ -1,30 +1,18 @@
 //! The order of the house: modules of the program import only what stands above them in `src/lib.rs`, and the two crates
 //! know no files, terminals and processes.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
+use crate::support::*;
 
 /// Every Rust file below a folder.
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
-    let mut files = Vec::new();
-    for entry in fs::read_dir(folder).expect("a folder") {
-        let path = entry.expect("an entry").path();
-        if path.is_dir() {
-            files.extend(rust_files(&path));
-        } else if path.extension().is_some_and(|end| end == "rs") {
-            files.push(path);
-        }
-    }
+    let mut files = below(folder);
+    files.retain(|path| path.extension().is_some_and(|end| end == "rs"));
     files
 }
 
 /// The code without line comments.
 fn code(path: &Path) -> String {
-    let text = fs::read_to_string(path).expect("a text file");
+    let text = text_of(path);
     let lines = text.lines().map(|line| match line.find("//") {
         Some(at) => &line[..at],
         None => line,
@@ -35,10 +23,8 @@ fn code(path: &Path) -> String {
 /// The top-level modules that `crate::X` and `crate::{X, Y::…}` name.
 fn imported(code: &str) -> Vec<String> {
     let first = |of: &str| -> String {
-        let letters = of.trim().chars();
-        letters
-            .take_while(|of| of.is_alphanumeric() || *of == '_')
-            .collect()
+        let is_of_it = |of: &char| of.is_alphanumeric() || *of == '_';
+        of.trim().chars().take_while(is_of_it).collect()
     };
     let mut names = Vec::new();
     for (at, found) in code.match_indices("crate::") {
@@ -65,7 +51,7 @@ fn imported(code: &str) -> Vec<String> {
 
 /// The modules in the order of the data, as `src/lib.rs` has them.
 fn order() -> Vec<String> {
-    let lib = code(&root().join("src/lib.rs"));
+    let lib = code(&root("src/lib.rs"));
     let modules = lib.lines().filter_map(|line| {
         let name = line.strip_prefix("pub mod ")?;
         Some(name.trim_end_matches([';', ' ', '{']).to_owned())
@@ -95,14 +81,12 @@ fn wrong_ways(order: &[String], files: &[(String, String)]) -> Vec<String> {
 
 #[test]
 fn modules_import_only_what_stands_before_them() {
-    let source = root().join("src");
-    let files: Vec<(String, String)> = rust_files(&source)
-        .into_iter()
-        .map(|path| {
-            let name = path.strip_prefix(&source).expect("below src");
-            (name.to_string_lossy().into_owned(), code(&path))
-        })
-        .collect();
+    let source = root("src");
+    let file = |path: PathBuf| {
+        let name = path.strip_prefix(&source).expect("below src");
+        (name.to_string_lossy().into_owned(), code(&path))
+    };
+    let files: Vec<(String, String)> = rust_files(&source).into_iter().map(file).collect();
     assert!(files.len() > 100, "{} files", files.len());
     let wrong = wrong_ways(&order(), &files);
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -118,32 +102,21 @@ fn an_import_from_the_right_is_noticed() {
         file("files.rs", "use crate::{files::{a, b}, engine::{c}};"),
         file("main.rs", "use crate::study;"),
     ];
-    assert_eq!(
-        wrong_ways(&order, &files),
-        ["engine → study in engine.rs", "files → engine in files.rs"]
-    );
+    let wrong = ["engine → study in engine.rs", "files → engine in files.rs"];
+    assert_eq!(wrong_ways(&order, &files), wrong);
 }
 
 /// Someone can take the engine or the statistics alone: they compute, and leave reading and writing to who uses them.
 #[test]
 fn the_crates_know_no_files_terminals_and_processes() {
-    const FORBIDDEN: [&str; 9] = [
-        "std::fs",
-        "std::process",
-        "std::io",
-        "std::net",
-        "std::env",
-        "println!",
-        "eprintln!",
-        "print!",
-        "dbg!",
-    ];
+    const FORBIDDEN: &str =
+        "std::fs std::process std::io std::net std::env println! eprintln! print! dbg!";
     for of in ["grains", "evidence", "verdict"] {
-        let files = rust_files(&root().join("crates").join(of).join("src"));
+        let files = rust_files(&root(&format!("crates/{of}/src")));
         assert!(files.len() > 5, "{of}");
         for path in files {
             let code = code(&path);
-            for word in FORBIDDEN {
+            for word in FORBIDDEN.words() {
                 assert!(!code.contains(word), "{word} in {}", path.display());
             }
         }

@@ -3,11 +3,6 @@
 
 mod external;
 
-use std::fs;
-use std::path::Path;
-use std::process::Command;
-use std::time::{Duration, Instant};
-
 use crossgrain::checks::Outcome;
 use crossgrain::child::on_path;
 use crossgrain::engine::read::TimedSteps;
@@ -17,36 +12,35 @@ use crossgrain::limits::bench::contender::{self, Contender, Sanity, Tolerance, b
 use crossgrain::limits::bench::machine::{Machine, Throughput, Work};
 use crossgrain::limits::bench::scaling::Point;
 use crossgrain::limits::bench::{BedRecord, Bench, Distance, Missed, Plan, Setup, timing};
-use crossgrain::progress::Display;
 use crossgrain::report::page;
 use crossgrain::tables::write_bodies;
-use grains::tables::Bodies;
 
-use serde_json::json;
-
-use crate::support::pages::each_figure_stands_once_and_has_numbers;
-use crate::support::{ends, has, tells};
+use crate::support::*;
 
 /// 500 settled grains: a tenth of the paper's bed, as deep.
 fn small_bed() -> Bed {
     bed::settled(500, &mut ()).expect("a bed that settles")
 }
 
+/// Forty steps after ten.
+fn steps(shares: u64, processes: u32) -> TimedSteps {
+    let (warm_up, timed) = (10, 40);
+    TimedSteps {
+        warm_up,
+        timed,
+        shares,
+        processes,
+    }
+}
+
 /// Grains without their ids.
 fn as_a_set(bodies: &Bodies) -> Vec<[u64; 6]> {
-    let mut all: Vec<[u64; 6]> = (0..bodies.len())
-        .map(|id| {
-            [
-                &bodies.x,
-                &bodies.z,
-                &bodies.vx,
-                &bodies.vz,
-                &bodies.radius,
-                &bodies.mass,
-            ]
-            .map(|column| column[id].to_bits())
-        })
-        .collect();
+    let (motion, of) = ([&bodies.x, &bodies.z, &bodies.vx, &bodies.vz], bodies);
+    let bits = |id: usize| {
+        let [x, z, vx, vz] = motion.map(|column| column[id].to_bits());
+        [x, z, vx, vz, of.radius[id].to_bits(), of.mass[id].to_bits()]
+    };
+    let mut all: Vec<[u64; 6]> = (0..bodies.len()).map(bits).collect();
     all.sort_unstable();
     all
 }
@@ -60,10 +54,8 @@ fn copies_are_mirrored_and_numbered_row_by_row() {
     }
     let wide = bed::side_by_side(&bodies, 1.0, 2, 3);
     assert_eq!(wide.len(), 12);
-    let lowest: Vec<f64> = wide.x[..6]
-        .iter()
-        .map(|x| (x * 10.0).round() / 10.0)
-        .collect();
+    let lowest = wide.x[..6].iter().map(|x| (x * 10.0).round() / 10.0);
+    let lowest: Vec<f64> = lowest.collect();
     assert_eq!(lowest, [0.1, 0.7, 1.3, 1.9, 2.1, 2.7]);
     assert!(wide.z[..6].iter().all(|z| *z == 0.1));
     assert_eq!(wide.vx[..6], [1.0, 1.0, -1.0, -1.0, 1.0, 1.0]);
@@ -99,12 +91,12 @@ fn shuffled_grains_are_the_same_grains() {
 
 #[test]
 fn a_kept_bed_is_taken_over_and_a_spoilt_one_is_not() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let make = || bed::settled_or_kept(folder.path(), 60, &mut ()).expect("a bed");
+    let folder = &new_folder();
+    let make = || bed::settled_or_kept(folder, 60, &mut ()).expect("a bed");
     let first = make();
     assert_eq!(make().bodies, first.bodies);
-    let table = folder.path().join("bed-60.csv");
-    let text = fs::read_to_string(&table).expect("a table");
+    let table = folder.join("bed-60.csv");
+    let text = text_of(&table);
     let line = text.lines().nth(1).expect("a grain").to_owned();
     let words: Vec<&str> = line.split(',').collect();
     let moved = line.replacen(words[1], "0.0123", 1);
@@ -160,21 +152,21 @@ fn a_window_has_the_steps_asked_for() {
 
 #[test]
 fn a_process_of_its_own_times_the_bed_it_is_given() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    timing::write_bed(&small_bed(), folder.path()).expect("a written bed");
+    let folder = &new_folder();
+    timing::write_bed(&small_bed(), folder).expect("a written bed");
     let program = Path::new(env!("CARGO_BIN_EXE_crossgrain"));
     let limit = Duration::from_secs(60);
-    let one = timing::in_a_process(program, folder.path(), 80, 1, limit).expect("a time");
+    let one = timing::in_a_process(program, folder, 80, 1, limit).expect("a time");
     assert_eq!((one.window.steps, one.steps), (80, 100));
-    ends(folder.path(), 2, "bench --one nowhere");
+    ends(folder, 2, "bench --one nowhere");
 }
 
 #[test]
 fn a_folder_that_cannot_be_renamed_is_not_overwritten() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    fs::write(folder.path().join("bench.json"), "{}").expect("a file");
-    tells(folder.path(), 2, "bench --out .", ["exists already"]);
-    ends(folder.path(), 2, "bench --rounds 0");
+    let folder = &new_folder();
+    fs::write(folder.join("bench.json"), "{}").expect("a file");
+    tells(folder, 2, "bench --out .", ["exists already"]);
+    ends(folder, 2, "bench --rounds 0");
 }
 
 const LOG: &str = "LAMMPS (29 Sep 2021 - Update 2)\nStep KinEng c_contacts \n       0  0.0395        17462 \n     \
@@ -185,25 +177,14 @@ const LOG: &str = "LAMMPS (29 Sep 2021 - Update 2)\nStep KinEng c_contacts \n   
 
 /// What Python makes of this, with the adapters to import; or how it failed.
 fn in_python(script: &str, arguments: &[&Path]) -> Result<String, String> {
-    let adapters = Path::new(env!("CARGO_MANIFEST_DIR")).join("adapters");
-    let output = Command::new("python3")
-        .args(["-B", "-c", script])
-        .args(arguments)
-        .env("PYTHONPATH", adapters)
-        .output()
-        .expect("a Python");
-    let text = |bytes| String::from_utf8(bytes).expect("text");
-    if output.status.success() {
-        Ok(text(output.stdout))
-    } else {
-        Err(text(output.stderr))
-    }
+    let (code, out, errors) = python("python3", &root("adapters"), script, arguments);
+    if code == 0 { Ok(out) } else { Err(errors) }
 }
 
 #[test]
 fn the_last_loop_of_so_many_steps_of_a_log_counts() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let log = folder.path().join("log");
+    let folder = &new_folder();
+    let log = folder.join("log");
     let times = |text: &str| {
         fs::write(&log, text).expect("a log");
         let script =
@@ -223,19 +204,19 @@ fn the_last_loop_of_so_many_steps_of_a_log_counts() {
 #[test]
 fn scripts_of_other_engines_carry_the_scenes_numbers() {
     let bed = small_bed();
-    let work = tempfile::tempdir().expect("a temporary folder");
+    let work = &new_folder();
     let ask = |bed: &Bed| {
         let model = grains::model::Model::of(&bed.scene);
         let job = json!({"protocol": 1, "kind": "timing", "model": model, "warm_up": 7, "steps": 11, "shares": 0, "under": []});
-        fs::write(work.path().join("job.json"), job.to_string()).expect("a job");
+        fs::write(work.join("job.json"), job.to_string()).expect("a job");
     };
     ask(&bed);
-    write_bodies(&work.path().join("initial.csv"), &bed.bodies).expect("grains");
+    write_bodies(&work.join("initial.csv"), &bed.bodies).expect("grains");
     let script = "import exchange, granular, importlib, sys
 job = exchange.Job(sys.argv[1])
 of = importlib.import_module(sys.argv[2]).timing(job, granular.OneClass(job.grains), job.folder, 5e7)
 print('\\n'.join(of[0]))";
-    let of = |name: &str| in_python(script, &[work.path(), Path::new(name)]);
+    let of = |name: &str| in_python(script, &[work, Path::new(name)]);
     let [lammps, liggghts] = ["lammps", "liggghts"].map(|name| of(name).expect("a script"));
     assert!(lammps.contains("pair_style gran/hooke 50000000 NULL 0 NULL 0 0\n"));
     assert!(lammps.contains("fix wall_1 all wall/gran hooke 50000000 NULL 0 NULL 0 0 xplane"));
@@ -245,10 +226,8 @@ print('\\n'.join(of[0]))";
     ask(&bed.with_friction());
     let lammps = of("lammps").expect("a script");
     let law = "hooke/history 50000000 50000000 0 0 0.54630248984379048 0";
-    assert!(
-        lammps.contains(&format!("pair_style gran/{law}\n"))
-            && lammps.contains(&format!("wall/gran {law} xplane"))
-    );
+    has(&lammps, [&format!("pair_style gran/{law}\n")]);
+    has(&lammps, [&format!("wall/gran {law} xplane")]);
     assert!(lammps.contains("fix move all nve/sphere disc\n"));
     assert!(of("liggghts").expect_err("is refused").contains("friction"));
 }
@@ -259,34 +238,19 @@ print('\\n'.join(of[0]))";
 fn programs_time_their_own_steps_through_their_adapters() {
     let bed = small_bed();
     let (rough, options) = (bed.with_friction(), yade::Options::default());
-    let contenders = [
-        (Contender::Lammps, 1),
-        (Contender::Lammps, 2),
-        (Contender::Liggghts, 1),
-        (Contender::LammpsFriction, 1),
-    ];
-    for (contender, processes) in contenders {
-        let steps = TimedSteps {
-            warm_up: 10,
-            timed: 40,
-            shares: 0,
-            processes,
-        };
+    use Contender::{Lammps, LammpsFriction, Liggghts};
+    for (contender, processes) in [(Lammps, 1), (Lammps, 2), (Liggghts, 1), (LammpsFriction, 1)] {
+        let steps = steps(0, processes);
         let bed = if contender.friction() { &rough } else { &bed };
         let exact = timing::after(bed, 50).expect("a sound run");
-        let work = tempfile::tempdir().expect("a temporary folder");
+        let work = &new_folder();
         let (timed, version) =
-            contender::timed(contender, bed, steps, &options, work.path()).expect("a timed run");
+            contender::timed(contender, bed, steps, &options, work).expect("a timed run");
         assert_eq!((timed.window.steps, timed.last.step), (40, 50));
         assert!(!version.is_empty() && timed.window.wall_seconds > 0.0);
         let contacts = between_grains(&timed.last);
-        let sanity = Sanity::of(
-            &timed.last.bodies,
-            contacts,
-            &exact,
-            0.005,
-            Tolerance::OTHER_LAW,
-        );
+        let tolerance = Tolerance::OTHER_LAW;
+        let sanity = Sanity::of(&timed.last.bodies, contacts, &exact, 0.005, tolerance);
         assert!(sanity.holds && sanity.displacement > 0.0, "{sanity:?}");
         // Grains turn the same way.
         let spins = timed.last.bodies.spin.iter().zip(&exact.bodies.spin);
@@ -299,11 +263,11 @@ fn programs_time_their_own_steps_through_their_adapters() {
 
 #[test]
 fn programs_that_fail_or_hang_are_named_and_ended() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     let sh = on_path("sh").expect("a shell");
     let run = |script: &str, limit: u64| {
         let limit = Duration::from_millis(limit);
-        timing::run(Command::new(&sh).args(["-c", script]), folder.path(), limit)
+        timing::run(Command::new(&sh).args(["-c", script]), folder, limit)
     };
     assert_eq!(run("echo hello", 10_000).expect("a log"), "hello\n");
     let failed = run("echo no such bed >&2; exit 3", 10_000).expect_err("a failure");
@@ -324,14 +288,9 @@ fn what_is_not_installed_is_not_a_failure_and_what_crashes_is() {
         package: "lammps",
     };
     assert!(!of(missing.into()).failed);
-    assert!(
-        of(ProgramError::Crashed {
-            status: "signal 11".to_owned(),
-            log: String::new()
-        }
-        .into())
-        .failed
-    );
+    let status = "signal 11".to_owned();
+    let log = String::new();
+    assert!(of(ProgramError::Crashed { status, log }.into()).failed);
     assert!(Missed::of("x", "x", false, ProgramError::Interrupted.into()).is_err());
     assert!(Contender::YadeOrdinary.known().needed && !Contender::Lammps.known().needed);
 }
@@ -344,38 +303,26 @@ fn the_nearest_limit_stands_first() {
         arithmetic: 1.0e-10,
         read: Vec::new(),
     };
-    let work = Work {
-        pairs: 1000.0,
-        grains: 500.0,
-    };
+    let (pairs, grains) = (1000.0, 500.0);
+    let work = Work { pairs, grains };
     let bounds = work.bounds(&throughput, 1.0e11, 10.0e-6);
     assert_eq!(bounds[0].resource, "divisions and square roots");
     // 1000·(2 + 2) ns for pairs and 500·2 ns for grains.
     assert!((bounds[0].seconds - 5.0e-6).abs() < 1.0e-12);
     assert!((bounds[0].distance - 2.0).abs() < 1.0e-9);
-    assert!(
-        bounds
-            .windows(2)
-            .all(|pair| pair[0].distance <= pair[1].distance)
-    );
+    let distances: Vec<f64> = bounds.iter().map(|of| of.distance).collect();
+    assert!(distances.is_sorted());
 }
 
-/// YADE's steps are timed by a script of their own; it gives the bits of the sorted loop too.
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn the_timed_steps_of_yade_have_the_native_bits() {
     let bed = small_bed();
-    let steps = TimedSteps {
-        warm_up: 10,
-        timed: 40,
-        shares: 10,
-        processes: 1,
-    };
-    let work = tempfile::tempdir().expect("a temporary folder");
+    let steps = steps(10, 1);
+    let work = &new_folder();
     let model = grains::model::Model::of(&bed.scene);
     let options = yade::Options::default();
-    let (timed, _) =
-        yade::time(&model, &bed.bodies, steps, &options, work.path()).expect("a timed run");
+    let (timed, _) = yade::time(&model, &bed.bodies, steps, &options, work).expect("a timed run");
     let exact = timing::after(&bed, 50).expect("a sound run");
     assert_eq!(timed.last.bodies, exact.bodies);
     assert_eq!(timed.last.contacts.len(), exact.contacts.len());
@@ -388,7 +335,7 @@ fn the_timed_steps_of_yade_have_the_native_bits() {
 fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
     let bed = bed::settled(60, &mut ()).expect("a bed that settles");
     let with_friction = bed.with_friction();
-    let work = tempfile::tempdir().expect("a temporary folder");
+    let work = new_folder();
     let yade = yade::Options {
         program: Some("/nowhere/yade".into()),
         ..yade::Options::default()
@@ -406,7 +353,7 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
         yade: &yade,
         external: None,
         crossgrain: Path::new(env!("CARGO_BIN_EXE_crossgrain")),
-        work: work.path(),
+        work: &work,
     };
     let task = Display::new(true).task("a round");
     let rounds = contender::rounds(&setup, &task);
@@ -432,10 +379,8 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
             peak_memory: Some(4_000_000),
         }
     };
-    let counts = Work {
-        pairs: clocked.listed_pairs as f64,
-        grains,
-    };
+    let pairs = clocked.listed_pairs as f64;
+    let counts = Work { pairs, grains };
     let bench = Bench {
         crossgrain: "0.1.0".to_owned(),
         command: "crossgrain bench".to_owned(),

@@ -1,96 +1,42 @@
 //! The jobs that start YADE, with programs that are not YADE: exit code 4, words that say what happened and what to do, and no
 //! record, page or folder that looks finished. `yade_driver` has the finer ways to break `run`.
 
-use std::fs;
-use std::path::Path;
-
 use crate::hostile_names::nothing_obeyed;
-use crate::support::{crossgrain, ends, folder_with, tiny_scene, told};
+use crate::support::*;
 use crate::yade_driver::yade;
 
 /// Programs, and what is said of them.
-const BROKEN: [(&str, &str, &[&str]); 6] = [
-    (
-        "silent",
-        "os._exit(0)",
-        &["the engine wrote nonsense", "--yade, CROSSGRAIN_YADE"],
-    ),
-    (
-        "babbling",
-        "print('\\x1b[31mgarbage ' * 10**5); os._exit(3)",
-        &["the engine ended with", "garbage"],
-    ),
-    (
-        "hanging",
-        "time.sleep(600)",
-        &["the engine hung", "--stall-limit"],
-    ),
-    (
-        "hungry",
-        "all = []\nwhile True:\n    all.append(b'x' * (16 << 20)); time.sleep(0.02)",
-        &["the engine took", "MB of memory", "--memory-limit"],
-    ),
-    (
-        "writing",
-        "put('hello.json', json.dumps({'version': '2023.02a'}))\n\
-         file = open(os.path.join(job, 'tables.bin'), 'wb')\n\
-         while True:\n    file.write(b'x' * (1 << 20)); file.flush(); time.sleep(0.01)",
-        &["the engine took", "MB of output", "--output-limit"],
-    ),
-    (
-        "numberless",
-        "put('hello.json', json.dumps({'version': '2023.02a'}))\n\
-         open(os.path.join(job, 'tables.bin'), 'wb').write(struct.pack('d', float('nan')) * 10**5)\n\
-         put('moments.jsonl', '{\"stage\": NaN}\\n' * 3)\n\
-         put('done.json', json.dumps({'steps': 10})); os._exit(0)",
-        &["the engine wrote nonsense", "moments.jsonl"],
-    ),
-];
+const BROKEN: &str = r#"
+    silent ⇒ os._exit(0) ⇒ the engine wrote nonsense ⇒ --yade, CROSSGRAIN_YADE
+    babbling ⇒ print('\x1b[31mgarbage ' * 10**5); os._exit(3) ⇒ the engine ended with ⇒ garbage
+    hanging ⇒ time.sleep(600) ⇒ the engine hung ⇒ --stall-limit
+    hungry ⇒ all = [(b'x' * (16 << 20), time.sleep(0.02)) for i in range(10**6)] ⇒ the engine took ⇒ MB of memory, --memory-limit
+    writing ⇒ put('hello.json', json.dumps({'version': '2023.02a'})); file = open(os.path.join(job, 'tables.bin'), 'wb'); [(file.write(b'x' * (1 << 20)), file.flush(), time.sleep(0.01)) for i in range(10**6)] ⇒ the engine took ⇒ MB of output, --output-limit
+    numberless ⇒ put('hello.json', json.dumps({'version': '2023.02a'})); open(os.path.join(job, 'tables.bin'), 'wb').write(struct.pack('d', float('nan')) * 10**5); put('moments.jsonl', '{"stage": NaN}\n' * 3); put('done.json', json.dumps({'steps': 10})); os._exit(0) ⇒ the engine wrote nonsense ⇒ moments.jsonl
+"#;
 
 const LIMITS: &str = "--stall-limit 3 --time-limit 60 --memory-limit 200 --output-limit 20";
 
-/// Files below a folder, without the inputs of the test.
-fn left(folder: &Path) -> Vec<String> {
-    let mut files = Vec::new();
-    let mut folders = vec![folder.to_owned()];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                folders.push(path);
-            } else {
-                files.push(path.to_string_lossy().into_owned());
-            }
-        }
-    }
-    files
-}
-
 /// The job with each of the broken programs; nothing of this name may be in what it leaves.
 fn every_way_is_told(job: &str, finished: &[&str]) {
-    for (name, does, words) in BROKEN {
-        let (folder, _) = folder_with(&tiny_scene());
-        yade(folder.path(), name, does);
+    for [name, does, ended, words] in rows(BROKEN) {
+        let folder = &folder_with(&tiny_scene());
+        yade(folder, name, does);
         let job = format!("{job} {LIMITS} --yade ./{name} --out o");
-        let output = crossgrain(&job, folder.path());
-        nothing_obeyed(folder.path(), &output);
+        let output = crossgrain(&job, folder);
+        nothing_obeyed(folder, &output);
         let (code, _, errors) = told(&output);
         assert_eq!(code, 4, "{job:?}, {name}: {errors}");
-        for word in words {
-            assert!(
-                errors.contains(word),
-                "{job:?}, {name}: «{word}» is missing: {errors}"
-            );
+        has(&errors, [ended]);
+        for word in words.split(", ") {
+            has(&errors, [word]);
         }
-        assert!(
-            errors.len() < 8000,
-            "{name}: {} bytes are said",
-            errors.len()
-        );
-        for file in left(folder.path()) {
-            let half =
-                file.contains("crossgrain.partial") || finished.iter().any(|of| file.ends_with(of));
-            assert!(!half, "{job:?}, {name} left {file}");
+        let said = errors.len();
+        assert!(said < 8000, "{name}: {said} bytes are said");
+        for file in below(folder) {
+            let partial = file.to_string_lossy().contains("crossgrain.partial");
+            let half = partial || finished.iter().any(|of| file.ends_with(of));
+            assert!(!half, "{job:?}, {name} left {file:?}");
         }
     }
 }
@@ -117,40 +63,39 @@ fn the_ladder_tells_every_way() {
 #[test]
 #[ignore = "minutes: the native part of the map comes first"]
 fn the_stability_map_tells_of_a_yade_that_says_nothing() {
-    let (folder, _) = folder_with(&tiny_scene());
-    let (_, does, words) = BROKEN[0];
-    yade(folder.path(), "yade", does);
+    let folder = &folder_with(&tiny_scene());
+    yade(folder, "yade", "os._exit(0)");
     let command = "stability --quick --quiet --yade ./yade --out o";
-    let (_, errors) = ends(folder.path(), 4, command);
-    assert!(words.iter().all(|word| errors.contains(word)), "{errors}");
-    let finished = left(folder.path());
+    let words = ["the engine wrote nonsense", "--yade, CROSSGRAIN_YADE"];
+    tells(folder, 4, command, words);
     assert!(
-        !finished.iter().any(|file| file.contains("/o/")),
-        "{finished:?}"
+        below(folder)
+            .iter()
+            .all(|file| !file.to_string_lossy().contains("/o/"))
     );
 }
 
 /// `compare` goes back to the engine to find where two runs part, and says why it cannot.
 #[test]
 fn a_comparison_tells_that_its_engine_is_broken() {
-    let (folder, _) = folder_with(&crate::hostile_names::two_grains());
+    let folder = &folder_with(&crate::hostile_names::two_grains());
     let sound = "frames(fine + fine, [frame(0), frame(10), end(10)])";
-    yade(folder.path(), "yade", sound);
+    yade(folder, "yade", sound);
     for run in ["native --out native", "yade --out other"] {
         let run = format!("run scene.json --steps 10 --yade ./yade --engine {run}");
-        ends(folder.path(), 0, &run);
+        ends(folder, 0, &run);
     }
-    for (name, does, words) in BROKEN {
+    for [name, does, ended, _] in rows(BROKEN) {
         if name == "numberless" {
             continue;
         }
-        yade(folder.path(), "yade", does);
+        yade(folder, "yade", does);
         let compare = format!("compare native other --yade ./yade {LIMITS}");
-        let output = crossgrain(&compare, folder.path());
-        nothing_obeyed(folder.path(), &output);
+        let output = crossgrain(&compare, folder);
+        nothing_obeyed(folder, &output);
         let (code, out, errors) = told(&output);
         // That the runs differ was found without the engine.
         assert_eq!(code, 1, "{name}: {out}{errors}");
-        assert!(out.contains(words[0]), "{name}: {out}{errors}");
+        has(&out, [ended]);
     }
 }

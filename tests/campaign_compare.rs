@@ -1,7 +1,5 @@
 //! Two campaigns compared: every verdict can come out.
 
-use std::collections::BTreeMap;
-
 use crossgrain::checks::Outcome;
 use crossgrain::study::campaign::compare::{Compared, Comparison, Packings, compare, judge};
 use crossgrain::study::campaign::{Campaign, Member, Merged};
@@ -11,8 +9,9 @@ use crossgrain::study::tradeoff::judge::QUANTITIES;
 use evidence::proportion::wilson;
 use evidence::random::{Key, Source, replicates};
 use evidence::t_test::Finding;
-use grains::scene::paper_scene;
 use verdict::judge::Verdict;
+
+use crate::support::*;
 
 const HEIGHT: &str = "settled.height.mean_surface";
 
@@ -108,17 +107,11 @@ fn other_realizations_are_equivalent_different_or_too_few() {
     let height = height.expect("the height is charted");
     assert!(height.power > Some(0.99), "{:?}", height.power);
     assert_eq!(height.finding, Some(Finding::Different));
-    assert!(
-        height.distribution_p < Some(0.05),
-        "{:?}",
-        height.distribution_p
-    );
+    let p = height.distribution_p;
+    assert!(p < Some(0.05), "{p:?}");
     let others = quantities(&shifted).iter().filter(|of| of.key != HEIGHT);
-    assert!(
-        others
-            .clone()
-            .all(|of| of.finding != Some(Finding::Different))
-    );
+    let findings: Vec<_> = others.clone().map(|of| of.finding).collect();
+    assert!(!findings.contains(&Some(Finding::Different)));
     assert_eq!(others.count(), QUANTITIES.len() - 1);
     // At the margin, with two packings, nothing can be shown.
     let few = of(&first, &campaign("YADE", 1001, 2, margin));
@@ -126,10 +119,8 @@ fn other_realizations_are_equivalent_different_or_too_few() {
     assert_eq!(few.power.expect("was judged").estimate, 0.0);
     assert!(same.power.expect("was judged").estimate > 0.9);
     let answer = same.document().answer;
-    assert!(
-        answer.starts_with("equal in distribution. Were all means equal"),
-        "{answer}"
-    );
+    let begins = answer.starts_with("equal in distribution. Were all means equal");
+    assert!(begins, "{answer}");
 }
 
 #[test]
@@ -140,7 +131,6 @@ fn another_scene_is_not_compared() {
     assert!(compare(&first, &second).is_err());
 }
 
-/// Nothing is equivalent that one side does not have: a quantity of all or of some packings, or a punch's force.
 #[test]
 fn what_is_missing_on_one_side_is_never_equivalent() {
     let first = campaign("native", 1, 60, 0.0);
@@ -172,7 +162,6 @@ fn what_is_missing_on_one_side_is_never_equivalent() {
     }
 }
 
-/// The p values that are shown are those that are judged.
 #[test]
 fn findings_follow_from_the_p_that_is_shown() {
     let first = campaign("native", 1, 60, 0.0);
@@ -191,7 +180,6 @@ fn findings_follow_from_the_p_that_is_shown() {
     }
 }
 
-/// A campaign of an external engine is compared as any other.
 #[test]
 fn external_engines_go_through_the_same_comparison() {
     let first = campaign("native", 1, 60, 0.0);
@@ -208,8 +196,7 @@ fn external_engines_go_through_the_same_comparison() {
 #[test]
 fn level_and_power_on_the_recorded_packings() {
     const KEY: Key = *b"crossgrain: tests of both sides ";
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-    let native = folder.join("reference_data/campaign-native-1");
+    let native = root("reference_data/campaign-native-1");
     let native = crossgrain::study::campaign::merged(&native).expect("a recorded campaign");
     let all = Packings::of(&native.rows);
     let (trials, side) = (400, 450);
@@ -237,10 +224,8 @@ fn level_and_power_on_the_recorded_packings() {
     let least = powers.iter().copied().fold(1.0, f64::min);
     let together = 1.0 - powers.iter().map(|of| 1.0 - of).sum::<f64>();
     println!("equal {equal:?}, different {different:?}, powers {powers:?}");
-    assert!(
-        equal.low <= least && equal.high >= together,
-        "{equal:?} {powers:?}"
-    );
+    let within = equal.low <= least && equal.high >= together;
+    assert!(within, "{equal:?} {powers:?}");
 
     for key in [HEIGHT, "loaded.stress.B.local_zz"] {
         let charted = QUANTITIES.iter().find(|of| of.key == key);

@@ -1,24 +1,18 @@
 //! Checks of a job as files for other programs, and baselines: from the command line.
 
-use std::collections::BTreeSet;
-use std::fs;
-use std::path::Path;
-
-use serde_json::Value;
-
-use crate::support::{a_pipe, ends, folder_with, has, json_of, say, tells, tiny_scene};
+use crate::support::*;
 
 /// A record with these checks, as `(id, value, outcome)`, each expected to be 1 ± 0.5, and one speed.
 fn record(folder: &Path, name: &str, checks: &[(&str, f64, &str)], yade_over_native: f64) {
     let failed = checks.iter().any(|(_, _, outcome)| *outcome == "fail");
     let check = |(id, value, outcome): &(&str, f64, &str)| {
-        serde_json::json!({
+        json!({
             "id": id, "quantity": "height", "unit": "m", "value": value, "expected": 1.0, "lower": 0.5, "upper": 1.5,
             "method": "by looking", "basis": "told so", "n": 1, "interval": null, "outcome": outcome, "found": "",
         })
     };
     let checks: Vec<Value> = checks.iter().map(check).collect();
-    let record = serde_json::json!({
+    let record = json!({
         "job": "reproduce", "version": 1, "crossgrain": "0.1.0", "command": "crossgrain reproduce", "machine_kind": "a machine",
         "verdict": if failed { "fail" } else { "pass" }, "checks": checks, "comparisons": [],
         "speeds": [{"id": "time/ordinary", "what": "time a step of YADE over native", "unit": "times native",
@@ -28,21 +22,17 @@ fn record(folder: &Path, name: &str, checks: &[(&str, f64, &str)], yade_over_nat
 }
 
 /// A folder that goes away, with a record of one check that passed, `run.json`, in it.
-fn with_a_record() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    record(folder.path(), "run.json", &[("a", 1.0, "pass")], 60.0);
+fn with_a_record() -> Place {
+    let folder = new_folder();
+    record(&folder, "run.json", &[("a", 1.0, "pass")], 60.0);
     folder
 }
 
 #[test]
 fn a_regression_shows_in_words_files_and_exit_code() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
-    let sound = [
-        ("compare/a/height", 1.0, "pass"),
-        ("faults/wall", 1.0, "pass"),
-        ("gone", 1.0, "pass"),
-    ];
+    let at = &new_folder();
+    let (height, wall, gone) = ("compare/a/height", "faults/wall", ("gone", 1.0, "pass"));
+    let sound = [(height, 1.0, "pass"), (wall, 1.0, "pass"), gone];
     record(at, "before.json", &sound, 60.0);
     let save = "report baseline save before.json main --store kept";
     ends(at, 0, save);
@@ -58,11 +48,7 @@ fn a_regression_shows_in_words_files_and_exit_code() {
     let out = diff(0, "before.json");
     has(&out, ["AGREED: Nothing is worse than in main"]);
 
-    let broken = [
-        ("compare/a/height", 1.7, "fail"),
-        ("faults/wall", 1.2, "pass"),
-        ("gone", 1.0, "pass"),
-    ];
+    let broken = [(height, 1.7, "fail"), (wall, 1.2, "pass"), gone];
     record(at, "broken.json", &broken, 60.0);
     let out = diff(1, "broken.json");
     has(&out, ["WORSE"]);
@@ -89,12 +75,10 @@ fn a_regression_shows_in_words_files_and_exit_code() {
         out.starts_with("            FAIL compare/a/height"),
         "{out}"
     );
-    let read = |name: &str| fs::read_to_string(at.join(name)).expect("a file");
+    let read = |name: &str| text_of(at.join(name));
     let junit = read("j.xml");
-    has(
-        &junit,
-        ["failures=\"1\"", "height: 1.7 m, must be 0.5 to 1.5"],
-    );
+    has(&junit, ["failures=\"1\""]);
+    has(&junit, ["height: 1.7 m, must be 0.5 to 1.5"]);
     assert_eq!(read("c.csv").lines().count(), 4);
     let summary = read("s.md");
     assert!(
@@ -105,8 +89,7 @@ fn a_regression_shows_in_words_files_and_exit_code() {
 
 #[test]
 fn what_cannot_be_used_is_said_with_what_to_do() {
-    let folder = with_a_record();
-    let at = folder.path();
+    let at = &with_a_record();
     let refused = |command: &[&str], words: &str| {
         let (_, errors) = ends(at, 2, command);
         assert!(errors.contains(words), "{command:?}: {errors}");
@@ -131,7 +114,7 @@ fn what_cannot_be_used_is_said_with_what_to_do() {
     fs::write(at.join("other.json"), "{\"version\": 1}").expect("written");
     refused(&["report", "checks", "other.json"], "no record of a job");
     // Another job's record says nothing of this one.
-    let text = fs::read_to_string(at.join("run.json")).expect("a record");
+    let text = text_of(at.join("run.json"));
     let text = text.replace("\"reproduce\"", "\"verify\"");
     fs::write(at.join("other.json"), text).expect("written");
     ends(at, 0, &baseline("save", "run.json", "main"));
@@ -141,8 +124,7 @@ fn what_cannot_be_used_is_said_with_what_to_do() {
 
 #[test]
 fn checks_are_explained() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
+    let at = &new_folder();
     let checks = [("parameters/everything/dt", 1.0, "pass")];
     record(at, "run.json", &checks, 60.0);
     let explain = "report explain parameters/everything/dt --record run.json";
@@ -153,12 +135,10 @@ fn checks_are_explained() {
 
 #[test]
 fn the_schema_in_the_documentation_is_the_one_of_the_types() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let written = fs::read_to_string(root.join("docs/record.schema.json"));
-    let (printed, _) = ends(root, 0, "report checks --schema");
+    let written = text_of(root("docs/record.schema.json"));
+    let (printed, _) = ends(&root(""), 0, "report checks --schema");
     assert_eq!(
-        printed,
-        written.expect("docs/record.schema.json"),
+        printed, written,
         "write it anew: crossgrain report checks --schema > docs/record.schema.json"
     );
 }
@@ -166,8 +146,7 @@ fn the_schema_in_the_documentation_is_the_one_of_the_types() {
 /// A real job's record keeps to the common part, has a check for each figure of each case, and passes as it says.
 #[test]
 fn the_suite_has_its_checks_in_its_record() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
+    let at = &new_folder();
     ends(at, 0, "verify --engine native --quiet --out verified");
     let record = crossgrain::checks::record::read(&at.join("verified/verify.json"));
     let record = record.expect("a record");
@@ -185,8 +164,7 @@ fn the_suite_has_its_checks_in_its_record() {
 
 #[test]
 fn shells_and_man_are_told_the_command_line() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
+    let at = &new_folder();
     for shell in ["bash", "zsh", "fish"] {
         let (out, _) = ends(at, 0, &format!("shell completions {shell}"));
         assert!(out.contains("baseline"), "{shell}: {out}");
@@ -200,12 +178,11 @@ fn shells_and_man_are_told_the_command_line() {
 #[test]
 fn a_pipe_is_written_into_and_not_replaced() {
     use std::os::unix::fs::FileTypeExt;
-    let folder = with_a_record();
-    let at = folder.path();
+    let at = &with_a_record();
     for (option, words) in [("junit", "<testsuites"), ("csv", "outcome,id")] {
         let pipe = a_pipe(at, option);
         let from = pipe.clone();
-        let reader = std::thread::spawn(move || fs::read_to_string(from).expect("text"));
+        let reader = std::thread::spawn(move || text_of(from));
         let checks = format!("report checks run.json --{option} {option}");
         ends(at, 0, &checks);
         let kind = fs::symlink_metadata(&pipe).expect("is there").file_type();
@@ -221,14 +198,11 @@ const FILES: [&str; 6] = ["--junit", "j.xml", "--csv", "c.csv", "--summary", "s.
 /// row for each check, lasting ids that are explained. The value is the exit code, and the summary's first lines.
 fn told_alike(arguments: &[&str], folder: &Path) -> (i32, String) {
     let (code, _, errors) = say(folder, &[arguments, &FILES].concat());
-    let read = |name: &str| {
+    let [junit, table, summary] = ["j.xml", "c.csv", "s.md"].map(|name| {
         let text = fs::read_to_string(folder.join(name));
-        text.unwrap_or_else(|error| panic!("{arguments:?}: {name}: {error}: {errors}"))
-    };
-    let (junit, table, summary) = (read("j.xml"), read("c.csv"), read("s.md"));
-    for name in ["j.xml", "c.csv", "s.md"] {
         fs::remove_file(folder.join(name)).expect("was written");
-    }
+        text.unwrap_or_else(|error| panic!("{arguments:?}: {name}: {error}: {errors}"))
+    });
     let junit = roxmltree::Document::parse(&junit).expect("XML");
     let count = |of: &str| -> usize {
         let count = junit.root_element().attribute(of).expect("a count");
@@ -236,23 +210,16 @@ fn told_alike(arguments: &[&str], folder: &Path) -> (i32, String) {
     };
     let mut table = csv::Reader::from_reader(table.as_bytes());
     let rows: Vec<csv::StringRecord> = table.records().map(|row| row.expect("a row")).collect();
-    let with = |outcomes: &[&str]| {
-        let of = rows.iter().filter(|row| outcomes.contains(&&row[0]));
-        of.count()
-    };
-    let (failed, passed) = (with(&["FAIL"]), with(&["pass"]));
-    let skipped = [with(&["skipped"]), with(&["expected failure"])];
+    let with = |outcome: &str| rows.iter().filter(|row| &row[0] == outcome).count();
+    let (failed, passed) = (with("FAIL"), with("pass"));
+    let skipped = [with("skipped"), with("expected failure")];
     assert_eq!(count("tests"), rows.len(), "{arguments:?}");
     assert_eq!(count("failures"), failed, "{arguments:?}");
     assert_eq!(count("skipped"), skipped[0] + skipped[1], "{arguments:?}");
-    let tally = format!(
-        " passed, {failed} failed, {} skipped, {} expected failures.",
-        skipped[0], skipped[1]
-    );
-    assert!(
-        summary.contains(&format!("{passed} check")) && summary.contains(&tally),
-        "{arguments:?}: {tally}\n{summary}"
-    );
+    let [skips, expected] = skipped;
+    let tally = format!(", {failed} failed, {skips} skipped, {expected} expected failures.");
+    let tally = format!(" passed{tally}");
+    has(&summary, [&format!("{passed} check"), &tally]);
     let (word, failures) = match code {
         0 => ("Agreed", false),
         1 => ("Different", true),
@@ -260,31 +227,27 @@ fn told_alike(arguments: &[&str], folder: &Path) -> (i32, String) {
         _ => panic!("{arguments:?}: {code} {errors}"),
     };
     let head = summary.lines().next().expect("a heading").to_owned();
-    assert!(
-        head.ends_with(&format!(": {word}")),
-        "{arguments:?}: {head}"
-    );
+    let told = head.ends_with(&format!(": {word}"));
+    assert!(told, "{arguments:?}: {head}");
     assert_eq!(failed > 0, failures, "{arguments:?}");
     let mut seen = BTreeSet::new();
     for id in rows.iter().map(|row| &row[1]) {
         assert!(seen.insert(id.to_owned()), "{arguments:?}: {id} repeats");
-        assert!(
-            crossgrain::explain::of(id).is_some(),
-            "{id} is not explained"
-        );
+        let explained = crossgrain::explain::of(id).is_some();
+        assert!(explained, "{id} is not explained");
         let engines = ["yade", "lammps", "liggghts", "esys", "native"];
         assert!(engines.iter().all(|engine| !id.contains(engine)), "{id}");
     }
     (code, summary.lines().take(4).collect::<Vec<_>>().join("\n"))
 }
 
-/// Verbs that need no other engine say the same in all files.
 #[test]
 fn files_of_every_verb_say_what_its_exit_code_says() {
-    let (folder, _) = folder_with(&tiny_scene());
-    let at = folder.path();
-    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data");
-    let campaign = |name: &str| data.join(name).to_str().expect("UTF-8").to_owned();
+    let at = &folder_with(&tiny_scene());
+    let campaign = |name: &str| {
+        let path = root("reference_data").join(format!("campaign-{name}-1"));
+        path.to_str().expect("UTF-8").to_owned()
+    };
     ends(at, 0, "study plan campaign scene.json --members 2 --out c");
     let sound = [("verify/a", 1.0, "pass"), ("verify/b", 1.0, "pass")];
     record(at, "before.json", &sound, 60.0);
@@ -293,14 +256,8 @@ fn files_of_every_verb_say_what_its_exit_code_says() {
     record(at, "fewer.json", &sound[..1], 60.0);
     record(at, "slow.json", &sound, 30.0);
     ends(at, 0, "report baseline save before.json main");
-    let [few, native, sorted, half, lammps] = [
-        "campaign-yade-ordinary-1",
-        "campaign-native-1",
-        "campaign-yade-sorted-1",
-        "campaign-native-half-1",
-        "campaign-lammps-half-1",
-    ]
-    .map(campaign);
+    let [few, native, sorted] = ["yade-ordinary", "native", "yade-sorted"].map(campaign);
+    let [half, lammps] = ["native-half", "lammps-half"].map(campaign);
     let diff = ["report", "baseline", "diff"];
     for (verb, rest, wanted) in [
         (&["paper", "numbers"][..], &[][..], 0),
@@ -322,25 +279,15 @@ fn files_of_every_verb_say_what_its_exit_code_says() {
     }
     // The summary says what the page says.
     let again = at.join("again.md");
-    for (arguments, page) in [
-        (&["study", "report", "c"][..], "c/report.html"),
-        (
-            &["study", "claims", &few, "--out", "claims"],
-            "claims/report.html",
-        ),
-    ] {
-        let summary = [arguments, &["--summary", "again.md"]].concat();
-        say(at, &summary);
-        let page = fs::read_to_string(at.join(page)).expect("a page");
-        let page = page.replace("&#39;", "'");
-        let summary = fs::read_to_string(&again).expect("a summary");
+    let claims = ["study", "claims", &few, "--out", "claims"];
+    for (arguments, page) in [(&["study", "report", "c"][..], "c"), (&claims, "claims")] {
+        say(at, &[arguments, &["--summary", "again.md"]].concat());
+        let page = text_of(at.join(page).join("report.html")).replace("&#39;", "'");
+        let summary = text_of(&again);
         fs::remove_file(&again).expect("was written");
         let head = summary.lines().next().expect("a heading");
         let (title, verdict) = head[3..].split_once(": ").expect("a verdict");
-        assert!(
-            page.contains(&format!("<title>{title}: {verdict}</title>")),
-            "{title}"
-        );
+        has(&page, [&format!("<title>{title}: {verdict}</title>")]);
         for heading in summary.lines().filter_map(|line| line.strip_prefix("### ")) {
             let heading = heading.replace('\\', "");
             let on_page = page.contains(&format!(">{heading}</h2>"));
@@ -351,17 +298,15 @@ fn files_of_every_verb_say_what_its_exit_code_says() {
     tells(at, 2, "study run c --shard 1/2 --junit j.xml", ["--shard"]);
 }
 
-/// A baseline's bits are a check where they are demanded.
 #[test]
 fn other_bits_are_a_failure_where_they_are_demanded() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
+    let at = &new_folder();
     let checks = [("verify/a", 1.0, "pass")];
     for (name, value) in [("before.json", 1.0), ("after.json", 1.0 + f64::EPSILON)] {
         record(at, name, &checks, 60.0);
         let path = at.join(name);
         let mut record = json_of(&path);
-        record["measured"] = serde_json::json!([{"id": "height", "unit": "m", "value": value}]);
+        record["measured"] = json!([{"id": "height", "unit": "m", "value": value}]);
         fs::write(&path, record.to_string()).expect("written");
     }
     ends(at, 0, "report baseline save before.json main");
@@ -373,8 +318,7 @@ fn other_bits_are_a_failure_where_they_are_demanded() {
 /// A job that ended with an error says so in the files of every verb that judges.
 #[test]
 fn errors_are_told_in_the_files_too() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
+    let at = &new_folder();
     for (verb, rest) in [
         ("compare", "nowhere nowhere"),
         ("reproduce", "--scene nowhere.json"),
@@ -393,7 +337,7 @@ fn errors_are_told_in_the_files_too() {
         let given = format!("{verb} {rest} --junit j.xml --summary s.md");
         let (code, out, _) = say(at, &given);
         assert!(code > 1, "{verb}: {code} {out}");
-        let text = fs::read_to_string(at.join("j.xml")).expect("JUnit");
+        let text = text_of(at.join("j.xml"));
         let junit = roxmltree::Document::parse(&text).expect("XML");
         let root = junit.root_element();
         let named = format!("crossgrain {verb}");
@@ -401,7 +345,7 @@ fn errors_are_told_in_the_files_too() {
         assert_eq!(counts, [Some(named.as_str()), Some("1")]);
         let kind = format!("type=\"exit code {code}\"");
         assert!(text.contains(&kind), "{verb}: {code} {text}");
-        let summary = fs::read_to_string(at.join("s.md")).expect("a summary");
+        let summary = text_of(at.join("s.md"));
         assert!(summary.starts_with(&format!("## {named}: ")), "{summary}");
         for name in ["j.xml", "s.md"] {
             fs::remove_file(at.join(name)).expect("was written");

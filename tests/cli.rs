@@ -1,19 +1,11 @@
 //! The command line: exit codes, messages, and the main job without YADE.
 
-use std::fs;
-
-use grains::scene::paper_scene;
-
-use crate::support::pages::job_without_yade;
-use crate::support::{
-    ask_to_end, ends, faulty, folder_with, has, json_of, native_run, small_scene, started, tells,
-    write_scene,
-};
+use crate::support::*;
 
 #[test]
 fn usage_errors_exit_with_2() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    ends(folder.path(), 2, &[""; 0]);
+    let folder = &new_folder();
+    ends(folder, 2, &[""; 0]);
     for command in [
         "dance",
         "run scene.json",
@@ -22,18 +14,18 @@ fn usage_errors_exit_with_2() {
         "compare one",
         "reproduce --scene no-such-scene.json",
     ] {
-        let (_, errors) = ends(folder.path(), 2, command);
+        let (_, errors) = ends(folder, 2, command);
         assert!(!errors.is_empty());
     }
-    let (folder, _) = folder_with(&small_scene());
+    let folder = &folder_with(&small_scene());
     let command = "run scene.json --engine native --perturb luck=1 --out o";
-    tells(folder.path(), 2, command, ["unknown perturbation"]);
+    tells(folder, 2, command, ["unknown perturbation"]);
 }
 
 #[test]
 fn the_printed_scene_is_a_valid_one_of_the_wanted_realization() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let (out, _) = ends(folder.path(), 0, "scene paper --seed 42 --particles 123");
+    let folder = &new_folder();
+    let (out, _) = ends(folder, 0, "scene paper --seed 42 --particles 123");
     let scene = grains::scene::parse_scene(&out).expect("a valid scene");
     assert_eq!(scene, paper_scene(42, 123));
 }
@@ -42,32 +34,31 @@ fn the_printed_scene_is_a_valid_one_of_the_wanted_realization() {
 fn a_bed_that_does_not_settle_is_incomplete() {
     let mut scene = small_scene();
     scene.settle.max_steps = 2000;
-    let (folder, _) = folder_with(&scene);
-    let (out, _) = ends(folder.path(), 3, "run scene.json --engine native --out o");
+    let folder = &folder_with(&scene);
+    let (out, _) = ends(folder, 3, "run scene.json --engine native --out o");
     has(&out, ["not settled"]);
-    assert!(folder.path().join("o/run.json").is_file());
+    assert!(folder.join("o/run.json").is_file());
 }
 
 #[test]
 fn an_engine_that_fails_exits_with_4_and_names_step_and_grain() {
     let mut scene = small_scene();
-    scene.time_step = grains::scene::TimeStep::Fraction {
-        of_sqrt_m_over_k: 50.0,
-    };
-    let (folder, _) = folder_with(&scene);
-    let (_, errors) = ends(folder.path(), 4, "run scene.json --engine native --out o");
+    let of_sqrt_m_over_k = 50.0;
+    scene.time_step = grains::scene::TimeStep::Fraction { of_sqrt_m_over_k };
+    let folder = &folder_with(&scene);
+    let (_, errors) = ends(folder, 4, "run scene.json --engine native --out o");
     has(&errors, ["in step ", "grain "]);
-    assert!(!folder.path().join("o").exists());
+    assert!(!folder.join("o").exists());
 }
 
 #[test]
 fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
-    let (folder, _) = folder_with(&small_scene());
+    let folder = &folder_with(&small_scene());
     let job = "reproduce --scene scene.json --yade /nowhere/yade --out";
-    let job_in = |out: &str, code: i32| ends(folder.path(), code, &format!("{job} {out}"));
+    let job_in = |out: &str, code: i32| ends(folder, code, &format!("{job} {out}"));
     let (out, _) = job_in("o", 3);
     has(&out, ["YADE is missing", "INCOMPLETE"]);
-    let page = fs::read_to_string(folder.path().join("o/report.html")).expect("a report");
+    let page = text_of(folder.join("o/report.html"));
     let page = page.replace("&#39;", "'");
     for part in [
         "Incomplete",
@@ -80,13 +71,13 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
     ] {
         assert!(page.contains(part), "the page lacks {part}");
     }
+    let kinetic = "id=\"fig-measures-kinetic-energy\"";
     for (other, part) in [
-        ("measures", "id=\"fig-measures-kinetic-energy\""),
+        ("measures", kinetic),
         ("paper", "This is not the paper's scene"),
     ] {
-        let other = fs::read_to_string(folder.path().join(format!("o/{other}.html")));
-        let other = other.expect("a page").replace("&#39;", "'");
-        assert!(other.contains(part), "{part}");
+        let other = text_of(folder.join(format!("o/{other}.html")));
+        has(&other.replace("&#39;", "'"), [part]);
     }
     for remote in ["http://", "https://", "<script src"] {
         // Names of formats, and the link to the paper, which is followed only by a click.
@@ -94,7 +85,7 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
         let others = others.replace("<a href=\"https://doi.org/", "");
         assert!(!others.contains(remote), "the page asks for {remote}");
     }
-    let text = fs::read_to_string(folder.path().join("o/run.json")).expect("a record");
+    let text = text_of(folder.join("o/run.json"));
     let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     assert_eq!(record["verdict"], "skipped");
     assert_eq!(record["yade"], serde_json::Value::Null);
@@ -110,12 +101,12 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
     // A finished job keeps all that it has, under another name.
     let (_, errors) = job_in("o", 3);
     has(&errors, ["what was in o is in o-2 now"]);
-    let kept = fs::read_to_string(folder.path().join("o-2/run.json"));
-    assert_eq!(kept.expect("a record"), text);
+    let kept = text_of(folder.join("o-2/run.json"));
+    assert_eq!(kept, text);
     // An unfinished one is taken up with the runs that it has.
-    fs::remove_file(folder.path().join("o/run.json")).expect("a file");
+    fs::remove_file(folder.join("o/run.json")).expect("a file");
     let modified = || {
-        fs::metadata(folder.path().join("o/native/run.json"))
+        fs::metadata(folder.join("o/native/run.json"))
             .and_then(|of| of.modified())
             .expect("a time")
     };
@@ -123,50 +114,47 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
     job_in("o", 3);
     assert_eq!(before, modified());
     // A recorded run that somebody changed is no recorded run.
-    fs::remove_file(folder.path().join("o/run.json")).expect("a file");
-    let log = folder.path().join("o/yade-recorded/yade.log");
+    fs::remove_file(folder.join("o/run.json")).expect("a file");
+    let log = folder.join("o/yade-recorded/yade.log");
     fs::write(log, "other").expect("writable");
     let (_, errors) = job_in("o", 2);
     has(&errors, ["is not the recorded run"]);
     // Somebody's own report is not overwritten.
-    fs::create_dir(folder.path().join("p")).expect("writable");
-    fs::write(folder.path().join("p/report.html"), "mine").expect("writable");
+    fs::create_dir(folder.join("p")).expect("writable");
+    fs::write(folder.join("p/report.html"), "mine").expect("writable");
     job_in("p", 2);
 }
 
-/// Asked to end in the middle of its checks, the job does not call itself finished.
 #[test]
 fn a_main_job_that_is_asked_to_end_is_not_finished() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     let command = "reproduce --quiet --out o --yade /nowhere/yade";
-    let mut child = started(folder.path(), command);
-    let recorded = folder.path().join("o/yade-recorded/run.json");
+    let mut child = started(folder, command);
+    let recorded = folder.join("o/yade-recorded/run.json");
     let began = std::time::Instant::now();
     while !recorded.exists() && began.elapsed().as_secs() < 120 {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
     // Reading the tables takes a moment; the faults are at work then.
     std::thread::sleep(std::time::Duration::from_millis(600));
-    ask_to_end(&child);
+    send(&child, "TERM");
     assert_eq!(child.wait().expect("an end").code(), Some(75));
-    assert!(!folder.path().join("o/run.json").exists());
-    assert!(!folder.path().join("o/report.html").exists());
+    assert!(!folder.join("o/run.json").exists());
+    assert!(!folder.join("o/report.html").exists());
 }
 
-/// The paper's own scene against the recorded run of YADE: every bit, along the whole way.
 #[test]
 fn the_papers_scene_agrees_with_the_recorded_yade_run() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     // Where YADE is installed it is left out all the same.
-    let (out, _) = ends(folder.path(), 0, "reproduce --recorded --out o");
+    let (out, _) = ends(folder, 0, "reproduce --recorded --out o");
     has(&out, ["recorded: identical", "--recorded leaves it out"]);
-    assert!(!folder.path().join("o/yade-sorted").exists());
-    let bits = out
-        .lines()
-        .find(|line| line.contains("bits of last grains"));
+    assert!(!folder.join("o/yade-sorted").exists());
+    let mut lines = out.lines();
+    let bits = lines.find(|line| line.contains("bits of last grains"));
     let agree = |line: &str| line.contains("pass") && line.ends_with("0 of 20000 numbers differ");
     assert!(bits.is_some_and(agree), "{out}");
-    let record = json_of(&folder.path().join("o/run.json"));
+    let record = json_of(folder.join("o/run.json"));
     assert_eq!(record["verdict"], "pass");
     let checks = record["comparisons"][0]["comparison"]["checks"]
         .as_array()
@@ -184,17 +172,15 @@ fn the_papers_scene_agrees_with_the_recorded_yade_run() {
     );
 }
 
-/// What failed stands first on the page.
 #[test]
 fn a_failed_comparison_shows_on_the_page() {
     use crossgrain::checks::Outcome;
     use crossgrain::compare::compare;
     use crossgrain::reproduce::record::{Beside, NamedComparison};
     use crossgrain::reproduce::reproduce;
-    use crossgrain::run::folder::record::Protocol;
     use verdict::judge::Verdict;
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let options = job_without_yade(folder.path(), Beside::default());
+    let folder = new_folder();
+    let options = job_without_yade(&folder, Beside::default());
     let display = crossgrain::progress::Display::new(true);
     let (mut reproduction, runs) = reproduce(&options, &display).expect("a job");
     let faulty = native_run(&small_scene(), faulty("gravity=1e-9"), Protocol::Whole);
@@ -218,55 +204,43 @@ fn a_failed_comparison_shows_on_the_page() {
 /// Two jobs in one folder at once would each take the other's runs for its own.
 #[test]
 fn a_main_job_in_a_folder_where_another_is_at_work_is_refused() {
-    let (folder, _) = folder_with(&small_scene());
-    fs::create_dir(folder.path().join("o")).expect("writable");
-    let lock = crossgrain::files::FolderLock::of(&folder.path().join("o")).expect("free");
+    let folder = &folder_with(&small_scene());
+    fs::create_dir(folder.join("o")).expect("writable");
+    let lock = crossgrain::files::FolderLock::of(&folder.join("o")).expect("free");
     let command = "reproduce --scene scene.json --out o --quiet --yade /nowhere/yade";
-    tells(folder.path(), 75, command, ["in use"]);
-    assert!(!folder.path().join("o/run.json").exists());
+    tells(folder, 75, command, ["in use by another process"]);
+    assert_eq!(there(&folder.join("o")).len(), 1, "the lock");
     drop(lock);
     // It is made when the other has ended.
-    ends(folder.path(), 3, command);
+    ends(folder, 3, command);
 }
 
 /// The recorded run is judged like any other: with a fault in the native engine it must disagree.
 #[test]
 fn a_faulty_native_run_disagrees_with_the_recorded_yade_run() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    write_scene(&paper_scene(1, 5000), &folder.path().join("scene.json"));
-    crossgrain::run::folder::unpack_recorded(&folder.path().join("yade")).expect("writable");
+    let folder = new_folder();
+    write_scene(&paper_scene(1, 5000), &folder.join("scene.json"));
+    crossgrain::run::folder::unpack_recorded(&folder.join("yade")).expect("writable");
     let command = "run scene.json --engine native --perturb stiffness=1e-12 --quiet --out native";
-    ends(folder.path(), 0, command);
-    let (out, _) = ends(folder.path(), 1, "compare native yade --no-locate");
+    ends(&folder, 0, command);
+    let (out, _) = ends(&folder, 1, "compare native yade --no-locate");
     has(&out, ["FAIL compare/bits-along-the-way"]);
 }
 
 #[test]
 fn a_run_of_5000_grains_stays_small() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    write_scene(&paper_scene(1, 5000), &folder.path().join("scene.json"));
+    let folder = &new_folder();
+    write_scene(&paper_scene(1, 5000), &folder.join("scene.json"));
     let command = "run scene.json --engine native --quiet --out o";
-    ends(folder.path(), 0, command);
-    let record = json_of(&folder.path().join("o/run.json"));
+    ends(folder, 0, command);
+    let record = json_of(folder.join("o/run.json"));
     let peak = record["peak_memory"].as_u64().expect("Linux tells");
     assert!(peak > 1 << 20 && peak < 100 * 1_000_000, "{peak} bytes");
 }
 
-/// A reader that goes away ends nothing.
 #[test]
 fn a_closed_standard_error_is_no_reason_to_fail() {
-    let (folder, _) = folder_with(&small_scene());
-    let full = fs::OpenOptions::new()
-        .write(true)
-        .open("/dev/full")
-        .expect("Linux");
-    let status = std::process::Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-        .args(["run", "scene.json", "--engine", "native", "--steps", "10"])
-        .args(["--out", "o"])
-        .current_dir(folder.path())
-        .stdout(std::process::Stdio::null())
-        .stderr(full)
-        .status()
-        .expect("the program starts");
-    assert_eq!(status.code(), Some(0));
+    let folder = &folder_with(&small_scene());
+    let run = "\"$0\" run scene.json --engine native --steps 10 --out o 2>/dev/full";
+    assert_eq!(bash(folder, run, &[]).0, 0);
 }

@@ -5,16 +5,10 @@ use crossgrain::compare::first_difference::Locator;
 use crossgrain::compare::{Comparison, compare};
 use crossgrain::engine::Part;
 use crossgrain::engine::exec::Description;
-use crossgrain::run::folder::RunFolder;
-use crossgrain::run::folder::record::{EngineRecord, Protocol};
-use grains::tables::Stage;
+use crossgrain::run::folder::record::EngineRecord;
 use verdict::judge::Verdict;
 
-use crate::support::engines::{changed_toy, narrow_scene, program};
-use crate::support::{
-    STAGES, ends, faulty, folder_with, frictional_scene, has, native_run, say, small_scene, sound,
-    staged_scene, tells,
-};
+use crate::support::*;
 
 const POUR: Protocol = Protocol::Steps { steps: 4000 };
 
@@ -25,8 +19,7 @@ fn located(a: &RunFolder, b: &RunFolder) -> Comparison {
 #[test]
 fn a_run_agrees_with_itself_in_every_check() {
     let scene = small_scene();
-    let a = native_run(&scene, sound(), Protocol::Whole);
-    let b = native_run(&scene, sound(), Protocol::Whole);
+    let [a, b] = [0, 1].map(|_| native_run(&scene, sound(), Protocol::Whole));
     let comparison = located(&a, &b);
     assert_eq!(comparison.verdict(), Verdict::Identical);
     assert!(comparison.first_difference.is_none());
@@ -40,18 +33,11 @@ fn a_run_agrees_with_itself_in_every_check() {
     }
 }
 
-/// Each fault of the list, a part in 10¹² where it has a size: found, with step and grain.
 #[test]
 fn every_fault_is_found_with_its_step_and_grain() {
     let scene = small_scene();
     let good = native_run(&scene, sound(), POUR);
-    for fault in [
-        "stiffness=1e-12",
-        "gravity=1e-12",
-        "damping=1e-12",
-        "wall=1e-12",
-        "sums=reversed",
-    ] {
+    for fault in FAULTS {
         let bad = native_run(&scene, faulty(fault), POUR);
         let comparison = located(&good, &bad);
         assert!(!comparison.agrees(), "{fault} was not found");
@@ -59,11 +45,9 @@ fn every_fault_is_found_with_its_step_and_grain() {
         assert_eq!(first.stage, Stage::Settle);
         // The step before agrees in every bit and the step itself does not.
         for (steps, agree) in [(first.step - 1, true), (first.step, false)] {
-            let protocol = Protocol::Steps { steps };
-            let a = native_run(&scene, sound(), protocol);
-            let b = native_run(&scene, faulty(fault), protocol);
-            let same = a.last.bodies.digest() == b.last.bodies.digest();
-            assert_eq!(same, agree, "{fault} at step {steps}");
+            let run = |options| native_run(&scene, options, Protocol::Steps { steps });
+            let [a, b] = [sound(), faulty(fault)].map(|of| run(of).last.bodies.digest());
+            assert_eq!(a == b, agree, "{fault} at step {steps}");
         }
         assert!(first.number.id.starts_with("grain "), "{}", first.number.id);
         assert_ne!(first.number.a, first.number.b);
@@ -81,11 +65,7 @@ fn a_fault_that_shows_under_the_punch_is_found_there() {
     let comparison = located(&a, &b);
     let same_scene = &comparison.checks[0];
     assert_eq!(same_scene.outcome, Outcome::Fail);
-    assert!(
-        same_scene.found.contains("/loading/speed"),
-        "{}",
-        same_scene.found
-    );
+    has(&same_scene.found, ["/loading/speed"]);
     let first = comparison.first_difference.expect("a first difference");
     assert_eq!(first.stage, Stage::Load);
     assert!(first.step > 0);
@@ -102,39 +82,32 @@ fn one_last_bit_in_one_number_is_found() {
     let table = comparison
         .tables
         .iter()
-        .find(|table| table.table == "last grains")
-        .expect("the table");
+        .find(|of| of.table == "last grains");
+    let table = table.expect("the table");
     assert_eq!((table.differing, table.numbers), (1, 1200));
     let first = table.first.as_ref().expect("the number");
-    assert_eq!(
-        (first.id.as_str(), first.key, first.ulps),
-        ("grain 123", "vz", 1)
-    );
+    let place = (first.id.as_str(), first.key, first.ulps);
+    assert_eq!(place, ("grain 123", "vz", 1));
 }
 
 #[test]
 fn the_command_says_agreed_or_different_and_exits_so() {
-    let (folder, _) = folder_with(&small_scene());
+    let folder = &folder_with(&small_scene());
     for out in ["a", "b", "c --perturb stiffness=1e-12", "d --seed 2"] {
         let run = "run scene.json --engine native --steps 1000 --quiet --out";
-        ends(folder.path(), 0, &format!("{run} {out}"));
+        ends(folder, 0, &format!("{run} {out}"));
     }
-    let (out, _) = ends(folder.path(), 0, "compare a b");
+    let (out, _) = ends(folder, 0, "compare a b");
     has(&out, ["\nAGREED: identical: native against native\n"]);
-    let (out, _) = ends(folder.path(), 1, "compare a c");
-    has(
-        &out,
-        [
-            "\nDIFFERENT: native against native",
-            "first difference: step ",
-        ],
-    );
-    let (out, _) = ends(folder.path(), 1, "compare a c --json --junit checks.xml");
-    let junit = std::fs::read_to_string(folder.path().join("checks.xml")).expect("JUnit");
+    let (out, _) = ends(folder, 1, "compare a c");
+    has(&out, ["\nDIFFERENT: native against native"]);
+    has(&out, ["first difference: step "]);
+    let (out, _) = ends(folder, 1, "compare a c --json --junit checks.xml");
+    let junit = text_of(folder.join("checks.xml"));
     has(&junit, ["<failure"]);
-    let value: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    let value: Value = serde_json::from_str(&out).expect("JSON");
     assert!(value["first_difference"]["step"].as_u64() > Some(0));
-    tells(folder.path(), 1, "compare a d", ["/realization"]);
+    tells(folder, 1, "compare a d", ["/realization"]);
 }
 
 #[test]
@@ -159,24 +132,17 @@ fn faults_in_friction_are_found_with_their_step() {
     let run = |scene, options| native_run(scene, options, protocol);
     let (good, sparse) = (run(&every_step, sound()), run(&seldom, sound()));
     let mut late = 0;
-    for fault in [
-        "stiffness=1e-15",
-        "shear-stiffness=1e-9",
-        "friction=1e-9",
-        "density=1e-9",
-        "inertia=1e-9",
-        "radius=1e-9",
-        "start=half-step",
-    ] {
+    let faults = "stiffness=1e-15 shear-stiffness=1e-9 friction=1e-9 density=1e-9 inertia=1e-9 radius=1e-9 start=half-step";
+    for fault in faults.words() {
         let bad = run(&every_step, faulty(fault));
         let mut rows = good.history.iter().zip(&bad.history);
         let first = rows.find(|(good, bad)| good.state != bad.state);
         let first = first.expect("a difference").0.step;
         late += u32::from(first > 20);
-        let folder = tempfile::tempdir().expect("a temporary folder");
+        let folder = &new_folder();
         let bad = run(&seldom, faulty(fault));
-        bad.write(&folder.path().join("bad")).expect("writable");
-        let bad = RunFolder::read(&folder.path().join("bad")).expect("a folder in one piece");
+        bad.write(&folder.join("bad")).expect("writable");
+        let bad = read_run(folder.join("bad"));
         let found = located(&sparse, &bad).first_difference;
         assert_eq!(found.map(|found| found.step), Some(first), "{fault}");
     }
@@ -186,30 +152,20 @@ fn faults_in_friction_are_found_with_their_step() {
 /// Exit code and words of the comparison of a native run with one of the toy after these changes of its text; the toy's
 /// operations are other ones in any case. It is asked for its first steps if that is wanted.
 fn against_toy(changes: &[(&str, &str)], asked: bool) -> (i32, String) {
-    let (folder, _) = folder_with(&narrow_scene(0.05));
+    let folder = &folder_with(&narrow_scene(0.05));
     let other = ("* (v[i][axis] + 0.5", "* (1.0 + 1e-14) * (v[i][axis] + 0.5");
-    let toy = changed_toy(
-        "v[i][axis] += dt * a",
-        "v[i][axis] += dt * a * (1.0 + 1e-15)",
-    );
+    let kick = "v[i][axis] += dt * a";
+    let toy = changed_toy(kick, &format!("{kick} * (1.0 + 1e-15)"));
     let toy = changes.iter().chain([&other]).fold(toy, |toy, (from, to)| {
         assert_eq!(toy.matches(from).count(), 1, "{from}");
         toy.replace(from, to)
     });
-    let engine = program(folder.path(), "toy.py", &toy);
-    let engine = format!("exec:{}", engine.display());
-    let run = ["run", "scene.json", "--steps", "600", "--quiet", "--engine"];
-    for (of, out) in [("native", "native"), (engine.as_str(), "theirs")] {
-        let run = [&run[..], &[of, "--out", out]].concat();
-        ends(folder.path(), 0, &run);
-    }
-    let engine = if asked {
-        &["--engine", &engine][..]
-    } else {
-        &[]
-    };
-    let compare = [&["compare", "native", "theirs"], engine].concat();
-    let (code, text, errors) = say(folder.path(), &compare);
+    let engine = engine(folder, "toy.py", &toy);
+    ran_in(folder, "native", &["--steps", "600"], "native");
+    ran_in(folder, &engine, &["--steps", "600"], "theirs");
+    let asked = if asked { 5 } else { 3 };
+    let compare = ["compare", "native", "theirs", "--engine", &engine];
+    let (code, text, errors) = say(folder, &compare[..asked]);
     (code, text + &errors)
 }
 
@@ -222,11 +178,7 @@ fn a_run_with_other_operations_is_judged_by_its_engines_first_steps() {
     let k_n = "2.0 * a * b / (a + b)";
     let stiff = against_toy(&[(k_n, &format!("(1.0 + 1e-8) * {k_n}"))], true);
     assert_eq!(stiff.0, 1, "{}", stiff.1);
-    assert!(
-        stiff.1.contains("k_n between grains × 1.00000001"),
-        "{}",
-        stiff.1
-    );
+    has(&stiff.1, ["k_n between grains × 1.00000001"]);
 }
 
 /// Nothing is said of a run with other operations whose engine is not run again, or cannot be asked for first steps.
@@ -243,7 +195,7 @@ fn where_first_steps_are_not_looked_at_the_verdict_is_open() {
 /// First steps have one model, so the change between the stages is left open where the bits do not show it.
 #[test]
 fn a_change_of_constants_in_an_external_engine_is_not_agreed_on_unseen() {
-    let (_, changes, _, _) = STAGES[0];
+    let (_, changes, _, _) = stages().next().expect("a pouring");
     for scene in [frictional_scene(), staged_scene(changes)] {
         let run = native_run(&scene, sound(), Protocol::Whole);
         let mut other = run.clone();

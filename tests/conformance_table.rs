@@ -1,15 +1,11 @@
 //! The conformance table: the recorded one, made again where all engines are installed, and what it says of one that is not.
 
 use std::os::unix::fs::symlink;
-use std::path::Path;
-use std::process::Command;
 
 use crossgrain::checks::record;
 use crossgrain::files::read_text;
-use serde_json::Value;
-use tempfile::tempdir;
 
-use crate::support::{has, tells, told};
+use crate::support::*;
 
 /// Each engine with its place on the ladder.
 fn verdicts(record: &str) -> Vec<(String, String)> {
@@ -22,8 +18,7 @@ fn verdicts(record: &str) -> Vec<(String, String)> {
 }
 
 fn recorded() -> Vec<(String, String)> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("reference_data/conformance-1/conformance.json.gz");
+    let path = root("reference_data/conformance-1/conformance.json.gz");
     verdicts(&read_text(&path, 1 << 24).expect("a record"))
 }
 
@@ -48,54 +43,44 @@ fn the_recorded_table_has_every_engine_on_its_step_of_the_ladder() {
     ignore = "needs YADE, LAMMPS, LIGGGHTS and ESyS-Particle"
 )]
 fn every_engine_is_still_where_it_was_recorded() {
-    let folder = tempdir().expect("a folder");
+    let folder = &new_folder();
     let table = "engine table --grains 100 --quiet --out table yade-sorted yade-ordinary lammps liggghts esysparticle toy";
-    tells(folder.path(), 0, table, ["1 expected failures"]);
-    let made = folder.path().join("table/conformance.json");
+    tells(folder, 0, table, ["1 expected failures"]);
+    let made = folder.join("table/conformance.json");
     // Kratos DEM is no Debian package.
     let mut of_debian = recorded();
     of_debian.retain(|(key, _)| key != "kratos");
-    assert_eq!(
-        verdicts(&read_text(&made, 1 << 24).expect("a record")),
-        of_debian
-    );
+    let recorded = read_text(&made, 1 << 24).expect("a record");
+    assert_eq!(verdicts(&recorded), of_debian);
     for view in ["conformance.md", "report.html", "figures/engines.csv"] {
-        let text = read_text(&folder.path().join("table").join(view), 1 << 24).expect("a view");
-        assert!(
-            text.contains("ESyS-Particle") && text.contains("equal to rounding"),
-            "{view}"
-        );
+        let text = read_text(&folder.join("table").join(view), 1 << 24).expect("a view");
+        has(&text, ["ESyS-Particle", "equal to rounding"]);
     }
 }
 
 /// With a path that has a Python and nothing else.
 #[test]
 fn an_engine_that_is_not_installed_leaves_the_table_undecided_unless_that_was_asked_for() {
-    let folder = tempdir().expect("a folder");
+    let folder = &new_folder();
     let python = Command::new("python3")
         .args(["-c", "import sys; print(sys.executable)"])
         .output();
     let python = String::from_utf8(python.expect("a Python").stdout).expect("a path");
-    symlink(python.trim(), folder.path().join("python3")).expect("ours");
+    symlink(python.trim(), folder.join("python3")).expect("ours");
     let table = |more: &[&str]| {
-        let made = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+        let mut table = cli(folder);
+        table
+            .env("PATH", folder.as_os_str())
+            .env("CROSSGRAIN_KRATOS", folder.as_os_str());
+        table
             .args(["engine", "table", "--grains", "50", "--quiet"])
-            .args(more)
-            .env("PATH", folder.path())
-            .env("CROSSGRAIN_KRATOS", folder.path())
-            .output();
-        told(&made.expect("the program starts"))
+            .args(more);
+        told(&table.output().expect("the program starts"))
     };
     let (code, text, errors) = table(&["toy", "lammps", "kratos"]);
     assert_eq!(code, 3, "{text}{errors}");
-    has(
-        &text,
-        [
-            "1 identical, 2 not installed",
-            "apt-get install",
-            "bin/pip install",
-        ],
-    );
+    has(&text, ["1 identical, 2 not installed", "apt-get install"]);
+    has(&text, ["bin/pip install"]);
     let (code, text, errors) = table(&["--installed", "toy", "lammps"]);
     assert_eq!(code, 0, "{text}{errors}");
     let (code, _, errors) = table(&["lamps"]);

@@ -1,17 +1,13 @@
 //! The corpus of engines: right ones in many builds, and wrong ones, each judged as `engine check` judges it. The confusion
 //! matrix is printed, and kept in `reference_data/corpus-1.csv` (made anew with CROSSGRAIN_KEEP=1). Nothing right may be called wrong, nothing wrong right, and what is wrong must be named in 19 of 20.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
-
 use crossgrain::compare::first_steps::{Asked, from_bed};
 use crossgrain::engine::exec::{self, Options};
 use serde::Deserialize;
 use verdict::judge::{Judgement, Reference, Verdict};
 use verdict::starts::DISPERSION;
 
-use crate::support::engines::program;
+use crate::support::*;
 
 /// Grains of the bed.
 const GRAINS: u32 = 300;
@@ -40,13 +36,11 @@ struct Wrong {
 }
 
 fn here(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/corpus")
-        .join(name)
+    root("tests/corpus").join(name)
 }
 
 fn corpus() -> Corpus {
-    let text = fs::read_to_string(here("corpus.json")).expect("a corpus");
+    let text = text_of(here("corpus.json"));
     serde_json::from_str(&text).expect("JSON")
 }
 
@@ -149,12 +143,12 @@ fn is_named(of: &Judgement, cause: &str, factor: Option<f64>) -> bool {
 #[test]
 fn right_engines_are_equal_to_rounding_and_wrong_ones_are_different_and_named() {
     let corpus = corpus();
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = &new_folder();
     let reference = Reference::new(GRAINS, DISPERSION, &mut |_| ()).expect("a bed");
     let (mut false_alarms, mut rows) =
         (Vec::new(), vec!["engine,is,judged,cause named".to_owned()]);
     for right in &corpus.right {
-        let engine = compiled(folder.path(), &right.name, &right.compile);
+        let engine = compiled(folder, &right.name, &right.compile);
         let of = judged(&reference, engine);
         let verdict = of.verdict();
         let farthest = of.farthest().and_then(|of| of.farthest.as_ref());
@@ -171,7 +165,7 @@ fn right_engines_are_equal_to_rounding_and_wrong_ones_are_different_and_named() 
             false_alarms.push(&right.name);
         }
     }
-    let plain = compiled(folder.path(), "sound", &["-O2".to_owned()]);
+    let plain = compiled(folder, "sound", &["-O2".to_owned()]);
     let (mut missed, mut unnamed) = (Vec::new(), Vec::new());
     for wrong in &corpus.wrong {
         let name = format!("{}.sh", wrong.name);
@@ -180,7 +174,7 @@ fn right_engines_are_equal_to_rounding_and_wrong_ones_are_different_and_named() 
             wrong.fault,
             plain.display()
         );
-        let of = judged(&reference, program(folder.path(), &name, &script));
+        let of = judged(&reference, program(folder, &name, &script));
         let said: Vec<String> = of.causes.iter().map(|of| of.sentence()).collect();
         let said = said.join(" ");
         println!("{:24} {}: {said}", wrong.name, of.verdict().in_words());
@@ -211,22 +205,20 @@ fn right_engines_are_equal_to_rounding_and_wrong_ones_are_different_and_named() 
         missed.len()
     );
     println!("not named: {unnamed:?}");
-    let kept = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/corpus-1.csv");
+    let kept = root("reference_data/corpus-1.csv");
     let found = rows.join("\n") + "\n";
     if std::env::var_os("CROSSGRAIN_KEEP").is_some() {
         fs::write(&kept, &found).expect("writable");
     }
     assert!(false_alarms.is_empty(), "called wrong: {false_alarms:?}");
     assert!(missed.is_empty(), "missed: {missed:?}");
-    assert!(
-        named as f64 >= NAMED * wrong as f64,
-        "{named} of {wrong}: {unnamed:?}"
-    );
+    let enough = named as f64 >= NAMED * wrong as f64;
+    assert!(enough, "{named} of {wrong}: {unnamed:?}");
     // Which causes are named may hang on the compiler; which engines there are and how they are judged may not.
     let judged = |table: &str| -> Vec<String> {
         let rows = table.lines().filter_map(|row| row.rsplit_once(','));
         rows.map(|(judged, _)| judged.to_owned()).collect()
     };
-    let kept = fs::read_to_string(kept).expect("the kept table");
+    let kept = text_of(kept);
     assert_eq!(judged(&found), judged(&kept));
 }

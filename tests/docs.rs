@@ -4,12 +4,9 @@
 //! stands for anything. A comment `# exit code N` ends a command that does not end with 0. The commands of a page are run
 //! in one folder, in their order, with `adapters`, `examples`, `python` and `reference_data` as in the checkout, and without YADE.
 
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::os::unix::fs::symlink;
 
-use crate::support::{rows, say, told};
+use crate::support::*;
 
 const WORDS_OF_README: usize = 1_000;
 const WORDS_OF_DOCS: usize = 12_000;
@@ -71,27 +68,20 @@ pages! {
     software_paper: "paper/paper.md",
 }
 
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
 fn text(page: &str) -> String {
-    fs::read_to_string(root().join(page)).unwrap_or_else(|error| panic!("{page}: {error}"))
+    text_of(root(page))
 }
 
 /// Every page in a folder and below.
 fn pages_in(folder: &str) -> Vec<String> {
-    let mut pages = Vec::new();
-    for entry in fs::read_dir(root().join(folder)).expect("a folder") {
-        let entry = entry.expect("an entry");
-        let path = format!("{folder}/{}", entry.file_name().to_string_lossy());
-        if entry.path().is_dir() {
-            pages.extend(pages_in(&path));
-        } else if path.ends_with(".md") {
-            pages.push(path);
-        }
-    }
-    pages
+    let files = below(&root(folder)).into_iter();
+    let names = files.map(|path| {
+        path.strip_prefix(root(""))
+            .expect("inside")
+            .display()
+            .to_string()
+    });
+    names.filter(|name| name.ends_with(".md")).collect()
 }
 
 /// As `wc -w` counts.
@@ -140,26 +130,21 @@ fn anchors(text: &str) -> Vec<String> {
 
 /// Links of a page that lead nowhere.
 fn broken(page: &str, text: &str) -> Vec<String> {
-    let folder = root().join(page).parent().expect("a folder").to_owned();
+    let folder = root(page).parent().expect("a folder").to_owned();
     let leads = |link: &String| {
         if link.starts_with("https://") {
             return true;
         }
         let (path, anchor) = link.split_once('#').unwrap_or((link, ""));
-        let there = if path.is_empty() {
-            root().join(page)
-        } else {
-            folder.join(path)
+        let there = match path {
+            "" => root(page),
+            _ => folder.join(path),
         };
-        let found = || {
-            fs::read_to_string(&there).is_ok_and(|of| anchors(&of).iter().any(|of| of == anchor))
-        };
+        let found = || anchors(&text_of(&there)).iter().any(|of| of == anchor);
         there.exists() && (anchor.is_empty() || found())
     };
-    links(text)
-        .into_iter()
-        .filter(|link| !leads(link))
-        .collect()
+    let links = links(text).into_iter();
+    links.filter(|link| !leads(link)).collect()
 }
 
 /// Keys in square brackets or in the running text, as pandoc reads them.
@@ -178,12 +163,11 @@ fn cited(text: &str) -> Vec<String> {
 fn the_paper_has_its_references_and_pictures() {
     let paper = text(PAPER);
     let bibliography = text("paper/paper.bib");
-    let mut listed = cited(
-        &bibliography
-            .replace("@inproceedings{", "@")
-            .replace("@article{", "@")
-            .replace("@book{", "@"),
-    );
+    let kinds = ["@inproceedings{", "@article{", "@book{"];
+    let keys = kinds
+        .iter()
+        .fold(bibliography.clone(), |all, kind| all.replace(kind, "@"));
+    let mut listed = cited(&keys);
     let mut cited = cited(&paper);
     for keys in [&mut listed, &mut cited] {
         keys.sort();
@@ -192,16 +176,14 @@ fn the_paper_has_its_references_and_pictures() {
     assert!(cited.len() > 3, "{cited:?}");
     assert_eq!(cited, listed);
     assert_eq!(bibliography.matches("doi = {10.").count(), listed.len());
-    let pictures: Vec<String> = links(&paper)
-        .into_iter()
-        .filter(|of| of.ends_with(".png"))
-        .collect();
+    let pictures = links(&paper).into_iter().filter(|of| of.ends_with(".png"));
+    let pictures: Vec<String> = pictures.collect();
     assert_eq!(pictures.len(), paper.matches("![").count());
     let script = text("paper/make_figures");
     for picture in pictures {
         let name = picture.trim_end_matches(".png");
         assert!(script.contains(&format!(" {name}:")), "{picture}");
-        assert!(root().join("paper").join(&picture).is_file(), "{picture}");
+        assert!(root("paper").join(&picture).is_file(), "{picture}");
     }
 }
 
@@ -209,88 +191,51 @@ fn the_paper_has_its_references_and_pictures() {
 fn named_documents(text: &str) -> Vec<String> {
     let rests = text.match_indices("docs/").map(|(at, _)| &text[at..]);
     let name = |rest: &str| -> String {
-        let letters = rest.chars();
-        letters
-            .take_while(|of| of.is_ascii_alphanumeric() || "/-_.".contains(*of))
-            .collect()
+        let is_of_it = |of: &char| of.is_ascii_alphanumeric() || "/-_.".contains(*of);
+        rest.chars().take_while(is_of_it).collect()
     };
     let names = rests.map(|rest| name(rest).trim_end_matches('.').to_owned());
-    names
-        .filter(|name| name.ends_with(".md") || name.ends_with(".json"))
-        .collect()
-}
-
-/// Every text file of the project that may name a document.
-fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).expect("a folder") {
-        let path = entry.expect("an entry").path();
-        if path.is_dir() {
-            sources(&path, found);
-        } else if path
-            .extension()
-            .is_some_and(|end| ["rs", "py", "md", "yml"].iter().any(|of| end == *of))
-        {
-            found.push(path);
-        }
-    }
+    let is_one = |name: &String| name.ends_with(".md") || name.ends_with(".json");
+    names.filter(is_one).collect()
 }
 
 #[test]
 fn links_lead_somewhere() {
     let mut pages = pages_in("docs");
-    pages.extend(
-        [
-            "README.md",
-            "CHANGELOG.md",
-            "reference_data/README.md",
-            "yade_scripts/README.md",
-            PAPER,
-        ]
-        .map(str::to_owned),
-    );
+    let others =
+        "README.md CHANGELOG.md reference_data/README.md yade_scripts/README.md paper/paper.md";
+    pages.extend(others.words().into_iter().map(str::to_owned));
     for page in pages {
         assert_eq!(broken(&page, &text(&page)), Vec::<String>::new(), "{page}");
     }
     let wrong =
         "[a](docs/nowhere.md) [b](README.md#nothing) [c](https://debian.org) [d](README.md)";
-    assert_eq!(
-        broken("README.md", wrong),
-        ["docs/nowhere.md", "README.md#nothing"]
-    );
+    let lost = ["docs/nowhere.md", "README.md#nothing"];
+    assert_eq!(broken("README.md", wrong), lost);
 }
 
 #[test]
 fn documents_that_the_project_names_exist() {
-    let mut files = vec![root().join("README.md"), root().join("CHANGELOG.md")];
-    for folder in [
-        "src",
-        "crates",
-        "tests",
-        "adapters",
-        "yade_scripts",
-        "python",
-        "reference_data",
-        "docs",
-        "paper",
-        "ci",
-    ] {
-        sources(&root().join(folder), &mut files);
+    let mut files = vec![root("README.md"), root("CHANGELOG.md")];
+    for folder in
+        "src crates tests adapters yade_scripts python reference_data docs paper ci".words()
+    {
+        files.extend(below(&root(folder)));
     }
+    let ends = ["rs", "py", "md", "yml"];
+    files.retain(|file| {
+        file.extension()
+            .is_some_and(|of| ends.iter().any(|end| of == *end))
+    });
     files.retain(|file| !file.ends_with("tests/docs.rs"));
     assert!(files.len() > 200, "{}", files.len());
     for file in files {
-        for name in named_documents(&fs::read_to_string(&file).expect("text")) {
-            assert!(
-                root().join(&name).exists(),
-                "{} names {name}",
-                file.display()
-            );
+        for name in named_documents(&text_of(&file)) {
+            assert!(root(&name).exists(), "{} names {name}", file.display());
         }
     }
-    assert_eq!(
-        named_documents("see docs/a.md, `docs/b/c.json`."),
-        ["docs/a.md", "docs/b/c.json"]
-    );
+    let named = named_documents("see docs/a.md, `docs/b/c.json`.");
+    assert_eq!(named, ["docs/a.md", "docs/b/c.json"]);
 }
 
 /// A command of a page, the exit code that it says, and the lines that it shows.
@@ -330,10 +275,8 @@ fn printed(page: &str, text: &str) -> Vec<Printed> {
         if let Some(mark) = line.trim_start().strip_prefix("```") {
             block = if block.is_some() { None } else { Some(mark) };
             let known = ["", "sh", "console", "text", "json", "python"].contains(&mark);
-            assert!(
-                known && !(mark.is_empty() && block.is_some()),
-                "{page}: a block of «{mark}»"
-            );
+            let opens = block.is_some() && mark.is_empty();
+            assert!(known && !opens, "{page}: a block of «{mark}»");
             continue;
         }
         let command = match block {
@@ -397,19 +340,19 @@ fn runs_elsewhere(command: &str) -> bool {
 }
 
 fn commands_do_what_is_printed(page: &str) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     for part in ["adapters", "examples", "python", "reference_data"] {
-        std::os::unix::fs::symlink(root().join(part), folder.path().join(part)).expect("writable");
+        symlink(root(part), folder.join(part)).expect("writable");
     }
-    let programs = tempfile::tempdir().expect("a temporary folder");
-    std::os::unix::fs::symlink(
+    let programs = &new_folder();
+    symlink(
         env!("CARGO_BIN_EXE_crossgrain"),
-        programs.path().join("crossgrain"),
+        programs.join("crossgrain"),
     )
     .expect("writable");
     let path = format!(
         "{}:{}",
-        programs.path().display(),
+        programs.display(),
         std::env::var("PATH").unwrap_or_default()
     );
     for Printed {
@@ -423,7 +366,7 @@ fn commands_do_what_is_printed(page: &str) {
         }
         let output = Command::new("bash")
             .args(["-c", &command])
-            .current_dir(folder.path())
+            .current_dir(folder)
             .env("PATH", &path)
             .env("CROSSGRAIN_YADE", "/nowhere/yade")
             .env("GITHUB_STEP_SUMMARY", "summary.md")
@@ -445,10 +388,8 @@ fn what_is_run_elsewhere_is_run_there() {
     }
     for [begins, why, file, line] in rows(ELSEWHERE) {
         assert!(!why.is_empty());
-        assert!(
-            commands.iter().any(|of| of.starts_with(begins)),
-            "no page has {begins}"
-        );
+        let stands = commands.iter().any(|of| of.starts_with(begins));
+        assert!(stands, "no page has {begins}");
         assert!(text(file).contains(line), "{file} lacks {line}");
     }
 }
@@ -464,11 +405,8 @@ fn named_commands(text: &str) -> Vec<String> {
 
 /// The words of a command that its help does not know.
 fn unknown(command: &str, helps: &mut BTreeMap<Vec<String>, Option<String>>) -> Vec<String> {
-    let words: Vec<String> = command
-        .split_whitespace()
-        .skip(1)
-        .map(str::to_owned)
-        .collect();
+    let words = command.split_whitespace().skip(1).map(str::to_owned);
+    let words: Vec<String> = words.collect();
     let verbs: Vec<String> = words
         .iter()
         .take_while(|of| of.chars().all(|of| of.is_ascii_lowercase()))
@@ -480,7 +418,7 @@ fn unknown(command: &str, helps: &mut BTreeMap<Vec<String>, Option<String>>) -> 
             .or_insert_with(|| {
                 let mut arguments: Vec<&str> = verbs.iter().map(String::as_str).collect();
                 arguments.push("--help");
-                let (code, out, _) = say(root(), &arguments);
+                let (code, out, _) = say(&root(""), &arguments);
                 (code == 0).then_some(out)
             })
             .clone()
@@ -504,19 +442,14 @@ fn verbs_and_options_that_are_named_exist() {
     for page in PAGES {
         for command in named_commands(&text(page)) {
             named += 1;
-            assert_eq!(
-                unknown(&command, &mut helps),
-                Vec::<String>::new(),
-                "{page}: {command}"
-            );
+            let unknown = unknown(&command, &mut helps);
+            assert!(unknown.is_empty(), "{page}: {command}: {unknown:?}");
         }
     }
     assert!(named > 30, "{named} commands");
     assert_eq!(unknown("crossgrain dance", &mut helps), ["dance"]);
-    assert_eq!(
-        unknown("crossgrain run SCENE --hop N --out DIR", &mut helps),
-        ["--hop"]
-    );
+    let hops = "crossgrain run SCENE --hop N --out DIR";
+    assert_eq!(unknown(hops, &mut helps), ["--hop"]);
 }
 
 #[test]

@@ -1,23 +1,13 @@
 //! LAMMPS, LIGGGHTS, ESyS-Particle and Kratos DEM through their adapters. Without the feature `live` these are listed as ignored and not made;
 //! with it a missing one is a failure.
 
-use std::fs;
-use std::path::Path;
-use std::process::Command;
-
 use crossgrain::engine::exec::{self, Adapter, ExternalEngine, Options, usual_limits};
-use crossgrain::run::folder::RunFolder;
-use grains::generate::initial_bodies;
 use grains::model::Model;
 use grains::native::contact::{self, Axis, ContactRules, Memory, Motion, Parameters, Touch};
 use grains::native::{first_contact_punch, run_case};
-use grains::scene::{Scene, paper_scene};
-use grains::tables::{Bodies, Snapshot};
-use grains::task::{Case, Seen, Start, Task};
-use tempfile::tempdir;
+use grains::task::{Case, Seen};
 
-use crate::support::engines::{adapter, adapter_path, narrow_scene, ran_in};
-use crate::support::{ends, folder_with, has};
+use crate::support::*;
 
 const ADAPTERS: [&str; 2] = ["lammps.py", "liggghts.py"];
 
@@ -30,13 +20,13 @@ fn farthest(one: &Bodies, other: &Bodies) -> f64 {
 
 /// The same at the end of two runs.
 fn apart(folder: &Path, a: &str, b: &str) -> f64 {
-    let read = |name: &str| RunFolder::read(&folder.join(name)).expect("a run folder");
+    let read = |name: &str| read_run(folder.join(name));
     farthest(&read(a).last.bodies, &read(b).last.bodies)
 }
 
 /// The forces of walls on grains at the end, by the ids of both.
 fn wall_forces(folder: &Path, out: &str) -> Vec<f64> {
-    let run = RunFolder::read(&folder.join(out)).expect("a run folder");
+    let run = read_run(folder.join(out));
     let grains = run.last.bodies.len() as u32;
     let contacts = run.last.contacts.iter();
     let of_walls = contacts.filter(|contact| contact.id1 >= grains);
@@ -53,23 +43,15 @@ fn agree_to_the_bit(folder: &Path, begin: &str) {
 /// What lies in `adapters` is carried by the program: an engine, or a module that is placed beside every engine.
 #[test]
 fn every_file_of_the_adapters_is_placed() {
-    let folder = tempdir().expect("a folder");
-    let engine = Adapter::TOY.place(folder.path(), &usual_limits());
-    assert_eq!(
-        engine.expect("needs a Python alone").description.name,
-        "toy"
-    );
+    let folder = &new_folder();
+    let engine = Adapter::TOY.place(folder, &usual_limits());
+    let engine = engine.expect("needs a Python alone");
+    assert_eq!(engine.description.name, "toy");
     let engines = Adapter::ALL.map(|of| format!("{}.py", of.key));
-    for entry in fs::read_dir(adapter_path("")).expect("a folder") {
-        let (name, text) = {
-            let path = entry.expect("readable").path();
-            let text = fs::read_to_string(&path).unwrap_or_default();
-            (path.file_name().expect("a name").to_owned(), text)
-        };
-        let name = name.to_str().expect("text");
-        if name.ends_with(".py") && !engines.iter().any(|of| of == name) {
-            let placed = fs::read_to_string(folder.path().join(name)).unwrap_or_default();
-            assert_eq!(placed, text, "{name}");
+    for name in there(&adapter_path("")) {
+        if name.ends_with(".py") && !engines.contains(&name) {
+            let here = text_of(adapter_path(&name));
+            assert_eq!(text_of(folder.join(&name)), here, "{name}");
         }
     }
 }
@@ -77,13 +59,13 @@ fn every_file_of_the_adapters_is_placed() {
 #[test]
 #[cfg_attr(
     not(feature = "live"),
-    ignore = "needs LAMMPS, LIGGGHTS and ESyS-Particle"
+    ignore = "needs LAMMPS, LIGGGHTS, ESyS-Particle"
 )]
 fn every_adapter_is_placed_and_describes_itself() {
     // Kratos DEM is no Debian package; its own test has it.
     for adapter in Adapter::ALL.into_iter().filter(|of| *of != Adapter::KRATOS) {
-        let folder = tempdir().expect("a folder");
-        let engine = adapter.place(folder.path(), &usual_limits()).expect("here");
+        let folder = &new_folder();
+        let engine = adapter.place(folder, &usual_limits()).expect("here");
         assert_eq!(engine.description.name, adapter.name);
     }
 }
@@ -91,18 +73,18 @@ fn every_adapter_is_placed_and_describes_itself() {
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
 fn with_one_radius_both_are_native_up_to_rounding_and_each_other_to_the_bit() {
-    let (folder, _) = folder_with(&narrow_scene(0.0));
-    ran_in(folder.path(), "native", &["--steps", "500"], "native");
+    let folder = &folder_with(&narrow_scene(0.0));
+    ran_in(folder, "native", &["--steps", "500"], "native");
     for name in ADAPTERS {
-        ran_in(folder.path(), &adapter(name), &["--steps", "500"], name);
-        let apart = apart(folder.path(), "native", name);
+        ran_in(folder, &adapter(name), &["--steps", "500"], name);
+        let apart = apart(folder, "native", name);
         assert!(apart > 0.0 && apart < 1.0e-8, "{name}: {apart:e} R");
     }
     for name in ADAPTERS {
         let out = format!("long-{name}");
-        ran_in(folder.path(), &adapter(name), &["--steps", "6000"], &out);
+        ran_in(folder, &adapter(name), &["--steps", "6000"], &out);
     }
-    agree_to_the_bit(folder.path(), "long-");
+    agree_to_the_bit(folder, "long-");
 }
 
 /// The programs tell no forces of walls, so the adapters write those of the law; that the programs mean the same is seen by
@@ -112,20 +94,16 @@ fn with_one_radius_both_are_native_up_to_rounding_and_each_other_to_the_bit() {
 fn walls_push_as_the_native_ones_do() {
     let mut scene = narrow_scene(0.0);
     scene.particles.count = 12;
-    let (folder, _) = folder_with(&scene);
-    ran_in(folder.path(), "native", &["--steps", "1500"], "native");
+    let folder = &folder_with(&scene);
+    ran_in(folder, "native", &["--steps", "1500"], "native");
     for name in ADAPTERS {
-        ran_in(folder.path(), &adapter(name), &["--steps", "1500"], name);
-        let apart = apart(folder.path(), "native", name);
+        ran_in(folder, &adapter(name), &["--steps", "1500"], name);
+        let apart = apart(folder, "native", name);
         assert!(apart < 1.0e-8, "{name}: {apart:e} R");
-        let [native, theirs] = ["native", name].map(|out| wall_forces(folder.path(), out));
+        let [native, theirs] = ["native", name].map(|out| wall_forces(folder, out));
         assert!(!native.is_empty() && native.len() == theirs.len());
         for (force, wanted) in theirs.iter().zip(&native) {
-            let off = (force / wanted - 1.0).abs();
-            assert!(
-                off < 1.0e-6,
-                "{name}: {force} N on a wall, and native has {wanted} N"
-            );
+            near(force / wanted, 1.0, 1.0e-6);
         }
     }
 }
@@ -153,9 +131,8 @@ fn bed() -> (Scene, Case) {
 /// The case as the native engine and an adapter make it, within rounding of each other.
 fn alike_up_to_rounding(case: &Case, adapter: &str) -> [Vec<Snapshot>; 2] {
     let engine = ExternalEngine::ask(Options::new(adapter_path(adapter))).expect("an engine");
-    let (of, options, work) = (&engine.description, &engine.options, tempdir());
-    let work = work.expect("a folder");
-    let theirs = exec::run_cases(&[case], of, options, work.path()).expect("an answer");
+    let (of, options) = (&engine.description, &engine.options);
+    let theirs = exec::run_cases(&[case], of, options, &new_folder()).expect("an answer");
     let theirs = theirs.into_iter().next().expect("a case").expect("a track");
     let native = run_case(case, None).expect("a track");
     for ((their, own), (step, allowed)) in theirs.iter().zip(&native).zip(ROUNDING) {
@@ -244,10 +221,8 @@ fn native_friction() -> Vec<f64> {
     let act = |touch: &Touch, motion: &Motion, memory: &mut Memory| {
         let action = rules.act(touch, &of, &still, motion, memory);
         let [nx, nz] = touch.normal;
-        (
-            action.force[1] * nx - action.force[0] * nz,
-            action.torques[1],
-        )
+        let tangential = action.force[1] * nx - action.force[0] * nz;
+        (tangential, action.torques[1])
     };
     let mut said = Vec::new();
     let pair = |angle: f64| {
@@ -255,10 +230,8 @@ fn native_friction() -> Vec<f64> {
         contact::grains([0.0; 2], 1.0, place, 1.0).expect("an overlap")
     };
     let wall = contact::wall(Axis::Z, 0.0, [0.0, 0.8], 1.0).expect("an overlap");
-    for (touch, along, turned) in [
-        (pair(0.0), [0.0, 1.0], Some(pair(0.1))),
-        (wall, [-1.0, 0.0], None),
-    ] {
+    let grains = (pair(0.0), [0.0, 1.0], Some(pair(0.1)));
+    for (touch, along, turned) in [grains, (wall, [-1.0, 0.0], None)] {
         let mut memory = Memory::default();
         let (force, torque) = act(&touch, &moving(along, 0.0), &mut memory);
         said.extend([force / -dt, (torque / force).abs()]);
@@ -275,17 +248,10 @@ fn native_friction() -> Vec<f64> {
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS: --features live")]
 fn friction_in_lammps_has_no_stretched_slip_another_turning_and_whole_arms_at_walls() {
-    let folder = tempdir().expect("a folder");
-    let output = Command::new("python3")
-        .args(["-c", FRICTION_IN_LAMMPS])
-        .arg(folder.path())
-        .env("PYTHONPATH", adapter_path(""))
-        .env("PYTHONDONTWRITEBYTECODE", "1")
-        .output()
-        .expect("Python");
-    let text = String::from_utf8_lossy(&output.stdout);
+    let folder = &new_folder();
+    let (_, text, errors) = python("python3", &adapter_path(""), FRICTION_IN_LAMMPS, &[folder]);
     let theirs: Vec<f64> = text.split_whitespace().flat_map(str::parse).collect();
-    assert_eq!(theirs.len(), 7, "{output:?}");
+    assert_eq!(theirs.len(), 7, "{text}{errors}");
     let stretch = 2.0 / 1.8;
     let turning = 0.1_f64.sin().powi(2) + 0.1_f64.cos();
     for ((what, lammps, native), (their, own)) in [
@@ -307,9 +273,9 @@ fn friction_in_lammps_has_no_stretched_slip_another_turning_and_whole_arms_at_wa
 
 /// It damps by the velocity before the kick, so its damped bed is another one after a step.
 fn is_told_from_native_by_its_damping(adapter_name: &str) {
-    let (folder, _) = folder_with(&narrow_scene(0.0));
+    let folder = &folder_with(&narrow_scene(0.0));
     let check = ["engine", "check", &adapter(adapter_name), "--quiet"];
-    let (text, _) = ends(folder.path(), 1, &check);
+    let (text, _) = ends(folder, 1, &check);
     assert!(text.contains("with the velocity in the middle of the kick"));
 }
 
@@ -325,8 +291,8 @@ fn esysparticle_is_native_up_to_rounding_but_for_damping() {
 #[test]
 #[ignore = "needs Kratos DEM, which is on PyPI and not in Debian: ci/install_engines, then -- --ignored kratos, as ci/test does where it is installed"]
 fn kratos_is_native_up_to_rounding_but_for_damping_under_the_punch_too() {
-    let folder = tempdir().expect("a folder");
-    let engine = Adapter::KRATOS.place(folder.path(), &usual_limits());
+    let folder = &new_folder();
+    let engine = Adapter::KRATOS.place(folder, &usual_limits());
     assert_eq!(engine.expect("here").description.name, "Kratos DEM");
     let (scene, mut bed) = bed();
     bed.model.alpha = 0.0;
@@ -339,29 +305,26 @@ fn kratos_is_native_up_to_rounding_but_for_damping_under_the_punch_too() {
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
 fn with_many_radii_both_have_classes_of_them_and_say_so() {
-    let (folder, _) = folder_with(&narrow_scene(0.05));
+    let folder = &folder_with(&narrow_scene(0.05));
     for name in ADAPTERS {
-        ran_in(folder.path(), &adapter(name), &[], name);
-        let record =
-            fs::read_to_string(folder.path().join(name).join("run.json")).expect("a record");
+        ran_in(folder, &adapter(name), &[], name);
+        let record = text_of(folder.join(name).join("run.json"));
         has(&record, ["classes of radius"]);
     }
-    agree_to_the_bit(folder.path(), "");
+    agree_to_the_bit(folder, "");
 }
 
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
 fn engine_check_finds_both_equal_to_rounding_in_all_states_of_a_bed_of_one_radius() {
-    let (folder, _) = folder_with(&narrow_scene(0.0));
+    let folder = &folder_with(&narrow_scene(0.0));
     for name in ADAPTERS {
         let engine = adapter(name);
         let check = ["engine", "check", &engine, "--quiet", "--dispersion", "0"];
-        let (text, _) = ends(folder.path(), 0, &check);
+        let (text, _) = ends(folder, 0, &check);
         let states = text.matches("equal to rounding  ").count();
-        assert!(
-            states == 4 && text.contains("AGREED: equal to rounding"),
-            "{text}"
-        );
+        has(&text, ["AGREED: equal to rounding"]);
+        assert_eq!(states, 4, "{text}");
     }
 }
 
@@ -370,7 +333,7 @@ fn engine_check_finds_both_equal_to_rounding_in_all_states_of_a_bed_of_one_radiu
 fn the_settle_rule_counts_the_energy_that_was_seen_before() {
     let scene = narrow_scene(0.05);
     for name in ["lammps.py", "esysparticle.py"] {
-        let work = tempdir().expect("a folder");
+        let work = &new_folder();
         let start = Start {
             seen: Seen {
                 energy: 1.0e9,
@@ -379,7 +342,7 @@ fn the_settle_rule_counts_the_energy_that_was_seen_before() {
             ..initial_bodies(&scene).into()
         };
         let options = Options::new(adapter_path(name));
-        let run = exec::run(&scene, &Task::settle(start), &options, work.path(), &mut ());
+        let run = exec::run(&scene, &Task::settle(start), &options, work, &mut ());
         let stages = run.expect("a run").outcome.stages;
         assert_eq!(stages[0].steps, scene.settle.check_every, "{name}");
     }

@@ -1,43 +1,35 @@
 //! Run folders as other programs read them.
 
-use std::fs;
-use std::process::Command;
-
 use crossgrain::files::sha256_hex;
-use crossgrain::run::folder::RunFolder;
 
-use crate::support::{ends, folder_with, frictional_scene, has, say};
+use crate::support::*;
 
 /// A folder with a finished run `run`, with friction.
-fn with_a_run() -> tempfile::TempDir {
-    let (folder, _) = folder_with(&frictional_scene());
-    let command = "run scene.json --engine native --quiet --out run";
-    ends(folder.path(), 0, command);
+fn with_a_run() -> Place {
+    let folder = folder_with(&frictional_scene());
+    ran_in(&folder, "native", &[], "run");
     folder
 }
 
 /// The numbers of a data array.
 fn array<T: std::str::FromStr>(text: &str, name: &str) -> Vec<T> {
-    let at = text
-        .find(&format!("Name=\"{name}\""))
-        .unwrap_or_else(|| panic!("no array {name}"));
+    let at = text.find(&format!("Name=\"{name}\""));
+    let at = at.unwrap_or_else(|| panic!("no array {name}"));
     let rest = &text[at..];
     let from = rest.find('>').expect("an end of the tag") + 1;
     let to = rest.find("</DataArray>").expect("an end of the array");
-    let words = rest[from..to].split_whitespace();
-    words
-        .map(|word| word.parse().unwrap_or_else(|_| panic!("{word}")))
-        .collect()
+    let number = |word: &str| word.parse().unwrap_or_else(|_| panic!("{word}"));
+    rest[from..to].split_whitespace().map(number).collect()
 }
 
 #[test]
 fn vtk_files_hold_every_digit_of_the_run() {
-    let folder = with_a_run();
-    let (out, _) = ends(folder.path(), 0, "report vtk run --out vtk");
-    let run = RunFolder::read(&folder.path().join("run")).expect("a run folder");
+    let folder = &with_a_run();
+    let (out, _) = ends(folder, 0, "report vtk run --out vtk");
+    let run = read_run(folder.join("run"));
     let read = |name: &str| {
         has(&out, [name]);
-        fs::read_to_string(folder.path().join("vtk").join(name)).expect("a file")
+        text_of(folder.join("vtk").join(name))
     };
     let settled = run.settled.as_ref().expect("a settled bed");
     for (prefix, moment) in [("", &run.last), ("settled-", settled)] {
@@ -47,9 +39,8 @@ fn vtk_files_hold_every_digit_of_the_run() {
         assert_eq!(x, moment.bodies.x);
         assert_eq!(array::<f64>(&grains, "radius"), moment.bodies.radius);
         let count = moment.bodies.len();
-        assert!(grains.contains(&format!(
-            "NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\""
-        )));
+        let counts = format!("NumberOfPoints=\"{count}\" NumberOfVerts=\"{count}\"");
+        has(&grains, [&counts]);
         let contacts = read(&format!("{prefix}contacts.vtp"));
         let forces: Vec<f64> = moment.contacts.iter().map(|of| of.normal_force).collect();
         assert_eq!(array::<f64>(&contacts, "normal_force"), forces);
@@ -61,54 +52,36 @@ fn vtk_files_hold_every_digit_of_the_run() {
         assert!((area / box_area - 1.0).abs() < 1e-9, "{area} {box_area}");
         let corners = array::<usize>(&cells, "connectivity");
         assert_eq!(corners, (0..corners.len()).collect::<Vec<_>>());
-        assert_eq!(
-            array::<usize>(&cells, "offsets").last(),
-            Some(&corners.len())
-        );
+        let offsets = array::<usize>(&cells, "offsets");
+        assert_eq!(offsets.last(), Some(&corners.len()));
     }
 }
 
 #[test]
 fn an_archive_is_whole_described_and_the_same_each_time() {
-    let folder = with_a_run();
-    let at = |name: &str| folder.path().join(name);
+    let folder = &with_a_run();
+    let at = |name: &str| folder.join(name);
     let archive = ["report", "archive", "run", "--out", "one.tar.gz"];
-    ends(folder.path(), 0, &archive);
-    let unpack = Command::new("tar")
-        .arg("xzf")
-        .arg("one.tar.gz")
-        .current_dir(folder.path())
-        .status();
-    assert!(unpack.expect("tar").success());
+    ends(folder, 0, &archive);
+    assert_eq!(bash(folder, "tar xzf one.tar.gz", &[]).0, 0);
     let inside = at("one");
-    assert_eq!(
-        RunFolder::read(&inside).expect("it reads back"),
-        RunFolder::read(&at("run")).expect("a run folder")
-    );
-    let sums = fs::read_to_string(inside.join("SHA256SUMS")).expect("checksums");
+    assert_eq!(read_run(&inside), read_run(at("run")));
+    let sums = text_of(inside.join("SHA256SUMS"));
     let mut summed = 0;
     for line in sums.lines() {
         let (sum, file) = line.split_once("  ").expect("a line");
-        assert_eq!(
-            sum,
-            sha256_hex(&fs::read(inside.join(file)).expect("a file")),
-            "{file}"
-        );
+        let bytes = fs::read(inside.join(file)).expect("a file");
+        assert_eq!(sum, sha256_hex(&bytes), "{file}");
         summed += 1;
     }
-    assert_eq!(
-        summed + 1,
-        fs::read_dir(&inside).expect("a folder").count(),
-        "every file but the sums themselves"
-    );
-    let text = fs::read_to_string(inside.join("ro-crate-metadata.json")).expect("a description");
+    // Every file but the sums themselves.
+    assert_eq!(summed + 1, there(&inside).len());
+    let text = text_of(inside.join("ro-crate-metadata.json"));
     let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let graph = value["@graph"].as_array().expect("a graph");
     let entity = |id: &str| {
-        graph
-            .iter()
-            .find(|of| of["@id"] == id)
-            .unwrap_or_else(|| panic!("no {id}"))
+        let found = graph.iter().find(|of| of["@id"] == id);
+        found.unwrap_or_else(|| panic!("no {id}"))
     };
     for part in entity("./")["hasPart"].as_array().expect("parts") {
         let file = part["@id"].as_str().expect("an id");
@@ -118,25 +91,21 @@ fn an_archive_is_whole_described_and_the_same_each_time() {
     // The same folder under the same name gives the same bytes.
     fs::create_dir(at("again")).expect("a folder");
     let again = ["report", "archive", "run", "--out", "again/one.tar.gz"];
-    assert_eq!(say(folder.path(), &again).0, 0);
+    ends(folder, 0, &again);
     let bytes = |name: &str| fs::read(at(name)).expect("an archive");
     assert!(bytes("one.tar.gz") == bytes("again/one.tar.gz"));
-    let (code, _, errors) = say(folder.path(), &archive);
-    assert!(code == 2 && errors.contains("exists already"), "{errors}");
+    tells(folder, 2, &archive, ["exists already"]);
 }
 
 #[test]
 fn a_damaged_folder_is_not_exported() {
-    let folder = with_a_run();
-    let contacts = folder.path().join("run/contacts.csv");
-    let text = fs::read_to_string(&contacts).expect("a table");
+    let folder = &with_a_run();
+    let contacts = folder.join("run/contacts.csv");
+    let text = text_of(&contacts);
     fs::write(&contacts, &text[..text.len() / 2]).expect("written");
     for (verb, out) in [("vtk", "vtk"), ("archive", "a.tar.gz")] {
-        let (code, _, errors) = say(folder.path(), &["report", verb, "run", "--out", out]);
-        assert!(
-            code == 2 && errors.contains("contacts.csv"),
-            "{code} {errors}"
-        );
-        assert!(!folder.path().join(out).exists(), "nothing half-written");
+        let export = format!("report {verb} run --out {out}");
+        tells(folder, 2, &export, ["contacts.csv"]);
+        assert!(!folder.join(out).exists(), "nothing half-written");
     }
 }

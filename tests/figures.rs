@@ -1,15 +1,11 @@
 //! The figures: every panel has marks, and the rows are the library's numbers.
 
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::Path;
-
 use crossgrain::paper::continuum::{Field, Model};
 use crossgrain::paper::disc_field::figure_4;
 use crossgrain::study::campaign::merged;
 use crossgrain::study::figures::{distributions, setup_of};
 
-use crate::support::{ends, has, small_scene, write_scene};
+use crate::support::*;
 
 /// The rows of a figure by the names of its head.
 fn rows(folder: &Path, name: &str) -> Vec<BTreeMap<String, String>> {
@@ -32,47 +28,35 @@ fn places(svg: &str, [left, top, right, bottom]: [f64; 4]) -> usize {
     };
     let (_, frame) = svg.split_once("viewBox=\"").expect("a frame");
     let frame = numbers(frame.split('"').next().expect("numbers"));
-    let [across, upwards] = [
-        [left, right].map(|of| frame[0] + of * frame[2]),
-        [top, bottom].map(|of| frame[1] + of * frame[3]),
-    ];
+    let across = [left, right].map(|of| frame[0] + of * frame[2]);
+    let upwards = [top, bottom].map(|of| frame[1] + of * frame[3]);
     // Absolute places of paths and of circles; what is relative to them follows a letter.
-    let paths = svg
-        .split(" d=\"")
-        .skip(1)
-        .flat_map(|of| of.split('"').next());
+    let paths = svg.split(" d=\"").skip(1);
+    let paths = paths.flat_map(|of| of.split('"').next());
     let of_paths = paths.flat_map(|path| {
-        path.split(['M', 'L', ' ', 'Z'])
-            .collect::<Vec<_>>()
-            .join(" ")
-            .split(' ')
-            .filter_map(|of| of.parse().ok())
-            .collect::<Vec<f64>>()
-            .chunks_exact(2)
-            .map(|two| [two[0], two[1]])
-            .collect::<Vec<_>>()
+        let words = path.split(['M', 'L', ' ', 'Z']);
+        let numbers: Vec<f64> = words.filter_map(|of| of.parse().ok()).collect();
+        let pairs = numbers.chunks_exact(2).map(|two| [two[0], two[1]]);
+        pairs.collect::<Vec<_>>()
     });
-    let circles = svg.split("<circle ").skip(1).map(|of| {
-        let of = numbers(of.split("r=").next().expect("a place"));
-        [of[0], of[1]]
-    });
-    let boxes = svg.split("<rect x=\"").skip(1).map(|of| {
-        let of = numbers(of.split("width").next().expect("a place"));
-        [of[0], of[1]]
-    });
-    let all = of_paths.chain(circles).chain(boxes);
+    let first = |begins: &'static str, ends: &'static str| {
+        svg.split(begins).skip(1).map(move |of| {
+            let of = numbers(of.split(ends).next().expect("a place"));
+            [of[0], of[1]]
+        })
+    };
+    let all = of_paths.chain(first("<circle ", "r="));
+    let all = all.chain(first("<rect x=\"", "width"));
     let inside = all.filter(|[x, y]| {
         (across[0]..across[1]).contains(x) && (upwards[0]..upwards[1]).contains(y)
     });
-    inside
-        .map(|place| place.map(f64::to_bits))
-        .collect::<std::collections::BTreeSet<_>>()
-        .len()
+    let different: BTreeSet<[u64; 2]> = inside.map(|place| place.map(f64::to_bits)).collect();
+    different.len()
 }
 
 /// A picture has so many of each piece of text, at least.
 fn has_marks(drawn: &Path, name: &str, marks: &str) {
-    let svg = fs::read_to_string(drawn.join(format!("figure-{name}.svg"))).expect("a picture");
+    let svg = text_of(drawn.join(format!("figure-{name}.svg")));
     assert!(!svg.contains("NaN") && svg.contains("<text"), "{name}");
     for wanted in marks.split(", ") {
         let (least, mark) = wanted.split_once(' ').expect("how many of what");
@@ -84,8 +68,7 @@ fn has_marks(drawn: &Path, name: &str, marks: &str) {
 
 #[test]
 fn every_figure_has_its_panels_and_the_librarys_numbers() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
+    let at = &new_folder();
     let mut scene = small_scene();
     // So light that every member gets the force.
     scene.loading.pressure *= 0.1;
@@ -96,7 +79,7 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
     let (out, _) = ends(at, 0, "study figures --campaign dozen --out drawn");
     has(&out, ["figure-5"]);
     let drawn = at.join("drawn/figures");
-    let page = fs::read_to_string(at.join("drawn/report.html")).expect("a page");
+    let page = text_of(at.join("drawn/report.html"));
     // Four figures with a second plot for the fourth, and two for each point of the fifth.
     assert_eq!(page.matches("<figure").count(), 11);
     assert!(page.contains("table-1.csv"));
@@ -105,14 +88,14 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
     let levels = [[0.0, 0.0, 1.0, 0.5], [0.0, 0.5, 1.0, 1.0]];
     // Figure 2 draws one bed twice, see below.
     for (figure, parts) in [(1, halves), (3, halves), (4, levels)] {
-        let svg = fs::read_to_string(drawn.join(format!("figure-{figure}.svg"))).expect("text");
+        let svg = text_of(drawn.join(format!("figure-{figure}.svg")));
         for part in parts {
             let count = places(&svg, part);
             assert!(count > 20, "figure {figure}, {part:?}: {count} places");
         }
     }
     // Both looks at the bed have grains in what they show.
-    let svg = fs::read_to_string(drawn.join("figure-2.svg")).expect("text");
+    let svg = text_of(drawn.join("figure-2.svg"));
     for window in svg.split("<svg x=").skip(1) {
         let (_, view) = window.split_once("viewBox=\"").expect("a part of the bed");
         let (_, bed) = svg.split_once("<g id=\"bed\">").expect("a bed");
@@ -148,30 +131,27 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
             assert!((ours - value).abs() < 0.01, "{row:?}: {ours}");
         }
     }
-    let levels: std::collections::BTreeSet<&String> = bulbs
-        .iter()
-        .map(|row| &row["stress of the load over p"])
-        .collect();
+    let levels = bulbs.iter().map(|row| &row["stress of the load over p"]);
+    let levels: BTreeSet<&String> = levels.collect();
     assert_eq!(levels.len(), 9 + 3);
 
-    let cases: Vec<f64> = rows(&drawn, "table-1.csv")
-        .iter()
-        .map(|row| number(row, "cases"))
-        .collect();
+    let table = rows(&drawn, "table-1.csv");
+    let cases: Vec<f64> = table.iter().map(|row| number(row, "cases")).collect();
     assert_eq!(cases, [5.0, 20.0, 20.0, 30.0, 30.0, 20.0, 1.0]);
     let shares = rows(&drawn, "figure-3.csv");
-    let five: Vec<f64> = shares
+    let five = shares
         .iter()
-        .filter(|row| row["series"] == "five piles, counted")
-        .map(|row| 126.0 * number(row, "share of piles with F or more"))
-        .collect();
+        .filter(|row| row["series"] == "five piles, counted");
+    let share = |row| 126.0 * number(row, "share of piles with F or more");
+    let five: Vec<f64> = five.map(share).collect();
     assert_eq!(five.len(), 6);
     for (found, counted) in five.iter().zip([126.0, 70.0, 35.0, 15.0, 5.0, 1.0]) {
         assert!((found - counted).abs() < 1e-9, "{five:?}");
     }
 
     let field = figure_4().expect("balances");
-    for row in rows(&drawn, "figure-4.csv")
+    let rows_of_4 = rows(&drawn, "figure-4.csv");
+    for row in rows_of_4
         .iter()
         .filter(|row| row["kind"] == "map")
         .step_by(50)
@@ -212,26 +192,20 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
         assert_eq!(points, 101);
     }
     let forces = rows(&drawn, "figure-2.csv");
-    assert_eq!(
-        forces.iter().filter(|row| row["kind"] == "grain").count(),
-        300
-    );
+    let grains = forces.iter().filter(|row| row["kind"] == "grain");
+    assert_eq!(grains.count(), 300);
     assert!(forces.iter().filter(|row| row["kind"] == "force").count() > 300);
 }
 
 #[test]
 fn a_campaign_without_values_is_an_error_and_writes_nothing() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
+    let at = &new_folder();
     let mut scene = small_scene();
     // No punch of this bed bears so much.
     scene.loading.pressure *= 1e4;
     write_scene(&scene, &at.join("scene.json"));
-    ends(
-        at,
-        0,
-        "study plan campaign scene.json --members 2 --out two",
-    );
+    let command = "study plan campaign scene.json --members 2 --out two";
+    ends(at, 0, command);
     ends(at, 0, "study run two");
     let (_, errors) = ends(at, 2, "study figures --campaign two --out drawn");
     has(&errors, ["no member"]);

@@ -1,14 +1,9 @@
 //! One flipped bit in anything that the program has written is found when it is read, and the message names the file. Each bit
 //! of a byte of every kind is tried: the first and the last, in a digit, in a separator, at a line's end, in between; of a short file all.
 
-use std::collections::BTreeSet;
-use std::fs;
-use std::path::{Path, PathBuf};
-
 use crossgrain::checks::record;
 use crossgrain::compare::baseline::{BaselineError, Store};
-use crossgrain::run::folder::record::Protocol;
-use crossgrain::run::folder::{FolderError, RunFolder, write_sums};
+use crossgrain::run::folder::write_sums;
 use crossgrain::study::campaign::{Campaign, merged};
 use crossgrain::study::machine::Folder;
 use crossgrain::study::plan::Plan;
@@ -16,15 +11,17 @@ use crossgrain::study::store::Index;
 use flate2::{Compression, write::GzEncoder};
 
 use crate::campaign::plan;
-use crate::support::{ends, frictional_scene, native_run, say, sound, there, tiny_scene};
+use crate::support::*;
 
 fn places(bytes: &[u8]) -> BTreeSet<usize> {
     let one = |is: fn(&u8) -> bool| bytes.iter().rposition(is);
+    let line_end = bytes.iter().position(|of| *of == b'\n');
+    let separator = one(|of| b",: ".contains(of));
     let found = [
         Some(0),
         one(u8::is_ascii_digit),
-        one(|of| b",: ".contains(of)),
-        bytes.iter().position(|of| *of == b'\n'),
+        separator,
+        line_end,
         Some(bytes.len() - 1),
     ];
     let spread = (1..8).map(|part| bytes.len() * part / 8);
@@ -50,18 +47,12 @@ fn every_flip_is_found(file: &Path, wanted: u8, read: impl Fn() -> Option<(Strin
             let told = read();
             let (said, code) =
                 told.unwrap_or_else(|| panic!("{name}: bit {bit} of byte {at} is believed"));
-            assert!(
-                said.contains(&*name),
-                "{name}, bit {bit} of byte {at}: {said}"
-            );
+            let named = said.contains(&*name);
+            assert!(named, "{name}, bit {bit} of byte {at}: {said}");
             assert_eq!(code, wanted, "{name}, bit {bit} of byte {at}: {said}");
         }
     }
     fs::write(file, sound).expect("writable");
-}
-
-fn of_folder(error: FolderError) -> (String, u8) {
-    (error.to_string(), error.exit_code())
 }
 
 #[test]
@@ -69,8 +60,8 @@ fn one_flipped_bit_in_a_run_folder_is_found() {
     let mut run = native_run(&frictional_scene(), sound(), Protocol::Whole);
     run.record.measures.truncate(3);
     run.log = "what it printed\n".to_owned();
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path().join("run");
+    let place = &new_folder();
+    let folder = place.join("run");
     run.write(&folder).expect("a writable folder");
     // One is packed, as those that the program carries are.
     let table = folder.join("settled-contacts.csv");
@@ -85,7 +76,8 @@ fn one_flipped_bit_in_a_run_folder_is_found() {
     assert_eq!(files.len(), 13, "{files:?}");
     for name in &files {
         every_flip_is_found(&folder.join(name), 2, || {
-            RunFolder::read(&folder).err().map(of_folder)
+            let error = RunFolder::read(&folder).err()?;
+            Some((error.to_string(), error.exit_code()))
         });
     }
     // Whichever verb reads it.
@@ -99,20 +91,18 @@ fn one_flipped_bit_in_a_run_folder_is_found() {
         "report archive run --out o",
         "run run/scene.json --engine native --from-state run --out o",
     ] {
-        let (_, errors) = ends(place.path(), 2, verb);
-        assert!(
-            errors.contains("memory.csv was changed") && errors.lines().count() == 1,
-            "{errors}"
-        );
-        assert_eq!(there(place.path()).len(), 1, "{verb}");
+        let (_, errors) = ends(place, 2, verb);
+        has(&errors, ["memory.csv was changed"]);
+        assert_eq!(errors.lines().count(), 1, "{errors}");
+        assert_eq!(there(place).len(), 1, "{verb}");
     }
 }
 
 #[test]
 fn one_flipped_bit_in_a_study_its_record_or_a_baseline_is_found() {
-    let place = plan(&tiny_scene(), 2, "c");
-    let folder = place.path().join("c");
-    ends(place.path(), 0, "study run c --quiet");
+    let place = &plan(&tiny_scene(), 2, "c");
+    let folder = place.join("c");
+    ends(place, 0, "study run c --quiet");
     let open = || Folder::<Campaign>::open(&folder).map(drop);
     let merged = || merged(&folder).map(drop);
     let readers: [(&str, &dyn Fn() -> Result<(), _>); 3] = [
@@ -121,29 +111,24 @@ fn one_flipped_bit_in_a_study_its_record_or_a_baseline_is_found() {
         ("merged.json", &merged),
     ];
     for (name, read) in readers {
-        every_flip_is_found(&folder.join(name), 2, || {
-            read()
-                .err()
-                .map(|error| (error.to_string(), error.exit_code()))
-        });
+        let error = || read().err();
+        let told = || error().map(|of| (of.to_string(), of.exit_code()));
+        every_flip_is_found(&folder.join(name), 2, told);
     }
     // Its row is made again, so it is no error: `campaign::damaged`.
     let digest = Plan::<Campaign>::read(&folder).expect("a plan").digest();
     every_flip_is_found(&folder.join("records/shard-1-of-1.jsonl"), 0, || {
         let index = Index::read(&folder, &digest, 2).expect("readable");
-        let named = index
-            .damaged
-            .first()
-            .map(|of| of.path.display().to_string());
+        let named = index.damaged.first();
+        let named = named.map(|of| of.path.display().to_string());
         (index.places.len() < 2).then(|| (named.unwrap_or_default(), 0))
     });
     let report: PathBuf = folder.join("report.json");
     every_flip_is_found(&report, 2, || {
-        record::read(&report)
-            .err()
-            .map(|error| (error.to_string(), error.exit_code()))
+        let error = record::read(&report).err();
+        error.map(|error| (error.to_string(), error.exit_code()))
     });
-    let store = Store::new(&place.path().join("kept"));
+    let store = Store::new(&place.join("kept"));
     let baseline = store.save(&report, "main", false).expect("writable");
     every_flip_is_found(&baseline, 2, || {
         let error = store.load("main").err()?;
@@ -153,6 +138,6 @@ fn one_flipped_bit_in_a_study_its_record_or_a_baseline_is_found() {
         };
         Some((error.to_string(), code))
     });
-    let (code, said, errors) = say(place.path(), "report checks c/report.json");
+    let (code, said, errors) = say(place, "report checks c/report.json");
     assert_eq!(code, 0, "{said}{errors}");
 }

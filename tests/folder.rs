@@ -1,32 +1,25 @@
 //! Run folders: written whole or not at all, read back to the bit, refused when they are not sound.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-
 use crossgrain::files::{FileError, write_folder};
-use crossgrain::run::folder::record::Protocol;
-use crossgrain::run::folder::{RunFolder, sum_line, write_sums};
+use crossgrain::run::folder::{sum_line, write_sums};
 
-use crate::support::{
-    a_pipe, ask_to_end, folder_with, frictional_scene, native_run, say, small_scene, sound,
-    started, tells,
-};
+use crate::support::*;
 
 fn small_run() -> RunFolder {
     native_run(&small_scene(), sound(), Protocol::Steps { steps: 3000 })
 }
 
 /// Written into a folder that goes away, and read back to the same bits.
-fn written(run: &RunFolder) -> (tempfile::TempDir, PathBuf) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("run");
+fn written(run: &RunFolder) -> (Place, PathBuf) {
+    let folder = new_folder();
+    let path = folder.join("run");
     run.write(&path).expect("a writable folder");
-    assert_eq!(RunFolder::read(&path).expect("a sound folder"), *run);
+    assert_eq!(read_run(&path), *run);
     (folder, path)
 }
 
 fn header(table: &Path) -> String {
-    let text = fs::read_to_string(table).expect("text");
+    let text = text_of(table);
     text.lines().next().expect("a header").to_owned()
 }
 
@@ -75,73 +68,55 @@ fn a_folder_of_grains_that_rotate_reads_back_to_the_same_bits() {
 
 #[test]
 fn nothing_existing_is_overwritten() {
-    let (folder, _) = folder_with(&small_scene());
-    let out = folder.path().join("out");
+    let folder = &folder_with(&small_scene());
+    let out = folder.join("out");
     fs::create_dir(&out).expect("a writable folder");
     fs::write(out.join("precious"), "mine").expect("a writable folder");
     let command = "run scene.json --engine native --steps 10 --out out";
-    tells(folder.path(), 2, command, ["exists already"]);
-    assert_eq!(
-        fs::read_to_string(out.join("precious")).expect("still there"),
-        "mine"
-    );
+    tells(folder, 2, command, ["exists already"]);
+    assert_eq!(text_of(out.join("precious")), "mine");
     assert_eq!(fs::read_dir(&out).expect("a folder").count(), 1);
 }
 
 /// A run that never settles, at work for a moment.
-fn endless_run() -> (tempfile::TempDir, std::process::Child) {
-    let mut scene = small_scene();
-    scene.settle.kinetic_energy_fraction = 1.0e-300;
-    scene.settle.max_steps = 200_000_000;
-    let (folder, _) = folder_with(&scene);
+fn endless_run() -> (Place, std::process::Child) {
+    let folder = folder_with(&endless_scene());
     let command = "run scene.json --engine native --out out";
-    let mut child = started(folder.path(), command);
+    let mut child = started(&folder, command);
     std::thread::sleep(std::time::Duration::from_millis(400));
     assert_eq!(child.try_wait().expect("a child"), None, "it is running");
     (folder, child)
 }
 
 #[test]
-fn a_killed_run_leaves_no_folder_under_its_name() {
-    let (folder, mut child) = endless_run();
-    child.kill().expect("a child to kill");
-    child.wait().expect("an ended child");
-    assert!(!folder.path().join("out").exists());
-}
-
-/// Asked to end, a run leaves the folder from which it can go on and nothing else.
-#[test]
 fn a_run_that_is_asked_to_end_is_kept_and_exits_with_75() {
     let (folder, mut child) = endless_run();
-    ask_to_end(&child);
+    send(&child, "TERM");
     let status = child.wait().expect("an ended child");
     assert_eq!(status.code(), Some(75));
-    let left = fs::read_dir(folder.path()).expect("a folder").count();
+    let left = fs::read_dir(&folder).expect("a folder").count();
     assert_eq!(left, 2, "the scene, the run and nothing else");
-    let out = folder.path().join("out");
+    let out = folder.join("out");
     let run = RunFolder::read_so_far(&out).expect("a run folder");
     // Nobody takes it for a whole run.
     let error = RunFolder::read(&out).expect_err("so far only");
     assert!(error.to_string().contains("--from-state"), "{error}");
-    assert_eq!(
-        run.record.stop(),
-        Some(grains::tables::StopReason::Interrupted)
-    );
+    assert_eq!(run.record.stop(), Some(StopReason::Interrupted));
 }
 
 /// Does something bad to a sound folder and returns exit code and message of a comparison with it.
 fn spoiled(spoil: impl FnOnce(&Path)) -> (i32, String) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     let run = small_run();
-    run.write(&folder.path().join("good")).expect("writable");
-    run.write(&folder.path().join("bad")).expect("writable");
-    spoil(&folder.path().join("bad"));
-    let (code, out, errors) = say(folder.path(), "compare good bad --no-locate");
+    run.write(&folder.join("good")).expect("writable");
+    run.write(&folder.join("bad")).expect("writable");
+    spoil(&folder.join("bad"));
+    let (code, out, errors) = say(folder, "compare good bad --no-locate");
     (code, out + &errors)
 }
 
 fn change(path: &Path, how: impl FnOnce(&str) -> String) {
-    let text = fs::read_to_string(path).expect("text");
+    let text = text_of(path);
     put(path, how(&text).as_bytes());
 }
 
@@ -182,72 +157,36 @@ fn is_refused(name: &str, spoil: impl FnOnce(&Path), message: &str) {
 #[test]
 fn unsound_folders_are_refused_with_exit_2() {
     type Change = fn(&str) -> String;
-    let cases: [(&str, &str, Change, &str); 12] = [
-        (
-            "cut",
-            "bodies.csv",
-            |of| of[..of.len() - 9].to_owned(),
-            "bodies.csv",
-        ),
-        (
-            "cut at a line",
-            "bodies.csv",
-            |of| without_last(of, 3),
-            "has 297 grains, the scene 300",
-        ),
-        ("empty", "bodies.csv", |_| String::new(), "bodies.csv"),
-        (
-            "NaN",
-            "bodies.csv",
-            |of| with_row(of, 5, |_| "4,NaN,0.1,0,0,0.005,0.2".to_owned()),
-            "x = NaN, which must be finite",
-        ),
-        (
-            "contact with nobody",
-            "contacts.csv",
-            |of| format!("{of}303,100000,1e-6,1,0,1,0,0.1,0.1\n"),
-            "id2 = 100000",
-        ),
-        (
-            "other version",
-            "run.json",
-            |of| of.replacen("\"version\": 4", "\"version\": 99", 1),
-            "version 99",
-        ),
-        (
-            "other scene",
-            "scene.json",
-            |of| of.replacen("\"gravity\": 9.81", "\"gravity\": 9.8", 1),
-            "not the scene of run.json",
-        ),
-        ("not JSON", "run.json", |_| "{".to_owned(), "run.json"),
-        (
-            "other end",
-            "history.csv",
-            |of| without_last(of, 1),
-            "has not the moments of the stages",
-        ),
-        (
-            "other masses",
-            "bodies.csv",
-            |of| with_cell(of, 9, 6, "7.0"),
-            "other radii, masses or moments of inertia than initial.csv",
-        ),
-        (
-            "history of not a number",
-            "history.csv",
-            |of| with_cell(of, 2, 3, "NaN"),
-            "not finite at settle 250",
-        ),
-        (
-            "endless stages",
-            "run.json",
-            |of| of.replacen("\"steps\": 3000", "\"steps\": 9000000000000", 2),
-            "moments of history",
-        ),
+    let cut: Change = |of| of[..of.len() - 9].to_owned();
+    let no_number: Change = |of| with_row(of, 5, |_| "4,NaN,0.1,0,0,0.005,0.2".to_owned());
+    let nobody: Change = |of| format!("{of}303,100000,1e-6,1,0,1,0,0.1,0.1\n");
+    let version: Change = |of| of.replacen("\"version\": 4", "\"version\": 99", 1);
+    let gravity: Change = |of| of.replacen("\"gravity\": 9.81", "\"gravity\": 9.8", 1);
+    let endless: Change = |of| of.replacen("\"steps\": 3000", "\"steps\": 9000000000000", 2);
+    let (three_less, one_less): (Change, Change) =
+        (|of| without_last(of, 3), |of| without_last(of, 1));
+    let (mass, no_energy): (Change, Change) = (
+        |of| with_cell(of, 9, 6, "7.0"),
+        |of| with_cell(of, 2, 3, "NaN"),
+    );
+    let (empty, brace): (Change, Change) = (|_| String::new(), |_| "{".to_owned());
+    let masses = "other radii, masses or moments of inertia than initial.csv";
+    let cases: [(&str, Change, &str); 12] = [
+        ("bodies.csv", cut, "bodies.csv"),
+        ("bodies.csv", three_less, "has 297 grains, the scene 300"),
+        ("bodies.csv", empty, "bodies.csv"),
+        ("bodies.csv", no_number, "x = NaN, which must be finite"),
+        ("contacts.csv", nobody, "id2 = 100000"),
+        ("run.json", version, "version 99"),
+        ("scene.json", gravity, "not the scene of run.json"),
+        ("run.json", brace, "run.json"),
+        ("history.csv", one_less, "has not the moments of the stages"),
+        ("bodies.csv", mass, masses),
+        ("history.csv", no_energy, "not finite at settle 250"),
+        ("run.json", endless, "moments of history"),
     ];
-    for (name, file, how, message) in cases {
-        is_refused(name, |bad| change(&bad.join(file), how), message);
+    for (file, how, message) in cases {
+        is_refused(message, |bad| change(&bad.join(file), how), message);
     }
     let gone = |bad: &Path| fs::remove_dir_all(bad).expect("a folder");
     is_refused("missing", gone, "it has no run.json");
@@ -272,7 +211,7 @@ fn packed_tables_are_read_and_packed_bombs_are_not() {
     let table = path.join("trace.csv");
     pack("trace.csv.gz", &fs::read(&table).expect("text"));
     fs::remove_file(&table).expect("a file");
-    assert_eq!(RunFolder::read(&path).expect("a sound folder"), run);
+    assert_eq!(read_run(&path), run);
 
     pack("bomb.gz", &[b'0'; 64 << 16]);
     let error = crossgrain::files::read_text(&path.join("bomb.gz"), 1 << 20)
@@ -288,23 +227,22 @@ fn a_folder_without_contacts_reads_back() {
     written(&run);
 }
 
-/// Killed at any moment, a run leaves a whole folder or none.
 #[test]
 fn a_run_killed_at_any_moment_leaves_a_whole_folder_or_none() {
-    let (folder, _) = folder_with(&small_scene());
+    let folder = &folder_with(&small_scene());
     let (mut whole, mut none) = (0, 0);
     // The last one has all the time that even a busy machine needs.
     for delay in (0..40).map(|k| 5 * k).chain([5000]) {
         let out = format!("out{delay}");
         let run = format!("run scene.json --engine native --steps 3000 --out {out}");
-        let mut child = started(folder.path(), &run);
+        let mut child = started(folder, &run);
         std::thread::sleep(std::time::Duration::from_millis(delay));
         // Fails only for a run that was faster.
         let _ = child.kill();
         child.wait().expect("an ended child");
-        let out = folder.path().join(out);
+        let out = folder.join(out);
         if out.exists() {
-            RunFolder::read(&out).expect("a whole folder");
+            read_run(&out);
             whole += 1;
         } else {
             none += 1;
@@ -313,28 +251,26 @@ fn a_run_killed_at_any_moment_leaves_a_whole_folder_or_none() {
     assert!(whole > 0 && none > 0, "{whole} whole, {none} none");
 }
 
-/// Of two programs that write one folder at once one has it, and the other is told.
 #[test]
 fn of_two_runs_into_one_folder_one_is_refused() {
-    let (folder, _) = folder_with(&small_scene());
+    let folder = &folder_with(&small_scene());
     let command = "run scene.json --engine native --steps 5000 --quiet --out out";
     let ends = std::thread::scope(|both| {
-        let run = || both.spawn(|| say(folder.path(), command));
+        let run = || both.spawn(|| say(folder, command));
         [run(), run()].map(|run| run.join().expect("no panic"))
     });
     let codes = ends.each_ref().map(|(code, ..)| *code);
     assert!(matches!(codes, [0, 2] | [2, 0]), "{ends:?}");
     let refused = |(_, _, errors): &(i32, String, String)| errors.contains("out exists already");
     assert!(ends.iter().any(refused), "{ends:?}");
-    RunFolder::read(&folder.path().join("out")).expect("one whole run");
-    assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 2);
+    read_run(folder.join("out"));
+    assert_eq!(fs::read_dir(folder).expect("a folder").count(), 2);
 }
 
-/// Whenever another program takes the name, its folder stays and the answer is the same.
 #[test]
 fn a_name_that_is_taken_while_a_folder_is_filled_is_refused() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("out");
+    let folder = &new_folder();
+    let path = folder.join("out");
     let error = write_folder(&path, |_| {
         fs::create_dir(&path).expect("a new folder");
         fs::write(path.join("theirs"), "whole").expect("a writable folder");
@@ -343,17 +279,17 @@ fn a_name_that_is_taken_while_a_folder_is_filled_is_refused() {
     .expect_err("taken");
     assert_eq!(error.exit_code(), 2);
     assert!(error.to_string().contains("out exists already"), "{error}");
-    assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1);
+    assert_eq!(fs::read_dir(folder).expect("a folder").count(), 1);
     assert!(path.join("theirs").exists());
 }
 
 #[test]
 fn a_pipe_is_no_table() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    a_pipe(folder.path(), "run.json");
+    let folder = &new_folder();
+    a_pipe(folder, "run.json");
     let line = sum_line(&"0".repeat(64), "run.json");
-    fs::write(folder.path().join("SHA256SUMS"), line).expect("ours");
-    let error = RunFolder::read(folder.path()).expect_err("no folder");
+    fs::write(folder.join("SHA256SUMS"), line).expect("ours");
+    let error = RunFolder::read(folder).expect_err("no folder");
     assert!(error.to_string().contains("not a regular file"), "{error}");
 }
 
@@ -361,7 +297,7 @@ fn a_pipe_is_no_table() {
 /// exit code 75.
 #[test]
 fn a_disk_that_refuses_says_try_again() {
-    let (folder, _) = folder_with(&small_scene());
+    let folder = &folder_with(&small_scene());
     let command = "run scene.json --engine native --steps 10 --out /proc/out";
-    tells(folder.path(), 75, command, ["cannot write into /proc"]);
+    tells(folder, 75, command, ["cannot write into /proc"]);
 }

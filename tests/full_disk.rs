@@ -2,31 +2,21 @@
 //! half-written. For a full disk stands a library that lets one call fail, or a limit on the size of files (`ulimit -f`); a
 //! small disk of its own is made by the last test.
 
-use std::fs;
-use std::path::Path;
-use std::process::Command;
-
-use crate::support::{Words, ends, folder_with, has, rows, there, tiny_scene, told};
+use crate::support::*;
 
 /// The program with files of at most so many kB: exit code and standard error.
 fn limited(kilobytes: u32, command: &str, folder: &Path) -> (i32, String) {
-    let script = format!("ulimit -f {kilobytes}; exec \"$0\" \"$@\" 2>&1 | cat");
-    let script = format!("set -o pipefail; {script}");
-    let output = Command::new("bash")
-        .args(["-c", &script, env!("CARGO_BIN_EXE_crossgrain")])
-        .args(command.words())
-        .current_dir(folder)
-        .output()
-        .expect("bash is there");
-    let (code, out, _) = told(&output);
+    let limit = format!("set -o pipefail; ulimit -f {kilobytes}");
+    let script = format!("{limit}; exec \"$0\" \"$@\" 2>&1 | cat");
+    let (code, out, _) = bash(folder, &script, &command.words());
     (code, out)
 }
 
 /// A folder with a run of the tiny scene.
-fn folder_with_run() -> tempfile::TempDir {
-    let (folder, _) = folder_with(&tiny_scene());
+fn folder_with_run() -> Place {
+    let folder = folder_with(&tiny_scene());
     let run = "run scene.json --engine native --steps 2000 --out run";
-    ends(folder.path(), 0, run);
+    ends(&folder, 0, run);
     folder
 }
 
@@ -67,44 +57,38 @@ OPEN(open64)
 "#;
 
 /// The program with a disk that is full at one call alone: whether it came so far, exit code, standard error.
-struct Full(tempfile::TempDir);
+struct Full(Place);
 
 impl Full {
     fn new() -> Self {
-        let place = tempfile::tempdir().expect("a temporary folder");
-        fs::write(place.path().join("full.c"), FULL).expect("writable");
+        let place = new_folder();
+        fs::write(place.join("full.c"), FULL).expect("writable");
         let made = Command::new("cc")
             .args(["-shared", "-fPIC", "-o", "full.so", "full.c", "-ldl"])
-            .current_dir(place.path())
+            .current_dir(&place)
             .status();
-        assert!(
-            made.expect("cc is there, as for the program itself")
-                .success()
-        );
+        assert!(made.expect("cc is there, as for the program").success());
         Full(place)
     }
 
     fn at(&self, call: usize, command: &str, folder: &Path) -> (bool, i32, String) {
-        let output = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+        let mut program = cli(folder);
+        program
             .args(command.words())
-            .current_dir(folder)
-            .env("LD_PRELOAD", self.0.path().join("full.so"))
-            .env("FULL_AT", call.to_string())
-            .output()
-            .expect("the program starts");
-        let (code, _, errors) = told(&output);
+            .env("FULL_AT", call.to_string());
+        let output = program.env("LD_PRELOAD", self.0.join("full.so")).output();
+        let (code, _, errors) = told(&output.expect("the program starts"));
         (errors.contains("[full]"), code, errors)
     }
 }
 
-/// Whichever call finds the disk full, the folder is as it was; and when there is room, what was wanted is made.
 #[test]
 fn runs_exports_and_plans_are_whole_or_not_there_whichever_write_fails() {
     let full = Full::new();
-    let folder = folder_with_run();
+    let folder = &folder_with_run();
     // Where the words are told apart by spaces the record has to be here.
-    let record = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/record/reproduce");
-    fs::copy(record, folder.path().join("record")).expect("writable");
+    let record = root("fuzz/corpus/record/reproduce");
+    fs::copy(record, folder.join("record")).expect("writable");
     for [command, made, fewest] in rows(
         "run scene.json --engine native --steps 200 --quiet --out o ⇒ o/run.json ⇒ 28
         report vtk run --out v ⇒ v/cells.vtp ⇒ 10
@@ -112,23 +96,19 @@ fn runs_exports_and_plans_are_whole_or_not_there_whichever_write_fails() {
         report baseline save record main --store . ⇒ main.json ⇒ 4
         study plan campaign scene.json --members 2 --out c ⇒ c/plan.json ⇒ 6",
     ) {
-        let before = there(folder.path());
+        let before = there(folder);
         let fewest: usize = fewest.parse().expect("a number");
         for call in 1.. {
-            let (met, code, said) = full.at(call, command, folder.path());
+            let (met, code, said) = full.at(call, command, folder);
             if !met {
                 assert_eq!(code, 0, "{command}: {said}");
-                assert!(folder.path().join(made).exists());
+                assert!(folder.join(made).exists());
                 assert!(call > fewest, "{command} makes {call} calls");
                 break;
             }
             assert_eq!(code, 75, "{command}, call {call}: {said}");
             has(&said, ["make room"]);
-            assert_eq!(
-                there(folder.path()),
-                before,
-                "{command}, call {call}: {said}"
-            );
+            assert_eq!(there(folder), before, "{command}, call {call}: {said}");
         }
     }
 }
@@ -137,8 +117,7 @@ fn runs_exports_and_plans_are_whole_or_not_there_whichever_write_fails() {
 #[test]
 fn a_study_goes_on_whichever_write_fails() {
     let full = Full::new();
-    let folder = folder_with(&tiny_scene()).0;
-    let at = folder.path();
+    let at = &folder_with(&tiny_scene());
     let plan = "study plan campaign scene.json --members 2 --out";
     let results = ["rows.jsonl", "rows.csv", "merged.json", "report.json"];
     let made = |of: &str| results.map(|name| fs::read(at.join(of).join(name)).expect("a result"));
@@ -156,9 +135,8 @@ fn a_study_goes_on_whichever_write_fails() {
         has(&said, ["make room"]);
         ends(at, 0, run);
         assert!(made("c") == made("sound"), "call {call}");
-        let hidden = there(&at.join("c"))
-            .into_iter()
-            .filter(|of| of.starts_with('.'));
+        let hidden = there(&at.join("c")).into_iter();
+        let hidden = hidden.filter(|of| of.starts_with('.'));
         let hidden: Vec<String> = hidden.filter(|of| !of.ends_with(".lock")).collect();
         assert!(hidden.is_empty(), "call {call} left {hidden:?}");
         fs::remove_dir_all(at.join("c")).expect("removable");
@@ -168,42 +146,38 @@ fn a_study_goes_on_whichever_write_fails() {
 /// The main job writes into a folder that it takes up again: what is in it is whole, and it is not finished.
 #[test]
 fn a_main_job_on_a_full_disk_is_taken_up_again() {
-    let (folder, _) = folder_with(&tiny_scene());
+    let folder = &folder_with(&tiny_scene());
     let job = "reproduce --scene scene.json --quiet --out o --yade /nowhere/yade";
     for kilobytes in [1, 8, 32] {
-        let (code, said) = limited(kilobytes, job, folder.path());
+        let (code, said) = limited(kilobytes, job, folder);
         assert_eq!(code, 75, "{kilobytes}: {said}");
         has(&said, ["make room"]);
-        for name in there(&folder.path().join("o")) {
+        for name in there(&folder.join("o")) {
             let known = ["native", "scene.json", ".crossgrain.lock"];
             assert!(known.contains(&name.as_str()), "{name}");
         }
     }
-    let (code, said) = limited(65536, job, folder.path());
+    let (code, said) = limited(65536, job, folder);
     assert_eq!(code, 3, "without YADE it is incomplete: {said}");
-    assert!(folder.path().join("o/run.json").is_file());
+    assert!(folder.join("o/run.json").is_file());
 }
 
 #[test]
 fn a_ladder_on_a_full_disk_leaves_no_folder() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     let verify = "verify --engine native --grains 5 --quiet --out o";
-    let (code, said) = limited(64, verify, folder.path());
+    let (code, said) = limited(64, verify, folder);
     assert_eq!(code, 75, "{said}");
-    assert!(
-        there(folder.path()).is_empty(),
-        "{:?}",
-        there(folder.path())
-    );
+    assert!(there(folder).is_empty(), "{:?}", there(folder));
 }
 
 /// `/proc` takes no files from anybody; a file is no folder.
 #[test]
 fn places_that_cannot_be_written_are_named() {
-    let folder = folder_with_run();
-    let record = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/record/reproduce");
-    fs::copy(record, folder.path().join("record")).expect("writable");
-    let before = there(folder.path());
+    let folder = &folder_with_run();
+    let record = root("fuzz/corpus/record/reproduce");
+    fs::copy(record, folder.join("record")).expect("writable");
+    let before = there(folder);
     for (place, code) in [("/proc/crossgrain", 75), ("scene.json/o", 2)] {
         for command in [
             "run scene.json --engine=native --steps=20 --out",
@@ -215,10 +189,10 @@ fn places_that_cannot_be_written_are_named() {
             "study plan campaign scene.json --members=2 --out",
         ] {
             let command = format!("{command} {place}");
-            let (_, errors) = ends(folder.path(), code, &command);
+            let (_, errors) = ends(folder, code, &command);
             let named = errors.contains("/proc") || errors.contains("scene.json");
             assert!(named, "{command}: {errors}");
-            assert_eq!(there(folder.path()), before);
+            assert_eq!(there(folder), before);
         }
     }
 }
@@ -227,7 +201,7 @@ fn places_that_cannot_be_written_are_named() {
 #[test]
 #[ignore = "mounts a small disk of its own: unshare -rm must be allowed"]
 fn a_small_disk_and_one_that_is_read_only() {
-    let folder = folder_with_run();
+    let folder = &folder_with_run();
     let script = r#"
         set -u
         mkdir disk && mount -t tmpfs -o size=16k none disk
@@ -245,7 +219,7 @@ fn a_small_disk_and_one_that_is_read_only() {
     let output = Command::new("unshare")
         .args(["-rm", "bash", "-c", script])
         .env("program", env!("CARGO_BIN_EXE_crossgrain"))
-        .current_dir(folder.path())
+        .current_dir(folder)
         .output()
         .expect("unshare is there");
     let (_, said, errors) = told(&output);
@@ -257,9 +231,7 @@ fn a_small_disk_and_one_that_is_read_only() {
         .lines()
         .filter(|line| !line.starts_with("cro") && !line.starts_with("code"))
     {
-        assert!(
-            line == "r" || line.starts_with("rm: "),
-            "left behind: {line}\n{said}"
-        );
+        let again = line == "r" || line.starts_with("rm: ");
+        assert!(again, "left behind: {line}\n{said}");
     }
 }

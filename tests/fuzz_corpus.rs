@@ -1,12 +1,11 @@
 //! Every input that the fuzzers kept, given to the readers again.
 
-use std::path::{Path, PathBuf};
-
 use crate::readers::{MOST_MEMORY, READERS};
+use crate::support::*;
 
 /// The inputs that were kept for a target, and those that once broke it.
 fn kept(target: &str) -> Vec<PathBuf> {
-    let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz");
+    let fuzz = root("fuzz");
     let mut inputs = Vec::new();
     for place in ["corpus", "regressions"] {
         let Ok(entries) = std::fs::read_dir(fuzz.join(place).join(target)) else {
@@ -29,12 +28,8 @@ fn every_reader_withstands_every_kept_input_within_its_memory() {
             let mut sound = false;
             let taken = allocation_counter::measure(|| sound = read(&input));
             accepted += usize::from(sound);
-            assert!(
-                taken.bytes_max < MOST_MEMORY,
-                "{} takes {} bytes",
-                path.display(),
-                taken.bytes_max
-            );
+            let (path, taken) = (path.display(), taken.bytes_max);
+            assert!(taken < MOST_MEMORY, "{path} takes {taken} bytes");
         }
         assert!(accepted > 0, "{target} accepts none of its inputs");
     }
@@ -52,11 +47,10 @@ fn every_seed_is_accepted() {
     }
 }
 
-/// Writes the seeds into `fuzz/corpus`, from where the fuzzers take them.
 #[test]
 #[ignore = "writes into fuzz/corpus"]
 fn the_seeds_are_written() {
-    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
+    let corpus = root("fuzz/corpus");
     for (target, name, input) in crate::readers::seeds::all() {
         let folder = corpus.join(target);
         std::fs::create_dir_all(&folder).expect("a writable folder");

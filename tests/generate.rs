@@ -1,10 +1,9 @@
 //! The initial cloud.
 
-use grains::generate::initial_bodies;
-use grains::scene::{Cloud, Rotation, Scene, Shape, paper_scene};
-use grains::tables::Bodies;
+use grains::scene::{Cloud, Rotation, Shape};
 
-/// Recorded once; the same on every machine.
+use crate::support::*;
+
 #[test]
 fn the_cloud_has_its_recorded_bits() {
     let bodies = initial_bodies(&paper_scene(1, 5000));

@@ -2,13 +2,9 @@
 //! names.
 
 use std::ffi::{OsStr, OsString};
-use std::fs;
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
-use crate::support::engines::{adapter_path, narrow_scene, program};
-use crate::support::{has, tells, told, write_scene};
+use crate::support::*;
 
 /// What a name must not do is make the file `owned`.
 pub fn names() -> Vec<OsString> {
@@ -36,12 +32,9 @@ pub fn names() -> Vec<OsString> {
 
 /// The program with arguments of any bytes.
 pub fn crossgrain_os<A: AsRef<OsStr>>(arguments: &[A], folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-        .args(arguments)
-        .current_dir(folder)
-        .env_remove("CROSSGRAIN_YADE")
-        .output()
-        .expect("the program starts")
+    let mut program = cli(folder);
+    program.args(arguments).env_remove("CROSSGRAIN_YADE");
+    program.output().expect("the program starts")
 }
 
 /// Nobody has obeyed a name, and no name has reached the terminal as it is.
@@ -51,21 +44,14 @@ pub fn nothing_obeyed(place: &Path, output: &Output) {
         let obeyed = |of: char| of.is_control() && of != '\n' && of != '\t';
         assert!(!text.contains(obeyed), "a terminal would obey {text:?}");
     }
-    let mut folders = vec![place.to_owned()];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            assert_ne!(path.file_name(), Some(OsStr::new("owned")), "{path:?}");
-            if path.is_dir() && !path.is_symlink() {
-                folders.push(path);
-            }
-        }
+    for path in below(place) {
+        assert_ne!(path.file_name(), Some(OsStr::new("owned")), "{path:?}");
     }
 }
 
 /// A scene of two grains, twenty steps of which take no time.
 pub fn two_grains() -> grains::scene::Scene {
-    let mut scene = crate::support::tiny_scene();
+    let mut scene = tiny_scene();
     scene.particles.count = 2;
     scene
 }
@@ -87,9 +73,9 @@ fn beside(name: &OsStr) -> PathBuf {
 }
 
 /// A folder that goes away, in it one of this name, in it a scene.
-fn place_named(name: &OsStr) -> (tempfile::TempDir, PathBuf) {
-    let top = tempfile::tempdir().expect("a temporary folder");
-    let place = top.path().join(name);
+fn place_named(name: &OsStr) -> (Place, PathBuf) {
+    let top = new_folder();
+    let place = top.join(name);
     fs::create_dir(&place).expect("a name that the file system takes");
     write_scene(&two_grains(), &place.join("scene.json"));
     (top, place)
@@ -101,7 +87,7 @@ fn run_folders_of_any_name_are_written_compared_and_exported() {
         let (top, place) = place_named(&name);
         let tell = |arguments: &[OsString]| {
             let output = crossgrain_os(arguments, &place);
-            nothing_obeyed(top.path(), &output);
+            nothing_obeyed(&top, &output);
             let (code, _, errors) = told(&output);
             assert_eq!(code, 0, "{name:?}, {arguments:?}: {errors}");
         };
@@ -132,12 +118,12 @@ fn a_name_that_is_too_long_is_refused_at_once() {
         has(&errors, ["name too long"]);
     }
     assert_eq!(fs::read_dir(&place).expect("a folder").count(), 1);
-    nothing_obeyed(top.path(), &crossgrain_os(&["paper", "numbers"], &place));
+    nothing_obeyed(&top, &crossgrain_os(&["paper", "numbers"], &place));
 }
 
 #[test]
 fn engines_of_any_name_are_started_without_a_shell() {
-    let toy = fs::read_to_string(adapter_path("toy.py")).expect("the toy");
+    let toy = text_of(adapter_path("toy.py"));
     for name in names() {
         let (top, place) = place_named(&name);
         write_scene(&narrow_scene(0.05), &place.join("scene.json"));
@@ -146,7 +132,7 @@ fn engines_of_any_name_are_started_without_a_shell() {
         engine.push(&path);
         let arguments = [words("run scene.json --steps 5 --out out"), vec![engine]].concat();
         let output = crossgrain_os(&arguments, &place);
-        nothing_obeyed(top.path(), &output);
+        nothing_obeyed(&top, &output);
         let (code, _, errors) = told(&output);
         // A name that is no text cannot be written into `run.json`, and is refused.
         let wanted = if name.to_str().is_some() { 0 } else { 2 };
@@ -164,13 +150,9 @@ fn a_yade_of_any_name_gets_its_job_in_a_folder_of_any_name() {
         let path = crate::yade_driver::yade(&place, &name, does);
         let mut arguments = words("run scene.json --engine yade --steps 10 --yade");
         arguments.extend([path.into_os_string(), out(&name_of_out(&name))]);
-        let output = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-            .args(&arguments)
-            .current_dir(&place)
-            .env("TMPDIR", &place)
-            .output()
-            .expect("the program starts");
-        nothing_obeyed(top.path(), &output);
+        let output = cli(&place).args(&arguments).env("TMPDIR", &place).output();
+        let output = output.expect("the program starts");
+        nothing_obeyed(&top, &output);
         told_by_yade(&name, &output);
     }
 }
@@ -191,7 +173,6 @@ fn name_of_out(name: &OsStr) -> OsString {
     OsString::from_vec([name.as_bytes(), b"2"].concat())
 }
 
-/// The real YADE, started from and working in folders whose names a shell or Python would obey.
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn the_real_yade_works_in_a_folder_of_any_name() {
@@ -200,14 +181,14 @@ fn the_real_yade_works_in_a_folder_of_any_name() {
         let run = words("run scene.json --engine yade --steps 5");
         let arguments = [run, vec![out(&name)]].concat();
         let output = crossgrain_os(&arguments, &place);
-        nothing_obeyed(top.path(), &output);
+        nothing_obeyed(&top, &output);
         told_by_yade(&name, &output);
     }
 }
 
 #[test]
 fn baselines_have_plain_names_and_stores_any() {
-    let record = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/record/reproduce");
+    let record = root("fuzz/corpus/record/reproduce");
     for name in names() {
         let (top, place) = place_named(&name);
         let before = fs::read_dir(&place).expect("a folder").count();
@@ -217,7 +198,7 @@ fn baselines_have_plain_names_and_stores_any() {
             crossgrain_os(&all, &place)
         };
         let output = save(&[OsStr::new("--"), record.as_os_str(), &name]);
-        nothing_obeyed(top.path(), &output);
+        nothing_obeyed(&top, &output);
         // Letters and dashes alone may be a name, however long up to a limit.
         let plain = name == "-rf" || name == "--help";
         let (code, _, errors) = told(&output);
@@ -228,7 +209,7 @@ fn baselines_have_plain_names_and_stores_any() {
         let mut store = OsString::from("--store=");
         store.push(&name);
         let output = save(&[record.as_os_str(), OsStr::new("main"), &store]);
-        nothing_obeyed(top.path(), &output);
+        nothing_obeyed(&top, &output);
         assert_eq!(told(&output).0, 0, "{name:?}: {}", told(&output).2);
         assert!(place.join(&name).join("main.json").is_file());
     }
@@ -237,7 +218,7 @@ fn baselines_have_plain_names_and_stores_any() {
 #[test]
 fn a_baseline_is_never_outside_its_store() {
     let (_top, place) = place_named(OsStr::new("place"));
-    let record = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/record/reproduce");
+    let record = root("fuzz/corpus/record/reproduce");
     let (record, long) = (record.to_string_lossy(), "x".repeat(101));
     for name in ["../out", "/tmp/x", "a/b", ".", "..", ".hidden", "", &long] {
         let save = ["report", "baseline", "save", &record, name];

@@ -1,14 +1,11 @@
 //! Names inside files – of scenes, control points, checks – that a browser, a table or a terminal would obey: in pages,
 //! tables, XML and job summaries they stay text.
 
-use std::fs;
-
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::realization::Runner;
-use grains::scene::Scene;
 
 use crate::hostile_names::nothing_obeyed;
-use crate::support::{crossgrain, folder_with, has, tiny_scene, told};
+use crate::support::*;
 
 const MARKUP: &str =
     "<script>alert(1)</script>\"'&amp;{{ 7*7 }}{% x %}]]>--><img src=x onerror=alert(1)>";
@@ -35,34 +32,29 @@ fn no_markup(name: &str, text: &str) {
 
 #[test]
 fn pages_and_files_of_a_job_hold_names_as_text() {
-    let (folder, _) = folder_with(&scene_of_markup());
+    let folder = &folder_with(&scene_of_markup());
     let arguments = "reproduce --scene scene.json --yade /nowhere/yade --out o --quiet";
-    let output = crossgrain(arguments, folder.path());
-    nothing_obeyed(folder.path(), &output);
+    let output = crossgrain(arguments, folder);
+    nothing_obeyed(folder, &output);
     let (code, _, errors) = told(&output);
     assert_eq!(code, 3, "without YADE it is incomplete: {errors}");
-    let read = |name: &str| fs::read_to_string(folder.path().join(name)).expect("a file");
+    let read = |name: &str| text_of(folder.join(name));
     let page = read("o/report.html");
-    let body = &page
-        [page.rfind("</style>").expect("a style")..page.rfind("<script nonce").expect("a script")];
+    let [begin, end] = ["</style>", "<script nonce"].map(|of| page.rfind(of).expect("is there"));
+    let body = &page[begin..end];
     no_markup("report.html", body);
-    assert!(
-        body.contains("&lt;script&gt;alert(1)"),
-        "the reasons are shown"
-    );
+    has(body, ["&lt;script&gt;alert(1)"]);
     let files = "report checks o/run.json --junit j.xml --csv c.csv --summary s.md";
-    let output = crossgrain(files, folder.path());
-    nothing_obeyed(folder.path(), &output);
+    let output = crossgrain(files, folder);
+    nothing_obeyed(folder, &output);
     let junit = read("j.xml");
     no_markup("JUnit", &junit);
     let report = roxmltree::Document::parse(&junit).expect("XML");
-    let cases = report
-        .descendants()
-        .filter(|node| node.has_tag_name("testcase"));
-    let mut table = csv::Reader::from_path(folder.path().join("c.csv")).expect("a table");
-    let rows = table
-        .records()
-        .map(|row| row.expect("as many cells as columns"));
+    let cases = report.descendants();
+    let cases = cases.filter(|node| node.has_tag_name("testcase"));
+    let mut table = csv::Reader::from_path(folder.join("c.csv")).expect("a table");
+    let rows = table.records();
+    let rows = rows.map(|row| row.expect("as many cells as columns"));
     assert_eq!(rows.count(), cases.count());
     no_markup("the summary", &read("s.md"));
 }
@@ -70,55 +62,47 @@ fn pages_and_files_of_a_job_hold_names_as_text() {
 /// A column for each control point, whatever its name.
 #[test]
 fn the_table_of_a_campaign_has_as_many_cells_as_columns() {
-    let (folder, _) = folder_with(&tiny_scene());
+    let folder = &folder_with(&tiny_scene());
     let plan = Campaign::plan(&scene_of_markup(), Runner::Native, Vec::new(), 3, 1);
-    plan.and_then(|plan| plan.write(&folder.path().join("c")))
+    plan.and_then(|plan| plan.write(&folder.join("c")))
         .expect("a new campaign");
-    let output = crossgrain("study run c", folder.path());
-    nothing_obeyed(folder.path(), &output);
+    let output = crossgrain("study run c", folder);
+    nothing_obeyed(folder, &output);
     assert_eq!(told(&output).0, 0, "{}", told(&output).2);
-    let mut table = csv::Reader::from_path(folder.path().join("c/rows.csv")).expect("a table");
+    let mut table = csv::Reader::from_path(folder.join("c/rows.csv")).expect("a table");
     let header = table.headers().expect("a header").clone();
     assert!(header.iter().any(|name| name.contains(CELLS)), "{header:?}");
-    let rows = table
-        .records()
-        .map(|row| row.expect("as many cells as columns"));
+    let rows = table.records();
+    let rows = rows.map(|row| row.expect("as many cells as columns"));
     assert_eq!(rows.count(), 3);
 }
 
 #[test]
 fn names_with_control_characters_are_refused_and_shown_harmless() {
-    for name in [
-        "two\nlines",
-        "\u{1b}[2J",
-        "a\rb",
-        "nul\0",
-        &"long".repeat(51),
-    ] {
+    let long = "long".repeat(51);
+    for name in ["two\nlines", "\u{1b}[2J", "a\rb", "nul\0", &long] {
         let mut scene = tiny_scene();
         scene.name = name.to_owned();
         scene.control_points[0].name = name.to_owned();
-        let (folder, _) = folder_with(&scene);
-        let output = crossgrain("scene check scene.json", folder.path());
-        nothing_obeyed(folder.path(), &output);
+        let folder = &folder_with(&scene);
+        let output = crossgrain("scene check scene.json", folder);
+        nothing_obeyed(folder, &output);
         let (code, _, errors) = told(&output);
         assert_eq!(code, 2, "{name:?}");
-        for place in ["/name: found", "/control_points/0/name: found"] {
-            has(&errors, [place]);
-        }
+        has(&errors, ["/name: found", "/control_points/0/name: found"]);
     }
 }
 
 /// What an engine says of itself, and a record that somebody made, reach the terminal as text.
 #[test]
 fn words_of_other_programs_are_shown_harmless() {
-    let (folder, _) = folder_with(&tiny_scene());
+    let folder = &folder_with(&tiny_scene());
     let record = r#"{"job": "verify", "version": 1, "crossgrain": "0.1.0", "command": "c", "verdict": "fail", "checks": [
         {"id": "a/b", "quantity": "\u001b[31mred\u0007 <img>", "unit": "m", "value": 2.0, "expected": 1.0, "lower": 0.5,
         "upper": 1.5, "method": "", "basis": "", "n": 1, "interval": null, "outcome": "fail", "found": ""}]}"#;
-    fs::write(folder.path().join("run.json"), record).expect("writable");
-    let output = crossgrain("report checks run.json", folder.path());
-    nothing_obeyed(folder.path(), &output);
+    fs::write(folder.join("run.json"), record).expect("writable");
+    let output = crossgrain("report checks run.json", folder);
+    nothing_obeyed(folder, &output);
     let (_, out, errors) = told(&output);
     assert!(out.contains("\\u{1b}[31mred"), "{out}{errors}");
 }

@@ -1,13 +1,9 @@
 //! Every path that a verb takes, given as what is no file: each ends soon, with one sentence and an exit code of its own, and
 //! changes nothing outside.
 
-use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
 
-use crate::support::{crossgrain, folder_with, tiny_scene, told};
+use crate::support::*;
 
 /// Verbs with `@` where a path stands: files and folders that are read, then those that are written.
 const READ: [&str; 32] = [
@@ -108,14 +104,12 @@ fn largest(child: &Child) -> u64 {
 fn ended(arguments: &[String], folder: &Path) -> (Option<i32>, String) {
     let began = Instant::now();
     let said = fs::File::create(folder.join("said")).expect("a file");
-    let mut child = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-        .args(arguments)
-        .current_dir(folder)
+    let mut program = cli(folder);
+    program
         .stdin(Stdio::null())
         .stdout(Stdio::null())
-        .stderr(said)
-        .spawn()
-        .expect("it starts");
+        .stderr(said);
+    let mut child = program.args(arguments).spawn().expect("it starts");
     let mut memory = 0;
     let code = loop {
         memory = memory.max(largest(&child));
@@ -130,37 +124,25 @@ fn ended(arguments: &[String], folder: &Path) -> (Option<i32>, String) {
         std::thread::sleep(Duration::from_millis(2));
     };
     assert!(memory < LARGEST, "{arguments:?}: {memory} kB");
-    (code, fs::read_to_string(folder.join("said")).expect("text"))
+    (code, text_of(folder.join("said")))
 }
 
 /// Fails with all that is wrong with how these verbs end; where one `may_work`, it may.
 fn walk(verbs: &[&str], may_work: impl Fn(&str, &str) -> bool) {
-    let (place, _) = folder_with(&tiny_scene());
-    let run = ["run", "scene.json", "--engine", "native", "--out", "run"];
-    let plan = "study plan campaign scene.json --members 2 --out two";
-    let study = "study run two --quiet";
-    for made in [
-        &run[..],
-        &plan.split(' ').collect::<Vec<_>>(),
-        &study.split(' ').collect::<Vec<_>>(),
-    ] {
-        assert_eq!(told(&crossgrain(made, place.path())).0, 0, "{made:?}");
-    }
-    let record = place.path().join("two/report.json");
-    fs::copy(record, place.path().join("record.json")).expect("a record");
+    let place = &folder_with(&tiny_scene());
+    ends(place, 0, "run scene.json --engine native --out run");
+    let command = "study plan campaign scene.json --members 2 --out two";
+    ends(place, 0, command);
+    ends(place, 0, "study run two --quiet");
+    let record = place.join("two/report.json");
+    fs::copy(record, place.join("record.json")).expect("a record");
     let mut wrong = Vec::new();
     for verb in verbs {
         for kind in KINDS {
-            let inner = place.path().join("inner");
-            let copy = Command::new("bash")
-                .args([
-                    "-c",
-                    "mkdir inner && cp -r scene.json record.json run two inner",
-                ])
-                .current_dir(place.path())
-                .status();
-            assert!(copy.expect("bash is there").success());
-            fs::write(place.path().join("secret"), SECRET).expect("written");
+            let inner = place.join("inner");
+            let copy = "mkdir inner && cp -r scene.json record.json run two inner";
+            assert_eq!(bash(place, copy, &[]).0, 0);
+            fs::write(place.join("secret"), SECRET).expect("written");
             let name = if kind.contains('\n') { kind } else { "bad" };
             make(kind, &inner.join(name));
             let arguments = verb.split(' ').map(|word| word.replace('@', name));
@@ -175,7 +157,7 @@ fn walk(verbs: &[&str], may_work: impl Fn(&str, &str) -> bool) {
             if said.contains("panicked") {
                 find("a panic");
             }
-            if fs::read_to_string(place.path().join("secret")).expect("is there") != SECRET {
+            if text_of(place.join("secret")) != SECRET {
                 find("the secret is changed");
             }
             if said.contains("a secret") {
@@ -191,17 +173,15 @@ fn walk(verbs: &[&str], may_work: impl Fn(&str, &str) -> bool) {
 #[test]
 fn whatever_is_read_every_verb_ends_soon_with_a_sentence() {
     // A locked file is open to root, and an empty folder holds no baselines.
-    walk(&READ, |verb, kind| {
-        verb.contains("list") && kind == "folder"
-    });
+    let empty = |verb: &str, kind: &str| verb.contains("list") && kind == "folder";
+    walk(&READ, empty);
 }
 
 #[test]
 fn whatever_is_written_to_nothing_else_is_changed() {
     walk(&WRITTEN, |verb, kind| {
-        let is_named_file = ["--junit", "--csv", "--summary"]
-            .iter()
-            .any(|of| verb.contains(of));
+        let options = ["--junit", "--csv", "--summary"];
+        let is_named_file = options.iter().any(|of| verb.contains(of));
         is_named_file && matches!(kind, "zeros" | "locked" | "holes" | "a\n\u{1b}[31mname")
     });
 }

@@ -2,9 +2,6 @@
 //! with a program that says what it was given.
 
 use std::ffi::{OsStr, OsString};
-use std::fs;
-use std::path::Path;
-use std::process::Command;
 
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::machine::Folder;
@@ -12,13 +9,13 @@ use crossgrain::study::realization::Runner;
 use crossgrain::study::shard::{Array, write};
 
 use crate::hostile_names::{names, nothing_obeyed, two_grains};
-use crate::support::engines::program;
+use crate::support::*;
 
 /// Writes its arguments, a line's end after each, into `given` beside itself.
 const STUB: &str = "#!/bin/bash\nprintf '%s\\n' \"$@\" >\"$(dirname \"$0\")/given\"\n";
 
 /// Runs a script or lines in an empty environment, and expects the best.
-fn bash(arguments: &[&OsStr], place: &Path, path: &OsStr) {
+fn shell(arguments: &[&OsStr], place: &Path, path: &OsStr) {
     let output = Command::new("bash")
         .args(arguments)
         .current_dir(place)
@@ -27,11 +24,8 @@ fn bash(arguments: &[&OsStr], place: &Path, path: &OsStr) {
         .output()
         .expect("bash is there");
     nothing_obeyed(place, &output);
-    assert!(
-        output.status.success(),
-        "{arguments:?}: {}",
-        String::from_utf8_lossy(&output.stderr)
-    );
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {said}");
 }
 
 #[test]
@@ -39,12 +33,12 @@ fn job_scripts_hand_every_name_on_whole() {
     let usual = std::env::var_os("PATH").unwrap_or_default();
     let mut written = 0;
     for name in names() {
-        let top = tempfile::tempdir().expect("a temporary folder");
-        let place = top.path().canonicalize().expect("a folder");
+        let top = &new_folder();
+        let place = top.canonicalize().expect("a folder");
         let folder = place.join(&name);
         let plan = Campaign::plan(&two_grains(), Runner::Native, Vec::new(), 4, 1);
-        plan.and_then(|plan| plan.write(&folder))
-            .expect("a new campaign");
+        let written_plan = plan.and_then(|plan| plan.write(&folder));
+        written_plan.expect("a new campaign");
         let tools = place.join("tools");
         fs::create_dir(&tools).expect("a folder of ours");
         let stub = program(&tools, &name, STUB);
@@ -54,65 +48,38 @@ fn job_scripts_hand_every_name_on_whole() {
             partition: None,
             program: &stub,
         };
+        let campaign = Folder::<Campaign>::open(&folder).expect("a campaign");
+        let scripts = || write(&folder, &campaign, &array);
         let control = |of: char| of.is_control();
         if name.to_str().is_none_or(|name| name.contains(control)) {
-            let refused = write(
-                &folder,
-                &Folder::<Campaign>::open(&folder).expect("a campaign"),
-                &array,
-            )
-            .expect_err("no line of a shell holds it");
-            assert!(
-                refused.to_string().contains("give it another name"),
-                "{refused}"
-            );
+            let refused = scripts().expect_err("no line of a shell holds it");
+            has(&refused.to_string(), ["give it another name"]);
             assert!(!folder.join("slurm").exists(), "{name:?}: half-written");
             continue;
         }
         written += 1;
-        let submit = write(
-            &folder,
-            &Folder::<Campaign>::open(&folder).expect("a campaign"),
-            &array,
-        )
-        .expect("scripts");
+        let submit = scripts().expect("scripts");
         let [array, merge] = ["array.sh", "merge.sh"].map(|name| folder.join("slurm").join(name));
         let text = folder.to_str().expect("text");
-        for (script, given) in [
-            (
-                &array,
-                format!("study\nrun\n{text}\n--shard\nauto\n--threads\n3\n"),
-            ),
-            (&merge, format!("study\nmerge\n{text}\n")),
-        ] {
-            bash(&[OsStr::new("-n"), script.as_os_str()], &place, &usual);
-            bash(&[script.as_os_str()], &place, &usual);
-            let found = fs::read_to_string(tools.join("given")).expect("what it was given");
-            assert_eq!(found, given);
+        let run = format!("study\nrun\n{text}\n--shard\nauto\n--threads\n3\n");
+        for (script, given) in [(&array, run), (&merge, format!("study\nmerge\n{text}\n"))] {
+            shell(&[OsStr::new("-n"), script.as_os_str()], &place, &usual);
+            shell(&[script.as_os_str()], &place, &usual);
+            assert_eq!(text_of(tools.join("given")), given);
         }
         for log in ["task-2.log", "merge.log"] {
             assert!(folder.join("slurm").join(log).is_file(), "{name:?}: {log}");
         }
         // The printed lines, with an `sbatch` that says what it was given and prints a job's number.
-        program(
-            &tools,
-            OsStr::new("sbatch"),
-            &format!("{STUB}echo '17;cluster'\n"),
-        );
+        program(&tools, "sbatch", &format!("{STUB}echo '17;cluster'\n"));
         let mut path = OsString::from(&tools);
         path.push(":");
         path.push(&usual);
-        bash(
-            &[OsStr::new("-euc"), OsStr::new(&submit.join("\n"))],
-            &place,
-            &path,
-        );
-        let found = fs::read_to_string(tools.join("given")).expect("what it was given");
+        let lines = submit.join("\n");
+        shell(&[OsStr::new("-euc"), OsStr::new(&lines)], &place, &path);
         let merge = merge.to_str().expect("text");
-        assert_eq!(
-            found,
-            format!("--parsable\n--dependency=afterany:17\n{merge}\n")
-        );
+        let given = format!("--parsable\n--dependency=afterany:17\n{merge}\n");
+        assert_eq!(text_of(tools.join("given")), given);
     }
     assert!(written > 8, "{written}");
 }

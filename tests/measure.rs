@@ -7,8 +7,9 @@ use std::f64::consts::PI;
 use assert_approx_eq::assert_approx_eq;
 use grains::measure::porosity::{self, Window};
 use grains::measure::{self, Bed, cells, neighbourhood, stress};
-use grains::scene::{Scene, Tension, Viscosity, paper_scene};
-use grains::tables::{Bodies, Contact};
+use grains::scene::{Tension, Viscosity};
+
+use crate::support::*;
 
 fn contact(id1: u32, id2: u32, normal: [f64; 2], force: f64, point: [f64; 2]) -> Contact {
     Contact {
@@ -20,6 +21,10 @@ fn contact(id1: u32, id2: u32, normal: [f64; 2], force: f64, point: [f64; 2]) ->
         normal,
         point,
     }
+}
+
+fn bed_of<'a>(bodies: &'a Bodies, contacts: &'a [Contact]) -> Bed<'a> {
+    Bed { bodies, contacts }
 }
 
 /// The disc of Figure 4: R = 1 m, vertical line forces of 1 N/m, horizontal ones of 0.5 N/m. Table 3
@@ -37,31 +42,17 @@ fn the_disc_of_figure_4_has_the_extensive_stress_of_table_3() {
         contact(0, 3, [1.0, 0.0], 0.5, [1.0, 0.0]),
         contact(0, 4, [-1.0, 0.0], 0.5, [-1.0, 0.0]),
     ];
-    let bed = Bed {
-        bodies: &bodies,
-        contacts: &contacts,
-    };
+    let bed = bed_of(&bodies, &contacts);
     let stress = stress::of_grains(bed)[0];
     assert_approx_eq!(stress[(0, 0)], 1.0);
     assert_approx_eq!(stress[(1, 1)], 2.0);
     assert_approx_eq!(stress[(0, 1)], 0.0);
     // The same from the other side of each contact: body 1 and body 2 swapped.
-    let swapped: Vec<Contact> = contacts
-        .iter()
-        .map(|c| {
-            contact(
-                c.id2,
-                c.id1,
-                [-c.normal[0], -c.normal[1]],
-                c.normal_force,
-                c.point,
-            )
-        })
-        .collect();
-    let bed = Bed {
-        bodies: &bodies,
-        contacts: &swapped,
-    };
+    let swapped = contacts.map(|c| {
+        let normal = c.normal.map(|of| -of);
+        contact(c.id2, c.id1, normal, c.normal_force, c.point)
+    });
+    let bed = bed_of(&bodies, &swapped);
     assert_approx_eq!(stress::of_grains(bed)[0][(1, 1)], 2.0);
 }
 
@@ -76,10 +67,7 @@ fn square_packing(columns: u32, rows: u32) -> (Scene, Bodies, Vec<Contact>) {
     for row in 0..rows {
         for column in 0..columns {
             let id = row * columns + column;
-            let place = [
-                0.005 + 0.01 * f64::from(column),
-                0.005 + 0.01 * f64::from(row),
-            ];
+            let place = [column, row].map(|of| 0.005 + 0.01 * f64::from(of));
             bodies.push(place, [0.0, 0.0], 0.005, scene.grain_mass(0.005));
             let above = f64::from(rows - row);
             let below = [place[0], place[1] - 0.005];
@@ -107,11 +95,9 @@ fn a_square_packing_has_its_heights_porosities_and_cells() {
     assert_approx_eq!(measure::highest_grain(&bodies), 0.2, 1e-12);
     assert_approx_eq!(measure::mean_surface(&scene, &bodies), 0.2, 1e-12);
     assert_approx_eq!(measure::twice_centre_of_mass(&bodies), 0.2, 1e-12);
-    assert_approx_eq!(
-        porosity::from_height(&bodies, 0.3, measure::highest_grain(&bodies)),
-        porosity,
-        1e-12
-    );
+    let height = measure::highest_grain(&bodies);
+    let from_height = porosity::from_height(&bodies, 0.3, height);
+    assert_approx_eq!(from_height, porosity, 1e-12);
     let window = Window::interior(&scene, 0.2);
     let in_window = porosity::in_window(&bodies, &window).expect("an interior");
     assert_approx_eq!(in_window, porosity, 1e-10);
@@ -122,10 +108,8 @@ fn a_square_packing_has_its_heights_porosities_and_cells() {
     let of_cells = porosity::of_cells(&bodies, &cells, &window).expect("an interior");
     assert_approx_eq!(of_cells, porosity, 1e-12);
     // A bed too low to have an interior has no such porosity.
-    assert_eq!(
-        porosity::in_window(&bodies, &Window::interior(&scene, 0.08)),
-        None
-    );
+    let window = Window::interior(&scene, 0.08);
+    assert_eq!(porosity::in_window(&bodies, &window), None);
 }
 
 #[test]
@@ -146,10 +130,7 @@ fn a_standing_square_packing_bears_its_weight_in_its_stress() {
     // Not midway between grains: nearest is the one in row 8 (from 0), column 15.
     scene.control_points[0].offset = 0.003;
     scene.control_points[0].depth = 0.112;
-    let bed = Bed {
-        bodies: &bodies,
-        contacts: &contacts,
-    };
+    let bed = bed_of(&bodies, &contacts);
     let weight = scene.grain_mass(0.005) * scene.gravity;
     let all = stress::at_control_points(&scene, bed, &cells::radical(&scene, &bodies), 0.2);
     let at_o = &all[0];
@@ -170,10 +151,7 @@ fn a_standing_square_packing_bears_its_weight_in_its_stress() {
     assert_approx_eq!(coordination.mean, (4.0 * 570.0 + 3.0 * 30.0) / 600.0, 1e-12);
     assert_approx_eq!(coordination.rattler_share, 0.0);
     assert!(measure::unbalanced_force(&scene, bed).expect("contacts") < 1e-12);
-    let one = Bed {
-        bodies: &bodies,
-        contacts: &contacts[..1],
-    };
+    let one = bed_of(&bodies, &contacts[..1]);
     let stored = measure::elastic_energy(&scene, one);
     assert_approx_eq!(stored, 0.5 * 20.0 * weight * 1e-6, 1e-12);
     // With friction the tangential spring of 2 N stores ½·F²/k_s more.
@@ -182,25 +160,18 @@ fn a_standing_square_packing_bears_its_weight_in_its_stress() {
     rough.material.stiffness_ratio = 0.25;
     let mut sheared = contacts[0];
     sheared.tangential_force = 2.0;
-    let one = Bed {
-        bodies: &bodies,
-        contacts: &[sheared],
-    };
+    let sheared = [sheared];
+    let one = bed_of(&bodies, &sheared);
     let k_s = 0.25 * scene.material.youngs_modulus * 0.005;
     let more = measure::elastic_energy(&rough, one) - stored;
     assert!((more / (2.0 / k_s) - 1.0).abs() < 1e-9, "{more}");
     // With dashpots the force is not the spring's alone: ½k_n u².
     let mut damped = scene.clone();
-    damped.contact.viscosity = Viscosity::Dashpot {
-        c_n: 1.0,
-        tension: Tension::Clipped,
-    };
+    let (c_n, tension) = (1.0, Tension::Clipped);
+    damped.contact.viscosity = Viscosity::Dashpot { c_n, tension };
     let of_spring = 0.5 * scene.material.youngs_modulus * 0.005 * 1e-12;
     let found = measure::elastic_energy(&damped, one);
-    assert!(
-        (found / of_spring - 1.0).abs() < 1e-9,
-        "{found} {of_spring}"
-    );
+    near(found / of_spring, 1.0, 1e-9);
 }
 
 #[test]
@@ -215,10 +186,7 @@ fn rattlers_and_what_is_unbalanced_show() {
             }
         }
     }
-    let bed = Bed {
-        bodies: &bodies,
-        contacts: &contacts,
-    };
+    let bed = bed_of(&bodies, &contacts);
     let coordination = neighbourhood::coordination(bed);
     assert_approx_eq!(coordination.rattler_share, 1.0 / 21.0);
     assert_approx_eq!(
@@ -228,11 +196,9 @@ fn rattlers_and_what_is_unbalanced_show() {
     // One grain falls with its weight; all others are at rest.
     let weight = scene.grain_mass(0.005) * scene.gravity;
     let forces: f64 = contacts.iter().map(|c| c.normal_force).sum();
-    assert_approx_eq!(
-        measure::unbalanced_force(&scene, bed).expect("contacts"),
-        weight / 21.0 / (forces / contacts.len() as f64),
-        1e-9
-    );
+    let unbalanced = measure::unbalanced_force(&scene, bed).expect("contacts");
+    let wanted = weight / 21.0 / (forces / contacts.len() as f64);
+    assert_approx_eq!(unbalanced, wanted, 1e-9);
 }
 
 #[test]
@@ -256,10 +222,7 @@ fn a_bed_without_a_load_is_measured_as_poured() {
 #[test]
 fn control_points_outside_the_bed_have_no_stress() {
     let (scene, bodies, contacts) = square_packing(30, 5);
-    let bed = Bed {
-        bodies: &bodies,
-        contacts: &contacts,
-    };
+    let bed = bed_of(&bodies, &contacts);
     let all = stress::at_control_points(&scene, bed, &cells::radical(&scene, &bodies), 0.05);
     assert!(all.is_empty());
 }
@@ -272,15 +235,10 @@ fn a_grain_with_a_single_contact_is_a_rattler() {
     for column in 0..3 {
         bodies.push([0.01 * f64::from(column), 0.1], [0.0, 0.0], 0.005, 0.2);
     }
-    let touching = [
-        contact(0, 1, [1.0, 0.0], 1.0, [0.005, 0.1]),
-        contact(1, 2, [1.0, 0.0], 1.0, [0.015, 0.1]),
-    ];
+    let pair = |id, x| contact(id, id + 1, [1.0, 0.0], 1.0, [x, 0.1]);
+    let touching = [pair(0, 0.005), pair(1, 0.015)];
     for (contacts, rattlers) in [(&touching[..1], 1.0), (&touching[..], 2.0 / 3.0)] {
-        let bed = Bed {
-            bodies: &bodies,
-            contacts,
-        };
+        let bed = bed_of(&bodies, contacts);
         assert_approx_eq!(neighbourhood::coordination(bed).rattler_share, rattlers);
     }
 }
@@ -293,19 +251,11 @@ fn the_floor_bears_what_presses_down_if_the_bed_is_at_rest() {
     bodies.push([0.1, 0.015], [0.0, 0.0], 0.005, 3.0);
     let weight = 5.0 * scene.gravity;
     // The walls have the ids after the grains: left, right, floor. What leans on a wall does not count.
-    let of = |floor: f64| {
-        [
-            contact(0, 1, [0.0, 1.0], 3.0 * scene.gravity, [0.1, 0.01]),
-            contact(2, 0, [1.0, 0.0], 7.0, [0.095, 0.005]),
-            contact(4, 0, [0.0, 1.0], floor, [0.1, 0.0]),
-        ]
-    };
+    let pair = contact(0, 1, [0.0, 1.0], 3.0 * scene.gravity, [0.1, 0.01]);
+    let leaning = contact(2, 0, [1.0, 0.0], 7.0, [0.095, 0.005]);
     let share = |floor: f64, pressed: f64| {
-        let contacts = of(floor);
-        let bed = Bed {
-            bodies: &bodies,
-            contacts: &contacts,
-        };
+        let contacts = [pair, leaning, contact(4, 0, [0.0, 1.0], floor, [0.1, 0.0])];
+        let bed = bed_of(&bodies, &contacts);
         measure::borne_by_floor(&scene, bed, pressed)
     };
     assert_approx_eq!(share(weight, 0.0), 1.0, 1e-15);

@@ -5,13 +5,9 @@ mod all_pairs;
 mod ends;
 mod punch;
 
-use grains::generate::initial_bodies;
-use grains::native;
-use grains::scene::{Damping, Scene, TimeStep};
-use grains::tables::{Bodies, StopReason};
-use grains::task::{Task, Until};
+use grains::scene::{Damping, TimeStep};
 
-use crate::support::{native_outcome, small_scene, sound};
+use crate::support::*;
 
 #[test]
 fn free_fall_is_the_half_step_formula() {
@@ -36,18 +32,14 @@ fn a_bounce_off_the_wall_has_the_restitution_of_local_damping() {
         scene.gravity = 0.0;
         scene.particles.count = 1;
         scene.damping = Damping::Cundall { alpha };
-        scene.time_step = TimeStep::Fraction {
-            of_sqrt_m_over_k: 0.001,
-        };
+        let of_sqrt_m_over_k = 0.001;
+        scene.time_step = TimeStep::Fraction { of_sqrt_m_over_k };
         let mut bodies = Bodies::default();
         bodies.push([0.0051, 0.1], [-0.5, 0.0], 0.005, scene.grain_mass(0.005));
         let (outcome, _) = native_outcome(&scene, &Task::pour(bodies, 40_000), None);
         let restitution = outcome.last.bodies.vx[0] / 0.5;
         let exact = ((1.0 - alpha) / (1.0 + alpha)).sqrt();
-        assert!(
-            (restitution - exact).abs() < 1e-3 * exact,
-            "{restitution} against {exact}"
-        );
+        near(restitution, exact, 1e-3 * exact);
     }
 }
 
@@ -62,13 +54,8 @@ fn collisions_keep_momentum_and_a_settled_bed_weighs_what_it_weighs() {
     assert!(bodies.kinetic_energy() < 1e-3);
     let weight: f64 = bodies.mass.iter().sum::<f64>() * scene.gravity;
     let floor = scene.particles.count + 2;
-    let borne: f64 = outcome
-        .last
-        .contacts
-        .iter()
-        .filter(|contact| contact.id1 == floor)
-        .map(|contact| contact.force()[1])
-        .sum();
+    let on_floor = outcome.last.contacts.iter().filter(|of| of.id1 == floor);
+    let borne: f64 = on_floor.map(|of| of.force()[1]).sum();
     assert!((borne / weight - 1.0).abs() < 0.05, "{borne} of {weight}");
 
     // Without gravity, damping and walls in reach, Σmv stays.
@@ -105,17 +92,8 @@ fn a_task_may_end_with_settling() {
 /// So many steps of a settled bed between two looks of anybody: what a steady step allocates would show.
 fn allocations(mut scene: Scene, steps: u64) -> u64 {
     scene.measurement.history_every = 1_000_000;
-    let bed = native::run(
-        &scene,
-        &Task::settle(initial_bodies(&scene)),
-        &sound(),
-        &mut (),
-    );
-    let start = Task::settle(bed.expect("a sound run").last.bodies);
-    let task = Task {
-        until: Until::Step(steps),
-        ..start
-    };
+    let (bed, _) = native_outcome(&scene, &Task::settle(initial_bodies(&scene)), None);
+    let task = Task::pour(bed.last.bodies, steps);
     allocation_counter::measure(|| {
         native::run(&scene, &task, &sound(), &mut ()).expect("a sound run");
     })

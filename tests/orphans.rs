@@ -1,12 +1,6 @@
 //! Engines end with the program, however it ends, and with them what they have started.
 
-use std::fs;
-use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
-
-use crate::support::engines::{changed_toy, narrow_scene, program, run_in};
-use crate::support::folder_with;
+use crate::support::*;
 
 /// The toy, which ignores signals, first starts two others, one in a session of its own, and writes the numbers down; then it does
 /// `more`.
@@ -37,7 +31,7 @@ fn is_running(pid: &str) -> bool {
 }
 
 /// Numbers of the processes that were started, once both are written down.
-fn started(folder: &Path) -> Vec<String> {
+fn pids_in(folder: &Path) -> Vec<String> {
     let began = Instant::now();
     loop {
         let text = fs::read_to_string(folder.join("started")).unwrap_or_default();
@@ -52,10 +46,8 @@ fn started(folder: &Path) -> Vec<String> {
 fn all_end(pids: &[String], after: &str) {
     let began = Instant::now();
     while pids.iter().any(|pid| is_running(pid)) {
-        assert!(
-            began.elapsed() < Duration::from_secs(5),
-            "they go on after {after}"
-        );
+        let waits = began.elapsed() < Duration::from_secs(5);
+        assert!(waits, "they go on after {after}");
         std::thread::sleep(Duration::from_millis(20));
     }
 }
@@ -63,35 +55,34 @@ fn all_end(pids: &[String], after: &str) {
 #[test]
 fn whatever_signal_ends_the_program_nothing_that_it_started_goes_on() {
     for signal in ["TERM", "INT", "HUP", "QUIT", "KILL"] {
-        let (folder, _) = folder_with(&narrow_scene(0.0));
-        let engine = toy_that_starts_another(folder.path(), "time.sleep(1000)");
-        let mut child = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-            .args(["run", "scene.json", "--engine", &engine, "--steps", "100"])
-            .args(["--out", "out"])
-            .current_dir(folder.path())
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("it starts");
-        let pids = started(folder.path());
+        let folder = &folder_with(&narrow_scene(0.0));
+        let engine = toy_that_starts_another(folder, "time.sleep(1000)");
+        let run = [
+            "run",
+            "scene.json",
+            "--steps",
+            "100",
+            "--out",
+            "out",
+            "--engine",
+            &engine,
+        ];
+        let mut child = started(folder, &run);
+        let pids = pids_in(folder);
         assert!(pids.len() == 3 && pids.iter().all(|pid| is_running(pid)));
-        let sent = Command::new("kill")
-            .args(["-s", signal, &child.id().to_string()])
-            .status();
-        assert!(sent.expect("kill is there").success());
+        send(&child, signal);
         let status = child.wait().expect("it ends");
         all_end(&pids, signal);
         let code = (signal != "KILL").then_some(75);
         assert_eq!(status.code(), code, "SIG{signal}");
-        assert!(!folder.path().join("out").exists());
+        assert!(!folder.join("out").exists());
     }
 }
 
 #[test]
 fn what_an_engine_leaves_behind_ends_with_it() {
-    let (folder, _) = folder_with(&narrow_scene(0.0));
-    let engine = toy_that_starts_another(folder.path(), "pass");
-    let (code, _, errors) = run_in(folder.path(), &engine, &["--steps", "100"], "out");
-    assert_eq!(code, 0, "{errors}");
-    all_end(&started(folder.path()), "the engine's own end");
+    let folder = &folder_with(&narrow_scene(0.0));
+    let engine = toy_that_starts_another(folder, "pass");
+    ran_in(folder, &engine, &["--steps", "100"], "out");
+    all_end(&pids_in(folder), "the engine's own end");
 }

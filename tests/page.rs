@@ -1,11 +1,10 @@
 //! The pages of the main job: the evidence on the first one, studies on pages of their own, and figures as files.
 
-use crossgrain::progress::Display;
 use crossgrain::report::{Page, page_against};
 use crossgrain::reproduce::record::Beside;
 use crossgrain::reproduce::reproduce;
 
-use crate::support::pages::{each_figure_stands_once_and_has_numbers, job_without_yade};
+use crate::support::*;
 
 /// Headings of the first page, in the order of the argument.
 const PARTS: [&str; 8] = [
@@ -58,9 +57,9 @@ fn words(html: &str) -> usize {
 
 #[test]
 fn the_first_page_is_short_and_every_study_has_its_own() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     let options = job_without_yade(
-        folder.path(),
+        folder,
         Beside::read(&[], true).expect("the recorded records"),
     );
     let (reproduction, runs) = reproduce(&options, &Display::new(true)).expect("a job");
@@ -74,19 +73,9 @@ fn the_first_page_is_short_and_every_study_has_its_own() {
     };
     let all = pages(&options.beside);
     let names: Vec<&str> = all.iter().map(|of| of.name.as_str()).collect();
-    assert_eq!(
-        names,
-        [
-            "report",
-            "measures",
-            "paper",
-            "claims",
-            "candidates",
-            "search",
-            "stability",
-            "tradeoff"
-        ]
-    );
+    let studies = ["claims", "candidates", "search", "stability", "tradeoff"];
+    assert_eq!(names[..3], ["report", "measures", "paper"]);
+    assert_eq!(names[3..], studies);
     let first = all[0].html.replace("&#39;", "'");
     let places: Vec<Option<usize>> = PARTS.iter().map(|part| first.find(part)).collect();
     assert!(places.iter().all(Option::is_some), "{places:?}");
@@ -95,19 +84,13 @@ fn the_first_page_is_short_and_every_study_has_its_own() {
         "Stochastic modeling of stress fields",
         concat!("crossgrain ", env!("CARGO_PKG_VERSION"), ", 2"),
     ] {
-        assert!(
-            first[..places[2].expect("a place")].contains(words),
-            "{words}"
-        );
+        has(&first[..places[2].expect("a place")], [words]);
     }
     // As many rows as the verdict counts.
     let (part, end) = (places[4].expect("a place"), places[5].expect("a place"));
     let rows = first[part..end].matches("<tr><td").count();
     assert!(rows > 2, "{rows}");
-    assert!(
-        first.contains(&format!("0 failed, {rows} skipped")),
-        "{rows} rows"
-    );
+    has(&first, [&format!("0 failed, {rows} skipped")]);
     let open = open_parts(&first);
     assert!(words(&open) <= MOST_WORDS, "{} words", words(&open));
     assert!(open.matches("<table").count() <= MOST_TABLES);
@@ -116,30 +99,15 @@ fn the_first_page_is_short_and_every_study_has_its_own() {
         each_figure_stands_once_and_has_numbers(page);
     }
     for page in &all[1..] {
-        assert_eq!(
-            first
-                .matches(&format!("href=\"{}.html\"", page.name))
-                .count(),
-            1,
-            "{}",
-            page.name
-        );
+        let link = format!("href=\"{}.html\"", page.name);
+        assert_eq!(first.matches(&link).count(), 1, "{}", page.name);
         assert!(page.html.contains("href=\"report.html\""), "{}", page.name);
     }
     for page in &all[3..] {
-        assert!(
-            page.html.contains("Recorded, and not run again here"),
-            "{}",
-            page.name
-        );
+        has(&page.html, ["Recorded, and not run again here"]);
     }
     // Distributions beside the theory's exponential.
-    assert!(
-        all[3]
-            .html
-            .replace("&#39;", "'")
-            .contains("theory's exponential")
-    );
+    has(&all[3].html.replace("&#39;", "'"), ["theory's exponential"]);
     // The job's own record names them, and they judge nothing.
     assert_eq!(reproduction.beside.len(), 5);
     assert_eq!(pages(&Beside::default()).len(), 3);

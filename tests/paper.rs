@@ -5,7 +5,7 @@ use crossgrain::paper::continuum::strip_load;
 use crossgrain::paper::published::{PRINTED, PUBLISHED};
 use crossgrain::paper::{numbers, text_faults};
 
-use crate::support::{ends, tells};
+use crate::support::*;
 
 #[test]
 fn the_integral_of_flamants_solution_is_the_closed_form() {
@@ -17,10 +17,7 @@ fn the_integral_of_flamants_solution_is_the_closed_form() {
             let closed = pressure / std::f64::consts::PI
                 * ((right - left) + right.sin() * right.cos() - left.sin() * left.cos());
             let integral = strip_load(pressure, half, offset, depth);
-            assert!(
-                (integral - closed).abs() < 1e-7 * pressure,
-                "{offset} {depth}: {integral} {closed}"
-            );
+            near(integral, closed, 1e-7 * pressure);
         }
     }
 }
@@ -32,24 +29,11 @@ fn what_is_misprinted_is_found_and_the_tables_agree() {
         let some = numbers.iter().filter(|number| number.outcome == of);
         some.map(|number| number.id.as_str()).collect()
     };
-    assert_eq!(
-        outcomes(Outcome::ExpectedFailure),
-        [
-            "piles/loads",
-            "piles/moment-balance",
-            "piles/twice-in-whole-units",
-            "eq-3/as-printed/O",
-            "eq-3/as-printed/A",
-            "eq-3/as-printed/B",
-            "section-5/control-volume",
-            "bed/porosity",
-            "bed/height",
-        ]
-    );
-    assert_eq!(
-        outcomes(Outcome::Skipped),
-        ["load/force", "bed/porosity-at-the-upper-end"]
-    );
+    let misprinted = "piles/loads piles/moment-balance piles/twice-in-whole-units eq-3/as-printed/O eq-3/as-printed/A \
+        eq-3/as-printed/B section-5/control-volume bed/porosity bed/height";
+    assert_eq!(outcomes(Outcome::ExpectedFailure).join(" "), misprinted);
+    let skipped = ["load/force", "bed/porosity-at-the-upper-end"];
+    assert_eq!(outcomes(Outcome::Skipped), skipped);
     assert_eq!(outcomes(Outcome::Fail), [""; 0]);
     assert_eq!(numbers.len(), 65);
     for number in &numbers {
@@ -63,10 +47,8 @@ fn what_is_misprinted_is_found_and_the_tables_agree() {
     }
     // Table 1: 7 rows, Table 3: 9 values, Table 4: 4 columns for 3 points and V_c.
     let rows = |place: &str| numbers.iter().filter(|n| n.place == place).count();
-    assert_eq!(
-        (rows("Table 1"), rows("Table 3"), rows("Table 4")),
-        (8, 9, 13)
-    );
+    let tables = ["Table 1", "Table 3", "Table 4"];
+    assert_eq!(tables.map(rows), [8, 9, 13]);
     assert!(text_faults().iter().any(|fault| fault.place == "Eq. 5"));
 }
 
@@ -96,45 +78,33 @@ fn only_the_known_value_is_an_expected_failure() {
 #[test]
 fn the_table_of_printed_figures_is_used_up() {
     let numbers = numbers();
-    let ids: std::collections::BTreeSet<&str> =
-        numbers.iter().map(|number| number.id.as_str()).collect();
+    let ids: BTreeSet<&str> = numbers.iter().map(|of| of.id.as_str()).collect();
     assert_eq!(ids.len(), numbers.len());
     for figure in PRINTED {
-        assert!(
-            ids.contains(figure.id) || figure.id == "load/pressure",
-            "{}",
-            figure.id
-        );
+        let used = ids.contains(figure.id) || figure.id == "load/pressure";
+        assert!(used, "{}", figure.id);
     }
     assert_eq!(PUBLISHED.len(), 11);
 }
 
 #[test]
 fn the_command_prints_json_that_says_the_same() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let (out, _) = ends(folder.path(), 0, "paper numbers --json");
-    let value: serde_json::Value = serde_json::from_str(&out).expect("JSON");
-    assert_eq!(
-        value["numbers"],
-        serde_json::to_value(numbers()).expect("JSON")
-    );
-    assert_eq!(
-        value["text_faults"],
-        serde_json::to_value(text_faults()).expect("JSON")
-    );
-    tells(folder.path(), 0, "paper numbers", ["7776"]);
+    let folder = &new_folder();
+    let value = prints(folder, 0, "paper numbers --json");
+    assert_eq!(value["numbers"], json!(numbers()));
+    assert_eq!(value["text_faults"], json!(text_faults()));
+    tells(folder, 0, "paper numbers", ["7776"]);
 }
 
 #[test]
 fn the_continuum_is_table_4_and_says_what_geometry_changes() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let (out, _) = ends(folder.path(), 0, "paper continuum --json");
-    let value: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    let folder = &new_folder();
+    let value = prints(folder, 0, "paper continuum --json");
     let rows = value["rows"].as_array().expect("rows");
     // Three points of six loads on the surface and four depths of four kinds.
     assert_eq!(rows.len(), 3 * (6 + 4 * 4));
     for (row, published) in rows.iter().zip([13.6e3, 7.4e3, 3.8e3]) {
-        assert!((row["stress"].as_f64().expect("a number") - published).abs() < 50.0);
+        near(row["stress"].as_f64().expect("a number"), published, 50.0);
         assert_eq!(row["change"], 0.0);
     }
     // Base, walls and a rigid punch matter by some per cent, at B most.
@@ -142,12 +112,8 @@ fn the_continuum_is_table_4_and_says_what_geometry_changes() {
     let changes = on_the_surface.map(|row| row["change"].as_f64().expect("a number").abs());
     let largest = changes.fold(0.0, f64::max);
     assert!((1.0..3.0).contains(&largest), "{largest}");
-    for wrong in [
-        ["--height", "0.1"],
-        ["--height", "NaN"],
-        ["--porosity", "1"],
-    ] {
-        let arguments = ["paper", "continuum", wrong[0], wrong[1]];
-        tells(folder.path(), 2, &arguments, [wrong[0]]);
+    for wrong in ["--height 0.1", "--height NaN", "--porosity 1"] {
+        let option = &wrong[..8];
+        tells(folder, 2, &format!("paper continuum {wrong}"), [option]);
     }
 }

@@ -1,42 +1,26 @@
 //! A run in parts is the run.
 
 use crossgrain::engine::{exec, yade};
-use crossgrain::progress::Display;
-use crossgrain::run::folder::record::Protocol;
-use crossgrain::run::folder::{RunFolder, recorded_history};
-use crossgrain::run::{Engine, parts, recorded};
-use grains::generate::initial_bodies;
-use grains::native;
-use grains::scene::{AfterForce, Scene, paper_scene};
-use grains::tables::{Stage, StopReason};
-use grains::task::{Seen, Start, Task, Until};
-use tempfile::tempdir;
+use crossgrain::run::folder::recorded_history;
+use crossgrain::run::{Engine, parts};
+use grains::scene::AfterForce;
+use grains::task::Seen;
 
-use crate::support::{faulty, frictional_scene, native_outcome, small_scene, sound};
+use crate::support::*;
 
 /// The first before a grain touches three others, the last after the energy has fallen.
 const CUTS: [u64; 3] = [500, 7250, 13_000];
 
 fn whole(scene: &Scene, engine: &Engine) -> RunFolder {
-    let work = tempdir().expect("a folder");
-    let (initial, work) = (initial_bodies(scene), work.path());
-    recorded(
-        scene,
-        engine,
-        Protocol::Whole,
-        initial,
-        work,
-        &mut |_, _, _| {},
-    )
-    .expect("a run")
+    run_of(scene, engine, Protocol::Whole)
 }
 
 /// Read again from its folder.
 fn in_parts(scene: &Scene, engine: &Engine, cuts: &[u64]) -> RunFolder {
-    let folder = tempdir().expect("a folder");
-    let out = folder.path().join("run");
+    let folder = &new_folder();
+    let out = folder.join("run");
     parts::to_folder(scene, engine, cuts, &out, &Display::new(true)).expect("a run");
-    RunFolder::read(&out).expect("a run folder")
+    read_run(&out)
 }
 
 /// All but times, and how many parts it is of.
@@ -69,11 +53,8 @@ fn parts_are_the_whole_run() {
         (standing, &CUTS[1..2], 3),
         (restless, &CUTS, 3),
     ] {
-        is_of_parts(
-            &in_parts(&scene, &engine, cuts),
-            &whole(&scene, &engine),
-            parts,
-        );
+        let run = in_parts(&scene, &engine, cuts);
+        is_of_parts(&run, &whole(&scene, &engine), parts);
     }
 }
 
@@ -95,9 +76,9 @@ fn parts_that_do_not_fit_are_left_away() {
 
 #[test]
 fn a_part_that_fails_leaves_no_folder() {
-    let folder = tempdir().expect("a folder");
-    let out = folder.path().join("run");
-    let engine = Engine::Exec(exec::Options::new(folder.path().join("missing")));
+    let folder = &new_folder();
+    let out = folder.join("run");
+    let engine = Engine::Exec(exec::Options::new(folder.join("missing")));
     let display = Display::new(true);
     let error = parts::to_folder(&small_scene(), &engine, &CUTS, &out, &display);
     assert!(error.is_err_and(|error| error.to_string().contains("cannot be started")));
@@ -128,11 +109,8 @@ fn a_long_run_without_memory_is_cut_into_ever_longer_parts() {
     assert_eq!(parts::cuts(&scene, &history[..20]), none, "it is short");
     let mut unseen = scene.clone();
     unseen.settle.check_every = 1001;
-    assert_eq!(
-        parts::cuts(&unseen, &history),
-        none,
-        "looks between moments"
-    );
+    // It looks between moments.
+    assert_eq!(parts::cuts(&unseen, &history), none);
     let mut rough = frictional_scene();
     rough.particles.count = 5000;
     assert_eq!(parts::cuts(&rough, &history), none, "contacts remember");
@@ -172,10 +150,7 @@ fn yade_in_parts_is_yade_as_a_whole() {
     standing.realization = 3;
     standing.loading.after_force = AfterForce::StandStill { seconds: 0.02 };
     for scene in [small_scene(), standing] {
-        is_of_parts(
-            &in_parts(&scene, &engine, &CUTS),
-            &whole(&scene, &engine),
-            5,
-        );
+        let run = in_parts(&scene, &engine, &CUTS);
+        is_of_parts(&run, &whole(&scene, &engine), 5);
     }
 }

@@ -9,22 +9,19 @@ mod symmetry;
 
 use crossgrain::suite::{Grain, case, friction, model, punch, wall};
 use grains::model::{Axis, Law};
-use grains::native::{self, CaseOptions};
+use grains::native::CaseOptions;
 use grains::scene::{
     ContactLaw, NewContactSlip, Rotation, SlipVelocity, Tension, TorqueArms, Viscosity,
 };
-use grains::tables::Snapshot;
 use grains::task::Case;
 use proptest::prelude::*;
 
 use crate::support::all_pairs::AllPairs;
+use crate::support::*;
 
-/// Radius of the largest grain, m.
+/// Radius of the largest grain, m, and density, kg/m³.
 const LARGEST: f64 = 0.01;
-
-/// Density, kg/m³.
 const DENSITY: f64 = 2600.0;
-
 /// Young's modulus, Pa: soft, so that grains may overlap deeply without flying apart.
 const MODULUS: f64 = 1.0e6;
 
@@ -49,27 +46,15 @@ fn skin() -> impl Strategy<Value = f64> {
 /// Any of the choices, without dashpots.
 fn choices() -> impl Strategy<Value = ContactLaw> {
     any::<[bool; 4]>().prop_map(|[free, corrected, half, whole]| ContactLaw {
-        rotation: if free {
-            Rotation::Free
-        } else {
-            Rotation::Blocked
-        },
+        rotation: [Rotation::Blocked, Rotation::Free][usize::from(free)],
         viscosity: Viscosity::None,
-        slip_velocity: if corrected {
-            SlipVelocity::RatchetingCorrected
-        } else {
-            SlipVelocity::ContactPoint
-        },
-        torque_arms: if half {
-            TorqueArms::HalfOverlap
-        } else {
-            TorqueArms::ContactPoint
-        },
-        new_contact_slip: if whole {
-            NewContactSlip::WholeStep
-        } else {
-            NewContactSlip::SinceTouch
-        },
+        slip_velocity: [
+            SlipVelocity::ContactPoint,
+            SlipVelocity::RatchetingCorrected,
+        ][usize::from(corrected)],
+        torque_arms: [TorqueArms::ContactPoint, TorqueArms::HalfOverlap][usize::from(half)],
+        new_contact_slip: [NewContactSlip::SinceTouch, NewContactSlip::WholeStep]
+            [usize::from(whole)],
     })
 }
 
@@ -122,26 +107,17 @@ struct Cloud {
 
 fn cloud() -> impl Strategy<Value = Cloud> {
     let share = -1.0f64..1.0;
-    let grain = (
-        [0.0f64..1.0, 0.0f64..1.0],
-        [share.clone(), share.clone()],
-        share,
-        0.0f64..1.0,
-    );
+    let (place, velocity) = ([0.0f64..1.0, 0.0f64..1.0], [share.clone(), share.clone()]);
+    let grain = (place, velocity, share, 0.0f64..1.0);
     let smallest = prop_oneof![Just(1.0), 0.3f64..1.0, 0.02f64..0.3];
     let crowding = prop_oneof![1 => 0.01f64..0.1, 3 => 0.1f64..1.2];
     let stride = prop_oneof![1 => Just(0.0), 3 => 0.0f64..0.05];
     let count = prop_oneof![1 => 1usize..6, 3 => 1usize..50];
-    (
-        count.prop_flat_map(move |count| prop::collection::vec(grain.clone(), count)),
-        smallest,
-        crowding,
-        stride,
-        any::<bool>(),
-    )
-        .prop_map(|(shares, smallest, crowding, stride, disc)| {
-            make_cloud(&shares, smallest, crowding, stride, disc)
-        })
+    let grains = count.prop_flat_map(move |count| prop::collection::vec(grain.clone(), count));
+    let all = (grains, smallest, crowding, stride, any::<bool>());
+    all.prop_map(|(shares, smallest, crowding, stride, disc)| {
+        make_cloud(&shares, smallest, crowding, stride, disc)
+    })
 }
 
 /// `smallest` over the largest radius; `crowding` is the share of the area that grains take, `stride` how far

@@ -2,33 +2,20 @@
 //! `live` this is listed as ignored and not made; with it missing numpy or pandas is a failure. `ci/install_python` installs
 //! Debian's.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
-
 use crossgrain::files::read_text;
-use crossgrain::run::folder::record::Protocol;
-use crossgrain::run::folder::{RunFolder, write_sums};
-use serde_json::{Value, json};
+use crossgrain::run::folder::write_sums;
 
-use crate::support::{frictional_scene, has, json_of, native_run, sound, told};
+use crate::support::*;
 
 /// Runs these lines after the import, with `path` as the path: exit code, output, errors.
-fn python(path: &Path, lines: &str) -> (i32, String, String) {
-    let module = Path::new(env!("CARGO_MANIFEST_DIR")).join("python");
+fn run(path: &Path, lines: &str) -> (i32, String, String) {
     let script = format!("import json, sys\nimport crossgrain\npath = sys.argv[1]\n{lines}");
-    let output = Command::new("/usr/bin/python3")
-        .args(["-B", "-c", &script])
-        .arg(path)
-        .env("PYTHONPATH", module)
-        .output()
-        .expect("Debian's Python is there");
-    told(&output)
+    python("/usr/bin/python3", &root("python"), &script, &[path])
 }
 
 /// What the lines print as JSON.
 fn printed(path: &Path, lines: &str) -> Value {
-    let (code, out, errors) = python(path, lines);
+    let (code, out, errors) = run(path, lines);
     assert_eq!(code, 0, "{errors}");
     serde_json::from_str(&out).expect("JSON")
 }
@@ -38,15 +25,15 @@ fn refused(path: &Path, reader: &str) -> String {
     let lines = format!(
         "try:\n    crossgrain.{reader}(path)\nexcept crossgrain.CrossgrainError as error:\n    print(error)\nelse:\n    sys.exit('read')"
     );
-    let (code, out, errors) = python(path, &lines);
+    let (code, out, errors) = run(path, &lines);
     assert_eq!(code, 0, "{errors}");
     assert_eq!(out.lines().count(), 1, "{out}");
     out
 }
 
-fn folder_with_run() -> (tempfile::TempDir, PathBuf, RunFolder) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("run");
+fn folder_with_run() -> (Place, PathBuf, RunFolder) {
+    let folder = new_folder();
+    let path = folder.join("run");
     let run = native_run(&frictional_scene(), sound(), Protocol::Whole);
     run.write(&path).expect("a writable folder");
     (folder, path, run)
@@ -80,14 +67,13 @@ json.dump(dict(
     );
     let found = printed(&path, &lines);
     let bodies = &run.last.bodies;
-    let pairs = |x: &[f64], z: &[f64]| -> Vec<f64> {
-        x.iter().zip(z).flat_map(|(x, z)| [*x, *z]).collect()
-    };
+    let pair = |(x, z): (&f64, &f64)| [*x, *z];
+    let pairs = |x: &[f64], z: &[f64]| x.iter().zip(z).flat_map(pair).collect::<Vec<f64>>();
     let contacts = &run.last.contacts;
-    let forces: Vec<f64> = contacts
+    let forces = contacts
         .iter()
-        .flat_map(|of| [of.normal_force, of.tangential_force])
-        .collect();
+        .flat_map(|of| [of.normal_force, of.tangential_force]);
+    let forces: Vec<f64> = forces.collect();
     let measures: Vec<f64> = run.record.measures.iter().map(|of| of.value).collect();
     for (name, expected) in [
         ("positions", pairs(&bodies.x, &bodies.z)),
@@ -107,13 +93,10 @@ json.dump(dict(
     let depths = run.history.iter().filter(|row| row.punch_depth.is_some());
     assert_eq!(found["depths"], depths.count());
     assert_eq!(found["shapes"], json!([[bodies.x.len(), 2], [2, 2]]));
-    assert_eq!(found["scene"], json_of(&path.join("scene.json")));
-    let fabric: Vec<f64> = found["fabric"]
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(|of| f64::from_bits(of.as_str().expect("bits").parse().expect("a number")))
-        .collect();
+    assert_eq!(found["scene"], json_of(path.join("scene.json")));
+    let number = |of: &Value| f64::from_bits(of.as_str().expect("bits").parse().expect("a number"));
+    let fabric = found["fabric"].as_array().expect("a list").iter();
+    let fabric: Vec<f64> = fabric.map(number).collect();
     let by_hand = |a: usize, b: usize| {
         let sum: f64 = contacts.iter().map(|of| of.normal[a] * of.normal[b]).sum();
         sum / contacts.len() as f64
@@ -127,11 +110,7 @@ json.dump(dict(
 #[cfg_attr(not(feature = "live"), ignore = "needs numpy: --features live")]
 fn packed_tables_are_read_and_changed_ones_refused() {
     let (folder, path, run) = folder_with_run();
-    let packed = Command::new("gzip")
-        .arg("-9n")
-        .arg(path.join("bodies.csv"))
-        .status();
-    assert!(packed.expect("gzip is there").success());
+    assert_eq!(bash(&path, "gzip -9n bodies.csv", &[]).0, 0);
     let lines = format!("{BITS}\njson.dump(bits(crossgrain.read_run(path).radii), sys.stdout)");
     assert_eq!(printed(&path, &lines), bits(&run.last.bodies.radius));
     // Digests of the packed file, as recorded runs have them.
@@ -140,11 +119,10 @@ fn packed_tables_are_read_and_changed_ones_refused() {
 
     // All digests of a short table may look like numbers.
     let history = path.join("history.csv");
-    let text = fs::read_to_string(&history).expect("a table");
+    let text = text_of(&history);
     let first: Vec<&str> = text.lines().take(2).collect();
-    let text = first
-        .join("\n")
-        .replace(&run.history[0].state, "0012345678901234");
+    let text = first.join("\n");
+    let text = text.replace(&run.history[0].state, "0012345678901234");
     fs::write(&history, text).expect("writable");
     write_sums(&path).expect("writable");
     let states = "json.dump(crossgrain.read_run(path).table('history')['state'][0], sys.stdout)";
@@ -155,69 +133,53 @@ fn packed_tables_are_read_and_changed_ones_refused() {
     let at = bytes.len() - 5;
     bytes[at] ^= 1;
     fs::write(&contacts, bytes).expect("writable");
-    has(
-        &refused(&path, "read_run"),
-        ["contacts.csv was changed after it was written"],
-    );
+    let words = "contacts.csv was changed after it was written";
+    has(&refused(&path, "read_run"), [words]);
     fs::remove_file(&contacts).expect("a table");
     has(&refused(&path, "read_run"), ["contacts.csv does not exist"]);
-    has(&refused(folder.path(), "read_run"), ["is no run folder"]);
-    has(
-        &refused(&path.join("run.json"), "read_record"),
-        ["is no record of a job"],
-    );
+    has(&refused(&folder, "read_run"), ["is no run folder"]);
+    let words = "is no record of a job";
+    has(&refused(&path.join("run.json"), "read_record"), [words]);
 }
 
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs numpy: --features live")]
 fn records_and_rows_are_read() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
-    let recorded = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data");
+    let at = &new_folder();
+    let recorded = root("reference_data");
     let record = at.join("report.json");
     let text = read_text(&recorded.join("search-1/wave-2/report.json.gz"), 1 << 24);
     let text = text.expect("a recorded study");
     fs::write(&record, &text).expect("writable");
     let written = json_of(&record);
-    let found = printed(
-        &record,
-        "of = crossgrain.read_record(path)\njson.dump([of.verdict, list(of.checks['id']), list(of.checks['outcome'])], sys.stdout)",
-    );
+    let lines = "of = crossgrain.read_record(path)\njson.dump([of.verdict, list(of.checks['id']), list(of.checks['outcome'])], sys.stdout)";
+    let found = printed(&record, lines);
     let column = |key: &str| {
         let checks = written["checks"].as_array().expect("checks").iter();
         Value::from(checks.map(|of| of[key].clone()).collect::<Vec<_>>())
     };
     assert!(column("id").as_array().is_some_and(|of| !of.is_empty()));
-    assert_eq!(
-        found,
-        json!([written["verdict"], column("id"), column("outcome")])
-    );
+    let wanted = json!([written["verdict"], column("id"), column("outcome")]);
+    assert_eq!(found, wanted);
     fs::write(&record, text.replacen("pass", "fail", 1)).expect("writable");
-    has(
-        &refused(&record, "read_record"),
-        ["was changed after it was written"],
-    );
+    let words = "was changed after it was written";
+    has(&refused(&record, "read_record"), [words]);
 
     let campaign = recorded.join("campaign-native-1");
-    let found = printed(
-        &campaign,
-        "rows = crossgrain.read_rows(path)\njson.dump([len(rows), list(rows['ending'])[0], rows['measured.settled.height.mean_surface'][0].hex()], sys.stdout)",
-    );
-    let first = crossgrain::study::campaign::merged(&campaign)
-        .expect("recorded")
-        .rows;
+    let lines = "rows = crossgrain.read_rows(path)\njson.dump([len(rows), list(rows['ending'])[0], rows['measured.settled.height.mean_surface'][0].hex()], sys.stdout)";
+    let found = printed(&campaign, lines);
+    let first = crossgrain::study::campaign::merged(&campaign);
+    let first = first.expect("recorded").rows;
     let height = first[0].measured["settled.height.mean_surface"];
     assert_eq!(found[0], first.len());
     assert_eq!(found[1], "reached");
     let hex = found[2].as_str().expect("text").to_owned();
-    let (code, out, _) = python(at, &format!("print(repr(float.fromhex('{hex}')))"));
+    let (code, out, _) = run(at, &format!("print(repr(float.fromhex('{hex}')))"));
     assert_eq!((code, out.trim().parse()), (0, Ok(height)));
     let wrong = at.join("wrong");
     fs::create_dir(&wrong).expect("writable");
     fs::write(wrong.join("merged.json"), "{\"sha256\": \"0\"}").expect("writable");
     fs::write(wrong.join("rows.jsonl"), "{}\n").expect("writable");
-    has(
-        &refused(&wrong, "read_rows"),
-        ["is not what merged.json says"],
-    );
+    let words = "is not what merged.json says";
+    has(&refused(&wrong, "read_rows"), [words]);
 }

@@ -1,7 +1,5 @@
 //! The recorded campaigns, the claims, the candidates and the search: what is said to have been run comes out again.
 
-use std::path::{Path, PathBuf};
-
 use crossgrain::files::read_text;
 use crossgrain::study::Study;
 use crossgrain::study::campaign::compare::compare;
@@ -11,19 +9,17 @@ use crossgrain::study::candidates::{
     judge::{Candidates, Verdict as Excluded},
 };
 use crossgrain::study::claims::{self, Claims};
-use crossgrain::study::machine::{Folder, Machine};
 use crossgrain::study::member::of_one_bed;
 use crossgrain::study::realization::{Ending, Engines, Runner};
 use crossgrain::study::search::{self, matching::Search};
 use evidence::history::CUT;
 use evidence::t_test::Finding;
-use grains::scene::paper_scene;
 use verdict::judge::Verdict;
 
+use crate::support::*;
+
 fn recorded(name: &str) -> Merged {
-    let folder: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("reference_data")
-        .join(name);
+    let folder: PathBuf = root("reference_data").join(name);
     merged(&folder).expect("a recorded campaign that is whole")
 }
 
@@ -31,10 +27,8 @@ fn recorded(name: &str) -> Merged {
 #[test]
 fn members_of_the_native_campaigns_come_out_again() {
     let native = recorded("campaign-native-1");
-    assert_eq!(
-        native.plan.study.scene_digest,
-        paper_scene(1, 5000).digest()
-    );
+    let digest = paper_scene(1, 5000).digest();
+    assert_eq!(native.plan.study.scene_digest, digest);
     assert!(native.rows.len() >= 1000, "{}", native.rows.len());
     let best = recorded("campaign-best-1");
     let last = native.rows.len() as u64;
@@ -69,53 +63,35 @@ fn the_recorded_sorted_yade_runs_have_the_native_bits() {
 /// Ordinary YADE adds in another order: other bits, packings of the same kind.
 #[test]
 fn the_recorded_ordinary_yade_runs_are_of_the_same_kind() {
-    let (native, yade) = (
-        recorded("campaign-native-1"),
-        recorded("campaign-yade-ordinary-1"),
-    );
+    let [native, yade] = ["campaign-native-1", "campaign-yade-ordinary-1"].map(recorded);
     assert_eq!(yade.plan.study.runner, Runner::YadeOrdinary);
     assert!(yade.rows.len() >= 9);
     let comparison = compare(&native, &yade).expect("one scene");
-    assert_eq!(
-        comparison.bits.last, 0,
-        "another order of sums has other bits"
-    );
+    assert_eq!(comparison.bits.last, 0);
     assert_ne!(comparison.verdict, Verdict::Different, "{comparison:?}");
 }
 
 /// LAMMPS adds in an order of its own too. Twenty packings decide heights; what they cannot decide is called undecided.
 #[test]
 fn the_recorded_lammps_runs_have_heights_as_native_ones() {
-    let (native, lammps) = (
-        recorded("campaign-native-half-1"),
-        recorded("campaign-lammps-half-1"),
-    );
+    let [native, lammps] = ["campaign-native-half-1", "campaign-lammps-half-1"].map(recorded);
     assert!(lammps.summary.engine.starts_with("LAMMPS"));
     let comparison = compare(&native, &lammps).expect("one scene");
     assert_ne!(comparison.verdict, Verdict::Different);
     let judged = comparison.judged.expect("other bits");
-    let finding = |key: &str| {
-        let mut all = judged.quantities.iter();
-        all.find(|of| of.key == key).expect("is judged").finding
-    };
-    assert_eq!(
-        finding("settled.height.mean_surface"),
-        Some(Finding::Equivalent)
-    );
-    assert_eq!(
-        finding("settled.height.highest_grain"),
-        Some(Finding::Equivalent)
-    );
-    assert_eq!(
-        finding("loaded.stress.O.local_zz"),
-        Some(Finding::Undecided)
-    );
+    for (key, finding) in [
+        ("settled.height.mean_surface", Finding::Equivalent),
+        ("settled.height.highest_grain", Finding::Equivalent),
+        ("loaded.stress.O.local_zz", Finding::Undecided),
+    ] {
+        let found = judged.quantities.iter().find(|of| of.key == key);
+        assert_eq!(found.expect("is judged").finding, Some(finding), "{key}");
+    }
 }
 
-/// The claims that the main job's page shows are those of the recorded members.
 #[test]
 fn the_recorded_claims_are_those_of_the_recorded_members() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/claims-1");
+    let folder = root("reference_data/claims-1");
     let text = read_text(&folder.join("claims.json.gz"), 1 << 24).expect("is there");
     let recorded: Claims = serde_json::from_str(&text).expect("claims");
     let native = self::recorded("campaign-native-1");
@@ -135,13 +111,7 @@ fn the_recorded_claims_are_those_of_the_recorded_members() {
 /// cannot turn have a quasi-static limit.
 #[test]
 fn the_recorded_candidates_are_those_of_their_rows() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/candidates-1");
-    let folder = Folder::<candidates::Plan>::open(&path).expect("recorded evidence");
-    let report = folder.judge().expect("a judgement");
-    let text = read_text(&path.join("report.json.gz"), 1 << 26).expect("is there");
-    let [recorded, again] = [&text, &report.text]
-        .map(|text| serde_json::from_str::<Candidates>(text).expect("settings"));
-    assert!(again == recorded);
+    let (_, recorded) = judged_again::<candidates::Plan, Candidates>("reference_data/candidates-1");
     let missed = |id: &str| {
         let of = recorded.settings.iter().find(|of| of.setting.id == id);
         let figures = of.map(|of| of.figures.iter());
@@ -156,15 +126,9 @@ fn the_recorded_candidates_are_those_of_their_rows() {
 /// Each recorded wave of the search says what its rows say, and a load of the last one comes out again.
 #[test]
 fn the_recorded_search_is_that_of_its_rows() {
-    let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/search-1");
     for wave in ["wave-1", "wave-2"] {
-        let path = place.join(wave);
-        let folder = Folder::<search::Plan>::open(&path).expect("recorded evidence");
-        let report = folder.judge().expect("a judgement");
-        let text = read_text(&path.join("report.json.gz"), 1 << 26).expect("is there");
-        let [recorded, again] =
-            [&text, &report.text].map(|text| serde_json::from_str::<Search>(text).expect("a wave"));
-        assert!(again == recorded, "{wave}");
+        let path = format!("reference_data/search-1/{wave}");
+        let (folder, recorded) = judged_again::<search::Plan, Search>(&path);
         assert!(recorded.found_again.is_some_and(|of| of.low > 0.9));
         assert!(recorded.of_impossible.is_some_and(|least| least > CUT));
         if wave == "wave-2" {

@@ -2,10 +2,7 @@
 
 mod commits;
 
-use std::fs;
-use std::path::{Path, PathBuf};
-
-use crate::support::{Words, ends, folder_with, has, say, small_scene};
+use crate::support::*;
 
 /// `reproduce` in this folder, `out` in it, with these further arguments: exit code and what it printed.
 fn reproduce(folder: &Path, out: &str, arguments: &[&str]) -> (i32, String) {
@@ -20,8 +17,8 @@ pub fn seeded(folder: &Path, fault: &str, arguments: &[&str]) -> (i32, String, P
     let (code, said) = reproduce(folder, "sound", arguments);
     assert!(code == 0, "{code}: {said}");
     ends(folder, 0, "report baseline save sound/run.json main");
-    let against =
-        format!("--perturb {fault} --baseline main --junit checks.xml --summary summary.md");
+    let files = "--junit checks.xml --summary summary.md";
+    let against = format!("--perturb {fault} --baseline main {files}");
     let against = against.words();
     let (code, said) = reproduce(folder, "faulty", &[arguments, &against].concat());
     (code, said, folder.join("faulty/report.html"))
@@ -32,94 +29,73 @@ pub const RECORDED: [&str; 2] = ["--yade", "/nowhere/yade"];
 
 /// The names of the test cases that failed, as `suite/case`, with what they say.
 fn failures(folder: &Path) -> Vec<(String, String)> {
-    let text = fs::read_to_string(folder.join("checks.xml")).expect("JUnit");
+    let text = text_of(folder.join("checks.xml"));
     let report = roxmltree::Document::parse(&text).expect("XML");
     let named = |of: roxmltree::Node<'_, '_>| of.attribute("name").unwrap_or_default().to_owned();
-    let failures = report
-        .descendants()
-        .filter(|node| node.has_tag_name("failure"));
-    failures
-        .map(|failure| {
-            let case = failure.parent().expect("a test case");
-            let suite = case.parent().expect("a suite");
-            let message = failure.attribute("message").unwrap_or_default();
-            (
-                format!("{}/{}", named(suite), named(case)),
-                message.to_owned(),
-            )
-        })
-        .collect()
+    let failures = report.descendants();
+    let failures = failures.filter(|node| node.has_tag_name("failure"));
+    let told = |failure: roxmltree::Node<'_, '_>| {
+        let case = failure.parent().expect("a test case");
+        let suite = case.parent().expect("a suite");
+        let message = failure.attribute("message").unwrap_or_default();
+        (
+            format!("{}/{}", named(suite), named(case)),
+            message.to_owned(),
+        )
+    };
+    failures.map(told).collect()
 }
 
 #[test]
 fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let (code, said, _) = seeded(folder.path(), "stiffness=1e-3", &RECORDED);
+    let folder = &new_folder();
+    let (code, said, _) = seeded(folder, "stiffness=1e-3", &RECORDED);
     assert_eq!(code, 1, "{said}");
     has(&said, ["WORSE than main"]);
-    let failed = failures(folder.path());
+    let failed = failures(folder);
     let bits = "compare/sorted-recorded/bits-along-the-way";
     assert!(failed.iter().any(|(id, _)| id == bits), "{failed:#?}");
     let new = failed.iter().find(|(id, _)| id == "baseline/new-failures");
-    assert!(
-        new.is_some_and(|(_, words)| words.contains("bits-")),
-        "{failed:#?}"
+    let named = new.is_some_and(|(_, words)| words.contains("bits-"));
+    assert!(named, "{failed:#?}");
+    let summary = text_of(folder.join("summary.md"));
+    has(
+        &summary,
+        ["## The paper's experiment in two engines: Different"],
     );
-    let summary = fs::read_to_string(folder.path().join("summary.md")).expect("Markdown");
-    for words in [
-        "## The paper's experiment in two engines: Different",
-        "WORSE than main: ",
-        &format!("| NEW FAILURE | `{bits}`"),
-        "### FAIL (",
-    ] {
-        assert!(
-            summary.contains(words),
-            "the summary lacks {words}: {summary}"
-        );
-    }
+    has(&summary, ["WORSE than main: ", "### FAIL ("]);
+    has(&summary, [&format!("| NEW FAILURE | `{bits}`")]);
 }
 
 /// Its results are the same to the last bit, so no check fails: only the clock tells.
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn a_kernel_that_is_four_times_slower_is_named_by_exit_code_junit_and_summary() {
-    let (folder, _) = folder_with(&small_scene());
-    let (code, said, page) = seeded(folder.path(), "slow=4", &["--scene", "scene.json"]);
+    let folder = &folder_with(&small_scene());
+    let (code, said, page) = seeded(folder, "slow=4", &["--scene", "scene.json"]);
     assert_eq!(code, 1, "{said}");
-    let failed = failures(folder.path());
+    let failed = failures(folder);
     assert!(!failed.is_empty(), "{said}");
     for (id, words) in failed {
-        assert!(
-            ["sorted", "ordinary"]
-                .iter()
-                .any(|way| id.starts_with(&format!("baseline/speed/time/{way}")))
-                && words.contains("times the cost"),
-            "{id}: {words}"
-        );
+        let speed = ["sorted", "ordinary"].map(|way| format!("baseline/speed/time/{way}"));
+        assert!(speed.iter().any(|of| id.starts_with(of)), "{id}");
+        has(&words, ["times the cost"]);
     }
-    let summary = fs::read_to_string(folder.path().join("summary.md")).expect("Markdown");
+    let summary = text_of(folder.join("summary.md"));
+    let slower = "slower: time a step of YADE";
+    has(&summary, ["WORSE than main: ", slower]);
     has(
-        &summary,
-        ["WORSE than main: ", "slower: time a step of YADE"],
-    );
-    let page = fs::read_to_string(page).expect("a page");
-    assert!(
-        page.contains("Agreed, and worse than main</strong>")
-            && page.contains("slower: time a step of YADE")
+        &text_of(page),
+        ["Agreed, and worse than main</strong>", slower],
     );
 }
 
 #[test]
 fn a_slow_kernel_has_the_same_bits_and_takes_as_long_as_it_was_told() {
-    use crate::support::{faulty, native_run, sound};
-    use crossgrain::run::folder::record::Protocol;
     let of = |options| native_run(&small_scene(), options, Protocol::Steps { steps: 6000 });
     let (sound, slow) = (of(sound()), of(faulty("slow=20")));
     assert_eq!(sound.last, slow.last);
-    let (sound, slow) = (
-        sound.record.seconds_per_step(),
-        slow.record.seconds_per_step(),
-    );
+    let [sound, slow] = [sound, slow].map(|of| of.record.seconds_per_step());
     assert!(slow > 5.0 * sound, "{slow} s against {sound} s a step");
     assert!("slow=0.5".parse::<grains::native::Perturbation>().is_err());
 }

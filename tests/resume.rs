@@ -1,32 +1,19 @@
 //! Runs that go on from a folder: what comes out has the bits of the whole run, friction's memory included.
 
-use std::fs;
-use std::path::Path;
-use std::process::{Command, Stdio};
 use std::thread::sleep;
-use std::time::Duration;
 
 use crossgrain::run::folder::write_sums;
-use serde_json::Value;
 
-use crate::support::{STAGES, folder_with, frictional_scene, has, say, staged_scene, told};
-use crate::support::{small_scene, write_scene};
+use crate::support::*;
 
 /// What a run has made; times and the number of parts belong to how it was made.
-const TABLES: [&str; 8] = [
-    "bodies.csv",
-    "contacts.csv",
-    "memory.csv",
-    "settled-bodies.csv",
-    "settled-contacts.csv",
-    "settled-memory.csv",
-    "history.csv",
-    "trace.csv",
-];
+const TABLES: &str =
+    "bodies contacts memory settled-bodies settled-contacts settled-memory history trace";
 
 fn assert_same_tables(folder: &Path, a: &str, b: &str) {
-    for table in TABLES {
-        let [a, b] = [a, b].map(|run| fs::read(folder.join(run).join(table)).ok());
+    for table in TABLES.words() {
+        let table = format!("{table}.csv");
+        let [a, b] = [a, b].map(|run| fs::read(folder.join(run).join(&table)).ok());
         assert!(a == b, "{table}");
     }
 }
@@ -37,14 +24,18 @@ fn run(folder: &Path, scene: &str, out: &str, more: &[&str]) -> (i32, String, St
     say(folder, &words)
 }
 
+/// The same, and it ends well.
+fn ran(folder: &Path, scene: &str, out: &str, more: &[&str]) {
+    let (code, _, errors) = run(folder, scene, out, more);
+    assert_eq!(code, 0, "{scene}, {out}: {errors}");
+}
+
 #[test]
 fn a_run_with_friction_goes_on_from_any_step_of_pouring() {
     let mut scene = frictional_scene();
     scene.measurement.history_every = 700;
-    let (folder, _) = folder_with(&scene);
-    let folder = folder.path();
-    let ran = run(folder, "scene.json", "whole", &[]);
-    assert_eq!(ran.0, 0, "{}", ran.2);
+    let folder = &folder_with(&scene);
+    ran(folder, "scene.json", "whole", &[]);
     assert!(folder.join("whole/settled-memory.csv").is_file());
     let mut before = None;
     for steps in ["1", "6300", "8001", "end"] {
@@ -52,8 +43,7 @@ fn a_run_with_friction_goes_on_from_any_step_of_pouring() {
         if steps != "end" {
             more.extend(["--steps", steps]);
         }
-        let (code, _, errors) = run(folder, "scene.json", steps, &more);
-        assert_eq!(code, 0, "{errors}");
+        ran(folder, "scene.json", steps, &more);
         before = Some(steps);
     }
     assert_same_tables(folder, "whole", "end");
@@ -63,11 +53,10 @@ fn a_run_with_friction_goes_on_from_any_step_of_pouring() {
         ("stopped", vec!["--steps", "6300"]),
         ("goes-on", vec!["--from-state", "stopped"]),
     ] {
-        let ran = run(folder, "scene.json", out, &[&fault[..], &more].concat());
-        assert_eq!(ran.0, 0, "{}", ran.2);
+        ran(folder, "scene.json", out, &[&fault[..], &more].concat());
     }
     assert_same_tables(folder, "faulty", "goes-on");
-    let record = fs::read_to_string(folder.join("end/run.json")).expect("a record");
+    let record = text_of(folder.join("end/run.json"));
     has(&record, ["\"parts\": 4"]);
 }
 
@@ -77,18 +66,14 @@ fn an_interrupted_run_is_kept_and_goes_on() {
     let mut scene = small_scene();
     scene.material.friction_angle = 0.5;
     scene.loading.speed *= 0.1;
-    let (folder, _) = folder_with(&scene);
-    let folder = folder.path();
-    let ran = run(folder, "scene.json", "whole", &[]);
-    assert_eq!(ran.0, 0, "{}", ran.2);
+    let folder = &folder_with(&scene);
+    ran(folder, "scene.json", "whole", &[]);
     let (mut before, mut stages) = (String::new(), Vec::new());
     for part in 0..100 {
         let out = format!("part-{part}");
-        let mut command = Command::new(env!("CARGO_BIN_EXE_crossgrain"));
-        command
-            .args(["run", "scene.json", "--engine", "native", "--out", &out])
-            .current_dir(folder)
-            .stderr(Stdio::piped());
+        let mut command = cli(folder);
+        command.args(["run", "scene.json", "--engine", "native", "--out", &out]);
+        command.stderr(Stdio::piped());
         if !before.is_empty() {
             command.args(["--from-state", &before]);
         }
@@ -114,10 +99,9 @@ fn an_interrupted_run_is_kept_and_goes_on() {
 
 #[test]
 fn another_load_on_a_settled_bed_is_the_whole_run_of_its_scene() {
-    for (name, changes, _, _) in STAGES {
+    for (_, changes, _, _) in stages() {
         let scene = staged_scene(changes);
-        let (folder, _) = folder_with(&scene);
-        let folder = folder.path();
+        let folder = &folder_with(&scene);
         let mut other = scene.clone();
         other.loading.speed *= 0.5;
         other.loading.pressure *= 0.8;
@@ -127,8 +111,7 @@ fn another_load_on_a_settled_bed_is_the_whole_run_of_its_scene() {
             ("other.json", "whole", ["--until", "loaded"]),
             ("other.json", "loaded", ["--from-state", "settled"]),
         ] {
-            let (code, _, errors) = run(folder, scene, out, &more);
-            assert_eq!(code, 0, "{name}: {errors}");
+            ran(folder, scene, out, &more);
         }
         assert_same_tables(folder, "whole", "loaded");
     }
@@ -137,18 +120,13 @@ fn another_load_on_a_settled_bed_is_the_whole_run_of_its_scene() {
 #[test]
 fn what_cannot_go_on_says_why() {
     let scene = frictional_scene();
-    let (folder, _) = folder_with(&scene);
-    let folder = folder.path();
+    let folder = &folder_with(&scene);
     let mut other = scene.clone();
     other.material.friction_angle = 0.3;
     write_scene(&other, &folder.join("other.json"));
-    assert_eq!(run(folder, "scene.json", "whole", &[]).0, 0);
+    ran(folder, "scene.json", "whole", &[]);
     let refused = |scene: &str, more: &[&str], why: &str| {
-        let more: Vec<&str> = ["--from-state", "whole"]
-            .iter()
-            .chain(more)
-            .copied()
-            .collect();
+        let more = [&["--from-state", "whole"], more].concat();
         let (code, _, errors) = run(folder, scene, "out", &more);
         assert_eq!(code, 2, "{errors}");
         has(&errors, [why]);
@@ -156,24 +134,14 @@ fn what_cannot_go_on_says_why() {
     };
     refused("scene.json", &[], "it is at its end");
     refused("other.json", &[], "poured in another way");
-    assert_eq!(
-        run(folder, "scene.json", "beyond", &["--steps", "40000"]).0,
-        0
-    );
+    ran(folder, "scene.json", "beyond", &["--steps", "40000"]);
     let beyond = run(folder, "scene.json", "out", &["--from-state", "beyond"]);
     assert_eq!(beyond.0, 2);
-    assert!(
-        beyond.2.contains("beyond the rule of its stage"),
-        "{}",
-        beyond.2
-    );
-    refused(
-        "scene.json",
-        &["--perturb", "friction=1e-3"],
-        "another --perturb",
-    );
+    has(&beyond.2, ["beyond the rule of its stage"]);
+    let fault = ["--perturb", "friction=1e-3"];
+    refused("scene.json", &fault, "another --perturb");
     let path = folder.join("whole/run.json");
-    let sound = fs::read_to_string(&path).expect("a record");
+    let sound = text_of(&path);
     let mut record: Value = serde_json::from_str(&sound).expect("JSON");
     record["restart"]["punch"]["force"] = 1.0.into();
     let put = |path: &Path, text: &str| {
@@ -184,7 +152,7 @@ fn what_cannot_go_on_says_why() {
     refused("scene.json", &[], "another punch than run.json");
     put(&path, &sound);
     let memory = folder.join("whole/memory.csv");
-    let text = fs::read_to_string(&memory).expect("a table");
+    let text = text_of(&memory);
     let cut: String = text.split_inclusive('\n').skip(1).collect();
     let header = text.lines().next().expect("a header");
     let shorter: String = cut.split_inclusive('\n').skip(1).collect();
@@ -194,11 +162,8 @@ fn what_cannot_go_on_says_why() {
     has(&errors, ["does not belong to the table of contacts"]);
     // Before, friction began anew without a word.
     fs::remove_file(&memory).expect("removable");
-    refused(
-        "scene.json",
-        &[],
-        "memory.csv is in SHA256SUMS and not in the folder",
-    );
+    let why = "memory.csv is in SHA256SUMS and not in the folder";
+    refused("scene.json", &[], why);
     write_sums(&folder.join("whole")).expect("writable");
     refused("scene.json", &[], "memory.csv of it is missing");
 }

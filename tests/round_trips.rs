@@ -1,24 +1,18 @@
 //! What the program writes it can read: generated scenes and options, run, read, written again, compared, exported.
 
-use std::fs;
-use std::process::Command;
-
-use crossgrain::run::folder::RunFolder;
 use proptest::prelude::*;
 
-use crate::support::{
-    ends, folder_with, frictional_scene, native_run, say, sound, staged_scene, tells, there,
-};
+use crate::support::*;
 
 /// What is put over [`frictional_scene`], and how it is run.
-fn cases() -> impl Strategy<Value = (serde_json::Value, Vec<String>)> {
+fn cases() -> impl Strategy<Value = (Value, Vec<String>)> {
     let contact = prop_oneof![
         3 => Just("{}"),
         1 => Just(r#"{"rotation": "blocked"}"#),
         1 => Just(r#"{"viscosity": {"kind": "dashpot", "c_n": 300.0, "tension": "clipped"}}"#),
         1 => Just(r#"{"viscosity": {"kind": "restitution", "e_n": 0.5, "tension": "unclipped"}}"#),
     ];
-    let friction = || prop_oneof![Just(0.0), 0.1f64..0.8];
+    let friction = prop_oneof![Just(0.0), 0.1f64..0.8];
     let loading = prop_oneof![
         2 => Just("null".to_owned()),
         1 => (0.0f64..0.8).prop_map(|angle| format!(r#"{{"friction_angle": {angle:?}}}"#)),
@@ -27,16 +21,8 @@ fn cases() -> impl Strategy<Value = (serde_json::Value, Vec<String>)> {
         3 => (0.1f64..0.5).prop_map(|of| format!(r#"{{"kind": "fraction", "of_sqrt_m_over_k": {of:?}}}"#)),
         1 => (1.0e-6f64..2.0e-6).prop_map(|of| format!(r#"{{"kind": "absolute", "seconds": {of:?}}}"#)),
     ];
-    let scene = (
-        20u32..50,
-        contact,
-        friction(),
-        loading,
-        step,
-        1u64..400,
-        any::<bool>(),
-        0.0f64..0.5,
-    );
+    let numbers = (20u32..50, 1u64..400, any::<bool>(), 0.0f64..0.5);
+    let scene = (numbers, contact, friction, loading, step);
     let option = prop_oneof![
         2 => Just(String::new()),
         1 => Just("--until settled".to_owned()),
@@ -44,12 +30,12 @@ fn cases() -> impl Strategy<Value = (serde_json::Value, Vec<String>)> {
         2 => (0.3f64..=0.9).prop_map(|share| format!("--auto-step {share:?}")),
         2 => Just("--reduced-stiffness".to_owned()),
     ];
-    (scene, option, any::<u32>()).prop_map(|((count, contact, friction, loading, step, every, holds, alpha), option, seed)| {
-        let parse = |text: &str| serde_json::from_str::<serde_json::Value>(text).expect("JSON");
+    (scene, option, any::<u32>()).prop_map(|(((count, every, holds, alpha), contact, friction, loading, step), option, seed)| {
+        let parse = |text: &str| serde_json::from_str::<Value>(text).expect("JSON");
         let soft = option.contains("stiffness") || option.contains("auto");
         let step = if soft { r#"{"kind": "fraction", "of_sqrt_m_over_k": 0.3}"# } else { &step };
         let after = if holds { r#"{"stand_still": {"seconds": 1e-4}}"# } else { "\"measure_at_once\"" };
-        let mut changes = serde_json::json!({
+        let mut changes = json!({
             "particles": {"count": count}, "contact": parse(contact), "material": {"friction_angle": friction},
             "damping": {"alpha": alpha + 0.1}, "settle": {"kinetic_energy_fraction": 0.05, "max_steps": 60_000},
             "loading": {"speed": 2.0, "give_up_depth": 0.02, "after_force": parse(after)},
@@ -74,8 +60,7 @@ proptest! {
         changes.as_object_mut().expect("an object").remove("time_step");
         let mut scene = serde_json::to_value(staged_scene(&changes.to_string())).expect("a scene");
         scene["time_step"] = step;
-        let place = tempfile::tempdir().expect("a temporary folder");
-        let place = place.path();
+        let place = &new_folder();
         fs::write(place.join("scene.json"), scene.to_string()).expect("writable");
         let run = |out: &str| {
             let mut words = vec!["run", "scene.json", "--engine", "native", "--quiet", "--out", out];
@@ -85,7 +70,7 @@ proptest! {
         let (code, said, errors) = run("a");
         // A bed that does not come to rest is a result.
         prop_assert!(matches!(code, 0 | 3), "{options:?} {scene}: {said}{errors}");
-        let read = RunFolder::read(&place.join("a")).expect("what was just written");
+        let read = read_run(place.join("a"));
         let (record, initial) = (&read.record, read.initial.clone());
         if record.softened.is_none() {
             let made = native_run(&read.scene, sound(), record.protocol);
@@ -93,16 +78,15 @@ proptest! {
             prop_assert_eq!((&read.history, &read.trace), (&made.history, &made.trace));
         }
         read.write(&place.join("b")).expect("a new folder");
-        prop_assert_eq!(&RunFolder::read(&place.join("b")).expect("written twice"), &read);
+        prop_assert_eq!(&read_run(place.join("b")), &read);
         prop_assert_eq!(run("c").0, code);
         for other in ["b", "c"] {
             ends(place, 0, &["compare", "a", other, "--expect-bits"]);
         }
         ends(place, 0, "report vtk a --out vtk");
         ends(place, 0, "report archive a --out kept.tar.gz");
-        let unpacked = Command::new("tar").args(["xzf", "kept.tar.gz"]).current_dir(place).status();
-        prop_assert!(unpacked.expect("tar is there").success());
-        prop_assert_eq!(&RunFolder::read(&place.join("kept")).expect("an archive"), &read);
+        prop_assert_eq!(bash(place, "tar xzf kept.tar.gz", &[]).0, 0);
+        prop_assert_eq!(&read_run(place.join("kept")), &read);
     }
 }
 
@@ -111,29 +95,23 @@ proptest! {
 fn a_history_of_more_than_a_million_moments_is_refused_before_the_run() {
     let mut scene = frictional_scene();
     scene.measurement.history_every = 1;
-    let (folder, _) = folder_with(&scene);
+    let folder = &folder_with(&scene);
     for options in [
-        "",
-        " --until settled",
-        " --steps 2000000",
-        " --auto-step",
-        " --reduced-stiffness",
+        "until settled",
+        "steps 2000000",
+        "auto-step",
+        "reduced-stiffness",
+        "quiet",
     ] {
-        let command = format!("run scene.json --engine native --out out{options}");
-        let (_, errors) = ends(folder.path(), 2, &command);
-        assert!(
-            errors.contains("moments of history") && errors.lines().count() == 1,
-            "{errors}"
-        );
+        let command = format!("run scene.json --engine native --out out --{options}");
+        let (_, errors) = ends(folder, 2, &command);
+        has(&errors, ["moments of history"]);
+        assert_eq!(errors.lines().count(), 1, "{errors}");
     }
-    assert_eq!(there(folder.path()).len(), 1);
-    tells(
-        folder.path(),
-        0,
-        "run scene.json --engine native --out out --steps 1000",
-        ["1000 steps"],
-    );
-    RunFolder::read(&folder.path().join("out")).expect("1001 moments");
+    assert_eq!(there(folder).len(), 1);
+    let short = "run scene.json --engine native --out out --steps 1000";
+    tells(folder, 0, short, ["1000 steps"]);
+    read_run(folder.join("out"));
 }
 
 /// Before, the folder had a scene that no program read.
@@ -143,17 +121,11 @@ fn a_chosen_step_that_is_against_a_rule_of_the_scene_is_refused() {
     scene.settle.kinetic_energy_fraction = 0.05;
     let radius = 0.5 * scene.particles.mean_diameter;
     // As far in a step as is allowed, with a step that is far too small.
-    scene.time_step = grains::scene::TimeStep::Fraction {
-        of_sqrt_m_over_k: 0.05,
-    };
+    let of_sqrt_m_over_k = 0.05;
+    scene.time_step = grains::scene::TimeStep::Fraction { of_sqrt_m_over_k };
     scene.loading.speed = 0.0099 * radius / scene.time_step_seconds();
-    let (folder, _) = folder_with(&scene);
+    let folder = &folder_with(&scene);
     let command = "run scene.json --engine native --out out --auto-step 0.9";
-    tells(
-        folder.path(),
-        2,
-        command,
-        ["/loading/speed", "mean radii a step"],
-    );
-    assert_eq!(there(folder.path()).len(), 1);
+    tells(folder, 2, command, ["/loading/speed", "mean radii a step"]);
+    assert_eq!(there(folder).len(), 1);
 }

@@ -1,7 +1,5 @@
 //! The search for settings that give the published figures, on beds small enough for a test.
 
-use std::path::Path;
-
 use crossgrain::report;
 use crossgrain::study::machine::Folder;
 use crossgrain::study::member::Member;
@@ -11,9 +9,8 @@ use crossgrain::study::search::space::{AXES, OF_POURING, scene, snap};
 use crossgrain::study::search::{Plan, Size};
 use crossgrain::study::{Study, create};
 use evidence::history::CUT;
-use grains::scene::parse_scene;
 
-use crate::support::tiny_scene;
+use crate::support::*;
 use crate::tradeoff::run;
 
 const SIZE: Size = Size {
@@ -26,9 +23,8 @@ const SIZE: Size = Size {
 fn every_corner_of_the_space_is_a_sound_scene_and_every_choice_changes_it() {
     let base = tiny_scene();
     for corner in 0..1 << AXES.len() {
-        let mut at: Vec<f64> = (0..AXES.len())
-            .map(|axis| f64::from(corner >> axis & 1))
-            .collect();
+        let at = (0..AXES.len()).map(|axis| f64::from(corner >> axis & 1));
+        let mut at: Vec<f64> = at.collect();
         snap(&mut at);
         let own = scene(&base, &at);
         let read = parse_scene(&serde_json::to_string(&own).expect("JSON"));
@@ -43,19 +39,15 @@ fn every_corner_of_the_space_is_a_sound_scene_and_every_choice_changes_it() {
         // Loads have the bed in common but for what is measured.
         let mut measured_alike = other;
         measured_alike.measurement = one.measurement.clone();
-        assert_eq!(
-            one.pours_like(&measured_alike),
-            axis >= OF_POURING,
-            "{}",
-            AXES[axis].name
-        );
+        let alike = one.pours_like(&measured_alike);
+        assert_eq!(alike, axis >= OF_POURING, "{}", AXES[axis].name);
     }
 }
 
 #[test]
 fn a_wave_has_whole_runs_in_its_rows_and_excludes_beds_that_are_too_low() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path().join("wave");
+    let place = &new_folder();
+    let folder = place.join("wave");
     let plan = Plan::first(tiny_scene(), SIZE);
     assert_eq!(plan.count(), 24);
     create(&folder, plan.clone(), None, None).expect("a new study");
@@ -70,9 +62,10 @@ fn a_wave_has_whole_runs_in_its_rows_and_excludes_beds_that_are_too_low() {
         .find(|of| of.specification == setting.specification.digest() && of.realization == cloud);
     let whole = |of: &Specification| {
         let whole = Member::run(of, cloud, &Engines::default(), Path::new(""), keep);
+        let whole = whole.expect("it runs");
         Member {
             cost: None,
-            ..whole.expect("it runs")
+            ..whole
         }
     };
     assert_eq!(own, Some(&whole(&setting.specification)));
@@ -111,21 +104,21 @@ fn made_up(truth: &[f64]) -> (Plan, Search) {
         (figure.value, figure.deviation) = (law(index, truth), 0.1);
         figure.inflation = 1.0;
     }
-    let ids: Vec<String> = search
-        .figures
-        .iter()
-        .map(|of: &Figure| of.id.clone())
-        .collect();
+    let ids = search.figures.iter().map(|of: &Figure| of.id.clone());
+    let ids: Vec<String> = ids.collect();
     let beds = plan.beds.0.iter().enumerate();
     let settings = beds.flat_map(|(bed, loads)| loads.iter().map(move |of| (bed, of)));
     let observed = settings.map(|(bed, setting)| {
         let sampled = |(index, id): (usize, &String)| {
-            let sampled = Sampled {
-                count: 3,
-                mean: law(index, &setting.at),
-                variance: 0.01,
-            };
-            (id.clone(), sampled)
+            let (count, mean, variance) = (3, law(index, &setting.at), 0.01);
+            (
+                id.clone(),
+                Sampled {
+                    count,
+                    mean,
+                    variance,
+                },
+            )
         };
         Observed {
             at: setting.at.clone(),
@@ -146,17 +139,12 @@ fn the_next_wave_is_near_the_setting_that_made_the_figures() {
     let matched = search.matched(&fitted);
     assert!(matched.candidate(truth).is_left());
     let next = plan.next(&search, SIZE).expect("something is left");
-    assert_eq!(
-        (next.wave, next.beds.0.len(), next.before.len()),
-        (2, 8, 80)
-    );
+    let counts = (next.wave, next.beds.0.len(), next.before.len());
+    assert_eq!(counts, (2, 8, 80));
     next.check().expect("sound");
-    let clouds = |of: &Plan| {
-        of.beds
-            .0
-            .iter()
-            .map(|bed| bed[0].clouds[0])
-            .collect::<Vec<_>>()
+    let clouds = |of: &Plan| -> Vec<[u64; 2]> {
+        let beds = of.beds.0.iter();
+        beds.map(|bed| bed[0].clouds[0]).collect()
     };
     for of in clouds(&next) {
         assert!(!clouds(&plan).contains(&of));

@@ -1,21 +1,12 @@
 //! A campaign as a real Slurm job array. Without the feature `live` this is listed as ignored and not made; with it a
 //! missing Slurm is a failure. `ci/test` starts one with `ci/start_slurm` and runs it.
 
-use std::fs;
-use std::path::Path;
-use std::process::Command;
-use std::time::{Duration, Instant};
-
 use crate::campaign::{lines, merged_bytes, plan, undisturbed};
-use crate::support::{ends, has, tiny_scene, told};
+use crate::support::*;
 
 /// What a shell prints for these lines, in which every command must succeed.
 fn shell(lines: &str) -> String {
-    let output = Command::new("bash")
-        .args(["-euc", lines])
-        .output()
-        .expect("bash is there");
-    let (code, out, errors) = told(&output);
+    let (code, out, errors) = bash(Path::new("."), &format!("set -eu\n{lines}"), &[]);
     assert_eq!(code, 0, "{lines}: {out}{errors}");
     out.trim().to_owned()
 }
@@ -49,9 +40,9 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     );
     const MEMBERS: u64 = 80;
     let name = "it's $HOME, 100%";
-    let place = plan(&tiny_scene(), MEMBERS, name);
-    let folder = place.path().join(name);
-    let (out, _) = ends(place.path(), 0, &["study", "slurm", name, "--tasks", "4"]);
+    let place = &plan(&tiny_scene(), MEMBERS, name);
+    let folder = place.join(name);
+    let (out, _) = ends(place, 0, &["study", "slurm", name, "--tasks", "4"]);
     let submit: Vec<&str> = out.lines().collect();
     assert_eq!(submit.len(), 2, "{out}");
 
@@ -59,11 +50,7 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     let array = submit[0].replace("--array=1-4", "--array=1-4%2");
     assert_ne!(array, submit[0]);
     let jobs = shell(&format!("{array}\necho \"$job\"\n{}", submit[1]));
-    let [job, merge]: [&str; 2] = jobs
-        .lines()
-        .collect::<Vec<&str>>()
-        .try_into()
-        .expect("two jobs");
+    let (job, merge) = jobs.split_once('\n').expect("two jobs");
 
     let third = folder.join("records/shard-3-of-4.jsonl");
     let began = Instant::now();
@@ -80,16 +67,14 @@ fn an_array_with_a_killed_task_gives_the_bytes_of_one_process() {
     wait_for(job);
     wait_for(merge);
     let written = lines(&third);
-    assert!(
-        (2..MEMBERS as usize / 4).contains(&written),
-        "{written} members of the third task: it was not ended in its middle"
-    );
+    let middle = (2..MEMBERS as usize / 4).contains(&written);
+    assert!(middle, "{written} of the third task");
     let said = log(&folder, "task-3.log");
     has(&said, ["asked to end"]);
     let said = log(&folder, "merge.log");
     has(&said, ["are missing"]);
     assert!(!folder.join("merged.json").exists());
-    ends(place.path(), 3, &["study", "status", name]);
+    ends(place, 3, &["study", "status", name]);
 
     let again = submit[0].replace("--array=1-4", "--array=3");
     let jobs = shell(&format!("{again}\necho \"$job\"\n{}", submit[1]));

@@ -1,12 +1,6 @@
 //! The main job again and again: nothing may grow, nothing may stay behind, and every run has the bits of the first.
 
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
-
-use crate::support::{tiny_scene, write_scene};
+use crate::support::*;
 
 /// What a process was seen to take at most.
 #[derive(Debug, Default, Clone, Copy)]
@@ -25,16 +19,9 @@ fn program() -> PathBuf {
 
 /// The job once, looked at every few milliseconds.
 fn once(place: &Path, out: &Path) -> (Option<i32>, Taken) {
+    let job = "reproduce --scene scene.json --quiet --yade /nowhere/yade --out";
     let mut child = Command::new(program())
-        .args([
-            "reproduce",
-            "--scene",
-            "scene.json",
-            "--quiet",
-            "--yade",
-            "/nowhere/yade",
-            "--out",
-        ])
+        .args(job.words())
         .arg(out)
         .current_dir(place)
         .env("TMPDIR", place.join("temporary"))
@@ -60,22 +47,14 @@ fn once(place: &Path, out: &Path) -> (Option<i32>, Taken) {
 
 /// All tables below a folder but the one of the runs, which has their times.
 fn tables(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut tables = BTreeMap::new();
-    let mut folders = vec![folder.to_owned()];
-    while let Some(inside) = folders.pop() {
-        for entry in fs::read_dir(inside).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|end| end == "csv")
-                && !path.ends_with("runs.csv")
-            {
-                let name = path.strip_prefix(folder).expect("it is inside").to_owned();
-                tables.insert(name, fs::read(&path).expect("readable"));
-            }
-        }
-    }
-    tables
+    let is_table = |path: &PathBuf| path.extension().is_some_and(|end| end == "csv");
+    let paths = below(folder).into_iter().filter(is_table);
+    let tables = paths.filter(|path| !path.ends_with("runs.csv"));
+    let table = |path: PathBuf| {
+        let name = path.strip_prefix(folder).expect("it is inside").to_owned();
+        (name, fs::read(&path).expect("readable"))
+    };
+    tables.map(table).collect()
 }
 
 /// Processes that have this folder in their command or work in it.
@@ -95,8 +74,7 @@ fn processes_in(place: &Path) -> usize {
 }
 
 fn soak(least_runs: usize, least_time: Duration) {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let place = place.path();
+    let place = &new_folder();
     write_scene(&tiny_scene(), &place.join("scene.json"));
     fs::create_dir(place.join("temporary")).expect("ours");
     let began = Instant::now();

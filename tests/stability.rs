@@ -3,9 +3,6 @@
 
 mod external;
 
-use std::collections::BTreeSet;
-use std::path::Path;
-
 use crossgrain::checks::record::parse;
 use crossgrain::checks::{Outcome, Tally};
 use crossgrain::files::read_text;
@@ -14,9 +11,10 @@ use crossgrain::limits::stability::scenes::{MapScene, crystal, small};
 use crossgrain::limits::stability::spectrum::Network;
 use crossgrain::limits::stability::trials::{Disturbed, Found};
 use crossgrain::limits::stability::{Map, Stability, time_step};
-use crossgrain::study::machine::{Folder, Machine as _};
 use grains::scene::{Damping, TimeStep};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use crate::support::*;
 
 /// dt²K + 2dt C over the masses as a full matrix, column by column.
 fn dense(network: &Network, stiffness: f64, damping: f64) -> DMatrix<f64> {
@@ -51,18 +49,12 @@ fn lanczos_finds_the_largest_eigenvalue_of_the_full_matrix() {
         let dt = network.limit(0.0).dt;
         for (stiffness, damping) in [(1.0, 0.0), (dt * dt, 2.0 * dt)] {
             let full = dense(&network, stiffness, damping);
-            assert!(
-                (&full - full.transpose()).amax() <= 1.0e-12 * full.amax(),
-                "{}",
-                scene.name
-            );
+            let off = (&full - full.transpose()).amax();
+            assert!(off <= 1.0e-12 * full.amax(), "{}", scene.name);
             let found = network.top(stiffness, damping).value;
             let wanted = largest(full);
-            assert!(
-                (found / wanted - 1.0).abs() < 1.0e-6,
-                "{}: {found} {wanted}",
-                scene.name
-            );
+            let ratio = found / wanted;
+            assert!((ratio - 1.0).abs() < 1.0e-6, "{}: {ratio}", scene.name);
         }
     }
 }
@@ -111,10 +103,7 @@ fn the_network_is_the_derivative_of_the_forces() {
                 let slope = -(ahead[other][axis] - behind[other][axis]) / (2.0 * step);
                 let weighted = slope / (mass[grain] * mass[other]).sqrt();
                 let here = full[(3 * other + axis, 3 * grain)];
-                assert!(
-                    (weighted - here).abs() < 1.0e-4 * full.amax(),
-                    "{grain} {other} {weighted} {here}"
-                );
+                near(weighted, here, 1.0e-4 * full.amax());
             }
         }
     }
@@ -136,7 +125,6 @@ fn found_limits_are_the_predicted_ones() {
     }
 }
 
-/// Each is noticed in the way that it should be, and said.
 #[test]
 fn every_failure_mode_is_noticed() {
     let said = [
@@ -162,9 +150,8 @@ fn every_failure_mode_is_noticed() {
 #[test]
 fn the_automatic_step_is_the_share_of_a_limit_that_trials_confirm() {
     let mut scene = small_bed();
-    scene.time_step = TimeStep::Fraction {
-        of_sqrt_m_over_k: 5.0,
-    };
+    let of_sqrt_m_over_k = 5.0;
+    scene.time_step = TimeStep::Fraction { of_sqrt_m_over_k };
     let choice = time_step::choose(&scene, 0.8).expect("a step");
     assert_eq!(choice.time_step, 0.8 * choice.limit);
     assert!(choice.looks > 10 && choice.probed_at < choice.time_step);
@@ -185,19 +172,15 @@ fn the_automatic_step_is_the_share_of_a_limit_that_trials_confirm() {
     assert_eq!(chosen.damping.alpha(), 0.2);
 }
 
-/// The evidence comes back from a run folder, with the step that was run.
 #[test]
 fn a_run_folder_keeps_the_evidence_for_its_step() {
-    use crossgrain::progress::Display;
-    use crossgrain::run::folder::RunFolder;
-    use crossgrain::run::folder::record::{Protocol, RECORD_VERSION};
+    use crossgrain::run::folder::record::RECORD_VERSION;
     use crossgrain::run::{Engine, Preparation, prepared};
-    use grains::native;
     let scene = small_bed();
     let choice = time_step::choose(&scene, 0.5).expect("a step");
     let chosen = time_step::with_step(&scene, &choice);
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let out = folder.path().join("run");
+    let folder = new_folder();
+    let out = folder.join("run");
     let engine = Engine::Native(native::Options::default());
     let steps = Protocol::Steps { steps: 100 };
     let display = Display::new(true);
@@ -206,13 +189,12 @@ fn a_run_folder_keeps_the_evidence_for_its_step() {
         ..Preparation::default()
     };
     prepared(&chosen, preparation, &engine, steps, &out, &display).expect("a run");
-    let read = RunFolder::read(&out).expect("a run folder");
+    let read = read_run(&out);
     assert_eq!(read.record.version, RECORD_VERSION);
     assert_eq!(read.record.time_step, choice.time_step);
     assert_eq!(read.record.step_choice, Some(choice));
 }
 
-/// What YADE says that it would choose is what its formulas give.
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn yade_proposes_by_its_formulas() {
@@ -220,8 +202,8 @@ fn yade_proposes_by_its_formulas() {
     use crossgrain::limits::stability::time_step::by_formula;
     let scenes = scenes();
     let cases: Vec<_> = scenes.iter().map(|scene| &scene.case).collect();
-    let work = tempfile::tempdir().expect("a temporary folder");
-    let (proposals, _) = propose(&cases, &Options::default(), work.path()).expect("YADE answers");
+    let work = &new_folder();
+    let (proposals, _) = propose(&cases, &Options::default(), work).expect("YADE answers");
     for (scene, of_yade) in scenes.iter().zip(proposals) {
         let ours = by_formula(&scene.case).expect("the formulas");
         for (ours, yade) in [
@@ -229,24 +211,17 @@ fn yade_proposes_by_its_formulas() {
             (ours.global_stiffness, of_yade.global_stiffness),
             (ours.with_dashpots, of_yade.with_dashpots),
         ] {
-            assert!(
-                (ours / yade - 1.0).abs() < 1.0e-6,
-                "{}: {ours} {yade}",
-                scene.name
-            );
+            let ratio = ours / yade;
+            assert!((ratio - 1.0).abs() < 1.0e-6, "{}: {ratio}", scene.name);
         }
     }
 }
 
-/// The recorded map has the verdict and the checks that it had when it was made.
 #[test]
 fn the_recorded_map_passes_every_check() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/stability-1");
-    let folder = Folder::<Stability>::open(&path).expect("a study");
-    let text = read_text(&path.join("report.json.gz"), 1 << 24).expect("is there");
-    let map: Map = serde_json::from_str(&text).expect("a map");
-    let again: Map = serde_json::from_str(&folder.judge().expect("a report").text).expect("a map");
-    assert!(again == map);
+    let (_, map) = judged_again::<Stability, Map>("reference_data/stability-1");
+    let path = root("reference_data/stability-1/report.json.gz");
+    let text = read_text(&path, 1 << 24).expect("is there");
     let checks = map.checks();
     let ids: BTreeSet<&str> = checks.iter().map(|check| check.id.as_str()).collect();
     assert_eq!(ids.len(), checks.len());
@@ -254,22 +229,15 @@ fn the_recorded_map_passes_every_check() {
     // 15 scenes with four limits each, twelve closed forms, ten failure modes.
     assert_eq!((tally.passed, checks.len()), (82, 82), "{tally:?}");
     // The machine's own check stands first.
-    assert_eq!(
-        parse("recorded", &text).expect("a record").checks[1..],
-        checks
-    );
+    let read = parse("recorded", &text).expect("a record");
+    assert_eq!(read.checks[1..], checks);
     assert_eq!(map.verdict(), Outcome::Pass);
     // A number is what decides.
-    let numbers: Vec<_> = checks
-        .iter()
-        .filter(|check| check.value.is_some())
-        .collect();
-    assert_eq!(numbers.len(), 4 * map.rows.len() + 12);
+    let numbers = checks.iter().filter(|check| check.value.is_some());
+    assert_eq!(numbers.clone().count(), 4 * map.rows.len() + 12);
     for check in numbers {
-        assert!(
-            check.value > check.lower && check.value < check.upper,
-            "{check:?}"
-        );
+        let inside = check.value > check.lower && check.value < check.upper;
+        assert!(inside, "{check:?}");
     }
     assert!(ids.iter().all(|id| crossgrain::explain::of(id).is_some()));
     for engine in ["native", "YADE", "yade"] {

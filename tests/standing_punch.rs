@@ -1,11 +1,8 @@
 //! A punch that stands still once the force is reached.
 
-use grains::generate::initial_bodies;
-use grains::scene::{AfterForce, Scene};
-use grains::tables::{Punch, Stage, StopReason};
-use grains::task::{Task, Until};
+use grains::scene::AfterForce;
 
-use crate::support::{native_outcome, small_scene};
+use crate::support::*;
 
 fn standing(seconds: f64) -> Scene {
     let mut scene = small_scene();
@@ -38,11 +35,8 @@ fn the_punch_stops_where_it_reached_the_force_and_stands_as_long_as_it_is_told()
     let before = moments.0.iter().filter(|of| of.stage == Stage::Load);
     let moved = before.filter(|of| of.step < reached_load.steps);
     assert!(moved.clone().count() > 0);
-    assert!(
-        moved
-            .into_iter()
-            .all(|of| of.punch.is_some_and(|punch| punch.velocity < 0.0))
-    );
+    let down = |of: &Snapshot| of.punch.is_some_and(|punch| punch.velocity < 0.0);
+    assert!(moved.into_iter().all(down));
 }
 
 /// As a first difference is looked for: a run that is taken up while the punch stands goes on as it would have.

@@ -2,27 +2,21 @@
 //! mixed up elsewhere.
 
 use std::cell::Cell;
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde::{Deserialize, Serialize};
 
 use crossgrain::document::Document;
 use crossgrain::engine::{EngineError, ProgramError};
-use crossgrain::error::Error;
-use crossgrain::files::{FolderLock, file_digest};
-use crossgrain::progress::Display;
+use crossgrain::files::file_digest;
 use crossgrain::study::machine::{Done, Folder, Job, Machine};
 use crossgrain::study::plan::Plan;
 use crossgrain::study::realization::{Engines, Runner};
 use crossgrain::study::shard::Shard;
-use crossgrain::study::store::{Writer, records_folder};
+use crossgrain::study::store::records_folder;
 use crossgrain::study::{Judged, Outline, Study, StudyError, create};
 
-use crate::support::engines::{adapter_path, program, ran_in, run_in};
-use crate::support::{a_pipe, ends, folder_with, has, tells, tiny_scene};
+use crate::support::*;
 
 /// Squares; a task that is a multiple of `breaks` fails.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -66,19 +60,11 @@ impl Study for Squares {
 
     fn run(&self, of: u64, _: &Engines, _: &Path) -> Result<Square, EngineError> {
         if self.breaks.is_some_and(|breaks| of.is_multiple_of(breaks)) {
-            let log = String::new();
-            return Err(ProgramError::Crashed {
-                status: format!("task {of}"),
-                log,
-            }
-            .into());
+            let (status, log) = (format!("task {of}"), String::new());
+            return Err(ProgramError::Crashed { status, log }.into());
         }
-        let took = MADE.fetch_add(1, Ordering::Relaxed);
-        Ok(Square {
-            of,
-            square: of * of,
-            took,
-        })
+        let (square, took) = (of * of, MADE.fetch_add(1, Ordering::Relaxed));
+        Ok(Square { of, square, took })
     }
 
     fn belongs(&self, task: u64, row: &Square) -> bool {
@@ -115,34 +101,35 @@ impl Study for Squares {
 }
 
 fn run(folder: &Path, shard: Shard) -> Result<Done, StudyError> {
+    let (threads, engines) = (3, &Engines::default());
     let job = Job {
         shard,
-        threads: 3,
-        engines: &Engines::default(),
+        threads,
+        engines,
     };
     Folder::<Squares>::open(folder)?.run(&job, &Display::new(true))
 }
 
-fn new(count: u64, breaks: Option<u64>) -> tempfile::TempDir {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let path = place.path().join("s");
+fn new(count: u64, breaks: Option<u64>) -> (Place, PathBuf) {
+    let place = new_folder();
+    let path = place.join("s");
     create(&path, Squares { count, breaks }, None, None).expect("a new study");
-    place
+    (place, path)
 }
 
 /// The sums of a study that is shared out, repeated, merged and judged are right although no two rows have the same time.
 #[test]
 fn a_study_of_another_kind_has_all_that_campaigns_have() {
-    let place = new(10, None);
-    let path = place.path().join("s");
+    let (_place, path) = new(10, None);
     run(&path, Shard::new(2, 3).expect("a shard")).expect("three rows");
     let open = || Folder::<Squares>::open(&path).expect("a study");
     let half = open().judge().expect("what is there");
     assert_eq!(half.document.answer, "The sum is 93.");
     assert_eq!(half.record.checks[0].id, "squares/rows");
     assert_eq!(half.record.verdict, crossgrain::checks::Outcome::Skipped);
+    let early = open().merge();
     assert!(matches!(
-        open().merge(),
+        early,
         Err(StudyError::Incomplete { missing: 7, .. })
     ));
     let done = run(&path, Shard::WHOLE).expect("the rest");
@@ -155,11 +142,10 @@ fn a_study_of_another_kind_has_all_that_campaigns_have() {
     fs::write(&rows, kept).expect("writable");
     assert!(open().status().expect("a status").repeated > 0);
     let summary = open().merge().expect("all are the same");
-    assert_eq!(
-        (summary.rows, summary.endings),
-        (10, BTreeMap::from([("squared".to_owned(), 10)]))
-    );
-    let table = fs::read_to_string(path.join("rows.csv")).expect("a table");
+    assert_eq!(summary.rows, 10);
+    let squared = BTreeMap::from([("squared".to_owned(), 10)]);
+    assert_eq!(summary.endings, squared);
+    let table = text_of(path.join("rows.csv"));
     assert!(table.starts_with("square\n1\n4\n9\n"), "{table}");
     let whole = open().judge().expect("all");
     assert_eq!(whole.document.answer, "The sum is 385.");
@@ -170,59 +156,40 @@ fn a_study_of_another_kind_has_all_that_campaigns_have() {
 /// A torn line, a line of an older format and rubbish stay where they are, byte for byte, and their rows are made anew.
 #[test]
 fn lines_that_cannot_be_read_are_kept() {
-    let place = new(6, None);
-    let path = place.path().join("s");
+    let (_place, path) = new(6, None);
     run(&path, Shard::WHOLE).expect("six rows");
     let file = records_folder(&path).join("shard-1-of-1.jsonl");
-    let text = fs::read_to_string(&file).expect("records");
+    let text = text_of(&file);
     let lines: Vec<&str> = text.lines().collect();
     let older = lines[1].replacen("\"took\"", "\"time\"", 1);
     let torn = &lines[5][..lines[5].len() - 9];
     let damaged = format!("{}\n{older}\nrubbish\n{}\n{torn}", lines[0], lines[2]);
     fs::write(&file, &damaged).expect("writable");
     let done = run(&path, Shard::WHOLE).expect("the others again");
-    assert_eq!(
-        (done.before, done.damaged.len(), done.complete),
-        (2, 3, true)
-    );
-    let after = fs::read_to_string(&file).expect("records");
+    let done = (done.before, done.damaged.len(), done.complete);
+    assert_eq!(done, (2, 3, true));
+    let after = text_of(&file);
     assert!(after.starts_with(&format!("{damaged}\n")), "{after}");
-    assert_eq!(
-        Folder::<Squares>::open(&path)
-            .expect("a study")
-            .merge()
-            .expect("merged")
-            .rows,
-        6
-    );
+    let merged = Folder::<Squares>::open(&path).and_then(|of| of.merge());
+    assert_eq!(merged.expect("merged").rows, 6);
 }
 
-/// Rows of another kernel are not this plan's: a plan of another source is not run, and its lines are not believed.
 #[test]
 fn rows_of_another_source_are_never_mixed_in() {
-    let place = new(4, None);
-    let path = place.path().join("s");
+    let (place, path) = new(4, None);
     run(&path, Shard::WHOLE).expect("four rows");
     let mut older = Plan::<Squares>::read(&path).expect("a plan");
     older.made_with.source = "0".repeat(64);
-    let other = place.path().join("older");
+    let other = place.join("older");
     older.write(&other).expect("a new folder");
-    let name = "shard-1-of-1.jsonl";
-    fs::copy(
-        records_folder(&path).join(name),
-        records_folder(&other).join(name),
-    )
-    .expect("room");
-    assert!(matches!(
-        run(&other, Shard::WHOLE),
-        Err(StudyError::OtherProgram { .. })
-    ));
-    let status = Folder::<Squares>::open(&other)
-        .expect("a study")
-        .status()
-        .expect("a status");
+    let [from, to] = [&path, &other].map(|of| records_folder(of).join("shard-1-of-1.jsonl"));
+    fs::copy(from, to).expect("room");
+    let ran = run(&other, Shard::WHOLE);
+    assert!(matches!(ran, Err(StudyError::OtherProgram { .. })));
+    let status = Folder::<Squares>::open(&other).and_then(|of| of.status());
+    let status = status.expect("a status");
     assert_eq!((status.finished, status.damaged.len()), (0, 4));
-    let larger = place.path().join("larger");
+    let larger = place.join("larger");
     let reused = larger_plan(&larger, &other);
     assert!(matches!(reused, Err(StudyError::OtherProgram { .. })));
     assert!(!larger.exists(), "a plan that was refused leaves nothing");
@@ -230,37 +197,31 @@ fn rows_of_another_source_are_never_mixed_in() {
 
 /// Nine squares in a new folder, with what is made of them already.
 fn larger_plan(folder: &Path, made: &Path) -> Result<u64, StudyError> {
-    let squares = Squares {
-        count: 9,
-        breaks: None,
-    };
-    create(folder, squares, None, Some(made))
+    let (count, breaks) = (9, None);
+    create(folder, Squares { count, breaks }, None, Some(made))
 }
 
-/// A larger plan takes over what a smaller one has.
 #[test]
 fn a_larger_plan_goes_on_where_a_smaller_one_ended() {
-    let place = new(4, None);
-    let path = place.path().join("s");
+    let (place, path) = new(4, None);
     run(&path, Shard::new(1, 2).expect("a shard")).expect("two rows");
-    let larger = place.path().join("larger");
+    let larger = place.join("larger");
     let reused = larger_plan(&larger, &path);
     assert_eq!(reused.expect("a new study"), 2);
     let done = run(&larger, Shard::WHOLE).expect("the rest");
     assert_eq!((done.wanted, done.before), (9, 2));
 }
 
-/// Rows whose engine fails are named; the others are written, and the next start tries again.
 #[test]
 fn other_rows_go_on_where_an_engine_fails() {
-    let place = new(9, Some(4));
-    let path = place.path().join("s");
+    let (_place, path) = new(9, Some(4));
     for _ in 0..2 {
+        let ran = run(&path, Shard::WHOLE);
         let Err(StudyError::EnginesFailed {
             finished,
             rows,
             first,
-        }) = run(&path, Shard::WHOLE)
+        }) = ran
         else {
             panic!("two rows fail");
         };
@@ -269,51 +230,17 @@ fn other_rows_go_on_where_an_engine_fails() {
     }
 }
 
-/// Two processes with the same shard: the second is told so, and adds nothing.
-#[test]
-fn one_process_writes_a_shard() {
-    let place = new(3, None);
-    let path = place.path().join("s");
-    let held = Writer::open(&path, Shard::WHOLE).expect("it is free");
-    let error = run(&path, Shard::WHOLE).expect_err("it is held");
-    assert!(
-        error.to_string().contains("in use by another process"),
-        "{error}"
-    );
-    assert_eq!(Error::from(error).exit_code(), 75);
-    drop(held);
-    run(&path, Shard::WHOLE).expect("three rows");
-}
-
-/// Two jobs in one folder: the second is told so before it does anything.
-#[test]
-fn one_process_writes_the_folder_of_a_job() {
-    let (place, _) = folder_with(&tiny_scene());
-    let out = place.path().join("o");
-    fs::create_dir(&out).expect("writable");
-    let held = FolderLock::of(&out).expect("it is free");
-    let command = "reproduce --scene scene.json --out o --quiet";
-    tells(place.path(), 75, command, ["in use by another process"]);
-    let files = fs::read_dir(&out).expect("a folder").count();
-    assert_eq!(files, 1, "the lock");
-    drop(held);
-}
-
-/// An external engine makes a campaign's rows; its digest is that of the file before it ran, and another file is refused.
 #[test]
 fn an_external_engine_is_the_one_that_was_planned() {
     let mut scene = tiny_scene();
     scene.settle.max_steps = 20;
     scene.settle.check_every = 20;
-    let (place, _) = folder_with(&scene);
-    let at = place.path();
-    let toy = fs::read_to_string(adapter_path("toy.py")).expect("the toy");
+    let at = &folder_with(&scene);
+    let toy = text_of(adapter_path("toy.py"));
     // It pours to the most steps, and this bed never comes to the punch.
+    let parts = "\"walls\", \"cases\", \"punch\", \"stop_rules\"";
     let pours = toy
-        .replace(
-            "\"walls\", \"cases\"",
-            "\"walls\", \"cases\", \"punch\", \"stop_rules\"",
-        )
+        .replace("\"walls\", \"cases\"", parts)
         .replace("job[\"until_step\"])", "job[\"settle\"][\"max_steps\"])")
         .replace("steps_done", "max_steps");
     let engine = program(at, "engine", &pours);
@@ -333,27 +260,22 @@ fn an_external_engine_is_the_one_that_was_planned() {
     assert_eq!(toy.matches(job).count(), 1);
     let replaces = format!("{job}    open(__file__, \"a\").write(\"#\")\n");
     program(at, "replaced", &toy.replace(job, &replaces));
-    let (code, _, errors) = run_in(at, "exec:replaced", &["--steps", "2"], "one");
-    assert_eq!(code, 4, "{errors}");
+    let errors = run_in(at, 4, "exec:replaced", &["--steps", "2"], "one");
     has(&errors, ["was replaced while it ran"]);
     let removes = replaces.replace("open(__file__, \"a\").write(\"#\")", "os.remove(__file__)");
     let removed = program(at, "removed", &toy.replace(job, &removes));
     let digest = file_digest(&removed).expect("a file");
     ran_in(at, "exec:removed", &["--steps", "2"], "two");
     assert!(!removed.exists());
-    let record = fs::read_to_string(at.join("two/run.json")).expect("a record");
+    let record = text_of(at.join("two/run.json"));
     has(&record, [&digest]);
 }
 
 /// A pipe among the records would make a reader wait for ever.
 #[test]
 fn a_pipe_among_the_records_is_refused() {
-    let place = new(3, None);
-    let path = place.path().join("s");
+    let (_place, path) = new(3, None);
     a_pipe(&records_folder(&path), "shard-1-of-2.jsonl");
     let error = run(&path, Shard::WHOLE).expect_err("a pipe");
-    assert!(
-        error.to_string().contains("is not a regular file"),
-        "{error}"
-    );
+    has(&error.to_string(), ["is not a regular file"]);
 }

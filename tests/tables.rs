@@ -1,10 +1,9 @@
 //! Tables as text: read back to the same bits, refused where a row cannot be meant.
 
-use std::fs;
-
 use crossgrain::tables::{TableError, read_bodies, write_bodies};
-use grains::tables::Bodies;
 use proptest::prelude::*;
+
+use crate::support::*;
 
 fn all_bits(bodies: &Bodies) -> Vec<Vec<u64>> {
     let mut columns: Vec<&[f64]> = bodies.motion().iter().map(|(_, column)| *column).collect();
@@ -14,15 +13,15 @@ fn all_bits(bodies: &Bodies) -> Vec<Vec<u64>> {
 }
 
 fn there_and_back(bodies: &Bodies) -> Result<Bodies, TableError> {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("bodies.csv");
+    let folder = &new_folder();
+    let path = folder.join("bodies.csv");
     write_bodies(&path, bodies)?;
     read_bodies(&path, bodies.len() as u32)
 }
 
 fn read(text: &str) -> Result<Bodies, TableError> {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("bodies.csv");
+    let folder = &new_folder();
+    let path = folder.join("bodies.csv");
     fs::write(&path, text).expect("a writable folder");
     read_bodies(&path, 100)
 }
@@ -60,6 +59,23 @@ proptest! {
     }
 }
 
+/// A second row, and what is said of it.
+const WRONG: &str = "
+    1,0.3,0.2,0,0,0.005,0.2,NaN,1e-6 ⇒ row 2 has spin = NaN, which must be finite
+    1,0.3,0.2,0,0,0.005,0.2,-inf,1e-6 ⇒ row 2 has spin = -inf, which must be finite
+    1,0.3,0.2,0,0,0.005,0.2,1,0 ⇒ row 2 has inertia = 0, which must be finite and above 0
+    1,0.3,0.2,0,0,0.005,0.2,1,-1e-6 ⇒ row 2 has inertia = -0.000001, which must be
+    1,0.3,0.2,0,0,0.005,0.2,1,NaN ⇒ row 2 has inertia = NaN, which must be
+    1,0.3,0.2,0,0,0.005,0.2,1,inf ⇒ row 2 has inertia = inf, which must be
+    1,0.3,0.2,0,0,0.005,0.2,1, ⇒ row 2 has spin = alone, which must be given with an inertia
+    1,0.3,0.2,0,0,0.005,0.2,,1e-6 ⇒ row 2 has spin = alone, which must be given with an inertia
+    1,0.3,0.2,0,0,0.005,0.2,, ⇒ row 2 has spin = nothing, which must be given in every row
+    1,0.3,0.2,0,0,0.005,0.2,fast,1e-6 ⇒ invalid float
+    1,0.3,0.2,0,0,0.005,0.2,1 ⇒ fields
+    1,0.3,0.2,0,0,0.005,-0.2,1,1e-6 ⇒ row 2 has mass = -0.2
+    2,0.3,0.2,0,0,0.005,0.2,1,1e-6 ⇒ row 2 has id = 2
+";
+
 const HEADER: &str = "id,x,z,vx,vz,radius,mass,spin,inertia\n";
 
 #[test]
@@ -67,66 +83,19 @@ fn rows_of_spins_that_cannot_be_meant_are_refused() {
     let sound = "0,0.1,0.2,0,0,0.005,0.2,-3.5,1e-6\n";
     let bodies = read(&format!("{HEADER}{sound}")).expect("a sound table");
     assert_eq!((bodies.spin, bodies.inertia), (vec![-3.5], vec![1.0e-6]));
-    for (row, message) in [
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,NaN,1e-6",
-            "row 2 has spin = NaN, which must be finite",
-        ),
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,-inf,1e-6",
-            "row 2 has spin = -inf, which must be finite",
-        ),
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,1,0",
-            "row 2 has inertia = 0, which must be finite and above 0",
-        ),
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,1,-1e-6",
-            "row 2 has inertia = -0.000001, which must be",
-        ),
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,1,NaN",
-            "row 2 has inertia = NaN, which must be",
-        ),
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,1,inf",
-            "row 2 has inertia = inf, which must be",
-        ),
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,1,",
-            "row 2 has spin = alone, which must be given with an inertia",
-        ),
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,,1e-6",
-            "row 2 has spin = alone, which must be given with an inertia",
-        ),
-        (
-            "1,0.3,0.2,0,0,0.005,0.2,,",
-            "row 2 has spin = nothing, which must be given in every row",
-        ),
-        ("1,0.3,0.2,0,0,0.005,0.2,fast,1e-6", "invalid float"),
-        ("1,0.3,0.2,0,0,0.005,0.2,1", "fields"),
-        ("1,0.3,0.2,0,0,0.005,-0.2,1,1e-6", "row 2 has mass = -0.2"),
-        ("2,0.3,0.2,0,0,0.005,0.2,1,1e-6", "row 2 has id = 2"),
-    ] {
+    for [row, message] in rows(WRONG) {
         let error = read(&format!("{HEADER}{sound}{row}\n")).expect_err(row);
         assert!(error.to_string().contains(message), "{row}: {error}");
     }
     // The first row without a spin, the second with one.
     let late = "0,0.1,0.2,0,0,0.005,0.2,,\n1,0.3,0.2,0,0,0.005,0.2,1,1e-6\n";
     let error = read(&format!("{HEADER}{late}")).expect_err("half of the grains rotate");
-    assert!(
-        error.to_string().contains("in every row or in none"),
-        "{error}"
-    );
+    has(&error.to_string(), ["in every row or in none"]);
     // A column for one of the two only.
     for (name, value) in [("spin", "1"), ("inertia", "1e-6")] {
         let text = format!("id,x,z,vx,vz,radius,mass,{name}\n0,0.1,0.2,0,0,0.005,0.2,{value}\n");
         let error = read(&text).expect_err(name);
-        assert!(
-            error.to_string().contains("given with an inertia"),
-            "{name}: {error}"
-        );
+        has(&error.to_string(), ["given with an inertia"]);
     }
     // Cut off inside the last number.
     let error = read((HEADER.to_owned() + sound).trim_end()).expect_err("cut off");

@@ -1,31 +1,21 @@
 //! What asks for too much memory is refused before it gets it.
 
-use std::fs;
 use std::io::Write;
-use std::path::Path;
-use std::time::{Duration, Instant};
 
 use allocation_counter::measure;
 
 use crossgrain::checks::record;
 use crossgrain::files::read_text;
-use crossgrain::run::folder::{RunFolder, read_scene, write_sums};
-use grains::scene::parse_scene;
+use crossgrain::run::folder::{read_scene, write_sums};
 
-use crate::support::{a_pipe, ends, folder_with, has, native_run, sound, tiny_scene};
+use crate::support::*;
 
 const MEGABYTE: u64 = 1 << 20;
 
 #[test]
 fn a_scene_of_a_million_million_grains_is_refused_before_they_are_made() {
     let text = serde_json::to_string(&tiny_scene()).expect("JSON");
-    for count in [
-        "1000000000000",
-        "4294967295",
-        "1000001",
-        "1e12",
-        "18446744073709551616",
-    ] {
+    for count in "1000000000000 4294967295 1000001 1e12 18446744073709551616".split(' ') {
         let huge = text.replace("\"count\":100,", &format!("\"count\":{count},"));
         assert_ne!(huge, text);
         let mut refused = false;
@@ -34,13 +24,17 @@ fn a_scene_of_a_million_million_grains_is_refused_before_they_are_made() {
     }
 }
 
+/// A large file that takes no room on the disk.
+fn hole(path: &Path) {
+    let file = fs::File::create(path).expect("writable");
+    file.set_len(1 << 36).expect("a large file");
+}
+
 #[test]
 fn a_scene_file_that_is_none_is_not_read_whole() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("scene.json");
-    let file = fs::File::create(&path).expect("writable");
-    // A hole, which takes no room on the disk.
-    file.set_len(1 << 36).expect("a large file");
+    let folder = &new_folder();
+    let path = folder.join("scene.json");
+    hole(&path);
     let mut error = String::new();
     let taken = measure(|| error = read_scene(&path).expect_err("too large").to_string());
     has(&error, ["larger than 1048576 bytes"]);
@@ -61,17 +55,12 @@ fn bomb(path: &Path, megabytes: usize) {
 #[test]
 fn packed_tables_are_unpacked_no_further_than_they_may_reach() {
     let scene = tiny_scene();
-    let protocol = crossgrain::run::folder::record::Protocol::Steps { steps: 10 };
+    let protocol = Protocol::Steps { steps: 10 };
     let run = native_run(&scene, sound(), protocol);
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    for table in [
-        "initial.csv",
-        "bodies.csv",
-        "contacts.csv",
-        "history.csv",
-        "trace.csv",
-    ] {
-        let path = folder.path().join(table);
+    let folder = new_folder();
+    for table in ["initial", "bodies", "contacts", "history", "trace"] {
+        let table = &format!("{table}.csv");
+        let path = folder.join(table);
         run.write(&path).expect("a writable folder");
         fs::remove_file(path.join(table)).expect("it is there");
         bomb(&path.join(format!("{table}.gz")), 64);
@@ -86,8 +75,8 @@ fn packed_tables_are_unpacked_no_further_than_they_may_reach() {
 /// `gzip` files may be put one after the other; all of it counts, and what is not packed is an error.
 #[test]
 fn all_of_a_packed_file_is_read() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("a.csv.gz");
+    let folder = &new_folder();
+    let path = folder.join("a.csv.gz");
     let pack = crate::readers::parts::packed;
     fs::write(&path, [pack(b"one\n"), pack(b"two\n")].concat()).expect("writable");
     assert_eq!(read_text(&path, 100).expect("text"), "one\ntwo\n");
@@ -101,11 +90,11 @@ fn all_of_a_packed_file_is_read() {
 fn a_record_of_more_steps_than_there_are_numbers_is_refused() {
     let mut scene = tiny_scene();
     scene.measurement.history_every = 1;
-    let protocol = crossgrain::run::folder::record::Protocol::Steps { steps: 3 };
+    let protocol = Protocol::Steps { steps: 3 };
     let mut run = native_run(&scene, sound(), protocol);
     run.record.stages[0].steps = u64::MAX;
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("run");
+    let folder = new_folder();
+    let path = folder.join("run");
     run.write(&path).expect("a writable folder");
     let mut error = String::new();
     let taken = measure(|| error = RunFolder::read(&path).expect_err("too many").to_string());
@@ -130,12 +119,10 @@ fn a_record_cannot_multiply_its_names() {
 /// Neither a pipe that nobody writes to nor a file without lines is waited for.
 #[test]
 fn what_is_no_program_is_no_yade() {
-    let (folder, _) = folder_with(&tiny_scene());
-    let pipe = a_pipe(folder.path(), "pipe");
-    let hole = folder.path().join("hole");
-    let file = fs::File::create(&hole).expect("writable");
-    file.set_len(1 << 36).expect("a large file");
-    for yade in [Path::new("/dev/zero"), &pipe, &hole, folder.path()] {
+    let folder = &folder_with(&tiny_scene());
+    let pipe = a_pipe(folder, "pipe");
+    hole(&folder.join("hole"));
+    for yade in [Path::new("/dev/zero"), &pipe, &folder.join("hole"), folder] {
         let began = Instant::now();
         let yade = yade.to_string_lossy();
         let run = [
@@ -146,9 +133,9 @@ fn what_is_no_program_is_no_yade() {
             "--yade",
             &yade,
         ];
-        let (_, errors) = ends(folder.path(), 4, &run);
+        let (_, errors) = ends(folder, 4, &run);
         assert!(errors.contains("YADE is missing"), "{yade}: {errors}");
         assert!(began.elapsed() < Duration::from_secs(20), "{yade}");
-        assert!(!folder.path().join("o").exists());
+        assert!(!folder.join("o").exists());
     }
 }

@@ -2,25 +2,18 @@
 
 mod external;
 
-use std::path::Path;
-
 use crossgrain::report;
 use crossgrain::study::machine::{Folder, Job, Machine};
 use crossgrain::study::member::{Member, Members};
 use crossgrain::study::realization::Change::{Modulus, Settled, Size, Step};
 use crossgrain::study::realization::{Change, Engines, Runner, Specification, changed};
 use crossgrain::study::shard::Shard;
-use crossgrain::study::tradeoff::Tradeoff;
 use crossgrain::study::tradeoff::plan::{FAST, FIRST_CONFIRMATORY, Plan};
-use crossgrain::study::{Study, create};
-use grains::generate::initial_bodies;
-use grains::native;
+use crossgrain::study::tradeoff::{Tradeoff, judge};
+use crossgrain::study::{Study, StudyError, create};
 use grains::native::pouring::{End, Phase, pour};
-use grains::task::Task;
 
-use crossgrain::progress::Display;
-
-use crate::support::{ends, folder_with, frictional_scene, small_scene, sound, tells};
+use crate::support::*;
 
 /// Methods with one change each, on two clouds, as candidates on three more.
 fn plan(methods: &[(&str, Change)], confirmatory: u64) -> Plan {
@@ -34,17 +27,24 @@ fn plan(methods: &[(&str, Change)], confirmatory: u64) -> Plan {
 }
 
 /// Runs what is missing of a study.
-pub fn run<S: Study>(
-    folder: &Path,
-    engines: &Engines,
-) -> Result<(), crossgrain::study::StudyError> {
+pub fn run<S: Study>(folder: &Path, engines: &Engines) -> Result<(), StudyError> {
+    let (shard, threads) = (Shard::WHOLE, 2);
     let job = Job {
-        shard: Shard::WHOLE,
-        threads: 2,
+        shard,
+        threads,
         engines,
     };
     Folder::<S>::open(folder)?.run(&job, &Display::new(true))?;
     Ok(())
+}
+
+/// What all rows of a plan say.
+fn record_of(plan: Plan) -> Tradeoff {
+    let place = new_folder();
+    let folder = place.join("study");
+    create(&folder, plan, None, None).expect("a new study");
+    run::<Plan>(&folder, &Engines::default()).expect("it runs");
+    record(&folder)
 }
 
 /// What the rows of a folder say.
@@ -78,16 +78,11 @@ fn one_phase_of_the_scenes_own_settings_is_the_scenes_own_pouring() {
     }
 }
 
-/// Methods with friction are held against the scene with friction, which itself stands on other clouds.
 #[test]
 fn friction_is_held_against_friction() {
     let mut plan = Plan::quick(2, 0);
     plan.methods.retain(|of| of.id.starts_with("friction"));
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path().join("study");
-    create(&folder, plan, None, None).expect("a new study");
-    run::<Plan>(&folder, &Engines::default()).expect("it runs");
-    let record = record(&folder);
+    let record = record_of(plan);
     let mean_height = |id: &str| {
         let point = record.point(id).expect("it is planned");
         let of = point.screened.of("settled.height.mean_surface");
@@ -101,11 +96,8 @@ fn friction_is_held_against_friction() {
     assert_eq!(mean_height("friction-step-0.45"), with_friction);
     let null = &record.point("friction").expect("it is planned").screened;
     assert_eq!(null.clouds, 2);
-    assert!(
-        null.differences
-            .iter()
-            .any(|of| of.paired.difference.estimate != 0.0)
-    );
+    let mut off = null.differences.iter().map(|of| of.paired.difference);
+    assert!(off.any(|of| of.estimate != 0.0));
     let page = report::page(&record.document());
     assert!(page.html.contains("native, friction"));
 }
@@ -119,12 +111,10 @@ fn a_bed_that_is_stiffened_ends_at_the_full_stiffness_at_rest() {
         step: 0.45,
         end,
     };
+    let first = phase(0.1, End::Settled(1.0e-3));
+    let second = phase(0.3, End::Seconds(0.004));
     let method = Specification {
-        phases: vec![
-            phase(0.1, End::Settled(1.0e-3)),
-            phase(0.3, End::Seconds(0.004)),
-            phase(1.0, End::Settled(1.0e-4)),
-        ],
+        phases: vec![first, second, phase(1.0, End::Settled(1.0e-4))],
         ..Specification::native(scene.clone())
     };
     let options = native::Options::default();
@@ -133,13 +123,12 @@ fn a_bed_that_is_stiffened_ends_at_the_full_stiffness_at_rest() {
     let poured = poured.expect("there are phases");
     // The overlaps bear the weight at the full stiffness: the floor's contacts together.
     let ids = grains::tables::BodyIds::of_box(scene.particles.count);
-    let borne: f64 = poured
+    let on_floor = poured
         .bed
         .contacts
         .iter()
-        .filter(|contact| !ids.is_grain(contact.id1) && contact.normal[1] > 0.9)
-        .map(|contact| contact.normal_force)
-        .sum();
+        .filter(|contact| !ids.is_grain(contact.id1) && contact.normal[1] > 0.9);
+    let borne: f64 = on_floor.map(|contact| contact.normal_force).sum();
     let weight: f64 = scene.gravity * poured.bed.bodies.mass.iter().sum::<f64>();
     assert!((borne / weight - 1.0).abs() < 0.05, "{borne} {weight}");
     let engines = Engines::default();
@@ -151,28 +140,26 @@ fn a_bed_that_is_stiffened_ends_at_the_full_stiffness_at_rest() {
 
 #[test]
 fn a_study_is_taken_up_where_it_was_and_finds_the_large_bias() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path().join("study");
-    let plan = plan(
-        &[
-            ("same-physics", Step(0.4)),
-            ("hardly-settled", Settled(0.05)),
-        ],
-        3,
-    );
+    let place = &new_folder();
+    let folder = place.join("study");
+    let methods = [
+        ("same-physics", Step(0.4)),
+        ("hardly-settled", Settled(0.05)),
+    ];
+    let plan = plan(&methods, 3);
     let count = plan.count();
     assert_eq!(count, 15);
     create(&folder, plan, None, None).expect("a new study");
     run::<Plan>(&folder, &Engines::default()).expect("it runs");
     let rows = folder.join("records/shard-1-of-1.jsonl");
-    let text = std::fs::read_to_string(&rows).expect("readable");
+    let text = text_of(&rows);
     assert_eq!(text.lines().count() as u64, count);
     // Killed in the middle of the last line: that row alone is made again, and nothing that stands is changed.
     std::fs::write(&rows, &text[..text.len() - 20]).expect("cut");
     let missing: u64 = record(&folder).points.iter().map(|of| of.missing).sum();
     assert!(missing <= 1, "{missing}");
     run::<Plan>(&folder, &Engines::default()).expect("it runs");
-    let again = std::fs::read_to_string(&rows).expect("readable");
+    let again = text_of(&rows);
     assert!(again.starts_with(&text[..text.len() - 20]));
     let (first, second) = (text.lines().last(), again.lines().last());
     let parse = |line: Option<&str>| -> Member {
@@ -198,23 +185,19 @@ fn a_study_is_taken_up_where_it_was_and_finds_the_large_bias() {
     let document = record.document();
     let page = report::page(&document);
     assert!(page.html.contains("hardly-settled"));
-    let drawn = |name: &str| page.files.iter().any(|(file, _)| file == name);
-    for name in [
-        "cost-and-error-of-the-settled-bed.svg",
-        "equivalence-of-hardly-settled.svg",
-        "bias-of-settled-height-mean-surface.csv",
-        "methods.csv",
-        "quantities.csv",
-    ] {
-        assert!(drawn(name), "{name}");
+    for name in "cost-and-error-of-the-settled-bed.svg equivalence-of-hardly-settled.svg \
+        bias-of-settled-height-mean-surface.csv methods.csv quantities.csv"
+        .split_whitespace()
+    {
+        assert!(page.files.iter().any(|(file, _)| file == name), "{name}");
     }
     assert!(report::terminal(&document).contains(&document.answer));
 }
 
 #[test]
 fn runs_without_yade_say_so_and_are_not_complete() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path().join("study");
+    let place = &new_folder();
+    let folder = place.join("study");
     let mut plan = Plan::new(small_scene(), 2, 0);
     let yade = Specification {
         runner: Runner::YadeOrdinary,
@@ -223,7 +206,7 @@ fn runs_without_yade_say_so_and_are_not_complete() {
     plan.add("yade", "YADE", "YADE", yade, 1);
     create(&folder, plan, None, None).expect("a new study");
     let mut engines = Engines::default();
-    engines.yade.program = Some(place.path().join("no-such-yade"));
+    engines.yade.program = Some(place.join("no-such-yade"));
     let error = run::<Plan>(&folder, &engines).expect_err("YADE is missing");
     assert!(error.to_string().contains("YADE"), "{error}");
     let record = record(&folder);
@@ -231,20 +214,16 @@ fn runs_without_yade_say_so_and_are_not_complete() {
     assert_eq!(record.recommended, None);
     let report = Folder::<Plan>::open(&folder).expect("a study").judge();
     let report = report.expect("what is there");
-    assert_eq!(
-        report.document.verdict,
-        crossgrain::checks::Outcome::Skipped
-    );
+    let verdict = report.document.verdict;
+    assert_eq!(verdict, crossgrain::checks::Outcome::Skipped);
 }
 
 #[test]
 fn heights_of_beds_of_other_depths_are_not_compared() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path().join("study");
-    let plan = plan(
-        &[("half-as-deep", Size(1.0, 0.5)), ("softer", Modulus(0.1))],
-        0,
-    );
+    let place = &new_folder();
+    let folder = place.join("study");
+    let methods = [("half-as-deep", Size(1.0, 0.5)), ("softer", Modulus(0.1))];
+    let plan = plan(&methods, 0);
     create(&folder, plan, None, None).expect("a new study");
     run::<Plan>(&folder, &Engines::default()).expect("it runs");
     let record = record(&folder);
@@ -260,9 +239,7 @@ fn heights_of_beds_of_other_depths_are_not_compared() {
 /// `run --reduced-stiffness` is the method that was tested: the same bed and the same end, in every bit.
 #[test]
 fn a_run_that_is_poured_softly_is_the_tested_method() {
-    use crossgrain::run::folder::RunFolder;
     use grains::native::pouring::Softly;
-    use grains::tables::StopReason;
     let mut scene = small_scene();
     scene.name = "poured softly".to_owned();
     let softly = Softly::tested(&scene).expect("a step in proportion");
@@ -270,13 +247,13 @@ fn a_run_that_is_poured_softly_is_the_tested_method() {
     let poured = pour(&scene, &phases, &sound(), initial_bodies(&scene)).expect("it settles");
     let poured = poured.expect("there are phases");
 
-    let (folder, _) = folder_with(&scene);
+    let folder = folder_with(&scene);
     let run = |code: i32, more: &str| {
         let run = format!("run scene.json --reduced-stiffness --quiet --engine {more}");
-        ends(folder.path(), code, &run);
+        ends(&folder, code, &run);
     };
     run(0, "native --out soft");
-    let read = RunFolder::read(&folder.path().join("soft")).expect("a run folder");
+    let read = read_run(folder.join("soft"));
     let settled = read.settled.as_ref().expect("a settled bed");
     assert_eq!(settled.bodies.digest(), poured.bed.bodies.digest());
     let softened = read.record.softened.as_ref().expect("how it was poured");
@@ -284,30 +261,21 @@ fn a_run_that_is_poured_softly_is_the_tested_method() {
     assert_eq!(softened.phases, phases[..phases.len() - 1]);
     assert_eq!(softened.steps + read.record.stages[0].steps, poured.steps);
     assert_eq!(read.record.stages[0].stop, StopReason::Settled);
-    assert!(
-        read.record
-            .command
-            .contains("--engine native --reduced-stiffness --out")
-    );
+    let words = "--engine native --reduced-stiffness --out";
+    has(&read.record.command, [words]);
 
     // Where it means nothing it is refused.
     run(2, "yade --out no");
     run(2, "native --steps 5 --out no");
     run(2, "native --perturb stiffness=1e-9 --out no");
-    assert!(!folder.path().join("no").exists());
+    assert!(!folder.join("no").exists());
 }
 
 /// The native engine has the same bits on any machine, so a recorded realization comes out again; and the recorded judgement is that
 /// of the recorded rows.
 #[test]
 fn recorded_realizations_of_the_reference_come_out_again() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_data/tradeoff-1");
-    let folder = Folder::<Plan>::open(&path).expect("recorded evidence");
-    let report = folder.judge().expect("a judgement");
-    let text = crossgrain::files::read_text(&path.join("report.json.gz"), 1 << 26);
-    let recorded: Tradeoff = serde_json::from_str(&text.expect("is there")).expect("a record");
-    let again: Tradeoff = serde_json::from_str(&report.text).expect("a record");
-    assert!(again == recorded);
+    let (folder, recorded) = judged_again::<Plan, Tradeoff>("reference_data/tradeoff-1");
     let recommended = recorded.recommended.as_deref();
     // A record without the fast protocol recommends nothing.
     assert_eq!(recommended, recorded.point(FAST).map(|_| FAST));
@@ -318,10 +286,7 @@ fn recorded_realizations_of_the_reference_come_out_again() {
     assert_eq!(own.clone().count(), 308);
     let reference = Plan::full(8, 300, 1).reference.specification;
     for realization in [2, FIRST_CONFIRMATORY] {
-        let keep = |key: &str| {
-            use crossgrain::study::tradeoff::judge::QUANTITIES;
-            QUANTITIES.iter().any(|of| of.key == key)
-        };
+        let keep = |key: &str| judge::QUANTITIES.iter().any(|of| of.key == key);
         let engines = Engines::default();
         let again = Member::run(&reference, realization, &engines, Path::new(""), keep);
         let again = again.expect("it runs");
@@ -334,17 +299,17 @@ fn recorded_realizations_of_the_reference_come_out_again() {
 
 #[test]
 fn yade_has_no_clouds_that_the_reference_has_not() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     let words = "study plan tradeoff --quick --clouds 2 --yade-clouds 3 --out no";
-    tells(folder.path(), 2, words, ["at most --clouds, 2"]);
-    assert!(!folder.path().join("no").exists());
+    tells(folder, 2, words, ["at most --clouds, 2"]);
+    assert!(!folder.join("no").exists());
 }
 
 #[test]
 fn the_fast_protocols_scene_differs_in_the_step_and_what_goes_with_it() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     let printed = |arguments: &[&str]| -> serde_json::Value {
-        let (text, _) = ends(folder.path(), 0, arguments);
+        let (text, _) = ends(folder, 0, arguments);
         serde_json::from_str(&text).expect("JSON")
     };
     let plain = printed(&["scene", "paper"]);

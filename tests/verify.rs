@@ -1,17 +1,13 @@
 //! The verification suite: it passes, it can fail, and what was skipped is never shown as passed.
 
-use std::path::PathBuf;
-
 use crossgrain::checks::Outcome;
 use crossgrain::engine::yade;
-use crossgrain::progress::Display;
 use crossgrain::suite::detection::{Limit, limits};
 use crossgrain::suite::run::{Engines, Options, Role, Suite, verify};
 use crossgrain::suite::{Evidence, parameters};
 use grains::scene::{ContactLaw, NewContactSlip, Tension, Viscosity};
-use serde_json::Value;
 
-use crate::support::{ends, folder_with, has, say, small_scene, tells};
+use crate::support::*;
 
 fn options(engine: Engines) -> Options {
     Options {
@@ -56,13 +52,10 @@ fn native_cases_pass_and_without_yade_its_cases_are_skipped() {
     let checks = found.checks();
     for check in &checks {
         assert!(check.id.starts_with("verify/"), "{}", check.id);
-        assert!(
-            !check.id.contains("yade") && !check.id.contains("native"),
-            "{}",
-            check.id
-        );
+        let named = ["yade", "native"].map(|engine| check.id.contains(engine));
+        assert_eq!(named, [false; 2], "{}", check.id);
     }
-    let ids: std::collections::BTreeSet<&str> = checks.iter().map(|of| of.id.as_str()).collect();
+    let ids: BTreeSet<&str> = checks.iter().map(|of| of.id.as_str()).collect();
     assert_eq!(ids.len(), checks.len());
 }
 
@@ -89,34 +82,28 @@ fn every_fault_is_detected_by_the_native_suite() {
     // Where a fault of this kind is seen only if it is gross, another case sees it small.
     let row = |id: &str| table.cases.iter().find(|row| row.case == id);
     let gravity = table.faults.iter().position(|fault| fault == "gravity");
-    let seen = row("repeated-bounces")
-        .zip(gravity)
-        .map(|(row, at)| row.limits[at]);
-    assert!(
-        matches!(seen, Some(Limit::From { size }) if size > 1e-6),
-        "{seen:?}"
-    );
+    let seen = row("repeated-bounces").zip(gravity);
+    let seen = seen.map(|(row, at)| row.limits[at]);
+    let large = matches!(seen, Some(Limit::From { size }) if size > 1e-6);
+    assert!(large, "{seen:?}");
 }
 
 #[test]
 fn the_command_line_says_what_was_skipped() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = &new_folder();
     let verify = "verify --grains 5 --json --quiet --yade /no/such --out verified";
-    let (said, _) = ends(folder.path(), 3, verify);
-    let found: Value = serde_json::from_str(&said).expect("JSON");
+    let found = prints(folder, 3, verify);
     assert_eq!(found["verdict"], "skipped");
     assert_eq!(found["tally"]["failed"], 0);
-    let page = std::fs::read_to_string(folder.path().join("verified/report.html")).expect("a page");
-    for words in ["Incomplete", "Inside a grain", "leapfrog-sticking"] {
-        assert!(page.contains(words), "{words}");
-    }
+    let page = text_of(folder.join("verified/report.html"));
+    has(&page, ["Incomplete", "Inside a grain", "leapfrog-sticking"]);
     // An earlier result keeps all that it has, under another name; a folder of somebody else's is left alone.
-    let (_, _, errors) = say(folder.path(), verify);
+    let (_, _, errors) = say(folder, verify);
     has(&errors, ["verified-2 now"]);
-    let kept = std::fs::read_to_string(folder.path().join("verified-2/report.html"));
-    assert_eq!(kept.expect("a page"), page);
-    std::fs::remove_file(folder.path().join("verified/verify.json")).expect("a file");
-    tells(folder.path(), 2, verify, ["exists already"]);
+    let kept = text_of(folder.join("verified-2/report.html"));
+    assert_eq!(kept, page);
+    fs::remove_file(folder.join("verified/verify.json")).expect("a file");
+    tells(folder, 2, verify, ["exists already"]);
 }
 
 #[test]
@@ -124,10 +111,12 @@ fn parameters_are_those_of_the_scene() {
     let mut scene = small_scene();
     scene.material.friction_angle = 0.4;
     scene.material.stiffness_ratio = 0.3;
-    let (folder, _) = folder_with(&scene);
-    let command = "scene parameters scene.json --engine native --json";
-    let (said, _) = ends(folder.path(), 0, command);
-    let found: Value = serde_json::from_str(&said).expect("JSON");
+    let folder = &folder_with(&scene);
+    let found = prints(
+        folder,
+        0,
+        "scene parameters scene.json --engine native --json",
+    );
     let of = |symbol: &str| -> Vec<f64> {
         let all = found.as_array().expect("an array").iter();
         let with = all.filter(|of| of["symbol"] == symbol);
@@ -137,9 +126,8 @@ fn parameters_are_those_of_the_scene() {
     let mean = 0.5 * scene.particles.mean_diameter;
     let stiffness = scene.material.youngs_modulus * mean;
     let near = |values: &[f64], wanted: f64| {
-        values
-            .iter()
-            .any(|value| (value / wanted - 1.0).abs() < 1e-14)
+        let mut off = values.iter().map(|value| (value / wanted - 1.0).abs());
+        off.any(|off| off < 1e-14)
     };
     assert!(near(&of("k_n"), stiffness), "{:?}", of("k_n"));
     assert!(near(&of("k_s"), 0.3 * stiffness), "{:?}", of("k_s"));
@@ -167,9 +155,9 @@ fn parameters_that_differ_are_seen() {
 
 #[test]
 fn parameters_of_a_missing_yade_are_an_engine_failure() {
-    let (folder, _) = folder_with(&small_scene());
+    let folder = &folder_with(&small_scene());
     let command = "scene parameters scene.json --engine both --yade /no/such";
-    tells(folder.path(), 4, command, ["apt-get install"]);
+    tells(folder, 4, command, ["apt-get install"]);
 }
 
 /// Each option that YADE does not have is refused before YADE is looked for, with the key to change.
@@ -192,8 +180,8 @@ fn what_yade_does_not_have_is_refused_by_key() {
             new_contact_slip,
             ..ContactLaw::default()
         };
-        let (folder, _) = folder_with(&scene);
-        let (_, message) = ends(folder.path(), 2, "run scene.json --engine yade --out o");
+        let folder = &folder_with(&scene);
+        let (_, message) = ends(folder, 2, "run scene.json --engine yade --out o");
         let named = message.contains(&format!("contact.{key}"));
         assert!(named, "{key}: {message}");
     }

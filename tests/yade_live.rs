@@ -1,45 +1,21 @@
 //! Checks against the real YADE. Without the feature `yade` they are listed as ignored and not made;
 //! with it a missing YADE is a failure. `ci/test` runs them all.
 
-use std::fs;
-use std::path::Path;
-use std::process::Child;
-use std::time::{Duration, Instant};
-
 use crossgrain::checks::Outcome;
 use crossgrain::compare::compare;
 use crossgrain::compare::first_difference::Locator;
 use crossgrain::engine::yade;
-use crossgrain::progress::Display;
-use crossgrain::run::folder::RunFolder;
-use crossgrain::run::folder::record::Protocol;
-use crossgrain::run::{Engine, recorded};
+use crossgrain::run::Engine;
 use crossgrain::suite::run::{self, Engines, Role};
-use grains::generate::initial_bodies;
 use grains::scene::{
-    AfterForce, Damping, Scene, SlipVelocity, Tension, TorqueArms, Viscosity, paper_scene,
+    AfterForce, Cloud, Damping, Shape, SlipVelocity, Tension, TorqueArms, Viscosity,
 };
-use grains::tables::Stage;
 use verdict::judge::Verdict;
 
-use crate::support::{
-    STAGES, faulty, folder_with, frictional_scene, native_run, small_scene, sound, staged_scene,
-    started, tells,
-};
+use crate::support::*;
 
 fn yade_run(scene: &Scene, options: yade::Options, protocol: Protocol) -> RunFolder {
-    let work = tempfile::tempdir().expect("a temporary folder");
-    let engine = Engine::Yade(options);
-    let initial = initial_bodies(scene);
-    recorded(
-        scene,
-        &engine,
-        protocol,
-        initial,
-        work.path(),
-        &mut |_, _, _| {},
-    )
-    .expect("a YADE run that finishes")
+    run_of(scene, &Engine::Yade(options), protocol)
 }
 
 fn sorted() -> yade::Options {
@@ -73,8 +49,8 @@ fn pouring_5000_grains_for_20000_steps_gives_the_same_bits() {
     let last = comparison
         .tables
         .iter()
-        .find(|table| table.table == "last grains")
-        .expect("the table");
+        .find(|of| of.table == "last grains");
+    let last = last.expect("the table");
     assert_eq!((last.differing, last.numbers), (0, 20_000));
     assert!(native.last.contacts.len() > 5000, "the bed has formed");
 }
@@ -114,10 +90,8 @@ fn rough_spinning_grains_poured_and_pressed_have_the_same_bits() {
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn friction_has_the_same_bits_for_several_angles_stiffnesses_and_clouds() {
-    let dashpot = Viscosity::Dashpot {
-        c_n: 900.0,
-        tension: Tension::Clipped,
-    };
+    let (c_n, tension) = (900.0, Tension::Clipped);
+    let dashpot = Viscosity::Dashpot { c_n, tension };
     let laws = [
         (0.2, 1.0, SlipVelocity::RatchetingCorrected, Viscosity::None),
         (0.5, 0.3, SlipVelocity::RatchetingCorrected, Viscosity::None),
@@ -145,11 +119,11 @@ fn friction_has_the_same_bits_for_several_angles_stiffnesses_and_clouds() {
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn constants_of_loading_have_the_same_bits_in_both_engines() {
-    for (name, changes, _, has_yade) in STAGES {
+    for (name, changes, _, has_yade) in stages() {
         let mut scene = staged_scene(changes);
         scene.measurement.history_every = 50;
-        assert_eq!(yade::lacking(&scene).is_none(), *has_yade, "{name}");
-        if *has_yade {
+        assert_eq!(yade::lacking(&scene).is_none(), has_yade, "{name}");
+        if has_yade {
             let [native, _] = agreed(&scene, Protocol::Whole);
             assert_eq!(native.record.stages.len(), 2);
         }
@@ -188,15 +162,15 @@ fn a_whole_experiment_gives_the_same_bits_for_several_scenes() {
     slow.loading.give_up_depth = 0.004;
     slow.loading.pressure = 1.0e9;
     let mut spheres = small_scene();
-    spheres.particles.shape = grains::scene::Shape::Sphere;
+    spheres.particles.shape = Shape::Sphere;
     spheres.particles.dispersion = 0.3;
-    spheres.cloud = grains::scene::Cloud::JitteredLattice {
-        columns: 20,
-        jitter: 1.0,
-        speed: 0.1,
-        spin: 0.0,
-        over: None,
-    };
+    let Cloud::JitteredLattice {
+        columns,
+        jitter,
+        speed,
+        ..
+    } = &mut spheres.cloud;
+    (*columns, *jitter, *speed) = (20, 1.0, 0.1);
     let mut standing = small_scene();
     standing.loading.after_force = AfterForce::StandStill { seconds: 0.02 };
     for scene in [small_scene(), slow, spheres, standing] {
@@ -205,7 +179,6 @@ fn a_whole_experiment_gives_the_same_bits_for_several_scenes() {
     }
 }
 
-/// The punch driven deep into the bed: faces, edges and corners under large forces.
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn a_punch_driven_to_the_floor_gives_the_same_bits() {
@@ -217,17 +190,9 @@ fn a_punch_driven_to_the_floor_gives_the_same_bits() {
     let deepest = native.history.last().and_then(|row| row.punch_depth);
     assert!(deepest.is_some_and(|depth| depth >= 0.07));
     let punch = scene.particles.count + 3;
-    let at_corners = |run: &RunFolder| {
-        run.last
-            .contacts
-            .iter()
-            .filter(|c| c.id1 == punch && c.normal[0] != 0.0)
-            .count()
-    };
-    assert!(
-        at_corners(&native) > 0,
-        "grains lean on its sides or corners"
-    );
+    let mut contacts = native.last.contacts.iter();
+    // Grains lean on its sides or corners.
+    assert!(contacts.any(|of| of.id1 == punch && of.normal[0] != 0.0));
 }
 
 #[test]
@@ -235,10 +200,8 @@ fn a_punch_driven_to_the_floor_gives_the_same_bits() {
 fn sorted_bits_do_not_depend_on_verlet_distance() {
     let scene = small_scene();
     let near = yade_run(&scene, sorted(), Protocol::Whole);
-    let options = yade::Options {
-        verlet_distance: 1.0e-3,
-        ..sorted()
-    };
+    let mut options = sorted();
+    options.verlet_distance = 1.0e-3;
     all_pass(&near, &yade_run(&scene, options, Protocol::Whole));
 }
 
@@ -250,13 +213,7 @@ fn faults_are_located_against_yade() {
     let protocol = Protocol::Steps { steps: 4000 };
     let good = native_run(&scene, sound(), protocol);
     let yade = yade_run(&scene, sorted(), protocol);
-    for fault in [
-        "stiffness=1e-12",
-        "gravity=1e-12",
-        "damping=1e-12",
-        "wall=1e-12",
-        "sums=reversed",
-    ] {
+    for fault in FAULTS {
         let bad = native_run(&scene, faulty(fault), protocol);
         let among_natives = compare(&good, &bad, Some(&Locator::default()));
         let against_yade = compare(&bad, &yade, Some(&Locator::default()));
@@ -290,20 +247,14 @@ fn a_fault_under_the_punch_is_located_against_yade() {
 fn the_ordinary_loop_is_equal_to_rounding() {
     let scene = small_scene();
     let protocol = Protocol::Steps { steps: 6000 };
-    let ordinary = yade::Options {
-        sorted: false,
-        ..sorted()
-    };
+    let mut ordinary = sorted();
+    ordinary.sorted = false;
     let yade = yade_run(&scene, ordinary, protocol);
     let native = native_run(&scene, sound(), protocol);
     let comparison = compare(&native, &yade, Some(&Locator::default()));
     assert!(!comparison.same_bits, "the loops do differ");
-    assert_eq!(
-        comparison.verdict(),
-        Verdict::EqualToRounding,
-        "{}",
-        comparison.answer()
-    );
+    let answer = comparison.answer();
+    assert_eq!(comparison.verdict(), Verdict::EqualToRounding, "{answer}");
     let dense = native_run(&scene, faulty("density=1e-8"), protocol);
     let comparison = compare(&dense, &yade, Some(&Locator::default()));
     assert_eq!(comparison.verdict(), Verdict::Different);
@@ -313,33 +264,19 @@ fn the_ordinary_loop_is_equal_to_rounding() {
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn engine_check_judges_both_loops() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     for (order, verdict) in [("sorted", "identical"), ("ordinary", "equal to rounding")] {
         let check = ["engine", "check", "yade", "--loop", order, "--quiet"];
-        tells(folder.path(), 0, &check, [&format!("AGREED: {verdict}")]);
-    }
-}
-
-/// A watched child: the program, and whether any process below it holds a socket.
-struct Watched(Child);
-
-impl Drop for Watched {
-    fn drop(&mut self) {
-        // Both fail only when it has ended already.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
+        tells(folder, 0, &check, [&format!("AGREED: {verdict}")]);
     }
 }
 
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn yade_holds_no_socket_and_does_not_outlive_the_program() {
-    let mut scene = small_scene();
-    scene.settle.kinetic_energy_fraction = 1.0e-300;
-    scene.settle.max_steps = 200_000_000;
-    let (folder, _) = folder_with(&scene);
+    let folder = &folder_with(&endless_scene());
     let command = "run scene.json --engine yade --out out";
-    let mut child = Watched(started(folder.path(), command));
+    let mut child = Running(started(folder, command));
     let program = child.0.id();
     let began = Instant::now();
     let mut yade = None;

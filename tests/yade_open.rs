@@ -1,18 +1,12 @@
 //! `yade_scripts/open_run.py`: a run folder's bed in YADE has the bits of its tables, and goes on as the run did. Without the
 //! feature `yade` this is listed as ignored and not made; with it a missing YADE is a failure.
 
-use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
-
 use crossgrain::engine::yade;
-use crossgrain::run::folder::RunFolder;
-use crossgrain::run::folder::record::Protocol;
-use grains::scene::{Scene, Viscosity};
-use grains::tables::{Bodies, Contact};
+use crossgrain::run::folder::Moment;
+use grains::scene::{Tension, Viscosity};
 use serde::Deserialize;
 
-use crate::support::{has, native_run, small_scene, sound, staged_scene, told};
+use crate::support::*;
 
 /// Opens a bed and says what is in YADE then, and after some steps.
 const OPENS: &str = "
@@ -61,26 +55,19 @@ fn yade_python(place: &Path, arguments: &[&str]) -> Output {
         .arg("-B")
         .args(arguments)
         .current_dir(place)
-        .env("PYTHONPATH", scripts())
+        .env("PYTHONPATH", root("yade_scripts"))
         .env("CROSSGRAIN", env!("CARGO_BIN_EXE_crossgrain"))
         .output()
         .expect("Python starts")
 }
 
-fn scripts() -> std::path::PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("yade_scripts")
-}
-
 fn opened(run: &RunFolder, moment: &str, steps: u64) -> Told {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    run.write(&place.path().join("run")).expect("writable");
-    let output = yade_python(
-        place.path(),
-        &["-c", OPENS, "run", moment, &steps.to_string()],
-    );
+    let place = &new_folder();
+    run.write(&place.join("run")).expect("writable");
+    let output = yade_python(place, &["-c", OPENS, "run", moment, &steps.to_string()]);
     let (code, out, errors) = told(&output);
     assert_eq!(code, 0, "{out}{errors}");
-    let text = fs::read_to_string(place.path().join("told.json")).expect("it told");
+    let text = text_of(place.join("told.json"));
     serde_json::from_str(&text).expect("JSON")
 }
 
@@ -90,14 +77,8 @@ fn difference(found: &[[f64; 6]], table: &Bodies) -> f64 {
     let mut largest = 0.0_f64;
     for (at, found) in found.iter().enumerate() {
         let spin = table.spin.get(at).copied().unwrap_or(0.0);
-        let row = [
-            table.x[at],
-            table.z[at],
-            table.vx[at],
-            table.vz[at],
-            table.radius[at],
-            spin,
-        ];
+        let [x, z, vx, vz] = [&table.x, &table.z, &table.vx, &table.vz].map(|of| of[at]);
+        let row = [x, z, vx, vz, table.radius[at], spin];
         for (a, b) in found.iter().zip(row) {
             largest = largest.max((a - b).abs());
         }
@@ -121,6 +102,14 @@ fn has_contacts(told: &Told, table: &[Contact]) {
     assert_eq!(told.sockets, 0, "YADE opened a socket");
 }
 
+/// The bed that was opened has the bits of this moment.
+fn opened_alike(run: &RunFolder, moment: &str, steps: u64, wanted: &Moment) -> Told {
+    let told = opened(run, moment, steps);
+    assert_eq!(difference(&told.opened, &wanted.bodies), 0.0);
+    has_contacts(&told, &wanted.contacts);
+    told
+}
+
 fn native(scene: &Scene, protocol: Protocol) -> RunFolder {
     native_run(scene, sound(), protocol)
 }
@@ -130,9 +119,7 @@ fn native(scene: &Scene, protocol: Protocol) -> RunFolder {
 fn a_bed_without_friction_goes_on_in_yade_with_the_same_bits() {
     let scene = small_scene();
     let [first, later] = [3000, 3100].map(|steps| native(&scene, Protocol::Steps { steps }));
-    let told = opened(&first, "last", 100);
-    assert_eq!(difference(&told.opened, &first.last.bodies), 0.0);
-    has_contacts(&told, &first.last.contacts);
+    let told = opened_alike(&first, "last", 100, &first.last);
     assert_eq!(told.bodies, first.last.bodies.x.len() + 3);
     assert_eq!(difference(&told.later, &later.last.bodies), 0.0);
     assert!(difference(&told.later, &first.last.bodies) > 1e-3);
@@ -148,16 +135,12 @@ fn a_bed_under_the_punch_goes_on_in_yade_with_the_same_bits() {
     let [first, later] = [&scene, &heavier].map(|scene| native(scene, Protocol::Whole));
     let [from, to] = [&first, &later].map(|run| run.record.stages[1].steps);
     assert!(to > from, "{from} {to}");
-    let told = opened(&first, "last", to - from);
-    assert_eq!(difference(&told.opened, &first.last.bodies), 0.0);
-    has_contacts(&told, &first.last.contacts);
+    let told = opened_alike(&first, "last", to - from, &first.last);
     assert_eq!(told.bodies, first.last.bodies.x.len() + 4);
     assert_eq!(difference(&told.later, &later.last.bodies), 0.0);
 
     let settled = first.settled.as_ref().expect("a settled bed");
-    let told = opened(&first, "settled", 1);
-    assert_eq!(difference(&told.opened, &settled.bodies), 0.0);
-    has_contacts(&told, &settled.contacts);
+    let told = opened_alike(&first, "settled", 1, settled);
     assert_eq!(told.bodies, first.last.bodies.x.len() + 3);
 
     // As folders of other engines are, which do not have the punch's bits.
@@ -167,7 +150,6 @@ fn a_bed_under_the_punch_goes_on_in_yade_with_the_same_bits() {
     has_contacts(&told, &first.last.contacts);
 }
 
-/// Contacts remember their tangential forces, and those of loading have their own constants.
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn a_bed_with_friction_keeps_its_tangential_forces() {
@@ -182,9 +164,7 @@ fn a_bed_with_friction_keeps_its_tangential_forces() {
         (steps as f64 - 0.5) * scene.loading.speed * scene.time_step_seconds();
     let later = native(&deeper, Protocol::Whole);
     assert_eq!(later.record.stages[1].steps, steps);
-    let told = opened(&first, "last", 20);
-    assert_eq!(difference(&told.opened, &first.last.bodies), 0.0);
-    has_contacts(&told, &first.last.contacts);
+    let told = opened_alike(&first, "last", 20, &first.last);
     let slipping = first.last.contacts.iter();
     assert!(slipping.filter(|of| of.tangential_force != 0.0).count() > 20);
     // Rounding of a force, and no more.
@@ -195,26 +175,24 @@ fn a_bed_with_friction_keeps_its_tangential_forces() {
 #[test]
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn what_cannot_be_opened_is_said_in_one_sentence() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let open = scripts().join("open_run.py");
+    let place = &new_folder();
+    let open = root("yade_scripts/open_run.py");
     let open = open.to_str().expect("text");
     let refused = |words: &str| {
-        let (code, out, errors) = told(&yade_python(place.path(), &[open, "run"]));
+        let (code, out, errors) = told(&yade_python(place, &[open, "run"]));
         assert_eq!(code, 1, "{out}{errors}");
         has(&errors, [words]);
         assert!(!errors.contains("Traceback"), "{errors}");
     };
     refused("run is no run folder");
     let mut scene = small_scene();
-    scene.contact.viscosity = Viscosity::Restitution {
-        e_n: 0.5,
-        tension: grains::scene::Tension::Clipped,
-    };
+    let (e_n, tension) = (0.5, Tension::Clipped);
+    scene.contact.viscosity = Viscosity::Restitution { e_n, tension };
     let run = native(&scene, Protocol::Steps { steps: 10 });
-    run.write(&place.path().join("run")).expect("writable");
+    run.write(&place.join("run")).expect("writable");
     refused("YADE does not have the contacts");
-    let bodies = place.path().join("run/bodies.csv");
-    let text = fs::read_to_string(&bodies).expect("a table");
+    let bodies = place.join("run/bodies.csv");
+    let text = text_of(&bodies);
     fs::write(&bodies, text.replacen('1', "2", 1)).expect("writable");
     refused("bodies.csv was changed after it was written");
 }

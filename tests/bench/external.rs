@@ -7,7 +7,7 @@ use crossgrain::limits::bench::bed::{self, Bed};
 use crossgrain::limits::bench::contender::{Contender, Sanity, Tolerance, Turn};
 use crossgrain::limits::bench::{Missed, Plan, Setup, timing};
 
-use crate::support::engines::{adapter_path, changed_toy, program};
+use crate::support::*;
 
 const PLAN: Plan = Plan {
     warm_up: 10,
@@ -19,15 +19,15 @@ const PLAN: Plan = Plan {
 /// A turn of the engine on this bed.
 fn turn(bed: &Bed, external: &ExternalEngine) -> Result<(Turn, Sanity, String), Error> {
     let yade = yade::Options::default();
-    let work = tempfile::tempdir().expect("a temporary folder");
+    let work = new_folder();
     let setup = Setup {
         plan: PLAN,
         bed,
         with_friction: bed,
         yade: &yade,
         external: Some(external),
-        crossgrain: work.path(),
-        work: work.path(),
+        crossgrain: &work,
+        work: &work,
     };
     let turn = Contender::External.run(&setup)?;
     let native = timing::after(bed, PLAN.compared_after())?;
@@ -39,13 +39,11 @@ fn small_bed(grains: u32) -> Bed {
     bed::settled(grains, &mut ()).expect("a bed that settles")
 }
 
-fn toy(from: &str, to: &str) -> (tempfile::TempDir, ExternalEngine) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = program(folder.path(), "toy.py", &changed_toy(from, to));
-    (
-        folder,
-        ExternalEngine::ask(Options::new(path)).expect("an engine"),
-    )
+fn toy(from: &str, to: &str) -> (Place, ExternalEngine) {
+    let folder = new_folder();
+    let path = program(&folder, "toy.py", &changed_toy(from, to));
+    let engine = ExternalEngine::ask(Options::new(path)).expect("an engine");
+    (folder, engine)
 }
 
 #[test]
@@ -55,10 +53,8 @@ fn its_steps_are_timed_by_two_runs_and_its_bed_is_held_against_native() {
     let window = turn.window;
     // As long as it takes until the two differ by a second.
     assert!(window.steps.is_multiple_of(PLAN.compared_after()));
-    assert!(
-        window.cpu_seconds.is_some_and(|seconds| seconds >= 1.0),
-        "{window:?}"
-    );
+    let seconds = window.cpu_seconds;
+    assert!(seconds.is_some_and(|of| of >= 1.0), "{window:?}");
     assert!(sanity.holds && sanity.steps == 30, "{sanity:?}");
     // The toy has the native engine's bits.
     assert_eq!(sanity.displacement, 0.0);
@@ -72,13 +68,10 @@ fn a_bed_that_is_no_longer_the_bed_is_seen() {
     assert!(!sanity.holds, "{sanity:?}");
 }
 
-/// An engine that says that its law is another one is held to what another law may do.
 #[test]
 fn what_it_says_of_itself_widens_what_is_allowed() {
-    let (_folder, external) = toy(
-        "\"version\": \"1\"",
-        "\"version\": \"1\", \"approximations\": [\"springs\"]",
-    );
+    let says = "\"version\": \"1\", \"approximations\": [\"springs\"]";
+    let (_folder, external) = toy("\"version\": \"1\"", says);
     let (_, sanity, _) = turn(&small_bed(60), &external).expect("a turn");
     assert_eq!(sanity.tolerance, Tolerance::OTHER_LAW);
 }
@@ -87,13 +80,9 @@ fn what_it_says_of_itself_widens_what_is_allowed() {
 fn a_bed_that_it_cannot_take_is_not_made_with_its_reason() {
     let missed = |external: &ExternalEngine, grains| {
         let error = turn(&small_bed(grains), external).expect_err("not made");
-        Missed::of(
-            "external",
-            "exec:toy",
-            Contender::External.known().needed,
-            error,
-        )
-        .expect("no interruption")
+        let needed = Contender::External.known().needed;
+        let missed = Missed::of("external", "exec:toy", needed, error);
+        missed.expect("no interruption")
     };
     let sound = ExternalEngine::ask(Options::new(adapter_path("toy.py"))).expect("the toy");
     let refused = missed(&sound, 250);

@@ -1,10 +1,8 @@
 //! Pages that are broken on purpose: a question that has nothing to say of them is no question.
 
-use std::path::{Path, PathBuf};
-
 use super::look;
 use crate::support::browser::Browser;
-use crate::support::rows;
+use crate::support::*;
 
 /// A sound page with a table that can be sorted and filtered, and `head` and `body` put in.
 fn page(folder: &Path, head: &str, body: &str) -> PathBuf {
@@ -43,8 +41,8 @@ const QUESTIONS: [(&str, Question); 8] = [
 
 /// The names of the questions that complain of a page, and all that they say.
 fn complaining(browser: &mut Browser, head: &str, body: &str) -> (Vec<&'static str>, Vec<String>) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let page = page(folder.path(), head, body);
+    let folder = &new_folder();
+    let page = page(folder, head, body);
     let (mut names, mut all) = (Vec::new(), Vec::new());
     for (name, question) in QUESTIONS {
         look::open(browser, &page);

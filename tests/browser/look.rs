@@ -1,10 +1,7 @@
 //! What is asked of every page. Each question returns what it has to complain about.
 
-use std::path::Path;
-
-use serde_json::{Value, json};
-
 use crate::support::browser::Browser;
+use crate::support::*;
 
 const LOOK: &str = include_str!("look.js");
 
@@ -23,9 +20,8 @@ pub fn look(browser: &mut Browser, call: &str) -> Value {
 fn complaints(browser: &mut Browser, call: &str) -> Vec<String> {
     let found = look(browser, call);
     let list = found.as_array().expect("a list");
-    list.iter()
-        .map(|of| of.as_str().expect("words").to_owned())
-        .collect()
+    let words = list.iter().map(|of| of.as_str().expect("words"));
+    words.map(str::to_owned).collect()
 }
 
 /// Opens a page on a wide light screen.
@@ -38,17 +34,15 @@ pub fn open(browser: &mut Browser, page: &Path) {
 /// Errors and warnings that the page, or the browser about the page, has told since it was opened.
 pub fn told(browser: &mut Browser) -> Vec<String> {
     browser.settle();
-    let exceptions = browser
-        .of("Runtime.exceptionThrown")
-        .map(|of| format!("exception: {}", of["exceptionDetails"]));
     let bad = |level: &Value| matches!(level.as_str(), Some("error" | "warning" | "assert"));
+    let exceptions = browser.of("Runtime.exceptionThrown");
+    let exceptions = exceptions.map(|of| format!("exception: {}", of["exceptionDetails"]));
     let console = browser
         .of("Runtime.consoleAPICalled")
-        .filter(|of| bad(&of["type"]))
-        .map(|of| format!("console: {}", of["args"]));
-    let log = browser
-        .of("Log.entryAdded")
-        .map(|of| &of["entry"])
+        .filter(|of| bad(&of["type"]));
+    let console = console.map(|of| format!("console: {}", of["args"]));
+    let log = browser.of("Log.entryAdded").map(|of| &of["entry"]);
+    let log = log
         .filter(|of| bad(&of["level"]))
         .map(|of| format!("log: {}", of["text"]));
     exceptions.chain(console).chain(log).collect()
@@ -57,23 +51,18 @@ pub fn told(browser: &mut Browser) -> Vec<String> {
 /// Requests that leave the folder: all but `file:` and `data:`.
 pub fn requests(browser: &mut Browser) -> Vec<String> {
     browser.settle();
-    let urls = browser
-        .of("Network.requestWillBeSent")
-        .map(|of| &of["request"]["url"]);
+    let urls = browser.of("Network.requestWillBeSent");
+    let urls = urls.map(|of| &of["request"]["url"]);
     let sockets = browser.of("Network.webSocketCreated").map(|of| &of["url"]);
-    let urls: Vec<&str> = urls
+    let urls = urls
         .chain(sockets)
-        .map(|url| url.as_str().expect("an address"))
-        .collect();
-    assert!(
-        urls.iter().any(|url| url.starts_with("file://")),
-        "the page itself was asked for: {urls:?}"
-    );
+        .map(|url| url.as_str().expect("an address"));
+    let urls: Vec<&str> = urls.collect();
+    let itself = urls.iter().any(|url| url.starts_with("file://"));
+    assert!(itself, "the page itself was asked for: {urls:?}");
     let near = |url: &str| url.starts_with("file://") || url.starts_with("data:");
-    urls.into_iter()
-        .filter(|url| !near(url))
-        .map(str::to_owned)
-        .collect()
+    let far = urls.into_iter().filter(|url| !near(url));
+    far.map(str::to_owned).collect()
 }
 
 /// Links that lead nowhere: all must stay on the page or in its folder, but for the work that is reproduced.
@@ -85,10 +74,8 @@ pub fn links(browser: &mut Browser) -> Vec<String> {
     let lost = |to: &String| !to.starts_with("https://doi.org/10.") && !folder.join(to).is_file();
     let others = words(&links["others"]).into_iter().filter(lost);
     let inside = words(&links["lost"]).into_iter();
-    inside
-        .chain(others)
-        .map(|to| format!("leads nowhere: {to}"))
-        .collect()
+    let nowhere = inside.chain(others);
+    nowhere.map(|to| format!("leads nowhere: {to}")).collect()
 }
 
 /// At each width, as it opens and with everything unfolded.
@@ -145,15 +132,7 @@ pub fn print(browser: &mut Browser) -> Vec<String> {
 }
 
 /// Roles that say nothing without a name.
-const NAMED: [&str; 7] = [
-    "button",
-    "heading",
-    "image",
-    "link",
-    "navigation",
-    "searchbox",
-    "textbox",
-];
+const NAMED: &str = "button heading image link navigation searchbox textbox";
 
 /// What a screen reader or a keyboard has no use of: things without a name in the browser's own tree of what is read aloud, and
 /// faults of the page's structure. Of WCAG 2.2: 1.1.1, 1.3.1, 2.1.1, 2.4.1, 2.4.2, 3.1.1, 4.1.2.
@@ -166,7 +145,7 @@ pub fn accessible(browser: &mut Browser) -> Vec<String> {
     let mut seen = 0;
     for node in read {
         let role = node["role"]["value"].as_str().unwrap_or_default();
-        if !NAMED.contains(&role) {
+        if !NAMED.words().contains(&role) {
             continue;
         }
         seen += 1;

@@ -4,11 +4,9 @@
 mod broken;
 mod look;
 
-use std::path::{Path, PathBuf};
-
 use crate::regression::{RECORDED, seeded};
 use crate::support::browser::Browser;
-use crate::support::{ends, folder_with, small_scene};
+use crate::support::*;
 
 /// Where pictures of the pages are kept: the folder that `CROSSGRAIN_SCREENSHOTS` names, else one in Cargo's.
 fn screenshots() -> PathBuf {
@@ -64,11 +62,8 @@ fn inspect_words(browser: &mut Browser, name: &str, page: &Path) {
     all.extend(look::told(browser));
     all.extend(look::requests(browser));
     let some = &all[..all.len().min(20)];
-    assert!(
-        all.is_empty(),
-        "{name}: {} complaints: {some:#?}",
-        all.len()
-    );
+    let count = all.len();
+    assert!(count == 0, "{name}: {count} complaints: {some:#?}");
     let count = |of: &str| format!("document.querySelectorAll('{of}').length > 0");
     for of in ["table", "svg", ".filter input"] {
         assert_eq!(browser.evaluate(&count(of)), true, "{name} has a {of}");
@@ -78,24 +73,18 @@ fn inspect_words(browser: &mut Browser, name: &str, page: &Path) {
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs Chromium: --features live")]
 fn the_main_jobs_page_reads_well_everywhere_and_asks_for_nothing() {
-    let (folder, _) = folder_with(&small_scene());
+    let folder = &folder_with(&small_scene());
     let command = "reproduce --scene scene.json --quiet --out o --yade /nowhere/yade";
-    ends(folder.path(), 3, command);
+    ends(folder, 3, command);
     let mut browser = Browser::start();
-    inspect_words(
-        &mut browser,
-        "reproduce",
-        &folder.path().join("o/report.html"),
-    );
-    look::open(&mut browser, &folder.path().join("o/report.html"));
+    inspect_words(&mut browser, "reproduce", &folder.join("o/report.html"));
+    look::open(&mut browser, &folder.join("o/report.html"));
     browser.resize(1280, 900);
     let height = browser.evaluate("document.documentElement.scrollHeight");
-    assert!(
-        height.as_f64().is_some_and(|height| height <= MOST_PIXELS),
-        "{height} px"
-    );
+    let height = height.as_f64().expect("a height");
+    assert!(height <= MOST_PIXELS, "{height} px");
     for other in ["measures", "paper"] {
-        look::open(&mut browser, &folder.path().join(format!("o/{other}.html")));
+        look::open(&mut browser, &folder.join(format!("o/{other}.html")));
         let mut said = Vec::new();
         for question in QUESTIONS {
             said.extend(question(&mut browser));
@@ -111,10 +100,10 @@ fn the_main_jobs_page_reads_well_everywhere_and_asks_for_nothing() {
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs Chromium: --features live")]
 fn a_script_that_was_put_into_a_page_does_not_run() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    ends(folder.path(), 0, "verify --engine native --quiet --out o");
-    let page = folder.path().join("o/report.html");
-    let text = std::fs::read_to_string(&page).expect("a page");
+    let folder = &new_folder();
+    ends(folder, 0, "verify --engine native --quiet --out o");
+    let page = folder.join("o/report.html");
+    let text = text_of(&page);
     let put = "<script>document.title = 'taken'</script><p onclick=\"document.title = 'taken'\">a</p>\
                <img src=\"https://example.org/a.png\" onerror=\"document.title = 'taken'\">";
     std::fs::write(&page, text.replacen("</main>", &format!("{put}</main>"), 1)).expect("writable");
@@ -125,22 +114,17 @@ fn a_script_that_was_put_into_a_page_does_not_run() {
     let title = browser.evaluate("document.title");
     assert!(title != "taken", "it ran");
     // Its own script does: tables can be filtered.
-    assert_eq!(
-        browser.evaluate("document.querySelectorAll('.filter input').length > 0"),
-        true
-    );
+    let filters = "document.querySelectorAll('.filter input').length > 0";
+    assert_eq!(browser.evaluate(filters), true);
 }
 
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs Chromium: --features live")]
 fn the_ladders_page_reads_well_everywhere_and_asks_for_nothing() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    ends(folder.path(), 0, "verify --engine native --quiet --out o");
-    inspect(
-        &mut Browser::start(),
-        "verify",
-        &folder.path().join("o/report.html"),
-    );
+    let folder = &new_folder();
+    ends(folder, 0, "verify --engine native --quiet --out o");
+    let page = folder.join("o/report.html");
+    inspect(&mut Browser::start(), "verify", &page);
 }
 
 /// Of a page that was opened: the verdict and what is named first stand where they are seen without scrolling.
@@ -162,8 +146,8 @@ fn first_screen(browser: &mut Browser, page: &Path, name: &str, named: &[(&str, 
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs Chromium: --features live")]
 fn a_seeded_fault_and_its_verdict_are_on_the_first_screen() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let (code, said, page) = seeded(folder.path(), "stiffness=1e-3", &RECORDED);
+    let folder = &new_folder();
+    let (code, said, page) = seeded(folder, "stiffness=1e-3", &RECORDED);
     assert_eq!(code, 1, "{said}");
     let named = [
         (".verdict strong", "Different, and worse than main"),
@@ -174,18 +158,15 @@ fn a_seeded_fault_and_its_verdict_are_on_the_first_screen() {
     first_screen(&mut browser, &page, "seeded", &named);
     inspect(&mut browser, "seeded", &page);
     // What stands at the end of the page is not on the first screen: the question can be answered with no.
-    assert!(
-        look::look(&mut browser, "top('h2', 'Runs, versions')")
-            .as_f64()
-            .is_some_and(|top| top > 900.0)
-    );
+    let top = look::look(&mut browser, "top('h2', 'Runs, versions')");
+    assert!(top.as_f64().is_some_and(|top| top > 900.0));
 }
 
 #[test]
 #[cfg_attr(not(feature = "live"), ignore = "needs Chromium and YADE")]
 fn a_slower_kernel_and_its_verdict_are_on_the_first_screen() {
-    let (folder, _) = folder_with(&small_scene());
-    let (code, said, page) = seeded(folder.path(), "slow=4", &["--scene", "scene.json"]);
+    let folder = &folder_with(&small_scene());
+    let (code, said, page) = seeded(folder, "slow=4", &["--scene", "scene.json"]);
     assert_eq!(code, 1, "{said}");
     let named = [
         (".verdict strong", "Agreed, and worse than main"),

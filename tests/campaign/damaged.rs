@@ -1,8 +1,5 @@
 //! Record files that were cut off, changed, or are of another campaign: not believed, named, and made good.
 
-use std::fs;
-use std::path::Path;
-
 use crossgrain::study::campaign::{Campaign, Member};
 use crossgrain::study::plan::Plan;
 use crossgrain::study::store;
@@ -10,37 +7,44 @@ use crossgrain::study::store;
 use super::{
     Chance, MEMBERS, campaign, expected, finishes_as_expected, merged_bytes, must, plan, study,
 };
-use crate::support::{has, tiny_scene};
+
+use crate::support::*;
 
 const FILE: &str = "records/shard-1-of-1.jsonl";
 
 /// The bytes of a finished record file, and what of a campaign with these bytes in it is reported.
 struct Finished {
-    place: tempfile::TempDir,
+    place: Place,
     sound: Vec<u8>,
 }
 
 impl Finished {
     fn new() -> Self {
         let place = plan(&tiny_scene(), MEMBERS, "c");
-        must(place.path(), "run", &["--threads", "2", "--shard", "1/1"]);
-        let sound = fs::read(place.path().join("c").join(FILE)).expect("records");
+        must(&place, "run", &["--threads", "2", "--shard", "1/1"]);
+        let sound = fs::read(place.join("c").join(FILE)).expect("records");
         Finished { place, sound }
     }
 
     fn put(&self, bytes: &[u8]) {
-        let folder = self.place.path().join("c");
+        let folder = self.place.join("c");
         fs::write(folder.join(FILE), bytes).expect("writable");
         for name in ["rows.jsonl", "rows.csv", "merged.json"] {
             let _ = fs::remove_file(folder.join(name));
         }
     }
 
-    fn status(&self) -> (i32, serde_json::Value) {
-        let (code, said, errors) = campaign(self.place.path(), "status", &["--json"]);
+    fn status(&self) -> (i32, Value) {
+        let (code, said, errors) = campaign(&self.place, "status", &["--json"]);
         let status = serde_json::from_str(&said).unwrap_or_else(|_| panic!("{said}{errors}"));
         (code, status)
     }
+}
+
+/// Where the first line ends.
+fn line_end(bytes: &[u8]) -> usize {
+    let end = bytes.iter().position(|byte| *byte == b'\n');
+    end.expect("a line")
 }
 
 /// Lines of these bytes that are no lines of the sound file: their numbers.
@@ -53,15 +57,13 @@ fn strange_lines(bytes: &[u8], sound: &[u8]) -> Vec<u64> {
         .collect()
 }
 
-fn damaged_lines(status: &serde_json::Value) -> Vec<u64> {
+fn damaged_lines(status: &Value) -> Vec<u64> {
     let damaged = status["damaged"].as_array().expect("a list");
-    damaged
-        .iter()
-        .map(|entry| {
-            assert_eq!(entry[0], "shard-1-of-1.jsonl");
-            entry[1].as_u64().expect("a line")
-        })
-        .collect()
+    let number = |entry: &Value| {
+        assert_eq!(entry[0], "shard-1-of-1.jsonl");
+        entry[1].as_u64().expect("a line")
+    };
+    damaged.iter().map(number).collect()
 }
 
 /// Every way to cut is reported for what it is; a few are run to their end.
@@ -70,13 +72,9 @@ fn a_file_that_was_cut_off_counts_to_its_last_whole_record() {
     let campaign_of = Finished::new();
     let sound = &campaign_of.sound;
     let mut chance = Chance(4);
-    let newline = sound
-        .iter()
-        .position(|byte| *byte == b'\n')
-        .expect("a line");
-    let mut cuts: Vec<usize> = (0..12)
-        .map(|_| chance.below(sound.len() as u64) as usize)
-        .collect();
+    let newline = line_end(sound);
+    let anywhere = |_| chance.below(sound.len() as u64) as usize;
+    let mut cuts: Vec<usize> = (0..12).map(anywhere).collect();
     // Nothing, the first record without and with its end, all but the last end.
     cuts.extend([0, newline, newline + 1, sound.len() - 1]);
     for (index, cut) in cuts.into_iter().enumerate() {
@@ -87,7 +85,7 @@ fn a_file_that_was_cut_off_counts_to_its_last_whole_record() {
         let whole = bytes.iter().filter(|byte| **byte == b'\n').count();
         assert_eq!(status["finished"], whole, "cut at {cut}");
         assert_eq!(damaged_lines(&status), strange_lines(bytes, sound));
-        let place = campaign_of.place.path();
+        let place = &campaign_of.place;
         study(place, 3, "merge", &[]);
         if index % 4 == 0 {
             finishes_as_expected(place);
@@ -101,22 +99,11 @@ fn a_changed_record_is_not_believed_and_its_member_is_run_again() {
     let campaign_of = Finished::new();
     let sound = &campaign_of.sound;
     let mut chance = Chance(5);
-    let second = 1 + sound
-        .iter()
-        .position(|byte| *byte == b'\n')
-        .expect("a line");
-    let mut places: Vec<usize> = (0..24)
-        .map(|_| chance.below(sound.len() as u64) as usize)
-        .collect();
+    let second = 1 + line_end(sound);
+    let anywhere = |_| chance.below(sound.len() as u64) as usize;
+    let mut places: Vec<usize> = (0..24).map(anywhere).collect();
     // A line's end, a digit of the check, the space after it, the member's number, the space, the JSON's first byte.
-    places.extend([
-        second - 1,
-        second + 3,
-        second + 16,
-        second + 17,
-        second + 18,
-        second + 19,
-    ]);
+    places.extend([0, 4, 17, 18, 19, 20].map(|of| second - 1 + of));
     for (index, place) in places.into_iter().enumerate() {
         let mut bytes = sound.clone();
         bytes[place] ^= 1 << chance.below(8);
@@ -130,15 +117,13 @@ fn a_changed_record_is_not_believed_and_its_member_is_run_again() {
         // A line's end that is gone takes two records with it.
         let lost = if sound[place] == b'\n' { 2 } else { 1 };
         assert_eq!(finished, MEMBERS - lost, "byte {place}");
-        let folder = campaign_of.place.path();
+        let folder = &campaign_of.place;
         study(folder, 3, "merge", &[]);
         if index % 6 == 0 {
             let said = must(folder, "run", &["--threads", "2"]);
-            let message = format!(
-                "shard-1-of-1.jsonl line {} is no whole row and is not believed",
-                strange[0]
-            );
-            has(&said, [&message]);
+            let (file, of) = ("shard-1-of-1.jsonl", strange[0]);
+            let words = format!("{file} line {of} is no whole row and is not believed");
+            has(&said, [&words]);
             assert_eq!(&merged_bytes(&folder.join("c")), expected());
         }
     }
@@ -157,11 +142,12 @@ fn rubbish_is_no_record() {
     let (code, status) = campaign_of.status();
     assert_eq!(code, 0, "every member has its record");
     assert!(damaged_lines(&status).len() > 100);
-    finishes_as_expected(campaign_of.place.path());
+    finishes_as_expected(&campaign_of.place);
 }
 
-fn member(line: &[u8]) -> Member {
-    let text = std::str::from_utf8(line).expect("text");
+/// Of the first line.
+fn member(bytes: &[u8]) -> Member {
+    let text = std::str::from_utf8(&bytes[..line_end(bytes)]).expect("text");
     let (_, json) = text.split_once('{').expect("JSON");
     serde_json::from_str(&format!("{{{json}")).expect("a member")
 }
@@ -177,22 +163,17 @@ fn line(folder: &Path, member: &Member) -> String {
 #[test]
 fn records_that_contradict_each_other_are_an_error_that_names_both_files() {
     let campaign_of = Finished::new();
-    let folder = campaign_of.place.path().join("c");
+    let folder = campaign_of.place.join("c");
     campaign_of.put(&campaign_of.sound);
-    let first = campaign_of.sound.split(|byte| *byte == b'\n').next();
-    let mut wrong = member(first.expect("a line"));
+    let mut wrong = member(&campaign_of.sound);
     wrong.load_steps += 1;
     let number = wrong.member;
     let line = line(&folder, &wrong) + "\n";
     fs::write(folder.join("records/shard-1-of-9.jsonl"), line).expect("writable");
-    let (_, errors) = study(campaign_of.place.path(), 1, "merge", &[]);
-    for part in [
-        &format!("row {number} is written twice and differently"),
-        "shard-1-of-1.jsonl",
-        "shard-1-of-9.jsonl",
-    ] {
-        has(&errors, [part]);
-    }
+    let (_, errors) = study(&campaign_of.place, 1, "merge", &[]);
+    let words = format!("row {number} is written twice and differently");
+    has(&errors, [&words]);
+    has(&errors, ["shard-1-of-1.jsonl", "shard-1-of-9.jsonl"]);
     assert!(!folder.join("merged.json").exists());
 }
 
@@ -201,28 +182,20 @@ fn records_that_contradict_each_other_are_an_error_that_names_both_files() {
 fn records_of_another_plan_are_not_believed() {
     let campaign_of = Finished::new();
     let scene = tiny_scene();
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let runner = Plan::<Campaign>::read(&campaign_of.place.path().join("c"))
-        .expect("a plan")
-        .study
-        .runner;
+    let place = &new_folder();
+    let plan = Plan::<Campaign>::read(&campaign_of.place.join("c")).expect("a plan");
+    let runner = plan.study.runner;
     let other = Campaign::plan(&scene, runner, Vec::new(), MEMBERS, 2).expect("a plan");
-    other.write(&place.path().join("c")).expect("writable");
-    let folder = place.path().join("c");
+    other.write(&place.join("c")).expect("writable");
+    let folder = place.join("c");
     fs::write(folder.join(FILE), &campaign_of.sound).expect("writable");
-    let (said, _) = study(place.path(), 3, "status", &[]);
+    let (said, _) = study(place, 3, "status", &[]);
     has(&said, ["0 of 24 rows finished"]);
     // Nor is a record of a member that the plan does not have.
-    let mut beyond = member(
-        campaign_of
-            .sound
-            .split(|byte| *byte == b'\n')
-            .next()
-            .expect("a line"),
-    );
+    let mut beyond = member(&campaign_of.sound);
     beyond.member = MEMBERS + 1;
     let line = line(&folder, &beyond) + "\n";
     fs::write(folder.join(FILE), line).expect("writable");
-    let (said, _) = study(place.path(), 3, "status", &[]);
+    let (said, _) = study(place, 3, "status", &[]);
     has(&said, ["0 of 24 rows finished", "line 1 is no whole row"]);
 }

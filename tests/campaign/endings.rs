@@ -1,23 +1,20 @@
 //! Members that go wrong are rows; engines that go wrong are not. What is said while a campaign runs.
 
-use std::fs;
-use std::path::Path;
-
-use crossgrain::study::campaign::{Campaign, Merged, merged};
+use crossgrain::study::campaign::{Merged, merged};
 use crossgrain::study::realization::{Ending, Runner};
-use grains::scene::{Scene, TimeStep};
+use grains::scene::TimeStep;
 
-use super::{campaign, must, plan, study};
-use crate::support::{has, tiny_scene};
+use super::{campaign, must, plan, plan_of, study};
+use crate::support::*;
 use crate::yade_driver::yade;
 
 /// Runs twelve members of the scene, merges them, and returns the column `ending` of `rows.csv` with the members.
 fn endings(scene: &Scene) -> (Vec<String>, Merged, String) {
-    let place = plan(scene, 12, "c");
-    let said = must(place.path(), "run", &["--threads", "2"]);
-    must(place.path(), "status", &[]);
-    let folder = place.path().join("c");
-    let table = fs::read_to_string(folder.join("rows.csv")).expect("a table");
+    let place = &plan(scene, 12, "c");
+    let said = must(place, "run", &["--threads", "2"]);
+    must(place, "status", &[]);
+    let folder = place.join("c");
+    let table = text_of(folder.join("rows.csv"));
     let mut rows = table.lines();
     let columns = rows.next().expect("a header").split(',').count();
     let endings = rows.map(|row| {
@@ -40,16 +37,12 @@ fn members_that_do_not_settle_or_sink_are_rows() {
     scene.settle.max_steps = 20_000;
     scene.loading.give_up_depth = 0.002;
     let (endings, merged, said) = endings(&scene);
-    let [missed, not_settled] =
-        ["target_load_not_reached", "not_settled"].map(|of| count(&endings, of));
+    let missed = count(&endings, "target_load_not_reached");
+    let not_settled = count(&endings, "not_settled");
     assert!(missed > 0 && not_settled > 0, "{endings:?}");
     assert_eq!(missed + not_settled, 12);
-    has(
-        &said,
-        [&format!(
-            "{not_settled} not_settled, {missed} target_load_not_reached"
-        )],
-    );
+    let words = &format!("{not_settled} not_settled, {missed} target_load_not_reached");
+    has(&said, [words]);
     for member in &merged.rows {
         let settled = member.ending == Ending::TargetLoadNotReached;
         assert_eq!(member.settled.is_some(), settled);
@@ -62,29 +55,22 @@ fn members_that_do_not_settle_or_sink_are_rows() {
 #[test]
 fn members_whose_engine_gives_up_are_rows_with_its_words() {
     let mut scene = tiny_scene();
-    scene.time_step = TimeStep::Fraction {
-        of_sqrt_m_over_k: 1.25,
-    };
+    let of_sqrt_m_over_k = 1.25;
+    scene.time_step = TimeStep::Fraction { of_sqrt_m_over_k };
     scene.settle.max_steps = 20_000;
     let (endings, merged, _) = endings(&scene);
     let failed = count(&endings, "failed");
     assert!(failed > 0 && failed < 12, "{endings:?}");
     assert_eq!(merged.summary.endings["failed"], failed as u64);
-    let reasons = merged
-        .rows
-        .iter()
-        .filter_map(|member| match &member.ending {
-            Ending::Failed(reason) => Some(reason),
-            _ => None,
-        });
-    for reason in reasons {
-        has(reason, ["has left the box"]);
+    for member in &merged.rows {
+        if let Ending::Failed(reason) = &member.ending {
+            has(reason, ["has left the box"]);
+        }
     }
 
     // All of them: there is no engine to name, and still a campaign.
-    scene.time_step = TimeStep::Fraction {
-        of_sqrt_m_over_k: 2.5,
-    };
+    let of_sqrt_m_over_k = 2.5;
+    scene.time_step = TimeStep::Fraction { of_sqrt_m_over_k };
     let (endings, merged, said) = self::endings(&scene);
     assert_eq!(count(&endings, "failed"), 12);
     assert_eq!(merged.summary.engine, "");
@@ -93,20 +79,17 @@ fn members_whose_engine_gives_up_are_rows_with_its_words() {
 
 /// Two grains that never settle, poured by a program that is not YADE: it writes back the start as the end, and what
 /// `also` says goes wrong before that.
-fn with_yade(members: u64, also: &str) -> tempfile::TempDir {
+fn with_yade(members: u64, also: &str) -> Place {
     let mut scene = tiny_scene();
     scene.particles.count = 2;
     scene.settle.max_steps = 10;
     scene.settle.check_every = 10;
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let plan = Campaign::plan(&scene, Runner::YadeSorted, Vec::new(), members, 1);
-    plan.and_then(|plan| plan.write(&place.path().join("c")))
-        .expect("a new campaign");
+    let place = plan_of(&scene, Runner::YadeSorted, members, "c");
     let does = format!(
         "member = int(os.path.basename(job.rstrip('/')))\n{also}\n\
          frames(fine + fine, [frame(0), frame(10), end(10, 'max_steps')])"
     );
-    yade(place.path(), "yade", &does);
+    yade(&place, "yade", &does);
     place
 }
 
@@ -119,67 +102,53 @@ fn run(place: &Path) -> (i32, String, String) {
 /// A YADE that crashes for some members: the others are written down, and the same command goes on.
 #[test]
 fn a_broken_engine_is_no_row() {
-    let place = with_yade(
-        6,
-        "if member in (2, 5) and not os.path.exists('mended'): raise SystemExit('broken')",
-    );
+    let fails = "if member in (2, 5) and not os.path.exists('mended'): raise SystemExit('broken')";
+    let place = with_yade(6, fails);
     // A program is started where it is needed, not where this one is.
-    let text = fs::read_to_string(place.path().join("yade")).expect("a program");
-    let mended = place.path().join("mended");
+    let text = text_of(place.join("yade"));
+    let mended = place.join("mended");
     let text = text.replace("'mended'", &format!("{:?}", mended.to_string_lossy()));
-    fs::write(place.path().join("yade"), text).expect("writable");
-    let (code, _, errors) = run(place.path());
+    fs::write(place.join("yade"), text).expect("writable");
+    let (code, _, errors) = run(&place);
     assert_eq!(code, 4, "{errors}");
-    for part in [
-        "4 rows are written down",
-        "rows 2, 5 the engine failed",
-        "broken",
-    ] {
-        has(&errors, [part]);
-    }
-    let (said, _) = study(place.path(), 3, "status", &[]);
+    has(&errors, ["4 rows are written down", "broken"]);
+    has(&errors, ["rows 2, 5 the engine failed"]);
+    let (said, _) = study(&place, 3, "status", &[]);
     has(&said, ["4 of 6", "missing: rows 2, 5"]);
     fs::write(mended, "").expect("writable");
-    let (code, said, errors) = run(place.path());
+    let (code, said, errors) = run(&place);
     assert_eq!(code, 0, "{errors}");
-    has(
-        &said,
-        [
-            "6 rows, 4 of them finished before",
-            "merged 6 rows of YADE 2023.02a: 6 not_settled",
-        ],
-    );
+    has(&said, ["6 rows, 4 of them finished before"]);
+    has(&said, ["merged 6 rows of YADE 2023.02a: 6 not_settled"]);
 }
 
 #[test]
 fn a_missing_engine_is_no_row() {
-    let place = with_yade(3, "");
-    fs::remove_file(place.path().join("yade")).expect("a file");
-    let (code, _, errors) = run(place.path());
+    let place = &with_yade(3, "");
+    fs::remove_file(place.join("yade")).expect("a file");
+    let (code, _, errors) = run(place);
     assert_eq!(code, 4, "{errors}");
     has(&errors, ["YADE is missing"]);
-    let (said, _) = study(place.path(), 3, "status", &[]);
+    let (said, _) = study(place, 3, "status", &[]);
     has(&said, ["0 of 3 rows finished"]);
 }
 
 /// Where there is no terminal: lines now and then. Members that take their time without using a processor.
 #[test]
 fn lines_tell_members_an_hour_and_the_time_left() {
-    let place = with_yade(4, "time.sleep(6)");
-    let yade = place.path().join("yade");
+    let place = &with_yade(4, "time.sleep(6)");
+    let yade = place.join("yade");
     let options = ["--threads", "1", "--yade", &yade.to_string_lossy()];
-    let (_, errors) = study(place.path(), 0, "run", &options);
+    let (_, errors) = study(place, 0, "run", &options);
     let line = errors.lines().find(|line| line.contains(" s left"));
     let line = line.unwrap_or_else(|| panic!("no line says the time left: {errors}"));
-    assert!(
-        line.starts_with("rows, shard 1/1: ") && line.contains(" of 4, "),
-        "{line}"
-    );
+    assert!(line.starts_with("rows, shard 1/1: "), "{line}");
+    has(line, [" of 4, "]);
     let before = line.split(" an hour").next().unwrap_or_default();
     let an_hour = before.rsplit(' ').next().and_then(|of| of.parse().ok());
     let an_hour: f64 = an_hour.expect("a rate");
     assert!((50.0..=600.0).contains(&an_hour), "{line}");
     has(&errors, ["4 of 4 written down, "]);
-    let (_, _, errors) = campaign(place.path(), "run", &["--quiet"]);
+    let (_, _, errors) = campaign(place, "run", &["--quiet"]);
     assert_eq!(errors, "");
 }

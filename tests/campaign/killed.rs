@@ -1,16 +1,9 @@
 //! Killed, asked to end, or out of room: what was finished stays, what was half-written is not believed.
 
-use std::collections::BTreeSet;
-use std::fs;
-use std::path::Path;
-use std::process::Command;
-use std::time::{Duration, Instant};
-
 use super::{
     Chance, MEMBERS, Running, campaign, expected, finishes_as_expected, lines, merged_bytes, must,
     plan, records,
 };
-use crate::support::{has, tiny_scene, told};
 use crossgrain::limits::stability::Stability;
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::machine::Folder;
@@ -19,17 +12,16 @@ use crossgrain::study::realization::Change::Settled;
 use crossgrain::study::realization::{Runner, Setting, Specification, changed};
 use crossgrain::study::{Study, candidates, create, search, tradeoff};
 
+use crate::support::*;
+
 /// The whole lines of all record files.
 fn written(folder: &Path) -> BTreeSet<Vec<u8>> {
     let mut lines = BTreeSet::new();
     for entry in fs::read_dir(folder.join("records")).expect("records") {
         let bytes = fs::read(entry.expect("a file").path()).expect("readable");
         let whole = bytes.split_inclusive(|byte| *byte == b'\n');
-        lines.extend(
-            whole
-                .filter(|line| line.ends_with(b"\n"))
-                .map(<[u8]>::to_vec),
-        );
+        let whole = whole.filter(|line| line.ends_with(b"\n"));
+        lines.extend(whole.map(<[u8]>::to_vec));
     }
     lines
 }
@@ -39,10 +31,10 @@ const KILLS: usize = 41;
 
 /// The merged rows of the study `c`, made by one process that nobody disturbs.
 fn rows_of<S: Study>(study: S) -> Vec<S::Row> {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path().join("c");
+    let place = &new_folder();
+    let folder = place.join("c");
     create(&folder, study, None, None).expect("a new study");
-    merged_rows::<S>(place.path())
+    merged_rows::<S>(place)
 }
 
 fn merged_rows<S: Study>(place: &Path) -> Vec<S::Row> {
@@ -59,8 +51,8 @@ fn merged_rows<S: Study>(place: &Path) -> Vec<S::Row> {
 /// merged: it comes to what an undisturbed one comes to. Moments are counted in rows and a little more, since nobody knows how
 /// busy the machine is.
 fn survives_kills<S: Study>(planned: impl Fn() -> S) {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path().join("c");
+    let place = &new_folder();
+    let folder = place.join("c");
     create(&folder, planned(), None, None).expect("a new study");
     let mut chance = Chance(KILLS as u64);
     let (mut before, mut kills) = (BTreeSet::new(), 0);
@@ -71,8 +63,8 @@ fn survives_kills<S: Study>(planned: impl Fn() -> S) {
         let (shard, threads) = [("1/1", "2"), ("1/2", "1"), ("3/3", "2")][chance.below(3) as usize];
         let merges = attempt % 5 == 4;
         let mut process = match merges {
-            true => Running::start(place.path(), &["--threads", "2", "--quiet"]),
-            false => Running::start(place.path(), &["--shard", shard, "--threads", threads]),
+            true => Running::start(place, &["--threads", "2", "--quiet"]),
+            false => Running::start(place, &["--shard", shard, "--threads", threads]),
         };
         let file = records(&folder, if merges { "1/1" } else { shard });
         let wanted = lines(&file) + chance.below(3) as usize;
@@ -90,25 +82,19 @@ fn survives_kills<S: Study>(planned: impl Fn() -> S) {
         assert!(before.is_subset(&after), "{} lost a record", S::KIND);
         before = after;
         if kills % 8 == 0 {
-            let (_, said, _) = campaign(place.path(), "status", &["--json"]);
-            let status: serde_json::Value = serde_json::from_str(&said).expect("JSON");
+            let (_, said, _) = campaign(place, "status", &["--json"]);
+            let status: Value = serde_json::from_str(&said).expect("JSON");
             let finished = status["finished"].as_u64().expect("a number");
             // A torn line that a later process has ended is a whole line and no record; a record that stands twice is one.
             assert!(finished <= before.len() as u64, "{said}");
         }
     }
-    assert!(
-        kills == KILLS && !before.is_empty(),
-        "{}: {kills} kills",
-        S::KIND
-    );
-    let (rows, wanted) = (merged_rows::<S>(place.path()), rows_of(planned()));
+    let kind = S::KIND;
+    assert!(kills == KILLS && !before.is_empty(), "{kind}: {kills}");
+    let (rows, wanted) = (merged_rows::<S>(place), rows_of(planned()));
     assert!(before.is_subset(&written(&folder)));
     assert_eq!(rows.len(), wanted.len(), "{}", S::KIND);
-    let same = rows
-        .iter()
-        .zip(&wanted)
-        .all(|(row, wanted)| S::same(row, wanted));
+    let same = rows.iter().zip(&wanted).all(|(row, own)| S::same(row, own));
     assert!(same, "{} has other rows", S::KIND);
 }
 
@@ -127,38 +113,27 @@ fn kills_at_any_moment_lose_nothing_finished_and_believe_nothing_half_written() 
         all.spawn(|| {
             survives_kills(|| {
                 let mut plan = tradeoff::plan::Plan::new(scene(), 20, 0);
-                plan.add(
-                    "early",
-                    "hardly settled",
-                    "settle rule",
-                    Specification::native(early()),
-                    1,
-                );
+                let early = Specification::native(early());
+                plan.add("early", "hardly settled", "settle rule", early, 1);
                 plan
             });
         });
         all.spawn(|| {
+            let (beds, loads, clouds) = (10, 2, 4);
             let size = search::Size {
-                beds: 10,
-                loads: 2,
-                clouds: 4,
+                beds,
+                loads,
+                clouds,
             };
             survives_kills(|| search::Plan::first(search::space::on_both_sides(scene()), size));
             survives_kills(|| {
                 let bed = |id: &str, scene| {
-                    vec![Setting::new(
-                        id,
-                        id,
-                        "candidates",
-                        Specification::native(scene),
-                        25,
-                    )]
+                    let scene = Specification::native(scene);
+                    vec![Setting::new(id, id, "candidates", scene, 25)]
                 };
                 let beds = Beds(vec![bed("printed", scene()), bed("early", early())]);
-                candidates::Plan {
-                    beds,
-                    ladders: Vec::new(),
-                }
+                let ladders = Vec::new();
+                candidates::Plan { beds, ladders }
             });
             survives_kills(|| {
                 let mut map = Stability::new(true, None, true);
@@ -172,27 +147,21 @@ fn kills_at_any_moment_lose_nothing_finished_and_believe_nothing_half_written() 
 
 #[test]
 fn asked_to_end_it_ends_soon_and_goes_on_later() {
-    let place = plan(&tiny_scene(), MEMBERS, "c");
-    let folder = place.path().join("c");
-    let mut process = Running::start(place.path(), &["--threads", "1"]);
+    let place = &plan(&tiny_scene(), MEMBERS, "c");
+    let folder = place.join("c");
+    let mut process = Running::start(place, &["--threads", "1"]);
     process.wait_for_lines(&records(&folder, "1/1"), 2);
     let asked = Instant::now();
-    let told_so = Command::new("kill")
-        .args(["-TERM", &process.0.id().to_string()])
-        .status();
-    assert!(told_so.expect("kill is there").success());
+    send(&process.0, "TERM");
     let (code, errors) = process.end();
     assert_eq!(code, 75, "{errors}");
-    assert!(
-        asked.elapsed() < Duration::from_secs(5),
-        "{:?}",
-        asked.elapsed()
-    );
+    let took = asked.elapsed();
+    assert!(took < Duration::from_secs(5), "{took:?}");
     let finished = lines(&records(&folder, "1/1"));
     assert!(finished < MEMBERS as usize);
     let message = format!("asked to end; {finished} of {MEMBERS} rows are written down");
     has(&errors, [&message]);
-    let said = must(place.path(), "run", &["--threads", "2"]);
+    let said = must(place, "run", &["--threads", "2"]);
     let goes_on = format!("{MEMBERS} rows, {finished} of them finished before");
     has(&said, [&goes_on]);
     assert_eq!(&merged_bytes(&folder), expected());
@@ -201,16 +170,12 @@ fn asked_to_end_it_ends_soon_and_goes_on_later() {
 /// A file that may not grow any more stands for a full disk: the write fails in the middle of a record.
 #[test]
 fn a_full_disk_says_try_again_and_later_goes_on() {
-    let place = plan(&tiny_scene(), MEMBERS, "c");
+    let place = &plan(&tiny_scene(), MEMBERS, "c");
     let limited = |kilobytes: u32| {
         let script = format!("ulimit -f {kilobytes}; exec \"$0\" study run c --threads 2");
-        let output = Command::new("bash")
-            .args(["-c", &script, env!("CARGO_BIN_EXE_crossgrain")])
-            .current_dir(place.path())
-            .output();
-        told(&output.expect("bash is there"))
+        bash(place, &script, &[])
     };
-    let file = records(&place.path().join("c"), "1/1");
+    let file = records(&place.join("c"), "1/1");
     for (kilobytes, at_least) in [(50, 1), (50, 1), (110, 3)] {
         let (code, _, errors) = limited(kilobytes);
         assert_eq!(code, 75, "{errors}");
@@ -219,19 +184,15 @@ fn a_full_disk_says_try_again_and_later_goes_on() {
         assert_eq!(size, u64::from(kilobytes) * 1024, "it is full");
         assert!(lines(&file) >= at_least);
     }
-    finishes_as_expected(place.path());
+    finishes_as_expected(place);
     // Room for the records, and none for merging them.
     for name in ["rows.jsonl", "rows.csv", "merged.json"] {
-        fs::remove_file(place.path().join("c").join(name)).expect("a file");
+        fs::remove_file(place.join("c").join(name)).expect("a file");
     }
-    let left = || {
-        let entries = fs::read_dir(place.path().join("c")).expect("a folder");
-        let names = entries.map(|entry| entry.expect("a file").file_name());
-        names.collect::<BTreeSet<_>>()
-    };
+    let left = || there(&place.join("c"));
     let before = left();
     let (code, _, errors) = limited(100);
     assert_eq!(code, 75, "{errors}");
     assert_eq!(left(), before, "nothing half-merged");
-    finishes_as_expected(place.path());
+    finishes_as_expected(place);
 }

@@ -9,63 +9,46 @@ mod scale;
 mod shards;
 mod together;
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
-use std::time::{Duration, Instant};
 
+use crossgrain::files::file_digest;
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::realization::Runner;
-use grains::scene::Scene;
 
-use crate::support::{ends, say, tiny_scene};
+use crate::support::*;
 
 /// A folder that goes away, with a campaign of this name in it.
-pub fn plan(scene: &Scene, members: u64, name: &str) -> tempfile::TempDir {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let plan = Campaign::plan(scene, Runner::Native, Vec::new(), members, 1);
-    plan.and_then(|plan| plan.write(&place.path().join(name)))
+pub fn plan(scene: &Scene, members: u64, name: &str) -> Place {
+    plan_of(scene, Runner::Native, members, name)
+}
+
+fn plan_of(scene: &Scene, runner: Runner, members: u64, name: &str) -> Place {
+    let place = new_folder();
+    let plan = Campaign::plan(scene, runner, Vec::new(), members, 1);
+    plan.and_then(|plan| plan.write(&place.join(name)))
         .expect("a new campaign");
     place
 }
 
-/// The bytes of `rows.jsonl`, `rows.csv` and `merged.json`, and how many members they have.
-#[derive(Clone, PartialEq, Eq)]
-pub struct Merged(Vec<Vec<u8>>);
-
-impl std::fmt::Debug for Merged {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let sizes: Vec<usize> = self.0.iter().map(Vec::len).collect();
-        let last = self.0.last().map(|bytes| String::from_utf8_lossy(bytes));
-        write!(out, "{sizes:?} bytes, {}", last.unwrap_or_default())
-    }
-}
-
-/// What was merged in this campaign.
-pub fn merged_bytes(folder: &Path) -> Merged {
-    let names = ["rows.jsonl", "rows.csv", "merged.json"];
-    let read = |name: &str| fs::read(folder.join(name)).expect("a merged campaign");
-    Merged(names.map(read).to_vec())
+/// Digests of `rows.jsonl`, `rows.csv` and `merged.json` of this campaign.
+pub fn merged_bytes(folder: &Path) -> [String; 3] {
+    let digest = |name| file_digest(&folder.join(name)).expect("a merged campaign");
+    ["rows.jsonl", "rows.csv", "merged.json"].map(digest)
 }
 
 /// What one process with one thread makes of a campaign of this scene.
-pub fn undisturbed(scene: &Scene, members: u64) -> Merged {
-    undisturbed_in(&plan(scene, members, "c"))
-}
-
-/// What one process with one thread makes of the study `c` there.
-fn undisturbed_in(place: &tempfile::TempDir) -> Merged {
-    ends(place.path(), 0, "study run c --threads 1");
-    merged_bytes(&place.path().join("c"))
+pub fn undisturbed(scene: &Scene, members: u64) -> [String; 3] {
+    let place = plan(scene, members, "c");
+    ends(&place, 0, "study run c --threads 1");
+    merged_bytes(&place.join("c"))
 }
 
 /// Members of most campaigns here.
 const MEMBERS: u64 = 24;
 
 /// [`undisturbed`] for them, made once.
-fn expected() -> &'static Merged {
-    static EXPECTED: OnceLock<Merged> = OnceLock::new();
+fn expected() -> &'static [String; 3] {
+    static EXPECTED: OnceLock<[String; 3]> = OnceLock::new();
     EXPECTED.get_or_init(|| undisturbed(&tiny_scene(), MEMBERS))
 }
 
@@ -103,20 +86,12 @@ fn finishes_as_expected(place: &Path) {
     assert_eq!(&merged_bytes(&place.join("c")), expected());
 }
 
-/// A child that is ended with the value.
-struct Running(Child);
-
 impl Running {
     fn start(place: &Path, options: &[&str]) -> Self {
-        let child = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-            .args(["study", "run", "c"])
-            .args(options)
-            .current_dir(place)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the program starts");
-        Running(child)
+        let mut program = cli(place);
+        program.args(["study", "run", "c"]).args(options);
+        program.stdout(Stdio::piped()).stderr(Stdio::piped());
+        Running(program.spawn().expect("the program starts"))
     }
 
     /// Waits until so many lines are in its file.
@@ -145,14 +120,6 @@ impl Running {
         }
         let status = self.0.wait().expect("an ended child");
         (status.code().unwrap_or(-1), errors)
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        // Both fail only when it has ended already.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
     }
 }
 

@@ -1,18 +1,15 @@
 //! A plan is made once and never changed.
 
-use std::fs;
-use std::path::Path;
-
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::plan::Plan;
 
 use super::{MEMBERS, campaign, must, plan, study};
-use crate::support::{ends, folder_with, has, tells, tiny_scene};
+
+use crate::support::*;
 
 #[test]
 fn a_plan_is_written_into_a_folder_of_its_own() {
-    let (folder, _) = folder_with(&tiny_scene());
-    let place = folder.path();
+    let place = &folder_with(&tiny_scene());
     let plan = "study plan campaign scene.json --members 3 --seed 7 --out c";
     let (out, _) = ends(place, 0, plan);
     has(&out, ["realizations 7 to 9"]);
@@ -29,14 +26,14 @@ fn a_plan_is_written_into_a_folder_of_its_own() {
 
 /// Changes the plan's text and says what the verbs answer.
 fn edited(from: &str, to: &str) -> Vec<(i32, String)> {
-    let place = plan(&tiny_scene(), MEMBERS, "c");
-    must(place.path(), "run", &["--shard", "1/8"]);
-    let path = place.path().join("c/plan.json");
-    let text = fs::read_to_string(&path).expect("a plan");
+    let place = &plan(&tiny_scene(), MEMBERS, "c");
+    must(place, "run", &["--shard", "1/8"]);
+    let path = place.join("c/plan.json");
+    let text = text_of(&path);
     assert!(text.contains(from), "{from} is not in {text}");
     fs::write(&path, text.replacen(from, to, 1)).expect("writable");
     let answers = |verb| {
-        let (code, _, errors) = campaign(place.path(), verb, &[]);
+        let (code, _, errors) = campaign(place, verb, &[]);
         (code, errors)
     };
     ["run", "status", "merge"].map(answers).to_vec()
@@ -45,16 +42,13 @@ fn edited(from: &str, to: &str) -> Vec<(i32, String)> {
 #[test]
 fn an_edited_plan_is_refused() {
     let changed = "was changed after it was made";
+    let colour = "\"phases\": [],\n  \"colour\": 1";
     let version = |of: u8| format!("\"version\": {of},\n  \"made_with\"");
     for (from, to, why) in [
         (version(1).as_str(), version(2).as_str(), "has version 2"),
         ("\"members\": 24", "\"members\": 25", changed),
         ("\"seed\": 1,", "\"seed\": 2,", changed),
-        (
-            "\"phases\": []",
-            "\"phases\": [],\n  \"colour\": 1",
-            "unknown field `colour`",
-        ),
+        ("\"phases\": []", colour, "unknown field `colour`"),
         ("\"crossgrain\": \"", "\"crossgrain\": \"9.", changed),
         ("\"width\": 0.15", "\"width\": 0.16", changed),
         ("\"width\": 0.15", "\"width\": -0.15", changed),
@@ -67,54 +61,44 @@ fn an_edited_plan_is_refused() {
     }
 }
 
-/// Made by another version of the program, whose bits may be others: read, and not run.
 #[test]
 fn a_plan_of_another_version_is_not_run() {
-    let place = plan(&tiny_scene(), MEMBERS, "c");
-    let mut other = Plan::<Campaign>::read(&place.path().join("c")).expect("a plan");
+    let place = &plan(&tiny_scene(), MEMBERS, "c");
+    let mut other = Plan::<Campaign>::read(&place.join("c")).expect("a plan");
     other.made_with.crossgrain = "0.0.9".to_owned();
-    fs::remove_dir_all(place.path().join("c")).expect("a folder");
-    other.write(&place.path().join("c")).expect("writable");
-    let (_, errors) = study(place.path(), 2, "run", &[]);
+    fs::remove_dir_all(place.join("c")).expect("a folder");
+    other.write(&place.join("c")).expect("writable");
+    let (_, errors) = study(place, 2, "run", &[]);
     has(&errors, ["planned with crossgrain 0.0.9"]);
-    study(place.path(), 2, "slurm", &["--tasks", "2"]);
-    study(place.path(), 3, "status", &[]);
+    study(place, 2, "slurm", &["--tasks", "2"]);
+    study(place, 3, "status", &[]);
 }
 
 #[test]
 fn a_folder_without_a_plan_is_no_campaign() {
-    let place = tempfile::tempdir().expect("a temporary folder");
+    let place = &new_folder();
     for verb in ["run", "status", "merge"] {
-        let (_, errors) = study(place.path(), 2, verb, &[]);
-        has(&errors, ["it has no plan.json"]);
+        has(&study(place, 2, verb, &[]).1, ["it has no plan.json"]);
     }
 }
 
 /// What Slurm is told, and by which scripts; that they work is shown where there is a Slurm.
 #[test]
 fn scripts_for_slurm() {
-    let place = plan(&tiny_scene(), MEMBERS, "c");
-    let out = must(
-        place.path(),
-        "slurm",
-        &["--tasks", "8", "--threads", "2", "--partition", "long"],
-    );
-    let folder = fs::canonicalize(place.path().join("c")).expect("a folder");
+    let place = &plan(&tiny_scene(), MEMBERS, "c");
+    let options = "--tasks 8 --threads 2 --partition long".words();
+    let out = must(place, "slurm", &options);
+    let folder = fs::canonicalize(place.join("c")).expect("a folder");
     let expected = format!(
         "job=$(sbatch --parsable --array=1-8 '{0}/slurm/array.sh')\n\
          sbatch --parsable --dependency=afterany:${{job%%;*}} '{0}/slurm/merge.sh'\n",
         folder.display()
     );
     assert_eq!(out, expected);
-    let script = fs::read_to_string(folder.join("slurm/array.sh")).expect("a script");
-    for part in [
-        "#SBATCH --cpus-per-task=2\n",
-        "#SBATCH --partition=long\n",
-        "export CROSSGRAIN_TASKS=8\n",
-        "--shard auto --threads 2\n",
-    ] {
-        has(&script, [part]);
-    }
+    let script = text_of(folder.join("slurm/array.sh"));
+    has(&script, ["#SBATCH --cpus-per-task=2\n", "--threads 2\n"]);
+    has(&script, ["#SBATCH --partition=long\n", "--shard auto "]);
+    has(&script, ["export CROSSGRAIN_TASKS=8\n"]);
     // A task by hand: the variables are all that a shard needs.
     let task = |script: &Path, task: &str| {
         let status = std::process::Command::new("bash")
@@ -127,17 +111,15 @@ fn scripts_for_slurm() {
     assert_eq!(task(&folder.join("slurm/array.sh"), "3"), Some(0));
     assert_eq!(super::lines(&super::records(&folder, "3/8")), 3);
     assert_eq!(task(&folder.join("slurm/merge.sh"), ""), Some(3));
-    let said = fs::read_to_string(folder.join("slurm/merge.log")).expect("a log");
+    let said = text_of(folder.join("slurm/merge.log"));
     has(&said, ["are missing, 21 of 24"]);
     for (options, why) in [
         (vec!["--tasks", "25"], "25 tasks for 24 rows"),
         (vec!["--tasks", "0"], "0 shards"),
-        (
-            vec!["--tasks", "2", "--partition", "a b"],
-            "no name of a partition",
-        ),
     ] {
-        let (_, errors) = study(place.path(), 2, "slurm", &options);
-        has(&errors, [why]);
+        has(&study(place, 2, "slurm", &options).1, [why]);
     }
+    let options = ["--tasks", "2", "--partition", "a b"];
+    let (_, errors) = study(place, 2, "slurm", &options);
+    has(&errors, ["no name of a partition"]);
 }

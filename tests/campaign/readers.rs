@@ -1,11 +1,9 @@
 //! Verbs that read a merged campaign: what they say of one that is not merged, damaged or none, and that nothing is
 //! written then.
 
-use std::fs;
-use std::path::Path;
-
 use super::{must, plan};
-use crate::support::{ends, say, tiny_scene};
+
+use crate::support::*;
 
 /// What each verb says of the campaign `c`: exit code and standard error. None of them writes `drawn`.
 fn refused(place: &Path) -> Vec<(i32, String)> {
@@ -34,8 +32,7 @@ fn all_say(place: &Path, code: i32, words: &[&str]) {
 
 #[test]
 fn a_campaign_that_is_not_merged_is_incomplete() {
-    let place = plan(&tiny_scene(), 4, "c");
-    let place = place.path();
+    let place = &plan(&tiny_scene(), 4, "c");
     let words = ["not merged yet", "crossgrain study run"];
     all_say(place, 3, &words);
     must(place, "run", &["--shard", "1/2"]);
@@ -55,8 +52,7 @@ fn damaged_members_are_bad_input_and_can_be_merged_again() {
     let mut scene = tiny_scene();
     // So light that every member gets the force.
     scene.loading.pressure *= 0.1;
-    let place = plan(&scene, 4, "c");
-    let place = place.path();
+    let place = &plan(&scene, 4, "c");
     must(place, "run", &["--threads", "2"]);
     let members = place.join("c/rows.jsonl");
     let sound = fs::read(&members).expect("members");

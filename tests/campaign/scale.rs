@@ -1,26 +1,22 @@
 //! How far a campaign carries: members that were never run, written as records of their plan, counted and merged in
 //! bounded memory.
 
-use std::fs;
 use std::io::{BufWriter, Write};
-use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::Duration;
 
 use crossgrain::study::campaign::{Campaign, Member};
 use crossgrain::study::machine::Folder;
 use crossgrain::study::plan::Plan;
 use crossgrain::study::realization::{Ending, Engines};
 use crossgrain::study::store;
-use grains::scene::paper_scene;
 
 use super::plan;
-use crate::support::{has, tiny_scene, told};
+
+use crate::support::*;
 
 /// One member run, and its copies under all other numbers in the files of so many shards.
-fn fabricated(members: u64, shards: u64) -> tempfile::TempDir {
+fn fabricated(members: u64, shards: u64) -> Place {
     let place = plan(&tiny_scene(), members, "c");
-    let folder = place.path().join("c");
+    let folder = place.join("c");
     let plan = Plan::<Campaign>::read(&folder).expect("a plan");
     let digest = plan.digest();
     let open = Folder::<Campaign>::open(&folder).expect("a campaign");
@@ -40,13 +36,12 @@ fn fabricated(members: u64, shards: u64) -> tempfile::TempDir {
 
 /// Runs a verb and watches it: its output, seconds of processor time, and the high-water mark of its memory in bytes.
 fn watched(place: &Path, arguments: &[&str]) -> (String, f64, u64) {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_crossgrain"))
+    let mut program = cli(place);
+    program
         .args(arguments)
-        .current_dir(place)
         .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the program starts");
+        .stderr(Stdio::piped());
+    let mut child = program.spawn().expect("the program starts");
     let [status, times] = ["status", "stat"].map(|of| format!("/proc/{}/{of}", child.id()));
     let (mut peak, mut seconds) = (0, 0.0);
     while child.try_wait().expect("a child").is_none() {
@@ -70,9 +65,9 @@ fn watched(place: &Path, arguments: &[&str]) -> (String, f64, u64) {
 
 /// Counts and merges so many members in no more than so much memory.
 fn stays_small(members: u64, shards: u64, most: u64) {
-    let place = fabricated(members, shards);
+    let place = &fabricated(members, shards);
     for verb in ["status", "merge"] {
-        let (out, seconds, peak) = watched(place.path(), &["study", verb, "c"]);
+        let (out, seconds, peak) = watched(place, &["study", verb, "c"]);
         println!("{verb} of {members} members: {seconds:.2} s of a processor, {peak} bytes");
         assert!(peak < most, "{verb}: {peak} bytes");
         let counted = match verb {
@@ -81,7 +76,7 @@ fn stays_small(members: u64, shards: u64, most: u64) {
         };
         has(&out, [&counted]);
     }
-    let lines = fs::metadata(place.path().join("c/rows.jsonl")).expect("a file");
+    let lines = fs::metadata(place.join("c/rows.jsonl")).expect("a file");
     println!("rows.jsonl: {} bytes", lines.len());
 }
 
@@ -102,26 +97,26 @@ fn merging_a_hundred_thousand_members_needs_little_memory() {
 fn running_needs_little_memory() {
     let mut scene = paper_scene(1, 5000);
     scene.settle.max_steps = 3_000;
-    let place = plan(&scene, 4, "c");
-    let (out, _, peak) = watched(place.path(), &["study", "run", "c", "--threads", "2"]);
+    let place = &plan(&scene, 4, "c");
+    let (out, _, peak) = watched(place, &["study", "run", "c", "--threads", "2"]);
     has(&out, ["4 not_settled"]);
     assert!(peak < 200_000_000, "{peak} bytes");
     // From the first member to the hundredth nothing is kept.
-    let place = plan(&tiny_scene(), 10, "c");
-    let (_, _, few) = watched(place.path(), &["study", "run", "c", "--threads", "1"]);
-    let place = plan(&tiny_scene(), 60, "c");
-    let (_, _, many) = watched(place.path(), &["study", "run", "c", "--threads", "1"]);
+    let place = &plan(&tiny_scene(), 10, "c");
+    let (_, _, few) = watched(place, &["study", "run", "c", "--threads", "1"]);
+    let place = &plan(&tiny_scene(), 60, "c");
+    let (_, _, many) = watched(place, &["study", "run", "c", "--threads", "1"]);
     assert!(many < few + 4_000_000, "{few} bytes, then {many}");
 }
 
 /// One real member of the paper's scene, both stages.
 #[test]
 fn a_whole_member_of_5000_grains_needs_little_memory() {
-    let place = plan(&paper_scene(1, 5000), 1, "c");
-    let (_, _, peak) = watched(place.path(), &["study", "run", "c"]);
+    let place = &plan(&paper_scene(1, 5000), 1, "c");
+    let (_, _, peak) = watched(place, &["study", "run", "c"]);
     println!("a member of 5000 grains: {peak} bytes");
     assert!(peak < 200_000_000, "{peak} bytes");
-    let line = fs::read_to_string(place.path().join("c/rows.jsonl")).expect("a member");
+    let line = text_of(place.join("c/rows.jsonl"));
     let member: Member = serde_json::from_str(&line).expect("a member");
     assert_eq!(member.ending, Ending::Reached);
     println!("its record: {} bytes", line.len());

@@ -1,27 +1,25 @@
 //! The merged bytes are the same for any number of shards, threads and processes, in any order.
 
 use super::{MEMBERS, Running, expected, finishes_as_expected, merged_bytes, must, plan, study};
-use crate::support::{has, tiny_scene};
 use crossgrain::study::campaign::Campaign;
 use crossgrain::study::machine::Folder;
 use crossgrain::study::realization::Engines;
 
+use crate::support::*;
+
 #[test]
 fn bytes_do_not_depend_on_threads() {
-    let place = plan(&tiny_scene(), MEMBERS, "c");
-    finishes_as_expected(place.path());
-    assert!(
-        must(place.path(), "status", &[]).contains("24 of 24 rows finished, merged"),
-        "status"
-    );
+    let place = &plan(&tiny_scene(), MEMBERS, "c");
+    finishes_as_expected(place);
+    let words = "24 of 24 rows finished, merged";
+    has(&must(place, "status", &[]), [words]);
 }
 
-/// A member run anew by its number alone is the one that the campaign wrote down.
 #[test]
 fn a_member_run_again_is_the_recorded_one() {
-    let place = plan(&tiny_scene(), MEMBERS, "c");
-    finishes_as_expected(place.path());
-    let open = || Folder::<Campaign>::open(&place.path().join("c")).expect("a campaign");
+    let place = &plan(&tiny_scene(), MEMBERS, "c");
+    finishes_as_expected(place);
+    let open = || Folder::<Campaign>::open(&place.join("c")).expect("a campaign");
     let merged = open().merged().expect("a merged campaign");
     for number in [1, MEMBERS] {
         let member = open().again(number, &Engines::default()).expect("it runs");
@@ -33,41 +31,39 @@ fn a_member_run_again_is_the_recorded_one() {
 #[test]
 fn bytes_do_not_depend_on_shards() {
     for of in [2, 3] {
-        let place = plan(&tiny_scene(), MEMBERS, "c");
+        let place = &plan(&tiny_scene(), MEMBERS, "c");
         let shards: Vec<String> = (1..=of).map(|index| format!("{index}/{of}")).collect();
         let running: Vec<Running> = shards
             .iter()
-            .map(|shard| Running::start(place.path(), &["--shard", shard]))
+            .map(|shard| Running::start(place, &["--shard", shard]))
             .collect();
         for process in running {
             let (code, errors) = process.end();
             assert_eq!(code, 0, "{errors}");
         }
-        must(place.path(), "merge", &[]);
-        assert_eq!(&merged_bytes(&place.path().join("c")), expected(), "{of}");
+        must(place, "merge", &[]);
+        assert_eq!(&merged_bytes(&place.join("c")), expected(), "{of}");
     }
 }
 
 /// A third, then half of the rest, then all.
 #[test]
 fn a_campaign_goes_on_with_another_number_of_shards() {
-    let place = plan(&tiny_scene(), MEMBERS, "c");
-    let said = must(place.path(), "run", &["--shard", "2/3"]);
+    let place = &plan(&tiny_scene(), MEMBERS, "c");
+    let said = must(place, "run", &["--shard", "2/3"]);
     has(&said, ["8 rows, 0 of them finished before"]);
-    let (_, errors) = study(place.path(), 3, "merge", &[]);
-    has(
-        &errors,
-        ["rows 1, 3, 4, 6, 7, 9, 10, 12 and 8 more are missing"],
-    );
-    let said = must(place.path(), "run", &["--shard", "1/2", "--threads", "2"]);
+    let (_, errors) = study(place, 3, "merge", &[]);
+    let words = "rows 1, 3, 4, 6, 7, 9, 10, 12 and 8 more are missing";
+    has(&errors, [words]);
+    let said = must(place, "run", &["--shard", "1/2", "--threads", "2"]);
     has(&said, ["12 rows, 4 of them finished before"]);
-    let (said, _) = study(place.path(), 3, "status", &[]);
+    let (said, _) = study(place, 3, "status", &[]);
     has(&said, ["16 of 24 rows finished"]);
-    let said = must(place.path(), "run", &[]);
+    let said = must(place, "run", &[]);
     has(&said, ["24 rows, 16 of them finished before"]);
-    assert_eq!(&merged_bytes(&place.path().join("c")), expected());
+    assert_eq!(&merged_bytes(&place.join("c")), expected());
     // Nothing is left to do, and nothing changes.
-    let said = must(place.path(), "run", &["--shard", "3/5"]);
+    let said = must(place, "run", &["--shard", "3/5"]);
     has(&said, ["5 rows, 5 of them finished before"]);
-    finishes_as_expected(place.path());
+    finishes_as_expected(place);
 }

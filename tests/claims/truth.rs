@@ -1,14 +1,13 @@
 //! Members that are drawn from known laws.
 
-use std::collections::BTreeMap;
-
 use crossgrain::study::campaign::{Fields, Member};
 use crossgrain::study::claims::{self, Moment};
 use crossgrain::study::realization::Ending;
 use evidence::distribution::Distribution;
 use evidence::random::{Key, Source};
 use grains::measure::neighbourhood::{GROWING, Neighbour, Neighbourhood, SINGLY, Together};
-use grains::scene::Scene;
+
+use crate::support::*;
 
 const KEY: Key = *b"crossgrain: tests of the claims.";
 const CELL: f64 = 9.4e-5;
@@ -124,40 +123,25 @@ pub fn members(scene: &Scene, truth: &Truth) -> Vec<Member> {
             let mut source = Source::new(&KEY, number);
             let missed = source.uniform() < truth.missed;
             let mut measured = BTreeMap::new();
-            let mut add = |key: String, value: f64| {
-                measured.insert(key, value);
+            let mut add = |key: &str, value: f64| {
+                measured.insert(key.to_owned(), value);
             };
             let definitions = ["mean_surface", "highest_grain", "twice_centre_of_mass"];
             for (definition, height) in definitions.iter().zip(truth.heights) {
-                add(
-                    format!("settled.height.{definition}"),
-                    height + 0.001 * source.normal(),
-                );
-                add(
-                    format!("settled.porosity.from_{definition}"),
-                    truth.porosity + 0.001 * source.normal(),
-                );
+                let height = height + 0.001 * source.normal();
+                add(&format!("settled.height.{definition}"), height);
+                let porosity = truth.porosity + 0.001 * source.normal();
+                add(&format!("settled.porosity.from_{definition}"), porosity);
             }
             for key in ["in_window", "of_cells"] {
-                add(
-                    format!("settled.porosity.{key}"),
-                    truth.porosity + 0.001 * source.normal(),
-                );
+                let porosity = truth.porosity + 0.001 * source.normal();
+                add(&format!("settled.porosity.{key}"), porosity);
             }
-            add(
-                "settled.coordination.mean".to_owned(),
-                4.0 + 0.01 * source.normal(),
-            );
-            add(
-                "settled.coordination.rattlers".to_owned(),
-                0.02 * source.uniform(),
-            );
-            let moments: &[(&str, bool)] = if missed {
-                &[("settled", false)]
-            } else {
-                &[("settled", false), ("loaded", true)]
-            };
-            for (moment, loaded) in moments {
+            let (mean, rattlers) = (4.0 + 0.01 * source.normal(), 0.02 * source.uniform());
+            add("settled.coordination.mean", mean);
+            add("settled.coordination.rattlers", rattlers);
+            let moments = [("settled", false), ("loaded", true)];
+            for (moment, loaded) in &moments[..2 - usize::from(missed)] {
                 for (index, (point, stress)) in POINTS.iter().enumerate() {
                     let mean = if *loaded {
                         stress * truth.factor[index]
@@ -167,7 +151,7 @@ pub fn members(scene: &Scene, truth: &Truth) -> Vec<Member> {
                     let shift = if *loaded { 0.0 } else { truth.gravity_shift };
                     let grain = (truth.normal.draw(&mut source) + shift) * mean;
                     let mut at = |what: &str, value: f64| {
-                        add(format!("{moment}.stress.{point}.{what}"), value)
+                        add(&format!("{moment}.stress.{point}.{what}"), value)
                     };
                     at("grain_zz", grain);
                     at("control_volume_zz", grain * 25.0e-6);

@@ -1,18 +1,15 @@
 //! The verb: record, page and exit code.
 
-use std::fs;
-use std::path::Path;
-
 use crossgrain::study::campaign::{Campaign, Member};
 use crossgrain::study::claims::{Claim, Claims, Verdict};
 use crossgrain::study::machine::{Folder, Machine as _};
 use crossgrain::study::realization::Runner;
 use crossgrain::study::store;
 use evidence::distribution::Distribution;
-use grains::scene::paper_scene;
 
 use super::truth::{Truth, members};
-use crate::support::{say, tells};
+
+use crate::support::*;
 
 /// Writes members as a merged campaign.
 fn write_campaign(folder: &Path, truth: &Truth) {
@@ -34,8 +31,7 @@ fn write_campaign(folder: &Path, truth: &Truth) {
 /// Exit code 0 where every claim has a verdict and 3 where one is undecided; record and page are written either way.
 #[test]
 fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
+    let at = &new_folder();
     let narrow = Distribution::Gamma {
         shape: 4.0,
         scale: 0.25,
@@ -75,12 +71,12 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
         let where_it_is = format!("report: {out}/report.html\n");
         assert_eq!(code, wanted, "{name}: {errors}");
         assert!(errors.ends_with(&where_it_is), "{errors}");
-        let record = fs::read_to_string(at.join(&out).join("claims.json")).expect("a record");
+        let record = text_of(at.join(&out).join("claims.json"));
         assert_eq!(record, said, "{name}");
         let record: serde_json::Value = serde_json::from_str(&record).expect("JSON");
         assert_eq!(record["complete"], code == 0);
         assert_eq!(record["verdicts"]["undecided"].is_null(), code == 0);
-        let page = fs::read_to_string(at.join(&out).join("report.html")).expect("a page");
+        let page = text_of(at.join(&out).join("report.html"));
         // Three points in each of four histograms, three of them with shares of larger values, six tails, six volumes, the means and the
         // plane.
         assert_eq!(page.matches("<svg").count(), pictures, "{name}");
@@ -101,20 +97,16 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
     }
     // An earlier result is kept, and a folder without one is never written into.
     let (code, _, errors) = say(at, "study claims many --out few-claims");
-    assert!(
-        code != 2 && at.join("few-claims-2/claims.json").exists(),
-        "{errors}"
-    );
+    let kept = at.join("few-claims-2/claims.json").exists();
+    assert!(code != 2 && kept, "{errors}");
     tells(at, 2, "study claims many --out few", ["exists already"]);
     // Without --out it only says.
     tells(at, 3, "study claims few", ["undecided"]);
 }
 
-/// Each campaign has its own verdicts: what the one has too little for, the other decides.
 #[test]
 fn two_campaigns_stand_side_by_side_claim_by_claim() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = folder.path();
+    let at = &new_folder();
     for (name, height) in [("here", 0.46), ("other", 0.6)] {
         let truth = Truth {
             members: 60,
@@ -126,7 +118,7 @@ fn two_campaigns_stand_side_by_side_claim_by_claim() {
     let command = "study claims here --beside other --out both";
     tells(at, 3, command, ["Beside stand 60 members"]);
     let read = |path: &str| {
-        let text = fs::read_to_string(at.join(path)).expect("is there");
+        let text = text_of(at.join(path));
         serde_json::from_str::<Claims>(&text).expect("claims")
     };
     let both = read("both/claims.json");
@@ -140,6 +132,6 @@ fn two_campaigns_stand_side_by_side_claim_by_claim() {
     // As if each were judged alone.
     tells(at, 3, "study claims other --out alone", ["undecided"]);
     assert_eq!(beside.claims, read("alone/claims.json").claims);
-    let page = fs::read_to_string(at.join("both/report.html")).expect("a page");
+    let page = text_of(at.join("both/report.html"));
     assert!(page.contains("beside: verdict"));
 }

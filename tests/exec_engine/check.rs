@@ -1,34 +1,25 @@
 //! `engine check` says what is wrong with an engine.
 
-use std::path::Path;
-use std::process::Command;
-
-use crate::support::engines::{AND_THEN, SOUND, adapter, changed_toy, engine, narrow_scene};
-use crate::support::{ends, folder_with, has, rows, say, tells};
+use crate::support::*;
 
 #[test]
 fn engine_check_finds_the_toy_sound() {
-    let (folder, _) = folder_with(&narrow_scene(0.05));
+    let folder = &folder_with(&narrow_scene(0.05));
     let toy = adapter("toy.py");
     let check = ["engine", "check", &toy, "--quiet", "--junit", "checks.xml"];
-    let (text, _) = ends(folder.path(), 0, &check);
-    let junit = std::fs::read_to_string(folder.path().join("checks.xml")).expect("JUnit");
+    let (text, _) = ends(folder, 0, &check);
+    let junit = text_of(folder.join("checks.xml"));
     has(&junit, ["name=\"punch\"", "<skipped"]);
-    has(
-        &text,
-        [
-            "identical: every bit of its first hundred steps",
-            "skipped engine/punch",
-        ],
-    );
+    has(&text, ["identical: every bit of its first hundred steps"]);
+    has(&text, ["skipped engine/punch"]);
 }
 
 /// The engines to begin with, built as their first lines say. The keys of the Rust one's lines stand in another order.
 #[test]
 fn engine_check_finds_the_engines_to_begin_with_sound() {
-    let (folder, _) = folder_with(&narrow_scene(0.05));
-    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
-    let in_c = folder.path().join("engine");
+    let folder = &folder_with(&narrow_scene(0.05));
+    let examples = root("examples");
+    let in_c = folder.join("engine");
     let mut compile = Command::new("cc");
     compile
         .args(["-O2", "-ffp-contract=off", "-o"])
@@ -38,42 +29,32 @@ fn engine_check_finds_the_engines_to_begin_with_sound() {
     let mut build = Command::new(env!("CARGO"));
     build
         .args(["build", "--release", "--locked", "--target-dir"])
-        .arg(folder.path().join("target"))
+        .arg(folder.join("target"))
         .current_dir(examples.join("engine-rust"));
     for mut command in [compile, build] {
         let done = command.output().expect("a compiler");
         let told = String::from_utf8_lossy(&done.stderr);
         assert!(done.status.success(), "{told}");
     }
-    for program in [in_c, folder.path().join("target/release/engine-rust")] {
+    for program in [in_c, folder.join("target/release/engine-rust")] {
         let program = format!("exec:{}", program.display());
         let check = ["engine", "check", &program, "--quiet"];
-        let (text, _) = ends(folder.path(), 0, &check);
-        has(
-            &text,
-            [
-                "identical: every bit of its first hundred steps",
-                "11 checks passed, 0 failed",
-            ],
-        );
+        let (text, _) = ends(folder, 0, &check);
+        has(&text, ["identical: every bit of its first hundred steps"]);
+        has(&text, ["11 checks passed, 0 failed"]);
     }
 }
 
 /// What no constant and no form explains is shown where it is.
 #[test]
 fn the_page_of_engine_check_marks_the_grains_that_are_left() {
-    let (folder, _) = folder_with(&narrow_scene(0.05));
+    let folder = &folder_with(&narrow_scene(0.05));
     let one = "v[i][axis] += dt * a * (1.0 + 0.01 * (i == 17))\n";
     let toy = changed_toy("v[i][axis] += dt * a\n", one);
-    let toy = engine(folder.path(), "one", &toy);
-    let check = [
-        "engine", "check", &toy, "--grains", "50", "--quiet", "--out", "out",
-    ];
-    tells(folder.path(), 1, &check, ["it sits on grain 17 alone"]);
-    let read = |name: &str| {
-        let path = folder.path().join("out").join(name);
-        std::fs::read_to_string(path).expect("a view")
-    };
+    let toy = engine(folder, "one", &toy);
+    let check = format!("engine check {toy} --grains 50 --quiet --out out");
+    tells(folder, 1, &check, ["it sits on grain 17 alone"]);
+    let read = |name: &str| text_of(folder.join("out").join(name));
     let grains = read("figures/left-springs.csv");
     let places = |kind: &str| -> Vec<String> {
         let rows = grains.lines().filter_map(|row| row.strip_prefix(kind));
@@ -103,10 +84,10 @@ const WRONG: &str = "
 
 #[test]
 fn engine_check_says_what_is_wrong() {
-    let (folder, _) = folder_with(&narrow_scene(0.05));
+    let folder = &folder_with(&narrow_scene(0.05));
     let check = |from: &str, to: &str, message: &str| {
-        let engine = engine(folder.path(), "broken.py", &changed_toy(from, to));
-        let (code, text, errors) = say(folder.path(), &["engine", "check", &engine, "--quiet"]);
+        let engine = engine(folder, "broken.py", &changed_toy(from, to));
+        let (code, text, errors) = say(folder, &["engine", "check", &engine, "--quiet"]);
         let wanted = i32::from(!message.is_empty());
         assert_eq!(code, wanted, "{from} to {to}: {text}{errors}");
         assert!(text.contains(message), "«{message}» is missing: {text}");
@@ -122,39 +103,35 @@ fn engine_check_says_what_is_wrong() {
 
 #[test]
 fn an_engine_that_refuses_one_job_is_undecided() {
-    let (folder, _) = folder_with(&narrow_scene(0.05));
-    let toy = changed_toy(
-        "if len(grains) > 200:",
-        "if len(grains) > 200 or len(grains) == 2:",
-    );
-    let engine = engine(folder.path(), "choosy.py", &toy);
+    let folder = &folder_with(&narrow_scene(0.05));
+    let large = "if len(grains) > 200";
+    let toy = changed_toy(large, &format!("{large} or len(grains) == 2"));
+    let engine = engine(folder, "choosy.py", &toy);
     let check = ["engine", "check", &engine, "--quiet"];
-    tells(folder.path(), 3, &check, ["undecided"]);
+    tells(folder, 3, &check, ["undecided"]);
 }
 
-/// Where the first steps could not be looked at, the verdict says why.
 #[test]
 fn the_verdict_on_tables_that_cannot_be_read_has_the_reason() {
-    let (folder, _) = folder_with(&narrow_scene(0.05));
+    let folder = &folder_with(&narrow_scene(0.05));
     let toy = changed_toy("sorted(rows)", "sorted(rows, reverse=len(rows) > 60)");
-    let engine = engine(folder.path(), "unsorted.py", &toy);
-    let (out, _) = ends(folder.path(), 1, &["engine", "check", &engine, "--quiet"]);
+    let engine = engine(folder, "unsorted.py", &toy);
+    let (out, _) = ends(folder, 1, &["engine", "check", &engine, "--quiet"]);
     let mut lines = out.lines();
     let verdict = lines.find(|line| line.starts_with("DIFFERENT: "));
-    has(
-        verdict.unwrap_or_default(),
-        ["were not looked at", "contacts.csv", "must be after"],
-    );
+    let verdict = verdict.unwrap_or_default();
+    has(verdict, ["were not looked at", "contacts.csv"]);
+    has(verdict, ["must be after"]);
 }
 
 /// A refusal leaves the suite incomplete, whatever else passes.
 #[test]
 fn an_engine_that_refuses_some_cases_is_not_verified() {
-    let (folder, _) = folder_with(&narrow_scene(0.05));
+    let folder = &folder_with(&narrow_scene(0.05));
     let toy = changed_toy("if len(grains) > 200:", "if len(grains) > 1:");
-    let engine = engine(folder.path(), "refuses.py", &toy);
+    let engine = engine(folder, "refuses.py", &toy);
     let verify = ["verify", "--engine", &engine, "--quiet"];
-    let (text, _) = ends(folder.path(), 3, &verify);
+    let (text, _) = ends(folder, 3, &verify);
     has(&text, [" 0 failed"]);
     assert!(!text.contains("INCOMPLETE: 0 cases passed"), "{text}");
     has(&text, ["refused: more than 200 grains"]);
@@ -162,25 +139,21 @@ fn an_engine_that_refuses_some_cases_is_not_verified() {
 
 #[test]
 fn engine_check_finds_what_changes_from_run_to_run() {
-    let (folder, _) = folder_with(&narrow_scene(0.05));
-    let toy = changed_toy(
-        "* (v[i][axis] + 0.5",
-        "* (1.0 + 1e-14 * (time.time() % 1.0)) * (v[i][axis] + 0.5",
-    );
-    let toy = toy.replace(
-        "v[i][axis] += dt * a",
-        "v[i][axis] += dt * a * (1.0 + 1e-14 * (time.time() % 1.0))",
-    );
-    let engine = engine(folder.path(), "moody.py", &toy);
-    let (out, _) = ends(folder.path(), 1, &["engine", "check", &engine, "--quiet"]);
+    let folder = &folder_with(&narrow_scene(0.05));
+    let moody = "(1.0 + 1e-14 * (time.time() % 1.0))";
+    let (speed, kick) = ("* (v[i][axis] + 0.5", "v[i][axis] += dt * a");
+    let toy = changed_toy(speed, &format!("* {moody} {speed}"));
+    let toy = toy.replace(kick, &format!("{kick} * {moody}"));
+    let engine = engine(folder, "moody.py", &toy);
+    let (out, _) = ends(folder, 1, &["engine", "check", &engine, "--quiet"]);
     has(&out, ["two runs of one job have other bits"]);
 }
 
 #[test]
 fn engine_check_tells_a_crash_from_a_wrong_number() {
-    let (folder, _) = folder_with(&narrow_scene(0.05));
+    let folder = &folder_with(&narrow_scene(0.05));
     let text = format!("{SOUND}{AND_THEN}sys.exit(5)\n");
-    let engine = engine(folder.path(), "engine.py", &text);
-    ends(folder.path(), 4, &["engine", "check", &engine, "--quiet"]);
-    ends(folder.path(), 2, "engine check native");
+    let engine = engine(folder, "engine.py", &text);
+    ends(folder, 4, &["engine", "check", &engine, "--quiet"]);
+    ends(folder, 2, "engine check native");
 }

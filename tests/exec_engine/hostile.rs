@@ -1,15 +1,7 @@
 //! One engine with many ways to be broken: each ends within its limits, in little memory, with its own sentence and exit code,
 //! and leaves no process and no folder behind. What is only odd is believed as far as its tables prove it.
 
-use std::fs;
-use std::path::Path;
-use std::time::{Duration, Instant};
-
-use crossgrain::run::folder::RunFolder;
-use grains::scene::parse_scene;
-
-use crate::support::engines::{AND_THEN, SOUND, engine};
-use crate::support::{folder_with, rows, small_scene};
+use crate::support::*;
 
 /// What each of them can use.
 const TOOLS: &str = r#"
@@ -159,38 +151,27 @@ fn at_work_in(folder: &Path) -> bool {
 
 /// What is wrong with how it ends.
 fn wrong(does: &str, sentence: &str, code: &str) -> Option<String> {
-    let mut scene = small_scene();
-    scene.particles.count = 2;
-    let (folder, path) = folder_with(&scene);
-    let given = fs::read_to_string(&path).expect("a scene");
+    let scene = scene_of(2);
+    let folder = folder_with(&scene);
     let (say, run) = if does.starts_with("SAY") {
         (does, "")
     } else {
         ("", does)
     };
     let text = format!("{SOUND}{say}{AND_THEN}{TOOLS}{run}\n");
-    let engine = engine(folder.path(), "engine.py", &text);
+    let engine = engine(&folder, "engine.py", &text);
     // The program may have this memory; its engine takes more.
     let command = format!(
         "ulimit -S -v 500000 && exec timeout -s KILL 25 $0 run scene.json --engine {engine} --out out --steps 10 --stall-limit 4 --time-limit 8 \
          --memory-limit 300 --output-limit 8"
     );
     let began = Instant::now();
-    let output = std::process::Command::new("bash")
-        .args(["-c", &command, env!("CARGO_BIN_EXE_crossgrain")])
-        .current_dir(folder.path())
-        .output()
-        .expect("bash is there");
-    let (ended, said, errors) = crate::support::told(&output);
+    let (ended, said, errors) = bash(&folder, &command, &[]);
     let took = began.elapsed();
-    let left = fs::read_dir(folder.path()).expect("a folder").flatten();
-    let left: Vec<_> = left
-        .map(|of| of.file_name().to_string_lossy().into_owned())
-        .collect();
+    let left = there(&folder);
     let believed = match ended {
-        0 => RunFolder::read(&folder.path().join("out"))
-            .is_ok_and(|run| Ok(run.scene) == parse_scene(&given).map_err(drop)),
-        _ => !folder.path().join("out/run.json").exists(),
+        0 => RunFolder::read(&folder.join("out")).is_ok_and(|run| run.scene == scene),
+        _ => !folder.join("out/run.json").exists(),
     };
     let holds = ended.to_string() == code
         && (errors.contains(sentence) || said.contains(sentence))
@@ -198,7 +179,7 @@ fn wrong(does: &str, sentence: &str, code: &str) -> Option<String> {
         && errors.lines().count() < 20
         && took < Duration::from_secs(20)
         && !left.iter().any(|name| name.starts_with(".crossgrain"))
-        && !is_at_work_in(folder.path())
+        && !is_at_work_in(&folder)
         && believed;
     let what = || {
         format!(

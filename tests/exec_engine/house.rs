@@ -1,22 +1,10 @@
 //! An engine in a repository of its own, judged by `ci/judge_engine` as its CI would.
 
-use std::fs;
-use std::path::Path;
-use std::process::Command;
-
-use crate::support::engines::{adapter_path, program};
-use crate::support::{ends, has};
+use crate::support::*;
 
 fn git(folder: &Path, words: &str) {
     let mut git = Command::new("git");
-    git.args([
-        "-c",
-        "user.name=a",
-        "-c",
-        "user.email=a@b",
-        "-c",
-        "commit.gpgsign=false",
-    ]);
+    git.args("-c user.name=a -c user.email=a@b -c commit.gpgsign=false".words());
     let done = git.current_dir(folder).args(words.split(' ')).output();
     let done = done.expect("git is there");
     assert!(done.status.success(), "{words}: {done:?}");
@@ -29,20 +17,19 @@ fn judged(place: &Path, run: &str) -> (Option<i32>, String) {
 }
 
 fn judged_here(place: &Path, run: &str, engine: &str) -> (Option<i32>, String) {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("ci/judge_engine");
+    let script = root("ci/judge_engine");
     let mut judge = Command::new("bash");
     judge.arg(script).arg(engine).current_dir(place.join(run));
     judge.env("CROSSGRAIN", env!("CARGO_BIN_EXE_crossgrain"));
     judge.env_remove("GITHUB_STEP_SUMMARY");
     let done = judge.output().expect("bash is there");
-    let summary = fs::read_to_string(place.join(run).join("crossgrain-out/summary.md"));
-    (done.status.code(), summary.expect("a summary"))
+    let summary = text_of(place.join(run).join("crossgrain-out/summary.md"));
+    (done.status.code(), summary)
 }
 
 #[test]
 fn a_change_that_breaks_an_engine_turns_its_ci_red_and_the_summary_says_why() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let place = place.path();
+    let place = &new_folder();
     git(place, "init -q --bare -b main house.git");
     git(place, "clone -q house.git work");
     let work = place.join("work");
@@ -51,16 +38,13 @@ fn a_change_that_breaks_an_engine_turns_its_ci_red_and_the_summary_says_why() {
         git(&work, &format!("commit -q -m {what}"));
         git(&work, "push -q origin HEAD:main");
     };
-    let toy = fs::read_to_string(adapter_path("toy.py")).expect("the toy");
+    let toy = text_of(adapter_path("toy.py"));
     program(&work, "engine.py", &toy);
     commit("engine");
     let (code, summary) = judged(place, "first");
     assert_eq!(code, Some(0), "{summary}");
-    ends(
-        &work,
-        0,
-        "report baseline save ../first/crossgrain-out/verify/verify.json main",
-    );
+    let command = "report baseline save ../first/crossgrain-out/verify/verify.json main";
+    ends(&work, 0, command);
     commit("baseline");
     let (code, summary) = judged(place, "second");
     assert_eq!(code, Some(0), "{summary}");
@@ -70,19 +54,11 @@ fn a_change_that_breaks_an_engine_turns_its_ci_red_and_the_summary_says_why() {
     commit("faster");
     let (code, summary) = judged(place, "third");
     assert_eq!(code, Some(1), "{summary}");
-    has(
-        &summary,
-        [
-            "must be that of a·(v + ½Δt·a)",
-            "WORSE than main",
-            "leapfrog-local-damping",
-        ],
-    );
+    has(&summary, ["must be that of a·(v + ½Δt·a)"]);
+    has(&summary, ["WORSE than main", "leapfrog-local-damping"]);
     // What an earlier run left is not judged in the place of a program that is missing.
     let (code, more) = judged_here(place, "third", "missing.py");
     assert_eq!(code, Some(2), "{more}");
-    assert_eq!(
-        more.matches("WORSE").count(),
-        summary.matches("WORSE").count()
-    );
+    let [page, summary] = [&more, &summary].map(|of| of.matches("WORSE").count());
+    assert_eq!(page, summary);
 }

@@ -2,30 +2,28 @@
 
 use assert_approx_eq::assert_approx_eq;
 use grains::measure::neighbourhood::{GROWING, SINGLY};
-use grains::measure::{Bed, cells, neighbourhood, stress};
-use grains::scene::Scene;
-use grains::tables::Bodies;
+use grains::measure::{cells, neighbourhood, stress};
 
-use super::contact;
+use super::{bed_of, contact};
+
+use crate::support::*;
 
 /// A bed of 300 grains in which grain i has Σ_zz = i + 1 and half of it across: sums tell which grains went in.
 fn numbered() -> (Scene, Bodies, cells::Cells, Vec<nalgebra::Matrix2<f64>>) {
     let scene = crate::support::small_scene();
     let bodies = grains::generate::initial_bodies(&scene);
     let cells = cells::radical(&scene, &bodies);
-    let extensive = (0..bodies.len())
-        .map(|id| nalgebra::Matrix2::new(0.5 * (id + 1) as f64, 0.25, 0.25, (id + 1) as f64))
-        .collect();
+    let extensive =
+        |id: usize| nalgebra::Matrix2::new(0.5 * (id + 1) as f64, 0.25, 0.25, (id + 1) as f64);
+    let extensive = (0..bodies.len()).map(extensive).collect();
     (scene, bodies, cells, extensive)
 }
 
 #[test]
 fn a_neighbourhood_has_the_nearest_grains_in_order() {
     let (_, bodies, cells, extensive) = numbered();
-    let bed = Bed {
-        bodies: &bodies,
-        contacts: &[contact(3, 70, [1.0, 0.0], 1.0, [0.1, 0.1])],
-    };
+    let contacts = [contact(3, 70, [1.0, 0.0], 1.0, [0.1, 0.1])];
+    let bed = bed_of(&bodies, &contacts);
     let place = [0.17, 0.06];
     let found = neighbourhood::of("P", place, bed, &cells, &extensive);
     let mut order: Vec<usize> = (0..bodies.len()).collect();
@@ -49,55 +47,32 @@ fn a_neighbourhood_has_the_nearest_grains_in_order() {
         assert_eq!(together.zz, sum);
         let volume: f64 = of.iter().map(|id| cells.area[*id]).sum();
         assert_approx_eq!(together.cell, volume, 1e-15);
-        let rise: f64 = of
+        let rise = of
             .iter()
-            .map(|id| cells.area[*id] * (bodies.z[*id] - place[1]))
-            .sum();
+            .map(|id| cells.area[*id] * (bodies.z[*id] - place[1]));
+        let rise: f64 = rise.sum();
         assert_approx_eq!(together.rise, rise / volume, 1e-15);
     }
     // Fewer grains than the largest control volume: as many sums as there can be.
     let mut few = Bodies::default();
     for id in 0..10 {
-        few.push(
-            [bodies.x[id], bodies.z[id]],
-            [0.0, 0.0],
-            bodies.radius[id],
-            1.0,
-        );
+        let place = [bodies.x[id], bodies.z[id]];
+        few.push(place, [0.0, 0.0], bodies.radius[id], 1.0);
     }
-    let bed = Bed {
-        bodies: &few,
-        contacts: &[],
-    };
+    let bed = bed_of(&few, &[]);
     let found = neighbourhood::of("P", place, bed, &cells, &extensive);
-    assert_eq!(
-        found
-            .together
-            .iter()
-            .map(|of| of.grains)
-            .collect::<Vec<_>>(),
-        [1, 2, 4, 8]
-    );
+    let counts: Vec<usize> = found.together.iter().map(|of| of.grains).collect();
+    assert_eq!(counts, [1, 2, 4, 8]);
 }
 
 #[test]
 fn a_profile_has_the_mean_stress_of_every_piece() {
     let (scene, bodies, cells, _) = numbered();
-    let bed = Bed {
-        bodies: &bodies,
-        contacts: &[],
-    };
+    let bed = bed_of(&bodies, &[]);
     // Σ_zz = V_p·σ with a stress of a field that is linear across: every piece shows it.
-    let linear: Vec<_> = (0..bodies.len())
-        .map(|id| {
-            nalgebra::Matrix2::new(
-                0.0,
-                0.0,
-                0.0,
-                cells.area[id] * (100.0 + 50.0 * bodies.x[id]),
-            )
-        })
-        .collect();
+    let down = |zz| nalgebra::Matrix2::new(0.0, 0.0, 0.0, zz);
+    let linear = |id: usize| down(cells.area[id] * (100.0 + 50.0 * bodies.x[id]));
+    let linear: Vec<_> = (0..bodies.len()).map(linear).collect();
     let across = stress::across(&scene, bed, &cells, &linear, 0.06);
     let length = stress::piece(&scene, scene.container.width);
     assert_eq!(across.len(), 15);
@@ -108,18 +83,15 @@ fn a_profile_has_the_mean_stress_of_every_piece() {
     }
     // Down the axis, a stress that grows with depth.
     let surface = 0.12;
-    let deeper: Vec<_> = (0..bodies.len())
-        .map(|id| nalgebra::Matrix2::new(0.0, 0.0, 0.0, cells.area[id] * (surface - bodies.z[id])))
-        .collect();
+    let deeper = |id: usize| down(cells.area[id] * (surface - bodies.z[id]));
+    let deeper: Vec<_> = (0..bodies.len()).map(deeper).collect();
     let down = stress::down(&scene, bed, &cells, &deeper, surface);
     assert_eq!(down.len(), 6);
     let length = stress::piece(&scene, surface);
     for (piece, stress) in down.iter().enumerate() {
         let [low, high] = [piece, piece + 1].map(|edge| length * edge as f64);
-        assert!(
-            *stress == 0.0 || (low..=high).contains(stress),
-            "piece {piece}: {stress}"
-        );
+        let fits = *stress == 0.0 || (low..=high).contains(stress);
+        assert!(fits, "piece {piece}: {stress}");
     }
     assert!(down.iter().filter(|stress| **stress > 0.0).count() >= 5);
 }

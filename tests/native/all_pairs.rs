@@ -1,18 +1,12 @@
 //! The kernels and their neighbour list against the method written out plainly, which looks at every pair.
 
-use grains::generate::initial_bodies;
-use grains::measure::{Bed, neighbourhood};
 use grains::model::Model;
-use grains::native::{self, CaseOptions, Threads, contact};
-use grains::scene::{NewContactSlip, Rotation, Scene, Shape, SlipVelocity, TimeStep, TorqueArms};
-use grains::tables::{Bodies, Snapshot, Stage};
-use grains::task::{Case, Outcome, Start, Task, Until};
-use proptest::prelude::*;
+use grains::native::Threads;
+use grains::scene::{NewContactSlip, Rotation, Shape, SlipVelocity, TorqueArms};
+use grains::task::Outcome;
 
 use crate::support::all_pairs::AllPairs;
-use crate::support::{
-    Keep, STAGES, frictional_scene, native_outcome, small_scene, sound, staged_scene,
-};
+use crate::support::*;
 
 /// Skins of the neighbour list, most pairs near one another or hardly any, m; and numbers of threads.
 const WAYS: [(f64, usize); 4] = [(2.0e-5, 1), (2.0e-4, 1), (1.0e-3, 3), (4.0e-3, 1)];
@@ -87,16 +81,12 @@ fn is_pressed_like_all_pairs(scene: &mut Scene, poured: u64, steps: u64) -> Snap
 
 #[test]
 fn the_kernel_has_the_bits_of_looking_at_every_pair_while_pouring() {
-    let mut scene = small_scene();
-    scene.particles.count = 120;
-    pours_like_all_pairs(&scene, 8000);
+    pours_like_all_pairs(&scene_of(120), 8000);
 }
 
 #[test]
 fn the_kernel_has_the_bits_of_looking_at_every_pair_under_the_punch() {
-    let mut scene = small_scene();
-    scene.particles.count = 120;
-    is_pressed_like_all_pairs(&mut scene, 20_000, 1500);
+    is_pressed_like_all_pairs(&mut scene_of(120), 20_000, 1500);
 }
 
 #[test]
@@ -157,11 +147,11 @@ fn friction_has_the_bits_of_looking_at_every_pair_in_a_whole_experiment() {
 
 #[test]
 fn constants_of_loading_have_the_bits_of_looking_at_every_pair() {
-    for (name, changes, expected, _) in STAGES {
+    for (name, changes, expected, _) in stages() {
         let outcome = is_loaded_like_all_pairs(&staged_scene(changes));
         let settled = outcome.settled.expect("a settled bed");
         let rub = [&settled, &outcome.last].map(rubs);
-        assert_eq!(rub, *expected, "{name}");
+        assert_eq!(rub, expected, "{name}");
     }
 }
 
@@ -174,66 +164,5 @@ fn bits_do_not_depend_on_the_skin() {
         let (other, history) = native_outcome(&scene, &task, Some(skin));
         assert_eq!(other.last, thin.last, "skin {skin}");
         assert_eq!(history.0, thin_history.0, "skin {skin}");
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
-
-    /// Contacts found through the neighbour list are those of looking at every pair, after motion
-    /// that makes the list old.
-    #[test]
-    fn the_neighbour_list_misses_no_contact(
-        places in proptest::collection::vec((0.01f64..0.29, 0.01f64..0.2, -1.0f64..1.0, -1.0f64..1.0), 2..120),
-        steps in 1u64..40,
-        skin in 1.0e-5f64..3.0e-3,
-    ) {
-        let mut scene = small_scene();
-        scene.particles.count = places.len() as u32;
-        // Soft grains: they may overlap deeply without flying apart.
-        scene.material.youngs_modulus = 1.0e3;
-        scene.time_step = TimeStep::Absolute { seconds: 1.0e-4 };
-        let mut bodies = Bodies::default();
-        for (index, (x, z, vx, vz)) in places.iter().enumerate() {
-            let radius = 0.004 + 0.002 * (index % 7) as f64 / 7.0;
-            bodies.push([*x, *z], [*vx, *vz], radius, scene.grain_mass(radius));
-        }
-        // A case, as nobody asks whether its overlaps mean anything.
-        let case = Case {
-            name: "random grains".to_owned(),
-            model: Model::of(&scene),
-            punch: None,
-            moments: vec![steps],
-            bodies,
-        };
-        let largest = case.bodies.radius.iter().copied().fold(0.0, f64::max);
-        let options = CaseOptions {
-            skin_over_radius: skin / largest,
-            ..CaseOptions::default()
-        };
-        let moments = native::run_case(&case, options).expect("a case that finishes");
-        let last = &moments[0];
-        let mut expected = Vec::new();
-        for i in 0..last.bodies.len() {
-            for j in i + 1..last.bodies.len() {
-                let at = |i: usize| [last.bodies.x[i], last.bodies.z[i]];
-                let (a, b) = (last.bodies.radius[i], last.bodies.radius[j]);
-                if contact::grains(at(i), a, at(j), b).is_some() {
-                    expected.push((i as u32, j as u32));
-                }
-            }
-        }
-        let found: Vec<(u32, u32)> = last
-            .contacts
-            .iter()
-            .filter(|contact| contact.id1 < scene.particles.count)
-            .map(|contact| (contact.id1, contact.id2))
-            .collect();
-        prop_assert_eq!(&found, &expected);
-        prop_assert!(last.contacts.iter().all(|contact| contact.normal_force >= 0.0));
-        let bed = Bed { bodies: &last.bodies, contacts: &last.contacts };
-        let ends = 2 * found.len() + (last.contacts.len() - found.len());
-        let mean = neighbourhood::coordination(bed).mean;
-        prop_assert!((mean - ends as f64 / places.len() as f64).abs() < 1e-12);
     }
 }

@@ -1,13 +1,10 @@
 //! How runs end: by the rules of the scene, or in trouble that names step and grain.
 
 use crossgrain::suite::{Grain, case, model, springs};
-use grains::generate::initial_bodies;
-use grains::native::{self, NativeError, Trouble};
-use grains::scene::{Damping, Scene, TimeStep};
-use grains::tables::{Bodies, StopReason};
-use grains::task::Task;
+use grains::native::{NativeError, Trouble};
+use grains::scene::{Damping, TimeStep};
 
-use crate::support::{native_outcome, small_scene, sound};
+use crate::support::*;
 
 #[test]
 fn every_end_of_loading_is_typed() {
@@ -42,8 +39,7 @@ fn trouble(scene: &Scene, bodies: Bodies) -> NativeError {
 
 #[test]
 fn troubles_name_step_and_grain() {
-    let mut scene = small_scene();
-    scene.particles.count = 2;
+    let scene = scene_of(2);
     let two = |x: f64, vx: f64| {
         let mut bodies = Bodies::default();
         bodies.push([0.1, 0.1], [0.0, 0.0], 0.005, 0.2);
@@ -52,17 +48,11 @@ fn troubles_name_step_and_grain() {
     };
     // Through the wall between two steps.
     let error = trouble(&scene, two(0.2, 2.0e4));
-    assert!(
-        matches!(error.trouble, Trouble::Lost { grain: 1, .. }),
-        "{error}"
-    );
-    assert!(error.step > 0 && error.step < 100);
+    assert!(matches!(error.trouble, Trouble::Lost { grain: 1, .. }));
+    assert!(error.step > 0 && error.step < 100, "{error}");
     // Two grains at the same place have no normal, and overlap by more than springs mean.
     let error = trouble(&scene, two(0.1, 0.0));
-    assert!(
-        matches!(error.trouble, Trouble::BeyondRadius { .. }),
-        "{error}"
-    );
+    assert!(matches!(error.trouble, Trouble::BeyondRadius { .. }));
     // A start that is not a number.
     let error = trouble(&scene, two(f64::NAN, 0.0));
     assert_eq!(error.trouble, Trouble::NotFinite { grain: 1 });
@@ -73,37 +63,26 @@ fn troubles_name_step_and_grain() {
 #[test]
 fn what_is_not_a_number_is_noticed_in_its_step() {
     let grains = [Grain::disc([0.1, 0.1], 0.005, 2600.0); 2];
-    let case = case(
-        "two in one place",
-        model(springs(1.0e6), 1.0e-5),
-        &grains,
-        vec![900],
-    );
+    let model = model(springs(1.0e6), 1.0e-5);
+    let case = case("two in one place", model, &grains, vec![900]);
     let error = native::run_case(&case, None).expect_err("0/0");
-    assert!(
-        matches!(error.trouble, Trouble::NotFinite { .. }),
-        "{error}"
-    );
+    assert!(matches!(error.trouble, Trouble::NotFinite { .. }));
     assert!(error.step <= 2, "{error}");
 }
 
 /// One grain on the floor with twice the stable step gains energy at every bounce.
 #[test]
 fn energy_from_a_step_beyond_the_limit_is_noticed() {
-    let mut scene = small_scene();
-    scene.particles.count = 1;
+    let mut scene = scene_of(1);
     scene.damping = Damping::Cundall { alpha: 0.0 };
-    scene.time_step = TimeStep::Fraction {
-        of_sqrt_m_over_k: 1.9,
-    };
+    let of_sqrt_m_over_k = 1.9;
+    scene.time_step = TimeStep::Fraction { of_sqrt_m_over_k };
     // Little work for the punch to do, so little energy is allowed.
     scene.loading.pressure = 1.0;
     let mut bodies = Bodies::default();
     bodies.push([0.1, 0.0051], [0.0, 0.0], 0.005, scene.grain_mass(0.005));
     let task = Task::pour(bodies, 3_000_000);
     let error = native::run(&scene, &task, &sound(), &mut ()).expect_err("energy from nowhere");
-    assert!(
-        matches!(error.trouble, Trouble::EnergyBlownUp { grain: 0, .. }),
-        "{error}"
-    );
+    let blown_up = matches!(error.trouble, Trouble::EnergyBlownUp { grain: 0, .. });
+    assert!(blown_up, "{error}");
 }

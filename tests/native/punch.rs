@@ -1,11 +1,8 @@
 //! The punch and grains that it holds or meets.
 
 use crossgrain::suite::{Grain, case, model, punch, springs};
-use grains::native;
-use grains::tables::{Bodies, Punch, Stage};
-use grains::task::{Start, Task, Until};
 
-use crate::support::{native_outcome, small_scene};
+use crate::support::*;
 
 /// A punch of 0.2 m by 0.4 m around the origin and a grain in it: in a corner's reach of each face and
 /// on a face itself.
@@ -22,12 +19,8 @@ fn a_grain_inside_the_punch_bears_the_force_of_the_nearest_face() {
         ([-0.02, -0.01], [-1.0, 0.0], 0.08),
     ] {
         let grain = Grain::disc(place, radius, 2600.0);
-        let mut case = case(
-            "in the punch",
-            model(springs(modulus), 1.0e-5),
-            &[grain],
-            vec![0, 1],
-        );
+        let model = model(springs(modulus), 1.0e-5);
+        let mut case = case("in the punch", model, &[grain], vec![0, 1]);
         case.punch = Some(punch(0.0, -0.2, [0.1, 0.2], 0.0));
         let moments = native::run_case(&case, None).expect("a sound run");
         let [contact] = moments[0].contacts[..] else {
@@ -35,15 +28,9 @@ fn a_grain_inside_the_punch_bears_the_force_of_the_nearest_face() {
         };
         assert_eq!((contact.id1, contact.id2), (1, 0));
         assert_eq!(contact.normal, normal, "{place:?}");
-        assert!(
-            (contact.overlap - (radius + depth)).abs() < 1.0e-16,
-            "{place:?}"
-        );
+        near(contact.overlap, radius + depth, 1.0e-16);
         let force = modulus * radius * (radius + depth);
-        assert!(
-            (contact.normal_force / force - 1.0).abs() < 1.0e-14,
-            "{place:?}"
-        );
+        near(contact.normal_force / force, 1.0, 1.0e-14);
         // The middle between the face and the deepest point of the grain.
         let middle = [0, 1].map(|axis| place[axis] + 0.5 * (depth - radius) * normal[axis]);
         let off = (contact.point[0] - middle[0]).hypot(contact.point[1] - middle[1]);
@@ -53,36 +40,4 @@ fn a_grain_inside_the_punch_bears_the_force_of_the_nearest_face() {
         let wrong = (pushed[0] - speed * normal[0]).hypot(pushed[1] - speed * normal[1]);
         assert!(wrong < 1.0e-14 * speed, "{place:?}: {pushed:?}");
     }
-}
-
-/// Grains at rest make no list old; the punch's own way must.
-#[test]
-fn the_punch_reaches_a_grain_that_was_far_when_the_list_was_made() {
-    let mut scene = small_scene();
-    scene.particles.count = 1;
-    scene.gravity = 0.0;
-    scene.loading.speed = 0.4;
-    let mut bodies = Bodies::default();
-    bodies.push([0.15, 0.05], [0.0, 0.0], 0.005, 0.2);
-    let start = 0.055 + 0.02;
-    let punch = Punch {
-        centre: [0.15, start + 0.15],
-        half_extents: [0.0225, 0.15],
-        start,
-        velocity: -0.4,
-        force: 0.0,
-    };
-    let task = Task {
-        start: Start {
-            stage: Stage::Load,
-            punch: Some(punch),
-            ..bodies.into()
-        },
-        until: Until::Step(1800),
-    };
-    let (outcome, _) = native_outcome(&scene, &task, None);
-    let last = &outcome.last;
-    let depth = last.punch.expect("the punch").depth();
-    assert!(depth > 0.0201, "{depth}");
-    assert!(last.bodies.vz[0] < -0.3, "{}", last.bodies.vz[0]);
 }

@@ -1,7 +1,6 @@
 //! Momentum, and that the contacts of a snapshot are the forces that move the grains.
 
 use super::*;
-use grains::tables::{Bodies, Contact};
 
 /// Σmv, Σ(r × mv + Iω) about the origin, and sums of magnitudes that bound their rounding.
 fn momenta(bodies: &Bodies) -> ([f64; 3], [f64; 2]) {
@@ -9,10 +8,8 @@ fn momenta(bodies: &Bodies) -> ([f64; 3], [f64; 2]) {
     for i in 0..bodies.len() {
         let [px, pz] = [bodies.vx[i], bodies.vz[i]].map(|v| bodies.mass[i] * v);
         let (x, z) = (bodies.x[i], bodies.z[i]);
-        let spun = bodies
-            .spin
-            .get(i)
-            .map_or(0.0, |spin| spin * bodies.inertia[i]);
+        let spin = bodies.spin.get(i);
+        let spun = spin.map_or(0.0, |spin| spin * bodies.inertia[i]);
         sums[0] += px;
         sums[1] += pz;
         sums[2] += z * px - x * pz + spun;
@@ -32,10 +29,8 @@ fn on_grains(case: &Case, bodies: &Bodies, contacts: &[Contact]) -> Vec<([f64; 3
         let mut add = |id: u32, sign: f64| {
             let i = id as usize;
             let [fx, fz] = force.map(|of| sign * of);
-            let mut arm = [
-                contact.point[0] - bodies.x[i],
-                contact.point[1] - bodies.z[i],
-            ];
+            let [x, z] = contact.point;
+            let mut arm = [x - bodies.x[i], z - bodies.z[i]];
             if arms == TorqueArms::HalfOverlap && !between_grains {
                 let length = bodies.radius[i] - 0.5 * contact.overlap;
                 arm = contact.normal.map(|n| -length * n);

@@ -1,13 +1,8 @@
 //! The two kernels: the same bits where both apply, and what the cheap one saves.
 
-use grains::generate::initial_bodies;
 use grains::model::{Kernel, Model};
-use grains::scene::{Scene, paper_scene};
-use grains::tables::Bodies;
-use grains::task::Task;
 
 use super::*;
-use crate::support::{native_outcome, small_scene, sound};
 
 /// An angle above zero whose tan² is zero: the general kernel with every shear force cut to nothing.
 const CUTS_ALL_SHEAR: f64 = 1.0e-200;
@@ -22,11 +17,8 @@ fn general(scene: &Scene) -> Scene {
 fn same_motion(one: &Bodies, other: &Bodies) -> bool {
     let bits = |bodies: &Bodies| -> Vec<u64> {
         let columns = [&bodies.x, &bodies.z, &bodies.vx, &bodies.vz];
-        columns
-            .into_iter()
-            .flatten()
-            .map(|of| of.to_bits())
-            .collect()
+        let all = columns.into_iter().flatten();
+        all.map(|of| of.to_bits()).collect()
     };
     bits(one) == bits(other)
 }
@@ -38,49 +30,31 @@ fn friction_of_nothing_has_the_bits_of_no_friction() {
     scene.cloud = small_scene().cloud;
     scene.measurement.history_every = 1000;
     assert_eq!(Kernel::of(&Model::of(&scene).law), Kernel::Frictionless);
-    let smooth = native_outcome(&scene, &Task::pour(initial_bodies(&scene), 12_000), None)
-        .1
-        .0;
-    let scene = general(&scene);
-    let rough = native_outcome(&scene, &Task::pour(initial_bodies(&scene), 12_000), None)
-        .1
-        .0;
+    let poured = |scene: &Scene| {
+        let task = Task::pour(initial_bodies(scene), 12_000);
+        native_outcome(scene, &task, None).1.0
+    };
+    let (smooth, rough) = (poured(&scene), poured(&general(&scene)));
     assert_eq!(smooth.len(), 13);
     for (smooth, rough) in smooth.iter().zip(&rough) {
-        assert!(
-            same_motion(&smooth.bodies, &rough.bodies),
-            "step {}",
-            smooth.step
-        );
+        let same = same_motion(&smooth.bodies, &rough.bodies);
+        assert!(same, "step {}", smooth.step);
         assert_eq!(smooth.contacts, rough.contacts, "step {}", smooth.step);
         // A normal force turns a grain by its rounding.
         assert!(rough.bodies.spin.iter().all(|spin| spin.abs() < 1.0e-9));
     }
-    assert!(
-        smooth[12].contacts.len() > 500,
-        "{}",
-        smooth[12].contacts.len()
-    );
+    let contacts = smooth[12].contacts.len();
+    assert!(contacts > 500, "{contacts}");
 }
 
 /// Processor time of so many steps of the poured bed, s.
 fn seconds(scene: &Scene, poured: &Bodies, steps: u64) -> f64 {
     let mut bodies = initial_bodies(scene);
-    for (to, from) in [
-        (&mut bodies.x, &poured.x),
-        (&mut bodies.z, &poured.z),
-        (&mut bodies.vx, &poured.vx),
-        (&mut bodies.vz, &poured.vz),
-    ] {
-        to.clone_from(from);
-    }
-    let outcome =
-        native::run(scene, &Task::pour(bodies, steps), &sound(), &mut ()).expect("a sound run");
-    assert!(
-        outcome.last.contacts.len() > 5000,
-        "{}",
-        outcome.last.contacts.len()
-    );
+    let Bodies { x, z, vx, vz, .. } = poured.clone();
+    (bodies.x, bodies.z, bodies.vx, bodies.vz) = (x, z, vx, vz);
+    let (outcome, _) = native_outcome(scene, &Task::pour(bodies, steps), None);
+    let contacts = outcome.last.contacts.len();
+    assert!(contacts > 5000, "{contacts}");
     outcome.stages[0].cpu_seconds
 }
 
@@ -91,9 +65,8 @@ fn the_frictionless_kernel_takes_at_most_two_thirds_of_the_time() {
     let rough = general(&smooth);
     let task = Task::pour(initial_bodies(&smooth), 30_000);
     let poured = native_outcome(&smooth, &task, None).0.last.bodies;
-    let mut ratios: Vec<f64> = (0..15)
-        .map(|_| seconds(&rough, &poured, 300) / seconds(&smooth, &poured, 300))
-        .collect();
+    let ratio = |_| seconds(&rough, &poured, 300) / seconds(&smooth, &poured, 300);
+    let mut ratios: Vec<f64> = (0..15).map(ratio).collect();
     ratios.sort_by(f64::total_cmp);
     println!("general over frictionless: {ratios:.2?}");
     assert!(ratios[7] >= 1.5, "{ratios:?}");

@@ -1,10 +1,6 @@
 //! What a contact cannot do: pull, and bear more shear than Coulomb allows.
 
-use grains::generate::initial_bodies;
-use grains::task::Task;
-
 use super::*;
-use crate::support::{frictional_scene, native_outcome};
 
 /// The dashpot clipped, if there is one.
 fn clipped(mut law: Law) -> Law {

@@ -1,7 +1,6 @@
 //! The neighbour list misses no pair and invents none.
 
 use crossgrain::suite::springs;
-use grains::tables::Punch;
 
 use super::*;
 

@@ -1,7 +1,6 @@
 //! Seen in a mirror, or in other units, a case has the same bits.
 
 use grains::model::Wall;
-use grains::tables::{Bodies, Contact};
 
 use super::*;
 
@@ -63,12 +62,7 @@ impl Mirror {
 fn is_mirrored(case: &Case, mirror: Mirror) -> Result<(), TestCaseError> {
     for (one, other) in run(case).iter().zip(run(&mirror.case(case))) {
         // Equal but for the sign of a zero.
-        prop_assert_eq!(
-            mirror.bodies(&one.bodies),
-            other.bodies,
-            "step {}",
-            one.step
-        );
+        prop_assert_eq!(mirror.bodies(&one.bodies), other.bodies);
         let contacts: Vec<Contact> = one.contacts.iter().map(|c| mirror.contact(c)).collect();
         prop_assert_eq!(contacts, other.contacts, "step {}", one.step);
     }

@@ -1,10 +1,6 @@
 //! Records of the commits of a repository: the history of a check, and the commit that moved it.
 
-use std::fs;
-use std::path::Path;
-use std::process::Command;
-
-use crate::support::{ends, has, tells};
+use crate::support::*;
 
 /// What git says to this in the folder.
 fn git(folder: &Path, words: &[&str]) -> String {
@@ -46,69 +42,44 @@ fn repository(folder: &Path, values: &[Option<[f64; 2]>]) -> Vec<String> {
     commits.collect()
 }
 
+/// What is looked for between which commits, how that ends, and what is said.
+const BISECTED: &str = "
+    fall/height ⇒ 0 ⇒ 3 ⇒ 0 ⇒ fall/height changed in {2} change 2
+    fall/height ⇒ 5 ⇒ 8 ⇒ 3 ⇒ fall/height changed in one of
+    pace ⇒ 0 ⇒ 5 ⇒ 0 ⇒ pace changed in {4} change 4
+    fall/height ⇒ 2 ⇒ 3 ⇒ 2 ⇒ give two commits between which it changed
+    fall/depth ⇒ 0 ⇒ 8 ⇒ 2 ⇒ which is to be good: fall/depth was not made
+    fall/height ⇒ 6 ⇒ 8 ⇒ 2 ⇒ no record; the command ended with
+";
+
 #[test]
 fn the_commit_that_moved_a_check_or_a_speed_is_found() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path();
+    let folder = &new_folder();
     let sound = Some([1.0, 10.0]);
     let moved = Some([1.5, 10.0]);
     let slow = Some([1.5, 12.0]);
     let failing = Some([2.5, 12.0]);
-    let of = [
-        sound, sound, moved, moved, slow, slow, None, failing, failing,
-    ];
-    let commits = repository(folder, &of);
+    let then = [slow, slow, None, failing, failing];
+    let commits = repository(folder, &[&[sound, sound, moved, moved][..], &then].concat());
     let bisect = |id: &str, good: usize, bad: usize| {
-        let [good, bad] = [&commits[good], &commits[bad]];
-        format!(
-            "report bisect {id} --good {good} --bad {bad} --record out/record.json -- sh make.sh"
-        )
+        let between = format!("--good {} --bad {}", commits[good], commits[bad]);
+        format!("report bisect {id} {between} --record out/record.json -- sh make.sh")
     };
-    for (id, good, bad, code, words) in [
-        (
-            "fall/height",
-            0,
-            3,
-            0,
-            "fall/height changed in {2} change 2",
-        ),
-        ("fall/height", 5, 8, 3, "fall/height changed in one of"),
-        ("pace", 0, 5, 0, "pace changed in {4} change 4"),
-        (
-            "fall/height",
-            2,
-            3,
-            2,
-            "give two commits between which it changed",
-        ),
-        (
-            "fall/depth",
-            0,
-            8,
-            2,
-            "which is to be good: fall/depth was not made",
-        ),
-        ("fall/height", 6, 8, 2, "no record; the command ended with"),
-    ] {
+    for [id, good, bad, code, words] in rows(BISECTED) {
+        let [good, bad, code] = [good, bad, code].map(|of| of.parse::<usize>().expect("a number"));
         let short = |of: usize| &commits[of][..7];
         let words = words.replace("{2}", short(2)).replace("{4}", short(4));
-        tells(folder, code, &bisect(id, good, bad), [&words]);
+        tells(folder, code as i32, &bisect(id, good, bad), [&words]);
     }
     // By the outcome that changed, though the value had moved before.
     let (found, tried) = ends(folder, 3, &bisect("fall/height", 0, 8));
     has(&found, [&commits[6], &commits[7]]);
-    has(
-        &tried,
-        ["change 4: as before (pass: height: 1.5 m, must be 0 to 2)"],
-    );
+    let words = "change 4: as before (pass: height: 1.5 m, must be 0 to 2)";
+    has(&tried, [words]);
     assert!(!found.contains(&commits[2]), "{found}");
     let elsewhere = bisect("pace", 0, 5).replace("sh make.sh", "no-such-program");
-    tells(
-        folder,
-        2,
-        &elsewhere,
-        ["no-such-program could not be started"],
-    );
+    let words = "no-such-program could not be started";
+    tells(folder, 2, &elsewhere, [words]);
     let unknown = bisect("pace", 0, 5).replace(&commits[0], "nowhere");
     tells(folder, 2, &unknown, ["git rev-parse"]);
     // The user's own tree is as it was.
@@ -118,8 +89,8 @@ fn the_commit_that_moved_a_check_or_a_speed_is_found() {
 
 #[test]
 fn a_history_says_which_commit_changed_what() {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = &place.path().join("engine");
+    let place = &new_folder();
+    let folder = &place.join("engine");
     fs::create_dir(folder).expect("created");
     // The seventh is slow once; nothing follows from one record.
     let values = [
@@ -135,52 +106,36 @@ fn a_history_says_which_commit_changed_what() {
     let commits = repository(folder, &values.map(Some));
     let keep = |last: usize| {
         for ([value, speed], commit) in values.into_iter().zip(&commits).take(last) {
-            fs::write(place.path().join("record.json"), record(value, speed)).expect("written");
-            ends(
-                folder,
-                0,
-                &format!("report baseline save ../record.json {commit} --store ../{last}"),
-            );
+            fs::write(place.join("record.json"), record(value, speed)).expect("written");
+            let command =
+                &format!("report baseline save ../record.json {commit} --store ../{last}");
+            ends(folder, 0, command);
         }
         format!("report history --repository . --store ../{last} --out ../over-time")
     };
     let (said, _) = ends(folder, 0, &keep(8));
     let short = |of: usize| &commits[of][..12];
-    let lines: Vec<Vec<&str>> = said
-        .lines()
-        .map(|line| {
-            line.split("  ")
-                .map(str::trim)
-                .filter(|of| !of.is_empty())
-                .collect()
-        })
-        .collect();
     let row = |of: usize, what: &str| {
-        let found = lines
-            .iter()
-            .find(|line| line.first() == Some(&short(of)) && line.contains(&what));
-        assert!(
-            found.is_some_and(|line| line.contains(&format!("change {of}").as_str())),
-            "{what}: {said}"
-        );
+        let (change, mut lines) = (format!("change {of}"), said.lines());
+        let found = lines.any(|line| {
+            let cells = line.split("  ").map(str::trim).filter(|of| !of.is_empty());
+            let cells: Vec<&str> = cells.collect();
+            let wanted = [short(of), what, change.as_str()];
+            cells.first() == Some(&wanted[0]) && wanted.iter().all(|of| cells.contains(of))
+        });
+        assert!(found, "{what}: {said}");
     };
     row(1, "1");
     row(2, "SLOWER");
     row(4, "new failure");
     row(5, "fixed");
-    has(
-        &said,
-        ["In 8 records: new failures 1, repaired 1, slower 1, faster 0"],
-    );
-    let page = fs::read_to_string(place.path().join("over-time/report.html")).expect("a page");
+    let words = "In 8 records: new failures 1, repaired 1, slower 1, faster 0";
+    has(&said, [words]);
+    let page = text_of(place.join("over-time/report.html"));
     has(&page, ["fall/height", "the pace", "history.svg"]);
     // The newest fails, or was slowed down by the last but one.
     ends(folder, 1, &keep(5));
-    tells(
-        folder,
-        1,
-        &keep(4),
-        ["speeds that became slower in the last two records"],
-    );
+    let words = "speeds that became slower in the last two records";
+    tells(folder, 1, &keep(4), [words]);
     tells(folder, 2, &keep(1), ["a history needs two records"]);
 }

@@ -1,27 +1,15 @@
 //! Scenes: what is accepted, what is refused, and that the message says where and what.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use grains::scene::{Cloud, OPEN_CHOICES, SceneError, json_schema};
 
-use grains::generate::initial_bodies;
-use grains::scene::{
-    Cloud, OPEN_CHOICES, Scene, SceneError, json_schema, paper_scene, parse_scene,
-};
-use grains::tables::Stage;
-
-use crate::support::{say, tells};
+use crate::support::*;
 
 fn inputs(kind: &str) -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/scene")
-        .join(kind);
-    let mut files: Vec<PathBuf> = fs::read_dir(folder)
-        .expect("the inputs are there")
-        .map(|entry| entry.expect("a readable folder").path())
-        .filter(|path| path.extension().is_some_and(|end| end == "json"))
-        .collect();
-    files.sort();
-    files
+    let folder = root("tests/scene").join(kind);
+    let files = there(&folder)
+        .into_iter()
+        .filter(|name| name.ends_with(".json"));
+    files.map(|name| folder.join(name)).collect()
 }
 
 #[test]
@@ -43,13 +31,10 @@ fn every_bad_scene_is_refused_with_its_messages() {
     for file in files {
         let (code, _, errors) = say(Path::new("."), &["scene", "check", &file.to_string_lossy()]);
         assert_eq!(code, 2, "{}: {errors}", file.display());
-        let expected = fs::read_to_string(file.with_extension("txt")).expect("the messages");
+        let expected = text_of(file.with_extension("txt"));
         for line in expected.lines() {
-            assert!(
-                errors.contains(line),
-                "{}: «{line}» is missing in\n{errors}",
-                file.display()
-            );
+            let named = errors.contains(line);
+            assert!(named, "{}: «{line}» not in {errors}", file.display());
         }
         // A wrong width makes much else impossible, and stands alone.
         if file.ends_with("width_negative.json") {
@@ -64,10 +49,8 @@ fn the_papers_scene_reads_back_and_names_every_open_choice() {
     let text = serde_json::to_string_pretty(&scene).expect("JSON");
     assert_eq!(parse_scene(&text).expect("a valid scene"), scene);
     for (key, _) in OPEN_CHOICES {
-        assert!(
-            scene.choices.contains_key(*key),
-            "{key} has no reason in the scene"
-        );
+        let reason = scene.choices.contains_key(*key);
+        assert!(reason, "{key} has no reason in the scene");
     }
 }
 
@@ -76,9 +59,8 @@ fn the_digest_follows_physics_and_not_words() {
     let scene = paper_scene(1, 5000);
     let mut renamed = scene.clone();
     renamed.name = "other".to_owned();
-    renamed
-        .choices
-        .insert("/damping".to_owned(), "because".to_owned());
+    let (place, why) = ("/damping".to_owned(), "because".to_owned());
+    renamed.choices.insert(place, why);
     assert_eq!(scene.digest(), renamed.digest());
     let mut faster = scene.clone();
     faster.loading.speed *= 1.0 + f64::EPSILON;
@@ -91,20 +73,13 @@ fn one_message_lists_problems_of_structure_together() {
     value["particles"]["count"] = "many".into();
     value["damping"]["kind"] = "oil".into();
     value["colour"] = "red".into();
-    value["particles"]
-        .as_object_mut()
-        .expect("an object")
-        .remove("mean_diameter");
+    let particles = value["particles"].as_object_mut().expect("an object");
+    particles.remove("mean_diameter");
     let Err(SceneError::Problems(problems)) = parse_scene(&value.to_string()) else {
         panic!("four problems were expected");
     };
     let places: Vec<&str> = problems.iter().map(|p| p.place.as_str()).collect();
-    for place in [
-        "/particles/count",
-        "/damping/kind",
-        "/colour",
-        "/particles/mean_diameter",
-    ] {
+    for place in "/particles/count /damping/kind /colour /particles/mean_diameter".words() {
         assert!(places.contains(&place), "{place} is not among {places:?}");
     }
     assert_eq!(problems.len(), 4, "{problems:?}");
@@ -112,9 +87,7 @@ fn one_message_lists_problems_of_structure_together() {
 
 #[test]
 fn the_schema_in_the_documentation_is_the_one_of_the_types() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene.schema.json");
-    let text = fs::read_to_string(path).expect("docs/scene.schema.json");
-    let written: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let written = json_of(root("docs/scene.schema.json"));
     assert_eq!(
         written,
         json_schema(),
@@ -124,14 +97,13 @@ fn the_schema_in_the_documentation_is_the_one_of_the_types() {
 
 #[test]
 fn a_file_that_is_far_too_large_is_not_read() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("huge.json");
+    let folder = &new_folder();
+    let path = folder.join("huge.json");
     fs::write(&path, vec![b' '; 2 << 20]).expect("a writable folder");
-    tells(folder.path(), 2, "scene check huge.json", ["larger than"]);
+    tells(folder, 2, "scene check huge.json", ["larger than"]);
 }
 
 proptest::proptest! {
-    /// Cut or changed anywhere, a scene is refused or read, never a panic.
     #[test]
     fn mangled_text_never_panics(cut in 0usize..3000, place in 0usize..3000, byte in 0u8..128) {
         let text = serde_json::to_string_pretty(&paper_scene(1, 10)).expect("JSON");
@@ -164,30 +136,24 @@ fn what_a_scene_leaves_out_has_a_default_that_its_record_states() {
     let lengths = |of: &Scene| {
         let loading = &of.loading;
         let measured = &of.measurement;
-        let lengths = [
-            loading.half_width,
-            loading.punch_height,
-            loading.give_up_depth,
-            measured.local_radius,
-            measured.control_volume_side,
-            of.control_points[0].depth,
-        ];
+        let [half_width, depth] = [loading.half_width, of.control_points[0].depth];
+        let volume = [measured.local_radius, measured.control_volume_side];
+        let punch = [loading.punch_height, loading.give_up_depth];
+        let lengths = [half_width, punch[0], punch[1], volume[0], volume[1], depth];
         lengths.map(|length| (1e6 * length / of.particles.mean_diameter).round())
     };
     assert_eq!(lengths(&scene), lengths(&paper));
     let Cloud::JitteredLattice { columns, .. } = scene.cloud;
     assert_eq!(columns, 20);
     let whole = serde_json::to_string(&scene).expect("JSON");
-    assert_eq!(
-        parse_scene(&whole).expect("a scene").digest(),
-        scene.digest()
-    );
+    let read = parse_scene(&whole).expect("a scene");
+    assert_eq!(read.digest(), scene.digest());
 }
 
 /// Of the constants of loading, what is left out is as in pouring; a scene without them keeps its digest.
 #[test]
 fn loading_has_the_constants_of_pouring_where_it_gives_no_others() {
-    let text = fs::read_to_string("examples/friction-after-pouring.json").expect("an example");
+    let text = text_of("examples/friction-after-pouring.json");
     let scene = parse_scene(&text).expect("a scene");
     let mut expected = scene.material.clone();
     assert_eq!(expected.friction_angle, 0.0);
@@ -201,17 +167,13 @@ fn loading_has_the_constants_of_pouring_where_it_gives_no_others() {
     let mut without = scene.clone();
     without.loading.material = None;
     assert_ne!(without.digest(), scene.digest());
-    assert!(
-        !serde_json::to_string(&without.loading)
-            .expect("JSON")
-            .contains("material")
-    );
+    let loading = serde_json::to_string(&without.loading).expect("JSON");
+    assert!(!loading.contains("material"));
 }
 
-/// A cloud over a part of the box fills that part and no other.
 #[test]
 fn a_cloud_may_stand_over_a_part_of_the_box() {
-    let text = fs::read_to_string("examples/column-collapse.json").expect("an example");
+    let text = text_of("examples/column-collapse.json");
     let bodies = initial_bodies(&parse_scene(&text).expect("a scene"));
     assert!(bodies.x.iter().all(|x| (0.0..=0.1).contains(x)));
     assert!(bodies.x.iter().any(|x| *x > 0.08));

@@ -9,8 +9,7 @@ use crossgrain::study::machine::{Folder, Machine as _};
 use crossgrain::study::plan::Program;
 use crossgrain::study::realization::{Engines, Runner};
 
-use crate::support::engines::{adapter_path, changed_toy, program};
-use crate::support::has;
+use crate::support::*;
 use crate::tradeoff::run;
 
 /// The map of the small scenes of these names in the engine: planned, run and reported as a study.
@@ -18,8 +17,8 @@ fn map(options: &Options, names: &[&str]) -> Map {
     let engine = ExternalEngine::ask(options.clone()).expect("an engine");
     let mut plan = Stability::new(false, Some(Runner::External), true);
     plan.scenes.retain(|name| names.contains(&name.as_str()));
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path().join("map");
+    let place = &new_folder();
+    let folder = place.join("map");
     let program = Program::of(&engine).expect("a program");
     create(&folder, plan, Some(program), None).expect("a new study");
     let engines = Engines {
@@ -106,24 +105,22 @@ fn the_page_names_the_engine_and_what_it_lacks() {
 
 #[test]
 fn what_the_engine_refuses_is_skipped_in_its_own_words() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     let toy = changed_toy("len(grains) > 200", "len(grains) == 2");
-    let options = Options::new(program(folder.path(), "shy.py", &toy));
+    let options = Options::new(program(folder, "shy.py", &toy));
     let map = map(&options, &["one-contact", "grain-on-wall"]);
     let refused = &map.rows[0];
-    assert_eq!(
-        refused.skipped.as_deref(),
-        Some("toy refused: more than 200 grains")
-    );
+    let why = refused.skipped.as_deref();
+    assert_eq!(why, Some("toy refused: more than 200 grains"));
     assert_eq!(outcomes(&map.checks(), refused), [Outcome::Skipped]);
     is_as_predicted(&map, &map.rows[1]);
 }
 
 #[test]
 fn springs_that_are_too_soft_are_seen_by_the_limit() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     let toy = changed_toy("2.0 * a * a / (a + a)", "0.9 * a");
-    let options = Options::new(program(folder.path(), "soft.py", &toy));
+    let options = Options::new(program(folder, "soft.py", &toy));
     let map = map(&options, &["grain-on-wall"]);
     let row = &map.rows[0];
     assert_eq!(outcomes(&map.checks(), row), [Outcome::Fail; 2]);

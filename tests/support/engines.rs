@@ -1,12 +1,10 @@
 //! External engines: those of the project, changed ones and broken ones.
 
-use std::fs;
 use std::os::unix::fs::PermissionsExt;
-use std::path::{Path, PathBuf};
 
-use grains::scene::{Cloud, Scene};
+use grains::scene::Cloud;
 
-use super::{say, small_scene};
+use super::*;
 
 /// Forty grains in a narrow box.
 pub fn narrow_scene(dispersion: f64) -> Scene {
@@ -30,9 +28,7 @@ pub fn narrow_scene(dispersion: f64) -> Scene {
 
 /// An adapter of the project.
 pub fn adapter_path(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("adapters")
-        .join(name)
+    root("adapters").join(name)
 }
 
 /// An adapter of the project, as it is named on the command line.
@@ -55,33 +51,26 @@ pub fn engine(folder: &Path, name: &str, text: &str) -> String {
 
 /// The toy with one place changed.
 pub fn changed_toy(from: &str, to: &str) -> String {
-    let toy = fs::read_to_string(adapter_path("toy.py")).expect("the toy");
-    assert_eq!(
-        toy.matches(from).count(),
-        1,
-        "«{from}» is not once in the toy"
-    );
+    let toy = text_of(adapter_path("toy.py"));
+    let count = toy.matches(from).count();
+    assert_eq!(count, 1, "«{from}» is not once in the toy");
     toy.replace(from, to)
 }
 
-/// `crossgrain run scene.json` in this engine and folder; its exit code, what it printed and what it complained of.
-pub fn run_in(folder: &Path, engine: &str, more: &[&str], out: &str) -> (i32, String, String) {
-    let run = [
-        "run",
-        "scene.json",
-        "--quiet",
-        "--out",
-        out,
-        "--engine",
-        engine,
-    ];
-    say(folder, &[&run, more].concat()[..])
+/// `crossgrain run scene.json` in this engine and folder, which ends with this exit code; what it complained of.
+pub fn run_in(folder: &Path, code: i32, engine: &str, more: &[&str], out: &str) -> String {
+    let run = ["run", "scene.json", "--quiet", "--out", out];
+    ends(
+        folder,
+        code,
+        &[&run[..], &["--engine", engine], more].concat()[..],
+    )
+    .1
 }
 
 /// The same, and it ends well.
 pub fn ran_in(folder: &Path, engine: &str, more: &[&str], out: &str) {
-    let (code, _, errors) = run_in(folder, engine, more, out);
-    assert_eq!(code, 0, "{engine}: {errors}");
+    run_in(folder, 0, engine, more, out);
 }
 
 /// What every broken program begins with: it describes itself well, and can write well.

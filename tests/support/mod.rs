@@ -5,19 +5,36 @@ pub mod browser;
 pub mod engines;
 pub mod pages;
 
-use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+// What most tests name.
+pub use std::collections::{BTreeMap, BTreeSet};
+pub use std::fs;
+pub use std::path::{Path, PathBuf};
+pub use std::process::{Child, Command, Output, Stdio};
+pub use std::time::{Duration, Instant};
 
-use crossgrain::run::folder::RunFolder;
-use crossgrain::run::folder::record::Protocol;
+pub use crossgrain::progress::Display;
+pub use crossgrain::run::folder::RunFolder;
+pub use crossgrain::run::folder::record::Protocol;
+pub use grains::generate::initial_bodies;
+pub use grains::native;
+pub use grains::scene::{Scene, paper_scene, parse_scene};
+pub use grains::tables::{Bodies, Contact, Punch, Snapshot, Stage, StopReason};
+pub use grains::task::{Start, Task, Until};
+pub use serde_json::{Value, json};
+
+pub use engines::*;
+pub use pages::*;
+
+use std::ops::Deref;
+
+use crossgrain::files::read_text;
 use crossgrain::run::{Engine, recorded};
-use grains::generate::initial_bodies;
-use grains::native::{self, Perturbation};
-use grains::scene::{Cloud, Scene, paper_scene, parse_scene};
-use grains::tables::Snapshot;
-use grains::task::{Observer, Outcome, Task};
-use serde_json::Value;
+use crossgrain::study::Study;
+use crossgrain::study::machine::{Folder, Machine as _};
+use grains::native::Perturbation;
+use grains::scene::Cloud;
+use grains::task::{Observer, Outcome};
+use serde::de::DeserializeOwned;
 
 /// The paper's scene in a box of this width, m, with so many grains; `offsets` is a factor, `depth` in m.
 fn paper_in(width: f64, grains: u32, offsets: f64, depth: f64) -> Scene {
@@ -35,6 +52,21 @@ fn paper_in(width: f64, grains: u32, offsets: f64, depth: f64) -> Scene {
 /// The paper's scene, 0.3 m wide with 300 grains: the same physics in a second.
 pub fn small_scene() -> Scene {
     paper_in(0.3, 300, 0.5, 0.05)
+}
+
+/// The same box with this number of grains.
+pub fn scene_of(count: u32) -> Scene {
+    let mut scene = small_scene();
+    scene.particles.count = count;
+    scene
+}
+
+/// A scene that never settles.
+pub fn endless_scene() -> Scene {
+    let mut scene = small_scene();
+    scene.settle.kinetic_energy_fraction = 1.0e-300;
+    scene.settle.max_steps = 200_000_000;
+    scene
 }
 
 /// The paper's scene, 0.15 m wide with 100 grains: about a twentieth of a second.
@@ -63,56 +95,32 @@ pub fn frictional_scene() -> Scene {
 
 /// Pourings and loadings with different constants: a name, what is put over [`frictional_scene`], whether contacts bear
 /// tangential forces in the settled and in the loaded bed, and whether YADE has it.
-pub const STAGES: &[Staged] = &[
-    (
-        "friction is switched on",
-        r#"{"material": {"friction_angle": 0.0}, "loading": {"material": {"friction_angle": 0.4}}}"#,
-        [false, true],
-        true,
-    ),
-    (
-        "friction is switched off",
-        r#"{"loading": {"material": {"friction_angle": 0.0}}}"#,
-        [true, false],
-        true,
-    ),
-    (
-        "other springs, friction and damping",
-        r#"{"loading": {"material": {"youngs_modulus": 7e9, "stiffness_ratio": 0.6, "friction_angle": 0.2},
-            "damping": {"alpha": 0.5}}}"#,
-        [true, true],
-        true,
-    ),
-    (
-        "other rules of friction",
-        r#"{"loading": {"contact": {"slip_velocity": "contact_point", "torque_arms": "contact_point"}}}"#,
-        [true, true],
-        true,
-    ),
-    (
-        "rotation is set free",
-        r#"{"contact": {"rotation": "blocked"}, "loading": {"contact": {"rotation": "free"}}}"#,
-        [true, true],
-        true,
-    ),
-    (
-        "stronger dashpots",
-        r#"{"contact": {"viscosity": {"kind": "dashpot", "c_n": 300.0, "tension": "clipped"},
-            "slip_velocity": "contact_point", "torque_arms": "contact_point"},
-            "loading": {"contact": {"viscosity": {"c_n": 900.0}}}}"#,
-        [true, true],
-        true,
-    ),
-    (
-        "dashpots are put in",
-        r#"{"loading": {"contact": {"viscosity": {"kind": "restitution", "e_n": 0.5, "tension": "clipped"}}}}"#,
-        [true, true],
-        false,
-    ),
-];
+const STAGES: &str = r#"
+    friction is switched on ⇒ {"material": {"friction_angle": 0.0}, "loading": {"material": {"friction_angle": 0.4}}} ⇒ no ⇒ yes ⇒ yes
+    friction is switched off ⇒ {"loading": {"material": {"friction_angle": 0.0}}} ⇒ yes ⇒ no ⇒ yes
+    other springs, friction and damping ⇒ {"loading": {"material": {"youngs_modulus": 7e9, "stiffness_ratio": 0.6, "friction_angle": 0.2}, "damping": {"alpha": 0.5}}} ⇒ yes ⇒ yes ⇒ yes
+    other rules of friction ⇒ {"loading": {"contact": {"slip_velocity": "contact_point", "torque_arms": "contact_point"}}} ⇒ yes ⇒ yes ⇒ yes
+    rotation is set free ⇒ {"contact": {"rotation": "blocked"}, "loading": {"contact": {"rotation": "free"}}} ⇒ yes ⇒ yes ⇒ yes
+    stronger dashpots ⇒ {"contact": {"viscosity": {"kind": "dashpot", "c_n": 300.0, "tension": "clipped"}, "slip_velocity": "contact_point", "torque_arms": "contact_point"}, "loading": {"contact": {"viscosity": {"c_n": 900.0}}}} ⇒ yes ⇒ yes ⇒ yes
+    dashpots are put in ⇒ {"loading": {"contact": {"viscosity": {"kind": "restitution", "e_n": 0.5, "tension": "clipped"}}}} ⇒ yes ⇒ yes ⇒ no
+"#;
 
-/// An entry of [`STAGES`].
-pub type Staged = (&'static str, &'static str, [bool; 2], bool);
+/// The rows of [`STAGES`].
+pub fn stages() -> impl Iterator<Item = (&'static str, &'static str, [bool; 2], bool)> {
+    rows(STAGES).map(|[name, changes, settled, loaded, yade]| {
+        let [settled, loaded, yade] = [settled, loaded, yade].map(|of| of == "yes");
+        (name, changes, [settled, loaded], yade)
+    })
+}
+
+/// Faults of the native engine that every comparison must find.
+pub const FAULTS: [&str; 5] = [
+    "stiffness=1e-12",
+    "gravity=1e-12",
+    "damping=1e-12",
+    "wall=1e-12",
+    "sums=reversed",
+];
 
 /// The frictional scene with these changes, a JSON merge patch.
 pub fn staged_scene(changes: &str) -> Scene {
@@ -145,17 +153,16 @@ pub fn faulty(fault: &str) -> native::Options {
     }
 }
 
-/// A native run with everything that a folder holds.
+/// A run with everything that a folder holds.
+pub fn run_of(scene: &Scene, engine: &Engine, protocol: Protocol) -> RunFolder {
+    let (initial, work) = (initial_bodies(scene), new_folder());
+    let run = recorded(scene, engine, protocol, initial, &work, &mut |_, _, _| {});
+    run.expect("a run that finishes")
+}
+
+/// The same in the native engine.
 pub fn native_run(scene: &Scene, options: native::Options, protocol: Protocol) -> RunFolder {
-    recorded(
-        scene,
-        &Engine::Native(options),
-        protocol,
-        initial_bodies(scene),
-        Path::new(""),
-        &mut |_, _, _| {},
-    )
-    .expect("a native run that finishes")
+    run_of(scene, &Engine::Native(options), protocol)
 }
 
 /// Keeps every moment.
@@ -215,40 +222,73 @@ impl<const N: usize> Words for [&str; N] {
     }
 }
 
-/// The program under test.
+/// The program under test, to be started in a folder.
+pub fn cli(folder: &Path) -> Command {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_crossgrain"));
+    program.current_dir(folder);
+    program
+}
+
+/// What it does with a command.
 pub fn crossgrain(command: &(impl Words + ?Sized), folder: &Path) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-        .args(command.words())
-        .current_dir(folder)
-        .env_remove("CROSSGRAIN_YADE")
-        .output()
-        .expect("the program starts")
+    let mut program = cli(folder);
+    program.args(command.words()).env_remove("CROSSGRAIN_YADE");
+    program.output().expect("the program starts")
 }
 
 /// The program at work, and nobody listens to it.
 pub fn started(folder: &Path, command: &(impl Words + ?Sized)) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_crossgrain"))
-        .args(command.words())
-        .current_dir(folder)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("the program starts")
+    let mut program = cli(folder);
+    program.stdout(Stdio::null()).stderr(Stdio::null());
+    let child = program.args(command.words()).spawn();
+    child.expect("the program starts")
 }
 
-/// kill -TERM.
-pub fn ask_to_end(child: &Child) {
-    let asked = Command::new("kill").arg(child.id().to_string()).status();
-    assert!(asked.expect("kill is there").success());
+/// Lines of bash in a folder, with the program as `$0` and these arguments: exit code, output, errors.
+pub fn bash(folder: &Path, lines: &str, arguments: &[&str]) -> (i32, String, String) {
+    let mut bash = Command::new("bash");
+    bash.args(["-c", lines, env!("CARGO_BIN_EXE_crossgrain")]);
+    let output = bash.args(arguments).current_dir(folder).output();
+    told(&output.expect("bash is there"))
+}
+
+/// What this Python makes of lines with a folder of modules: exit code, output, errors.
+pub fn python(
+    program: &str,
+    modules: &Path,
+    lines: &str,
+    arguments: &[&Path],
+) -> (i32, String, String) {
+    let mut python = Command::new(program);
+    python.args(["-B", "-c", lines]).args(arguments);
+    let output = python.env("PYTHONPATH", modules).output();
+    told(&output.expect("a Python"))
+}
+
+/// A child that is ended with the value.
+pub struct Running(pub Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Both fail only when it has ended already.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Sends this signal.
+pub fn send(child: &Child, signal: &str) {
+    let sent = Command::new("kill")
+        .args(["-s", signal, &child.id().to_string()])
+        .status();
+    assert!(sent.expect("kill is there").success());
 }
 
 /// Exit code, standard output, standard error.
 pub fn told(output: &Output) -> (i32, String, String) {
-    (
-        output.status.code().unwrap_or(-1),
-        String::from_utf8_lossy(&output.stdout).into_owned(),
-        String::from_utf8_lossy(&output.stderr).into_owned(),
-    )
+    let [out, errors] = [&output.stdout, &output.stderr].map(|of| String::from_utf8_lossy(of));
+    let code = output.status.code().unwrap_or(-1);
+    (code, out.into_owned(), errors.into_owned())
 }
 
 /// What the program told of this command.
@@ -271,6 +311,12 @@ pub fn has<const N: usize>(text: &str, words: [&str; N]) {
     }
 }
 
+/// Two numbers differ by less than this.
+#[track_caller]
+pub fn near(found: f64, wanted: f64, least: f64) {
+    assert!((found - wanted).abs() < least, "{found} for {wanted}");
+}
+
 /// A command that ends with this exit code and says these words: where it prints what it found, else in its errors.
 #[track_caller]
 pub fn tells<const N: usize>(
@@ -290,11 +336,30 @@ pub fn tells<const N: usize>(
 
 /// Names in a folder.
 pub fn there(folder: &Path) -> BTreeSet<String> {
-    let entries = std::fs::read_dir(folder).expect("a folder");
+    let entries = fs::read_dir(folder).expect("a folder");
     let names = entries.map(|entry| entry.expect("an entry").file_name());
     names
         .map(|name| name.to_string_lossy().into_owned())
         .collect()
+}
+
+/// Everything below a folder; links are not followed.
+pub fn below(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() && !path.is_symlink() {
+            found.extend(below(&path));
+        }
+        found.push(path);
+    }
+    found
+}
+
+/// What a command prints as JSON, which ends with this exit code.
+#[track_caller]
+pub fn prints(folder: &Path, code: i32, command: &(impl Words + ?Sized)) -> Value {
+    serde_json::from_str(&ends(folder, code, command).0).expect("JSON")
 }
 
 /// The rows of a table, a line each, whose cells have ` ⇒ ` between them.
@@ -306,10 +371,43 @@ pub fn rows<const N: usize>(table: &str) -> impl Iterator<Item = [&str; N]> {
     })
 }
 
+/// A path of the project.
+pub fn root(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+/// What a file says.
+#[track_caller]
+pub fn text_of(path: impl AsRef<Path>) -> String {
+    let path = path.as_ref();
+    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
 /// What a file of JSON says.
-pub fn json_of(path: &Path) -> Value {
-    let text = std::fs::read_to_string(path).expect("a file");
-    serde_json::from_str(&text).expect("JSON")
+#[track_caller]
+pub fn json_of(path: impl AsRef<Path>) -> Value {
+    serde_json::from_str(&text_of(path)).expect("JSON")
+}
+
+/// A run folder that is whole.
+#[track_caller]
+pub fn read_run(path: impl AsRef<Path>) -> RunFolder {
+    RunFolder::read(path.as_ref()).expect("a whole run folder")
+}
+
+/// What is recorded of a study, which its rows give again.
+pub fn judged_again<S: Study, R>(folder: &str) -> (Folder<S>, R)
+where
+    R: DeserializeOwned + PartialEq,
+{
+    let path = root(folder);
+    let folder = Folder::<S>::open(&path).expect("recorded evidence");
+    let report = folder.judge().expect("a judgement");
+    let text = read_text(&path.join("report.json.gz"), 1 << 26).expect("is there");
+    let [recorded, again] =
+        [&text, &report.text].map(|text| serde_json::from_str::<R>(text).expect("a record"));
+    assert!(again == recorded, "{}", path.display());
+    (folder, recorded)
 }
 
 /// A named pipe.
@@ -323,13 +421,34 @@ pub fn a_pipe(folder: &Path, name: &str) -> PathBuf {
 /// Writes a scene as JSON.
 pub fn write_scene(scene: &Scene, path: &Path) {
     let text = serde_json::to_string_pretty(scene).expect("a scene is JSON");
-    std::fs::write(path, text).expect("a writable folder");
+    fs::write(path, text).expect("a writable folder");
 }
 
-/// A folder that goes away, with a scene in it.
-pub fn folder_with(scene: &Scene) -> (tempfile::TempDir, PathBuf) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("scene.json");
-    write_scene(scene, &path);
-    (folder, path)
+/// A folder that goes away.
+pub struct Place(tempfile::TempDir);
+
+impl Deref for Place {
+    type Target = Path;
+
+    fn deref(&self) -> &Path {
+        self.0.path()
+    }
+}
+
+impl AsRef<Path> for Place {
+    fn as_ref(&self) -> &Path {
+        self
+    }
+}
+
+/// An empty folder that goes away.
+pub fn new_folder() -> Place {
+    Place(tempfile::tempdir().expect("a temporary folder"))
+}
+
+/// A folder that goes away, with a `scene.json` in it.
+pub fn folder_with(scene: &Scene) -> Place {
+    let folder = new_folder();
+    write_scene(scene, &folder.join("scene.json"));
+    folder
 }

@@ -1,15 +1,11 @@
 //! What every page must have.
 
-use std::collections::BTreeSet;
-use std::fs;
-use std::path::Path;
-
 use crossgrain::engine::yade;
 use crossgrain::report::Page;
 use crossgrain::reproduce::Options;
 use crossgrain::reproduce::record::Beside;
 
-use super::small_scene;
+use super::*;
 
 /// The main job of the small scene where there is no YADE.
 pub fn job_without_yade(out: &Path, beside: Beside) -> Options {
@@ -38,14 +34,14 @@ pub fn each_figure_stands_once_and_has_numbers(page: &Page) {
     // No link without files.
     let links = page.html.matches("href=\"figures/").count();
     assert_eq!(links, names.len());
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    page.write(folder.path()).expect("can be written");
+    let folder = &new_folder();
+    page.write(folder).expect("can be written");
     let mut figures = 0;
     for (name, text) in &page.files {
         let link = format!("href=\"figures/{name}\"");
         assert_eq!(page.html.matches(&link).count(), 1, "{link}");
-        let written = fs::read_to_string(folder.path().join("figures").join(name));
-        assert_eq!(written.expect("is there"), *text, "{name}");
+        let written = text_of(folder.join("figures").join(name));
+        assert_eq!(written, *text, "{name}");
         let Some(figure) = name.strip_suffix(".svg") else {
             continue;
         };

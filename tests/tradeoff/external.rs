@@ -8,10 +8,8 @@ use crossgrain::study::plan::Program;
 use crossgrain::study::realization::{Ending, Engines};
 use crossgrain::study::tradeoff::Tradeoff;
 use crossgrain::study::tradeoff::plan::Plan;
-use grains::scene::Scene;
 
-use crate::support::engines::{AND_THEN, SOUND, adapter_path, narrow_scene, program};
-use crate::support::{ends, has, rows};
+use crate::support::*;
 
 /// Pours by not moving at all, and takes its time.
 const SETTLES: &str = r#"
@@ -26,8 +24,8 @@ finish([moment(0), moment(steps), end(steps, "settled")], steps)
 
 /// What is said of this scene with the engine in it, how its first method on the first cloud ended, and why rows are missing.
 fn study(scene: Scene, options: Options, clouds: u64) -> (Tradeoff, Option<Ending>, String) {
-    let place = tempfile::tempdir().expect("a temporary folder");
-    let folder = place.path().join("study");
+    let place = &new_folder();
+    let folder = place.join("study");
     let external = ExternalEngine::ask(options).expect("an engine");
     let program = Program::of(&external).expect("a file");
     let plan = Plan::new(scene, 2, 0);
@@ -53,17 +51,14 @@ fn study(scene: Scene, options: Options, clouds: u64) -> (Tradeoff, Option<Endin
 
 #[test]
 fn without_a_punch_the_bed_is_judged_and_loading_is_skipped() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     let text = format!("{SOUND}{SETTLES}{AND_THEN}{AT_ONCE}");
-    let options = Options::new(program(folder.path(), "engine.py", &text));
+    let options = Options::new(program(folder, "engine.py", &text));
     let (record, ending, words) = study(narrow_scene(0.05), options, 2);
     assert_eq!(ending, Some(Ending::Poured));
     assert_eq!(record.points.len(), 3);
-    let names: Vec<&str> = record
-        .points
-        .iter()
-        .map(|point| point.method.name.as_str())
-        .collect();
+    let names = record.points.iter().map(|point| point.method.name.as_str());
+    let names: Vec<&str> = names.collect();
     assert_eq!(
         names,
         ["broken 1", "broken 1, step 0.225", "broken 1, step 0.65"]
@@ -103,9 +98,9 @@ fn an_engine_without_stop_rules_is_skipped_and_says_why() {
 
 #[test]
 fn an_engine_that_crashes_is_a_member_that_failed() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     let text = format!("{SOUND}{SETTLES}{AND_THEN}sys.exit('no more discs')\n");
-    let options = Options::new(program(folder.path(), "engine.py", &text));
+    let options = Options::new(program(folder, "engine.py", &text));
     let (record, ending, missing) = study(narrow_scene(0.05), options, 1);
     let Some(Ending::Failed(words)) = ending else {
         panic!("{ending:?}");
@@ -115,12 +110,11 @@ fn an_engine_that_crashes_is_a_member_that_failed() {
     assert_eq!(missing, "");
 }
 
-/// A row is taken over only from a study of the same program: another one under the same name is another method.
 #[test]
 fn another_program_is_another_method() {
     let of = |text: &str| {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let path = program(folder.path(), "engine.py", text);
+        let folder = &new_folder();
+        let path = program(folder, "engine.py", text);
         let external = ExternalEngine::ask(Options::new(path)).expect("an engine");
         let plan = Plan::new(narrow_scene(0.05), 2, 0);
         let plan = plan.with_external(&external.description, &external.digest, 1);
@@ -135,7 +129,7 @@ fn another_program_is_another_method() {
 
 #[test]
 fn engines_that_cannot_take_part_are_a_usage_error() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = &new_folder();
     for [command, message] in rows(
         "study plan tradeoff --quick --out s --engine yade ⇒ take part anyway
         bench --quick --engine native ⇒ take part anyway
@@ -146,10 +140,10 @@ fn engines_that_cannot_take_part_are_a_usage_error() {
         study plan tradeoff --quick --out s --engine-clouds 2 ⇒ --engine
         study plan tradeoff --quick --out s --engine exec:/nowhere --engine-clouds 7 ⇒ at most --clouds, 6",
     ) {
-        let (_, errors) = ends(folder.path(), 2, command);
+        let (_, errors) = ends(folder, 2, command);
         assert!(errors.contains(message), "{command}: {errors}");
     }
-    assert!(!folder.path().join("out").exists());
+    assert!(!folder.join("out").exists());
 }
 
 #[test]
@@ -162,9 +156,7 @@ fn lammps_makes_and_loads_the_bed_that_the_native_engine_makes() {
     assert_eq!(point.screened.endings.reached, 1, "{words}");
     let height = point.screened.of("settled.height.mean_surface");
     let height = height.map(|of| of.paired.difference.estimate);
-    assert!(
-        height.is_none_or(|height| height.abs() < 0.005),
-        "{height:?}"
-    );
+    let near = height.is_none_or(|height| height.abs() < 0.005);
+    assert!(near, "{height:?}");
     assert!(point.costs.is_some_and(|costs| costs.pour_steps > 1000.0));
 }
