@@ -92,6 +92,8 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(places_old)           /* grains touch where they were before the step */                                         \
     X(third_law)            /* a pair pushes only 1: its second, 2: its first grain */                                 \
     X(history_reset) X(history_not_turned) X(history_turned_back)                                                      \
+    X(history_length)    /* 1: the shear force keeps its length as it turns; 2: it is projected */                     \
+    X(slip_not_stretched)                                                                                              \
     X(coulomb_missing)                                                                                                 \
     X(coulomb_components) /* each component of the shear force is cut by itself */                                     \
     X(coulomb_spring)     /* the limit is that of the spring without the dashpot */                                    \
@@ -99,7 +101,7 @@ static const double LENGTH = 1, TIME = 1, MASS = 1;
     X(slip_other)        /* the other slip velocity */                                                                 \
     X(slip_without_spin)                                                                                               \
     X(new_contact_other) /* the other share of a new contact's first step */                                           \
-    X(torque_arms)       /* R instead of R - u/2 */                                                                    \
+    X(torque_arms)       /* 1: R instead of R - u/2; 2: at walls and punch alone */                                    \
     X(torque_sign)       /* on the second grain */                                                                     \
     X(torque_off_flat)   /* walls and punch do not turn grains */                                                      \
     X(spin_missing)      /* spins stay as they are */                                                                  \
@@ -368,9 +370,17 @@ static void act(Contact *of, const Contact *old)
             if (fault.history_turned_back) turn = -turn;
             of->shear[0] = old->shear[0] + old->shear[1] * turn;
             of->shear[1] = old->shear[1] - old->shear[0] * turn;
+            if (fault.history_length) {
+                const local *was = old->shear, off = was[0] * nx + was[1] * nz;
+                const local on[2] = {was[0] - off * nx, was[1] - off * nz};
+                const local length = sqrt(on[0] * on[0] + on[1] * on[1]);
+                const bool keeps = fault.history_length == 1 && length > 0;
+                const local factor = keeps ? OVER(sqrt(was[0] * was[0] + was[1] * was[1]), length) : 1;
+                for (int axis = 0; axis < 2; axis++) of->shear[axis] = factor * on[axis];
+            }
         }
         const bool correct = of_punch ? of->inside_punch && !dashpots : corrected;
-        const local stretch = correct ? OVER(r1 + r2, r1 + r2 - u) : 1;
+        const local stretch = correct && !fault.slip_not_stretched ? OVER(r1 + r2, r1 + r2 - u) : 1;
         local rolling = (flat ? 0 : one->v[2] * (correct ? r1 : arm1)) + two->v[2] * (correct ? r2 : arm2);
         if (fault.slip_without_spin) rolling = 0;
         const local relative[2] = {velocity[0] * stretch - rolling * nz, velocity[1] * stretch + rolling * nx};
@@ -388,8 +398,9 @@ static void act(Contact *of, const Contact *old)
     }
     if (turns && !(flat && fault.torque_off_flat)) {
         const local sideways = nx * of->force[1] - nz * of->force[0];
-        of->torques[0] = (fault.torque_arms ? r1 : arm1) * sideways;
-        of->torques[1] = (fault.torque_arms ? r2 : half_overlap ? r2 - u / 2 : arm2) * sideways;
+        const bool whole_arms = fault.torque_arms == 1 || (fault.torque_arms == 2 && flat);
+        of->torques[0] = (whole_arms ? r1 : arm1) * sideways;
+        of->torques[1] = (whole_arms ? r2 : half_overlap ? r2 - u / 2 : arm2) * sideways;
         if (fault.torque_sign) of->torques[1] *= -1;
     }
 }
