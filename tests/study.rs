@@ -87,7 +87,7 @@ impl Study for Squares {
         let sum = Cell::new(0);
         folder.each(|_, row| sum.set(sum.get() + row.square))?;
         Ok(Judged {
-            own: serde_json::json!({"sum": sum.get()}),
+            own: json!({"sum": sum.get()}),
             measured: Vec::new(),
             document: Document {
                 title: "Squares".to_owned(),
