@@ -1,10 +1,8 @@
 //! The command line: one verb a file. Arguments in, one library call, an exit code out.
 
 mod bench;
-mod chosen;
 mod compare;
 mod engine;
-mod history;
 mod job_folder;
 mod paper;
 mod report;

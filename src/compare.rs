@@ -130,7 +130,8 @@ impl Comparison {
             }));
         }
         let mut about =
-            "`settled` is measured in the settled bed, `loaded` at the end of the run.".to_owned();
+            "`settled` is the settled bed, `loaded` the one under the punch at the end, `poured` that of a run without loading."
+                .to_owned();
         if !self.bits_expected {
             about += " One realization each, and rounding has made them two: these numbers judge nothing. Whether their distributions are \
              the same, two campaigns say (`crossgrain study compare`).";

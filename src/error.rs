@@ -2,7 +2,7 @@
 
 use crate::checks::record::RecordError;
 use crate::compare::baseline::BaselineError;
-use crate::compare::baseline::bisect::BisectError;
+use crate::compare::baseline::history::BisectError;
 use crate::engine::{EngineError, ProgramError};
 use crate::files::FileError;
 use crate::run::KeptError;

@@ -7,7 +7,7 @@ use crossgrain::progress::say;
 
 fn main() -> ExitCode {
     let arguments = Asked::parse();
-    if let Err(error) = crossgrain::interrupt::notice() {
+    if let Err(error) = crossgrain::workers::notice() {
         say(&format!("crossgrain: signals will not be noticed: {error}"));
     }
     match arguments.execute() {

@@ -1,6 +1,5 @@
 //! The main job: the paper's experiment in the native engine and in YADE, recorded and live, compared.
 
-pub mod beside;
 mod document;
 pub mod record;
 
@@ -22,14 +21,13 @@ use crate::run::{Engine, EngineError, parts, recorded, to_folder};
 use crate::suite::parameters;
 use crate::suite::run::{Engines, Verification, verify};
 use crate::{paper, suite};
-use beside::Beside;
 use grains::generate::initial_bodies;
 use grains::native;
 use grains::native::perturb::{Quantity, Switch};
 use grains::native::{Perturbation, Trouble};
 use grains::scene::Scene;
 use grains::tables::StopReason;
-use record::{FaultCheck, LoopSteps, NamedComparison, Reproduction, RunSummary, Skipped};
+use record::{Beside, FaultCheck, LoopSteps, NamedComparison, Reproduction, RunSummary, Skipped};
 use verdict::judge::{Reference, Verdict};
 use verdict::starts::DISPERSION;
 

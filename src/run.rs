@@ -4,7 +4,6 @@
 pub mod export;
 pub mod folder;
 pub mod parts;
-mod resume;
 
 use std::path::{Path, PathBuf};
 
@@ -339,7 +338,7 @@ pub fn prepared(
             let reason = "only the native engine goes on from a state".to_owned();
             return Err(not_resumed(reason));
         };
-        let rest = resume::rest(&before, scene, options, protocol);
+        let rest = parts::rest(&before, scene, options, protocol);
         let (rest, made) = rest.map_err(not_resumed)?;
         let mut progress = |stage, step, share| task.run(stage, step, share);
         let rest = followed(scene, engine, &rest, work.path(), &mut progress);

@@ -53,8 +53,8 @@ fn imported(code: &str) -> Vec<String> {
 fn order() -> Vec<String> {
     let lib = code(&root("src/lib.rs"));
     let modules = lib.lines().filter_map(|line| {
-        let name = line.trim().strip_prefix("pub mod ")?;
-        Some(name.trim_end_matches(';').to_owned())
+        let name = line.strip_prefix("pub mod ")?;
+        Some(name.trim_end_matches([';', ' ', '{']).to_owned())
     });
     modules.collect()
 }

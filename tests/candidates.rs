@@ -2,12 +2,10 @@
 
 use crossgrain::limits::stability::time_step::share_of_limit;
 use crossgrain::report;
-use crossgrain::study::beds::Beds;
-use crossgrain::study::candidates::judge::Candidates;
-use crossgrain::study::candidates::published::Verdict;
-use crossgrain::study::candidates::{Plan, choices};
+use crossgrain::study::candidates::judge::{Candidates, Verdict};
+use crossgrain::study::candidates::{PRINTED, Plan, reasons};
 use crossgrain::study::machine::Folder;
-use crossgrain::study::member::{Member, Members, of_one_bed};
+use crossgrain::study::member::{Beds, Member, Members, of_one_bed};
 use crossgrain::study::realization::Change::{self, Friction, Hold, Settled, Speed};
 use crossgrain::study::realization::{
     Ending, Engines, Setting, Specification, changed, law_key, unobserved,
@@ -203,7 +201,7 @@ fn a_bed_poured_once_and_loaded_is_the_whole_run_bit_for_bit() {
         let scenes = [first, fast, held, rough];
         let native = scenes.map(Specification::native);
         let settings = native.map(|of| Setting::new("a", "a", "test", of, 1));
-        let loaded = of_one_bed(&settings.each_ref()[..], 1, keep).expect("they run");
+        let loaded = of_one_bed(&settings, 1, keep).expect("they run");
         for (setting, loaded) in settings.iter().zip(loaded) {
             assert!(loaded.loaded_state.is_some());
             assert_eq!(loaded, whole(&setting.specification));
@@ -245,8 +243,8 @@ fn choices_are_sound_scenes_around_the_printed_one() {
         let first = plan.beds.settings().next().map(|of| of.id.as_str());
         assert_eq!(first, Some("printed"));
         if !quick {
-            let named = choices::reasons().map(|of| of.0);
-            let named: BTreeSet<&str> = named.chain([choices::PRINTED]).collect();
+            let named = reasons().map(|of| of.0);
+            let named: BTreeSet<&str> = named.chain([PRINTED]).collect();
             assert_eq!(axes, named);
         }
     }
@@ -261,7 +259,7 @@ fn three_settings(clouds: u64) -> Plan {
         Setting::new(id, id, axis, Specification::native(scene), clouds)
     };
     let speed = "punch speed and damping";
-    let sound = setting("as it is", choices::PRINTED, &[]);
+    let sound = setting("as it is", PRINTED, &[]);
     let slow = setting("slow", speed, &[Speed(0.02)]);
     let early = setting("hardly settled", "settle rule", &[Settled(0.05)]);
     let beds = Beds(vec![vec![sound, slow], vec![early]]);

@@ -176,8 +176,7 @@ fn the_papers_scene_agrees_with_the_recorded_yade_run() {
 fn a_failed_comparison_shows_on_the_page() {
     use crossgrain::checks::Outcome;
     use crossgrain::compare::compare;
-    use crossgrain::reproduce::beside::Beside;
-    use crossgrain::reproduce::record::NamedComparison;
+    use crossgrain::reproduce::record::{Beside, NamedComparison};
     use crossgrain::reproduce::reproduce;
     use verdict::judge::Verdict;
     let folder = new_folder();

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use assert_approx_eq::assert_approx_eq;
 use grains::measure::porosity::{self, Window};
-use grains::measure::{self, Bed, cells, equilibrium, neighbourhood, stress};
+use grains::measure::{self, Bed, cells, neighbourhood, stress};
 use grains::scene::{Tension, Viscosity};
 
 use crate::support::*;
@@ -150,9 +150,9 @@ fn a_standing_square_packing_bears_its_weight_in_its_stress() {
     // Four contacts each, but the top row has three.
     assert_approx_eq!(coordination.mean, (4.0 * 570.0 + 3.0 * 30.0) / 600.0, 1e-12);
     assert_approx_eq!(coordination.rattler_share, 0.0);
-    assert!(equilibrium::unbalanced_force(&scene, bed).expect("contacts") < 1e-12);
+    assert!(measure::unbalanced_force(&scene, bed).expect("contacts") < 1e-12);
     let one = bed_of(&bodies, &contacts[..1]);
-    let stored = equilibrium::elastic_energy(&scene, one);
+    let stored = measure::elastic_energy(&scene, one);
     assert_approx_eq!(stored, 0.5 * 20.0 * weight * 1e-6, 1e-12);
     // With friction the tangential spring of 2 N stores ½·F²/k_s more.
     let mut rough = scene.clone();
@@ -163,14 +163,14 @@ fn a_standing_square_packing_bears_its_weight_in_its_stress() {
     let sheared = [sheared];
     let one = bed_of(&bodies, &sheared);
     let k_s = 0.25 * scene.material.youngs_modulus * 0.005;
-    let more = equilibrium::elastic_energy(&rough, one) - stored;
+    let more = measure::elastic_energy(&rough, one) - stored;
     assert!((more / (2.0 / k_s) - 1.0).abs() < 1e-9, "{more}");
     // With dashpots the force is not the spring's alone: ½k_n u².
     let mut damped = scene.clone();
     let (c_n, tension) = (1.0, Tension::Clipped);
     damped.contact.viscosity = Viscosity::Dashpot { c_n, tension };
     let of_spring = 0.5 * scene.material.youngs_modulus * 0.005 * 1e-12;
-    let found = equilibrium::elastic_energy(&damped, one);
+    let found = measure::elastic_energy(&damped, one);
     near(found / of_spring, 1.0, 1e-9);
 }
 
@@ -196,9 +196,24 @@ fn rattlers_and_what_is_unbalanced_show() {
     // One grain falls with its weight; all others are at rest.
     let weight = scene.grain_mass(0.005) * scene.gravity;
     let forces: f64 = contacts.iter().map(|c| c.normal_force).sum();
-    let unbalanced = equilibrium::unbalanced_force(&scene, bed).expect("contacts");
+    let unbalanced = measure::unbalanced_force(&scene, bed).expect("contacts");
     let wanted = weight / 21.0 / (forces / contacts.len() as f64);
     assert_approx_eq!(unbalanced, wanted, 1e-9);
+}
+
+#[test]
+fn a_bed_without_a_load_is_measured_as_poured() {
+    let (scene, bodies, contacts) = square_packing(4, 4);
+    let bed = bed_of(&bodies, &contacts);
+    let moments = |settled: Option<Bed<'_>>| -> Vec<String> {
+        let all = measure::all(&scene, settled, bed).into_iter();
+        let moments = all.map(|of| of.key.split('.').next().unwrap_or_default().to_owned());
+        let mut moments: Vec<String> = moments.collect();
+        moments.dedup();
+        moments
+    };
+    assert_eq!(moments(None), ["poured"]);
+    assert_eq!(moments(Some(bed)), ["settled", "loaded"]);
 }
 
 #[test]
@@ -238,7 +253,7 @@ fn the_floor_bears_what_presses_down_if_the_bed_is_at_rest() {
     let share = |floor: f64, pressed: f64| {
         let contacts = [pair, leaning, contact(4, 0, [0.0, 1.0], floor, [0.1, 0.0])];
         let bed = bed_of(&bodies, &contacts);
-        equilibrium::borne_by_floor(&scene, bed, pressed)
+        measure::borne_by_floor(&scene, bed, pressed)
     };
     assert_approx_eq!(share(weight, 0.0), 1.0, 1e-15);
     assert_approx_eq!(share(0.9 * weight, 0.0), 0.9, 1e-15);

@@ -5,7 +5,6 @@ mod all_pairs;
 mod ends;
 mod punch;
 
-use grains::measure::equilibrium;
 use grains::scene::{Damping, TimeStep};
 
 use crate::support::*;
@@ -52,7 +51,7 @@ fn collisions_keep_momentum_and_a_settled_bed_weighs_what_it_weighs() {
     let initial = initial_bodies(&scene);
     let (outcome, _) = native_outcome(&scene, &Task::pour(initial, 120_000), None);
     let bodies = &outcome.last.bodies;
-    assert!(equilibrium::kinetic_energy(bodies) < 1e-3);
+    assert!(bodies.kinetic_energy() < 1e-3);
     let weight: f64 = bodies.mass.iter().sum::<f64>() * scene.gravity;
     let floor = scene.particles.count + 2;
     let on_floor = outcome.last.contacts.iter().filter(|of| of.id1 == floor);

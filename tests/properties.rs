@@ -7,7 +7,7 @@ mod limits;
 mod lists;
 mod symmetry;
 
-use crossgrain::suite::build::{Grain, case, friction, model, punch, wall};
+use crossgrain::suite::{Grain, case, friction, model, punch, wall};
 use grains::model::{Axis, Law};
 use grains::native::CaseOptions;
 use grains::scene::{

@@ -4,7 +4,10 @@ use crossgrain::files::read_text;
 use crossgrain::study::Study;
 use crossgrain::study::campaign::compare::compare;
 use crossgrain::study::campaign::{Merged, merged};
-use crossgrain::study::candidates::{self, judge::Candidates, published::Verdict as Excluded};
+use crossgrain::study::candidates::{
+    self,
+    judge::{Candidates, Verdict as Excluded},
+};
 use crossgrain::study::claims::{self, Claims};
 use crossgrain::study::member::of_one_bed;
 use crossgrain::study::realization::{Ending, Engines, Runner};
@@ -129,12 +132,12 @@ fn the_recorded_search_is_that_of_its_rows() {
         assert!(recorded.found_again.is_some_and(|of| of.low > 0.9));
         assert!(recorded.of_impossible.is_some_and(|least| least > CUT));
         if wave == "wave-2" {
-            let setting = &folder.plan.study.beds.0[0][0].clone();
-            let cloud = setting.realizations().next().expect("a cloud");
-            let again = of_one_bed(&[setting], cloud, search::matching::keep).expect("it runs");
+            let setting = [folder.plan.study.beds.0[0][0].clone()];
+            let cloud = setting[0].realizations().next().expect("a cloud");
+            let again = of_one_bed(&setting, cloud, search::matching::keep).expect("it runs");
             let merged = folder.merged().expect("merged");
             let mut all = merged.rows.iter().flatten();
-            let digest = setting.specification.digest();
+            let digest = setting[0].specification.digest();
             let own = all.find(|of| of.specification == digest && of.realization == cloud);
             assert_eq!(Some(&again[0]), own);
         }

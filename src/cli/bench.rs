@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::chosen::beside;
+use super::engine::beside;
 use super::job_folder::{JobFolder, page_line};
 use super::report::Output;
 use super::run::YadeLimits;

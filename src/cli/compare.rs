@@ -4,16 +4,16 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::chosen::beside;
+use super::engine::beside;
 use super::json;
 use super::report::Output;
 use super::run::YadeLimits;
 use crate::compare::first_difference::Locator;
 use crate::compare::{compare, compare_as};
 use crate::error::Error;
-use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 use crate::run::folder::RunFolder;
+use crate::workers::asked_to_end;
 
 #[derive(Debug, Args)]
 #[command(

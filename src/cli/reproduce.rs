@@ -14,15 +14,14 @@ use crate::compare::baseline::{self, diff::diff};
 use crate::document::Document;
 use crate::error::Error;
 use crate::files::write_whole;
-use crate::interrupt::asked_to_end;
 use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
 use crate::report::html::FIRST;
 use crate::report::{Page, page_against, terminal};
-use crate::reproduce::beside::Beside;
-use crate::reproduce::record::{Reproduction, measured};
+use crate::reproduce::record::{Beside, Reproduction, measured};
 use crate::reproduce::{Options, reproduce};
 use crate::run::folder::read_scene;
+use crate::workers::asked_to_end;
 use grains::native::Perturbation;
 use grains::scene::paper_scene;
 

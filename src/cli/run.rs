@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use grains::native::timing::ThreadTime;
 
-use super::chosen::Chosen;
+use super::engine::Chosen;
 use super::job_folder::clear;
 use super::print;
 use crate::engine::exec::{ExternalEngine, usual_limits};

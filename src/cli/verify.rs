@@ -3,17 +3,17 @@
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
-use super::chosen::Several;
+use super::engine::Several;
 use super::job_folder::Results;
 use super::report::Output;
 use super::run::YadeLimits;
 use crate::checks::record::{self, Found};
 use crate::error::Error;
-use crate::interrupt::asked_to_end;
 use crate::limits::bench::machine::Machine;
 use crate::progress::Display;
 use crate::report::disc_field::of_figure_4;
 use crate::suite::run::{Options, verify, verify_exec};
+use crate::workers::asked_to_end;
 
 #[derive(Debug, Args)]
 #[command(

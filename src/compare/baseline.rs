@@ -1,7 +1,6 @@
 //! Baselines: the checks of a run, kept under a name to hold later runs against, and what that says, as checks and to people.
 //! Only an explicit command changes one.
 
-pub mod bisect;
 pub mod diff;
 pub mod history;
 

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use crate::child::{Group, LOOK_EVERY};
 use crate::files::regular;
-use crate::interrupt::asked_to_end;
+use crate::workers::asked_to_end;
 use grains::tables::Stage;
 
 /// The most of a log that is kept, bytes.

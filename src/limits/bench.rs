@@ -5,7 +5,6 @@
 pub mod bed;
 pub mod contender;
 mod document;
-pub mod instructions;
 pub mod machine;
 pub mod scaling;
 pub mod timing;
@@ -22,12 +21,10 @@ use crate::files::work_folder;
 use crate::progress::{Display, StageObserver};
 use grains::native::timing::Share;
 
-use bed::Bed;
-use bed::PAPER;
+use bed::{Bed, PAPER};
 use contender::{Contender, Contest};
 use document::Goal;
-use instructions::Instructions;
-use machine::{Bound, Machine, Throughput, Work};
+use machine::{Bound, Instructions, Machine, Throughput, Work};
 use scaling::{Point, Scaling, SpeedUp};
 use timing::Spread;
 
@@ -254,7 +251,7 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
     task.done("measured");
 
     let task = display.task("instructions");
-    let instructions = instructions::all(&setup, clocked.listed_pairs, &task, &mut missed)?;
+    let instructions = machine::instructions(&setup, clocked.listed_pairs, &task, &mut missed)?;
     task.done("counted");
 
     let task = display.task("cost against size");

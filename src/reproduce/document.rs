@@ -3,8 +3,7 @@
 use std::time::SystemTime;
 
 use super::Runs;
-use super::beside::{Beside, Stated};
-use super::record::Reproduction;
+use super::record::{Beside, Reproduction, Stated};
 use crate::checks::{Check, Outcome};
 use crate::compare::baseline::diff::Diff;
 use crate::compare::first_steps;

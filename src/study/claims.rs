@@ -5,7 +5,6 @@
 
 mod cells;
 mod document;
-mod earlier;
 mod laws;
 mod means;
 mod sample;
@@ -111,7 +110,7 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
         cells::good_enough(members, &series),
     ]);
     claims.push(shapes::conclusion(&claims));
-    let mut earlier = earlier::claims(members, &claims);
+    let mut earlier = shapes::of_earlier_paper(members, &claims);
     for claim in claims.iter_mut().chain(&mut earlier) {
         // Of too few members there are no numbers.
         claim.reading = claim

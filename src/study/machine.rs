@@ -10,14 +10,13 @@ use std::time::Instant;
 use crate::engine::{EngineError, ProgramError};
 use crate::files;
 use crate::files::{FileError, failed, read_text, regular, work_folder, write_whole};
-use crate::interrupt::asked_to_end;
 use crate::progress::Display;
 use crate::study::plan::{Plan, Program};
 use crate::study::realization::Engines;
 use crate::study::shard::Shard;
 use crate::study::store::{Damaged, Index, LONGEST_LINE, Place, Reader, Writer};
 use crate::study::{Outline, Study, StudyError};
-use crate::workers::{self, lock};
+use crate::workers::{self, asked_to_end, lock};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 

@@ -10,7 +10,7 @@ use crate::run::EngineError;
 use evidence::distribution::{self, Family};
 use evidence::moments;
 use grains::generate::initial_bodies;
-use grains::measure::{self, Bed, equilibrium, stress};
+use grains::measure::{self, Bed, stress};
 use grains::native;
 use grains::native::pouring::{Phase, Softly};
 use grains::native::{NativeError, Trouble};
@@ -286,7 +286,7 @@ pub fn measured(scene: &Scene, realization: &Realization) -> BTreeMap<String, f6
     });
     measured.extend(shapes);
     let mut insert = |key: &str, value: f64| measured.insert(key.to_owned(), value);
-    let by_floor = |bed, load| equilibrium::borne_by_floor(scene, bed, load);
+    let by_floor = |bed, load| measure::borne_by_floor(scene, bed, load);
     insert("settled.support.by_floor", by_floor(settled_bed, 0.0));
     if let Some(punch) = &outcome.last.punch {
         insert("loaded.punch.depth", punch.depth());

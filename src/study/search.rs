@@ -1,25 +1,25 @@
 //! Which settings give the published figures? History matching over the choices of [`space`], in waves: a wave is a study;
 //! the next one is planned among the settings that its rows have left.
 
-pub mod document;
 pub mod matching;
 pub mod space;
 
 use std::path::Path;
 
-use evidence::history::{Candidate, latin_hypercube, spread};
-use evidence::random::{Key, Source};
-use grains::scene::Scene;
 use serde::{Deserialize, Serialize};
 
+use crate::checks::{Check, Outcome, verdict};
+use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
 use crate::engine::EngineError;
-use crate::study::beds::Beds;
 use crate::study::machine::Folder;
-use crate::study::member::{Member, Members};
+use crate::study::member::{Beds, Member, Members};
 use crate::study::realization::{Engines, Runner, Setting, Specification};
-use crate::study::search::matching::{Observed, Search, keep};
+use crate::study::search::matching::{BINS, Expectation, Figure, Observed, Search, keep};
 use crate::study::search::space::{AXES, OF_POURING};
 use crate::study::{Judged, Outline, Study, StudyError};
+use evidence::history::{CUT, Candidate, latin_hypercube, spread};
+use evidence::random::{Key, Source};
+use grains::scene::Scene;
 
 const KEY: Key = *b"crossgrain: settings of a search";
 /// Clouds of a wave begin at a multiple of this, those of a bed at one of the next.
@@ -175,5 +175,267 @@ impl Study for Plan {
         let members: Members = members.into_iter().collect();
         let record = Search::of(&folder.plan.study, &members);
         Judged::of(Self::KIND, &record, record.document())
+    }
+}
+
+/// Implausibilities up to these, and shares from these on, with their colours.
+const LEAST: [(f64, &str, Colour); 4] = [
+    (1.0, "implausibility up to 1", Colour::Blue),
+    (2.0, "up to 2", Colour::Sky),
+    (CUT, "up to 3", Colour::Green),
+    (f64::INFINITY, "beyond: excluded", Colour::Grey),
+];
+const LEFT: [(f64, &str, Colour); 3] = [
+    (0.1, "a tenth and more is left", Colour::Purple),
+    (0.01, "a hundredth and more", Colour::Vermilion),
+    (1.0e-9, "less", Colour::Ochre),
+];
+
+/// Settings in the table of the best.
+const SHOWN: usize = 5;
+
+impl Search {
+    pub fn document(&self) -> Document {
+        let checks: Vec<Check> = self.figures.iter().map(|of| self.check(of)).collect();
+        Document {
+            title: "Which settings give the published figures?".to_owned(),
+            verdict: verdict(&checks),
+            answer: self.answer(),
+            sections: vec![
+                self.targets(),
+                self.controls(),
+                self.best_settings(),
+                self.at_odds(),
+                self.maps(),
+                self.settings().as_details(),
+            ],
+            checks,
+        }
+    }
+
+    fn answer(&self) -> String {
+        let Some(best) = self.best.first() else {
+            return "Nothing can be said yet: too few rows are there.".to_owned();
+        };
+        let [one, other] = self.odds.first().map_or(["", ""], |of| {
+            [0, 1].map(|index| self.title(&of.figures[index]))
+        });
+        let odds = self.odds.first().map_or(0.0, |of| of.least);
+        if !self.is_sound() {
+            return "Nothing can be said yet: an emulator is worse than it says.".to_owned();
+        }
+        if self.is_none_left() {
+            return format!(
+                "No setting of this space gives all published figures: the least implausible one is at {:.2}, beyond {CUT}. The \
+                 hardest to have at once are {one} and {other}, at {odds:.2}.",
+                best.implausibility
+            );
+        }
+        let choices = AXES.iter().zip(&best.at).filter(|(axis, _)| axis.is_told);
+        let choices = choices.map(|(axis, at)| {
+            let (title, unit) = axis.name.rsplit_once(", ").unwrap_or((axis.name, ""));
+            format!("{title} {} {unit}", axis.scale.words(*at))
+        });
+        format!(
+            "{} of the space may give all published figures. The least implausible setting, at {:.2} of {CUT} after wave {}, has {}. Fresh \
+             packings of it must decide (`study plan candidates`).",
+            self.share_left(),
+            best.implausibility,
+            self.wave,
+            choices.collect::<Vec<String>>().join(", ")
+        )
+    }
+
+    /// Of so many candidates none may be left, though better ones were found near the best of them.
+    fn share_left(&self) -> String {
+        match self.left > 0.0 {
+            true => format!("{:.2} %", 100.0 * self.left),
+            false => format!("Less than one in {}", self.candidates),
+        }
+    }
+
+    fn title<'a>(&'a self, id: &str) -> &'a str {
+        let mut figures = self.figures.iter();
+        figures.find(|of| of.id == id).map_or("", |of| &of.title)
+    }
+
+    /// That the emulator is as good as it says.
+    fn check(&self, figure: &Figure) -> Check {
+        // Where it is not, nothing is decided.
+        let outcome = match figure.is_sound() {
+            true => Outcome::Pass,
+            false => Outcome::Skipped,
+        };
+        let found = format!("{:.2} times", figure.inflation);
+        Check::of_words(
+            format!("search/emulator/{}", figure.id),
+            &format!("{}: errors of the emulator over what it says", figure.title),
+            outcome,
+            &found,
+        )
+        .judged_by(
+            "95 % of the means are within so many times 1.96 deviations of what is expected without their bed",
+            "deviations are made larger by that, up to 1.5 times; a worse emulator excludes nothing",
+        )
+        .required()
+    }
+
+    fn targets(&self) -> Section {
+        let words = format!(
+            "A setting's implausibility is the largest distance of what is expected from a published figure, in deviations of \
+             both; beyond {CUT} it is excluded. What is expected comes from emulators of {} settings, each run on {} packings.",
+            self.observed.len(),
+            self.clouds
+        );
+        let title = "Targets and emulators";
+        let table = Table::of("targets", title, &self.figures)
+            .column("figure", |of| &of.title)
+            .column("unit", |of| &of.unit)
+            .column("published", |of| of.value)
+            .column("known to", |of| of.deviation)
+            .column("expected to, median", |of| of.uncertainty)
+            .column("noise common to a bed's loads", |of| of.correlation)
+            .column("deviations made larger, times", |of| of.inflation)
+            .column("least implausibility alone", |of| of.least);
+        Section::new("What is wanted", words).with(table)
+    }
+
+    /// Whether the search would have found figures that there are, and none where there are none.
+    fn controls(&self) -> Section {
+        let again = self.found_again.map_or(String::new(), |of| {
+            format!(
+                "With the results of a setting that was run as targets, and its bed unknown, the setting is left in {:.1} % of the cases \
+                 ({:.1} to {:.1}). ",
+                100.0 * of.estimate,
+                100.0 * of.low,
+                100.0 * of.high
+            )
+        });
+        let impossible = self.of_impossible.map_or(String::new(), |least| {
+            let left = if least > CUT { "nothing is left" } else { "something is left" };
+            format!(
+                "With figures that cannot be, the mean stresses at O and B exchanged, {left}: the least implausibility is {least:.1}."
+            )
+        });
+        Section::new("Would the search find it?", again + &impossible)
+    }
+
+    fn best_settings(&self) -> Section {
+        let best = || self.best.iter().take(SHOWN);
+        let names = (1..)
+            .zip(best())
+            .map(|(place, _)| format!("setting {place}"));
+        let names: Vec<String> = ["choice or figure".into(), "published".into()]
+            .into_iter()
+            .chain(names)
+            .collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let mut table = Table::new("best", "The least implausible settings", &names);
+        let mut row = |name: &str, published: Cell, of: &dyn Fn(&Expectation) -> Cell| {
+            let first = [Cell::from(name), published];
+            table.row(first.into_iter().chain(best().map(of)));
+        };
+        for (index, axis) in AXES.iter().enumerate() {
+            let words = |of: &Expectation| axis.scale.words(of.at[index]).into();
+            row(axis.name, Cell::Missing, &words);
+        }
+        for (index, figure) in self.figures.iter().enumerate() {
+            let words = |mean: f64, deviation: f64| match figure.unit.as_str() {
+                "Pa" => format!("{:.1} ± {:.1} kPa", 1.0e-3 * mean, 1.0e-3 * deviation),
+                _ => format!("{mean:.3} ± {deviation:.3}"),
+            };
+            let published = words(figure.value, figure.deviation);
+            row(&figure.title, published.into(), &|of| {
+                let [mean, deviation] = of.expected[index];
+                words(mean, deviation).into()
+            });
+        }
+        row("implausibility", Cell::Missing, &|of| {
+            of.implausibility.into()
+        });
+        Section::new(
+            "The best settings",
+            "What is expected of them, with deviations.",
+        )
+        .with(table)
+    }
+
+    fn at_odds(&self) -> Section {
+        let title = "Two figures at once: the larger of both implausibilities, at its least";
+        let table = Table::of("odds", title, &self.odds)
+            .column("figure", |of| self.title(&of.figures[0]))
+            .column("with", |of| self.title(&of.figures[1]))
+            .column("least", |of| of.least);
+        let words = format!("Beyond {CUT} no setting gives both.");
+        Section::new("Which figure stands against which", words).with(table)
+    }
+
+    /// A square for each pair of axes: the least implausibility below the diagonal, the share that is left above.
+    fn maps(&self) -> Section {
+        let names = || {
+            self.axes
+                .iter()
+                .map(|name| name.split(',').next().unwrap_or(name))
+        };
+        let caption = "Each square is a pair of choices, over all others: below the diagonal the least implausibility, above it \
+                       the share of the settings that is left.";
+        let [x, y] = ["", ""].map(|label| Axis::of_names(label, names()));
+        let mut plot = Plot::new("pairs", caption, x, y);
+        let place =
+            |axis: usize, bin: usize| axis as f64 + 0.9 * ((bin as f64 + 0.5) / BINS as f64 - 0.5);
+        let mut least: [Vec<Point>; 4] = Default::default();
+        let mut left: [Vec<Point>; 3] = Default::default();
+        for map in &self.maps {
+            let [first, second] = map.axes;
+            for bin in 0..BINS * BINS {
+                let (column, row) = (bin % BINS, bin / BINS);
+                // The first name stands on top, and values grow upwards in each square.
+                let at = Point::at(place(first, column), place(second, BINS - 1 - row));
+                let found = map.least[bin];
+                let class = |least: f64| LEAST.iter().position(|of| least <= of.0);
+                if let Some(class) = found.and_then(class) {
+                    least[class].push(at);
+                }
+                let at = Point::at(place(second, row), place(first, BINS - 1 - column));
+                if let Some(class) = LEFT.iter().position(|of| map.left[bin] >= of.0) {
+                    left[class].push(at);
+                }
+            }
+        }
+        for (points, (_, name, colour)) in least.into_iter().zip(LEAST) {
+            plot = plot.points(name, colour, points);
+        }
+        for (points, (_, name, colour)) in left.into_iter().zip(LEFT) {
+            plot = plot.points(name, colour, points);
+        }
+        Section::new("What is left", "").with(plot)
+    }
+
+    fn settings(&self) -> Section {
+        let mut names = vec!["bed"];
+        names.extend(self.axes.iter().map(String::as_str));
+        names.extend(self.figures.iter().map(|of| of.title.as_str()));
+        let mut table = Table::new(
+            "settings",
+            "Every setting that was run, and its means",
+            &names,
+        );
+        for of in &self.observed {
+            let axes = of
+                .at
+                .iter()
+                .zip(&AXES)
+                .map(|(at, axis)| Cell::Text(axis.scale.words(*at)));
+            let means = self
+                .figures
+                .iter()
+                .map(|figure| of.of.get(&figure.id).map(|of| of.mean).into());
+            table.row(
+                std::iter::once(Cell::Count(of.bed))
+                    .chain(axes)
+                    .chain(means),
+            );
+        }
+        Section::new("Settings", "").with(table)
     }
 }

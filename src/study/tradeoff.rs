@@ -1,6 +1,5 @@
 //! Cost against error: what each way of running the paper's scene costs, and what it does to the results.
 
-pub mod convergence;
 pub mod document;
 pub mod judge;
 pub mod plan;
@@ -14,8 +13,9 @@ use crate::engine::exec::{Description, Part, missing_for_scene};
 use crate::study::machine::Folder;
 use crate::study::member::{Cost, Member, Members, values};
 use crate::study::realization::{Engines, Runner, Setting, Specification, sound};
-use crate::study::tradeoff::convergence::Convergence;
-use crate::study::tradeoff::judge::{Judgement, QUANTITIES, judge, outcome};
+use crate::study::tradeoff::judge::{
+    Convergence, Judgement, QUANTITIES, convergence, judge, outcome,
+};
 use crate::study::tradeoff::plan::{FAST, FIRST_CONFIRMATORY, FRICTIONAL, Plan, is_frictional};
 use crate::study::{Judged, Outline, Study, StudyError};
 use evidence::Interval;
@@ -77,7 +77,7 @@ impl Study for Plan {
         folder.each(|_, row| rows.push(row))?;
         let members: Members = rows.into_iter().collect();
         let external = folder.plan.program.as_ref().map(|of| &of.described);
-        let convergence = convergence::all().map_err(EngineError::Native)?;
+        let convergence = convergence().map_err(EngineError::Native)?;
         let record = Tradeoff::of(&folder.plan.study, &members, convergence, external);
         Judged::of(Self::KIND, &record, record.document())
     }

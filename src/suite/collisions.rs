@@ -9,8 +9,7 @@ use super::analytic::{
     Ends, SpringDashpot, State, dashpot, deviations, halved, nominal_ratio, random_rounding,
     rounding_of_phase,
 };
-use super::build::{self, Grain};
-use super::{CaseGroup, Track, at, furthest};
+use crate::suite::{self, CaseGroup, Grain, Track, at, furthest};
 use grains::model::Law;
 use grains::scene::{Tension, Viscosity};
 use grains::task::Case;
@@ -173,7 +172,7 @@ impl HeadOn {
     }
 
     fn case(&self, moments: Vec<u64>) -> Case {
-        self.case_of(build::springs, moments)
+        self.case_of(suite::springs, moments)
     }
 
     /// The case under the law with this modulus, to which the dashpot is added.
@@ -201,12 +200,12 @@ impl HeadOn {
         };
         let law = match self.viscosity {
             Viscosity::None => law(modulus),
-            _ => build::with_viscosity(law(modulus), self.viscosity.clone()),
+            _ => suite::with_viscosity(law(modulus), self.viscosity.clone()),
         };
         let floor = [self.floor()];
         let walls: [&[f64]; 2] = [&[], if self.other.is_none() { &floor } else { &[] }];
-        let model = build::world(law, self.dt(), [0.0; 2], self.alpha, walls);
-        build::case(&self.id, model, &grains, moments)
+        let model = suite::world(law, self.dt(), [0.0; 2], self.alpha, walls);
+        suite::case(&self.id, model, &grains, moments)
     }
 
     /// Overlap and approach speed at a step.
@@ -537,9 +536,9 @@ fn squeezed(group: CaseGroup) -> CaseGroup {
     // sin(θ/2) = ½ω dt.
     let dt = 2.0 * (0.5 * ANGLE).sin() * (grain.mass / (2.0 * STIFFNESS)).sqrt();
     let right = LEFT + 2.0 * (grain.radius - SQUEEZE);
-    let law = build::springs(STIFFNESS / grain.radius);
-    let model = build::world(law, dt, [0.0; 2], 0.0, [&[LEFT, right], &[]]);
-    let case = build::case("squeezed", model, &[grain], MOMENTS.to_vec());
+    let law = suite::springs(STIFFNESS / grain.radius);
+    let model = suite::world(law, dt, [0.0; 2], 0.0, [&[LEFT, right], &[]]);
+    let case = suite::case("squeezed", model, &[grain], MOMENTS.to_vec());
     group.with([case], move |tracks, figures| {
         let spring = SpringDashpot::spring(grain.mass, 2.0 * STIFFNESS, dt);
         let start = State::start(AMPLITUDE, 0.0);

@@ -5,9 +5,8 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use super::analytic::SpringDashpot;
-use super::build::{self, Grain};
 use super::collisions::HeadOn;
-use super::{CaseGroup, Figures, Track, View, at, furthest, rounding};
+use crate::suite::{self, CaseGroup, Figures, Grain, Track, View, at, furthest, rounding};
 use grains::model::Law;
 use grains::tables::{Bodies, Contact, Snapshot};
 use grains::task::Case;
@@ -18,7 +17,7 @@ pub fn groups() -> Vec<CaseGroup> {
 
 /// A little crowd of grains that run into each other, the same on every machine.
 pub mod crowd {
-    use crate::suite::build::{self, Grain};
+    use crate::suite::{self, Grain};
     use grains::model::Law;
     use grains::scene::{Tension, Viscosity};
 
@@ -69,12 +68,12 @@ pub mod crowd {
     /// YADE has too.
     pub fn laws() -> [(&'static str, Law); 2] {
         let [modulus, time] = modulus_and_time();
-        let friction = build::friction(modulus, 0.5, 0.4);
+        let friction = suite::friction(modulus, 0.5, 0.4);
         let viscosity = Viscosity::Dashpot {
             c_n: 0.1 * modulus * RADIUS * time,
             tension: Tension::Clipped,
         };
-        let dashpots = build::with_viscosity(friction.clone(), viscosity);
+        let dashpots = suite::with_viscosity(friction.clone(), viscosity);
         [("friction", friction), ("friction-and-dashpots", dashpots)]
     }
 }
@@ -118,7 +117,7 @@ fn momentum() -> CaseGroup {
     let [_, time] = crowd::modulus_and_time();
     for (id, law) in crowd::laws() {
         let grains = crowd::grains(6, 5, [0.0; 2]);
-        let case = build::case(id, build::model(law, 0.1 * time), &grains, vec![STEPS]);
+        let case = suite::case(id, suite::model(law, 0.1 * time), &grains, vec![STEPS]);
         let start = momenta(&case.bodies, &grains);
         group = group.with([case], move |tracks, figures| {
             let at = tracks[0].first().map(|at| momenta(&at.bodies, &grains));
@@ -246,10 +245,10 @@ fn watched(
     let [_, time] = crowd::modulus_and_time();
     let half = 8.0 * crowd::RADIUS;
     let walls: [&[f64]; 2] = [&[-half, half], &[-half, half]];
-    let model = build::world(law, turn * time, [0.0; 2], alpha, walls);
+    let model = suite::world(law, turn * time, [0.0; 2], alpha, walls);
     let every = (0.5 / turn).round() as u64;
     let moments = (0..=MOMENTS).map(|i| i * every).collect();
-    let case = build::case(id, model, &crowd::grains(rows, rows, [0.0; 2]), moments);
+    let case = suite::case(id, model, &crowd::grains(rows, rows, [0.0; 2]), moments);
     let of = case.clone();
     group.with([case], move |tracks, figures| {
         let energies = Energies { case: &of };
@@ -270,7 +269,7 @@ fn elastic_energy() -> CaseGroup {
     let [modulus, _] = crowd::modulus_and_time();
     let what = "energy: energy over that at the start where it is furthest from 1, 1";
     [0.1, 0.05, 0.025].into_iter().fold(group, |group, turn| {
-        let given = (build::springs(modulus), 0.0, 4, turn);
+        let given = (suite::springs(modulus), 0.0, 4, turn);
         let of = |ratios| [furthest(1.0, ratios), 1.0];
         watched(group, &format!("omega-dt-{turn}"), given, what, of)
     })
@@ -353,7 +352,7 @@ impl Couple {
 
     fn case(&self) -> Case {
         let [middle, end] = self.moments();
-        let law = |modulus| build::friction(modulus, 0.8, TAN_PHI.atan());
+        let law = |modulus| suite::friction(modulus, 0.8, TAN_PHI.atan());
         self.impact.case_of(law, vec![0, middle, end])
     }
 

@@ -2,12 +2,13 @@
 //! kind of pair and every option of the contact law that YADE has; trajectories of 5, 500 and 5,000 spinning grains, poured and
 //! under the punch, with friction and with dashpots; and the first steps of a recorded run.
 
-use super::build::{self, Grain, friction, springs, with_viscosity};
-use super::{CaseGroup, Evidence, Figures, Track};
 use crate::checks::Check;
 use crate::compare::bits::{COLUMNS, of_contact};
 use crate::engine::yade::CaseInYade;
 use crate::run::folder::recorded_history;
+use crate::suite::{
+    self, CaseGroup, Evidence, Figures, Grain, Track, friction, springs, with_viscosity,
+};
 use evidence::random::Source;
 use grains::generate::initial_bodies;
 use grains::model::{Law, Model};
@@ -227,12 +228,12 @@ pub fn static_states() -> Vec<CrossCase> {
     use Place::{Corner, Face, Grains, Inside, Wall};
     let state = |(stream, (id, what, law)): (u64, (&str, &str, Law))| {
         let walls: [&[f64]; 2] = [&[0.0, WIDTH], &[0.0]];
-        let model = build::world(law, 1.0e-6, [0.3, -9.81], 0.3, walls);
+        let model = suite::world(law, 1.0e-6, [0.3, -9.81], 0.3, walls);
         let moments = vec![0, 1, 2, 3, 30];
-        let mut case = build::case(&format!("static {id}"), model, &scattered(stream), moments);
+        let mut case = suite::case(&format!("static {id}"), model, &scattered(stream), moments);
         let [centre, half_extents] = PUNCH;
         let bottom = centre[1] - half_extents[1];
-        case.punch = Some(build::punch(centre[0], bottom, half_extents, -0.7));
+        case.punch = Some(suite::punch(centre[0], bottom, half_extents, -0.7));
         CrossCase {
             id: format!("static-state-{id}"),
             title: format!("Forces, torques and motion from a random static state: {what}"),
@@ -397,7 +398,7 @@ pub fn viscous(grains: u32) -> Scene {
         c_n: 0.3 * 2.0 * (effective_mass * stiffness).sqrt(),
         tension: Tension::Clipped,
     };
-    scene.contact = super::build::with_viscosity(super::build::springs(1.0), viscosity).contact;
+    scene.contact = suite::with_viscosity(suite::springs(1.0), viscosity).contact;
     scene
 }
 

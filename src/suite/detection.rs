@@ -12,7 +12,7 @@ use super::run::{Suite, native_tracks};
 use super::{CaseGroup, Evidence, Figures, Track, outcome};
 use crate::checks::{Check, Outcome};
 use crate::engine::yade::CaseInYade;
-use crate::interrupt::asked_to_end;
+use crate::workers::asked_to_end;
 use evidence::random::Source;
 use grains::native::perturb::{Quantity, Switch};
 use grains::native::{CaseOptions, Perturbation, watch_case};

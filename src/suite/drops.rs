@@ -4,8 +4,7 @@
 use super::analytic::{
     Release, SpringDashpot, State, dashpot, deviations, nominal_ratio, random_rounding,
 };
-use super::build::{self, Grain};
-use super::{CaseGroup, Track, at, furthest};
+use crate::suite::{self, CaseGroup, Grain, Track, at, furthest};
 use grains::scene::{Tension, Viscosity};
 use grains::task::Case;
 
@@ -119,14 +118,14 @@ fn on_a_floor(
     floor: f64,
     moments: Vec<u64>,
 ) -> Case {
-    let springs = build::springs(contact.stiffness / grain.radius);
+    let springs = suite::springs(contact.stiffness / grain.radius);
     let law = match dashpot {
         None => springs,
-        Some((c_n, tension)) => build::with_viscosity(springs, Viscosity::Dashpot { c_n, tension }),
+        Some((c_n, tension)) => suite::with_viscosity(springs, Viscosity::Dashpot { c_n, tension }),
     };
     let (dt, alpha) = (contact.dt, contact.alpha);
-    let model = build::world(law, dt, [0.0, -GRAVITY], alpha, [&[], &[floor]]);
-    build::case(id, model, &[grain], moments)
+    let model = suite::world(law, dt, [0.0, -GRAVITY], alpha, [&[], &[floor]]);
+    suite::case(id, model, &[grain], moments)
 }
 
 /// Touch: √(2(h−R)/g) after the start, with √(2g(h−R)).

@@ -4,8 +4,7 @@
 use std::f64::consts::PI;
 
 use super::analytic::{SpringDashpot, State};
-use super::build::{self, Grain};
-use super::{CaseGroup, Track, at, rounding};
+use crate::suite::{self, CaseGroup, Grain, Track, at, rounding};
 use grains::model::Law;
 use grains::scene::{ContactLaw, Rotation};
 use grains::tables::Snapshot;
@@ -38,8 +37,8 @@ mod flight {
     pub const MOMENTS: [u64; 2] = [100, 1000];
 
     pub fn case(gravity: [f64; 2], alpha: f64, grains: &[Grain]) -> Case {
-        let model = build::world(build::springs(1.0e6), DT, gravity, alpha, [&[], &[]]);
-        build::case("flight", model, grains, MOMENTS.to_vec())
+        let model = suite::world(suite::springs(1.0e6), DT, gravity, alpha, [&[], &[]]);
+        suite::case("flight", model, grains, MOMENTS.to_vec())
     }
 
     /// Place after so many steps at this acceleration.
@@ -141,18 +140,18 @@ fn between_walls(dt: f64, alpha: f64, velocity: f64, moments: Vec<u64>) -> Case 
     let start = [0.5 * width + AMPLITUDE, 0.0];
     let grain = Grain::disc(start, RADIUS, DENSITY).moving([velocity, 0.0]);
     let stiffness = 0.5 * grain.mass * OMEGA * OMEGA;
-    let law = build::springs(stiffness / RADIUS);
-    let model = build::world(law, dt, [0.0; 2], alpha, [&[0.0, width], &[]]);
-    build::case("between walls", model, &[grain], moments)
+    let law = suite::springs(stiffness / RADIUS);
+    let model = suite::world(law, dt, [0.0; 2], alpha, [&[0.0, width], &[]]);
+    suite::case("between walls", model, &[grain], moments)
 }
 
 /// On the floor under gravity: k = mg/u in equilibrium, so ω² = g/u.
 fn on_the_floor(dt: f64, moments: Vec<u64>) -> Case {
     let grain = Grain::disc([0.0, RADIUS - OVERLAP + AMPLITUDE], RADIUS, DENSITY);
     let stiffness = grain.mass * GRAVITY / OVERLAP;
-    let law = build::springs(stiffness / RADIUS);
-    let model = build::world(law, dt, [0.0, -GRAVITY], 0.0, [&[], &[0.0]]);
-    build::case("on the floor", model, &[grain], moments)
+    let law = suite::springs(stiffness / RADIUS);
+    let model = suite::world(law, dt, [0.0, -GRAVITY], 0.0, [&[], &[0.0]]);
+    suite::case("on the floor", model, &[grain], moments)
 }
 
 /// Way from equilibrium between the walls or on the floor.
@@ -401,10 +400,10 @@ fn stack() -> CaseGroup {
     let of = Stack::new([lower.mass, upper.mass]);
     let [down, up] = of.velocities();
     let grains = [lower.moving([0.0, down]), upper.moving([0.0, up])];
-    let law = build::springs(Stack::STIFFNESS / Stack::RADIUS);
+    let law = suite::springs(Stack::STIFFNESS / Stack::RADIUS);
     let walls: [&[f64]; 2] = [&[], &[0.0, Stack::HEIGHT]];
-    let model = build::world(law, Stack::DT, [0.0, -GRAVITY], 0.0, walls);
-    let case = build::case("stack", model, &grains, vec![0, STEPS / 2, STEPS]);
+    let model = suite::world(law, Stack::DT, [0.0, -GRAVITY], 0.0, walls);
+    let case = suite::case("stack", model, &grains, vec![0, STEPS / 2, STEPS]);
     CaseGroup::new(
         "two-stacked-grains",
         "MFiX DEM03: two spheres between floor and ceiling swing in their two modes",
@@ -452,7 +451,7 @@ mod squeezed {
     /// Corrected slip, and slip with arms at the contact point.
     pub const WAYS: [Way; 2] = [
         ("corrected-slip", |law| law),
-        ("contact-point", build::at_contact_point),
+        ("contact-point", suite::at_contact_point),
     ];
     /// k_s/k_n.
     const RATIO: f64 = 0.5;
@@ -465,7 +464,7 @@ mod squeezed {
 
     /// With this k_s, N/m.
     pub fn case(stiffness: f64, way: fn(Law) -> Law, rotation: Rotation, grain: Grain) -> Case {
-        let law = way(build::friction(
+        let law = way(suite::friction(
             stiffness / (RATIO * RADIUS),
             RATIO,
             FRICTION_ANGLE,
@@ -476,8 +475,8 @@ mod squeezed {
         };
         let ceiling = 2.0 * (RADIUS - OVERLAP);
         let law = Law { contact, ..law };
-        let model = build::world(law, DT, [0.0; 2], 0.0, [&[], &[0.0, ceiling]]);
-        build::case("squeezed", model, &[grain], MOMENTS.to_vec())
+        let model = suite::world(law, DT, [0.0; 2], 0.0, [&[], &[0.0, ceiling]]);
+        suite::case("squeezed", model, &[grain], MOMENTS.to_vec())
     }
 
     /// The swing, slack one step before the start: the contacts are new then and are given a whole step of slip.

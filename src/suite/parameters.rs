@@ -7,12 +7,11 @@
 
 use serde::Serialize;
 
-use super::build::{Grain, case, punch};
-use super::{Figures, Track, cross_code};
 use crate::checks::{Check, Outcome};
 use crate::engine::ProgramError;
 use crate::engine::yade::{self, run_cases, sibling};
 use crate::files::work_folder;
+use crate::suite::{Figures, Grain, Track, case, cross_code, punch};
 use grains::generate::initial_bodies;
 use grains::model::Model;
 use grains::native::{self, CaseOptions, NativeError, run_case};

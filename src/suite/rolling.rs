@@ -8,8 +8,7 @@
 use std::f64::consts::PI;
 
 use super::analytic::{SpringDashpot, State};
-use super::build::{self, Grain};
-use super::{CaseGroup, at};
+use crate::suite::{self, CaseGroup, Grain, at};
 use grains::model::Law;
 use grains::task::Case;
 
@@ -74,14 +73,14 @@ impl Ball {
     /// The law that gives these stiffnesses, with friction of this tan φ.
     fn law(&self, ratio: f64, friction: f64) -> Law {
         let modulus = self.stiffness / self.grain.radius;
-        build::friction(modulus, ratio, friction.atan())
+        suite::friction(modulus, ratio, friction.atan())
     }
 }
 
 /// Grains on the plane, moved to the right at this speed, under this gravity.
 fn on_a_plane(law: Law, dt: f64, gravity: [f64; 2], grains: &[Grain], moments: &[u64]) -> Case {
-    let model = build::world(law, dt, gravity, 0.0, [&[], &[0.0]]);
-    build::case("on a plane", model, grains, moments.to_vec())
+    let model = suite::world(law, dt, gravity, 0.0, [&[], &[0.0]]);
+    suite::case("on a plane", model, grains, moments.to_vec())
 }
 
 /// m/s², on the level.
@@ -101,7 +100,7 @@ fn sliding() -> CaseGroup {
     let law = balls[0].law(1.0, FRICTION);
     let title = "Sliding friction slows a ball by μg dt a step and turns it by rμmg dt/I";
     let mut group = CaseGroup::new("sliding-ball", title);
-    let at_point = build::at_contact_point(law.clone());
+    let at_point = suite::at_contact_point(law.clone());
     for (how, arm, law) in [
         ("half-overlap", balls[0].arm, law),
         ("contact-point", 1.0 - balls[0].overlap, at_point),

@@ -3,9 +3,8 @@
 use super::analytic::{
     ROUNDING, SpringDashpot, State, nominal_ratio, random_rounding, rounding_of_phase,
 };
-use super::build::{self, Grain};
 use super::collisions::HeadOn;
-use super::{CaseGroup, Figures, Track, at, furthest};
+use crate::suite::{self, CaseGroup, Figures, Grain, Track, at, furthest};
 use grains::model::Law;
 use grains::scene::{ContactLaw, NewContactSlip, Tension};
 use grains::task::Case;
@@ -71,7 +70,7 @@ impl Arms {
     fn of(self, law: Law) -> Law {
         match self {
             Arms::HalfOverlap => law,
-            Arms::ContactPoint => build::at_contact_point(law),
+            Arms::ContactPoint => suite::at_contact_point(law),
         }
     }
 }
@@ -158,7 +157,7 @@ impl Slide {
 
     fn case(&self, moments: Vec<u64>) -> Case {
         let angle = self.tan_phi.atan();
-        let law = |modulus| self.arms.of(build::friction(modulus, self.ratio, angle));
+        let law = |modulus| self.arms.of(suite::friction(modulus, self.ratio, angle));
         self.impact.case_of(law, moments)
     }
 
@@ -432,13 +431,13 @@ fn sticking() -> CaseGroup {
         for (how, arms) in Arms::ALL {
             let of = Rocking::new(grain, arms);
             let modulus = of.stiffness / grain.radius;
-            let law = arms.of(build::friction(modulus, Rocking::RATIO, 1.2));
+            let law = arms.of(suite::friction(modulus, Rocking::RATIO, 1.2));
             let gravity = [0.0, -Rocking::GRAVITY];
-            let model = build::world(law, of.dt(), gravity, 0.0, [&[], &[FLOOR]]);
+            let model = suite::world(law, of.dt(), gravity, 0.0, [&[], &[FLOOR]]);
             let height = FLOOR + grain.radius - 0.1 * grain.radius;
             let grains = [grain.at([0.0, height]).moving([Rocking::SPEED, 0.0])];
             let id = format!("{what}/{how}");
-            let case = build::case(&id, model, &grains, MOMENTS.to_vec());
+            let case = suite::case(&id, model, &grains, MOMENTS.to_vec());
             group = group.with([case], move |tracks, figures| {
                 let seen = |step: u64| {
                     let view = at(&tracks[0], step);
@@ -494,15 +493,15 @@ fn first_slip(
     let first = LEAD.ceil() as u64;
     let place = WALL + RADIUS + LEAD * DT * SPEEDS[1];
     let overlap = WALL + RADIUS - (place - first as f64 * DT * SPEEDS[1]);
-    let plain = build::friction(STIFFNESS / RADIUS, RATIO, 1.5);
+    let plain = suite::friction(STIFFNESS / RADIUS, RATIO, 1.5);
     let contact = ContactLaw {
         new_contact_slip,
         ..plain.contact
     };
     let law = Law { contact, ..plain };
-    let model = build::world(law, DT, [0.0; 2], 0.0, [&[], &[WALL]]);
+    let model = suite::world(law, DT, [0.0; 2], 0.0, [&[], &[WALL]]);
     let ball = Grain::sphere([0.0, place], RADIUS, 2500.0).moving([SPEEDS[0], -SPEEDS[1]]);
-    let case = build::case("first slip", model, &[ball], vec![first]);
+    let case = suite::case("first slip", model, &[ball], vec![first]);
     CaseGroup::new(id, title).with([case], move |tracks, figures| {
         // Slip of the undeformed surface, as the default law has it: stretched, and so is the approach that
         // the time since touch is told from.

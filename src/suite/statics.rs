@@ -1,8 +1,7 @@
 //! Grains at rest, against statics: piles of frictionless discs, and the disc of the paper's Figure 4.
 
-use super::build::{self, Grain};
-use super::{CaseGroup, Figures, Track, furthest};
 use crate::paper::disc_field::{DiscField, RimForce};
+use crate::suite::{self, CaseGroup, Figures, Grain, Track, furthest};
 use grains::measure::{Bed, stress};
 use grains::tables::{BodyIds, Contact, Snapshot};
 use grains::task::Case;
@@ -58,9 +57,9 @@ impl Pile {
         const STEPS: u64 = 8000;
         let disc = Grain::disc([0.0; 2], RADIUS, DENSITY);
         let period = (disc.mass / (modulus() * RADIUS)).sqrt();
-        let (law, gravity) = (build::springs(modulus()), [0.0, -GRAVITY]);
-        let model = build::world(law, 0.3 * period, gravity, ALPHA, [&self.walls, &[0.0]]);
-        build::case("pile", model, &self.grains, vec![STEPS])
+        let (law, gravity) = (suite::springs(modulus()), [0.0, -GRAVITY]);
+        let model = suite::world(law, 0.3 * period, gravity, ALPHA, [&self.walls, &[0.0]]);
+        suite::case("pile", model, &self.grains, vec![STEPS])
     }
 
     /// Rounding of a position, which is up to so high, makes that much of the smallest force, half a
@@ -258,11 +257,11 @@ fn pyramid() -> CaseGroup {
 /// A disc of radius 1 m between two pairs of walls, with these overlaps across and up.
 fn squeezed(overlaps: [f64; 2], stiffness: f64, dt: f64, moments: Vec<u64>) -> Case {
     let [across, up] = overlaps.map(|overlap| RADIUS - overlap);
-    let law = build::springs(stiffness / RADIUS);
+    let law = suite::springs(stiffness / RADIUS);
     let walls: [&[f64]; 2] = [&[-across, across], &[-up, up]];
-    let model = build::world(law, dt, [0.0; 2], 0.0, walls);
+    let model = suite::world(law, dt, [0.0; 2], 0.0, walls);
     let grain = Grain::disc([0.0; 2], RADIUS, 1.0);
-    build::case("disc of Figure 4", model, &[grain], moments)
+    suite::case("disc of Figure 4", model, &[grain], moments)
 }
 
 /// Σ of the first grain, J.

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::conservation::crowd;
-use super::{CaseGroup, Evidence, Track, build, furthest};
+use crate::suite::{self, CaseGroup, Evidence, Track, furthest};
 use grains::model::{Axis, Law, Wall};
 use grains::tables::{Bodies, Contact, Punch, Snapshot};
 use grains::task::Case;
@@ -92,11 +92,11 @@ fn bed(name: &str, law: &Law, with_punch: bool) -> Case {
     // Strong enough to count within the few steps.
     let gravity = [150.0, -300.0];
     let walls: [&[f64]; 2] = [&[-half, half], &[0.0]];
-    let model = build::world(law.clone(), dt(), gravity, 0.2, walls);
+    let model = suite::world(law.clone(), dt(), gravity, 0.2, walls);
     let grains = crowd::grains(SIDE, SIDE, [0.0, 4.7 * radius]);
-    let mut case = build::case(name, model, &grains, MOMENTS.to_vec());
+    let mut case = suite::case(name, model, &grains, MOMENTS.to_vec());
     let half_extents = [2.5 * radius, 3.0 * radius];
-    let punch = build::punch(0.7 * radius, 9.3 * radius, half_extents, -3.0);
+    let punch = suite::punch(0.7 * radius, 9.3 * radius, half_extents, -3.0);
     case.punch = with_punch.then_some(punch);
     case
 }
@@ -104,8 +104,8 @@ fn bed(name: &str, law: &Law, with_punch: bool) -> Case {
 /// Grains that spin and run into each other.
 fn gas(name: &str, law: &Law) -> Case {
     let grains = crowd::grains(SIDE, SIDE, [0.0; 2]);
-    let model = build::model(law.clone(), dt());
-    build::case(name, model, &grains, MOMENTS.to_vec())
+    let model = suite::model(law.clone(), dt());
+    suite::case(name, model, &grains, MOMENTS.to_vec())
 }
 
 /// s.
@@ -213,7 +213,7 @@ impl Frame {
         let at = self.turned(at);
         let across = self.turn[0][wall.axis as usize] != 0.0;
         let (axis, i) = if across { (Axis::X, 0) } else { (Axis::Z, 1) };
-        build::wall(axis, at[i] + self.shift[i])
+        suite::wall(axis, at[i] + self.shift[i])
     }
 
     /// The case as it is in this frame. A punch stays upright.

@@ -1,6 +1,6 @@
 //! How runs end: by the rules of the scene, or in trouble that names step and grain.
 
-use crossgrain::suite::build::{Grain, case, model, springs};
+use crossgrain::suite::{Grain, case, model, springs};
 use grains::native::{NativeError, Trouble};
 use grains::scene::{Damping, TimeStep};
 

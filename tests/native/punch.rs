@@ -1,6 +1,6 @@
 //! The punch and grains that it holds or meets.
 
-use crossgrain::suite::build::{Grain, case, model, punch, springs};
+use crossgrain::suite::{Grain, case, model, punch, springs};
 
 use crate::support::*;
 

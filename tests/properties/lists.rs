@@ -1,6 +1,6 @@
 //! The neighbour list misses no pair and invents none.
 
-use crossgrain::suite::build::springs;
+use crossgrain::suite::springs;
 
 use super::*;
 

@@ -3,7 +3,7 @@
 use crossgrain::engine::yade;
 use crossgrain::report::Page;
 use crossgrain::reproduce::Options;
-use crossgrain::reproduce::beside::Beside;
+use crossgrain::reproduce::record::Beside;
 
 use super::*;
 

@@ -11,7 +11,6 @@ mod general;
 mod health;
 mod lanes;
 mod neighbours;
-mod noise;
 mod pairs;
 pub mod perturb;
 pub mod pouring;
@@ -19,12 +18,10 @@ mod springs;
 mod stages;
 pub(crate) mod state;
 mod threads;
-pub mod throughput;
 pub mod timing;
 
 pub use health::{Trouble, check_moment};
-pub use noise::Noise;
-pub use perturb::{Perturbation, PerturbationError};
+pub use perturb::{Noise, Perturbation, PerturbationError};
 pub use stages::{NativeError, Options, first_contact_punch, run};
 pub use threads::Threads;
 

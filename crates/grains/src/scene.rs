@@ -3,7 +3,6 @@
 pub mod check;
 mod fill;
 pub mod paper_scene;
-mod place;
 pub mod problem;
 
 pub use check::{SceneError, parse_scene};

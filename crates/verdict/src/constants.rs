@@ -13,8 +13,7 @@ use grains::variant::{self, Constant, Form, Variant};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-use crate::envelope::in_parallel;
-use crate::resolution::Resolution;
+use crate::envelope::{Resolution, in_parallel};
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Fitted {

@@ -12,9 +12,8 @@ use grains::variant::{self, Constant, Form, Variant};
 use serde::Serialize;
 
 use crate::constants::{Fit, Fitted, Observed, Search, until};
-use crate::envelope::{Envelope, Farthest, in_parallel};
+use crate::envelope::{Envelope, Farthest, Resolution, in_parallel};
 use crate::forms;
-use crate::resolution::{self, Resolution};
 use crate::starts::{Bed, LawKind, Start};
 use crate::{Answer, Engine};
 
@@ -334,7 +333,7 @@ impl Reference {
             of.0 == LawKind::Springs && [Start::Pouring, Start::UnderPunch].contains(&of.1)
         };
         let probed: Vec<&Case> = cases.iter().filter(is_probed).map(|of| &of.2).collect();
-        let probes: Vec<Vec<Case>> = probed.iter().map(|case| resolution::cases(case)).collect();
+        let probes: Vec<Vec<Case>> = probed.iter().map(|case| Resolution::cases(case)).collect();
         progress("the engine runs");
         let of_probes = probes.iter().flatten();
         let asked: Vec<&Case> = of_probes.chain(cases.iter().map(|of| &of.2)).collect();
@@ -365,7 +364,7 @@ impl Reference {
         for (case, probes) in probed.iter().zip(&probes) {
             let rest = of_cases.split_off(probes.len().min(of_cases.len()));
             let answers = std::mem::replace(&mut of_cases, rest);
-            let measured = resolution::measured(case, &answers);
+            let measured = Resolution::measured(case, &answers);
             resolution = measured.map_or(resolution, |of| resolution.coarser(of));
         }
         let mut natives = Vec::with_capacity(cases.len());

@@ -8,7 +8,7 @@
 //! | question | module |
 //! |---|---|
 //! | from which states does an engine start? | [`starts`] |
-//! | how coarsely does it compute? | [`resolution`] |
+//! | how coarsely does it compute? | [`envelope::Resolution`] |
 //! | does it stay among the replicas, and what would have left them? | [`envelope`] |
 //! | which constants are wrong? | [`constants`] |
 //! | which term has another form? | [`forms`] |
@@ -38,7 +38,6 @@ pub mod constants;
 pub mod envelope;
 pub mod forms;
 pub mod judge;
-pub mod resolution;
 pub mod starts;
 
 use grains::tables::Snapshot;

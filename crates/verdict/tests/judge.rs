@@ -8,11 +8,11 @@ use grains::tables::Bodies;
 use grains::task::Case;
 use grains::variant::{self, Constant, Form, Variant};
 use verdict::constants::Fitted;
-use verdict::envelope::in_parallel;
+use verdict::envelope::{Resolution, in_parallel};
 use verdict::forms;
 use verdict::judge::{Cause, Judgement, Reference, Verdict};
 use verdict::starts::{Bed, DISPERSION, LawKind, Start};
-use verdict::{Answer, Engine, resolution};
+use verdict::{Answer, Engine};
 
 static REFERENCE: LazyLock<Reference> =
     LazyLock::new(|| Reference::new(300, DISPERSION, &mut |_| ()).expect("a bed"));
@@ -235,7 +235,7 @@ fn a_coarse_number_is_told_from_the_others() {
     };
     let single = |of: &mut f64| *of = f64::from(*of as f32);
     let coarse = |positions: bool, velocities: &dyn Fn(usize) -> bool| {
-        let answers: Vec<Answer> = resolution::cases(&case)
+        let answers: Vec<Answer> = Resolution::cases(&case)
             .iter()
             .map(|case| {
                 let mut run = variant::run(case, &Variant::default());
@@ -253,7 +253,7 @@ fn a_coarse_number_is_told_from_the_others() {
                 Ok(run)
             })
             .collect();
-        let of = resolution::measured(&case, &answers).expect("answers");
+        let of = Resolution::measured(&case, &answers).expect("answers");
         [of.position, of.velocity, of.overlap].map(|of| of > 1.0e-13)
     };
     assert_eq!(coarse(false, &|_| false), [false; 3]);

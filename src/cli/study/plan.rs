@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 
-use crate::cli::chosen::{Chosen, Several, beside};
+use crate::cli::engine::{Chosen, Several, beside};
 use crate::cli::print;
 use crate::cli::run::{LoopOrder, YadeLimits};
 use crate::error::{Error, exit};

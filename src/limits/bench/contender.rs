@@ -15,7 +15,6 @@ use crate::engine::{ProgramError, yade};
 use crate::error::Error;
 use crate::progress;
 use crate::study::realization::unobserved;
-use grains::measure::equilibrium::kinetic_energy;
 use grains::model::Model;
 use grains::native::timing::{Share, Window};
 use grains::tables::{Bodies, Snapshot};
@@ -395,7 +394,7 @@ impl Sanity {
         } else {
             f64::INFINITY
         };
-        let (energy, energy_in_native) = (kinetic_energy(bodies), kinetic_energy(there));
+        let (energy, energy_in_native) = (bodies.kinetic_energy(), there.kinetic_energy());
         let lost = (contacts as f64 / contacts_in_native as f64 - 1.0).abs();
         let ratio = (energy / energy_in_native).max(energy_in_native / energy);
         Sanity {

@@ -8,7 +8,7 @@ use super::contender::{
     Contender, Contest, LAMMPS_OVER_NATIVE, LAMMPS_OVER_NATIVE_FRICTION, YADE_OVER_NATIVE,
     YADE_OVER_NATIVE_FRICTION,
 };
-use super::instructions::Instructions;
+use super::machine::Instructions;
 use super::scaling::{ON_TWO, Point as Size, SpeedUp};
 use super::timing::Spread;
 use crate::checks::{Check, Outcome, Speed, verdict};

@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 use super::time_step;
 use crate::checks::Outcome;
 use crate::engine::{ProgramError, yade};
-use crate::interrupt::asked_to_end;
 use crate::run::folder::stages_in_words;
 use crate::study::realization::bed_of;
+use crate::workers::asked_to_end;
 use grains::generate::initial_bodies;
-use grains::measure::equilibrium;
+use grains::measure;
 use grains::native::{self, NativeError, Options, Trouble};
 use grains::scene::{Cloud, Damping, Scene, TimeStep, paper_scene, parse_scene};
 use grains::tables::{Stage, StopReason};
@@ -275,7 +275,7 @@ impl Run {
     /// Mean unbalanced force at the end over the mean contact force.
     fn unbalanced(&self, scene: &Scene) -> f64 {
         let bed = self.ended().map(|outcome| bed_of(&outcome.last));
-        bed.and_then(|bed| equilibrium::unbalanced_force(scene, bed))
+        bed.and_then(|bed| measure::unbalanced_force(scene, bed))
             .unwrap_or(f64::NAN)
     }
 

@@ -5,8 +5,8 @@ use std::f64::consts::{PI, SQRT_2};
 
 use serde::{Deserialize, Serialize};
 
-use crate::interrupt::asked_to_end;
-use crate::suite::build::{self, Grain};
+use crate::suite::{self, Grain};
+use crate::workers::asked_to_end;
 use grains::generate::initial_bodies;
 use grains::model::{Axis, Law, Model};
 use grains::native::{self, CaseOptions, NativeError, Options, Trouble, watch_case};
@@ -135,18 +135,18 @@ fn grain(position: [f64; 2]) -> Grain {
 }
 
 fn case(name: &str, law: Law, gravity: f64, walls: &[(Axis, f64)], grains: &[Grain]) -> Case {
-    let walls = walls.iter().map(|(axis, place)| build::wall(*axis, *place));
+    let walls = walls.iter().map(|(axis, place)| suite::wall(*axis, *place));
     let model = Model {
         gravity: [0.0, 0.0 - gravity],
         walls: walls.collect(),
-        ..build::model(law, 1.0e-6)
+        ..suite::model(law, 1.0e-6)
     };
-    build::case(name, model, grains, vec![0])
+    suite::case(name, model, grains, vec![0])
 }
 
 fn with_dashpot(c_n: f64) -> Law {
     let tension = Tension::Clipped;
-    build::with_viscosity(build::springs(MODULUS), Viscosity::Dashpot { c_n, tension })
+    suite::with_viscosity(suite::springs(MODULUS), Viscosity::Dashpot { c_n, tension })
 }
 
 /// Gravity that presses a grain of this mass into its support by [`SQUEEZED`], m/s².
@@ -176,7 +176,7 @@ fn one_contact() -> MapScene {
         ..grain([0.0, RADIUS - floor])
     };
     let above = grain([0.0, below.position[1] + 2.0 * RADIUS - SQUEEZED * RADIUS]);
-    let law = build::springs(MODULUS);
+    let law = suite::springs(MODULUS);
     let floor = [(Axis::Z, 0.0)];
     let case = case("one contact", law, gravity(mass), &floor, &[below, above]);
     let of = STIFFNESS / mass;
@@ -200,14 +200,14 @@ fn resting(law: Law) -> Case {
 }
 
 fn grain_on_wall() -> MapScene {
-    let case = resting(build::springs(MODULUS));
+    let case = resting(suite::springs(MODULUS));
     let omega = (STIFFNESS / case.bodies.mass[0]).sqrt();
     MapScene::new("grain-on-wall", "a grain on a wall", case).with_limit(2.0 / omega, "2√(m/k)")
 }
 
 /// A grain that sticks to the wall sways and turns: the two springs' k_s (1/m + R²/I).
 fn sticking_grain() -> MapScene {
-    let case = resting(build::friction(MODULUS, 1.0, 0.5));
+    let case = resting(suite::friction(MODULUS, 1.0, 0.5));
     let of = &case.bodies;
     let omega = (STIFFNESS * (1.0 / of.mass[0] + RADIUS * RADIUS / of.inertia[0])).sqrt();
     let title = "a grain on a wall that sticks to it, free to turn, k_s = k_n";
@@ -248,7 +248,7 @@ fn chain(count: usize, ratio: f64) -> MapScene {
             "(2/ω)(√(1+ζ²) − ζ), ω = 2√(k/m) sin(Nπ/(2N+2))",
         )
     } else {
-        MapScene::new("chain", &title, of_law(build::springs(MODULUS)))
+        MapScene::new("chain", &title, of_law(suite::springs(MODULUS)))
             .with_limit(2.0 / omega, "2/ω, ω = 2√(k/m) sin(Nπ/(2N+2))")
     };
     scene.along([true, false])
@@ -277,7 +277,7 @@ fn unequal_sizes() -> MapScene {
         SQRT_2 * inner / (large * light).sqrt(),
         2.0 * inner / light,
     );
-    let law = build::springs(MODULUS);
+    let law = suite::springs(MODULUS);
     let case = case("unequal sizes", law, 0.0, &walls, &grains);
     let title = "a grain between two that are ten times larger, between walls";
     let formula = "2/ω, ω² the larger root of ((K+k)/M − ω²)(2k/m − ω²) = 2k²/(mM)";
@@ -296,10 +296,10 @@ fn punch_corner() -> MapScene {
     let held = grain([side, side]);
     let omega = (2.0 * STIFFNESS / held.mass).sqrt();
     let walls = [(Axis::X, 0.0), (Axis::Z, 0.0)];
-    let law = build::springs(MODULUS);
+    let law = suite::springs(MODULUS);
     let mut case = case("a punch corner", law, 0.0, &walls, &[held]);
     let axis = corner + half_extents[0];
-    case.punch = Some(build::punch(axis, corner, half_extents, 0.0));
+    case.punch = Some(suite::punch(axis, corner, half_extents, 0.0));
     let title = "a grain in a corner of the box, held by the corner of the punch";
     MapScene::new("punch-corner", title, case).with_limit(2.0 / omega, "2√(m/2k)")
 }
@@ -323,7 +323,7 @@ pub fn crystal(rows: usize) -> Result<MapScene, NativeError> {
         (Axis::Z, 2.0 * inset + height * (rows as f64 - 1.0)),
     ];
     let mass = grains[0].mass;
-    let mut laid = case("a crystal", build::springs(MODULUS), 0.0, &walls, &grains);
+    let mut laid = case("a crystal", suite::springs(MODULUS), 0.0, &walls, &grains);
     laid.model.dt = 0.3 * (mass / STIFFNESS).sqrt();
     let case = at_rest("a crystal", &laid.model, &laid.bodies, None)?;
     let title = format!("{rows} by {rows} equal grains in a hexagonal crystal between four walls");

@@ -5,9 +5,8 @@ use evidence::distribution::Family;
 use evidence::likelihood;
 use evidence::t_test::Finding;
 
-use super::choices;
-use super::judge::{Candidates, Found, Halving, Layer, Parts};
-use super::published::{Judged, Verdict};
+use super::judge::{Candidates, Found, Halving, Judged, Layer, Parts, Verdict};
+use super::reasons;
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
 use crate::paper::published::{Of, POINTS, PUBLISHED, Published};
@@ -343,7 +342,7 @@ impl Candidates {
 
     /// What each choice changes against the printed scene; none where no choices were varied.
     fn one_at_a_time(&self) -> Option<Section> {
-        let varied = |of: &&Found| choices::reasons().any(|(name, _)| name == of.setting.axis);
+        let varied = |of: &&Found| reasons().any(|(name, _)| name == of.setting.axis);
         let own = self.settings.iter().filter(varied);
         own.clone().next()?;
         let means = PUBLISHED
@@ -359,7 +358,7 @@ impl Candidates {
             };
             table.column(&heading, move |of| of.figures[index].change)
         });
-        let reasons = Table::of("reasons", "Why each choice is varied", choices::reasons())
+        let reasons = Table::of("reasons", "Why each choice is varied", reasons())
             .column("choice", |of| of.0)
             .column("what the paper says, and the range", |of| of.1);
         let words = "Each setting is the printed scene but for one choice (punch speed and damping are crossed), on the printed one's clouds. \

@@ -1,5 +1,5 @@
 //! The form of the distributions: exponential for normal components, which may be positive only, Laplace for the shear
-//! component.
+//! component; by this paper, and by the same author's earlier one on the same set-up.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -10,7 +10,7 @@ use crate::paper::published::E_TO_MINUS_2;
 use crate::study::campaign::Member;
 use evidence::distribution::{Distribution, Family};
 use evidence::likelihood::{against_exponential, not_nested};
-use evidence::moments::{median, standard_deviation};
+use evidence::moments::{mean, median, standard_deviation};
 use evidence::zeros::Parted;
 use evidence::{bootstrap, goodness, proportion};
 
@@ -23,12 +23,12 @@ const VARIATION: [f64; 2] = [0.9, 1.1];
 /// Gamma shapes whose coefficient of variation 1/√k is within a tenth of 1.
 const SHAPE: [f64; 2] = [1.0 / (1.1 * 1.1), 1.0 / (0.9 * 0.9)];
 
-pub(super) const DECIDED_BY: &str = "Of grains that bear load: coefficient of variation within a tenth of 1 and gamma shape within \
+const DECIDED_BY: &str = "Of grains that bear load: coefficient of variation within a tenth of 1 and gamma shape within \
                           1/1.1² to 1/0.9², which is the same for a gamma law; the mean is fitted. p-values follow the effects and decide nothing: a \
                           thousand packings reject a shape of 1.15.";
 
 /// The numbers of one sample: what decides, and what is shown.
-pub(super) fn rows_of(name: &str, values: &[f64]) -> Vec<Row> {
+fn rows_of(name: &str, values: &[f64]) -> Vec<Row> {
     let parted = Parted::of(values);
     let values = &parted.others;
     let name_of = |what: &str| format!("{name} of grains that bear load: {what}");
@@ -138,6 +138,11 @@ fn several(claim: Claim, members: &[Member], moment: Moment, what: &str) -> Clai
         .by(Rule::All, rows)
 }
 
+fn in_words(claims: &[&Claim]) -> String {
+    let said = claims.iter().map(|of| format!("{} {}", of.id, of.word()));
+    format!("{}.", said.collect::<Vec<String>>().join("; "))
+}
+
 /// Whether all of Figure 5 is one verdict: the paper's conclusion.
 pub fn conclusion(claims: &[Claim]) -> Claim {
     let kinds = ["exponential", "mean"];
@@ -146,14 +151,11 @@ pub fn conclusion(claims: &[Claim]) -> Claim {
         parts.is_some_and(|(kind, point)| kinds.contains(&kind) && POINTS.contains(&point))
     };
     let of: Vec<&Claim> = claims.iter().filter(wanted).collect();
-    let verdict = together(&of);
-    let said = of.iter();
-    let said: Vec<String> = said.map(|of| format!("{} {}", of.id, of.word())).collect();
     Claim::of("conclusion", "sections 5 and 6", "figure5")
         .says("The mean stress over the realizations is the continuum's, and its distribution is exponential.")
-        .found(format!("{}.", said.join("; ")))
+        .found(in_words(&of))
         .decided_by("Holds where it holds at O, A and B in mean and form.")
-        .with(verdict, Vec::new())
+        .with(together(&of), Vec::new())
 }
 
 pub fn positive_only(members: &[Member]) -> Claim {
@@ -202,7 +204,7 @@ fn peakedness(values: &[f64]) -> f64 {
 }
 
 /// The numbers of shear components at a point, of which the first decides, and its reading.
-pub(super) fn rows_of_shear(name: &str, values: &[f64], unit: &'static str) -> (Vec<Row>, String) {
+fn rows_of_shear(name: &str, values: &[f64], unit: &'static str) -> (Vec<Row>, String) {
     let half_way = 0.5 * (PEAKEDNESS_OF_NORMAL - FRAC_1_SQRT_2);
     let parted = Parted::of(values);
     let values = &parted.others;
@@ -230,7 +232,7 @@ pub(super) fn rows_of_shear(name: &str, values: &[f64], unit: &'static str) -> (
     (rows, found)
 }
 
-pub(super) const DECIDED_BY_PEAKEDNESS: &str = "Mean absolute over standard deviation, 0.707 for Laplace and 0.798 for a normal law, \
+const DECIDED_BY_PEAKEDNESS: &str = "Mean absolute over standard deviation, 0.707 for Laplace and 0.798 for a normal law, \
     nearer to Laplace's than half the way to the normal law's, at every point.";
 
 /// Laplace for the shear component, from the same theory.
@@ -256,4 +258,86 @@ pub fn laplace(members: &[Member]) -> Claim {
              which differ from them at A and B."
         ))
         .by(Rule::All, rows.concat())
+}
+
+/// The earlier paper, by its summary: I. G. Tejada, "Boussinesq-like problems in discrete media". Its laws are said to hold along
+/// the principal directions.
+const SOURCE: &str = "arXiv:1812.08424, summary";
+
+/// Extensive stress of the nearest grain in every packing, J/m, along the principal directions of its mean over the packings.
+struct Principal {
+    /// Along the direction nearer to the vertical.
+    upright: Vec<f64>,
+    /// Across it.
+    level: Vec<f64>,
+    shear: Vec<f64>,
+}
+
+impl Principal {
+    fn at(members: &[Member], point: &str) -> Self {
+        let nearest = sample::nearest(members, Moment::Loaded, point, 1);
+        let parts = nearest.iter().map(|of| [of[0].xx, of[0].zz, of[0].xz]);
+        let parts: Vec<[f64; 3]> = parts.collect();
+        let middle = |part: usize| mean(&parts.iter().map(|of| of[part]).collect::<Vec<f64>>());
+        // From z towards x, at most an eighth of a turn while σ_zz is the larger one.
+        let turn = 0.5 * (2.0 * middle(2)).atan2(middle(1) - middle(0));
+        let (sin, cos) = turn.sin_cos();
+        let along =
+            |[xx, zz, xz]: &[f64; 3], [x, z]: [f64; 2]| x * x * xx + z * z * zz + 2.0 * x * z * xz;
+        let across = |[xx, zz, xz]: &[f64; 3]| sin * cos * (xx - zz) + (cos * cos - sin * sin) * xz;
+        Principal {
+            upright: parts.iter().map(|of| along(of, [sin, cos])).collect(),
+            level: parts.iter().map(|of| along(of, [cos, -sin])).collect(),
+            shear: parts.iter().map(across).collect(),
+        }
+    }
+}
+
+pub fn of_earlier_paper(members: &[Member], others: &[Claim]) -> Vec<Claim> {
+    let points = POINTS.map(|point| (point, Principal::at(members, point)));
+    let (mut normal, mut shear, mut shapes, mut peaks) = (vec![], vec![], vec![], vec![]);
+    for (point, of) in &points {
+        for (name, values) in [
+            ("nearer to the vertical", &of.upright),
+            ("across it", &of.level),
+        ] {
+            let name = format!("{point}, {name}");
+            let rows = rows_of(&name, values);
+            shapes.push(format!("{name} {:.2}", rows[1].estimate()));
+            normal.extend(rows);
+        }
+        let (mut rows, found) = rows_of_shear(point, &of.shear, "J/m");
+        let loaded = Parted::of(&of.shear).others;
+        if let Some(between) = not_nested(Family::Laplace, Family::Normal, &loaded) {
+            let test = "Laplace and normal equally far from the truth (Vuong's z; positive: Laplace nearer)";
+            let first = rows.remove(0);
+            rows.insert(0, first.with(test, between.z, between.p));
+        }
+        peaks.push(found);
+        shear.extend(rows);
+    }
+    let means = others
+        .iter()
+        .filter(|of| POINTS.iter().any(|point| of.id == format!("mean.{point}")));
+    let means: Vec<&Claim> = means.collect();
+    vec![
+        Claim::of("earlier.normal", SOURCE, "figure5")
+            .says("In principal directions the normal components of a grain's extensive stress are exponential.")
+            .found(format!(
+                "Gamma shapes of grains that bear load, instead of 1: {}.",
+                shapes.join("; ")
+            ))
+            .decided_by(format!("In both directions at every point: {DECIDED_BY}"))
+            .by(Rule::All, normal),
+        Claim::of("earlier.shear", SOURCE, "shear")
+            .says("The shear component has a Laplace law.")
+            .found(format!("{}.", peaks.join(", ")))
+            .decided_by(DECIDED_BY_PEAKEDNESS)
+            .by(Rule::All, shear),
+        Claim::of("earlier.scale", SOURCE, "figure5")
+            .says("The scales of these laws follow from the continuum's solution.")
+            .found(in_words(&means))
+            .decided_by("Holds where the mean vertical stress does at O, A and B.")
+            .with(together(&means), Vec::new()),
+    ]
 }

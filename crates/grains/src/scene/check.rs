@@ -6,8 +6,7 @@ use serde_json::Value;
 
 use super::fill::filled;
 use super::paper_scene::OPEN_CHOICES;
-use super::place::{line_and_column, twice};
-use super::problem::{Findings, Problem};
+use super::problem::{Findings, Problem, line_and_column, misfits, twice};
 use super::*;
 
 /// The widest box, in mean diameters: room for the largest number of grains in a single row.
@@ -71,7 +70,7 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
     } else {
         value
     };
-    let misfits = super::problem::misfits(&super::whole_schema(), &value);
+    let misfits = misfits(&super::whole_schema(), &value);
     if !misfits.is_empty() {
         return Err(located(misfits));
     }

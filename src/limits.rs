@@ -1,4 +1,0 @@
-//! Where methods end, and what they cost.
-
-pub mod bench;
-pub mod stability;
