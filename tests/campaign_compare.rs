@@ -3,9 +3,8 @@
 use crossgrain::checks::Outcome;
 use crossgrain::study::campaign::compare::{Compared, Comparison, Packings, compare, judge};
 use crossgrain::study::campaign::{Campaign, Member, Merged};
-use crossgrain::study::machine::Summary;
 use crossgrain::study::realization::{Ending, Runner};
-use crossgrain::study::tradeoff::judge::QUANTITIES;
+use crossgrain::study::{machine::Summary, tradeoff::judge::QUANTITIES};
 use evidence::proportion::wilson;
 use evidence::random::{Key, Source, replicates};
 use evidence::t_test::Finding;

@@ -10,11 +10,9 @@ use crossgrain::document::Document;
 use crossgrain::engine::{EngineError, ProgramError};
 use crossgrain::files::file_digest;
 use crossgrain::study::machine::{Done, Folder, Job, Machine};
-use crossgrain::study::plan::Plan;
 use crossgrain::study::realization::{Engines, Runner};
-use crossgrain::study::shard::Shard;
-use crossgrain::study::store::records_folder;
 use crossgrain::study::{Judged, Outline, Study, StudyError, create};
+use crossgrain::study::{plan::Plan, shard::Shard, store::records_folder};
 
 use crate::support::*;
 

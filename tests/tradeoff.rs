@@ -7,10 +7,9 @@ use crossgrain::study::machine::{Folder, Job, Machine};
 use crossgrain::study::member::{Member, Members};
 use crossgrain::study::realization::Change::{Modulus, Settled, Size, Step};
 use crossgrain::study::realization::{Change, Engines, Runner, Specification, changed};
-use crossgrain::study::shard::Shard;
 use crossgrain::study::tradeoff::plan::{FAST, FIRST_CONFIRMATORY, Plan};
 use crossgrain::study::tradeoff::{Tradeoff, judge};
-use crossgrain::study::{Study, StudyError, create};
+use crossgrain::study::{Study, StudyError, create, shard::Shard};
 use grains::native::pouring::{End, Phase, pour};
 
 use crate::support::*;

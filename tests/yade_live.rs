@@ -2,8 +2,7 @@
 //! with it a missing YADE is a failure. `ci/test` runs them all.
 
 use crossgrain::checks::Outcome;
-use crossgrain::compare::compare;
-use crossgrain::compare::first_difference::Locator;
+use crossgrain::compare::{compare, first_difference::Locator};
 use crossgrain::engine::yade;
 use crossgrain::run::Engine;
 use crossgrain::suite::run::{self, Engines, Role};

@@ -1,7 +1,6 @@
 //! A plan is made once and never changed.
 
-use crossgrain::study::campaign::Campaign;
-use crossgrain::study::plan::Plan;
+use crossgrain::study::{campaign::Campaign, plan::Plan};
 
 use super::{MEMBERS, campaign, must, plan, study};
 

@@ -1,9 +1,7 @@
 //! The merged bytes are the same for any number of shards, threads and processes, in any order.
 
 use super::{MEMBERS, Running, expected, finishes_as_expected, merged_bytes, must, plan, study};
-use crossgrain::study::campaign::Campaign;
-use crossgrain::study::machine::Folder;
-use crossgrain::study::realization::Engines;
+use crossgrain::study::{campaign::Campaign, machine::Folder, realization::Engines};
 
 use crate::support::*;
 

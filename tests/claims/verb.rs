@@ -3,8 +3,7 @@
 use crossgrain::study::campaign::{Campaign, Member};
 use crossgrain::study::claims::{Claim, Claims, Verdict};
 use crossgrain::study::machine::{Folder, Machine as _};
-use crossgrain::study::realization::Runner;
-use crossgrain::study::store;
+use crossgrain::study::{realization::Runner, store};
 use evidence::distribution::Distribution;
 
 use super::truth::{Truth, members};

@@ -2,8 +2,7 @@
 
 use crossgrain::engine::yade;
 use crossgrain::report::Page;
-use crossgrain::reproduce::Options;
-use crossgrain::reproduce::record::Beside;
+use crossgrain::reproduce::{Options, record::Beside};
 
 use super::*;
 

@@ -2,12 +2,9 @@
 
 use crossgrain::engine::exec::{ExternalEngine, Options};
 use crossgrain::report;
-use crossgrain::study::create;
-use crossgrain::study::machine::Folder;
-use crossgrain::study::plan::Program;
 use crossgrain::study::realization::{Ending, Engines};
-use crossgrain::study::tradeoff::Tradeoff;
-use crossgrain::study::tradeoff::plan::Plan;
+use crossgrain::study::tradeoff::{Tradeoff, plan::Plan};
+use crossgrain::study::{create, machine::Folder, plan::Program};
 
 use crate::support::*;
 
