@@ -318,9 +318,8 @@ fn is_running(pid: u32) -> bool {
 }
 
 fn sockets_of(pid: u32) -> usize {
-    fs::read_dir(format!("/proc/{pid}/fd"))
-        .expect("a child of ours, at work")
-        .filter_map(|file| fs::read_link(file.ok()?.path()).ok())
-        .filter(|target| target.to_string_lossy().starts_with("socket:"))
-        .count()
+    let files = fs::read_dir(format!("/proc/{pid}/fd")).expect("a child of ours, at work");
+    let targets = files.filter_map(|file| fs::read_link(file.ok()?.path()).ok());
+    let sockets = targets.filter(|target| target.to_string_lossy().starts_with("socket:"));
+    sockets.count()
 }

@@ -31,10 +31,8 @@ fn bytes_do_not_depend_on_shards() {
     for of in [2, 3] {
         let place = &plan(&tiny_scene(), MEMBERS, "c");
         let shards: Vec<String> = (1..=of).map(|index| format!("{index}/{of}")).collect();
-        let running: Vec<Running> = shards
-            .iter()
-            .map(|shard| Running::start(place, &["--shard", shard]))
-            .collect();
+        let start = |shard: &String| Running::start(place, &["--shard", shard]);
+        let running: Vec<Running> = shards.iter().map(start).collect();
         for process in running {
             let (code, errors) = process.end();
             assert_eq!(code, 0, "{errors}");
