@@ -5,8 +5,7 @@ mod external;
 
 use crossgrain::checks::Outcome;
 use crossgrain::child::on_path;
-use crossgrain::engine::read::TimedSteps;
-use crossgrain::engine::{ProgramError, yade};
+use crossgrain::engine::{ProgramError, read::TimedSteps, yade};
 use crossgrain::limits::bench::bed::{self, Bed};
 use crossgrain::limits::bench::contender::{self, Contender, Sanity, Tolerance, between_grains};
 use crossgrain::limits::bench::machine::{Machine, Throughput, Work};

@@ -3,9 +3,8 @@
 use crossgrain::checks::Outcome;
 use crossgrain::study::campaign::compare::{Compared, Comparison, Packings, compare, judge};
 use crossgrain::study::campaign::{Campaign, Member, Merged};
-use crossgrain::study::machine::Summary;
 use crossgrain::study::realization::{Ending, Runner};
-use crossgrain::study::tradeoff::judge::QUANTITIES;
+use crossgrain::study::{machine::Summary, tradeoff::judge::QUANTITIES};
 use evidence::proportion::wilson;
 use evidence::random::{Key, Source, replicates};
 use evidence::t_test::Finding;
@@ -21,13 +20,12 @@ fn campaign(engine: &str, seed: u64, members: u64, shift: f64) -> Merged {
     let runner = Runner::Native;
     let plan = Campaign::plan(&scene, runner, Vec::new(), members, seed).expect("a plan");
     let mut noise = Source::new(b"crossgrain: synthetic campaigns ", seed);
-    let members: Vec<Member> = (1..=members)
+    let rows: Vec<Member> = (1..=members)
         .map(|number| {
             let mut measured = BTreeMap::new();
             for charted in QUANTITIES {
-                let scale = charted
-                    .margin
-                    .map_or(0.03, |margin| 0.1 * margin.absolute(1.0));
+                let scale = charted.margin.map(|margin| 0.1 * margin.absolute(1.0));
+                let scale = scale.unwrap_or(0.03);
                 let moved = if charted.key == HEIGHT { shift } else { 0.0 };
                 let value = 1.0 + moved + scale * noise.normal();
                 measured.insert(charted.key.to_owned(), value);
@@ -49,7 +47,7 @@ fn campaign(engine: &str, seed: u64, members: u64, shift: f64) -> Merged {
         .collect();
     let summary = Summary {
         plan: plan.digest(),
-        rows: members.len() as u64,
+        rows: rows.len() as u64,
         engine: engine.to_owned(),
         endings: BTreeMap::new(),
         sha256: String::new(),
@@ -57,7 +55,7 @@ fn campaign(engine: &str, seed: u64, members: u64, shift: f64) -> Merged {
     Merged {
         plan,
         summary,
-        rows: members,
+        rows,
     }
 }
 
@@ -231,10 +229,8 @@ fn level_and_power_on_the_recorded_packings() {
         let charted = QUANTITIES.iter().find(|of| of.key == key);
         let values = native.rows.iter().filter_map(|of| of.measured.get(key));
         let mean = evidence::moments::mean(&values.copied().collect::<Vec<f64>>());
-        let margin = charted
-            .and_then(|of| of.margin)
-            .expect("a margin")
-            .absolute(mean);
+        let margin = charted.and_then(|of| of.margin).expect("a margin");
+        let margin = margin.absolute(mean);
         let at_the_margin = replicates(&KEY, trials, |source| {
             let (first, second) = groups(source);
             judge(&first, &second.moved(key, margin)).verdict()

@@ -10,9 +10,8 @@ use crossgrain::study::realization::Change::{self, Friction, Hold, Settled, Spee
 use crossgrain::study::realization::{
     Ending, Engines, Setting, Specification, changed, law_key, unobserved,
 };
-use crossgrain::study::search::matching::keep;
 use crossgrain::study::search::space::{AXES, OF_POURING, STEP, base, scene};
-use crossgrain::study::{Study, create};
+use crossgrain::study::{Study, create, search::matching::keep};
 use evidence::distribution::Family;
 use evidence::t_test::Finding;
 use grains::measure::stress::LAYERS;

@@ -86,9 +86,9 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
         assert!(!others.contains(remote), "the page asks for {remote}");
     }
     let text = text_of(folder.join("o/run.json"));
-    let record: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let record: Value = serde_json::from_str(&text).expect("JSON");
     assert_eq!(record["verdict"], "skipped");
-    assert_eq!(record["yade"], serde_json::Value::Null);
+    assert_eq!(record["yade"], Value::Null);
     let checks = record["checks"].as_array().expect("checks");
     let ids = checks.iter().filter_map(|check| check["id"].as_str());
     for id in ids {
@@ -131,12 +131,12 @@ fn a_main_job_that_is_asked_to_end_is_not_finished() {
     let command = "reproduce --quiet --out o --yade /nowhere/yade";
     let mut child = started(folder, command);
     let recorded = folder.join("o/yade-recorded/run.json");
-    let began = std::time::Instant::now();
+    let began = Instant::now();
     while !recorded.exists() && began.elapsed().as_secs() < 120 {
-        std::thread::sleep(std::time::Duration::from_millis(20));
+        std::thread::sleep(Duration::from_millis(20));
     }
     // Reading the tables takes a moment; the faults are at work then.
-    std::thread::sleep(std::time::Duration::from_millis(600));
+    std::thread::sleep(Duration::from_millis(600));
     send(&child, "TERM");
     assert_eq!(child.wait().expect("an end").code(), Some(75));
     assert!(!folder.join("o/run.json").exists());

@@ -1,10 +1,8 @@
 //! The comparison: agrees where it should, and can fail.
 
 use crossgrain::checks::Outcome;
-use crossgrain::compare::first_difference::Locator;
-use crossgrain::compare::{Comparison, compare};
-use crossgrain::engine::Part;
-use crossgrain::engine::exec::Description;
+use crossgrain::compare::{Comparison, compare, first_difference::Locator};
+use crossgrain::engine::{Part, exec::Description};
 use crossgrain::run::folder::record::EngineRecord;
 use verdict::judge::Verdict;
 

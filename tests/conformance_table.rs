@@ -38,10 +38,7 @@ fn the_recorded_table_has_every_engine_on_its_step_of_the_ladder() {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs YADE, LAMMPS, LIGGGHTS and ESyS-Particle"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs Debian's engines")]
 fn every_engine_is_still_where_it_was_recorded() {
     let folder = &new_folder();
     let table = "engine table --grains 100 --quiet --out table yade-sorted yade-ordinary lammps liggghts esysparticle toy";

@@ -217,16 +217,13 @@ fn links_lead_somewhere() {
 #[test]
 fn documents_that_the_project_names_exist() {
     let mut files = vec![root("README.md"), root("CHANGELOG.md")];
-    for folder in
-        "src crates tests adapters yade_scripts python reference_data docs paper ci".words()
-    {
+    let folders = "src crates tests adapters yade_scripts python reference_data docs paper ci";
+    for folder in folders.words() {
         files.extend(below(&root(folder)));
     }
     let ends = ["rs", "py", "md", "yml"];
-    files.retain(|file| {
-        file.extension()
-            .is_some_and(|of| ends.iter().any(|end| of == *end))
-    });
+    let end = |file: &PathBuf| file.extension().unwrap_or_default().to_owned();
+    files.retain(|file| ends.iter().any(|of| end(file) == *of));
     files.retain(|file| !file.ends_with("tests/docs.rs"));
     assert!(files.len() > 200, "{}", files.len());
     for file in files {
@@ -239,31 +236,16 @@ fn documents_that_the_project_names_exist() {
 }
 
 /// A command of a page, the exit code that it says, and the lines that it shows.
-#[derive(Debug, PartialEq, Eq)]
-struct Printed {
-    command: String,
-    code: i32,
-    shows: Vec<String>,
-}
+type Printed = (String, i32, Vec<String>);
 
-impl Printed {
-    fn of(line: &str) -> Self {
-        let said = line.rsplit_once("# exit code ").map(|(_, code)| code);
-        let code = said.map_or(0, |code| {
-            code.chars()
-                .take_while(char::is_ascii_digit)
-                .collect::<String>()
-                .parse()
-                .expect("a number")
-        });
-        let command = line.split(" # ").next().unwrap_or(line).trim().to_owned();
-        let shows = Vec::new();
-        Printed {
-            command,
-            code,
-            shows,
-        }
-    }
+fn command_of(line: &str) -> Printed {
+    let said = line
+        .rsplit_once("# exit code ")
+        .map_or("0", |(_, code)| code);
+    let code = said.split(|of: char| !of.is_ascii_digit()).next();
+    let code = code.and_then(|of| of.parse().ok()).expect("a number");
+    let command = line.split(" # ").next().unwrap_or(line).trim();
+    (command.to_owned(), code, Vec::new())
 }
 
 /// The commands of a page. A block without a known mark is an error: nobody would know whether to run it.
@@ -285,7 +267,7 @@ fn printed(page: &str, text: &str) -> Vec<Printed> {
                 Some(command) => command,
                 None => {
                     let last = commands.last_mut().expect("a command above what it shows");
-                    last.shows.push(line.to_owned());
+                    last.2.push(line.to_owned());
                     continue;
                 }
             },
@@ -298,7 +280,7 @@ fn printed(page: &str, text: &str) -> Vec<Printed> {
         };
         match command.strip_suffix('\\') {
             Some(part) => begun.push_str(part),
-            None => commands.push(Printed::of(&(std::mem::take(&mut begun) + command))),
+            None => commands.push(command_of(&(std::mem::take(&mut begun) + command))),
         }
     }
     commands
@@ -355,24 +337,18 @@ fn commands_do_what_is_printed(page: &str) {
         programs.display(),
         std::env::var("PATH").unwrap_or_default()
     );
-    for Printed {
-        command,
-        code,
-        shows,
-    } in printed(page, &text(page))
-    {
+    for (command, code, shows) in printed(page, &text(page)) {
         if runs_elsewhere(&command) {
             continue;
         }
-        let output = Command::new("bash")
+        let mut shell = Command::new("bash");
+        shell
             .args(["-c", &command])
             .current_dir(folder)
-            .env("PATH", &path)
-            .env("CROSSGRAIN_YADE", "/nowhere/yade")
-            .env("GITHUB_STEP_SUMMARY", "summary.md")
-            .output()
-            .expect("a shell");
-        let (ended, out, errors) = told(&output);
+            .env("PATH", &path);
+        shell.env("CROSSGRAIN_YADE", "/nowhere/yade");
+        shell.env("GITHUB_STEP_SUMMARY", "summary.md");
+        let (ended, out, errors) = told(&shell.output().expect("a shell"));
         assert_eq!(ended, code, "{page}: {command}\n{out}{errors}");
         if let Err(line) = shown(&out, &shows) {
             panic!("{page}: {command}\ndoes not show\n{line}\nbut\n{out}");
@@ -384,7 +360,7 @@ fn commands_do_what_is_printed(page: &str) {
 fn what_is_run_elsewhere_is_run_there() {
     let mut commands = Vec::new();
     for page in PAGES {
-        commands.extend(printed(page, &text(page)).into_iter().map(|of| of.command));
+        commands.extend(printed(page, &text(page)).into_iter().map(|of| of.0));
     }
     for [begins, why, file, line] in rows(ELSEWHERE) {
         assert!(!why.is_empty());
@@ -397,21 +373,16 @@ fn what_is_run_elsewhere_is_run_there() {
 /// The commands in the running text, `crossgrain verb … --flag`, where places hold words for what is to be put there.
 fn named_commands(text: &str) -> Vec<String> {
     let spans = text.split('`').skip(1).step_by(2);
-    spans
-        .filter(|of| of.starts_with("crossgrain "))
-        .map(|of| of.replace('\n', " "))
-        .collect()
+    let commands = spans.filter(|of| of.starts_with("crossgrain "));
+    commands.map(|of| of.replace('\n', " ")).collect()
 }
 
 /// The words of a command that its help does not know.
 fn unknown(command: &str, helps: &mut BTreeMap<Vec<String>, Option<String>>) -> Vec<String> {
     let words = command.split_whitespace().skip(1).map(str::to_owned);
     let words: Vec<String> = words.collect();
-    let verbs: Vec<String> = words
-        .iter()
-        .take_while(|of| of.chars().all(|of| of.is_ascii_lowercase()))
-        .cloned()
-        .collect();
+    let is_verb = |of: &&String| of.chars().all(|of| of.is_ascii_lowercase());
+    let verbs: Vec<String> = words.iter().take_while(is_verb).cloned().collect();
     let mut help_of = |verbs: &[String]| {
         helps
             .entry(verbs.to_vec())
@@ -429,10 +400,12 @@ fn unknown(command: &str, helps: &mut BTreeMap<Vec<String>, Option<String>>) -> 
         .iter()
         .map(|of| of.trim_matches(|of: char| "[]|\\,".contains(of)));
     let flags = flags.filter(|of| of.starts_with("--") && of.len() > 2);
-    flags
-        .filter(|of| !help.contains(&format!("{of} ")) && !help.contains(&format!("{of}\n")))
-        .map(str::to_owned)
-        .collect()
+    let known = |of: &&str| {
+        [" ", "\n"]
+            .iter()
+            .any(|end| help.contains(&format!("{of}{end}")))
+    };
+    flags.filter(|of| !known(of)).map(str::to_owned).collect()
 }
 
 #[test]
@@ -457,10 +430,9 @@ fn a_page_that_says_something_else_is_noticed() {
     let page =
         "```sh\n# words\na b \\\n  c # exit code 3: no\n```\n\n```console\n$ d\nx … z\n```\n";
     let commands = printed("a page", page);
-    let of = |command: &str, code, shows: &[&str]| Printed {
-        command: command.to_owned(),
-        code,
-        shows: shows.iter().map(ToString::to_string).collect(),
+    let of = |command: &str, code, shows: &[&str]| {
+        let shows = shows.iter().map(ToString::to_string).collect();
+        (command.to_owned(), code, shows)
     };
     assert_eq!(commands, [of("a b   c", 3, &[]), of("d", 0, &["x … z"])]);
     let lines = |of: &[&str]| of.iter().map(ToString::to_string).collect::<Vec<_>>();

@@ -1,8 +1,7 @@
 //! The same bits on another arithmetic: the program on processors that qemu computes in software, without vectors wider than
 //! SSE2 and with AVX2, friction and the punch included. `ci/on_arm` does the same with the program built for ARM.
 
-use crossgrain::limits::bench::bed::Bed;
-use crossgrain::limits::bench::timing;
+use crossgrain::limits::bench::{bed::Bed, timing};
 
 use crate::support::*;
 

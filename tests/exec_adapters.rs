@@ -57,10 +57,7 @@ fn every_file_of_the_adapters_is_placed() {
 }
 
 #[test]
-#[cfg_attr(
-    not(feature = "live"),
-    ignore = "needs LAMMPS, LIGGGHTS, ESyS-Particle"
-)]
+#[cfg_attr(not(feature = "live"), ignore = "needs Debian's engines")]
 fn every_adapter_is_placed_and_describes_itself() {
     // Kratos DEM is no Debian package; its own test has it.
     for adapter in Adapter::ALL.into_iter().filter(|of| *of != Adapter::KRATOS) {

@@ -77,7 +77,7 @@ fn an_archive_is_whole_described_and_the_same_each_time() {
     // Every file but the sums themselves.
     assert_eq!(summed + 1, there(&inside).len());
     let text = text_of(inside.join("ro-crate-metadata.json"));
-    let value: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let value: Value = serde_json::from_str(&text).expect("JSON");
     let graph = value["@graph"].as_array().expect("a graph");
     let entity = |id: &str| {
         let found = graph.iter().find(|of| of["@id"] == id);

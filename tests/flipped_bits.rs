@@ -5,9 +5,7 @@ use crossgrain::checks::record;
 use crossgrain::compare::baseline::{BaselineError, Store};
 use crossgrain::run::folder::write_sums;
 use crossgrain::study::campaign::{Campaign, merged};
-use crossgrain::study::machine::Folder;
-use crossgrain::study::plan::Plan;
-use crossgrain::study::store::Index;
+use crossgrain::study::{machine::Folder, plan::Plan, store::Index};
 use flate2::{Compression, write::GzEncoder};
 
 use crate::campaign::plan;

@@ -79,11 +79,11 @@ fn nothing_existing_is_overwritten() {
 }
 
 /// A run that never settles, at work for a moment.
-fn endless_run() -> (Place, std::process::Child) {
+fn endless_run() -> (Place, Child) {
     let folder = folder_with(&endless_scene());
     let command = "run scene.json --engine native --out out";
     let mut child = started(&folder, command);
-    std::thread::sleep(std::time::Duration::from_millis(400));
+    std::thread::sleep(Duration::from_millis(400));
     assert_eq!(child.try_wait().expect("a child"), None, "it is running");
     (folder, child)
 }
@@ -236,7 +236,7 @@ fn a_run_killed_at_any_moment_leaves_a_whole_folder_or_none() {
         let out = format!("out{delay}");
         let run = format!("run scene.json --engine native --steps 3000 --out {out}");
         let mut child = started(folder, &run);
-        std::thread::sleep(std::time::Duration::from_millis(delay));
+        std::thread::sleep(Duration::from_millis(delay));
         // Fails only for a run that was faster.
         let _ = child.kill();
         child.wait().expect("an ended child");

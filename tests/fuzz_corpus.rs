@@ -8,7 +8,7 @@ fn kept(target: &str) -> Vec<PathBuf> {
     let fuzz = root("fuzz");
     let mut inputs = Vec::new();
     for place in ["corpus", "regressions"] {
-        let Ok(entries) = std::fs::read_dir(fuzz.join(place).join(target)) else {
+        let Ok(entries) = fs::read_dir(fuzz.join(place).join(target)) else {
             continue;
         };
         inputs.extend(entries.map(|entry| entry.expect("an entry").path()));
@@ -24,7 +24,7 @@ fn every_reader_withstands_every_kept_input_within_its_memory() {
         assert!(!inputs.is_empty(), "nothing was kept for {target}");
         let mut accepted = 0;
         for path in inputs {
-            let input = std::fs::read(&path).expect("a readable input");
+            let input = fs::read(&path).expect("a readable input");
             let mut sound = false;
             let taken = allocation_counter::measure(|| sound = read(&input));
             accepted += usize::from(sound);
@@ -39,10 +39,8 @@ fn every_reader_withstands_every_kept_input_within_its_memory() {
 #[test]
 fn every_seed_is_accepted() {
     for (target, name, input) in crate::readers::seeds::all() {
-        let (_, read) = READERS
-            .into_iter()
-            .find(|(known, _)| *known == target)
-            .expect("a reader of this name");
+        let mut readers = READERS.into_iter();
+        let (_, read) = readers.find(|of| of.0 == target).expect("a reader");
         assert!(read(&input), "{target} refuses {name}");
     }
 }
@@ -53,7 +51,7 @@ fn the_seeds_are_written() {
     let corpus = root("fuzz/corpus");
     for (target, name, input) in crate::readers::seeds::all() {
         let folder = corpus.join(target);
-        std::fs::create_dir_all(&folder).expect("a writable folder");
-        std::fs::write(folder.join(name), input).expect("a writable folder");
+        fs::create_dir_all(&folder).expect("a writable folder");
+        fs::write(folder.join(name), input).expect("a writable folder");
     }
 }

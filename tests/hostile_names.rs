@@ -50,7 +50,7 @@ pub fn nothing_obeyed(place: &Path, output: &Output) {
 }
 
 /// A scene of two grains, twenty steps of which take no time.
-pub fn two_grains() -> grains::scene::Scene {
+pub fn two_grains() -> Scene {
     let mut scene = tiny_scene();
     scene.particles.count = 2;
     scene

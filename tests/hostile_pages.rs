@@ -1,8 +1,7 @@
 //! Names inside files – of scenes, control points, checks – that a browser, a table or a terminal would obey: in pages,
 //! tables, XML and job summaries they stay text.
 
-use crossgrain::study::campaign::Campaign;
-use crossgrain::study::realization::Runner;
+use crossgrain::study::{campaign::Campaign, realization::Runner};
 
 use crate::hostile_names::nothing_obeyed;
 use crate::support::*;

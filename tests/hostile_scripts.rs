@@ -3,10 +3,8 @@
 
 use std::ffi::{OsStr, OsString};
 
-use crossgrain::study::campaign::Campaign;
-use crossgrain::study::machine::Folder;
-use crossgrain::study::realization::Runner;
 use crossgrain::study::shard::{Array, write};
+use crossgrain::study::{campaign::Campaign, machine::Folder, realization::Runner};
 
 use crate::hostile_names::{names, nothing_obeyed, two_grains};
 use crate::support::*;

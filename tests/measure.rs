@@ -204,10 +204,7 @@ fn rattlers_and_what_is_unbalanced_show() {
 #[test]
 fn a_bed_without_a_load_is_measured_as_poured() {
     let (scene, bodies, contacts) = square_packing(4, 4);
-    let bed = Bed {
-        bodies: &bodies,
-        contacts: &contacts,
-    };
+    let bed = bed_of(&bodies, &contacts);
     let moments = |settled: Option<Bed<'_>>| -> Vec<String> {
         let all = measure::all(&scene, settled, bed).into_iter();
         let moments = all.map(|of| of.key.split('.').next().unwrap_or_default().to_owned());

@@ -26,8 +26,8 @@ fn toy_that_starts_another(folder: &Path, more: &str) -> String {
 fn is_running(pid: &str) -> bool {
     let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
     // A zombie waits for nobody but its parent.
-    stat.rsplit_once(')')
-        .is_some_and(|(_, rest)| !rest.starts_with(" Z"))
+    let state = stat.rsplit_once(')');
+    state.is_some_and(|(_, rest)| !rest.starts_with(" Z"))
 }
 
 /// Numbers of the processes that were started, once both are written down.

@@ -1,8 +1,7 @@
 //! The pages of the main job: the evidence on the first one, studies on pages of their own, and figures as files.
 
 use crossgrain::report::{Page, page_against};
-use crossgrain::reproduce::record::Beside;
-use crossgrain::reproduce::reproduce;
+use crossgrain::reproduce::{record::Beside, reproduce};
 
 use crate::support::*;
 

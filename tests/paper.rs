@@ -1,9 +1,8 @@
 //! The paper's numbers: our routes against each other and against what is known to be misprinted.
 
 use crossgrain::checks::Outcome;
-use crossgrain::paper::continuum::strip_load;
 use crossgrain::paper::published::{PRINTED, PUBLISHED};
-use crossgrain::paper::{numbers, text_faults};
+use crossgrain::paper::{continuum::strip_load, numbers, text_faults};
 
 use crate::support::*;
 

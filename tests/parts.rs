@@ -1,8 +1,7 @@
 //! A run in parts is the run.
 
 use crossgrain::engine::{exec, yade};
-use crossgrain::run::folder::recorded_history;
-use crossgrain::run::{Engine, parts};
+use crossgrain::run::{Engine, folder::recorded_history, parts};
 use grains::scene::AfterForce;
 use grains::task::Seen;
 

@@ -2,8 +2,7 @@
 
 use crossgrain::files::read_text;
 use crossgrain::study::Study;
-use crossgrain::study::campaign::compare::compare;
-use crossgrain::study::campaign::{Merged, merged};
+use crossgrain::study::campaign::{Merged, compare::compare, merged};
 use crossgrain::study::candidates::{
     self,
     judge::{Candidates, Verdict as Excluded},

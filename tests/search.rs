@@ -1,13 +1,11 @@
 //! The search for settings that give the published figures, on beds small enough for a test.
 
 use crossgrain::report;
-use crossgrain::study::machine::Folder;
-use crossgrain::study::member::Member;
 use crossgrain::study::realization::{Engines, Specification};
 use crossgrain::study::search::matching::{Figure, Observed, Sampled, Search, keep};
 use crossgrain::study::search::space::{AXES, OF_POURING, scene, snap};
 use crossgrain::study::search::{Plan, Size};
-use crossgrain::study::{Study, create};
+use crossgrain::study::{Study, create, machine::Folder, member::Member};
 use evidence::history::CUT;
 
 use crate::support::*;

@@ -3,14 +3,12 @@
 
 mod external;
 
-use crossgrain::checks::record::parse;
-use crossgrain::checks::{Outcome, Tally};
+use crossgrain::checks::{Outcome, Tally, record::parse};
 use crossgrain::files::read_text;
 use crossgrain::limits::stability::failures::{MODES, small_bed};
 use crossgrain::limits::stability::scenes::{MapScene, crystal, small};
-use crossgrain::limits::stability::spectrum::Network;
 use crossgrain::limits::stability::trials::{Disturbed, Found};
-use crossgrain::limits::stability::{Map, Stability, time_step};
+use crossgrain::limits::stability::{Map, Stability, spectrum::Network, time_step};
 use grains::scene::{Damping, TimeStep};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 

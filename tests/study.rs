@@ -10,11 +10,9 @@ use crossgrain::document::Document;
 use crossgrain::engine::{EngineError, ProgramError};
 use crossgrain::files::file_digest;
 use crossgrain::study::machine::{Done, Folder, Job, Machine};
-use crossgrain::study::plan::Plan;
 use crossgrain::study::realization::{Engines, Runner};
-use crossgrain::study::shard::Shard;
-use crossgrain::study::store::records_folder;
 use crossgrain::study::{Judged, Outline, Study, StudyError, create};
+use crossgrain::study::{plan::Plan, shard::Shard, store::records_folder};
 
 use crate::support::*;
 
@@ -87,7 +85,7 @@ impl Study for Squares {
         let sum = Cell::new(0);
         folder.each(|_, row| sum.set(sum.get() + row.square))?;
         Ok(Judged {
-            own: serde_json::json!({"sum": sum.get()}),
+            own: json!({"sum": sum.get()}),
             measured: Vec::new(),
             document: Document {
                 title: "Squares".to_owned(),

@@ -7,10 +7,9 @@ use crossgrain::study::machine::{Folder, Job, Machine};
 use crossgrain::study::member::{Member, Members};
 use crossgrain::study::realization::Change::{Modulus, Settled, Size, Step};
 use crossgrain::study::realization::{Change, Engines, Runner, Specification, changed};
-use crossgrain::study::shard::Shard;
 use crossgrain::study::tradeoff::plan::{FAST, FIRST_CONFIRMATORY, Plan};
 use crossgrain::study::tradeoff::{Tradeoff, judge};
-use crossgrain::study::{Study, StudyError, create};
+use crossgrain::study::{Study, StudyError, create, shard::Shard};
 use grains::native::pouring::{End, Phase, pour};
 
 use crate::support::*;
@@ -155,7 +154,7 @@ fn a_study_is_taken_up_where_it_was_and_finds_the_large_bias() {
     let text = text_of(&rows);
     assert_eq!(text.lines().count() as u64, count);
     // Killed in the middle of the last line: that row alone is made again, and nothing that stands is changed.
-    std::fs::write(&rows, &text[..text.len() - 20]).expect("cut");
+    fs::write(&rows, &text[..text.len() - 20]).expect("cut");
     let missing: u64 = record(&folder).points.iter().map(|of| of.missing).sum();
     assert!(missing <= 1, "{missing}");
     run::<Plan>(&folder, &Engines::default()).expect("it runs");
@@ -308,7 +307,7 @@ fn yade_has_no_clouds_that_the_reference_has_not() {
 #[test]
 fn the_fast_protocols_scene_differs_in_the_step_and_what_goes_with_it() {
     let folder = &new_folder();
-    let printed = |arguments: &[&str]| -> serde_json::Value {
+    let printed = |arguments: &[&str]| -> Value {
         let (text, _) = ends(folder, 0, arguments);
         serde_json::from_str(&text).expect("JSON")
     };
@@ -318,7 +317,7 @@ fn the_fast_protocols_scene_differs_in_the_step_and_what_goes_with_it() {
     assert_eq!(plain.pointer(step), Some(&0.45.into()));
     assert_eq!(fast.pointer(step), Some(&0.65.into()));
     // Looked at equally often in time.
-    let every = |of: &serde_json::Value| of.pointer("/settle/check_every").and_then(|n| n.as_f64());
+    let every = |of: &Value| of.pointer("/settle/check_every").and_then(|n| n.as_f64());
     let ratio = every(&plain).expect("a number") / every(&fast).expect("a number");
     assert!((ratio - 0.65 / 0.45).abs() < 0.01, "{ratio}");
     for key in ["time_step", "settle", "measurement", "choices"] {

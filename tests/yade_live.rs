@@ -2,8 +2,7 @@
 //! with it a missing YADE is a failure. `ci/test` runs them all.
 
 use crossgrain::checks::Outcome;
-use crossgrain::compare::compare;
-use crossgrain::compare::first_difference::Locator;
+use crossgrain::compare::{compare, first_difference::Locator};
 use crossgrain::engine::yade;
 use crossgrain::run::Engine;
 use crossgrain::suite::run::{self, Engines, Role};
@@ -319,9 +318,8 @@ fn is_running(pid: u32) -> bool {
 }
 
 fn sockets_of(pid: u32) -> usize {
-    fs::read_dir(format!("/proc/{pid}/fd"))
-        .expect("a child of ours, at work")
-        .filter_map(|file| fs::read_link(file.ok()?.path()).ok())
-        .filter(|target| target.to_string_lossy().starts_with("socket:"))
-        .count()
+    let files = fs::read_dir(format!("/proc/{pid}/fd")).expect("a child of ours, at work");
+    let targets = files.filter_map(|file| fs::read_link(file.ok()?.path()).ok());
+    let sockets = targets.filter(|target| target.to_string_lossy().starts_with("socket:"));
+    sockets.count()
 }

@@ -22,7 +22,7 @@ fn page(folder: &Path, head: &str, body: &str) -> PathBuf {
         include_str!("../../src/report/tables.js"),
     );
     let path = folder.join("page.html");
-    std::fs::write(&path, text).expect("a writable folder");
+    fs::write(&path, text).expect("a writable folder");
     path
 }
 

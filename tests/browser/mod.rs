@@ -13,7 +13,7 @@ fn screenshots() -> PathBuf {
     let named = std::env::var_os("CROSSGRAIN_SCREENSHOTS").map(PathBuf::from);
     let folder =
         named.unwrap_or_else(|| Path::new(env!("CARGO_TARGET_TMPDIR")).join("screenshots"));
-    std::fs::create_dir_all(&folder).expect("a writable folder");
+    fs::create_dir_all(&folder).expect("a writable folder");
     folder
 }
 
@@ -106,7 +106,7 @@ fn a_script_that_was_put_into_a_page_does_not_run() {
     let text = text_of(&page);
     let put = "<script>document.title = 'taken'</script><p onclick=\"document.title = 'taken'\">a</p>\
                <img src=\"https://example.org/a.png\" onerror=\"document.title = 'taken'\">";
-    std::fs::write(&page, text.replacen("</main>", &format!("{put}</main>"), 1)).expect("writable");
+    fs::write(&page, text.replacen("</main>", &format!("{put}</main>"), 1)).expect("writable");
     let mut browser = Browser::start();
     look::open(&mut browser, &page);
     browser.evaluate("document.querySelector('main > p[onclick]').click()");

@@ -1,8 +1,7 @@
 //! Record files that were cut off, changed, or are of another campaign: not believed, named, and made good.
 
 use crossgrain::study::campaign::{Campaign, Member};
-use crossgrain::study::plan::Plan;
-use crossgrain::study::store;
+use crossgrain::study::{plan::Plan, store};
 
 use super::{
     Chance, MEMBERS, campaign, expected, finishes_as_expected, merged_bytes, must, plan, study,

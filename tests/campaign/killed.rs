@@ -5,12 +5,9 @@ use super::{
     plan, records,
 };
 use crossgrain::limits::stability::Stability;
-use crossgrain::study::campaign::Campaign;
-use crossgrain::study::machine::Folder;
-use crossgrain::study::member::Beds;
-use crossgrain::study::realization::Change::Settled;
-use crossgrain::study::realization::{Runner, Setting, Specification, changed};
+use crossgrain::study::realization::{Change::Settled, Runner, Setting, Specification, changed};
 use crossgrain::study::{Study, candidates, create, search, tradeoff};
+use crossgrain::study::{campaign::Campaign, machine::Folder, member::Beds};
 
 use crate::support::*;
 

@@ -12,8 +12,7 @@ mod together;
 use std::sync::OnceLock;
 
 use crossgrain::files::file_digest;
-use crossgrain::study::campaign::Campaign;
-use crossgrain::study::realization::Runner;
+use crossgrain::study::{campaign::Campaign, realization::Runner};
 
 use crate::support::*;
 

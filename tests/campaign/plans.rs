@@ -1,7 +1,6 @@
 //! A plan is made once and never changed.
 
-use crossgrain::study::campaign::Campaign;
-use crossgrain::study::plan::Plan;
+use crossgrain::study::{campaign::Campaign, plan::Plan};
 
 use super::{MEMBERS, campaign, must, plan, study};
 
@@ -101,7 +100,7 @@ fn scripts_for_slurm() {
     has(&script, ["export CROSSGRAIN_TASKS=8\n"]);
     // A task by hand: the variables are all that a shard needs.
     let task = |script: &Path, task: &str| {
-        let status = std::process::Command::new("bash")
+        let status = Command::new("bash")
             .arg(script)
             .env("SLURM_ARRAY_TASK_ID", task)
             .current_dir("/")

@@ -58,10 +58,8 @@ fn damaged_members_are_bad_input_and_can_be_merged_again() {
     let sound = fs::read(&members).expect("members");
     let mut turned = sound.clone();
     // A digit within a number, which is JSON before and after.
-    let digit = turned
-        .iter()
-        .rposition(u8::is_ascii_digit)
-        .expect("a digit");
+    let digit = turned.iter().rposition(u8::is_ascii_digit);
+    let digit = digit.expect("a digit");
     turned[digit] = if turned[digit] == b'5' { b'6' } else { b'5' };
     let first_line = 1 + sound.iter().position(|byte| *byte == b'\n').expect("lines");
     let damages: [(&str, Option<&[u8]>); 5] = [

@@ -4,10 +4,8 @@
 use std::io::{BufWriter, Write};
 
 use crossgrain::study::campaign::{Campaign, Member};
-use crossgrain::study::machine::Folder;
-use crossgrain::study::plan::Plan;
 use crossgrain::study::realization::{Ending, Engines};
-use crossgrain::study::store;
+use crossgrain::study::{machine::Folder, plan::Plan, store};
 
 use super::plan;
 

@@ -1,9 +1,7 @@
 //! The merged bytes are the same for any number of shards, threads and processes, in any order.
 
 use super::{MEMBERS, Running, expected, finishes_as_expected, merged_bytes, must, plan, study};
-use crossgrain::study::campaign::Campaign;
-use crossgrain::study::machine::Folder;
-use crossgrain::study::realization::Engines;
+use crossgrain::study::{campaign::Campaign, machine::Folder, realization::Engines};
 
 use crate::support::*;
 
@@ -33,10 +31,8 @@ fn bytes_do_not_depend_on_shards() {
     for of in [2, 3] {
         let place = &plan(&tiny_scene(), MEMBERS, "c");
         let shards: Vec<String> = (1..=of).map(|index| format!("{index}/{of}")).collect();
-        let running: Vec<Running> = shards
-            .iter()
-            .map(|shard| Running::start(place, &["--shard", shard]))
-            .collect();
+        let start = |shard: &String| Running::start(place, &["--shard", shard]);
+        let running: Vec<Running> = shards.iter().map(start).collect();
         for process in running {
             let (code, errors) = process.end();
             assert_eq!(code, 0, "{errors}");

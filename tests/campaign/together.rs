@@ -1,7 +1,6 @@
 //! Several processes on one folder: nothing is lost, nothing counts twice.
 
-use crossgrain::study::shard::Shard;
-use crossgrain::study::store::Writer;
+use crossgrain::study::{shard::Shard, store::Writer};
 
 use super::{
     MEMBERS, Running, expected, finishes_as_expected, lines, merged_bytes, must, plan, records,

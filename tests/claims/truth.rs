@@ -59,31 +59,29 @@ fn fields(truth: &Truth, moment: Moment, table: &[Vec<f64>], source: &mut Source
     let mut points = Vec::new();
     for (index, (name, _)) in POINTS.iter().enumerate() {
         let shared = truth.normal.draw(source);
-        let mut cells: Vec<f64> = (0..GROWING[GROWING.len() - 1])
-            .map(|_| {
-                let own = truth.normal.draw(source);
-                truth.common * shared + (1.0 - truth.common) * own
-            })
-            .collect();
+        let mut cell = |_| {
+            let own = truth.normal.draw(source);
+            truth.common * shared + (1.0 - truth.common) * own
+        };
+        let largest = GROWING[GROWING.len() - 1];
+        let mut cells: Vec<f64> = (0..largest).map(&mut cell).collect();
         if moment == Moment::Settled {
-            cells
-                .iter_mut()
-                .for_each(|cell| *cell += truth.gravity_shift);
+            let shift = truth.gravity_shift;
+            cells.iter_mut().for_each(|cell| *cell += shift);
         }
         let mut together = Vec::new();
         for (place, grains) in GROWING.iter().enumerate() {
             let sum: f64 = cells[..*grains].iter().sum();
-            let factor = if moment == Moment::Loaded {
-                truth.factor[index]
-            } else {
-                1.0
-            };
+            let loaded = moment == Moment::Loaded;
+            let factor = if loaded { truth.factor[index] } else { 1.0 };
+            let zz = sum * CELL * table[index][place] * factor;
+            let (grains, cell, xx, rise) = (*grains, CELL * *grains as f64, sum * CELL, 0.0);
             together.push(Together {
-                grains: *grains,
-                cell: CELL * *grains as f64,
-                xx: sum * CELL,
-                zz: sum * CELL * table[index][place] * factor,
-                rise: 0.0,
+                grains,
+                cell,
+                xx,
+                zz,
+                rise,
             });
         }
         let singly = (0..SINGLY).map(|cell| Neighbour {
@@ -100,9 +98,10 @@ fn fields(truth: &Truth, moment: Moment, table: &[Vec<f64>], source: &mut Source
             together,
         });
     }
+    let (across, down) = (Vec::new(), Vec::new());
     Fields {
-        across: Vec::new(),
-        down: Vec::new(),
+        across,
+        down,
         points,
     }
 }
@@ -143,12 +142,10 @@ pub fn members(scene: &Scene, truth: &Truth) -> Vec<Member> {
             let moments = [("settled", false), ("loaded", true)];
             for (moment, loaded) in &moments[..2 - usize::from(missed)] {
                 for (index, (point, stress)) in POINTS.iter().enumerate() {
-                    let mean = if *loaded {
-                        stress * truth.factor[index]
-                    } else {
-                        WEIGHT
+                    let (mean, shift) = match loaded {
+                        true => (stress * truth.factor[index], 0.0),
+                        false => (WEIGHT, truth.gravity_shift),
                     };
-                    let shift = if *loaded { 0.0 } else { truth.gravity_shift };
                     let grain = (truth.normal.draw(&mut source) + shift) * mean;
                     let mut at = |what: &str, value: f64| {
                         add(&format!("{moment}.stress.{point}.{what}"), value)
@@ -164,11 +161,8 @@ pub fn members(scene: &Scene, truth: &Truth) -> Vec<Member> {
                 member: number,
                 realization: number,
                 engine: "drawn".to_owned(),
-                ending: if missed {
-                    Ending::TargetLoadNotReached
-                } else {
-                    Ending::Reached
-                },
+                ending: [Ending::Reached, Ending::TargetLoadNotReached][usize::from(missed)]
+                    .clone(),
                 pour_steps: 1,
                 load_steps: 1,
                 settled_state: None,

@@ -3,8 +3,7 @@
 use crossgrain::study::campaign::{Campaign, Member};
 use crossgrain::study::claims::{Claim, Claims, Verdict};
 use crossgrain::study::machine::{Folder, Machine as _};
-use crossgrain::study::realization::Runner;
-use crossgrain::study::store;
+use crossgrain::study::{realization::Runner, store};
 use evidence::distribution::Distribution;
 
 use super::truth::{Truth, members};
@@ -32,10 +31,8 @@ fn write_campaign(folder: &Path, truth: &Truth) {
 #[test]
 fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
     let at = &new_folder();
-    let narrow = Distribution::Gamma {
-        shape: 4.0,
-        scale: 0.25,
-    };
+    let (shape, scale) = (4.0, 0.25);
+    let narrow = Distribution::Gamma { shape, scale };
     for (name, count, wanted, pictures) in [
         ("many", 600, 3, 35),
         ("few", 20, 3, 29),
@@ -45,24 +42,15 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
         // So far from what the paper says that so many decide all.
         ("far", 300, 0, 35),
     ] {
-        let mut truth = Truth {
-            members: count,
-            ..Truth::paper()
-        };
+        let mut truth = Truth::paper();
+        truth.members = count;
         if count < 3 {
             truth.heights = [0.42; 3];
         }
         if name == "far" {
-            truth = Truth {
-                members: count,
-                normal: narrow,
-                shear: narrow,
-                factor: [0.5; 3],
-                common: 0.8,
-                heights: [0.44; 3],
-                porosity: 0.13,
-                ..truth
-            };
+            (truth.normal, truth.shear) = (narrow, narrow);
+            (truth.factor, truth.heights) = ([0.5; 3], [0.44; 3]);
+            (truth.common, truth.porosity) = (0.8, 0.13);
         }
         write_campaign(&at.join(name), &truth);
         let out = format!("{name}-claims");
@@ -73,7 +61,7 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
         assert!(errors.ends_with(&where_it_is), "{errors}");
         let record = text_of(at.join(&out).join("claims.json"));
         assert_eq!(record, said, "{name}");
-        let record: serde_json::Value = serde_json::from_str(&record).expect("JSON");
+        let record: Value = serde_json::from_str(&record).expect("JSON");
         assert_eq!(record["complete"], code == 0);
         assert_eq!(record["verdicts"]["undecided"].is_null(), code == 0);
         let page = text_of(at.join(&out).join("report.html"));
@@ -108,11 +96,8 @@ fn the_verb_writes_record_and_page_and_tells_whether_all_is_decided() {
 fn two_campaigns_stand_side_by_side_claim_by_claim() {
     let at = &new_folder();
     for (name, height) in [("here", 0.46), ("other", 0.6)] {
-        let truth = Truth {
-            members: 60,
-            heights: [height; 3],
-            ..Truth::paper()
-        };
+        let mut truth = Truth::paper();
+        (truth.members, truth.heights) = (60, [height; 3]);
         write_campaign(&at.join(name), &truth);
     }
     let command = "study claims here --beside other --out both";

@@ -10,7 +10,7 @@ use crate::support::*;
 
 /// A bed of 300 grains in which grain i has Σ_zz = i + 1 and half of it across: sums tell which grains went in.
 fn numbered() -> (Scene, Bodies, cells::Cells, Vec<nalgebra::Matrix2<f64>>) {
-    let scene = crate::support::small_scene();
+    let scene = small_scene();
     let bodies = grains::generate::initial_bodies(&scene);
     let cells = cells::radical(&scene, &bodies);
     let extensive =

@@ -69,7 +69,7 @@ proptest! {
         let moments = run(&case);
         let touched = |range: &[Snapshot]| {
             let contacts = range.iter().flat_map(|moment| &moment.contacts);
-            contacts.map(|c| (c.id1, c.id2)).collect::<std::collections::BTreeSet<_>>()
+            contacts.map(|c| (c.id1, c.id2)).collect::<BTreeSet<_>>()
         };
         let mut met_again = 0;
         for step in 1..moments.len() {

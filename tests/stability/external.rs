@@ -4,10 +4,9 @@ use crossgrain::checks::{Check, Outcome};
 use crossgrain::engine::exec::{ExternalEngine, Options};
 use crossgrain::limits::stability::{Map, Row, Stability};
 use crossgrain::report;
-use crossgrain::study::create;
 use crossgrain::study::machine::{Folder, Machine as _};
-use crossgrain::study::plan::Program;
 use crossgrain::study::realization::{Engines, Runner};
+use crossgrain::study::{create, plan::Program};
 
 use crate::support::*;
 use crate::tradeoff::run;

@@ -225,10 +225,8 @@ impl AllPairs {
         let overlap = radius - distance;
         let normal = [-(sx / distance), -(sz / distance)];
         let deepest = [x - normal[0] * radius, z - normal[1] * radius];
-        let point = [
-            0.5 * ((nearest_x + cx) + deepest[0]),
-            0.5 * ((nearest_z + cz) + deepest[1]),
-        ];
+        let [px, pz] = [nearest_x + cx, nearest_z + cz];
+        let point = [0.5 * (px + deepest[0]), 0.5 * (pz + deepest[1])];
         (overlap >= 0.0).then(|| flat(overlap, normal, point, SlipVelocity::ContactPoint))
     }
 
@@ -243,7 +241,7 @@ impl AllPairs {
         let [nx, nz] = touch.normal;
         let normal_force = self.normal_force(&touch, one, two);
         let shear = if self.model.law.friction_angle > 0.0 {
-            self.shear(ids, &touch, one, two, normal_force)
+            self.shear(ids, &touch, [one, two], normal_force)
         } else {
             [0.0; 2]
         };
@@ -317,21 +315,20 @@ impl AllPairs {
         &self,
         ids: (u32, u32),
         touch: &Touch,
-        one: Body,
-        two: Body,
+        on: [Body; 2],
         normal_force: [f64; 2],
     ) -> [f64; 2] {
+        let [one, two] = on;
         let law = &self.model.law;
         let dt = self.model.dt;
         let [nx, nz] = touch.normal;
         let history = self.histories.get(&ids);
-        let [mut sx, mut sz] = match history {
-            None => [0.0; 2],
-            Some(History { normal, shear }) => {
-                let o = normal[1] * nx - normal[0] * nz;
-                [shear[0] + shear[1] * o, shear[1] - shear[0] * o]
-            }
-        };
+        let mut carried = [0.0; 2];
+        if let Some(History { normal, shear }) = history {
+            let o = normal[1] * nx - normal[0] * nz;
+            carried = [shear[0] + shear[1] * o, shear[1] - shear[0] * o];
+        }
+        let [mut sx, mut sz] = carried;
         let [vx, vz] = match touch.slip {
             SlipVelocity::ContactPoint => at_contact_point(touch, one, two),
             SlipVelocity::RatchetingCorrected => {
@@ -380,14 +377,9 @@ impl AllPairs {
 /// Velocity of body 2 relative to body 1 at the contact point.
 fn at_contact_point(touch: &Touch, one: Body, two: Body) -> [f64; 2] {
     let of = |body: Body| {
-        let (ax, az) = (
-            touch.point[0] - body.place[0],
-            touch.point[1] - body.place[1],
-        );
-        [
-            body.velocity[0] + body.spin * az,
-            body.velocity[1] - body.spin * ax,
-        ]
+        let [ax, az] = [0, 1].map(|axis| touch.point[axis] - body.place[axis]);
+        let [vx, vz] = body.velocity;
+        [vx + body.spin * az, vz - body.spin * ax]
     };
     let (v1, v2) = (of(one), of(two));
     [v2[0] - v1[0], v2[1] - v1[1]]

@@ -136,10 +136,8 @@ impl Browser {
     pub fn open(&mut self, page: &Path) {
         self.events.clear();
         let page = page.canonicalize().expect("a page");
-        let opened = self.call(
-            "Page.navigate",
-            json!({"url": format!("file://{}", page.display())}),
-        );
+        let url = json!({"url": format!("file://{}", page.display())});
+        let opened = self.call("Page.navigate", url);
         assert!(opened["errorText"].is_null(), "{opened}");
         while self.of("Page.loadEventFired").next().is_none() {
             let event = self.answer("Page.navigate");
@@ -155,10 +153,8 @@ impl Browser {
 
     /// What kinds of things happened since the page was opened, their parameters.
     pub fn of(&self, method: &str) -> impl Iterator<Item = &Value> {
-        self.events
-            .iter()
-            .filter(move |event| event["method"] == method)
-            .map(|event| &event["params"])
+        let events = self.events.iter().filter(move |of| of["method"] == method);
+        events.map(|event| &event["params"])
     }
 
     /// The value of an expression, of a promise too, in the page. Panics if it throws.
@@ -181,10 +177,8 @@ impl Browser {
     /// A medium, `screen` or `print`, and a colour scheme, `light` or `dark`.
     pub fn emulate(&mut self, medium: &str, scheme: &str) {
         let features = json!([{"name": "prefers-color-scheme", "value": scheme}]);
-        self.call(
-            "Emulation.setEmulatedMedia",
-            json!({"media": medium, "features": features}),
-        );
+        let media = json!({"media": medium, "features": features});
+        self.call("Emulation.setEmulatedMedia", media);
         self.settle();
     }
 
@@ -214,10 +208,8 @@ impl Browser {
     /// Types on the keyboard, one key after the other.
     pub fn type_text(&mut self, text: &str) {
         for letter in text.chars() {
-            self.call(
-                "Input.dispatchKeyEvent",
-                json!({"type": "char", "text": letter.to_string()}),
-            );
+            let key = json!({"type": "char", "text": letter.to_string()});
+            self.call("Input.dispatchKeyEvent", key);
         }
         self.settle();
     }
@@ -238,10 +230,8 @@ impl Browser {
 
     /// The page printed, a PDF file.
     pub fn pdf(&mut self) -> Vec<u8> {
-        let printed = self.call(
-            "Page.printToPDF",
-            json!({"printBackground": true, "preferCSSPageSize": true}),
-        );
+        let wanted = json!({"printBackground": true, "preferCSSPageSize": true});
+        let printed = self.call("Page.printToPDF", wanted);
         base64(printed["data"].as_str().expect("a document"))
     }
 }

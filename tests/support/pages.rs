@@ -2,8 +2,7 @@
 
 use crossgrain::engine::yade;
 use crossgrain::report::Page;
-use crossgrain::reproduce::Options;
-use crossgrain::reproduce::record::Beside;
+use crossgrain::reproduce::{Options, record::Beside};
 
 use super::*;
 
@@ -47,10 +46,8 @@ pub fn each_figure_stands_once_and_has_numbers(page: &Page) {
         };
         figures += 1;
         assert!(page.html.contains(text.trim()), "{name}");
-        let csv = page
-            .files
-            .iter()
-            .find(|(of, _)| *of == format!("{figure}.csv"));
+        let mut files = page.files.iter();
+        let csv = files.find(|of| of.0 == format!("{figure}.csv"));
         let (_, csv) = csv.expect("numbers");
         let mut rows = csv::Reader::from_reader(csv.as_bytes());
         let mut count = 0;

@@ -2,12 +2,9 @@
 
 use crossgrain::engine::exec::{ExternalEngine, Options};
 use crossgrain::report;
-use crossgrain::study::create;
-use crossgrain::study::machine::Folder;
-use crossgrain::study::plan::Program;
 use crossgrain::study::realization::{Ending, Engines};
-use crossgrain::study::tradeoff::Tradeoff;
-use crossgrain::study::tradeoff::plan::Plan;
+use crossgrain::study::tradeoff::{Tradeoff, plan::Plan};
+use crossgrain::study::{create, machine::Folder, plan::Program};
 
 use crate::support::*;
 
@@ -59,10 +56,8 @@ fn without_a_punch_the_bed_is_judged_and_loading_is_skipped() {
     assert_eq!(record.points.len(), 3);
     let names = record.points.iter().map(|point| point.method.name.as_str());
     let names: Vec<&str> = names.collect();
-    assert_eq!(
-        names,
-        ["broken 1", "broken 1, step 0.225", "broken 1, step 0.65"]
-    );
+    let planned = ["broken 1", "broken 1, step 0.225", "broken 1, step 0.65"];
+    assert_eq!(names, planned);
     for point in &record.points {
         let judged = &point.screened;
         assert_eq!((judged.endings.poured, judged.endings.all()), (2, 0));
