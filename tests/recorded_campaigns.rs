@@ -5,7 +5,7 @@ use crossgrain::study::Study;
 use crossgrain::study::campaign::{Merged, compare::compare, merged};
 use crossgrain::study::candidates::{
     self,
-    judge::{Candidates, Verdict as Excluded},
+    judge::{Candidates, Found, Verdict as Excluded},
 };
 use crossgrain::study::claims::{self, Claims};
 use crossgrain::study::member::of_one_bed;
@@ -120,6 +120,24 @@ fn the_recorded_candidates_are_those_of_their_rows() {
     assert!(missed("printed") > Some(0));
     let last = recorded.halvings.last().map(|of| of.finding);
     assert_eq!(last, Some(Finding::Equivalent));
+}
+
+/// One choice at a time, no setting gives all published figures, and a force that is held is not the force of an impact.
+#[test]
+fn the_recorded_choices_are_those_of_their_rows() {
+    let (_, recorded) = judged_again::<candidates::Plan, Candidates>("reference_data/choices-1");
+    let excluded = |of: &&Found| {
+        let mut figures = of.figures.iter();
+        figures.any(|of| of.verdict == Excluded::DoesNot)
+    };
+    assert_eq!(recorded.settings.len(), 52);
+    assert_eq!(recorded.settings.iter().filter(excluded).count(), 51);
+    let at_o = |id: &str| {
+        let of = recorded.settings.iter().find(|of| of.setting.id == id);
+        let figure = of.and_then(|of| of.figures.iter().find(|of| of.id == "stress.O"));
+        figure.and_then(|of| of.value).expect("a mean")
+    };
+    assert!(at_o("hold-after-the-force-0.01").high < at_o("printed").low);
 }
 
 /// Each recorded wave of the search says what its rows say, and a load of the last one comes out again.
