@@ -149,6 +149,12 @@ impl Comparison {
     pub fn answer(&self) -> String {
         let verdict = first_steps::before(self.verdict());
         let mut said = format!("{verdict}{} against {}", self.a, self.b);
+        let asked = ["same-scene", "same-start", "same-protocol"];
+        let of_question = |of: &&Check| asked.iter().any(|id| of.id.ends_with(id));
+        let mut other = self.checks.iter().filter(of_question);
+        if let Some(of) = other.find(|of| of.outcome == Outcome::Fail) {
+            said += &format!(", not the {}: {}", of.quantity, of.found);
+        }
         if let Some(first) = &self.first_difference {
             said += &format!("; first difference: {first}");
         }
@@ -170,7 +176,9 @@ impl QuantityPair {
     /// A is the value, B what is expected.
     fn check(&self, id: &str, bits_expected: bool) -> Check {
         let found = match (self.verdict, self.a, self.b) {
-            (Outcome::Skipped, Some(_), Some(_)) => "one realization each judges nothing",
+            (Outcome::Skipped, Some(_), Some(_)) => {
+                "not judged: one realization each shows no scatter"
+            }
             (_, None, _) => "run A does not have it",
             (_, _, None) => "run B does not have it",
             _ => "",

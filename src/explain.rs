@@ -58,7 +58,7 @@ pub const EXPLANATIONS: [Explanation; 25] = [
     Explanation {
         pattern: "compare/*/quantity/*",
         meaning: "A measured quantity is the same in both runs: equal where bits are expected; else it judges nothing.",
-        formula: "The key says what is measured: moment (settled or last), measure, definition. Each definition is one file with its formula.",
+        formula: "The key says what is measured: moment (settled, loaded or poured), measure, definition. Each definition is one file with its formula.",
         source: "crates/grains/src/measure/; docs/architecture.md",
         breaks: "If bits differ too, the engines differ: begin with the bits. If bits agree and this does not, the measuring code saw different tables.",
     },

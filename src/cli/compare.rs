@@ -21,12 +21,12 @@ use crate::workers::asked_to_end;
     order (native, YADE sorted), every bit must agree; if not, both engines are run again to find the first step and grain.\nWhere \
     they do not, both engines are run again for their first hundred steps from four states of a bed, as `engine check` does.\n\n\
     Exit codes: 0 identical or equal to rounding; 1 different; 2 usage; 3 undecided.\n\nExamples:\n  \
-    crossgrain compare native yade\n  crossgrain compare native mine --engine exec:./mine"
+    crossgrain compare yade native\n  crossgrain compare mine native --engine exec:./mine"
 )]
 pub struct Arguments {
-    /// A run folder
+    /// The run folder that is judged
     a: PathBuf,
-    /// A run folder
+    /// The run folder that it is held against
     b: PathBuf,
     /// Every bit must agree, whichever engines they are: for two engines of the same law, as the adapters of LAMMPS and
     /// LIGGGHTS with one radius

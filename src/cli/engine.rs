@@ -122,6 +122,10 @@ impl Arguments {
             dispersion: self.dispersion,
         });
         let mut progress = |name: &str| task.share(0.0, name);
+        let asked = match &self.engine {
+            Chosen::Exec(program) => format!("exec:{}", program.display()),
+            _ => "yade".to_owned(),
+        };
         let found = match self.engine {
             Chosen::Exec(program) => {
                 conformance(&self.yade.limits.exec(program), &beds, &mut progress)
@@ -139,6 +143,16 @@ impl Arguments {
             let section = Section::new("Where", "").with_all(pictures);
             document.sections.push(section);
         }
+        document.title += &format!(" ({asked})");
+        let made = format!(
+            "crossgrain {}: `crossgrain engine check {asked} --grains {} --dispersion {}`.",
+            env!("CARGO_PKG_VERSION"),
+            self.grains,
+            self.dispersion
+        );
+        document
+            .sections
+            .push(Section::new("How this was made", made));
         self.output.views.tell("engine check", &text, &document)?;
         self.results.write(&document, &[(CHECK, &text)])?;
         Ok(match found.outcome() {

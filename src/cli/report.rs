@@ -190,7 +190,7 @@ impl Checks {
 #[derive(Debug, Args)]
 #[command(
     after_help = "Without CHECK all kinds of checks are named.\n\nExamples:\n  crossgrain report explain faults\n  crossgrain report explain \
-    facts/everything/dt --record out/reproduce/run.json"
+    compare/sorted-recorded/bits-along-the-way --record out/reproduce/run.json"
 )]
 pub struct Explain {
     /// A check's id, or the beginning of one, as `report checks --all` prints it

@@ -138,10 +138,11 @@ impl Arguments {
             self.files.write(&record.job, &of)?;
         }
         FOLDER.finish(&out, &pages, &text)?;
-        let mut words = terminal(&reproduction.summary()) + &page_line(&out);
+        let mut words = terminal(&reproduction.summary());
         if let Some(diff) = &diff {
             words += &terminal(&diff.document(false));
         }
+        words += &page_line(&out);
         print(&(words + &what_next(&reproduction, &record, &out)))?;
         Ok(verdict.exit_code())
     }

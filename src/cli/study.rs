@@ -332,10 +332,15 @@ const CLAIMS: &str = "claims.json";
 impl Claims {
     fn execute(self) -> Result<u8, Error> {
         self.results.check(CLAIMS)?;
+        let beside = self.beside.iter();
+        let beside: String = beside
+            .map(|of| format!(" --beside {}", of.display()))
+            .collect();
+        let command = format!("crossgrain study claims {}{beside}", self.folder.display());
         let read = |folder: &PathBuf| {
             let of = merged(folder)?;
             let origin = Origin {
-                command: format!("crossgrain study claims {}", folder.display()),
+                command: command.clone(),
                 engine: of.summary.engine.clone(),
                 plan: of.summary.plan.clone(),
                 members_digest: of.summary.sha256.clone(),

@@ -303,7 +303,7 @@ impl Diff {
         let mut title = format!("{moved} of {} measured numbers moved", moved + self.unmoved);
         if moved > most {
             title += &format!(
-                "; these {most} moved most (`crossgrain report baseline diff --all` shows all)"
+                "; these {most} moved most (`crossgrain report baseline diff RECORD NAME --all` shows all)"
             );
         }
         let numbers = Table::of("moved", &title, self.moved.iter().take(most))

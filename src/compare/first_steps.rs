@@ -163,7 +163,7 @@ fn said(of: &OfStart) -> String {
     match (of.verdict, far.left_after) {
         (Verdict::Identical, _) => "every bit is the native engine's".to_owned(),
         (_, Some(step)) => format!(
-            "after {step} {} it is farther off than rounding takes it; farthest, {:.1e} times as far, after {}: the {} of grain {} by {:.1e}",
+            "after {step} {} it is farther off than rounding takes it; it is farthest, {:.1e} times as far as replicas, after {} steps: the {} of grain {} is off by {:.1e}",
             if step == 1 { "step" } else { "steps" },
             far.ratio,
             far.step,
@@ -213,10 +213,14 @@ pub fn answer(of: &Judgement) -> String {
         }
     };
     if let Some(first) = of.not_asked.first() {
-        let others = of.not_asked.iter().any(|of| of.lacking != first.lacking);
-        let (count, more) = (of.not_asked.len(), if others { " and more" } else { "" });
-        let lacking = &first.lacking;
-        said += &format!(" Of {count} other states nothing is said: it has no {lacking}{more}.");
+        let mut lacking = vec![first.lacking.as_str()];
+        for of in &of.not_asked {
+            if !lacking.contains(&of.lacking.as_str()) {
+                lacking.push(&of.lacking);
+            }
+        }
+        let (count, lacking) = (of.not_asked.len(), lacking.join(", no "));
+        said += &format!(" Of {count} other states nothing is said: it has no {lacking}.");
     }
     said
 }

@@ -56,9 +56,9 @@ impl Reproduction {
         let (outcome, found) = if compared {
             (Outcome::Pass, "")
         } else {
-            (Outcome::Skipped, "none that was made agrees")
+            (Outcome::Skipped, "none agrees")
         };
-        let what = "at least one comparison with another engine";
+        let what = "at least one comparison with another engine agrees";
         let compared = Check::of_words("compare/made", what, outcome, found);
         let mut checks = vec![compared.required()];
         for named in &self.comparisons {

@@ -237,12 +237,12 @@ impl Search {
             format!("{title} {} {unit}", axis.scale.words(*at))
         });
         format!(
-            "{} of the space may give all published figures. The least implausible setting, at {:.2} of {CUT} after wave {}, has {}. Fresh \
-             packings of it must decide (`study plan candidates`).",
+            "{} of the space may give all published figures. The least implausible setting has {}: an implausibility of {:.2} after wave \
+             {}, where {CUT} excludes. `study plan candidates` decides by fresh packings.",
             self.share_left(),
+            choices.collect::<Vec<String>>().join(", "),
             best.implausibility,
-            self.wave,
-            choices.collect::<Vec<String>>().join(", ")
+            self.wave
         )
     }
 
@@ -351,7 +351,7 @@ impl Search {
             });
         }
         row("implausibility", Cell::Missing, &|of| {
-            of.implausibility.into()
+            format!("{:.2}", of.implausibility).into()
         });
         Section::new(
             "The best settings",

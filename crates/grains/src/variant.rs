@@ -84,9 +84,9 @@ impl Constant {
             Constant::Mass => "mass",
             Constant::Inertia => "moment of inertia",
             Constant::Radius => "radius",
-            Constant::WallPlace(0) => "place of the first wall",
-            Constant::WallPlace(1) => "place of the second wall",
-            Constant::WallPlace(_) => "place of the third wall",
+            Constant::WallPlace(0) => "place of the left wall",
+            Constant::WallPlace(1) => "place of the right wall",
+            Constant::WallPlace(_) => "place of the floor",
             Constant::PunchSpeed => "velocity of the punch",
         }
     }

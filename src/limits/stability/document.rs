@@ -12,7 +12,8 @@ impl Map {
             title: "The largest stable time steps".to_owned(),
             verdict: self.verdict(),
             answer: format!(
-                "Found limits are within {} % of the predicted ones where their checks pass. {}",
+                "Found limits are at most {:.1} % off the predicted ones; {} % are allowed. {}",
+                100.0 * self.farthest(),
                 100.0 * ALLOWED,
                 self.external_in_words()
             ),
@@ -59,6 +60,16 @@ impl Map {
         let made = format!("Beds of the scene with digest {}.", self.scene_digest);
         sections.push(Section::new("How this was made", made).as_details());
         sections
+    }
+
+    /// The largest |found/predicted − 1|.
+    fn farthest(&self) -> f64 {
+        let limits = self.rows.iter().flat_map(|of| [&of.undamped, &of.damped]);
+        let found = limits.flat_map(|of| {
+            let both = [of.native, of.external].into_iter().flatten();
+            both.map(|found| (found.limit() / of.predicted - 1.0).abs())
+        });
+        found.fold(0.0, f64::max)
     }
 
     fn external_in_words(&self) -> String {
