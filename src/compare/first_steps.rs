@@ -157,16 +157,18 @@ fn check(of: &OfStart, id: &str) -> Check {
 }
 
 fn said(of: &OfStart) -> String {
+    let steps = |of: u64| format!("{of} {}", if of == 1 { "step" } else { "steps" });
     let Some(far) = &of.farthest else {
         return String::new();
     };
     match (of.verdict, far.left_after) {
         (Verdict::Identical, _) => "every bit is the native engine's".to_owned(),
         (_, Some(step)) => format!(
-            "after {step} {} it is farther off than rounding takes it; it is farthest, {:.1e} times as far as replicas, after {} steps: the {} of grain {} is off by {:.1e}",
-            if step == 1 { "step" } else { "steps" },
+            "after {} it is farther off than rounding takes it; it is farthest, {:.1e} times as far as replicas, after {}: the {} of grain {} is \
+             off by {:.1e}",
+            steps(step),
             far.ratio,
-            far.step,
+            steps(far.step),
             far.quantity.name(),
             far.grain,
             far.apart
@@ -212,14 +214,14 @@ pub fn answer(of: &Judgement) -> String {
             )
         }
     };
-    if let Some(first) = of.not_asked.first() {
-        let mut lacking = vec![first.lacking.as_str()];
-        for of in &of.not_asked {
-            if !lacking.contains(&of.lacking.as_str()) {
-                lacking.push(&of.lacking);
+    if !of.not_asked.is_empty() {
+        let mut lacking: Vec<&str> = Vec::new();
+        for part in of.not_asked.iter().flat_map(|of| of.lacking.split(", ")) {
+            if !lacking.contains(&part) {
+                lacking.push(part);
             }
         }
-        let (count, lacking) = (of.not_asked.len(), lacking.join(", no "));
+        let (count, lacking) = (of.not_asked.len(), lacking.join(", "));
         said += &format!(" Of {count} other states nothing is said: it has no {lacking}.");
     }
     said
