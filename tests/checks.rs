@@ -177,17 +177,20 @@ fn shells_and_man_are_told_the_command_line() {
 /// What has the name of a file that is written to is written into where it is no file, and stays what it is.
 #[test]
 fn a_pipe_is_written_into_and_not_replaced() {
-    use std::os::unix::fs::FileTypeExt;
+    use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
     let at = &with_a_record();
     for (option, words) in [("junit", "<testsuites"), ("csv", "outcome,id")] {
         let pipe = a_pipe(at, option);
-        let from = pipe.clone();
-        let reader = std::thread::spawn(move || text_of(from));
+        // Held open from before: a thread that reads may come too late.
+        let waits_for_none = rustix::fs::OFlags::NONBLOCK.bits() as i32;
+        let mut reader = fs::OpenOptions::new();
+        let reader = reader.read(true).custom_flags(waits_for_none).open(&pipe);
         let checks = format!("report checks run.json --{option} {option}");
         ends(at, 0, &checks);
         let kind = fs::symlink_metadata(&pipe).expect("is there").file_type();
         assert!(kind.is_fifo(), "{option} replaced the pipe");
-        assert!(reader.join().expect("reads").contains(words));
+        let said = std::io::read_to_string(reader.expect("a pipe"));
+        assert!(said.expect("text").contains(words));
     }
 }
 
