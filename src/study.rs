@@ -1,8 +1,6 @@
 //! Many runs, written down one by one. A study is a plan with tasks from 1 to N; each task gives a row; a judge makes
 //! checks and a document of the rows.
 //!
-//! # How a study is written
-//!
 //! A type that is the study's plan implements [`Study`]: how many tasks there are, what one of them depends on
 //! ([`Study::identity`]), how its row is made ([`Study::run`]) and what the rows together say ([`Study::judge`]). It is
 //! registered in `cli/study.rs` (an arm of `open`) and in `cli/study/plan.rs` (the options of `study plan KIND`, which end in
@@ -262,12 +260,11 @@ pub fn report<S: Study>(folder: &Folder<S>) -> Result<Report, StudyError> {
         measured,
         mut document,
     } = S::judge(folder)?;
-    // Merged rows count without the records that they came from.
-    let (outcome, there) = match status.rows {
-        rows if status.merged || status.finished == rows => (Outcome::Pass, rows),
-        _ => (Outcome::Skipped, status.finished),
+    let outcome = match status.finished == status.rows {
+        true => Outcome::Pass,
+        false => Outcome::Skipped,
     };
-    let found = format!("{there} of {} rows", status.rows);
+    let found = format!("{} of {} rows", status.finished, status.rows);
     let id = format!("{}/rows", S::KIND);
     let check = Check::of_words(id, "no row is missing", outcome, &found);
     document.checks.insert(0, check.required());

@@ -1,13 +1,14 @@
 //! `crossgrain paper`: what the paper prints that needs no simulation.
 
 use clap::{Args, Subcommand};
-use serde::Serialize;
+use serde_json::json;
 
+use super::job_folder::Results;
 use super::report::Views;
 use super::{json, tell};
 use crate::error::{Error, exit};
 use crate::paper::continuum::table::{Continuum, Setup};
-use crate::paper::{self, Number, TextFault, numbers, text_faults};
+use crate::paper::{document, numbers, text_faults};
 use crate::report::terminal;
 
 #[derive(Debug, Subcommand)]
@@ -25,6 +26,8 @@ pub enum Verb {
 )]
 pub struct Numbers {
     #[command(flatten)]
+    results: Results,
+    #[command(flatten)]
     views: Views,
 }
 
@@ -39,16 +42,16 @@ pub struct Arguments {
     /// Porosity for the weight [default: 0.17, as printed]
     #[arg(long)]
     porosity: Option<f64>,
+    #[command(flatten)]
+    results: Results,
     /// Print JSON
     #[arg(long)]
     json: bool,
 }
 
-#[derive(Serialize)]
-struct Output {
-    numbers: Vec<Number>,
-    text_faults: Vec<TextFault>,
-}
+/// The files of the records.
+const NUMBERS: &str = "numbers.json";
+const CONTINUUM: &str = "continuum.json";
 
 impl Verb {
     pub fn execute(self) -> Result<u8, Error> {
@@ -61,19 +64,19 @@ impl Verb {
 
 impl Numbers {
     fn execute(self) -> Result<u8, Error> {
-        let output = Output {
-            numbers: numbers(),
-            text_faults: text_faults(),
-        };
-        let document = paper::document(&output.numbers, &output.text_faults);
-        let text = json(&output)?;
+        self.results.check(NUMBERS)?;
+        let (numbers, faults) = (numbers(), text_faults());
+        let document = document(&numbers, &faults);
+        let text = json(&json!({"numbers": numbers, "text_faults": faults}))?;
         self.views.tell("paper numbers", &text, &document)?;
+        self.results.write(&document, &[(NUMBERS, &text)])?;
         Ok(document.verdict.exit_code())
     }
 }
 
 impl Arguments {
     fn execute(self) -> Result<u8, Error> {
+        self.results.check(CONTINUUM)?;
         let mut setup = Setup::published();
         setup.height = self.height.unwrap_or(setup.height);
         setup.porosity = self.porosity.unwrap_or(setup.porosity);
@@ -92,7 +95,9 @@ impl Arguments {
             )));
         }
         let found = Continuum::of(setup);
-        tell(self.json, &json(&found)?, || terminal(&found.document()))?;
+        let (text, document) = (json(&found)?, found.document());
+        tell(self.json, &text, || terminal(&document))?;
+        self.results.write(&document, &[(CONTINUUM, &text)])?;
         Ok(exit::AGREED)
     }
 }

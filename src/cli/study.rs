@@ -27,7 +27,7 @@ use crate::study::campaign::{Campaign, Merged, merged};
 use crate::study::claims::{self, Origin};
 use crate::study::figures::{Distribution, distributions, loaded_bed, setup_of, sharings};
 use crate::study::machine::{Folder, Job, Machine, Status, Summary};
-use crate::study::realization::Engines;
+use crate::study::realization::{Engines, ending_in_words};
 use crate::study::shard::{self, Shard};
 use crate::study::{RECORD, Study, StudyError, candidates, plan as stored, search, tradeoff};
 use crate::workers::{cores, unless_asked_to_end};
@@ -84,6 +84,8 @@ pub enum Verb {
         first: PathBuf,
         /// Another one
         second: PathBuf,
+        #[command(flatten)]
+        results: Results,
         #[command(flatten)]
         views: Views,
     },
@@ -172,11 +174,14 @@ impl Verb {
             Verb::Compare {
                 first,
                 second,
+                results,
                 views,
             } => {
+                results.check(COMPARED)?;
                 let comparison = compare(&merged(&first)?, &merged(&second)?)?;
-                let document = comparison.document();
-                views.tell("study compare", &json(&comparison)?, &document)?;
+                let (text, document) = (json(&comparison)?, comparison.document());
+                views.tell("study compare", &text, &document)?;
+                results.write(&document, &[(COMPARED, &text)])?;
                 Ok(document.verdict.exit_code())
             }
             Verb::Claims(arguments) => arguments.execute(),
@@ -298,7 +303,7 @@ pub fn report(folder: &Path, views: &Views) -> Result<u8, Error> {
 
 fn in_words(summary: &Summary) -> String {
     let endings = summary.endings.iter();
-    let endings = endings.map(|(how, count)| format!("{count} {how}"));
+    let endings = endings.map(|(how, count)| format!("{count} {}", ending_in_words(how)));
     let endings: Vec<String> = endings.collect();
     // None where it gave up on every row, or where several take part.
     let engine = match summary.engine.as_str() {
@@ -326,8 +331,9 @@ pub struct Claims {
     views: Views,
 }
 
-/// The file of the record.
+/// The files of the records.
 const CLAIMS: &str = "claims.json";
+const COMPARED: &str = "compare.json";
 
 impl Claims {
     fn execute(self) -> Result<u8, Error> {
@@ -413,7 +419,11 @@ impl Figures {
         let document = Document {
             title: "The paper's figures from our own numbers".to_owned(),
             verdict: Outcome::Pass,
-            answer: format!("Drawn for the scene {}.", scene.name),
+            answer: format!(
+                "Figures 1 to {} of the paper, drawn for the scene {}.",
+                if campaign.is_some() { 5 } else { 4 },
+                scene.name
+            ),
             sections: vec![
                 Section::new("Figure 1", "The continuum.").with(bulbs(&setup_of(&scene))),
                 Section::new("Figure 2", "The forces between the grains.").with(chains),

@@ -102,11 +102,6 @@ impl Field {
     }
 }
 
-/// The load's stress at one place, Pa; see [`Field::stress`].
-pub fn stress(model: Model, load: Load, x: f64, z: f64) -> Components {
-    Field::new(model, load).stress(x, z)
-}
-
 /// σ_g,zz = ρ_s g (1−n) z, Pa: the same in all models, as smooth walls carry nothing of it.
 pub fn weight(density: f64, gravity: f64, porosity: f64, z: f64) -> f64 {
     density * gravity * (1.0 - porosity) * z
@@ -250,7 +245,7 @@ impl Pressure {
 fn punch(model: Model, load: Load) -> [f64; TERMS] {
     let mut coefficients = [0.0; TERMS];
     coefficients[0] = load.force();
-    let Some(answer) = Answer::of(model) else {
+    let Some(ground) = bounded(model) else {
         return coefficients;
     };
     let mut equations = DMatrix::zeros(TERMS, TERMS);
@@ -258,7 +253,7 @@ fn punch(model: Model, load: Load) -> [f64; TERMS] {
     for row in 0..TERMS {
         // Even in v, so half of it will do.
         let v = (PI * (2.0 * row as f64 + 1.0) / (4.0 * TERMS as f64)).cos();
-        let kernel = |t| answer.difference(load.half_width * (v - t)) / SAMPLES as f64;
+        let kernel = |t| difference(ground, load.half_width * (v - t)) / SAMPLES as f64;
         let kernel: Vec<(f64, f64)> = samples().map(|t| (t, kernel(t))).collect();
         let term = |index: usize| {
             let smooth: f64 = kernel.iter().map(|(t, k)| chebyshev(index, *t) * k).sum();
@@ -351,60 +346,43 @@ fn of_half_space(k: f64, z: f64) -> Vector3<f64> {
     (-kz).exp() * Vector3::new(1.0 + kz, 1.0 - kz, kz)
 }
 
-/// How the surface answers to a line load.
-struct Answer {
-    depth: f64,
-    walls: Option<f64>,
+/// Depth and, between walls, width; none of the half-space, whose surface answers to a line load by the logarithm alone.
+fn bounded(model: Model) -> Option<(f64, Option<f64>)> {
+    match model {
+        Model::HalfSpace => None,
+        Model::Layer { depth } => Some((depth, None)),
+        Model::Box { width, depth } => Some((depth, Some(width))),
+    }
 }
 
-impl Answer {
-    /// None for the half-space, whose answer is the logarithm alone.
-    fn of(model: Model) -> Option<Self> {
-        match model {
-            Model::HalfSpace => None,
-            Model::Layer { depth } => Some(Answer { depth, walls: None }),
-            Model::Box { width, depth } => Some(Answer {
-                depth,
-                walls: Some(width),
-            }),
-        }
-    }
-
-    /// The surface's sinking at x beside a line load without its −ln|x|, up to a constant, in the same unit (2(1−ν²)/πE of
-    /// the force). Under cos kx it sinks by L(k)/k with L = (cosh 2kH − 1)/(sinh 2kH + 2kH), in the half-space
-    /// by 1/k, and −ln|x| is ∫(cos kx − e^{−k})/k dk up to a constant.
-    fn difference(&self, x: f64) -> f64 {
-        let end = DECAY / (2.0 * self.depth);
-        match self.walls {
-            None => {
-                let decay = |k: f64| (-2.0 * k * self.depth).exp();
-                let of = |k: f64| (self.less_than_open(k) * (k * x).cos() + decay(k)) / k;
-                let panels = oscillations(end, x.abs() + 2.0 * self.depth);
-                integrate(0.0, end, panels, of)
-            }
-            Some(width) => {
-                // Σ cos(2πmx/width)/m = −ln(2 sin(π|x|/width)); near the load that is −ln|x|.
-                let angle = PI * x.abs() / width;
-                let ratio = if angle < 1e-8 {
-                    1.0
-                } else {
-                    angle.sin() / angle
-                };
-                let first = 2.0 * PI / width;
-                let wall = |m: f64| self.less_than_open(m * first) * (m * first * x).cos() / m;
-                let walls = (1..=(end / first).ceil() as u32).map(f64::from).map(wall);
-                walls.sum::<f64>() - ratio.ln()
-            }
-        }
-    }
-
-    /// L(k) − 1.
-    fn less_than_open(&self, k: f64) -> f64 {
-        let kh = k * self.depth;
+/// The surface's sinking at x beside a line load without its −ln|x|, up to a constant, in the same unit (2(1−ν²)/πE of
+/// the force). Under cos kx it sinks by L(k)/k with L = (cosh 2kH − 1)/(sinh 2kH + 2kH), in the half-space
+/// by 1/k, and −ln|x| is ∫(cos kx − e^{−k})/k dk up to a constant.
+fn difference((depth, walls): (f64, Option<f64>), x: f64) -> f64 {
+    // L(k) − 1.
+    let less_than_open = |k: f64| {
+        let kh = k * depth;
         let q = (-2.0 * kh).exp();
         let m = (-2.0 * kh).exp_m1();
         2.0 * q * (m - 2.0 * kh) / (-(-4.0 * kh).exp_m1() + 4.0 * kh * q)
-    }
+    };
+    let end = DECAY / (2.0 * depth);
+    let Some(width) = walls else {
+        let decay = |k: f64| (-2.0 * k * depth).exp();
+        let of = |k: f64| (less_than_open(k) * (k * x).cos() + decay(k)) / k;
+        return integrate(0.0, end, oscillations(end, x.abs() + 2.0 * depth), of);
+    };
+    // Σ cos(2πmx/width)/m = −ln(2 sin(π|x|/width)); near the load that is −ln|x|.
+    let angle = PI * x.abs() / width;
+    let ratio = if angle < 1e-8 {
+        1.0
+    } else {
+        angle.sin() / angle
+    };
+    let first = 2.0 * PI / width;
+    let wall = |m: f64| less_than_open(m * first) * (m * first * x).cos() / m;
+    let walls = (1..=(end / first).ceil() as u32).map(f64::from).map(wall);
+    walls.sum::<f64>() - ratio.ln()
 }
 
 /// Panels from 0 to `end` that are no longer than half a wave of a length of `reach`.
@@ -543,7 +521,7 @@ mod tests {
     fn a_deep_layer_is_the_half_space_and_a_wide_box_the_layer() {
         for spread in SPREADS {
             for [x, z] in PLACES {
-                let at = |model| stress(model, load(spread), x, z);
+                let at = |model| Field::new(model, load(spread)).stress(x, z);
                 let error = |depth: f64| {
                     largest_difference(at(Model::Layer { depth }), at(Model::HalfSpace))
                 };
@@ -671,14 +649,14 @@ mod tests {
         let depth = 1.0;
         for model in [Model::Layer { depth }, Model::Box { width: 3.0, depth }] {
             let field = Field::new(model, wide);
-            let answer = Answer::of(model).expect("not the half-space");
+            let ground = bounded(model).expect("not the half-space");
             // ∫p(s)(−ln|x−s| + K(x−s))ds with s = cos θ, the logarithm's singular point cut out on both sides alike.
             let sinking = |x: f64| {
                 let density = |angle: f64| {
                     let s = f64::cos(angle);
                     field.pressure(s)
                         * angle.sin()
-                        * (answer.difference(x - s) - (x - s).abs().ln())
+                        * (difference(ground, x - s) - (x - s).abs().ln())
                 };
                 let pole = x.acos();
                 let (mut sum, mut from, mut to) = (0.0, pole, PI - pole);

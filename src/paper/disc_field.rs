@@ -14,9 +14,7 @@
 //! t = −ΣF/(2πR) + (Σf_r/(2πR)) n − (Σf_t/(2πR)) e_t,
 //!
 //! with f_r and f_t the parts of F out of the disc and along its rim. The last term is zero where the
-//! moments balance, −(Σf_r/(2πR)) I takes away the second, and a force b per volume with
-//! πR²b + ΣF = 0 the first: the traction Rb/2 is that of −½(b⊗x + x⊗b) + ½(b·x)I with its sign
-//! turned, and the divergence of this is −b, its trace zero.
+//! moments balance, the first where the forces do, and −(Σf_r/(2πR)) I takes away the second.
 //!
 //! # The assumption that is tested
 //!
@@ -58,18 +56,18 @@ pub struct RimForce {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointForce {
     /// From the disc's centre, m.
-    pub point: [f64; 2],
+    pub point: Vector2<f64>,
     /// On the disc, N/m.
-    pub force: [f64; 2],
+    pub force: Vector2<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DiscFieldError {
     #[error("the disc's radius is {0} m, must be above 0 and finite")]
     Radius(f64),
-    #[error("{what} is not finite")]
-    NotFinite { what: String },
-    #[error("forces and weight leave ({x}, {z}) N/m, must balance")]
+    #[error("force {index} is not finite")]
+    NotFinite { index: usize },
+    #[error("the forces leave ({x}, {z}) N/m, must balance")]
     Forces { x: f64, z: f64 },
     #[error("the moments about the centre leave {0} N, must balance")]
     Moments(f64),
@@ -79,54 +77,33 @@ pub enum DiscFieldError {
     Square { side: f64, largest: f64 },
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Load {
-    point: Vector2<f64>,
-    force: Vector2<f64>,
-}
-
-/// The stress inside a disc under balanced forces on its rim and a uniform body force.
+/// The stress inside a disc under balanced forces on its rim.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiscField {
     radius: f64,
-    loads: Vec<Load>,
-    body_force: Vector2<f64>,
+    loads: Vec<PointForce>,
     /// −Σf_r/(2πR), Pa.
     isotropic: f64,
 }
 
 impl DiscField {
-    /// The field in a disc of `radius` m under `forces` and `body_force`, N/m³ (zero, or the weight
-    /// per volume). Forces must balance with πR² of it, moments about the centre with one another.
-    pub fn new(
-        radius: f64,
-        forces: &[RimForce],
-        body_force: [f64; 2],
-    ) -> Result<Self, DiscFieldError> {
+    /// The field in a disc of `radius` m under `forces`, which must balance, moments about the centre too.
+    pub fn new(radius: f64, forces: &[RimForce]) -> Result<Self, DiscFieldError> {
         let loads = forces.iter().map(|force| {
             let (sin, cos) = force.angle.sin_cos();
             let (out, along) = (Vector2::new(cos, sin), Vector2::new(-sin, cos));
-            Load {
+            PointForce {
                 point: radius * out,
                 force: force.radial * out + force.tangential * along,
             }
         });
-        DiscField::checked(radius, loads.collect(), body_force.into())
-    }
-
-    fn checked(
-        radius: f64,
-        loads: Vec<Load>,
-        body_force: Vector2<f64>,
-    ) -> Result<Self, DiscFieldError> {
-        check_numbers(radius, &loads, body_force)?;
-        check_balance(radius, &loads, body_force)?;
+        let loads: Vec<PointForce> = loads.collect();
+        check(radius, &loads)?;
         let radial: f64 = loads.iter().map(|load| load.force.dot(&load.point)).sum();
         Ok(DiscField {
             radius,
             isotropic: -radial / radius / (TAU * radius),
             loads,
-            body_force,
         })
     }
 
@@ -135,16 +112,8 @@ impl DiscField {
         self.radius
     }
 
-    pub fn forces(&self) -> impl Iterator<Item = PointForce> + '_ {
-        self.loads.iter().map(|load| PointForce {
-            point: load.point.into(),
-            force: load.force.into(),
-        })
-    }
-
-    /// b, N/m³.
-    pub fn body_force(&self) -> [f64; 2] {
-        self.body_force.into()
+    pub fn forces(&self) -> &[PointForce] {
+        &self.loads
     }
 
     /// σ at a point of the disc, [[xx, xz], [zx, zz]], Pa, tension positive. It grows without bound
@@ -152,31 +121,21 @@ impl DiscField {
     pub fn stress(&self, point: [f64; 2]) -> [[f64; 2]; 2] {
         let at = Vector2::from(point);
         let flamant: Matrix2<f64> = self.loads.iter().map(|load| flamant(load, at)).sum();
-        rows(flamant + self.smooth(at))
-    }
-
-    /// What is not singular: the isotropic part, and the body force's.
-    fn smooth(&self, at: Vector2<f64>) -> Matrix2<f64> {
-        let b = self.body_force;
-        let isotropic = self.isotropic + 0.5 * b.dot(&at);
-        Matrix2::from_diagonal_element(isotropic) - 0.5 * (b * at.transpose() + at * b.transpose())
+        rows(flamant + Matrix2::from_diagonal_element(self.isotropic))
     }
 
     /// (1/πR²) ∫σ dA over the disc by quadrature of the field, Pa. Each force's singular part is
     /// integrated in polar coordinates about its own point, where the element r dr dθ takes the
-    /// singularity away and the disc is 0 < r < 2R cosθ; the rest about the centre.
+    /// singularity away and the disc is 0 < r < 2R cosθ.
     pub fn average_over_disc(&self) -> [[f64; 2]; 2] {
         let singular = self.loads.iter().map(|load| self.integral_about(load));
         let singular: Matrix2<f64> = singular.sum();
-        let smooth = integrate(0.0, TAU, PANELS, |angle| {
-            let direction = unit(angle);
-            integrate(0.0, self.radius, PANELS, |r| r * self.smooth(r * direction))
-        });
-        rows((singular + smooth) / self.volume())
+        let smooth = integrate(0.0, self.radius, PANELS, |r| TAU * r * self.isotropic);
+        rows((singular + Matrix2::from_diagonal_element(smooth)) / self.volume())
     }
 
     /// ∫ of one force's part over the disc, N.
-    fn integral_about(&self, load: &Load) -> Matrix2<f64> {
+    fn integral_about(&self, load: &PointForce) -> Matrix2<f64> {
         let inward = (-load.point.y).atan2(-load.point.x);
         integrate(-FRAC_PI_2, FRAC_PI_2, PANELS, |angle| {
             let direction = unit(inward + angle);
@@ -217,8 +176,7 @@ impl DiscField {
         rows(self.extensive() / (side * side))
     }
 
-    /// Σ_ij = Σ x_i F_j of Eq. 7, J per metre of depth, tension positive. The body force has its
-    /// resultant in the centre and adds nothing. Balanced moments make it symmetric; the rounding
+    /// Σ_ij = Σ x_i F_j of Eq. 7, J per metre of depth, tension positive. Balanced moments make it symmetric; the rounding
     /// that is left is halved between the two.
     fn extensive(&self) -> Matrix2<f64> {
         let terms = self
@@ -248,51 +206,33 @@ pub fn figure_4() -> Result<DiscField, DiscFieldError> {
         push(0.0, 0.5),
         push(PI, 0.5),
     ];
-    DiscField::new(1.0, &forces, [0.0; 2])
+    DiscField::new(1.0, &forces)
 }
 
 /// −(2/π)(F·r̂)/r r̂⊗r̂, Pa.
-fn flamant(load: &Load, at: Vector2<f64>) -> Matrix2<f64> {
+fn flamant(load: &PointForce, at: Vector2<f64>) -> Matrix2<f64> {
     let away = at - load.point;
     let square = away.norm_squared();
     away * away.transpose() * (-FRAC_2_PI * load.force.dot(&away) / (square * square))
 }
 
-fn check_numbers(
-    radius: f64,
-    loads: &[Load],
-    body_force: Vector2<f64>,
-) -> Result<(), DiscFieldError> {
+fn check(radius: f64, loads: &[PointForce]) -> Result<(), DiscFieldError> {
     if !(radius > 0.0 && radius.is_finite()) {
         return Err(DiscFieldError::Radius(radius));
     }
     let finite = |vector: &Vector2<f64>| vector.iter().all(|value| value.is_finite());
-    let is_broken = |load: &Load| !finite(&load.point) || !finite(&load.force);
-    let what = match loads.iter().position(is_broken) {
-        _ if !finite(&body_force) => "the body force".to_owned(),
-        Some(index) => format!("force {index}"),
-        None => return Ok(()),
-    };
-    Err(DiscFieldError::NotFinite { what })
-}
-
-fn check_balance(
-    radius: f64,
-    loads: &[Load],
-    body_force: Vector2<f64>,
-) -> Result<(), DiscFieldError> {
-    let weight = PI * radius * radius * body_force;
+    let is_broken = |load: &PointForce| !finite(&load.point) || !finite(&load.force);
+    if let Some(index) = loads.iter().position(is_broken) {
+        return Err(DiscFieldError::NotFinite { index });
+    }
     let sizes: f64 = loads.iter().map(|load| load.force.norm()).sum();
-    let allowed = BALANCE * (sizes + weight.norm());
-    let left = loads.iter().fold(weight, |sum, load| sum + load.force);
-    if left.norm() > allowed {
-        return Err(DiscFieldError::Forces {
-            x: left.x,
-            z: left.y,
-        });
+    let left: Vector2<f64> = loads.iter().map(|load| load.force).sum();
+    if left.norm() > BALANCE * sizes {
+        let (x, z) = (left.x, left.y);
+        return Err(DiscFieldError::Forces { x, z });
     }
     let moment: f64 = loads.iter().map(|load| load.point.perp(&load.force)).sum();
-    if moment.abs() > allowed * radius {
+    if moment.abs() > BALANCE * sizes * radius {
         return Err(DiscFieldError::Moments(moment));
     }
     Ok(())
@@ -313,8 +253,16 @@ mod tests {
 
     use super::*;
 
-    /// Any forces made to balance by a body force, or by two more pushes or pulls.
-    fn balanced(radius: f64, mut forces: Vec<RimForce>, weight: bool) -> DiscField {
+    fn force(angle: f64, radial: f64, tangential: f64) -> RimForce {
+        RimForce {
+            angle,
+            radial,
+            tangential,
+        }
+    }
+
+    /// Any forces made to balance by two more pushes or pulls.
+    fn balanced(radius: f64, mut forces: Vec<RimForce>) -> DiscField {
         let mean = forces.iter().map(|f| f.tangential).sum::<f64>() / forces.len() as f64;
         let mut sum = Vector2::zeros();
         for force in &mut forces {
@@ -322,47 +270,25 @@ mod tests {
             let out = unit(force.angle);
             sum += force.radial * out + force.tangential * Vector2::new(-out.y, out.x);
         }
-        let mut body_force = [0.0; 2];
-        if weight {
-            body_force = (-sum / (PI * radius * radius)).into();
-        } else {
-            for (angle, part) in [(0.0, sum.x), (FRAC_PI_2, sum.y)] {
-                forces.push(RimForce {
-                    angle,
-                    radial: -part,
-                    tangential: 0.0,
-                });
-            }
-        }
-        DiscField::new(radius, &forces, body_force).expect("made to balance")
+        forces.extend([force(0.0, -sum.x, 0.0), force(FRAC_PI_2, -sum.y, 0.0)]);
+        DiscField::new(radius, &forces).expect("made to balance")
     }
 
     fn fields() -> impl Strategy<Value = DiscField> {
-        let force =
-            (0.0..TAU, -1.0..1.0, -1.0..1.0).prop_map(|(angle, radial, tangential)| RimForce {
-                angle,
-                radial,
-                tangential,
-            });
+        let force = (0.0..TAU, -1.0..1.0, -1.0..1.0).prop_map(|(a, r, t)| force(a, r, t));
         let forces = prop::collection::vec(force, 1..7);
-        (0.01..10.0, forces, any::<bool>())
-            .prop_map(|(radius, forces, weight)| balanced(radius, forces, weight))
+        (0.01..10.0, forces).prop_map(|(radius, forces)| balanced(radius, forces))
     }
 
-    /// With friction and weight, points far from the axes.
+    /// With friction, points far from the axes.
     fn an_example() -> DiscField {
-        let force = |angle: f64, radial: f64, tangential: f64| RimForce {
-            angle,
-            radial,
-            tangential,
-        };
         let forces = vec![
             force(0.6, -1.0, 0.3),
             force(2.2, -0.7, -0.2),
             force(4.1, -1.4, 0.5),
             force(5.5, -0.4, 0.1),
         ];
-        balanced(2.0, forces, true)
+        balanced(2.0, forces)
     }
 
     /// A stress that the forces could make, Pa.
@@ -380,7 +306,7 @@ mod tests {
     }
 
     fn far_from_forces(field: &DiscField, point: Vector2<f64>) -> bool {
-        let near = |load: &Load| (load.point - point).norm() < 0.05 * field.radius;
+        let near = |load: &PointForce| (load.point - point).norm() < 0.05 * field.radius;
         !field.loads.iter().any(near)
     }
 
@@ -414,7 +340,7 @@ mod tests {
             });
             let [[right, left], [up, down]] = beside;
             let divergence = ((right - left).column(0) + (up - down).column(1)) / (2.0 * step);
-            let left_over = (divergence + field.body_force).norm() * field.radius;
+            let left_over = divergence.norm() * field.radius;
             prop_assert!(left_over < 1e-3 * scale(&field), "{left_over:e}");
             let around: f64 = beside.iter().flatten().map(Matrix2::trace).sum();
             let laplacian = (around - 4.0 * at(&field, point).trace()) / 1e-6;
@@ -437,15 +363,12 @@ mod tests {
         let carried = integrate(-half, half, 12, |x| {
             Matrix2::from(field.stress([x, height]))
         });
-        let mut above: Vector2<f64> = field
+        let above: Vector2<f64> = field
             .loads
             .iter()
             .filter(|load| load.point.y > height)
             .map(|load| load.force)
             .sum();
-        let angle = (height / field.radius).acos();
-        let area = field.radius * field.radius * angle - height * half;
-        above += area * field.body_force;
         // The lower part pulls on the upper one with −σ·e_z.
         let left = (above - carried.column(1)).norm();
         assert!(left < 1e-12 * scale(&field) * field.radius, "{left:e}");
@@ -503,13 +426,8 @@ mod tests {
     #[test]
     fn the_centre_under_two_forces_has_the_known_stress() {
         // Hertz: −3P/(πR) along them and P/(πR) across.
-        let push = |angle| RimForce {
-            angle,
-            radial: -1.0,
-            tangential: 0.0,
-        };
-        let forces = [push(FRAC_PI_2), push(-FRAC_PI_2)];
-        let field = DiscField::new(2.0, &forces, [0.0; 2]).expect("balances");
+        let forces = [force(FRAC_PI_2, -1.0, 0.0), force(-FRAC_PI_2, -1.0, 0.0)];
+        let field = DiscField::new(2.0, &forces).expect("balances");
         let known = [[0.5 / PI, 0.0], [0.0, -1.5 / PI]];
         assert!(relative(field.stress([0.0; 2]), known) < 1e-15);
     }
@@ -517,13 +435,12 @@ mod tests {
     #[test]
     fn the_centres_trace_is_the_average_and_without_friction_the_rest_is_twice() {
         let deviator = |tensor: Matrix2<f64>| tensor - tensor.trace() / 2.0 * Matrix2::identity();
-        let mut smooth = an_example().loads;
-        for load in &mut smooth {
-            load.force = load.force.norm() * -load.point.normalize();
-        }
-        let sum: Vector2<f64> = smooth.iter().map(|load| load.force).sum();
-        let smooth = DiscField::checked(2.0, smooth, -sum / (4.0 * PI)).expect("balances");
-        for field in [figure_4().expect("balances"), smooth] {
+        let smooth = [
+            force(0.6, -1.0, 0.0),
+            force(2.2, -0.7, 0.0),
+            force(4.1, -1.4, 0.0),
+        ];
+        for field in [figure_4().expect("balances"), balanced(2.0, smooth.into())] {
             let centre = Matrix2::from(field.stress([0.0; 2]));
             let mean = Matrix2::from(field.contact_average());
             assert!((centre.trace() - mean.trace()).abs() < 1e-14 * scale(&field));
@@ -553,34 +470,29 @@ mod tests {
 
     #[test]
     fn what_does_not_balance_is_refused() {
-        let force = |angle, radial, tangential| RimForce {
-            angle,
-            radial,
-            tangential,
-        };
-        let told = |radius, forces: &[RimForce], body_force| {
-            DiscField::new(radius, forces, body_force)
-                .expect_err("must be refused")
-                .to_string()
-        };
-        let (right, left) = (force(0.0, -2.0, 0.0), force(PI, -2.0, 0.0));
-        let pushed = told(1.0, &[right], [0.0; 2]);
-        assert_eq!(pushed, "forces and weight leave (-2, 0) N/m, must balance");
+        let (right, nan) = (force(0.0, -2.0, 0.0), force(0.0, f64::NAN, 0.0));
         let couple = [force(0.0, 0.0, 3.0), force(PI, 0.0, 3.0)];
-        let turned = told(1.0, &couple, [0.0; 2]);
-        assert_eq!(
-            turned,
-            "the moments about the centre leave 6 N, must balance"
-        );
-        let radius = "the disc's radius is 0 m, must be above 0 and finite";
-        assert_eq!(told(0.0, &[], [0.0; 2]), radius);
-        let nan = force(0.0, f64::NAN, 0.0);
-        assert_eq!(told(1.0, &[nan], [0.0; 2]), "force 0 is not finite");
-        let endless = [0.0, f64::INFINITY];
-        assert_eq!(
-            told(1.0, &[right, left], endless),
-            "the body force is not finite"
-        );
+        for (radius, forces, wanted) in [
+            (
+                1.0,
+                &[right][..],
+                "the forces leave (-2, 0) N/m, must balance",
+            ),
+            (
+                1.0,
+                &couple[..],
+                "the moments about the centre leave 6 N, must balance",
+            ),
+            (
+                0.0,
+                &[],
+                "the disc's radius is 0 m, must be above 0 and finite",
+            ),
+            (1.0, &[nan][..], "force 0 is not finite"),
+        ] {
+            let refused = DiscField::new(radius, forces).expect_err("must be refused");
+            assert_eq!(refused.to_string(), wanted);
+        }
     }
 
     #[test]
@@ -596,7 +508,7 @@ mod tests {
 
     #[test]
     fn a_disc_without_forces_has_no_stress() {
-        let field = DiscField::new(1.0, &[], [0.0; 2]).expect("balances");
+        let field = DiscField::new(1.0, &[]).expect("balances");
         assert_eq!(field.average_over_disc(), [[0.0; 2]; 2]);
         assert_eq!(field.stress([0.1, 0.2]), [[0.0; 2]; 2]);
     }

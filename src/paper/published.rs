@@ -111,7 +111,7 @@ pub const PRINTED: &[Printed] = &[
     at("piles/twice-the-mean", PILES, 0.135, 0.0005, "1"),
     at("piles/twice-in-whole-units", PILES, 0.135, 0.0005, "1"),
     at("load/force", STEP_3, 1998.0, 0.0, "N/m"),
-    at("load/pressure", STEP_3, 44.4e3, 50.0, "Pa"),
+    at("load/pressure", STEP_3, PRESSURE, 50.0, "Pa"),
     at("table-3/volume", T3, 4.0, 0.0, "m³"),
     at("table-3/particle-volume", T3, PI, 0.0, "m³"),
     at("table-3/porosity", T3, 0.21, 0.005, "1"),
@@ -124,59 +124,38 @@ pub const PRINTED: &[Printed] = &[
     at("eq-8/stacked", "Eq. 8", 1.0, 0.0, "1"),
     at("table-4/weight/O", T4, 2.3e3, 50.0, "Pa"),
     at("table-4/load/O", T4, 11.3e3, 50.0, "Pa"),
-    at("table-4/stress/O", T4, 13.6e3, 50.0, "Pa"),
+    at("table-4/stress/O", T4, STRESSES[0], 50.0, "Pa"),
     at("table-4/extensive/O", T4, 0.34, 0.005, "J"),
     at("table-4/weight/A", T4, 2.3e3, 50.0, "Pa"),
     at("table-4/load/A", T4, 5.0e3, 50.0, "Pa"),
-    at("table-4/stress/A", T4, 7.4e3, 50.0, "Pa"),
+    at("table-4/stress/A", T4, STRESSES[1], 50.0, "Pa"),
     at("table-4/extensive/A", T4, 0.18, 0.005, "J"),
     at("table-4/weight/B", T4, 2.3e3, 50.0, "Pa"),
     at("table-4/load/B", T4, 1.5e3, 50.0, "Pa"),
-    at("table-4/stress/B", T4, 3.8e3, 50.0, "Pa"),
+    at("table-4/stress/B", T4, STRESSES[2], 50.0, "Pa"),
     at("table-4/extensive/B", T4, 0.09, 0.005, "J"),
-    at("table-4/control-volume", T4, 2.5e-5, 0.0, "m³"),
-    at("bed/height", BED, 0.46, 0.01, "m"),
-    at("bed/porosity", BED, 0.17, 0.01, "1"),
+    at("table-4/control-volume", T4, CONTROL_VOLUME, 0.0, "m³"),
+    at("bed/height", BED, HEIGHT, SCATTER, "m"),
+    at("bed/porosity", BED, POROSITY, SCATTER, "1"),
     at("section-5/control-volume", "section 5", 1.0, 0.0, "1"),
 ];
 
-pub const fn printed(id: &str) -> Option<&'static Printed> {
-    let mut index = 0;
-    while index < PRINTED.len() {
-        if same(PRINTED[index].id, id) {
-            return Some(&PRINTED[index]);
-        }
-        index += 1;
-    }
-    None
-}
-
-/// `==` of strings, while compiling.
-const fn same(a: &str, b: &str) -> bool {
-    let (a, b) = (a.as_bytes(), b.as_bytes());
-    let mut index = 0;
-    while index < a.len() && index < b.len() && a[index] == b[index] {
-        index += 1;
-    }
-    index == a.len() && index == b.len()
-}
-
-/// Its value. Used in constants only: an id that is not printed does not compile.
-const fn value(id: &str) -> f64 {
-    match printed(id) {
-        Some(found) => found.value,
-        None => panic!("not a printed figure"),
-    }
+pub fn printed(id: &str) -> Option<&'static Printed> {
+    PRINTED.iter().find(|of| of.id == id)
 }
 
 /// H, m.
-pub const HEIGHT: f64 = value("bed/height");
+pub const HEIGHT: f64 = 0.46;
 /// n.
-pub const POROSITY: f64 = value("bed/porosity");
+pub const POROSITY: f64 = 0.17;
+/// Of both.
+const SCATTER: f64 = 0.01;
 /// p, Pa.
-pub const PRESSURE: f64 = value("load/pressure");
+pub const PRESSURE: f64 = 44.4e3;
 /// V_c, m³.
-pub const CONTROL_VOLUME: f64 = value("table-4/control-volume");
+pub const CONTROL_VOLUME: f64 = 2.5e-5;
+/// σ_zz at O, A and B, Pa.
+const STRESSES: [f64; 3] = [13.6e3, 7.4e3, 3.8e3];
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parts {
@@ -245,15 +224,31 @@ pub const E_TO_MINUS_2: f64 = 0.135_335_283_236_612_7;
 
 /// The figures of the simulations that depend on their open choices: the reference of the claims and of the candidates.
 pub const PUBLISHED: &[Published] = &[
-    bed("height", "height H, mean surface", HEIGHTS[0].0),
-    bed(
-        "porosity",
-        "porosity n, from the mean surface",
-        POROSITIES[0].0,
-    ),
-    mean("stress.O", "mean σ_zz at O", "loaded.stress.O.local_zz"),
-    mean("stress.A", "mean σ_zz at A", "loaded.stress.A.local_zz"),
-    mean("stress.B", "mean σ_zz at B", "loaded.stress.B.local_zz"),
+    Published {
+        id: "height",
+        title: "height H, mean surface",
+        place: BED,
+        key: HEIGHTS[0].0,
+        of: Of::Mean,
+        value: HEIGHT,
+        tolerance: SCATTER,
+        unit: "m",
+        reason: "printed",
+    },
+    Published {
+        id: "porosity",
+        title: "porosity n, from the mean surface",
+        place: BED,
+        key: POROSITIES[0].0,
+        of: Of::Mean,
+        value: POROSITY,
+        tolerance: SCATTER,
+        unit: "1",
+        reason: "printed",
+    },
+    mean("stress.O", "mean σ_zz at O", LOCAL[0], STRESSES[0]),
+    mean("stress.A", "mean σ_zz at A", LOCAL[1], STRESSES[1]),
+    mean("stress.B", "mean σ_zz at B", LOCAL[2], STRESSES[2]),
     shape("variation.O", VARIATIONS[0], GRAINS[0], Of::Variation),
     shape("variation.A", VARIATIONS[1], GRAINS[1], Of::Variation),
     shape("variation.B", VARIATIONS[2], GRAINS[2], Of::Variation),
@@ -272,41 +267,18 @@ const BEYONDS: [&str; 3] = [
     "share above twice the mean at A",
     "share above twice the mean at B",
 ];
+const LOCAL: [&str; 3] = [
+    "loaded.stress.O.local_zz",
+    "loaded.stress.A.local_zz",
+    "loaded.stress.B.local_zz",
+];
 const GRAINS: [&str; 3] = [
     "loaded.stress.O.grain_zz",
     "loaded.stress.A.grain_zz",
     "loaded.stress.B.grain_zz",
 ];
 
-/// With the printed scatter.
-const fn bed(id: &'static str, title: &'static str, key: &'static str) -> Published {
-    let printed = match printed(if same(id, "height") {
-        "bed/height"
-    } else {
-        "bed/porosity"
-    }) {
-        Some(found) => found,
-        None => panic!("not a printed figure"),
-    };
-    Published {
-        id,
-        title,
-        place: printed.place,
-        key,
-        of: Of::Mean,
-        value: printed.value,
-        tolerance: printed.rounding,
-        unit: printed.unit,
-        reason: "printed",
-    }
-}
-
-const fn mean(id: &'static str, title: &'static str, key: &'static str) -> Published {
-    let value = match id.as_bytes()[id.len() - 1] {
-        b'O' => value("table-4/stress/O"),
-        b'A' => value("table-4/stress/A"),
-        _ => value("table-4/stress/B"),
-    };
+const fn mean(id: &'static str, title: &'static str, key: &'static str, value: f64) -> Published {
     Published {
         id,
         title,
@@ -321,20 +293,20 @@ const fn mean(id: &'static str, title: &'static str, key: &'static str) -> Publi
 }
 
 const fn shape(id: &'static str, title: &'static str, key: &'static str, of: Of) -> Published {
-    let value = match of {
-        Of::ShareAbove(_) => E_TO_MINUS_2,
-        _ => 1.0,
-    };
     Published {
-        id,
-        title,
         place: "section 4.2, Figure 5",
-        key,
         of,
-        value,
-        tolerance: 0.1 * value,
         unit: "1",
         reason: SPREAD,
+        ..mean(
+            id,
+            title,
+            key,
+            match of {
+                Of::ShareAbove(_) => E_TO_MINUS_2,
+                _ => 1.0,
+            },
+        )
     }
 }
 

@@ -127,57 +127,50 @@ pub fn of_piles() -> Vec<Number> {
         let id = format!("table-1/{}", row + 1);
         numbers.push(of(&id, &what, f64::from(subclass.cases)));
     }
-    let mut add = |id: &str, what: &str, value: f64| numbers.push(of(id, what, value));
-    add("table-1/subclasses", "subclasses", subclasses.len() as f64);
-    add(
-        "piles/most-likely",
-        "cases of each most likely subclass",
-        most,
-    );
-    let (over_optimistic, over_pessimistic) = (most / optimistic, most / pessimistic);
-    add(
-        "piles/likely-over-optimistic",
-        "most likely over optimistic",
-        over_optimistic,
-    );
-    add(
-        "piles/likely-over-pessimistic",
-        "most likely over pessimistic",
-        over_pessimistic,
-    );
-    let ratio = pessimistic / optimistic;
-    add(
-        "piles/pessimistic-over-optimistic",
-        "pessimistic over optimistic",
-        ratio,
-    );
-    add(
-        "piles/symmetric",
-        "cases that are symmetric",
-        count(&symmetric),
-    );
-    let balance = of(
-        "piles/moment-balance",
+    let classes = subclasses.len() as f64;
+    numbers.push(of("table-1/subclasses", "subclasses", classes));
+    let add = |id: &str, what: &str, value: f64| of(&format!("piles/{id}"), what, value);
+    let what = "cases of each most likely subclass";
+    let balance = add(
+        "moment-balance",
         "cases left by a moment balance",
         count(&no_moment),
     );
-    numbers.push(balance.known(
-        12.0,
-        "for equally spaced piles the balance of moments about the middle one also admits \
-         unsymmetric cases such as (1 0 2 2 0); 6 counts the symmetric ones only",
-    ));
-    let mut add = |id: &str, what: &str, value: f64| numbers.push(of(id, what, value));
-    let (optimistic, pessimistic) = (optimistic / total, pessimistic / total);
-    add(
-        "piles/chance-optimistic",
-        "chance of the optimistic case",
-        optimistic,
-    );
-    add(
-        "piles/chance-pessimistic",
-        "chance of the pessimistic subclass",
-        pessimistic,
-    );
+    let (a, b) = (optimistic, pessimistic);
+    numbers.extend([
+        add("most-likely", what, most),
+        add(
+            "likely-over-optimistic",
+            "most likely over optimistic",
+            most / a,
+        ),
+        add(
+            "likely-over-pessimistic",
+            "most likely over pessimistic",
+            most / b,
+        ),
+        add(
+            "pessimistic-over-optimistic",
+            "pessimistic over optimistic",
+            b / a,
+        ),
+        add("symmetric", "cases that are symmetric", count(&symmetric)),
+        balance.known(
+            12.0,
+            "for equally spaced piles the balance of moments about the middle one also admits \
+             unsymmetric cases such as (1 0 2 2 0); 6 counts the symmetric ones only",
+        ),
+        add(
+            "chance-optimistic",
+            "chance of the optimistic case",
+            a / total,
+        ),
+        add(
+            "chance-pessimistic",
+            "chance of the pessimistic subclass",
+            b / total,
+        ),
+    ]);
     let many = |id: &str, what: &str, mean: u32, how: &str| {
         let how = format!("counting the cases of 10,000 piles whose mean load is {how}");
         Number::of(

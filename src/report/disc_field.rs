@@ -252,11 +252,6 @@ fn map_key(field: &DiscField, scale: &Scale) -> String {
     }
     let radius = format!("R = {} m", printed(field.radius(), 4));
     entries.push((String::new(), radius));
-    let [x, z] = field.body_force();
-    if [x, z] != [0.0; 2] {
-        let weight = format!("body force ({}, {}) N/m³", printed(x, 4), printed(z, 4));
-        entries.push((String::new(), weight));
-    }
     // One below the other.
     key([KEY, KEY + 1.0], 376.0, &entries).0
 }
@@ -267,17 +262,17 @@ const ARROW: f64 = 46.0;
 /// The forces on the rim, from outside, as long as they are strong, with their sizes.
 fn arrows(field: &DiscField) -> String {
     let size = |force: &PointForce| force.force[0].hypot(force.force[1]);
-    let largest = field.forces().map(|force| size(&force)).fold(0.0, f64::max);
-    field
-        .forces()
+    let forces = field.forces().iter();
+    let largest = forces.clone().map(size).fold(0.0, f64::max);
+    forces
         .filter(|force| size(force) > 1e-6 * largest)
-        .map(|force| force_arrow(field, &force, size(&force), largest))
+        .map(|force| force_arrow(field, force, size(force), largest))
         .collect()
 }
 
 /// A push ends at the rim and a pull begins there.
 fn force_arrow(field: &DiscField, force: &PointForce, size: f64, largest: f64) -> String {
-    let point = force.point.map(|x| x / field.radius());
+    let point: [f64; 2] = (force.point / field.radius()).into();
     let pushes = force.force[0] * point[0] + force.force[1] * point[1] <= 0.0;
     let sign = if pushes { -1.0 } else { 1.0 };
     // Upwards on the picture is down its coordinate.
@@ -444,30 +439,22 @@ mod tests {
     use super::*;
     use crate::paper::disc_field::RimForce;
 
-    /// A disc on two others and under one, with friction and weight.
+    /// A disc on two others and under two, with friction.
     fn a_grain() -> DiscField {
-        let force = |angle: f64, radial: f64, tangential: f64| RimForce {
+        let force = |angle, radial, tangential| RimForce {
             angle,
             radial,
             tangential,
         };
-        let forces = [
-            force(4.2, -3.0, 0.4),
-            force(5.4, -2.0, -0.3),
-            force(1.2, -1.5, -0.1),
-        ];
-        let volume = std::f64::consts::PI * 0.25;
-        let mut body_force = [0.0; 2];
-        for force in &forces {
-            let (sin, cos) = force.angle.sin_cos();
-            body_force[0] -= (force.radial * cos - force.tangential * sin) / volume;
-            body_force[1] -= (force.radial * sin + force.tangential * cos) / volume;
-        }
-        DiscField::new(0.5, &forces, body_force).expect("the weight balances the forces")
+        let half = [(4.0, -3.0, 0.4), (5.4, -2.0, -0.4), (1.2, -0.6, 0.0)];
+        let other = |angle: f64| angle + std::f64::consts::PI;
+        let both = half.map(|(a, r, t)| [force(a, r, t), force(other(a), r, t)]);
+        let forces = both.concat();
+        DiscField::new(0.5, &forces).expect("each force has its opposite")
     }
 
     fn no_forces() -> DiscField {
-        DiscField::new(0.5, &[], [0.0; 2]).expect("balances")
+        DiscField::new(0.5, &[]).expect("balances")
     }
 
     #[test]

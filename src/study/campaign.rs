@@ -10,7 +10,9 @@ use crate::document::{Cell, Document, Section, Table};
 use crate::engine::EngineError;
 use crate::study::machine::Folder;
 use crate::study::plan::Plan;
-use crate::study::realization::{Ending, Engines, Realization, Runner, Specification, bed_of};
+use crate::study::realization::{
+    Ending, Engines, Realization, Runner, Specification, bed_of, ending_in_words,
+};
 use crate::study::{Judged, Outline, Study, StudyError, realization};
 use grains::measure::neighbourhood::Neighbourhood;
 use grains::measure::{self, cells, neighbourhood, stress};
@@ -145,7 +147,7 @@ impl Study for Campaign {
             }
         })?;
         let of_endings = Table::of("endings", "How the members ended", &endings)
-            .column("ending", |(ending, _)| *ending)
+            .column("ending", |(ending, _)| ending_in_words(ending))
             .column("members", |(_, count)| *count);
         let title = "Every measured quantity over the members that have it";
         let table = Table::of("measured", title, &measured)
@@ -252,11 +254,16 @@ impl Member {
             Ok(run) => return Ok(Member::of(member, &of.scene_of(realization), &run)),
             Err(error) => realization::went_wrong(error)?,
         };
-        Ok(Member {
+        Ok(Member::without(realization, member, Ending::Failed(reason)))
+    }
+
+    /// One that gave nothing.
+    pub fn without(realization: u64, member: u64, ending: Ending) -> Self {
+        Member {
             member,
             realization,
             engine: String::new(),
-            ending: Ending::Failed(reason),
+            ending,
             pour_steps: 0,
             load_steps: 0,
             settled_state: None,
@@ -264,7 +271,7 @@ impl Member {
             measured: BTreeMap::new(),
             settled: None,
             loaded: None,
-        })
+        }
     }
 
     /// The member of this realization of the scene.

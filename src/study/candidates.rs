@@ -4,24 +4,18 @@
 pub mod document;
 pub mod judge;
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
-use crate::engine::EngineError;
 use crate::study::candidates::judge::Candidates;
-use crate::study::machine::Folder;
-use crate::study::member::{Beds, MIRRORED, Member, Members};
+use crate::study::member::{Beds, MIRRORED, Members, OfBeds};
 use crate::study::realization::Change::{
     self, Alpha, CloudSpeed, Columns, Diameter, DiameterSameArea, Friction, Hold, Settled, Size,
     Speed, Spheres, Step,
 };
-use crate::study::realization::{
-    Engines, LAWS, Runner, Setting, Specification, changed, small_scene, whole_scene,
-};
+use crate::study::realization::{LAWS, Setting, Specification, changed, small_scene, whole_scene};
 use crate::study::search::matching::{Search, keep};
 use crate::study::search::space;
-use crate::study::{Judged, Outline, Study, StudyError};
+use crate::study::{Judged, StudyError};
 use grains::scene::{ContactLaw, ControlPoint, Rotation, Scene};
 
 /// Kinetic energy over its peak at which nothing moves any more.
@@ -169,50 +163,29 @@ fn with_lines(mut scene: Scene) -> Scene {
     scene
 }
 
-impl Study for Plan {
-    const KIND: &'static str = "candidates";
-    type Row = Vec<Member>;
+impl OfBeds for Plan {
+    const NAME: &'static str = "candidates";
 
-    fn count(&self) -> u64 {
-        self.beds.count()
+    fn beds(&self) -> &Beds {
+        &self.beds
     }
 
-    fn check(&self) -> Result<(), String> {
+    fn is_whole(&self) -> Result<(), String> {
         let known = |id: &String| self.beds.settings().any(|of| of.id == *id);
         let mut ladders = self.ladders.iter().flat_map(|of| &of.settings);
         match ladders.find(|id| !known(id)) {
             Some(id) => Err(format!("there is no setting {id}")),
-            None => self.beds.check(),
+            None => Ok(()),
         }
     }
 
-    fn runner(&self, _: u64) -> Runner {
-        Runner::Native
+    fn keeps(key: &str) -> bool {
+        keep(key) || key.starts_with(LAWS)
     }
 
-    fn identity(&self, task: u64) -> String {
-        self.beds.identity(task)
-    }
-
-    fn run(&self, task: u64, _: &Engines, _: &Path) -> Result<Vec<Member>, EngineError> {
-        self.beds
-            .run(task, |key| keep(key) || key.starts_with(LAWS))
-    }
-
-    fn belongs(&self, task: u64, row: &Vec<Member>) -> bool {
-        self.beds.belongs(task, row)
-    }
-
-    fn outline(&self, row: &Vec<Member>) -> Outline {
-        Beds::outline(row)
-    }
-
-    fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {
-        let mut members = Vec::new();
-        folder.each(|_, row| members.extend(row))?;
-        let members: Members = members.into_iter().collect();
-        let record = Candidates::of(&folder.plan.study, &members);
-        Judged::of(Self::KIND, &record, record.document())
+    fn judged(&self, members: &Members) -> Result<Judged, StudyError> {
+        let record = Candidates::of(self, members);
+        Judged::of(Self::NAME, &record, record.document())
     }
 }
 

@@ -12,6 +12,7 @@ mod shapes;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Display;
 
 use crate::checks::Outcome;
 use crate::study::campaign::Member;
@@ -24,6 +25,7 @@ use evidence::goodness::Fit;
 use evidence::{Interval, holm};
 use grains::scene::{Scene, paper_scene};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 pub const CLAIMS_VERSION: u32 = 6;
 
@@ -162,14 +164,8 @@ fn adjust(claims: &mut [Claim]) {
     }
 }
 
-/// What of the scene is not the default: leaves of its JSON, without its name, realization and words.
+/// What of the scene is not the default, without its name, realization and words.
 fn other_choices(scene: &Scene) -> Vec<[String; 3]> {
-    let leaves = |scene: &Scene| {
-        let mut leaves = BTreeMap::new();
-        let value = serde_json::to_value(scene).unwrap_or_default();
-        collect("", &value, &mut leaves);
-        leaves
-    };
     let (default, here) = (leaves(&paper_scene(1, 5000)), leaves(scene));
     let keys: BTreeSet<&String> = default.keys().chain(here.keys()).collect();
     let other = keys.into_iter().filter(|key| {
@@ -191,22 +187,27 @@ const NOT_COMPARED: [&str; 4] = [
     "/measurement/history_every",
 ];
 
-fn collect(path: &str, value: &serde_json::Value, leaves: &mut BTreeMap<String, String>) {
-    match value {
-        serde_json::Value::Object(map) => {
-            for (key, value) in map {
-                collect(&format!("{path}/{key}"), value, leaves);
+/// Of the scene's JSON, by their paths.
+fn leaves(scene: &Scene) -> BTreeMap<String, String> {
+    let whole = serde_json::to_value(scene).unwrap_or_default();
+    let (mut leaves, mut open) = (BTreeMap::new(), vec![(String::new(), whole)]);
+    while let Some((path, value)) = open.pop() {
+        let below = |key: &dyn Display| format!("{path}/{key}");
+        match value {
+            Value::Object(map) => open.extend(map.into_iter().map(|(key, of)| (below(&key), of))),
+            Value::Array(list) => {
+                open.extend(
+                    (0..)
+                        .zip(list)
+                        .map(|(index, of): (usize, _)| (below(&index), of)),
+                );
             }
-        }
-        serde_json::Value::Array(list) => {
-            for (index, value) in list.iter().enumerate() {
-                collect(&format!("{path}/{index}"), value, leaves);
+            leaf => {
+                leaves.insert(path, leaf.to_string());
             }
-        }
-        leaf => {
-            leaves.insert(path.to_owned(), leaf.to_string());
         }
     }
+    leaves
 }
 
 /// Fewer packings than this decide nothing.

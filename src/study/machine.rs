@@ -52,7 +52,7 @@ pub struct Status {
     /// See [`Study::KIND`].
     pub kind: String,
     pub rows: u64,
-    /// Those that are written.
+    /// Those that are written, or merged.
     pub finished: u64,
     /// Rows that are written more than once, as two processes with different shards leave them.
     pub repeated: u64,
@@ -172,6 +172,13 @@ impl<S: Study> Folder<S> {
             take(*number, self.parse(*number, &reader.json(place)?)?);
         }
         Ok(())
+    }
+
+    /// All of [`Folder::each`].
+    pub fn rows(&self) -> Result<Vec<S::Row>, StudyError> {
+        let mut rows = Vec::new();
+        self.each(|_, row| rows.push(row))?;
+        Ok(rows)
     }
 
     pub fn merged(self) -> Result<Merged<S>, StudyError> {
@@ -375,15 +382,21 @@ impl<S: Study> Machine for Folder<S> {
         };
         let files = index.files.iter().zip(&index.rows);
         let damaged = index.damaged.iter();
+        // Merged rows count without the records that they came from.
+        let merged = self.path.join(SUMMARY).is_file();
+        let (finished, missing) = match merged {
+            true => (self.count(), Vec::new()),
+            false => (index.places.len() as u64, self.missing(&index)),
+        };
         Ok(Status {
             kind: S::KIND.to_owned(),
             rows: self.count(),
-            finished: index.places.len() as u64,
+            finished,
             repeated: index.repeated.len() as u64,
             files: files.map(|(path, rows)| (name(path), *rows)).collect(),
             damaged: damaged.map(|of| (name(&of.path), of.line)).collect(),
-            missing: in_words(self.missing(&index)),
-            merged: self.path.join(SUMMARY).is_file(),
+            missing: in_words(missing),
+            merged,
         })
     }
 

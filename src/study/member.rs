@@ -4,19 +4,21 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::Outline;
+use super::machine::Folder;
 use super::realization::{
-    self, Ending, Engines, LAWS, Realization, Setting, Specification, sound, went_wrong,
+    self, Ending, Engines, LAWS, Realization, Runner, Setting, Specification, sound, went_wrong,
 };
+use super::{Judged, Outline, Study, StudyError};
 use crate::engine::EngineError;
 use crate::paper::published::{Of, Published};
 use grains::generate::initial_bodies;
 use grains::native;
 use grains::native::timing::ThreadTime;
 use grains::scene::Scene;
-use grains::tables::{Snapshot, StopReason};
+use grains::tables::StopReason;
 use grains::task::Task;
 
 /// One realization of a specification.
@@ -84,12 +86,19 @@ pub fn values(members: &[&Member], key: &str) -> Vec<f64> {
 pub const MIRRORED: &str = "mirrored ";
 
 impl Member {
-    /// The quantity of a published figure; a mean beside the punch is that of both sides where both were measured.
+    /// The quantity of a published figure; a mean beside the punch is that of both sides.
     pub fn published(&self, figure: &Published) -> Option<f64> {
-        let of = |key: &str| self.measured.get(key).copied();
-        let own = of(figure.key)?;
-        let mirrored = figure.key.replace("stress.", &format!("stress.{MIRRORED}"));
-        let other = of(&mirrored).filter(|_| figure.of == Of::Mean && mirrored != figure.key);
+        match figure.of {
+            Of::Mean => self.of_both_sides(figure.key),
+            _ => self.measured.get(figure.key).copied(),
+        }
+    }
+
+    /// A stress at a point, the mean of both sides of the punch where both were measured.
+    pub fn of_both_sides(&self, key: &str) -> Option<f64> {
+        let own = *self.measured.get(key)?;
+        let mirrored = key.replace("stress.", &format!("stress.{MIRRORED}"));
+        let other = self.measured.get(&mirrored).filter(|_| mirrored != key);
         Some(other.map_or(own, |other| 0.5 * (own + other)))
     }
 
@@ -107,15 +116,18 @@ impl Member {
         let run = match of.run(realization, engines, work) {
             Ok(run) => run,
             Err(error) => {
-                let ending = Ending::Failed(failure(error)?);
-                let own = Some(clock).filter(|_| of.runner.is_native());
+                let reason = match error {
+                    EngineError::Program(error) if error.is_failure() => error.to_string(),
+                    error => went_wrong(error)?,
+                };
+                let own = of.runner.is_native();
                 let cost = Cost {
-                    cpu_seconds: own.map_or(0.0, |clock| clock.elapsed().as_secs_f64()),
+                    cpu_seconds: own.then(|| clock.elapsed().as_secs_f64()).unwrap_or(0.0),
                     measuring_seconds: 0.0,
                 };
                 return Ok(Member {
                     cost: Some(cost),
-                    ..Member::without(of, realization, ending)
+                    ..Member::without(of, realization, Ending::Failed(reason))
                 });
             }
         };
@@ -180,60 +192,8 @@ impl Member {
     }
 }
 
-/// What a specification that cannot be run costs its user is a result, a YADE or an external engine that breaks included.
-fn failure(error: EngineError) -> Result<String, EngineError> {
-    match error {
-        EngineError::Program(error) if error.is_failure() => Ok(error.to_string()),
-        error => went_wrong(error),
-    }
-}
-
-/// A bed that was poured in the native engine, or why there is none.
-#[derive(Debug)]
-pub enum Poured {
-    /// The last moment of pouring, and whether the settle rule ended it.
-    Bed(Box<Snapshot>, bool),
-    /// The engine gave up, with its words.
-    Failed(String),
-}
-
-impl Poured {
-    /// Pours this scene's bed.
-    pub fn of(scene: &Scene) -> Result<Poured, EngineError> {
-        let scene = realization::unobserved(scene);
-        let task = Task::settle(initial_bodies(&scene));
-        Ok(
-            match native::run(&scene, &task, &native::Options::default(), &mut ()) {
-                Ok(outcome) => {
-                    let stop = outcome.stages.last().map(|stage| stage.stop);
-                    Poured::Bed(Box::new(outcome.last), stop == Some(StopReason::Settled))
-                }
-                Err(error) => Poured::Failed(went_wrong(EngineError::Native(error))?),
-            },
-        )
-    }
-
-    /// Loads the bed by the specification, which pours it so; the bits are those of the whole run.
-    pub fn load(
-        &self,
-        of: &Specification,
-        realization: u64,
-        keep: impl Fn(&str) -> bool,
-    ) -> Result<Member, EngineError> {
-        let scene = of.scene_of(realization);
-        let ending = match self {
-            Poured::Failed(reason) => Ending::Failed(reason.clone()),
-            Poured::Bed(_, false) => Ending::NotSettled,
-            Poured::Bed(bed, true) => match realization::loaded(&scene, bed, true) {
-                Ok(run) => return Ok(Member::measured(of, &scene, &run, keep)),
-                Err(error) => Ending::Failed(went_wrong(EngineError::Native(error))?),
-            },
-        };
-        Ok(Member::without(of, realization, ending))
-    }
-}
-
-/// Members of settings that have one bed, on one cloud.
+/// Members of settings that have one bed, on one cloud: it is poured once in the native engine, and their bits are those of whole
+/// runs.
 pub fn of_one_bed(
     settings: &[Setting],
     cloud: u64,
@@ -242,8 +202,26 @@ pub fn of_one_bed(
     let [first, ..] = settings else {
         return Ok(Vec::new());
     };
-    let poured = Poured::of(&first.specification.scene_of(cloud))?;
-    let load = |of: &Setting| poured.load(&of.specification, cloud, keep);
+    let scene = realization::unobserved(&first.specification.scene_of(cloud));
+    let task = Task::settle(initial_bodies(&scene));
+    let poured = match native::run(&scene, &task, &native::Options::default(), &mut ()) {
+        Ok(outcome) => match outcome.stages.last().map(|stage| stage.stop) {
+            Some(StopReason::Settled) => Ok(outcome.last),
+            _ => Err(Ending::NotSettled),
+        },
+        Err(error) => Err(Ending::Failed(went_wrong(EngineError::Native(error))?)),
+    };
+    let load = |of: &Setting| {
+        let of = &of.specification;
+        let scene = of.scene_of(cloud);
+        let loaded = poured.as_ref();
+        let ending = match loaded.map(|bed| realization::loaded(&scene, bed, true)) {
+            Ok(Ok(run)) => return Ok(Member::measured(of, &scene, &run, keep)),
+            Ok(Err(error)) => Ending::Failed(went_wrong(EngineError::Native(error))?),
+            Err(ending) => ending.clone(),
+        };
+        Ok(Member::without(of, cloud, ending))
+    };
     settings.iter().map(load).collect()
 }
 
@@ -324,18 +302,6 @@ impl Beds {
         first.map_or(0, |of| of.realizations().count() as u64)
     }
 
-    /// Tasks: a bed on a cloud with all of its loads.
-    pub fn count(&self) -> u64 {
-        self.0.len() as u64 * self.clouds()
-    }
-
-    /// The bed of a task and its cloud; the first clouds of all beds come first.
-    fn task(&self, task: u64) -> (&[Setting], u64) {
-        let (beds, task) = (self.0.len() as u64, task - 1);
-        let bed = &self.0[(task % beds) as usize];
-        (bed, bed[0].clouds[0][0] + task / beds)
-    }
-
     /// What is wrong with beds that may have been read from a file.
     pub fn check(&self) -> Result<(), String> {
         if self.0.iter().any(Vec::is_empty) {
@@ -362,35 +328,77 @@ impl Beds {
         }
         Ok(())
     }
+}
 
-    pub fn identity(&self, task: u64) -> String {
-        let (bed, cloud) = self.task(task);
+/// A study of beds and their loads: a task is a bed on a cloud, its row the members of all of its loads.
+pub trait OfBeds: Serialize + DeserializeOwned + Sync {
+    /// As [`Study::KIND`].
+    const NAME: &'static str;
+
+    fn beds(&self) -> &Beds;
+
+    /// What is wrong besides the beds.
+    fn is_whole(&self) -> Result<(), String>;
+
+    /// Whether a quantity stays in the rows.
+    fn keeps(key: &str) -> bool;
+
+    fn judged(&self, members: &Members) -> Result<Judged, StudyError>;
+}
+
+/// The bed of a task and its cloud; the first clouds of all beds come first.
+fn bed_of(beds: &Beds, task: u64) -> (&[Setting], u64) {
+    let (count, task) = (beds.0.len() as u64, task - 1);
+    let bed = &beds.0[(task % count) as usize];
+    (bed, bed[0].clouds[0][0] + task / count)
+}
+
+impl<P: OfBeds> Study for P {
+    const KIND: &'static str = P::NAME;
+    type Row = Vec<Member>;
+
+    fn count(&self) -> u64 {
+        self.beds().0.len() as u64 * self.beds().clouds()
+    }
+
+    fn check(&self) -> Result<(), String> {
+        self.is_whole()?;
+        self.beds().check()
+    }
+
+    fn runner(&self, _: u64) -> Runner {
+        Runner::Native
+    }
+
+    fn identity(&self, task: u64) -> String {
+        let (bed, cloud) = bed_of(self.beds(), task);
         let all = bed.iter().map(|of| of.specification.digest());
         format!("{} {cloud}", all.collect::<Vec<String>>().join(" "))
     }
 
-    pub fn run(
-        &self,
-        task: u64,
-        keep: impl Fn(&str) -> bool + Copy,
-    ) -> Result<Vec<Member>, EngineError> {
-        let (bed, cloud) = self.task(task);
-        of_one_bed(bed, cloud, keep)
+    fn run(&self, task: u64, _: &Engines, _: &Path) -> Result<Vec<Member>, EngineError> {
+        let (bed, cloud) = bed_of(self.beds(), task);
+        of_one_bed(bed, cloud, P::keeps)
     }
 
-    pub fn belongs(&self, task: u64, row: &[Member]) -> bool {
-        let (bed, cloud) = self.task(task);
+    fn belongs(&self, task: u64, row: &Vec<Member>) -> bool {
+        let (bed, cloud) = bed_of(self.beds(), task);
         let own = bed.iter().map(|of| of.specification.digest());
         own.eq(row.iter().map(|of| of.specification.clone()))
             && row.iter().all(|of| of.realization == cloud)
     }
 
-    pub fn outline(row: &[Member]) -> Outline {
+    fn outline(&self, row: &Vec<Member>) -> Outline {
         let cloud = row.first().map_or(0, |of| of.realization);
         let cells = [
             ("realization", cloud.to_string()),
             ("loads", row.len().to_string()),
         ];
         Outline::new("loaded", cells, &BTreeMap::new())
+    }
+
+    fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {
+        let members = folder.rows()?.into_iter().flatten().collect();
+        folder.plan.study.judged(&members)
     }
 }

@@ -89,12 +89,7 @@ impl MadeWith {
 impl<S: Study> Plan<S> {
     /// Of this study, to be run by this program.
     pub fn new(study: S, program: Option<Program>) -> Result<Self, StudyError> {
-        study.check().map_err(StudyError::Usage)?;
-        let count = study.count();
-        if count == 0 || count > MOST_ROWS {
-            let why = format!("{count} rows; a study has 1 to {MOST_ROWS}");
-            return Err(StudyError::Usage(why));
-        }
+        check(&study).map_err(StudyError::Usage)?;
         Ok(Plan {
             kind: S::KIND.to_owned(),
             version: VERSION,
@@ -145,13 +140,7 @@ impl<S: Study> Plan<S> {
                 "{NAME} was changed after it was made, and plans never change; put back what was there, or plan anew"
             )));
         }
-        plan.study
-            .check()
-            .map_err(|reason| not_one(format!("{NAME}: {reason}")))?;
-        let count = plan.study.count();
-        if count == 0 || count > MOST_ROWS {
-            return Err(not_one(format!("{NAME} has {count} rows")));
-        }
+        check(&plan.study).map_err(|reason| not_one(format!("{NAME}: {reason}")))?;
         Ok(plan)
     }
 
@@ -170,6 +159,14 @@ impl<S: Study> Plan<S> {
             planned: planned.in_words(),
             present: this.in_words(),
         })
+    }
+}
+
+fn check<S: Study>(study: &S) -> Result<(), String> {
+    study.check()?;
+    match study.count() {
+        1..=MOST_ROWS => Ok(()),
+        count => Err(format!("{count} rows; a study has 1 to {MOST_ROWS}")),
     }
 }
 

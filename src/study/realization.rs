@@ -34,7 +34,7 @@ pub enum Ending {
 }
 
 impl Ending {
-    /// The word for it in tables.
+    /// The word for it in records.
     pub fn name(&self) -> &'static str {
         match self {
             Ending::Reached => "reached",
@@ -43,6 +43,19 @@ impl Ending {
             Ending::Poured => "poured",
             Ending::Failed(_) => "failed",
         }
+    }
+}
+
+/// For people, by its name in records; a study that loads beds in several ways counts those.
+pub fn ending_in_words(name: &str) -> &str {
+    match name.replace(' ', "_").as_str() {
+        "reached" => "got the force on the punch",
+        "target_load_not_reached" => "did not get the force on the punch",
+        "not_settled" => "did not settle",
+        "poured" => "settled, in an engine without a punch",
+        "failed" => "ended by an error of the engine",
+        "loaded" => "beds loaded in all of their settings",
+        _ => name,
     }
 }
 

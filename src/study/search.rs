@@ -4,19 +4,15 @@
 pub mod matching;
 pub mod space;
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
-use crate::engine::EngineError;
-use crate::study::machine::Folder;
-use crate::study::member::{Beds, Member, Members};
-use crate::study::realization::{Engines, Runner, Setting, Specification};
+use crate::study::member::{Beds, Members, OfBeds};
+use crate::study::realization::{Setting, Specification};
 use crate::study::search::matching::{BINS, Expectation, Figure, Observed, Search, keep};
 use crate::study::search::space::{AXES, OF_POURING};
-use crate::study::{Judged, Outline, Study, StudyError};
+use crate::study::{Judged, StudyError};
 use evidence::history::{CUT, Candidate, latin_hypercube, spread};
 use evidence::random::{Key, Source};
 use grains::scene::Scene;
@@ -133,48 +129,27 @@ impl Plan {
     }
 }
 
-impl Study for Plan {
-    const KIND: &'static str = "search";
-    type Row = Vec<Member>;
+impl OfBeds for Plan {
+    const NAME: &'static str = "search";
 
-    fn count(&self) -> u64 {
-        self.beds.count()
+    fn beds(&self) -> &Beds {
+        &self.beds
     }
 
-    fn check(&self) -> Result<(), String> {
-        let mut all = self.beds.settings();
-        if !all.all(|of| of.at.len() == AXES.len()) {
-            return Err("a setting has other coordinates than the space has axes".to_owned());
+    fn is_whole(&self) -> Result<(), String> {
+        match self.beds.settings().all(|of| of.at.len() == AXES.len()) {
+            true => Ok(()),
+            false => Err("a setting has other coordinates than the space has axes".to_owned()),
         }
-        self.beds.check()
     }
 
-    fn runner(&self, _: u64) -> Runner {
-        Runner::Native
+    fn keeps(key: &str) -> bool {
+        keep(key)
     }
 
-    fn identity(&self, task: u64) -> String {
-        self.beds.identity(task)
-    }
-
-    fn run(&self, task: u64, _: &Engines, _: &Path) -> Result<Vec<Member>, EngineError> {
-        self.beds.run(task, keep)
-    }
-
-    fn belongs(&self, task: u64, row: &Vec<Member>) -> bool {
-        self.beds.belongs(task, row)
-    }
-
-    fn outline(&self, row: &Vec<Member>) -> Outline {
-        Beds::outline(row)
-    }
-
-    fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {
-        let mut members = Vec::new();
-        folder.each(|_, row| members.extend(row))?;
-        let members: Members = members.into_iter().collect();
-        let record = Search::of(&folder.plan.study, &members);
-        Judged::of(Self::KIND, &record, record.document())
+    fn judged(&self, members: &Members) -> Result<Judged, StudyError> {
+        let record = Search::of(self, members);
+        Judged::of(Self::NAME, &record, record.document())
     }
 }
 
@@ -231,16 +206,11 @@ impl Search {
                 best.implausibility
             );
         }
-        let choices = AXES.iter().zip(&best.at).filter(|(axis, _)| axis.is_told);
-        let choices = choices.map(|(axis, at)| {
-            let (title, unit) = axis.name.rsplit_once(", ").unwrap_or((axis.name, ""));
-            format!("{title} {} {unit}", axis.scale.words(*at))
-        });
         format!(
             "{} of the space may give all published figures. The least implausible setting has {}: an implausibility of {:.2} after wave \
              {}, where {CUT} excludes. `study plan candidates` decides by fresh packings.",
             self.share_left(),
-            choices.collect::<Vec<String>>().join(", "),
+            space::told(&best.at),
             best.implausibility,
             self.wave
         )

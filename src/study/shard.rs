@@ -134,84 +134,48 @@ pub fn write(
     let folder = folder.canonicalize().map_err(failed("find", folder))?;
     let scripts = folder.join("slurm");
     let [array_path, merge_path] = [scripts.join("array.sh"), scripts.join("merge.sh")];
-    let of_array = Script {
-        name: "crossgrain",
-        processors: threads,
-        first: format!(
-            "# A task of the array 1-{tasks} is a shard of the study. A task that was ended is submitted again alone,\n\
-             # as with --array=3, and goes on with the rows that it had not finished.\n\
-             export {TASKS_VARIABLE}={tasks}\n"
-        ),
-        log: "task-${SLURM_ARRAY_TASK_ID:?is for a task of a job array}.log",
-        verb: "run",
-        options: format!(" --shard auto --threads {threads}"),
-    };
-    let of_merge = Script {
-        name: "crossgrain-merge",
-        processors: 1,
-        first: "# Exit code 3: rows are missing; the log says which.\n".to_owned(),
-        log: "merge.log",
-        verb: "merge",
-        options: String::new(),
-    };
-    let texts = [
-        of_array.text(&folder, array)?,
-        of_merge.text(&folder, array)?,
-    ];
+    let (place, program) = (quoted(&folder)?, quoted(array.program)?);
+    let partition = array.partition.map_or(String::new(), |name| {
+        format!("#SBATCH --partition={name}\n")
+    });
+    // The program replaces the shell, so that signals reach it. What is said goes into a file that the script itself opens:
+    // Slurm gives `%` and `\` in the names of its own files a meaning.
+    let script =
+        |name: &str, processors: u16, first: &str, log: &str, [verb, options]: [&str; 2]| {
+            format!(
+                "#!/bin/bash\n\
+             #SBATCH --job-name={name}\n\
+             #SBATCH --ntasks=1\n\
+             #SBATCH --cpus-per-task={processors}\n\
+             #SBATCH --requeue\n\
+             #SBATCH --output=/dev/null\n\
+             {partition}\
+             {first}\
+             folder={place}\n\
+             exec >>\"$folder/slurm/{log}\" 2>&1\n\
+             echo \"job ${{SLURM_JOB_ID:-}} on $(hostname), $(date -u +%FT%TZ)\"\n\
+             exec {program} study {verb} \"$folder\"{options}\n"
+            )
+        };
+    let first = format!(
+        "# A task of the array 1-{tasks} is a shard of the study. A task that was ended is submitted again alone,\n\
+         # as with --array=3, and goes on with the rows that it had not finished.\n\
+         export {TASKS_VARIABLE}={tasks}\n"
+    );
+    let log = "task-${SLURM_ARRAY_TASK_ID:?is for a task of a job array}.log";
+    let options = format!(" --shard auto --threads {threads}");
+    let of_array = script("crossgrain", threads, &first, log, ["run", &options]);
+    let first = "# Exit code 3: rows are missing; the log says which.\n";
+    let of_merge = script("crossgrain-merge", 1, first, "merge.log", ["merge", ""]);
     std::fs::create_dir_all(&scripts).map_err(failed("create", &scripts))?;
-    write_whole(&array_path, texts[0].as_bytes())?;
-    write_whole(&merge_path, texts[1].as_bytes())?;
+    write_whole(&array_path, of_array.as_bytes())?;
+    write_whole(&merge_path, of_merge.as_bytes())?;
     let (array_path, merge_path) = (quoted(&array_path)?, quoted(&merge_path)?);
     // Where there are several clusters, --parsable gives the job's number with a cluster's name after it.
     Ok([
         format!("job=$(sbatch --parsable --array=1-{tasks} {array_path})"),
         format!("sbatch --parsable --dependency=afterany:${{job%%;*}} {merge_path}"),
     ])
-}
-
-struct Script {
-    name: &'static str,
-    processors: u16,
-    /// Lines before all others.
-    first: String,
-    log: &'static str,
-    /// Of `crossgrain study`, with its options.
-    verb: &'static str,
-    options: String,
-}
-
-impl Script {
-    /// The program replaces the shell, so that signals reach it. What is said goes into a file that the script itself
-    /// opens: Slurm gives `%` and `\` in the names of its own files a meaning.
-    fn text(&self, folder: &Path, array: &Array<'_>) -> Result<String, StudyError> {
-        let Script {
-            name,
-            processors,
-            first,
-            log,
-            verb,
-            options,
-        } = self;
-        let (folder, program) = (quoted(folder)?, quoted(array.program)?);
-        let partition = array
-            .partition
-            .map(|name| format!("#SBATCH --partition={name}\n"));
-        Ok(format!(
-            "#!/bin/bash\n\
-             #SBATCH --job-name={name}\n\
-             #SBATCH --ntasks=1\n\
-             #SBATCH --cpus-per-task={processors}\n\
-             #SBATCH --requeue\n\
-             #SBATCH --output=/dev/null\n\
-             {}\
-             {first}\
-             folder={folder}\n\
-             exec >>\"$folder/slurm/{log}\" 2>&1\n\
-             echo \"job ${{SLURM_JOB_ID:-}} on $(hostname), $(date -u +%FT%TZ)\"\n\
-             exec {program} study {verb} \"$folder\"{options}\n",
-            partition.unwrap_or_default()
-        ))
-    }
 }
 
 /// The path as one word of a shell, whatever is in it; lines that are to be copied cannot hold a line's end.

@@ -73,9 +73,7 @@ impl Study for Plan {
     }
 
     fn judge(folder: &Folder<Self>) -> Result<Judged, StudyError> {
-        let mut rows = Vec::new();
-        folder.each(|_, row| rows.push(row))?;
-        let members: Members = rows.into_iter().collect();
+        let members: Members = folder.rows()?.into_iter().collect();
         let external = folder.plan.program.as_ref().map(|of| &of.described);
         let convergence = convergence().map_err(EngineError::Native)?;
         let record = Tradeoff::of(&folder.plan.study, &members, convergence, external);

@@ -347,7 +347,7 @@ fn field_average(track: &Track, figures: &mut Figures) -> Option<()> {
             tangential: -contact.tangential_force,
         }
     });
-    let field = DiscField::new(RADIUS, &rim.collect::<Vec<_>>(), [0.0; 2]).ok()?;
+    let field = DiscField::new(RADIUS, &rim.collect::<Vec<_>>()).ok()?;
     let average = field.average_over_disc();
     let volume = std::f64::consts::PI * RADIUS * RADIUS;
     let largest = sum.iter().flatten().fold(0.0f64, |a, b| a.max(b.abs())) / volume;

@@ -315,25 +315,22 @@ impl Kind {
 }
 
 impl Place {
+    /// Says what was planned in its own words, the rows that were taken over, and how it goes on.
     fn create<S: Study>(
         &self,
         study: S,
         program: Option<Program>,
         words: &str,
     ) -> Result<u8, Error> {
-        let reused = create(&self.out, study, program, self.reuse.as_deref())?;
-        print(&self.words(words, reused))?;
-        Ok(exit::AGREED)
-    }
-
-    /// What is printed of a plan: its own words, the rows that were taken over, and how it goes on.
-    fn words(&self, plan: &str, reused: u64) -> String {
-        let reused = match reused {
+        let reused = match create(&self.out, study, program, self.reuse.as_deref())? {
             0 => String::new(),
             rows => format!("{rows} rows taken over\n"),
         };
         let out = self.out.display();
-        format!("{plan}\n{reused}run it: crossgrain study run {out}\n")
+        print(&format!(
+            "{words}\n{reused}run it: crossgrain study run {out}\n"
+        ))?;
+        Ok(exit::AGREED)
     }
 }
 

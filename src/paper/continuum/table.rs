@@ -102,37 +102,6 @@ const SUNK: [f64; 4] = [0.01, 0.02, 0.03, 0.04];
 /// Of the elastic ground above a sunk punch: the ends of what is usual.
 const POISSON: [f64; 2] = [0.2, 0.5];
 
-/// Every point for every case. Points that are not below a sunk load are left out.
-pub fn rows(setup: &Setup) -> Vec<Row> {
-    let ground = |height: f64| {
-        [
-            Model::HalfSpace,
-            Model::Layer { depth: height },
-            Model::Box {
-                width: setup.width,
-                depth: height,
-            },
-        ]
-    };
-    let mut rows = Vec::new();
-    for model in ground(setup.height) {
-        for spread in [Spread::Uniform, Spread::RigidPunch] {
-            add_case(&mut rows, setup, model, spread, 0.0, None);
-        }
-    }
-    for sunk in SUNK {
-        let nothing = Some(Above::Nothing);
-        let [half_space, _, bounded] = ground(setup.height);
-        add_case(&mut rows, setup, half_space, Spread::Uniform, sunk, nothing);
-        add_case(&mut rows, setup, bounded, Spread::RigidPunch, sunk, nothing);
-        for poisson in POISSON {
-            let elastic = Some(Above::Elastic { poisson });
-            add_case(&mut rows, setup, half_space, Spread::Uniform, sunk, elastic);
-        }
-    }
-    rows
-}
-
 fn add_case(
     rows: &mut Vec<Row>,
     setup: &Setup,
@@ -176,11 +145,30 @@ pub struct Continuum {
 }
 
 impl Continuum {
+    /// Every point for every case. Points that are not below a sunk load are left out.
     pub fn of(setup: Setup) -> Self {
-        Continuum {
-            rows: rows(&setup),
-            setup,
+        let ground = |depth: f64| {
+            let width = setup.width;
+            let bounded = Model::Box { width, depth };
+            [Model::HalfSpace, Model::Layer { depth }, bounded]
+        };
+        let mut rows = Vec::new();
+        for model in ground(setup.height) {
+            for spread in [Spread::Uniform, Spread::RigidPunch] {
+                add_case(&mut rows, &setup, model, spread, 0.0, None);
+            }
         }
+        let [half_space, _, bounded] = ground(setup.height);
+        let (even, punch, nothing) = (Spread::Uniform, Spread::RigidPunch, Some(Above::Nothing));
+        for sunk in SUNK {
+            add_case(&mut rows, &setup, half_space, even, sunk, nothing);
+            add_case(&mut rows, &setup, bounded, punch, sunk, nothing);
+            for poisson in POISSON {
+                let elastic = Some(Above::Elastic { poisson });
+                add_case(&mut rows, &setup, half_space, even, sunk, elastic);
+            }
+        }
+        Continuum { setup, rows }
     }
 
     pub fn document(&self) -> Document {
@@ -209,7 +197,7 @@ impl Continuum {
             title: "The continuum under the punch".to_owned(),
             verdict: Outcome::Pass,
             answer: format!(
-                "Load {:.0} N/m on a width of {} m; bed {} m high in a box {} m wide; n = {}.",
+                "The stresses of a load of {:.0} N/m on a width of {} m, on a bed {} m high in a box {} m wide with a porosity of {}.",
                 setup.load.force(),
                 2.0 * setup.load.half_width,
                 setup.height,

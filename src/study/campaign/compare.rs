@@ -390,21 +390,40 @@ impl Comparison {
         self.judged.as_ref().map_or(vec![same], Judgement::checks)
     }
 
-    /// The verdict, with what would have been noticed.
+    /// What decides, and what so many packings could have shown.
     fn answer(&self) -> String {
+        let Some(judged) = &self.judged else {
+            return format!("{}.", self.verdict.in_words());
+        };
+        let of_quantities = judged.quantities.iter();
+        let all = of_quantities.filter_map(|of| Some((of.finding?, of.title)));
+        let all: Vec<_> = all.chain([(judged.missed_finding, MISSED_TITLE)]).collect();
+        let named = |wanted| {
+            let own = all.iter().filter(|of| of.0 == wanted);
+            own.map(|of| of.1).collect::<Vec<&str>>()
+        };
+        let (count, [first, second]) = (all.len(), self.packings);
+        let open = named(Finding::Undecided).len();
         let mut answer = match self.verdict {
-            Verdict::Different => "a mean, or a share of packings, differs by more than its margin",
-            Verdict::Undecided => "more packings are needed for these margins",
-            other => other.in_words(),
-        }
-        .to_owned();
-        if let Some(power) = self.power {
+            Verdict::Different => format!(
+                "beyond its margin differs: {}.",
+                named(Finding::Different).join(", ")
+            ),
+            Verdict::Undecided => format!(
+                "{open} of {count} quantities are undecided: {first} and {second} packings show neither that they differ by more than \
+                 their margins nor that they differ by less. None is shown to differ; run more members of the smaller campaign."
+            ),
+            other => format!("{}.", other.in_words()),
+        };
+        if let Some(power) = self.power.filter(|_| self.verdict != Verdict::Different) {
             answer += &format!(
-                ". Were all means equal, this would have said equal in distribution with a probability of {:.2} ({:.2} to {:.2})",
-                power.estimate, power.low, power.high
+                " So many packings of two equal engines are found equal in {:.0} % of the cases ({:.0} to {:.0} %).",
+                100.0 * power.estimate,
+                100.0 * power.low,
+                100.0 * power.high
             );
         }
-        answer + "."
+        answer
     }
 
     pub fn document(&self) -> Document {

@@ -10,7 +10,8 @@ use super::reasons;
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
 use crate::paper::published::{Of, POINTS, PUBLISHED, Published};
-use crate::study::search::space::AXES;
+use crate::study::realization::Setting;
+use crate::study::search::space::{AXES, told};
 
 /// So many settings are named in a sentence.
 const NAMED: usize = 5;
@@ -75,20 +76,15 @@ impl Candidates {
             .column("setting", |(of, _)| &of.setting.name)
             .column("depth, m", |(_, layer)| layer.depth)
             .column("best, or not told from it", |(_, layer)| {
-                layer
-                    .level()
-                    .map(Family::title)
-                    .collect::<Vec<&str>>()
-                    .join(", ")
+                let level = layer.level().map(Family::title);
+                level.collect::<Vec<&str>>().join(", ")
             })
             .column("exponential: behind the best", |(_, layer)| {
-                let own = layer.laws.iter().find(|of| of.0 == Family::Exponential);
-                own.map(|of| of.1)
+                layer.exponential()
             })
             .column("told apart from, grains", |(_, layer)| {
-                let own = layer.laws.iter().find(|of| of.0 == Family::Exponential);
-                own.and_then(|of| likelihood::seen_from(of.1.estimate))
-                    .map(f64::ceil)
+                let seen = likelihood::seen_from(layer.exponential()?.estimate);
+                seen.map(f64::ceil)
             })
             .column("packings", |(_, layer)| layer.packings);
         let words = "Single-grain stresses of the settled bed, over the mean of a layer of 10 cm, of grains that bear load. Each law is fitted to \
@@ -108,7 +104,7 @@ impl Candidates {
                 .filter(move |of| of.gives_all() == wanted)
         };
         let names = |wanted| {
-            let names: Vec<&str> = of(wanted).map(|of| of.setting.name.as_str()).collect();
+            let names: Vec<String> = of(wanted).map(Found::described).collect();
             match names.len() {
                 ..=NAMED => names.join(", "),
                 many => format!("{many} of them"),
@@ -134,7 +130,7 @@ impl Candidates {
         let nearest = nearest.map_or(String::new(), |of| {
             format!(
                 " Least is missed by \"{}\": {}.",
-                of.setting.name,
+                of.described(),
                 of.missed().join(", ")
             )
         });
@@ -270,38 +266,26 @@ impl Candidates {
             return section.with(table);
         };
         let depth = first.parts.first().map_or(0.0, |of| of.depth);
-        let aside = move |of: &&Parts| of.depth == depth;
-        let below = |of: &&Parts| of.offset == 0.0;
-        let across = "horizontal distance from the punch's axis, m";
+        let aside: &dyn Fn(&Parts) -> Option<f64> = &|of| (of.depth == depth).then_some(of.offset);
+        let below: &dyn Fn(&Parts) -> Option<f64> = &|of| (of.offset == 0.0).then_some(of.depth);
         let added: fn(&Parts) -> (Option<Interval>, f64) = |of| (of.added, of.theory[1]);
         let before: fn(&Parts) -> (Option<Interval>, f64) = |of| (of.before, of.theory[0]);
+        let beside = "What the load adds at the control points' depth";
+        let earlier = "What the bed bears there before the load";
+        let under = "What the load adds under the punch";
         let plots = [
-            (
-                "added-aside",
-                "What the load adds at the control points' depth",
-                across,
-                added,
-            ),
-            (
-                "before-aside",
-                "What the bed bears there before the load",
-                across,
-                before,
-            ),
-        ]
-        .map(|(name, caption, x, part)| {
-            self.along(name, caption, x, part, &|of| {
-                aside(&of).then_some(of.offset)
-            })
+            ("added-aside", beside, added, aside),
+            ("before-aside", earlier, before, aside),
+            ("added-below", under, added, below),
+        ];
+        let plots = plots.map(|(name, caption, part, place)| {
+            let x = match name {
+                "added-below" => "depth, m",
+                _ => "horizontal distance from the punch's axis, m",
+            };
+            self.along(name, caption, x, part, place)
         });
-        let down = self.along(
-            "added-below",
-            "What the load adds under the punch",
-            "depth, m",
-            added,
-            &|of| below(&of).then_some(of.depth),
-        );
-        section.with_all(plots).with(down).with(table)
+        section.with_all(plots).with(table)
     }
 
     fn along(
@@ -421,7 +405,8 @@ impl Candidates {
         let mut names = vec!["choice".to_owned()];
         names.extend(found().map(|of| of.setting.name.clone()));
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let mut table = Table::new("choices", "Choices of the search's settings", &names);
+        let title = "Choices of the search's settings; number 1 is the least implausible";
+        let mut table = Table::new("choices", title, &names);
         for (index, axis) in AXES.iter().enumerate() {
             let first = Cell::Text(axis.name.to_owned());
             let words = found().map(|of| Cell::Text(axis.scale.words(of.setting.at[index])));
@@ -460,6 +445,15 @@ fn figure(of: &Judged) -> Option<&'static Published> {
 }
 
 impl Found {
+    /// Its name; of a setting of the search, with its choices.
+    fn described(&self) -> String {
+        let Setting { name, at, .. } = &self.setting;
+        match at.len() == AXES.len() {
+            true => format!("{name} ({})", told(at)),
+            false => name.clone(),
+        }
+    }
+
     /// What does not come out, for people.
     fn missed(&self) -> Vec<&'static str> {
         let all = self.figures.iter();

@@ -6,8 +6,8 @@ use super::Plan;
 use crate::paper::continuum::{Field, Model, weight};
 use crate::paper::published::{Of, POINTS, PUBLISHED, Published};
 use crate::study::figures::setup_of;
-use crate::study::member::{Endings, MIRRORED, Member, Members};
-use crate::study::realization::{Ending, Setting, law_key};
+use crate::study::member::{Endings, MIRRORED, Member, Members, values};
+use crate::study::realization::{Setting, law_key};
 use evidence::distribution::Family;
 use evidence::moments::mean_interval;
 use evidence::proportion::{self, wilson};
@@ -18,7 +18,7 @@ use grains::measure::stress::LAYERS;
 
 /// A change of the load's part by less than this share of the theory's is none, nor is one of the share of punches with the force.
 const NOTHING: f64 = 0.1;
-/// A bed bears the force if it does so in this share of the packings.
+/// A bed bears the force if it does so in this share of the packings; stresses of fewer are those of its firmer beds.
 const BEARS: f64 = 0.9;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -60,6 +60,11 @@ pub struct Layer {
 }
 
 impl Layer {
+    pub fn exponential(&self) -> Option<Interval> {
+        let own = self.laws.iter().find(|of| of.0 == Family::Exponential);
+        own.map(|of| of.1)
+    }
+
     /// The best law and those that are not told from it.
     pub fn level(&self) -> impl Iterator<Item = Family> {
         let own = self.laws.iter().filter(|of| of.1.low <= 0.0);
@@ -123,10 +128,7 @@ impl Found {
     fn of(setting: &Setting, rows: &[&Member], base: &[&Member], levels: [f64; 2]) -> Self {
         let judged = PUBLISHED.iter();
         let judged = judged.map(|figure| judge(figure, rows, base, levels[0]));
-        let of = |key: &str| {
-            let values = rows.iter().filter_map(|row| row.measured.get(key));
-            mean_interval(&values.copied().collect::<Vec<f64>>(), LEVEL)
-        };
+        let of = |key: &str| mean_interval(&values(rows, key), LEVEL);
         Found {
             setting: setting.clone(),
             endings: Endings::of(rows.iter().copied()),
@@ -141,7 +143,7 @@ impl Found {
         }
     }
 
-    /// Whether the punch may get its force in nine of ten packings.
+    /// Whether the punch may get its force in so many packings.
     pub fn bears(&self) -> bool {
         let found = wilson(self.endings.reached, self.endings.all(), LEVEL);
         found.is_none_or(|of| of.high >= BEARS)
@@ -158,17 +160,9 @@ impl Found {
     }
 }
 
-/// Local mean of σ_zz at a point, on both sides of the punch where both are measured: before the load, and what it adds.
+/// Local mean of σ_zz at a point: before the load, and what it adds.
 fn two_parts(row: &Member, point: &str) -> Option<[f64; 2]> {
-    let of = |moment: &str| {
-        let at = |name: &str| {
-            let key = format!("{moment}.stress.{name}.local_zz");
-            row.measured.get(&key).copied()
-        };
-        let own = at(point)?;
-        let other = at(&format!("{MIRRORED}{point}"));
-        Some(other.map_or(own, |other| 0.5 * (own + other)))
-    };
+    let of = |moment: &str| row.of_both_sides(&format!("{moment}.stress.{point}.local_zz"));
     let before = of("settled")?;
     Some([before, of("loaded")? - before])
 }
@@ -276,8 +270,6 @@ fn halvings(plan: &Plan, members: &Members) -> Vec<Halving> {
 pub const LEVEL: f64 = 0.95;
 /// Fewer packings give no interval of a mean, or of a variation or share, that is worth a verdict.
 const FEWEST: [usize; 2] = [3, 8];
-/// Stresses of a setting in which a smaller share of the punches gets the force are those of its firmer beds.
-const ENOUGH_REACHED: f64 = 0.9;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -329,13 +321,15 @@ fn judge(figure: &Published, rows: &[&Member], base: &[&Member], level: f64) -> 
     let found = at(LEVEL);
     let [low, high] = figure.limits();
     let near = found.is_some_and(|of| low <= of.estimate && of.estimate <= high);
+    let reached = Endings::of(rows.iter().copied()).reached as f64;
     Judged {
         id: figure.id.to_owned(),
         packings: values.len(),
         zeros,
         verdict: verdict(at(level), low, high),
         near,
-        conditional: figure.key.starts_with("loaded.") && share_reached(rows) < ENOUGH_REACHED,
+        conditional: figure.key.starts_with("loaded.")
+            && reached / (rows.len().max(1) as f64) < BEARS,
         change: (figure.of == Of::Mean)
             .then(|| change(figure, rows, base))
             .flatten(),
@@ -350,12 +344,6 @@ fn verdict(found: Option<Interval>, low: f64, high: f64) -> Verdict {
         Some(found) if found.high < low || high < found.low => Verdict::DoesNot,
         Some(_) => Verdict::Undecided,
     }
-}
-
-/// The share of the members in which the punch got its force; of none, 0.
-fn share_reached(rows: &[&Member]) -> f64 {
-    let reached = rows.iter().filter(|row| row.ending == Ending::Reached);
-    reached.count() as f64 / rows.len().max(1) as f64
 }
 
 /// t for a mean, the bootstrap (BCa) for a variation, the influence function for a share.
@@ -386,6 +374,7 @@ fn change(figure: &Published, rows: &[&Member], base: &[&Member]) -> Option<Inte
 mod tests {
     use super::*;
     use crate::paper::published::published;
+    use crate::study::realization::Ending;
 
     fn row(realization: u64, ending: Ending, measured: &[(&str, f64)]) -> Member {
         Member {

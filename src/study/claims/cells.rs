@@ -11,9 +11,9 @@ use super::means::POINTS;
 use super::sample::{self, Moment, Number, nearest, together};
 use super::shapes::SAMPLES;
 use super::{Claim, FEWEST, LEVEL, Row, Rule};
-use crate::paper::continuum::{Field, Load, Model, Spread};
-use crate::paper::published::POROSITY;
+use crate::paper::continuum::{Field, Model, weight};
 use crate::study::campaign::Member;
+use crate::study::figures::setup_of;
 use evidence::distribution::Family;
 use evidence::moments::{mean, standard_deviation};
 use evidence::regression::{correlation, slope, spearman};
@@ -77,17 +77,13 @@ fn stresses(volumes: &[Together]) -> Vec<f64> {
 pub fn continuum(scene: &Scene, moment: Moment, offset: f64, depth: f64, area: f64) -> f64 {
     const RINGS: u32 = 12;
     const SPOKES: u32 = 24;
-    let weight = scene.material.density * scene.gravity * (1.0 - POROSITY) * depth;
+    let setup = setup_of(scene);
+    let weight = weight(setup.density, setup.gravity, setup.porosity, depth);
     if moment == Moment::Settled {
         return weight;
     }
     let radius = (area / std::f64::consts::PI).sqrt();
-    let load = Load {
-        spread: Spread::Uniform,
-        pressure: scene.loading.pressure,
-        half_width: scene.loading.half_width,
-    };
-    let field = Field::new(Model::HalfSpace, load);
+    let field = Field::new(Model::HalfSpace, setup.load);
     let mut sum = 0.0;
     for ring in 0..RINGS {
         // Rings of equal area.

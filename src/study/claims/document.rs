@@ -15,6 +15,7 @@ use crate::document::{Axis, Cell, Colour, Document, Plot, Section, Table};
 use crate::paper::published::{HEIGHTS, POROSITIES, Parts, published, table_4};
 use crate::study::campaign::Member;
 use crate::study::figures::Distribution;
+use crate::study::realization::ending_in_words;
 use evidence::Interval;
 use evidence::distribution::Family;
 
@@ -207,9 +208,8 @@ const HOW_EARLIER: &str = "I. G. Tejada, \"Boussinesq-like problems in discrete 
 impl Claims {
     pub fn document(&self) -> Document {
         let listed = |counts: &std::collections::BTreeMap<String, usize>| {
-            let parts = counts
-                .iter()
-                .map(|(word, count)| format!("{word}: {count}"));
+            let parts = counts.iter();
+            let parts = parts.map(|(word, count)| format!("{count} {}", ending_in_words(word)));
             parts.collect::<Vec<String>>().join(", ")
         };
         let mut how = Section::new("How a claim is decided", HOW);

@@ -303,16 +303,6 @@ mod tests {
             xz: 0.0,
         };
         let mut member = |realization| Member {
-            member: realization,
-            realization,
-            engine: String::new(),
-            ending: Ending::Reached,
-            pour_steps: 1,
-            load_steps: 1,
-            settled_state: None,
-            loaded_state: None,
-            measured: std::collections::BTreeMap::new(),
-            settled: None,
             loaded: Some(Fields {
                 across: Vec::new(),
                 down: Vec::new(),
@@ -322,6 +312,7 @@ mod tests {
                     together: Vec::new(),
                 }],
             }),
+            ..Member::without(realization, realization, Ending::Reached)
         };
         (1..=count).map(&mut member).collect()
     }

@@ -199,28 +199,46 @@ fn or_none(names: Vec<String>) -> String {
 pub fn height(members: &[Member]) -> Option<Claim> {
     let of = published("height")?;
     let rows = definitions(members, of, &HEIGHTS);
-    Some(Claim::of("height", of.place, "plane")
+    let claim = Claim::of("height", of.place, "plane")
         .says("The height of the packing after pouring is H = 0.46 ± 0.01 m.")
         .found(format!(
             "Mean height within the printed ± 0.01 m by: {}; from bed to bed it varies by {:.4} m.",
             which_hold(&rows),
             standard_deviation(&measured(members, HEIGHTS[0].0))
-        ))
-        .decided_by("Mean over settled members within the printed ± 0.01 m. The paper does not say how a height is \
-                     taken, so each definition is a reading.")
-        .by(Rule::AnyReading, rows))
+        ));
+    Some(by_definition(
+        claim,
+        "± 0.01 m",
+        "how a height is taken",
+        rows,
+    ))
 }
 
 /// n = 0.17 ± 0.01.
 pub fn porosity(members: &[Member]) -> Option<Claim> {
     let of = published("porosity")?;
     let rows = definitions(members, of, &POROSITIES);
-    Some(Claim::of("porosity", of.place, "plane")
+    let claim = Claim::of("porosity", of.place, "plane")
         .says("That height corresponds to an average porosity of n = 0.17 ± 0.01.")
-        .found(format!("Mean porosity within the printed ± 0.01 by: {}.", which_hold(&rows)))
-        .decided_by("Mean over settled members within the printed ± 0.01. The paper does not say where a porosity is \
-                     taken, so each definition is a reading.")
-        .by(Rule::AnyReading, rows))
+        .found(format!(
+            "Mean porosity within the printed ± 0.01 by: {}.",
+            which_hold(&rows)
+        ));
+    Some(by_definition(
+        claim,
+        "± 0.01",
+        "where a porosity is taken",
+        rows,
+    ))
+}
+
+fn by_definition(claim: Claim, scatter: &str, open: &str, rows: Vec<Row>) -> Claim {
+    claim
+        .decided_by(format!(
+            "Mean over settled members within the printed {scatter}. The paper does not say {open}, so each definition is a \
+             reading."
+        ))
+        .by(Rule::AnyReading, rows)
 }
 
 /// Both at once: they are tied by the area of the grains, n = 1 − S/(L·H).

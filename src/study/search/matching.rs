@@ -381,17 +381,25 @@ fn observed(plan: &Plan, members: &Members) -> (Vec<Observed>, BTreeMap<String, 
     let all: Vec<_> = settings
         .map(|(bed, of)| (bed, of, members.of(of)))
         .collect();
-    let mut observed = all.iter().map(|(bed, setting, _)| Observed {
+    let observed = all.iter().map(|(bed, setting, _)| Observed {
         at: setting.at.clone(),
         bed: plan.wave * OF_BED + *bed as u64,
         of: BTreeMap::new(),
     });
-    let mut observed: Vec<Observed> = observed.by_ref().collect();
+    let mut observed: Vec<Observed> = observed.collect();
     let mut correlations = BTreeMap::new();
-    let mut put = |id: &str, values: Vec<Values>| {
-        let samples = values
-            .iter()
-            .map(|of| of.values().copied().collect::<Vec<f64>>());
+    for id in published().map(|of| of.id).chain([REACHED]) {
+        let value = |row: &Member| match published().find(|of| of.id == id) {
+            Some(figure) => row.published(figure),
+            None => Some(f64::from(u8::from(row.ending == Ending::Reached))),
+        };
+        let values = all.iter().map(|(_, _, rows)| {
+            let rows = rows.iter();
+            rows.filter_map(|row| Some((row.realization, value(row)?)))
+                .collect()
+        });
+        let values: Vec<Values> = values.collect();
+        let samples = values.iter().map(|of| of.values().copied().collect());
         let samples: Vec<Vec<f64>> = samples.collect();
         let enough = |of: &&Vec<f64>| of.len() > 2;
         let variances = samples
@@ -400,9 +408,8 @@ fn observed(plan: &Plan, members: &Members) -> (Vec<Observed>, BTreeMap<String, 
             .map(|of| standard_deviation(of).powi(2));
         let pooled = mean(&variances.collect::<Vec<f64>>());
         for (observed, sample) in observed.iter_mut().zip(&samples).filter(|of| enough(&of.1)) {
-            let count = sample.len();
+            let (count, mean) = (sample.len(), mean(sample));
             let free = (count - 1) as f64;
-            let mean = mean(sample);
             let variance = match id {
                 // Half a packing more of each kind: where all reach it, the share is not known to the last digit.
                 REACHED => {
@@ -423,26 +430,7 @@ fn observed(plan: &Plan, members: &Members) -> (Vec<Observed>, BTreeMap<String, 
         }
         let beds: Vec<usize> = all.iter().map(|of| of.0).collect();
         correlations.insert(id.to_owned(), correlation(&beds, &values));
-    };
-    for figure in published() {
-        let of = |rows: &Vec<&Member>| {
-            let values = rows
-                .iter()
-                .filter_map(|row| Some((row.realization, row.published(figure)?)));
-            values.collect::<Values>()
-        };
-        put(figure.id, all.iter().map(|(_, _, rows)| of(rows)).collect());
     }
-    let reached = |rows: &Vec<&Member>| {
-        let share = |row: &&Member| f64::from(u8::from(row.ending == Ending::Reached));
-        rows.iter()
-            .map(|row| (row.realization, share(row)))
-            .collect::<Values>()
-    };
-    put(
-        REACHED,
-        all.iter().map(|(_, _, rows)| reached(rows)).collect(),
-    );
     observed.retain(|of| !of.of.is_empty());
     (observed, correlations)
 }

@@ -169,6 +169,16 @@ fn level(at: f64, levels: usize) -> usize {
     ((at * levels as f64) as usize).min(levels - 1)
 }
 
+/// The choices that the answer in a sentence has, at these coordinates.
+pub fn told(at: &[f64]) -> String {
+    let choices = AXES.iter().zip(at).filter(|(axis, _)| axis.is_told);
+    let choices = choices.map(|(axis, at)| {
+        let (title, unit) = axis.name.rsplit_once(", ").unwrap_or((axis.name, ""));
+        format!("{title} {} {unit}", axis.scale.words(*at))
+    });
+    choices.collect::<Vec<String>>().join(", ")
+}
+
 /// Moves coordinates to those of their settings.
 pub fn snap(at: &mut [f64]) {
     for (at, axis) in at.iter_mut().zip(&AXES) {

@@ -8,8 +8,10 @@ use super::{Point, Tradeoff};
 use crate::checks::Outcome;
 use crate::document::{Axis, Colour, Document, Mark, Plot, Section, Table, plot};
 use crate::study::figures::in_row;
-use crate::study::realization::Runner;
+use crate::study::realization::{Runner, Specification};
 use evidence::t_test::Finding;
+use grains::native::pouring::{End, Phase};
+use grains::scene::TimeStep;
 
 /// Errors below this share of a margin are drawn there: no margin is known that well.
 const LOWEST: f64 = 0.02;
@@ -37,9 +39,9 @@ impl Tradeoff {
         let chosen = self.recommended.as_ref().and_then(|id| self.point(id));
         match chosen {
             Some(point) => format!(
-                "Recommended: {}. It is equivalent to the reference in every quantity with a margin over {clouds} clouds, at \
+                "Recommended: {}. Beds made so are equivalent to the reference's in every quantity with a margin over {clouds} clouds, at \
                  {:.2} s of one core a realization; the reference takes {:.2} s.",
-                point.method.name,
+                described(&point.method.specification),
                 seconds(point).unwrap_or_default(),
                 seconds(&self.reference).unwrap_or_default()
             ),
@@ -58,7 +60,7 @@ impl Tradeoff {
              result is paired with the reference's on the same cloud. A bias is divided by a margin that was set before the \
              runs; below 1 it does not matter. Two runs of one cloud diverge, so the difference of a few pairs is mostly \
              chance: the null comparison is the reference against itself on other clouds. Methods with friction are held against \
-             the same scene with friction, whose own point is its null comparison.",
+             the same scene with friction, whose own point is its null comparison. {IN_NAMES}",
             self.grains, self.screening
         );
         let bed = self.scatter(
@@ -311,6 +313,27 @@ impl Tradeoff {
             .with(table)
             .with_all(drawn)
     }
+}
+
+/// What short names leave out, those of recorded studies too.
+const IN_NAMES: &str = "In the names of methods a step is the time step over √(m/k), of mass and stiffness of the mean grain; E is Young's \
+    modulus; a bed is settled, or poured until the stiffness is raised, at this kinetic energy over its largest one (1e-3).";
+
+/// What is done, with units.
+fn described(of: &Specification) -> String {
+    let mut words = match of.scene.time_step {
+        TimeStep::Fraction { of_sqrt_m_over_k } => {
+            format!("a time step of {of_sqrt_m_over_k} √(m/k)")
+        }
+        TimeStep::Absolute { seconds } => format!("a time step of {seconds} s"),
+    };
+    if let Some(Phase { modulus, end, .. }) = of.phases.first() {
+        words += &format!(", poured with {modulus} of Young's modulus");
+        if let End::Settled(share) = end {
+            words += &format!(" until the kinetic energy is {share:e} of its largest");
+        }
+    }
+    words
 }
 
 fn seconds(point: &Point) -> Option<f64> {
