@@ -60,9 +60,17 @@ impl Comparison {
             id: format!("{id}/{}", check.id),
             ..check.clone()
         };
-        let quantities = self.quantities.iter();
+        let quantities = self.paired();
         let quantities = quantities.map(|pair| pair.check(id, self.bits_expected));
         self.checks.iter().map(of).chain(quantities).collect()
+    }
+
+    /// The quantities to be looked at one by one: where the runs did not go equally far, those that both have.
+    fn paired(&self) -> impl Iterator<Item = &QuantityPair> {
+        let failed = |of: &Check| of.id == PROTOCOL && of.outcome == Outcome::Fail;
+        let same = !self.checks.iter().any(failed);
+        let all = self.quantities.iter();
+        all.filter(move |of| same || of.difference.is_some())
     }
 
     /// By all checks; undecided where bits may differ and no first steps were looked at.
@@ -85,6 +93,12 @@ impl Comparison {
         self.checks.push(check);
     }
 
+    /// A check that is required and was not made.
+    fn missing(&mut self, id: &str, quantity: &str, why: impl Into<String>) {
+        let check = Check::of_words(id, quantity, Outcome::Skipped, &why.into());
+        self.checks.push(check.required());
+    }
+
     /// A check that its id names.
     fn holds(&mut self, id: &str, holds: bool, found: String) {
         let quantity = id.replace('-', " ");
@@ -93,11 +107,11 @@ impl Comparison {
 
     /// What was checked, as a table.
     pub fn check_table(&self) -> Table {
-        let mut table = Table::new("checks", "", &["outcome", "check", "found"]);
-        for check in &self.checks {
-            let [quantity, found] = [&check.quantity, &check.found].map(|of| of.as_str().into());
-            table.row([check.outcome.into(), quantity, found]);
-        }
+        let table = Table::of("checks", "", &self.checks)
+            .column("outcome", |of| of.outcome)
+            .column("check", |of| &of.quantity)
+            .column("found", |of| &of.found);
+        let mut table = Table::from(table);
         if let Some(first) = &self.first_difference {
             let first = first.to_string();
             table.row([Cell::Missing, "first difference".into(), first.into()]);
@@ -107,7 +121,7 @@ impl Comparison {
 
     /// Every measured quantity, as a table with this title.
     pub fn quantity_table(&self, title: &str) -> Table {
-        let table = Table::of("quantities", title, &self.quantities)
+        let table = Table::of("quantities", title, self.paired())
             .column("outcome", |pair| pair.verdict)
             .column("quantity", |pair| Cell::Code(pair.key.clone()))
             .column("unit", |pair| &pair.unit)
@@ -136,6 +150,13 @@ impl Comparison {
             about += " One realization each, and rounding has made them two: these numbers judge nothing. Whether their distributions are \
              the same, two campaigns say (`crossgrain study compare`).";
         }
+        let paired = self.paired().count();
+        if paired < self.quantities.len() {
+            let (alone, all) = (self.quantities.len() - paired, self.quantities.len());
+            about += &format!(
+                " One run alone has {alone} of {all}, for the other one did not go as far."
+            );
+        }
         sections.push(Section::new("Measured quantities", about).with(self.quantity_table("")));
         Document {
             title: "Two runs compared".to_owned(),
@@ -147,9 +168,8 @@ impl Comparison {
     }
 
     pub fn answer(&self) -> String {
-        let verdict = first_steps::before(self.verdict());
-        let mut said = format!("{verdict}{} against {}", self.a, self.b);
-        let asked = ["same-scene", "same-start", "same-protocol"];
+        let mut said = format!("{} against {}", self.a, self.b);
+        let asked = ["same-scene", "same-start", PROTOCOL];
         let of_question = |of: &&Check| asked.iter().any(|id| of.id.ends_with(id));
         let mut other = self.checks.iter().filter(of_question);
         if let Some(of) = other.find(|of| of.outcome == Outcome::Fail) {
@@ -165,36 +185,37 @@ impl Comparison {
         for (run, of) in &self.first_steps {
             said += &format!(". {run}: {}", first_steps::answer(of));
         }
-        said
+        first_steps::after(self.verdict(), &said)
     }
 }
 
+/// The check that both runs go equally far.
+const PROTOCOL: &str = "same-protocol";
 const SAME_OPERATIONS: &str =
     "both engines do the same operations in the same order (docs/determinism.md)";
 
 impl QuantityPair {
     /// A is the value, B what is expected.
     fn check(&self, id: &str, bits_expected: bool) -> Check {
-        let found = match (self.verdict, self.a, self.b) {
-            (Outcome::Skipped, Some(_), Some(_)) => {
+        let found = match (self.a, self.b) {
+            (None, _) => "run A does not have it",
+            (_, None) => "run B does not have it",
+            _ if self.verdict == Outcome::Skipped => {
                 "not judged: one realization each shows no scatter"
             }
-            (_, None, _) => "run A does not have it",
-            (_, _, None) => "run B does not have it",
             _ => "",
         };
         let (a, b) = (self.a.unwrap_or(f64::NAN), self.b.unwrap_or(f64::NAN));
         let id = format!("{id}/quantity/{}", self.key);
+        let check = Check::of_words(id, &self.key, self.verdict, found);
+        let check = check.with_limits(a, b, bits_expected.then_some(0.0));
         let check = Check {
             unit: self.unit.clone(),
-            ..Check::of_words(id, &self.key, self.verdict, found)
+            ..check
         };
-        if bits_expected {
-            check
-                .with_limits(a, b, Some(0.0))
-                .judged_by("the same number in both runs", SAME_OPERATIONS)
-        } else {
-            check.with_limits(a, b, None)
+        match bits_expected {
+            true => check.judged_by("the same number in both runs", SAME_OPERATIONS),
+            false => check,
         }
     }
 }
@@ -255,7 +276,7 @@ fn same_question(a: &RunFolder, b: &RunFolder, comparison: &mut Comparison) {
     let found = format!("initial states {of_a} and {of_b}");
     comparison.holds("same-start", of_a == of_b, found);
     let (of_a, of_b) = (a.record.protocol, b.record.protocol);
-    comparison.holds("same-protocol", of_a == of_b, format!("{of_a} and {of_b}"));
+    comparison.holds(PROTOCOL, of_a == of_b, format!("{of_a} and {of_b}"));
 }
 
 fn expect_bits(
@@ -288,11 +309,8 @@ fn expect_bits(
     if checks.all(|check| check.outcome != Outcome::Fail) {
         return;
     }
-    let found = match locator {
-        Some(locator) => locator.locate(a, b),
-        None => Err("not asked for".to_owned()),
-    };
-    match found {
+    let found = locator.ok_or_else(|| "not asked for".to_owned());
+    match found.and_then(|of| of.locate(a, b)) {
         Ok(found) => comparison.first_difference = found,
         Err(reason) => {
             let id = "first-difference";
@@ -307,29 +325,21 @@ fn expect_rounding(
     locator: Option<&Locator>,
     comparison: &mut Comparison,
 ) {
-    let (outcome, found) = if comparison.same_bits {
-        (Outcome::Pass, "all bits are the same")
-    } else {
-        (Outcome::Skipped, "not expected to be the same")
-    };
-    comparison.check("bits", "bits", outcome, found);
     if comparison.same_bits {
-        return;
+        return comparison.check("bits", "bits", Outcome::Pass, "all bits are the same");
     }
+    let found = "not expected to be the same";
+    comparison.check("bits", "bits", Outcome::Skipped, found);
     for (name, run) in [("A", a), ("B", b)] {
         let id = format!("first-steps-{}", name.to_lowercase());
         if run.scene.has_stages() && matches!(run.record.engine, EngineRecord::Exec { .. }) {
             let what = format!("how {name}'s engine changes its constants for loading");
             let why = "first steps have one model, so nothing is known of the change";
             let id = format!("stages-{}", name.to_lowercase());
-            let check = Check::of_words(&id, &what, Outcome::Skipped, why);
-            comparison.checks.push(check.required());
+            comparison.missing(&id, &what, why);
         }
-        let judged = match locator {
-            Some(locator) => of_first_steps(run, locator),
-            None => Err("the engines were not to be run again".to_owned()),
-        };
-        match judged {
+        let judged = locator.ok_or_else(|| "the engines were not to be run again".to_owned());
+        match judged.and_then(|of| of_first_steps(run, of)) {
             Ok(None) => {}
             Ok(Some(judgement)) => {
                 let checks = first_steps::checks(&judgement, &id);
@@ -338,8 +348,7 @@ fn expect_rounding(
             }
             Err(why) => {
                 let what = format!("the first steps of {name}'s engine");
-                let check = Check::of_words(id, &what, Outcome::Skipped, &why);
-                comparison.checks.push(check.required());
+                comparison.missing(&id, &what, why);
             }
         }
     }

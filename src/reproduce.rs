@@ -442,7 +442,10 @@ fn find(scene: &Scene, sound: &RunFolder, fault: Perturbation) -> Result<(Outcom
         None => format!("no difference in {FAULT_STEPS} steps"),
     };
     if let Some(error) = ended {
-        found += &format!("; then the {error}");
+        // What follows its finding is advice, and the fault was meant.
+        let said = error.to_string();
+        let finding = said.split("; ").next().unwrap_or_default();
+        found += &format!("; then the {finding}");
     }
     Ok((Outcome::pass_if(differs), found))
 }

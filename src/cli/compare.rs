@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::engine::beside;
+use super::job_folder::Results;
 use super::json;
 use super::report::Output;
 use super::run::YadeLimits;
@@ -40,13 +41,19 @@ pub struct Arguments {
     #[arg(long, value_parser = beside)]
     engine: Vec<PathBuf>,
     #[command(flatten)]
+    results: Results,
+    #[command(flatten)]
     output: Output,
     #[command(flatten)]
     limits: YadeLimits,
 }
 
+/// The file of the record.
+const RECORD: &str = "compare.json";
+
 impl Arguments {
     pub fn execute(self) -> Result<u8, Error> {
+        self.results.check(RECORD)?;
         let a = RunFolder::read(&self.a)?;
         let b = RunFolder::read(&self.b)?;
         let programs = self.engine.iter();
@@ -62,13 +69,12 @@ impl Arguments {
             compare(&a, &b, locator.as_ref())
         };
         task.done("done");
-        let document = comparison.document();
-        self.output
-            .views
-            .tell("compare", &json(&comparison)?, &document)?;
+        let (text, document) = (json(&comparison)?, comparison.document());
+        self.output.views.tell("compare", &text, &document)?;
         if asked_to_end() {
             return Err(Error::Interrupted);
         }
+        self.results.write(&document, &[(RECORD, &text)])?;
         Ok(document.verdict.exit_code())
     }
 }

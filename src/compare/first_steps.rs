@@ -12,7 +12,7 @@ use grains::native;
 use grains::task::Case;
 use verdict::Answer;
 use verdict::envelope::{FACTOR, REPLICAS};
-use verdict::judge::{Cause, Judgement, Limit, OfStart, Reference, Verdict};
+use verdict::judge::{Judgement, Limit, OfStart, Reference, Verdict};
 
 /// An engine that refuses a bed is asked for one of so many grains.
 const SMALL: u32 = 200;
@@ -69,17 +69,13 @@ pub struct OfBed {
 #[derive(Debug)]
 pub struct Beds {
     of: OfBed,
-    usual: OnceCell<Reference>,
-    small: OnceCell<Reference>,
+    made: [OnceCell<Reference>; 2],
 }
 
 impl From<OfBed> for Beds {
     fn from(of: OfBed) -> Self {
-        Beds {
-            of,
-            usual: OnceCell::new(),
-            small: OnceCell::new(),
-        }
+        let made = Default::default();
+        Beds { of, made }
     }
 }
 
@@ -100,12 +96,13 @@ pub fn first_steps(
         };
         from_bed(reference, engine, progress)
     };
-    let found = from(&beds.usual, grains)?;
+    let [usual, small] = &beds.made;
+    let found = from(usual, grains)?;
     let refused = found.starts.iter().all(|of| of.skipped.is_some());
     if !refused || grains <= SMALL {
         return Ok(found);
     }
-    from(&beds.small, SMALL)
+    from(small, SMALL)
 }
 
 /// Judges the engine against what is known of a bed.
@@ -161,15 +158,15 @@ fn said(of: &OfStart) -> String {
     let Some(far) = &of.farthest else {
         return String::new();
     };
+    let (quantity, unit) = far.quantity.name();
     match (of.verdict, far.left_after) {
         (Verdict::Identical, _) => "every bit is the native engine's".to_owned(),
         (_, Some(step)) => format!(
-            "after {} it is farther off than rounding takes it; it is farthest, {:.1e} times as far as replicas, after {}: the {} of grain {} is \
-             off by {:.1e}",
+            "after {} it is farther off than rounding takes it; it is farthest, {:.1e} times as far as replicas, after {}: the {quantity} of \
+             grain {} is off by {:.1e} {unit}",
             steps(step),
             far.ratio,
             steps(far.step),
-            far.quantity.name(),
             far.grain,
             far.apart
         ),
@@ -178,11 +175,18 @@ fn said(of: &OfStart) -> String {
 }
 
 /// The verdict before what is said of it; that two differ, the outcome has said.
-pub fn before(verdict: Verdict) -> String {
+pub fn after(verdict: Verdict, said: &str) -> String {
     match verdict {
-        Verdict::Different => String::new(),
-        other => format!("{}: ", other.in_words()),
+        Verdict::Different => sentence(said),
+        other => sentence(&format!("{}: {said}", other.in_words())),
     }
+}
+
+/// With a capital at its beginning.
+pub fn sentence(words: &str) -> String {
+    let mut letters = words.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    first.chain(letters).collect()
 }
 
 /// What it comes to, in a few sentences.
@@ -191,9 +195,8 @@ pub fn answer(of: &Judgement) -> String {
     let seen = seen(&of.limits);
     let mut said = match of.verdict() {
         Verdict::Different => {
-            let causes = of.causes.iter().map(Cause::sentence);
-            let causes: Vec<_> = causes.map(|of| format!("Its first steps: {of}")).collect();
-            causes.join(" ")
+            let causes = of.causes.iter().map(|of| sentence(&of.sentence()));
+            causes.collect::<Vec<_>>().join(" ")
         }
         Verdict::Undecided if of.starts.is_empty() => "no state was looked at.".to_owned(),
         Verdict::Undecided => {
@@ -253,8 +256,8 @@ pub fn state_table(of: &Judgement) -> Table {
 
 pub fn sections(of: &Judgement) -> Vec<Section> {
     let about = format!(
-        "A bed of {} grains. The engine computes in {}: it notices changes of {:.1e} m in places, {:.1e} m in overlaps, {:.1e} in \
-         velocities. Replicas are native runs with such errors in every step; up to {FACTOR} times their distance is rounding.",
+        "A bed of {} grains. The engine computes in {}: it notices changes of {:.1e} m in places, {:.1e} m in overlaps, {:.1e} of a \
+         velocity. Replicas are native runs with such errors in every step; up to {FACTOR} times their distance is rounding.",
         of.grains,
         of.resolution.name(),
         of.resolution.position,
@@ -275,7 +278,7 @@ pub fn sections(of: &Judgement) -> Vec<Section> {
         .with(Table::from(limits)),
     ];
     if !of.causes.is_empty() {
-        let why = of.causes.iter().map(Cause::sentence);
+        let why = of.causes.iter().map(|of| sentence(&of.sentence()));
         sections.push(Section::new("What is wrong", "").with_all(why));
     }
     sections

@@ -75,26 +75,28 @@ impl Conformance {
         self.verdict().into()
     }
 
+    /// A cause that the first steps name is what the failures of the small jobs come from: it is said alone.
     fn answer(&self) -> String {
-        let verdict = first_steps::before(self.verdict());
-        let failed = |of: &Check| of.outcome == Outcome::Fail;
-        let small = |of: &&Check| failed(of) && !of.id.starts_with(FIRST_STEPS);
+        let small = |of: &&Check| of.outcome == Outcome::Fail && !of.id.starts_with(FIRST_STEPS);
+        let causes = self.first_steps.as_ref().map_or(&[][..], |of| &of.causes);
+        let explained = !causes.is_empty() && causes.iter().all(|of| of.explained);
+        let small = self.checks.iter().find(small).filter(|_| !explained);
         let first = self.first_steps.as_ref().map(first_steps::answer);
-        match (self.checks.iter().find(small), self.refused(), first) {
+        let said = match (small, self.refused(), first) {
             (Some(Check { found, .. }), _, first) => {
-                let first = first.map_or(String::new(), |of| format!(" {of}"));
-                format!("{verdict}{found}. Mend this first: the rest may come from it.{first}")
+                let first = first.filter(|_| causes.is_empty());
+                let first = first.map_or(String::new(), |of| format!(" Its first steps: {of}"));
+                format!("{found}. Mend this first: the rest may come from it.{first}")
             }
-            (_, Some(of), Some(first)) => {
-                format!("{verdict}{}. Its first steps: {first}", of.found)
-            }
-            (_, None, Some(first)) => format!("{verdict}{first}"),
+            (_, Some(of), Some(first)) => format!("{}. Its first steps: {first}", of.found),
+            (_, None, Some(first)) => first,
             (_, _, None) => {
                 let why = self.checks.iter().find(|of| of.id == FIRST_STEPS);
                 let why = why.map_or(String::new(), |of| format!(": {}", of.found));
-                format!("{verdict}its first steps were not looked at{why}.")
+                format!("its first steps were not looked at{why}.")
             }
-        }
+        };
+        first_steps::after(self.verdict(), &said)
     }
 }
 

@@ -42,11 +42,12 @@ pub enum Quantity {
 impl Quantity {
     const ALL: [Quantity; 3] = [Quantity::Position, Quantity::Velocity, Quantity::Spin];
 
-    pub fn name(self) -> &'static str {
+    /// With the unit in which it is counted.
+    pub fn name(self) -> (&'static str, &'static str) {
         match self {
-            Quantity::Position => "position",
-            Quantity::Velocity => "velocity",
-            Quantity::Spin => "spin",
+            Quantity::Position => ("position", "R"),
+            Quantity::Velocity => ("velocity", "R a step"),
+            Quantity::Spin => ("spin", "rad a step"),
         }
     }
 

@@ -342,6 +342,6 @@ impl ConformanceTable {
         let counted = counted.iter();
         let counted = counted.map(|(words, count)| format!("{count} {words}"));
         let counted = counted.collect::<Vec<_>>().join(", ");
-        format!("of {} engines {counted}", self.engines.len())
+        format!("Of {} engines {counted}", self.engines.len())
     }
 }
