@@ -96,9 +96,9 @@ fn the_command_says_agreed_or_different_and_exits_so() {
         ends(folder, 0, &format!("{run} {out}"));
     }
     let (out, _) = ends(folder, 0, "compare a b");
-    has(&out, ["\nAGREED: identical: native against native\n"]);
+    has(&out, ["\nAGREED: Identical: native against native\n"]);
     let (out, _) = ends(folder, 1, "compare a c");
-    has(&out, ["\nDIFFERENT: native against native"]);
+    has(&out, ["\nDIFFERENT: Native against native"]);
     has(&out, ["first difference: step "]);
     let (out, _) = ends(folder, 1, "compare a c --json --junit checks.xml");
     let junit = text_of(folder.join("checks.xml"));
@@ -172,7 +172,7 @@ fn against_toy(changes: &[(&str, &str)], asked: bool) -> (i32, String) {
 fn a_run_with_other_operations_is_judged_by_its_engines_first_steps() {
     let (code, said) = against_toy(&[], true);
     assert_eq!(code, 0, "{said}");
-    has(&said, ["AGREED: equal to rounding"]);
+    has(&said, ["AGREED: Equal to rounding"]);
     let k_n = "2.0 * a * b / (a + b)";
     let stiff = against_toy(&[(k_n, &format!("(1.0 + 1e-8) * {k_n}"))], true);
     assert_eq!(stiff.0, 1, "{}", stiff.1);
@@ -184,10 +184,10 @@ fn a_run_with_other_operations_is_judged_by_its_engines_first_steps() {
 fn where_first_steps_are_not_looked_at_the_verdict_is_open() {
     let (code, said) = against_toy(&[], false);
     assert_eq!(code, 3, "{said}");
-    has(&said, ["undecided"]);
+    has(&said, ["Undecided"]);
     let (code, said) = against_toy(&[("\"walls\", \"cases\"]", "\"walls\"]")], true);
     assert_eq!(code, 3, "{said}");
-    has(&said, ["undecided", "cases"]);
+    has(&said, ["Undecided", "cases"]);
 }
 
 /// First steps have one model, so the change between the stages is left open where the bits do not show it.

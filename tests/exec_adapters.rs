@@ -320,7 +320,7 @@ fn engine_check_finds_both_equal_to_rounding_in_all_states_of_a_bed_of_one_radiu
         let check = ["engine", "check", &engine, "--quiet", "--dispersion", "0"];
         let (text, _) = ends(folder, 0, &check);
         let states = text.matches("equal to rounding  ").count();
-        has(&text, ["AGREED: equal to rounding"]);
+        has(&text, ["AGREED: Equal to rounding"]);
         assert_eq!(states, 4, "{text}");
     }
 }

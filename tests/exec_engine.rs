@@ -18,7 +18,7 @@ fn the_toy_has_every_bit_of_the_native_engine() {
         ran_in(folder, engine, &["--steps", "1200"], out);
     }
     ends(folder, 0, "compare native toy --expect-bits");
-    tells(folder, 0, "compare native toy", ["AGREED: identical"]);
+    tells(folder, 0, "compare native toy", ["AGREED: Identical"]);
     let record = text_of(folder.join("toy/run.json"));
     assert!(record.contains(r#""name": "toy""#) && record.contains(r#""kernel": null"#));
 }

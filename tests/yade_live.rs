@@ -264,7 +264,7 @@ fn the_ordinary_loop_is_equal_to_rounding() {
 #[cfg_attr(not(feature = "yade"), ignore = "needs YADE: --features yade")]
 fn engine_check_judges_both_loops() {
     let folder = &new_folder();
-    for (order, verdict) in [("sorted", "identical"), ("ordinary", "equal to rounding")] {
+    for (order, verdict) in [("sorted", "Identical"), ("ordinary", "Equal to rounding")] {
         let check = ["engine", "check", "yade", "--loop", order, "--quiet"];
         tells(folder, 0, &check, [&format!("AGREED: {verdict}")]);
     }

@@ -12,7 +12,7 @@ use grains::native;
 use grains::task::Case;
 use verdict::Answer;
 use verdict::envelope::{FACTOR, REPLICAS};
-use verdict::judge::{Judgement, Limit, OfStart, Reference, Verdict};
+use verdict::judge::{Cause, Judgement, Limit, OfStart, Reference, Verdict};
 
 /// An engine that refuses a bed is asked for one of so many grains.
 const SMALL: u32 = 200;
@@ -189,13 +189,21 @@ pub fn sentence(words: &str) -> String {
     first.chain(letters).collect()
 }
 
+/// A cause: what the engine is, or what it does.
+fn in_a_sentence(of: &Cause) -> String {
+    match of.constants.is_empty() {
+        true => sentence(&of.sentence()),
+        false => format!("It is {}", of.sentence()),
+    }
+}
+
 /// What it comes to, in a few sentences.
 pub fn answer(of: &Judgement) -> String {
     let precision = of.resolution.name();
     let seen = seen(&of.limits);
     let mut said = match of.verdict() {
         Verdict::Different => {
-            let causes = of.causes.iter().map(|of| sentence(&of.sentence()));
+            let causes = of.causes.iter().map(in_a_sentence);
             causes.collect::<Vec<_>>().join(" ")
         }
         Verdict::Undecided if of.starts.is_empty() => "no state was looked at.".to_owned(),
@@ -278,7 +286,7 @@ pub fn sections(of: &Judgement) -> Vec<Section> {
         .with(Table::from(limits)),
     ];
     if !of.causes.is_empty() {
-        let why = of.causes.iter().map(|of| sentence(&of.sentence()));
+        let why = of.causes.iter().map(in_a_sentence);
         sections.push(Section::new("What is wrong", "").with_all(why));
     }
     sections

@@ -10,7 +10,7 @@ fn engine_check_finds_the_toy_sound() {
     let (text, _) = ends(folder, 0, &check);
     let junit = text_of(folder.join("checks.xml"));
     has(&junit, ["name=\"punch\"", "<skipped"]);
-    has(&text, ["identical: every bit of its first hundred steps"]);
+    has(&text, ["Identical: every bit of its first hundred steps"]);
     has(&text, ["skipped engine/punch"]);
 }
 
@@ -40,7 +40,7 @@ fn engine_check_finds_the_engines_to_begin_with_sound() {
         let program = format!("exec:{}", program.display());
         let check = ["engine", "check", &program, "--quiet"];
         let (text, _) = ends(folder, 0, &check);
-        has(&text, ["identical: every bit of its first hundred steps"]);
+        has(&text, ["Identical: every bit of its first hundred steps"]);
         has(&text, ["11 checks passed, 0 failed"]);
     }
 }
@@ -108,7 +108,7 @@ fn an_engine_that_refuses_one_job_is_undecided() {
     let toy = changed_toy(large, &format!("{large} or len(grains) == 2"));
     let engine = engine(folder, "choosy.py", &toy);
     let check = ["engine", "check", &engine, "--quiet"];
-    tells(folder, 3, &check, ["undecided"]);
+    tells(folder, 3, &check, ["Undecided"]);
 }
 
 #[test]
