@@ -122,7 +122,11 @@ impl Member {
                 };
                 let own = of.runner.is_native();
                 let cost = Cost {
-                    cpu_seconds: own.then(|| clock.elapsed().as_secs_f64()).unwrap_or(0.0),
+                    cpu_seconds: if own {
+                        clock.elapsed().as_secs_f64()
+                    } else {
+                        0.0
+                    },
                     measuring_seconds: 0.0,
                 };
                 return Ok(Member {
