@@ -81,14 +81,6 @@ pub struct Drawing {
 }
 
 impl Document {
-    /// The verdict in a word; a document that judges nothing was made.
-    pub fn word(&self) -> &'static str {
-        match self.verdict {
-            Outcome::Pass if self.checks.is_empty() => "Made",
-            verdict => verdict.verdict(),
-        }
-    }
-
     /// Whether its page shows more than words and tables.
     pub fn has_pictures(&self) -> bool {
         let mut blocks = self.sections.iter().flat_map(|of| &of.blocks);

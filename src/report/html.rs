@@ -97,7 +97,7 @@ pub fn page_against(name: &str, document: &Document, diff: Option<&Diff>) -> Pag
     };
     let mut body = format!(
         "{back}<h1>{title}</h1>\n<div class=\"verdict {class}\"><strong>{}",
-        document.word()
+        document.verdict.verdict()
     );
     if let Some(worse) = worse {
         body += &format!(", and worse than {}", words(&worse.baseline));
@@ -162,7 +162,7 @@ pub fn page_against(name: &str, document: &Document, diff: Option<&Diff>) -> Pag
          'nonce-{nonce}'; base-uri 'none'; form-action 'none'\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}: {}</title>\n\
          <style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{body}</main>\n<script nonce=\"{nonce}\">\n{SCRIPT}</script>\n</body>\n</html>\n",
-        document.word()
+        document.verdict.verdict()
     );
     page
 }
@@ -294,7 +294,7 @@ pub fn terminal(document: &Document) -> String {
     let _ = writeln!(
         text,
         "{}: {}",
-        document.word().to_uppercase(),
+        document.verdict.verdict().to_uppercase(),
         document.answer
     );
     if !document.checks.is_empty() {
@@ -309,7 +309,7 @@ pub fn markdown(document: &Document) -> String {
     let mut text = format!(
         "## {}: {}\n\n{}\n",
         in_markdown(&document.title),
-        document.word(),
+        document.verdict.verdict(),
         in_markdown(&document.answer)
     );
     if !checks.is_empty() {

@@ -41,7 +41,8 @@ fn members_that_do_not_settle_or_sink_are_rows() {
     let not_settled = count(&endings, "not_settled");
     assert!(missed > 0 && not_settled > 0, "{endings:?}");
     assert_eq!(missed + not_settled, 12);
-    let words = &format!("{not_settled} not_settled, {missed} target_load_not_reached");
+    let words =
+        &format!("{not_settled} did not settle, {missed} did not get the force on the punch");
     has(&said, [words]);
     for member in &merged.rows {
         let settled = member.ending == Ending::TargetLoadNotReached;
@@ -74,7 +75,10 @@ fn members_whose_engine_gives_up_are_rows_with_its_words() {
     let (endings, merged, said) = self::endings(&scene);
     assert_eq!(count(&endings, "failed"), 12);
     assert_eq!(merged.summary.engine, "");
-    has(&said, ["merged 12 rows: 12 failed"]);
+    has(
+        &said,
+        ["merged 12 rows: 12 ended by an error of the engine"],
+    );
 }
 
 /// Two grains that never settle, poured by a program that is not YADE: it writes back the start as the end, and what
@@ -119,7 +123,7 @@ fn a_broken_engine_is_no_row() {
     let (code, said, errors) = run(&place);
     assert_eq!(code, 0, "{errors}");
     has(&said, ["6 rows, 4 of them finished before"]);
-    has(&said, ["merged 6 rows of YADE 2023.02a: 6 not_settled"]);
+    has(&said, ["merged 6 rows of YADE 2023.02a: 6 did not settle"]);
 }
 
 #[test]

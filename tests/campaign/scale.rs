@@ -97,7 +97,7 @@ fn running_needs_little_memory() {
     scene.settle.max_steps = 3_000;
     let place = &plan(&scene, 4, "c");
     let (out, _, peak) = watched(place, &["study", "run", "c", "--threads", "2"]);
-    has(&out, ["4 not_settled"]);
+    has(&out, ["4 did not settle"]);
     assert!(peak < 200_000_000, "{peak} bytes");
     // From the first member to the hundredth nothing is kept.
     let place = &plan(&tiny_scene(), 10, "c");

@@ -209,7 +209,7 @@ impl Claims {
     pub fn document(&self) -> Document {
         let listed = |counts: &std::collections::BTreeMap<String, usize>| {
             let parts = counts.iter();
-            let parts = parts.map(|(word, count)| format!("{count} {}", ending_in_words(word)));
+            let parts = parts.map(|(word, count)| format!("{}: {count}", ending_in_words(word)));
             parts.collect::<Vec<String>>().join(", ")
         };
         let mut how = Section::new("How a claim is decided", HOW);
