@@ -185,7 +185,7 @@ impl Comparison {
         for (run, of) in &self.first_steps {
             said += &format!(". {run}: {}", first_steps::answer(of));
         }
-        first_steps::after(self.verdict(), &said)
+        first_steps::with_verdict(self.verdict(), &said)
     }
 }
 

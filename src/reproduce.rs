@@ -442,10 +442,10 @@ fn find(scene: &Scene, sound: &RunFolder, fault: Perturbation) -> Result<(Outcom
         None => format!("no difference in {FAULT_STEPS} steps"),
     };
     if let Some(error) = ended {
-        // What follows its finding is advice, and the fault was meant.
-        let said = error.to_string();
-        let finding = said.split("; ").next().unwrap_or_default();
-        found += &format!("; then the {finding}");
+        found += &match error.trouble {
+            Trouble::Lost { grain, .. } => format!("; later grain {grain} left the box"),
+            _ => format!("; the run ended at step {}", error.step),
+        };
     }
     Ok((Outcome::pass_if(differs), found))
 }

@@ -117,8 +117,15 @@ fn other_realizations_are_equivalent_different_or_too_few() {
     assert_eq!(few.power.expect("was judged").estimate, 0.0);
     assert!(same.power.expect("was judged").estimate > 0.9);
     let answer = same.document().answer;
-    let says = answer.contains("qual in distribution. So many packings of two equal engines");
-    assert!(says, "{answer}");
+    let begins =
+        answer.starts_with("Equal in distribution. With so many packings two equal engines");
+    assert!(begins, "{answer}");
+    let answer = shifted.document().answer;
+    assert!(
+        answer.starts_with("These differ by more than their margins: "),
+        "{answer}"
+    );
+    assert!(answer.contains(height.title), "{answer}");
 }
 
 #[test]

@@ -106,6 +106,21 @@ fn the_command_says_agreed_or_different_and_exits_so() {
     let value: Value = serde_json::from_str(&out).expect("JSON");
     assert!(value["first_difference"]["step"].as_u64() > Some(0));
     tells(folder, 1, "compare a d", ["/realization"]);
+    let (out, _) = ends(folder, 0, "compare a b --json --out judged");
+    assert_eq!(
+        out.trim_end(),
+        text_of(folder.join("judged/compare.json")).trim_end()
+    );
+    assert!(folder.join("judged/report.html").is_file());
+    // What a run has not that did not go as far is counted once.
+    ends(
+        folder,
+        0,
+        "run scene.json --engine native --quiet --out whole",
+    );
+    let (out, _) = ends(folder, 1, "compare a whole");
+    has(&out, ["One run alone has "]);
+    assert!(!out.contains("does not have it"), "{out}");
 }
 
 #[test]

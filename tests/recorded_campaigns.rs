@@ -43,6 +43,27 @@ fn members_of_the_native_campaigns_come_out_again() {
     }
 }
 
+#[test]
+fn a_merged_campaign_has_all_of_its_rows_and_its_comparison_is_kept() {
+    let best = root("reference_data/campaign-best-1");
+    let (folder, yade) = (
+        &new_folder(),
+        root("reference_data/campaign-best-yade-sorted-1"),
+    );
+    let status = format!("study status {}", best.display());
+    tells(folder, 0, &status, ["550 of 550 rows finished, merged"]);
+    let compared = format!(
+        "study compare {} {} --json --out judged",
+        best.display(),
+        yade.display()
+    );
+    let (out, _) = ends(folder, 0, &compared);
+    assert_eq!(
+        out.trim_end(),
+        text_of(folder.join("judged/compare.json")).trim_end()
+    );
+}
+
 /// Sorted YADE is the native engine to the last bit, contacts and punch at the end of loading included; with friction in both
 /// stages too, at the best setting of the search.
 #[test]

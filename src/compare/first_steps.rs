@@ -175,7 +175,7 @@ fn said(of: &OfStart) -> String {
 }
 
 /// The verdict before what is said of it; that two differ, the outcome has said.
-pub fn after(verdict: Verdict, said: &str) -> String {
+pub fn with_verdict(verdict: Verdict, said: &str) -> String {
     match verdict {
         Verdict::Different => sentence(said),
         other => sentence(&format!("{}: {said}", other.in_words())),

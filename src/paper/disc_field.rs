@@ -130,10 +130,7 @@ impl DiscField {
     pub fn average_over_disc(&self) -> [[f64; 2]; 2] {
         let singular = self.loads.iter().map(|load| self.integral_about(load));
         let singular: Matrix2<f64> = singular.sum();
-        let smooth = integrate(0.0, TAU, PANELS, |_| {
-            integrate(0.0, self.radius, PANELS, |r| r * self.isotropic)
-        });
-        rows((singular + Matrix2::from_diagonal_element(smooth)) / self.volume())
+        rows(singular / self.volume() + Matrix2::from_diagonal_element(self.isotropic))
     }
 
     /// ∫ of one force's part over the disc, N.

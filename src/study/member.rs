@@ -116,6 +116,7 @@ impl Member {
         let run = match of.run(realization, engines, work) {
             Ok(run) => run,
             Err(error) => {
+                // That a YADE or an external engine breaks is a result.
                 let reason = match error {
                     EngineError::Program(error) if error.is_failure() => error.to_string(),
                     error => went_wrong(error)?,

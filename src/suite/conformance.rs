@@ -96,7 +96,7 @@ impl Conformance {
                 format!("its first steps were not looked at{why}.")
             }
         };
-        first_steps::after(self.verdict(), &said)
+        first_steps::with_verdict(self.verdict(), &said)
     }
 }
 

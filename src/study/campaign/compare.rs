@@ -14,6 +14,7 @@ use verdict::judge::Verdict;
 
 use super::{Member, Merged};
 use crate::checks::{Check, Outcome};
+use crate::compare::first_steps::sentence;
 use crate::document::{Document, Section, Table};
 use crate::study::StudyError;
 use crate::study::realization::Ending;
@@ -392,8 +393,9 @@ impl Comparison {
 
     /// What decides, and what so many packings could have shown.
     fn answer(&self) -> String {
+        let verdict = format!("{}.", sentence(self.verdict.in_words()));
         let Some(judged) = &self.judged else {
-            return format!("{}.", self.verdict.in_words());
+            return verdict;
         };
         let of_quantities = judged.quantities.iter();
         let all = of_quantities.filter_map(|of| Some((of.finding?, of.title)));
@@ -406,18 +408,18 @@ impl Comparison {
         let open = named(Finding::Undecided).len();
         let mut answer = match self.verdict {
             Verdict::Different => format!(
-                "beyond its margin differs: {}.",
+                "These differ by more than their margins: {}.",
                 named(Finding::Different).join(", ")
             ),
             Verdict::Undecided => format!(
                 "{open} of {count} quantities are undecided: {first} and {second} packings show neither that they differ by more than \
-                 their margins nor that they differ by less. None is shown to differ; run more members of the smaller campaign."
+                 their margins nor that they differ by less. None is shown to differ; run more members."
             ),
-            other => format!("{}.", other.in_words()),
+            _ => verdict,
         };
         if let Some(power) = self.power.filter(|_| self.verdict != Verdict::Different) {
             answer += &format!(
-                " So many packings of two equal engines are found equal in {:.0} % of the cases ({:.0} to {:.0} %).",
+                " With so many packings two equal engines are found equal in {:.0} % of the cases ({:.0} to {:.0} %).",
                 100.0 * power.estimate,
                 100.0 * power.low,
                 100.0 * power.high
