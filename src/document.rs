@@ -81,6 +81,12 @@ pub struct Drawing {
 }
 
 impl Document {
+    /// The verdict for people; none of a document that only shows.
+    pub fn verdict_in_words(&self) -> Option<&'static str> {
+        let shows = self.checks.is_empty() && self.verdict == Outcome::Pass;
+        (!shows).then(|| self.verdict.verdict())
+    }
+
     /// Whether its page shows more than words and tables.
     pub fn has_pictures(&self) -> bool {
         let mut blocks = self.sections.iter().flat_map(|of| &of.blocks);

@@ -55,7 +55,7 @@ impl Display {
         Task {
             name: name.to_owned(),
             began: Instant::now(),
-            said: Mutex::new(Instant::now()),
+            said: Mutex::new((Instant::now(), 0.0)),
             bar,
         }
     }
@@ -75,7 +75,8 @@ impl Display {
 pub struct Task {
     name: String,
     began: Instant,
-    said: Mutex<Instant>,
+    /// When a line was said, and the largest share so far.
+    said: Mutex<(Instant, f64)>,
     bar: Option<ProgressBar>,
 }
 
@@ -105,8 +106,10 @@ impl Task {
                     Ok(said) => said,
                     Err(poisoned) => poisoned.into_inner(),
                 };
-                if said.elapsed() >= LINE_EVERY {
-                    *said = Instant::now();
+                let share = share.max(said.1);
+                said.1 = share;
+                if said.0.elapsed() >= LINE_EVERY {
+                    said.0 = Instant::now();
                     let elapsed = self.began.elapsed().as_secs_f64();
                     let how_far = if share > 0.0 {
                         let left = elapsed * (1.0 / share - 1.0);

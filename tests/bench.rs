@@ -164,7 +164,9 @@ fn a_process_of_its_own_times_the_bed_it_is_given() {
 fn a_folder_that_cannot_be_renamed_is_not_overwritten() {
     let folder = &new_folder();
     fs::write(folder.join("bench.json"), "{}").expect("a file");
-    tells(folder, 2, "bench --out .", ["exists already"]);
+    for out in [".", "bench.json"] {
+        tells(folder, 2, &format!("bench --out {out}"), ["exists already"]);
+    }
     ends(folder, 2, "bench --rounds 0");
 }
 

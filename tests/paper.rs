@@ -111,6 +111,9 @@ fn the_continuum_is_table_4_and_says_what_geometry_changes() {
     let changes = on_the_surface.map(|row| row["change"].as_f64().expect("a number").abs());
     let largest = changes.fold(0.0, f64::max);
     assert!((1.0..3.0).contains(&largest), "{largest}");
+    // It judges nothing.
+    let (said, _) = ends(folder, 0, "paper continuum");
+    assert!(!said.contains("AGREED"), "{said}");
     for wrong in ["--height 0.1", "--height NaN", "--porosity 1"] {
         let option = &wrong[..8];
         tells(folder, 2, &format!("paper continuum {wrong}"), [option]);

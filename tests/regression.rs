@@ -54,7 +54,9 @@ fn a_stiffness_that_is_a_thousandth_off_is_named_by_exit_code_junit_and_summary(
     has(&said, ["WORSE than main"]);
     let failed = failures(folder);
     let bits = "compare/sorted-recorded/bits-along-the-way";
-    assert!(failed.iter().any(|(id, _)| id == bits), "{failed:#?}");
+    for id in [bits, "compare/made"] {
+        assert!(failed.iter().any(|of| of.0 == id), "{id}: {failed:#?}");
+    }
     let new = failed.iter().find(|(id, _)| id == "baseline/new-failures");
     let named = new.is_some_and(|(_, words)| words.contains("bits-"));
     assert!(named, "{failed:#?}");

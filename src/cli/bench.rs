@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::engine::beside;
-use super::job_folder::{JobFolder, page_line};
+use super::job_folder::{finish, open, page_line};
 use super::report::Output;
 use super::run::YadeLimits;
 use super::{print, tell};
@@ -16,10 +16,8 @@ use crate::limits::bench::{self, Options, timing};
 use crate::progress::Display;
 use crate::report::{page, terminal};
 
-const FOLDER: JobFolder = JobFolder {
-    usual: "out/bench",
-    record: "bench.json",
-};
+/// The file of the record.
+const RECORD: &str = "bench.json";
 
 #[derive(Debug, Args)]
 #[command(
@@ -38,8 +36,8 @@ pub struct Arguments {
     #[arg(long, value_parser = beside)]
     engine: Option<PathBuf>,
     /// The folder to write; a finished benchmark in it is kept, with a number after its name
-    #[arg(long)]
-    out: Option<PathBuf>,
+    #[arg(long, value_name = "DIR", default_value = "out/bench")]
+    out: PathBuf,
     #[command(flatten)]
     output: Output,
     #[command(flatten)]
@@ -64,11 +62,11 @@ impl Arguments {
         let external = self.engine.as_deref();
         let external = external.map(|program| self.limits.external(program));
         let external = external.transpose()?;
-        let (out, _lock) = FOLDER.open(self.out.as_deref())?;
+        let _lock = open(&self.out, RECORD)?;
         let crossgrain =
             std::env::current_exe().map_err(failed("find", Path::new("this program")))?;
         let options = Options {
-            out: out.clone(),
+            out: self.out.clone(),
             quick: self.quick,
             rounds: self.rounds,
             yade: self.limits.options(),
@@ -84,10 +82,12 @@ impl Arguments {
             ..Found::default()
         };
         let (text, record) = record::write("bench", &bench, bench.machine.kind(), found)?;
-        FOLDER.finish(&out, &[page(&document)], &text)?;
+        finish(&self.out, &[page(&document)], RECORD, &text)?;
         let views = &self.output.views;
         views.files.write(&record.job, &document)?;
-        tell(views.json, &text, || terminal(&document) + &page_line(&out))?;
+        tell(views.json, &text, || {
+            terminal(&document) + &page_line(&self.out)
+        })?;
         Ok(if bench.engine_failed() {
             exit::ENGINE_FAILED
         } else {

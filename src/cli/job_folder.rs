@@ -11,46 +11,32 @@ use crate::progress::say;
 use crate::report::html::FIRST;
 use crate::report::{Page, page};
 
-/// The folder of a long job, which is taken up again there. Its record is written last of all and says that it is
-/// finished.
-pub struct JobFolder {
-    /// Taken when none is named.
-    pub usual: &'static str,
-    /// The record's file.
-    pub record: &'static str,
+/// The folder of a long job, made if it is not there, for this process alone as long as the lock lives; the job is taken up again
+/// there. A finished one, which `record` tells, gets a number.
+pub fn open(folder: &Path, record: &str) -> Result<FolderLock, Error> {
+    clear(folder, record)?;
+    let finished = || folder.join(record).exists();
+    if finished() || folder.metadata().is_ok_and(|of| !of.is_dir()) {
+        let path = folder.to_owned();
+        return Err(Error::File(FileError::Exists { path }));
+    }
+    std::fs::create_dir_all(folder).map_err(failed("create", folder))?;
+    let lock = FolderLock::of(folder)?;
+    // Another process may have finished the job between the two.
+    if finished() {
+        let path = folder.to_owned();
+        return Err(Error::File(FileError::Busy { path }));
+    }
+    Ok(lock)
 }
 
-impl JobFolder {
-    /// The folder, made if it is not there, for this process alone as long as the lock lives. A finished job in it gets a
-    /// number.
-    pub fn open(&self, named: Option<&Path>) -> Result<(PathBuf, FolderLock), Error> {
-        let folder = named.unwrap_or(Path::new(self.usual));
-        clear(folder, self.record)?;
-        let finished = || folder.join(self.record).exists();
-        if finished() {
-            return Err(FileError::Exists {
-                path: folder.to_owned(),
-            }
-            .into());
-        }
-        std::fs::create_dir_all(folder).map_err(failed("create", folder))?;
-        let lock = FolderLock::of(folder)?;
-        // Another process may have finished the job between the two.
-        if finished() {
-            let path = folder.to_owned();
-            return Err(Error::File(FileError::Busy { path }));
-        }
-        Ok((folder.to_owned(), lock))
+/// Writes the pages with their figures, and last of all the record, which says that the job is finished.
+pub fn finish(folder: &Path, pages: &[Page], record: &str, text: &str) -> Result<(), Error> {
+    for page in pages {
+        page.write(folder)?;
     }
-
-    /// Writes the pages with their figures, and then the record.
-    pub fn finish(&self, folder: &Path, pages: &[Page], record: &str) -> Result<(), Error> {
-        for page in pages {
-            page.write(folder)?;
-        }
-        write_whole(&folder.join(self.record), record.as_bytes())?;
-        Ok(())
-    }
+    write_whole(&folder.join(record), text.as_bytes())?;
+    Ok(())
 }
 
 /// Where the record and the page of a verb go that needs no folder while it works.

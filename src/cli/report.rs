@@ -180,8 +180,8 @@ impl Checks {
         self.views.files.write(&record.job, &record.document())?;
         tell(self.views.json, &json(&record)?, || {
             let lines = report::check_lines(&record.checks, self.all);
-            let [job, verdict] = [&record.job, record.verdict.word()];
-            lines + &format!("{job}: {verdict}; {}\n", record.tally())
+            let verdict = record.verdict.verdict().to_uppercase();
+            lines + &format!("{verdict}: {}; {}\n", record.job, record.tally())
         })?;
         Ok(record.verdict.exit_code())
     }
@@ -211,8 +211,12 @@ impl Explain {
             return Ok(exit::AGREED);
         };
         let Some(found) = of(id) else {
+            let kinds = EXPLANATIONS.map(|of| of.pattern.split('/').next().unwrap_or_default());
+            let mut kinds: Vec<&str> = kinds.into_iter().filter(|of| *of != "*").collect();
+            kinds.dedup();
             return Err(Error::Usage(format!(
-                "there is no check {id}; crossgrain report explain names all kinds, crossgrain report checks RECORD --all those of a job"
+                "there is no check {id}; a check's id begins with {}; crossgrain report checks RECORD --all names those of a job",
+                kinds.join(", ")
             )));
         };
         let mut text = format!(

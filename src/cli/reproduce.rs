@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::job_folder::{JobFolder, page_line};
+use super::job_folder::{finish, open, page_line};
 use super::report::{Files, Where};
 use super::run::YadeLimits;
 use super::{json, print};
@@ -25,10 +25,8 @@ use crate::workers::asked_to_end;
 use grains::native::Perturbation;
 use grains::scene::paper_scene;
 
-const FOLDER: JobFolder = JobFolder {
-    usual: "out/reproduce",
-    record: "run.json",
-};
+/// The file of the record.
+const RECORD: &str = "run.json";
 
 #[derive(Debug, Args)]
 #[command(
@@ -40,8 +38,8 @@ const FOLDER: JobFolder = JobFolder {
 )]
 pub struct Arguments {
     /// The folder to write; a finished job in it is kept, with a number after its name
-    #[arg(long)]
-    out: Option<PathBuf>,
+    #[arg(long, value_name = "DIR", default_value = "out/reproduce")]
+    out: PathBuf,
     /// Two more realizations, whole, against YADE's sorted loop
     #[arg(long)]
     full: bool,
@@ -84,18 +82,15 @@ impl Arguments {
         };
         // The recorded ones are of the paper's scene.
         let beside = Beside::read(&self.with, self.scene.is_none())?;
-        let has = |folder: &Path, name: &str| folder.join(name).exists();
-        if let Some(out) = &self.out
-            && has(out, "report.html")
-            && !has(out, "native")
-            && !has(out, FOLDER.record)
-        {
+        let out = &self.out;
+        let has = |name: &str| out.join(name).exists();
+        if has("report.html") && !has("native") && !has(RECORD) {
             return Err(Error::Usage(format!(
                 "{} holds a report.html that is not of this job; name another folder",
                 out.display()
             )));
         }
-        let (out, _lock) = FOLDER.open(self.out.as_deref())?;
+        let _lock = open(out, RECORD)?;
         let display = Display::new(self.quiet);
         let options = Options {
             out: out.clone(),
@@ -137,13 +132,13 @@ impl Arguments {
             of.checks.extend(diff.iter().flat_map(baseline::checks));
             self.files.write(&record.job, &of)?;
         }
-        FOLDER.finish(&out, &pages, &text)?;
+        finish(out, &pages, RECORD, &text)?;
         let mut words = terminal(&reproduction.summary());
         if let Some(diff) = &diff {
             words += &terminal(&diff.document(false));
         }
-        words += &page_line(&out);
-        print(&(words + &what_next(&reproduction, &record, &out)))?;
+        words += &page_line(out);
+        print(&(words + &what_next(&reproduction, &record, out)))?;
         Ok(verdict.exit_code())
     }
 
@@ -169,7 +164,7 @@ impl Arguments {
 fn what_next(reproduction: &Reproduction, record: &Record, out: &Path) -> String {
     let mut text = String::new();
     if record.verdict == Outcome::Fail {
-        let path = out.join(FOLDER.record);
+        let path = out.join(RECORD);
         text += &format!(
             "crossgrain report checks {} names all; crossgrain report explain CHECK says what one means and what usually breaks it\n",
             path.display()

@@ -95,14 +95,15 @@ pub fn page_against(name: &str, document: &Document, diff: Option<&Diff>) -> Pag
         FIRST => "",
         _ => "<p class=\"back\"><a href=\"report.html\">← the job's first page</a></p>\n",
     };
-    let mut body = format!(
-        "{back}<h1>{title}</h1>\n<div class=\"verdict {class}\"><strong>{}",
-        document.verdict.verdict()
-    );
+    let said = document.verdict_in_words();
+    let mut heading = said.unwrap_or_default().to_owned();
     if let Some(worse) = worse {
-        body += &format!(", and worse than {}", words(&worse.baseline));
+        heading += &format!(", and worse than {}", words(&worse.baseline));
     }
-    body += "</strong>\n";
+    if !heading.is_empty() {
+        heading = format!("<strong>{heading}</strong>\n");
+    }
+    let mut body = format!("{back}<h1>{title}</h1>\n<div class=\"verdict {class}\">{heading}");
     for line in worse.map(Diff::worse).unwrap_or_default() {
         body += &named(&line);
     }
@@ -160,9 +161,9 @@ pub fn page_against(name: &str, document: &Document, diff: Option<&Diff>) -> Pag
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; script-src \
          'nonce-{nonce}'; base-uri 'none'; form-action 'none'\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}: {}</title>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}{}</title>\n\
          <style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n{body}</main>\n<script nonce=\"{nonce}\">\n{SCRIPT}</script>\n</body>\n</html>\n",
-        document.verdict.verdict()
+        said.map(|said| format!(": {said}")).unwrap_or_default()
     );
     page
 }
@@ -291,12 +292,10 @@ pub fn terminal(document: &Document) -> String {
     }
     text += "\n";
     text += &check_lines(&document.checks, false);
-    let _ = writeln!(
-        text,
-        "{}: {}",
-        document.verdict.verdict().to_uppercase(),
-        document.answer
-    );
+    if let Some(said) = document.verdict_in_words() {
+        text = text + &said.to_uppercase() + ": ";
+    }
+    text = text + &document.answer + "\n";
     if !document.checks.is_empty() {
         let _ = writeln!(text, "{}", Tally::of(&document.checks));
     }
@@ -306,12 +305,10 @@ pub fn terminal(document: &Document) -> String {
 /// A document as the summary of a job in Markdown: verdict and answer, what failed, the sections' tables, and what was not made.
 pub fn markdown(document: &Document) -> String {
     let (sections, checks) = (&document.sections, &document.checks);
-    let mut text = format!(
-        "## {}: {}\n\n{}\n",
-        in_markdown(&document.title),
-        document.verdict.verdict(),
-        in_markdown(&document.answer)
-    );
+    let title = [Some(document.title.as_str()), document.verdict_in_words()];
+    let title: Vec<&str> = title.into_iter().flatten().collect();
+    let title = in_markdown(&title.join(": "));
+    let mut text = format!("## {title}\n\n{}\n", in_markdown(&document.answer));
     if !checks.is_empty() {
         let _ = write!(text, "\n{}.\n", Tally::of(checks));
     }

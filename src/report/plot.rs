@@ -15,7 +15,7 @@ const HEIGHT: f64 = 290.0;
 const ROW: f64 = 19.0;
 const SQUARE: f64 = 46.0;
 /// Letters of a name beside an axis at most.
-const LONGEST: usize = 52;
+const LONGEST: usize = 60;
 /// Points that are nearer than this are one point of a line.
 const NEAR: f64 = 0.3;
 
@@ -196,8 +196,9 @@ fn entries(plot: &Plot) -> Vec<(String, String)> {
     for mark in plot.marks.iter().filter(|mark| !mark.name().is_empty()) {
         let colour = mark.colour().hex();
         let symbol = match mark {
-            // Written beside it.
-            Mark::Level { .. } => continue,
+            Mark::Level { .. } => format!(
+                "<path stroke=\"{colour}\" stroke-width=\"1.6\" stroke-dasharray=\"2 3\" d=\"M0 -4.5h22\"/>"
+            ),
             Mark::Line { dashed, .. } => format!(
                 "<path stroke=\"{colour}\" stroke-width=\"2\" stroke-dasharray=\"{}\" d=\"M0 -4.5h22\"/>",
                 dashes(*dashed)
@@ -365,7 +366,7 @@ impl Drawing<'_> {
                         );
                     }
                 }
-                Mark::Level { name, y, .. } => self.level(name, mark.colour(), *y),
+                Mark::Level { y, .. } => self.level(mark.colour(), *y),
                 Mark::Points { hollow, points, .. } => {
                     self.points(points, mark.colour(), *hollow, [series, of_points]);
                     series = (series + 1) % of_points;
@@ -374,45 +375,25 @@ impl Drawing<'_> {
         }
     }
 
-    /// A line across, with its words at its end.
-    fn level(&mut self, name: &str, colour: Colour, value: f64) {
+    /// A line across.
+    fn level(&mut self, colour: Colour, value: f64) {
         let [left, top, width, height] = self.area;
         let (right, floor) = (left + width, top + height);
-        let stroke = format!(
-            "stroke=\"{}\" stroke-width=\"1.6\" stroke-dasharray=\"2 3\"",
-            colour.hex()
-        );
-        let places = if self.plot.y.categories.is_empty() {
+        let path = if self.plot.y.categories.is_empty() {
             if !self.shown([self.x.high, value]) {
                 return;
             }
             let y = self.y.place(value);
             self.taken.push([left, y - 1.0, right, y + 1.0]);
-            let _ = write!(
-                self.marks,
-                "<path {stroke} d=\"M{left:.1} {y:.1}H{right:.1}\"/>"
-            );
-            let ends = [(right - 6.0, "end"), (left + 6.0, "start")];
-            let between = [0.5, 0.9, 0.8, 0.7, 0.6, 0.4, 0.3, 0.2];
-            let between = between.map(|share| (left + share * width, "middle"));
-            ends.into_iter()
-                .chain(between)
-                .flat_map(|(x, anchor)| [([x, y - 5.0], anchor), ([x, y + 14.0], anchor)])
-                .collect()
+            format!("M{left:.1} {y:.1}H{right:.1}")
         } else {
-            let x = self.x.place(value);
-            let _ = write!(self.marks, "<path {stroke} d=\"M{x:.1} {top}V{floor}\"/>");
-            let ys = [top + 14.0, floor - 6.0, top + 0.5 * height];
-            ys.into_iter()
-                .flat_map(|y| [([x + 5.0, y], "start"), ([x - 5.0, y], "end")])
-                .collect()
+            format!("M{:.1} {top}V{floor}", self.x.place(value))
         };
-        self.labels.push(Label {
-            words: name.to_owned(),
-            colour,
-            places,
-            point: None,
-        });
+        let _ = write!(
+            self.marks,
+            "<path stroke=\"{}\" stroke-width=\"1.6\" stroke-dasharray=\"2 3\" d=\"{path}\"/>",
+            colour.hex()
+        );
     }
 
     /// Points with intervals; on an axis of names several series that share a name stand beside each other.

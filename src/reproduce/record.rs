@@ -52,11 +52,13 @@ pub struct Reproduction {
 
 impl Reproduction {
     pub fn checks(&self) -> Vec<Check> {
-        let compared = self.comparisons.iter().any(|of| of.comparison.agrees());
-        let (outcome, found) = if compared {
-            (Outcome::Pass, "")
-        } else {
-            (Outcome::Skipped, "none agrees")
+        let of = self.comparisons.iter();
+        let made: Vec<Outcome> = of.map(|of| of.comparison.verdict().into()).collect();
+        let (outcome, found) = match &made[..] {
+            [] => (Outcome::Skipped, "none was made"),
+            of if of.contains(&Outcome::Pass) => (Outcome::Pass, ""),
+            of if of.contains(&Outcome::Fail) => (Outcome::Fail, "none agrees"),
+            _ => (Outcome::Skipped, "none was decided"),
         };
         let what = "at least one comparison with another engine agrees";
         let compared = Check::of_words("compare/made", what, outcome, found);

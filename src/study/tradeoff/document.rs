@@ -136,7 +136,7 @@ impl Tradeoff {
         let Some(null) = worst(&self.null_comparison) else {
             return plot;
         };
-        plot.level("null comparison", Colour::Ochre, null.error.estimate)
+        plot.level("null comparison", Colour::Grey, null.error.estimate)
     }
 
     fn by_cost(&self) -> Table {

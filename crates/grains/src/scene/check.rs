@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::fill::filled;
 use super::paper_scene::OPEN_CHOICES;
-use super::problem::{Findings, Problem, line_and_column, misfits, twice};
+use super::problem::{Findings, Problem, line_and_column, misfits, remove_unknown, twice};
 use super::*;
 
 /// The widest box, in mean diameters: room for the largest number of grains in a single row.
@@ -65,18 +65,24 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
             at: None,
         }]));
     }
-    let value = if value.is_object() {
+    let mut value = if value.is_object() {
         filled(&value)
     } else {
         value
     };
-    let misfits = misfits(&super::whole_schema(), &value);
-    if !misfits.is_empty() {
-        return Err(located(misfits));
+    let mut problems = misfits(&super::whole_schema(), &value);
+    // Beside a key that is not known the values that cannot be meant are named too.
+    remove_unknown(&mut value, &problems);
+    let scene: Scene = match serde_json::from_value(value) {
+        Ok(scene) => scene,
+        Err(error) if problems.is_empty() => return Err(SceneError::Syntax(error.to_string())),
+        Err(_) => return Err(located(problems)),
+    };
+    for problem in impossible(&scene) {
+        if problems.iter().all(|of| of.place != problem.place) {
+            problems.push(problem);
+        }
     }
-    let scene: Scene =
-        serde_json::from_value(value).map_err(|error| SceneError::Syntax(error.to_string()))?;
-    let problems = impossible(&scene);
     if problems.is_empty() {
         Ok(scene)
     } else {
@@ -169,7 +175,7 @@ fn grains(scene: &Scene, found: &mut Findings) {
     let fits = ((to - from) / largest).floor();
     found.unless_by(
         WIDTH,
-        f64::from(columns) <= fits,
+        f64::from(columns) <= fits || largest <= 0.0,
         "/cloud/columns",
         &columns,
         &format!("at most {fits}, so that the largest grain fits into a cell"),

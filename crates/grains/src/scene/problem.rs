@@ -11,6 +11,9 @@ use serde_json::value::RawValue;
 /// Two words that are as alike as this are one with a slip of the pen; of 0 to 1.
 const NEAR: f64 = 0.85;
 
+/// Found where a key is not known.
+const UNKNOWN: &str = "an unknown key";
+
 /// Longest name of a scene or a control point, characters.
 const LONGEST_NAME: usize = 200;
 
@@ -120,6 +123,18 @@ pub fn misfits(schema: &Value, value: &Value) -> Vec<Problem> {
     problems
 }
 
+/// Removes the keys that are not known.
+pub(super) fn remove_unknown(value: &mut Value, problems: &[Problem]) {
+    for of in problems.iter().filter(|of| of.found == UNKNOWN) {
+        let Some((parent, key)) = of.place.rsplit_once('/') else {
+            continue;
+        };
+        if let Some(Value::Object(parent)) = value.pointer_mut(parent) {
+            parent.retain(|name, _| escaped(name) != key);
+        }
+    }
+}
+
 fn walk(root: &Value, schema: &Value, value: &Value, place: &str, problems: &mut Vec<Problem>) {
     let schema = resolve(root, schema);
     if let Some(variants) = schema.get("oneOf").and_then(Value::as_array) {
@@ -203,7 +218,7 @@ fn object_fits(
                 };
                 problems.push(Problem {
                     place: here,
-                    found: "an unknown key".to_owned(),
+                    found: UNKNOWN.to_owned(),
                     wanted,
                     at: None,
                 });
