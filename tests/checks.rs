@@ -129,7 +129,12 @@ fn checks_are_explained() {
     record(at, "run.json", &checks, 60.0);
     let explain = "report explain parameters/everything/dt --record run.json";
     tells(at, 0, explain, ["meaning:", "must be 0.5 to 1.5"]);
-    tells(at, 2, "report explain bake/bread", ["begins with compare, first-steps"]);
+    tells(
+        at,
+        2,
+        "report explain bake/bread",
+        ["begins with compare, first-steps"],
+    );
     tells(at, 0, "report explain", ["verify/*"]);
 }
 
