@@ -23,8 +23,11 @@ fn written(folder: &Path) -> BTreeSet<Vec<u8>> {
     lines
 }
 
-/// So often each kind of study is killed: 205 times in all.
-const KILLS: usize = 41;
+/// So often each kind of study is killed: as `CROSSGRAIN_KILLS` says, else 41 times, 205 in all.
+fn kills() -> usize {
+    let said = std::env::var("CROSSGRAIN_KILLS").ok();
+    said.map_or(41, |of| of.parse().expect("a number"))
+}
 
 /// The merged rows of the study `c`, made by one process that nobody disturbs.
 fn rows_of<S: Study>(study: S) -> Vec<S::Row> {
@@ -48,16 +51,17 @@ fn merged_rows<S: Study>(place: &Path) -> Vec<S::Row> {
 /// merged: it comes to what an undisturbed one comes to. A small study that is done before so many kills is begun anew.
 fn survives_kills<S: Study>(planned: impl Fn() -> S) {
     let wanted = rows_of(planned());
-    let mut chance = Chance(KILLS as u64);
-    let (mut kills, mut kept) = (0, 0);
-    for _ in 0..KILLS {
-        if kills < KILLS {
-            let (more, lines) = killed(planned(), KILLS - kills, &mut chance, &wanted);
-            kills += more;
+    let (all, mut kept) = (kills(), 0);
+    let (mut left, mut chance) = (all, Chance(all as u64));
+    for _ in 0..all {
+        if left > 0 {
+            let (kills, lines) = killed(planned(), left, &mut chance, &wanted);
+            left -= kills;
             kept += lines;
         }
     }
-    assert!(kills == KILLS && kept > 0, "{}: {kills}, {kept}", S::KIND);
+    assert!(left == 0 && kept > 0, "{}: {left}, {kept}", S::KIND);
+    println!("{}: killed {all} times", S::KIND);
 }
 
 /// How often the study was killed, at most so often, and how many lines it had then. Moments are counted in rows and a little more,
@@ -72,7 +76,7 @@ fn killed<S: Study>(
     let folder = place.join("c");
     create(&folder, study, None, None).expect("a new study");
     let (mut before, mut kills) = (BTreeSet::new(), 0);
-    for attempt in 0..10 * KILLS {
+    for attempt in 0..10 * most {
         if kills == most {
             break;
         }
