@@ -12,13 +12,6 @@ const WIDEST: usize = 60;
 /// Letters that a heading may have in a line at least.
 const HEADING: usize = 12;
 
-/// An id that may go on in the next line after each of its parts.
-fn breaking(id: &str) -> String {
-    id.split_inclusive(['/', '.', '_'])
-        .collect::<Vec<_>>()
-        .join("<wbr>")
-}
-
 /// In lines of at most so many letters, broken at spaces; a longer word stands whole.
 fn in_lines(words: &str, most: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
@@ -144,8 +137,7 @@ impl Table {
                 let shown = cell.shown();
                 let _ = match cell {
                     Cell::Code(code) => {
-                        let code = breaking(&escaped(code));
-                        write!(html, "<td class=\"k\"><code>{code}</code></td>")
+                        write!(html, "<td class=\"k\"><code>{}</code></td>", escaped(code))
                     }
                     Cell::Outcome(outcome) => {
                         write!(html, "<td class=\"v\">{}</td>", mark(*outcome))
