@@ -46,7 +46,7 @@ fn a_regression_shows_in_words_files_and_exit_code() {
         ends(at, code, &diff).0
     };
     let out = diff(0, "before.json");
-    has(&out, ["\nNothing is worse than in main"]);
+    has(&out, ["AGREED: Nothing is worse than in main"]);
 
     let broken = [(height, 1.7, "fail"), (wall, 1.2, "pass"), gone];
     record(at, "broken.json", &broken, 60.0);

@@ -92,14 +92,6 @@ fn make(kind: &str, at: &Path) {
     made.expect("it is made");
 }
 
-/// The largest memory that the process has had, kB.
-fn largest(child: &Child) -> u64 {
-    let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
-    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let number = peak.and_then(|of| of.trim().trim_end_matches(" kB").parse().ok());
-    number.unwrap_or(0)
-}
-
 /// Exit code and what was said.
 fn ended(arguments: &[String], folder: &Path) -> (Option<i32>, String) {
     let began = Instant::now();
@@ -112,7 +104,7 @@ fn ended(arguments: &[String], folder: &Path) -> (Option<i32>, String) {
     let mut child = program.args(arguments).spawn().expect("it starts");
     let mut memory = 0;
     let code = loop {
-        memory = memory.max(largest(&child));
+        memory = memory.max(peak_memory(child.id()));
         if let Some(status) = child.try_wait().expect("a status") {
             break status.code();
         }

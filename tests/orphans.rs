@@ -20,32 +20,25 @@ fn toy_that_starts_another(folder: &Path, more: &str) -> String {
 "
     );
     let toy = changed_toy(imports, &starts);
-    format!("exec:{}", program(folder, "toy.py", &toy).display())
-}
-
-fn is_running(pid: &str) -> bool {
-    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-    // A zombie waits for nobody but its parent.
-    let state = stat.rsplit_once(')');
-    state.is_some_and(|(_, rest)| !rest.starts_with(" Z"))
+    engine(folder, "toy.py", &toy)
 }
 
 /// Numbers of the processes that were started, once both are written down.
-fn pids_in(folder: &Path) -> Vec<String> {
+fn pids_in(folder: &Path) -> Vec<u32> {
     let began = Instant::now();
     loop {
         let text = fs::read_to_string(folder.join("started")).unwrap_or_default();
         if text.ends_with('\n') {
-            return text.split_whitespace().map(str::to_owned).collect();
+            return text.split_whitespace().flat_map(str::parse).collect();
         }
         assert!(began.elapsed() < Duration::from_secs(60), "never started");
         std::thread::sleep(Duration::from_millis(20));
     }
 }
 
-fn all_end(pids: &[String], after: &str) {
+fn all_end(pids: &[u32], after: &str) {
     let began = Instant::now();
-    while pids.iter().any(|pid| is_running(pid)) {
+    while pids.iter().any(|pid| is_running(*pid)) {
         let waits = began.elapsed() < Duration::from_secs(5);
         assert!(waits, "they go on after {after}");
         std::thread::sleep(Duration::from_millis(20));
@@ -57,19 +50,10 @@ fn whatever_signal_ends_the_program_nothing_that_it_started_goes_on() {
     for signal in ["TERM", "INT", "HUP", "QUIT", "KILL"] {
         let folder = &folder_with(&narrow_scene(0.0));
         let engine = toy_that_starts_another(folder, "time.sleep(1000)");
-        let run = [
-            "run",
-            "scene.json",
-            "--steps",
-            "100",
-            "--out",
-            "out",
-            "--engine",
-            &engine,
-        ];
+        let run = format!("run scene.json --steps 100 --out out --engine {engine}");
         let mut child = started(folder, &run);
         let pids = pids_in(folder);
-        assert!(pids.len() == 3 && pids.iter().all(|pid| is_running(pid)));
+        assert!(pids.len() == 3 && pids.iter().all(|pid| is_running(*pid)));
         send(&child, signal);
         let status = child.wait().expect("it ends");
         all_end(&pids, signal);

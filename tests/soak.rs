@@ -29,17 +29,14 @@ fn once(place: &Path, out: &Path) -> (Option<i32>, Taken) {
         .stderr(Stdio::null())
         .spawn()
         .expect("the program starts");
-    let about = PathBuf::from(format!("/proc/{}", child.id()));
+    let files = format!("/proc/{}/fd", child.id());
     let mut taken = Taken::default();
     loop {
         if let Some(status) = child.try_wait().expect("a child of ours") {
             return (status.code(), taken);
         }
-        let status = fs::read_to_string(about.join("status")).unwrap_or_default();
-        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-        let memory = line.and_then(|line| line.split_whitespace().next()?.parse().ok());
-        let files = fs::read_dir(about.join("fd")).map_or(0, Iterator::count);
-        taken.memory = taken.memory.max(memory.unwrap_or(0));
+        let files = fs::read_dir(&files).map_or(0, Iterator::count);
+        taken.memory = taken.memory.max(peak_memory(child.id()));
         taken.files = taken.files.max(files);
         std::thread::sleep(Duration::from_millis(5));
     }
@@ -55,22 +52,6 @@ fn tables(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
         (name, fs::read(&path).expect("readable"))
     };
     tables.map(table).collect()
-}
-
-/// Processes that have this folder in their command or work in it.
-fn processes_in(place: &Path) -> usize {
-    let text = place.to_string_lossy().into_owned();
-    let own = std::process::id().to_string();
-    let mut count = 0;
-    for entry in fs::read_dir("/proc").expect("Linux").flatten() {
-        if entry.file_name().to_string_lossy() == own {
-            continue;
-        }
-        let command = fs::read(entry.path().join("cmdline")).unwrap_or_default();
-        let inside = fs::read_link(entry.path().join("cwd")).is_ok_and(|of| of.starts_with(place));
-        count += usize::from(inside || String::from_utf8_lossy(&command).contains(&text));
-    }
-    count
 }
 
 fn soak(least_runs: usize, least_time: Duration) {
@@ -96,7 +77,7 @@ fn soak(least_runs: usize, least_time: Duration) {
         assert_eq!(left.len(), 2, "run {} left {left:?}", all.len());
         let temporary = fs::read_dir(place.join("temporary")).expect("ours").count();
         assert_eq!(temporary, 0, "run {} left temporary files", all.len());
-        assert_eq!(processes_in(place), 0, "run {} left a process", all.len());
+        assert_eq!(at_work_in(place), 0, "run {} left a process", all.len());
     }
     let most = |runs: &[Taken]| {
         let memory = runs.iter().map(|of| of.memory).max().unwrap_or(0);

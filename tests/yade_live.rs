@@ -300,21 +300,14 @@ fn yade_holds_no_socket_and_does_not_outlive_the_program() {
     assert!(!is_running(pid), "YADE goes on though nobody waits for it");
 }
 
-fn status_of(pid: u32, key: &str) -> Option<String> {
-    let status = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
-    let line = status.lines().find(|line| line.starts_with(key))?;
-    Some(line.split_whitespace().nth(1)?.to_owned())
-}
-
 fn child_of(parent: u32) -> Option<u32> {
-    fs::read_dir("/proc")
-        .expect("Linux")
-        .filter_map(|entry| entry.ok()?.file_name().to_string_lossy().parse().ok())
-        .find(|pid| status_of(*pid, "PPid:").is_some_and(|of| of == parent.to_string()))
-}
-
-fn is_running(pid: u32) -> bool {
-    status_of(pid, "State:").is_some_and(|state| state != "Z" && state != "X")
+    let line = format!("PPid:\t{parent}\n");
+    let is_child = |pid: &u32| {
+        let status = fs::read_to_string(format!("/proc/{pid}/status"));
+        status.is_ok_and(|status| status.contains(&line))
+    };
+    let names = there(Path::new("/proc"));
+    names.iter().flat_map(|name| name.parse()).find(is_child)
 }
 
 fn sockets_of(pid: u32) -> usize {

@@ -11,7 +11,7 @@ use crate::checks::record::{Record, read};
 use crate::checks::{Check, Outcome};
 use crate::compare::baseline::diff::diff;
 use crate::compare::baseline::history::{self, Bisection, bisect, git};
-use crate::compare::baseline::{self, NONE, Store};
+use crate::compare::baseline::{NONE, Store};
 use crate::document::{Document, Table};
 use crate::error::{Error, exit};
 use crate::explain::{EXPLANATIONS, of};
@@ -368,11 +368,8 @@ impl DiffArguments {
             found = found.demanding_bits();
         }
         let document = found.document(self.all);
-        let words = || report::terminal(&document);
-        tell(self.views.json, &json(&found)?, words)?;
-        let checks = baseline::checks(&found);
-        let (name, files) = ("report baseline diff", &self.views.files);
-        files.write(name, &Document { checks, ..document })?;
+        let (name, text) = ("report baseline diff", json(&found)?);
+        self.views.tell(name, &text, &document)?;
         Ok(found.verdict.exit_code())
     }
 }

@@ -254,7 +254,7 @@ impl Diff {
             verdict: self.verdict,
             answer: self.answer(),
             sections: vec![self.section(all)],
-            checks: Vec::new(),
+            checks: checks(self),
         }
     }
 

@@ -40,13 +40,10 @@ fn watched(place: &Path, arguments: &[&str]) -> (String, f64, u64) {
         .stdout(Stdio::piped())
         .stderr(Stdio::piped());
     let mut child = program.spawn().expect("the program starts");
-    let [status, times] = ["status", "stat"].map(|of| format!("/proc/{}/{of}", child.id()));
+    let times = format!("/proc/{}/stat", child.id());
     let (mut peak, mut seconds) = (0, 0.0);
     while child.try_wait().expect("a child").is_none() {
-        let text = fs::read_to_string(&status).unwrap_or_default();
-        let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-        let kibibytes = line.and_then(|line| line.split_whitespace().next()?.parse::<u64>().ok());
-        peak = peak.max(kibibytes.unwrap_or_default() * 1024);
+        peak = peak.max(peak_memory(child.id()) * 1024);
         // Of the user and of the system, in hundredths of a second, after a name in brackets.
         let text = fs::read_to_string(&times).unwrap_or_default();
         let fields = text.rsplit(')').next().unwrap_or_default();

@@ -2,17 +2,9 @@
 
 use crate::support::*;
 
-fn git(folder: &Path, words: &str) {
-    let mut git = Command::new("git");
-    git.args("-c user.name=a -c user.email=a@b -c commit.gpgsign=false".words());
-    let done = git.current_dir(folder).args(words.split(' ')).output();
-    let done = done.expect("git is there");
-    assert!(done.status.success(), "{words}: {done:?}");
-}
-
 /// What CI does with the newest commit: the exit code, and the summary.
 fn judged(place: &Path, run: &str) -> (Option<i32>, String) {
-    git(place, &format!("clone -q house.git {run}"));
+    git(place, &["clone", "-q", "house.git", run]);
     judged_here(place, run, "engine.py")
 }
 
@@ -30,13 +22,13 @@ fn judged_here(place: &Path, run: &str, engine: &str) -> (Option<i32>, String) {
 #[test]
 fn a_change_that_breaks_an_engine_turns_its_ci_red_and_the_summary_says_why() {
     let place = &new_folder();
-    git(place, "init -q --bare -b main house.git");
-    git(place, "clone -q house.git work");
+    git(place, &"init -q --bare -b main house.git".words());
+    git(place, &"clone -q house.git work".words());
     let work = place.join("work");
     let commit = |what: &str| {
-        git(&work, "add -A");
-        git(&work, &format!("commit -q -m {what}"));
-        git(&work, "push -q origin HEAD:main");
+        git(&work, &["add", "-A"]);
+        git(&work, &["commit", "-q", "-m", what]);
+        git(&work, &"push -q origin HEAD:main".words());
     };
     let toy = text_of(adapter_path("toy.py"));
     program(&work, "engine.py", &toy);

@@ -2,16 +2,6 @@
 
 use crate::support::*;
 
-/// What git says to this in the folder.
-fn git(folder: &Path, words: &[&str]) -> String {
-    let who = ["-c", "user.name=a", "-c", "user.email=a@b"];
-    let mut git = Command::new("git");
-    git.args(who).current_dir(folder).args(words);
-    let done = git.output().expect("git is there");
-    assert!(done.status.success(), "{words:?}: {done:?}");
-    String::from_utf8_lossy(&done.stdout).trim().to_owned()
-}
-
 /// A record of one check between 0 and 2 and of one speed.
 fn record(value: f64, speed: f64) -> String {
     let outcome = if value <= 2.0 { "pass" } else { "fail" };

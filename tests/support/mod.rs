@@ -284,6 +284,45 @@ pub fn send(child: &Child, signal: &str) {
     assert!(sent.expect("kill is there").success());
 }
 
+/// The most memory that a process has had, kB; 0 once it has gone.
+pub fn peak_memory(process: u32) -> u64 {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let number = peak.and_then(|of| of.split_whitespace().next()?.parse().ok());
+    number.unwrap_or(0)
+}
+
+/// A zombie waits for nobody but its parent.
+pub fn is_running(process: u32) -> bool {
+    let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    let state = stat.rsplit_once(") ");
+    state.is_some_and(|(_, state)| !state.starts_with(['Z', 'X']))
+}
+
+/// How many processes but this one have the folder in their command or work in it.
+pub fn at_work_in(folder: &Path) -> usize {
+    let (text, own) = (folder.to_string_lossy(), std::process::id().to_string());
+    let others = fs::read_dir("/proc").expect("Linux").flatten();
+    let others = others.filter(|of| of.file_name().to_string_lossy() != own);
+    let inside = others.filter(|of| {
+        let command = fs::read(of.path().join("cmdline")).unwrap_or_default();
+        let place = fs::read_link(of.path().join("cwd"));
+        place.is_ok_and(|place| place.starts_with(folder))
+            || String::from_utf8_lossy(&command).contains(&*text)
+    });
+    inside.count()
+}
+
+/// What git says to this in the folder.
+pub fn git(folder: &Path, words: &[&str]) -> String {
+    let who = "-c user.name=a -c user.email=a@b -c commit.gpgsign=false";
+    let mut git = Command::new("git");
+    git.args(who.words()).current_dir(folder).args(words);
+    let done = git.output().expect("git is there");
+    assert!(done.status.success(), "{words:?}: {done:?}");
+    String::from_utf8_lossy(&done.stdout).trim().to_owned()
+}
+
 /// Exit code, standard output, standard error.
 pub fn told(output: &Output) -> (i32, String, String) {
     let [out, errors] = [&output.stdout, &output.stderr].map(|of| String::from_utf8_lossy(of));
