@@ -6,22 +6,34 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use crate::support::*;
 
 /// Verbs with `@` where a path stands: files and folders that are read, then those that are written.
-const READ: [&str; 32] = [
+const READ: [&str; 48] = [
     "scene check @",
     "scene model @",
     "scene parameters --engine native @",
-    "scene parameters --engine exec:@ scene.json",
+    "scene parameters --engine yade --yade @ scene.json",
     "run --engine native --out o @",
     "run --engine exec:@ --out o scene.json",
+    "run --engine yade --yade @ --out o scene.json",
     "run --engine native --out o --from-state @ scene.json",
     "compare @ run",
     "compare run @",
+    "reproduce --quiet --out o --scene @",
+    "reproduce --quiet --out o --with @",
+    "reproduce --quiet --out o --baseline name --store @",
     "engine check exec:@",
+    "engine check yade --yade @",
+    "engine table exec:@",
     "verify --engine exec:@",
     "study plan campaign --members 2 --out o @",
     "study plan campaign --members 2 --out o --engine exec:@ scene.json",
     "study plan campaign --members 2 --out o --reuse @ scene.json",
+    "study plan tradeoff --quick --out o --engine exec:@",
+    "study plan tradeoff --quick --out o --reuse @",
     "study plan search --out o --after @",
+    "study plan search --out o --reuse @",
+    "study plan candidates --quick --out o --search @",
+    "study plan candidates --quick --out o --reuse @",
+    "study plan stability --quick --out o --engine exec:@",
     "study run @",
     "study status @",
     "study merge @",
@@ -30,28 +42,43 @@ const READ: [&str; 32] = [
     "study compare @ two",
     "study compare two @",
     "study claims @",
+    "study claims two --beside @",
     "study figures --campaign @ --out o",
+    "stability --quick --engine exec:@",
+    "bench --quick --out o --engine exec:@",
     "report checks @",
-    "report explain checks --record @",
-    "report baseline save --folder o @ name",
-    "report baseline diff @ name",
-    "report baseline diff --folder @ record.json name",
-    "report baseline list --folder @",
-    "report vtk --out o @",
-    "report archive --out o @",
+    "report explain compare --record @",
+    "report history --store @",
+    "report history --store kept --repository @",
+    "report bisect a --good b --record r --repository @ -- true",
+    "report baseline save @ name --store o",
+    "report baseline diff @ name --store kept",
+    "report baseline diff record.json name --store @",
+    "report baseline list --store @",
 ];
-const WRITTEN: [&str; 14] = [
+const WRITTEN: [&str; 25] = [
     "run --engine native --steps 100 --out @ scene.json",
     "study plan campaign --members 2 --out @ scene.json",
     "study plan tradeoff --quick --out @",
     "study plan candidates --quick --choices --out @",
     "study plan search --beds 2 --out @",
-    "study slurm --tasks 2 two --out @",
-    "report vtk --out @ run",
-    "report archive --out @ run",
+    "study plan stability --quick --out @",
+    "study compare two two --out @",
+    "study claims two --out @",
+    "study figures --out @",
+    "reproduce --recorded --quiet --out @",
+    "stability --quick --quiet --out @",
+    "bench --quick --quiet --out @",
+    "paper numbers --out @",
+    "paper continuum --out @",
+    "report history --store kept --out @",
+    "report baseline save record.json name --store @",
+    "report vtk run --out @",
+    "report archive run --out @",
     "report checks record.json --junit @",
     "report checks record.json --csv @",
     "report checks record.json --summary @",
+    "compare run run --out @",
     "compare run run --junit @",
     "compare run run --csv @",
     "compare run run --summary @",
@@ -92,9 +119,9 @@ fn make(kind: &str, at: &Path) {
     made.expect("it is made");
 }
 
-/// Exit code and what was said.
-fn ended(arguments: &[String], folder: &Path) -> (Option<i32>, String) {
-    let began = Instant::now();
+/// Exit code and what was said; a long job is asked to end.
+fn ended(arguments: &[String], folder: &Path, is_long: bool) -> (Option<i32>, String) {
+    let (mut began, mut asked) = (Instant::now(), !is_long);
     let said = fs::File::create(folder.join("said")).expect("a file");
     let mut program = cli(folder);
     program
@@ -107,6 +134,10 @@ fn ended(arguments: &[String], folder: &Path) -> (Option<i32>, String) {
         memory = memory.max(peak_memory(child.id()));
         if let Some(status) = child.try_wait().expect("a status") {
             break status.code();
+        }
+        if began.elapsed() > LONGEST && !asked {
+            send(&child, "TERM");
+            (began, asked) = (Instant::now(), true);
         }
         if began.elapsed() > LONGEST {
             child.kill().expect("it ends");
@@ -128,17 +159,20 @@ fn walk(verbs: &[&str], may_work: impl Fn(&str, &str) -> bool) {
     ends(place, 0, "study run two --quiet");
     let record = place.join("two/report.json");
     fs::copy(record, place.join("record.json")).expect("a record");
+    let save = "report baseline save record.json name --store kept";
+    ends(place, 0, save);
     let mut wrong = Vec::new();
     for verb in verbs {
         for kind in KINDS {
             let inner = place.join("inner");
-            let copy = "mkdir inner && cp -r scene.json record.json run two inner";
+            let copy = "mkdir inner && cp -r scene.json record.json kept run two inner";
             assert_eq!(bash(place, copy, &[]).0, 0);
             fs::write(place.join("secret"), SECRET).expect("written");
             let name = if kind.contains('\n') { kind } else { "bad" };
             make(kind, &inner.join(name));
             let arguments = verb.split(' ').map(|word| word.replace('@', name));
-            let (code, said) = ended(&arguments.collect::<Vec<_>>(), &inner);
+            let arguments: Vec<String> = arguments.collect();
+            let (code, said) = ended(&arguments, &inner, may_work(verb, kind));
             let mut find = |what: &str| wrong.push(format!("{verb}, {kind}: {what}: {said}"));
             match code {
                 None => find("it never ended"),
@@ -148,6 +182,10 @@ fn walk(verbs: &[&str], may_work: impl Fn(&str, &str) -> bool) {
             }
             if said.contains("panicked") {
                 find("a panic");
+            }
+            // A verb that is written wrongly here would prove nothing.
+            if said.contains("unexpected argument") || said.contains("required arguments") {
+                find("it was not understood");
             }
             if text_of(place.join("secret")) != SECRET {
                 find("the secret is changed");
@@ -174,6 +212,11 @@ fn whatever_is_written_to_nothing_else_is_changed() {
     walk(&WRITTEN, |verb, kind| {
         let options = ["--junit", "--csv", "--summary"];
         let is_named_file = options.iter().any(|of| verb.contains(of));
-        is_named_file && matches!(kind, "zeros" | "locked" | "holes" | "a\n\u{1b}[31mname")
+        let of_folder = ["figures", "reproduce", "bench", "baseline save"];
+        match kind {
+            "zeros" | "locked" | "holes" | "a\n\u{1b}[31mname" => is_named_file,
+            "folder" => of_folder.iter().any(|of| verb.contains(of)),
+            _ => false,
+        }
     });
 }
