@@ -130,7 +130,7 @@ pub(super) fn remove_unknown(value: &mut Value, problems: &[Problem]) {
             continue;
         };
         if let Some(Value::Object(parent)) = value.pointer_mut(parent) {
-            parent.retain(|name, _| escaped(name) != key);
+            parent.remove(&key.replace("~1", "/").replace("~0", "~"));
         }
     }
 }
