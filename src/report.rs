@@ -21,7 +21,8 @@
 //!     ],
 //!     checks: Vec::new(),
 //! };
-//! assert!(report::terminal(&document).ends_with("AGREED: The bed came to rest.\n"));
+//! // Without checks it judges nothing.
+//! assert!(report::terminal(&document).ends_with("\nThe bed came to rest.\n"));
 //! let page = report::page(&document);
 //! assert!(page.html.contains("href=\"figures/settling.svg\""));
 //! // page.write(folder)? writes report.html and figures/settling.svg, settling.csv, heights.csv.
