@@ -459,11 +459,11 @@ mod tests {
             "<strong>Different",
             "It fell.",
             "What failed",
-            "a/bad",
+            "a/<wbr>bad",
             "First",
             "<svg ",
             "<details>",
-            "a/good",
+            "a/<wbr>good",
         ];
         let places = order.map(|words| page.html.find(words));
         assert!(

@@ -137,7 +137,9 @@ impl Table {
                 let shown = cell.shown();
                 let _ = match cell {
                     Cell::Code(code) => {
-                        write!(html, "<td class=\"k\"><code>{}</code></td>", escaped(code))
+                        // A long one breaks between its parts before it breaks inside one.
+                        let parts = escaped(code).replace('/', "/<wbr>").replace('_', "_<wbr>");
+                        write!(html, "<td class=\"k\"><code>{parts}</code></td>")
                     }
                     Cell::Outcome(outcome) => {
                         write!(html, "<td class=\"v\">{}</td>", mark(*outcome))

@@ -196,35 +196,26 @@ impl Distribution {
 
     /// The distribution of the values over a unit above zero.
     pub fn over(&self, unit: f64) -> Distribution {
-        match *self {
-            Distribution::Exponential { mean } => Distribution::Exponential { mean: mean / unit },
-            Distribution::Gamma { shape, scale } => Distribution::Gamma {
-                shape,
-                scale: scale / unit,
-            },
-            Distribution::Weibull { shape, scale } => Distribution::Weibull {
-                shape,
-                scale: scale / unit,
-            },
-            Distribution::Laplace { location, scale } => Distribution::Laplace {
-                location: location / unit,
-                scale: scale / unit,
-            },
-            Distribution::Normal { mean, deviation } => Distribution::Normal {
-                mean: mean / unit,
-                deviation: deviation / unit,
-            },
-            Distribution::StretchedExponential { power, scale } => {
-                Distribution::StretchedExponential {
-                    power,
-                    scale: scale / unit,
-                }
+        let mut of = *self;
+        match &mut of {
+            Distribution::Exponential { mean } => *mean /= unit,
+            Distribution::Gamma { scale, .. }
+            | Distribution::Weibull { scale, .. }
+            | Distribution::StretchedExponential { scale, .. }
+            | Distribution::GaussianTail { scale, .. } => *scale /= unit,
+            Distribution::Laplace {
+                location: centre,
+                scale: width,
             }
-            Distribution::GaussianTail { shape, scale } => Distribution::GaussianTail {
-                shape,
-                scale: scale / unit,
-            },
+            | Distribution::Normal {
+                mean: centre,
+                deviation: width,
+            } => {
+                *centre /= unit;
+                *width /= unit;
+            }
         }
+        of
     }
 
     /// The probability of a value up to `x`; not a number for impossible parameters.
