@@ -91,6 +91,9 @@ impl Asked {
 
     /// Does what was asked; the value is the exit code.
     pub fn execute(self) -> Result<u8, Error> {
+        if let Some((_, files)) = &self.files {
+            files.check()?;
+        }
         let done = self.arguments.execute();
         if let (Err(error), Some((name, files))) = (&done, &self.files) {
             files.write_error(name, error)?;

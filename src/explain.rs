@@ -16,7 +16,7 @@ pub struct Explanation {
 }
 
 /// All families.
-pub const EXPLANATIONS: [Explanation; 25] = [
+pub const EXPLANATIONS: [Explanation; 26] = [
     Explanation {
         pattern: "compare/*",
         meaning: "Two runs of one scene agree in what is named last in the id.",
@@ -69,6 +69,15 @@ pub const EXPLANATIONS: [Explanation; 25] = [
             every step; three times as far is rounding. After 1, 3, 10, 30 and 100 steps.",
         source: "crates/verdict; docs/bring-your-own-engine.md",
         breaks: "A constant or a term of another form in one of the engines; `crossgrain engine check` names it.",
+    },
+    Explanation {
+        pattern: "engine/*",
+        meaning: "An engine does a tiny job as the native engine does it: one grain, a wall, a pair, a bed, the rules that end a stage.",
+        formula: "Places off by a share of the radius, velocities by a hundred times that share in m/s; those of engine/first-steps are judged as \
+            first-steps/*.",
+        source: "src/suite/conformance.rs; docs/bring-your-own-engine.md",
+        breaks: "The first that fails is to be mended first: the rest may come from it. Where engine/bed alone fails, forces of several contacts are \
+            added wrongly, or a contact is found too late or lost.",
     },
     Explanation {
         pattern: "conformance/*",
@@ -238,6 +247,7 @@ mod tests {
             ("verify/tested/free-fall/dropped/x/100-steps", "verify/*"),
             ("verify", "verify/*"),
             ("bench/bits", "bench/bits"),
+            ("engine/damping", "engine/*"),
             ("campaign/rows", "*/rows"),
             ("parameters/everything/dt", "parameters/*"),
         ] {

@@ -73,7 +73,7 @@ pub enum RecordError {
     #[error(transparent)]
     File(#[from] FileError),
     #[error(
-        "{path} is no record of a job: {reason}; give run.json, verify.json, bench.json or report.json of a finished job"
+        "{path} is no record of a job: {reason}; give run.json, verify.json, bench.json, check.json or report.json of a finished job"
     )]
     Malformed { path: String, reason: String },
     #[error(

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, Subcommand, ValueEnum};
+use serde::Serialize;
 
 use super::job_folder::Results;
-use super::json;
 use super::report::Output;
 use super::run::{YadeArguments, YadeLimits};
 use crate::checks::Outcome;
@@ -21,7 +21,7 @@ use crate::progress::Display;
 use crate::report;
 use crate::report::packing::grains_left;
 use crate::suite::conformance::table::{self, Candidate};
-use crate::suite::conformance::{conformance, of_yade};
+use crate::suite::conformance::{Conformance, conformance, of_yade};
 use crate::suite::run::Engines;
 use crate::workers::asked_to_end;
 use verdict::starts::DISPERSION;
@@ -89,6 +89,17 @@ pub struct Arguments {
 const CHECK: &str = "check.json";
 const TABLE: &str = "conformance.json";
 
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// The record of a check beside what all records have.
+#[derive(Serialize)]
+struct Checked<'a> {
+    crossgrain: &'static str,
+    command: String,
+    #[serde(flatten)]
+    found: &'a Conformance,
+}
+
 /// Grains of a bed that stays a bed.
 fn dispersion(text: &str) -> Result<f64, String> {
     let of: f64 = text.parse().map_err(|_| "it is a number".to_owned())?;
@@ -136,7 +147,29 @@ impl Arguments {
         if asked_to_end() {
             return Err(Error::Interrupted);
         }
-        let (text, mut document) = (json(&found)?, found.document());
+        let command = format!(
+            "crossgrain engine check {asked} --grains {} --dispersion {}",
+            self.grains, self.dispersion
+        );
+        let mut made = format!("crossgrain {VERSION}: `{command}`.");
+        let bed = found.first_steps.as_ref().map(|of| of.grains);
+        if let Some(bed) = bed.filter(|bed| *bed < self.grains as usize) {
+            made += &format!(
+                " The engine refused a bed of {} grains and was given {bed}.",
+                self.grains
+            );
+        }
+        let own = Checked {
+            crossgrain: VERSION,
+            command,
+            found: &found,
+        };
+        let checks = Found {
+            checks: found.checks.clone(),
+            ..Found::default()
+        };
+        let (text, _) = record::write("engine check", &own, Machine::this().kind(), checks)?;
+        let mut document = found.document();
         let causes = found.first_steps.iter().flat_map(|of| &of.causes);
         let pictures: Vec<Drawing> = causes.filter_map(grains_left).collect();
         if !pictures.is_empty() {
@@ -144,12 +177,6 @@ impl Arguments {
             document.sections.push(section);
         }
         document.title += &format!(" ({asked})");
-        let made = format!(
-            "crossgrain {}: `crossgrain engine check {asked} --grains {} --dispersion {}`.",
-            env!("CARGO_PKG_VERSION"),
-            self.grains,
-            self.dispersion
-        );
         document
             .sections
             .push(Section::new("How this was made", made));

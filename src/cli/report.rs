@@ -133,6 +133,24 @@ impl Files {
         judges.then(|| Files::from_arg_matches(arguments).ok())?
     }
 
+    /// An error if a folder of theirs is missing; to be asked before the work.
+    pub fn check(&self) -> Result<(), Error> {
+        for path in [&self.junit, &self.csv, &self.summary]
+            .into_iter()
+            .flatten()
+        {
+            let folder = path.parent().filter(|of| !of.as_os_str().is_empty());
+            if let Some(folder) = folder.filter(|of| !of.is_dir()) {
+                return Err(Error::Usage(format!(
+                    "{} cannot be written: there is no folder {}; make it, or name another file",
+                    path.display(),
+                    folder.display()
+                )));
+            }
+        }
+        Ok(())
+    }
+
     /// Writes those that were asked for, from what the page is made of.
     pub fn write(&self, job: &str, document: &Document) -> Result<(), Error> {
         let checks = &document.checks;

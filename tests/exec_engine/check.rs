@@ -65,6 +65,14 @@ fn the_page_of_engine_check_marks_the_grains_that_are_left() {
     assert!(read("figures/left-springs.svg").contains("stroke=\"#d55e00\""));
     assert!(read("report.html").contains("marked: 1 of 50"));
     assert!(read("check.json").contains("\"causes\""));
+    // It is a record as those of all jobs, and what it says is explained.
+    let checks = "report checks out/check.json --junit checks.xml";
+    tells(folder, 1, checks, ["engine/first-steps/springs"]);
+    assert!(text_of(folder.join("checks.xml")).contains("<failure"));
+    tells(folder, 0, "report explain engine/damping", ["tiny job"]);
+    // A folder that is not there is named before the work.
+    let nowhere = format!("engine check {toy} --junit nowhere/checks.xml");
+    tells(folder, 2, &nowhere, ["there is no folder nowhere"]);
 }
 
 /// Of the toy's text what is changed, to what, and what is said of it.
