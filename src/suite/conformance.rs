@@ -143,7 +143,13 @@ pub fn conformance(
             found.checks.extend(first_steps::checks(&of, FIRST_STEPS));
             found.first_steps = Some(of);
         }
-        Err(trouble) => found.add("first-steps", "its first steps from a bed", Err(trouble))?,
+        Err(trouble) => {
+            found.add("first-steps", "its first steps from a bed", Err(trouble))?;
+            // Without them nothing is decided.
+            for check in &mut found.checks {
+                check.required |= check.id == FIRST_STEPS;
+            }
+        }
     }
     Ok(found)
 }
