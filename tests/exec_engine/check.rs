@@ -75,6 +75,18 @@ fn the_page_of_engine_check_marks_the_grains_that_are_left() {
     tells(folder, 2, &nowhere, ["there is no folder nowhere"]);
 }
 
+/// Nobody looks at the first steps of an engine that takes no lists of cases: neither it nor its record has passed.
+#[test]
+fn an_engine_whose_first_steps_were_not_looked_at_is_undecided() {
+    let folder = &folder_with(&narrow_scene(0.05));
+    let toy = changed_toy(r#""walls", "cases"]"#, r#""walls"]"#);
+    let toy = engine(folder, "no-cases", &toy);
+    let check = format!("engine check {toy} --grains 50 --quiet --out out");
+    tells(folder, 3, &check, ["its first steps were not looked at"]);
+    let record = "report checks out/check.json";
+    tells(folder, 3, record, ["engine/first-steps"]);
+}
+
 /// Of the toy's text what is changed, to what, and what is said of it.
 const WRONG: &str = "
     + gravity[axis] ⇒ + 0.0 ⇒ gravity is missing
