@@ -189,7 +189,19 @@ fn unsound_folders_are_refused_with_exit_2() {
         is_refused(message, |bad| change(&bad.join(file), how), message);
     }
     let gone = |bad: &Path| fs::remove_dir_all(bad).expect("a folder");
-    is_refused("missing", gone, "it has no run.json");
+    is_refused("missing", gone, "there is no such folder");
+    let empty = |bad: &Path| {
+        gone(bad);
+        fs::create_dir(bad).expect("writable");
+    };
+    is_refused("empty", empty, "it has no run.json");
+    let around = |bad: &Path| {
+        let aside = bad.with_extension("aside");
+        fs::rename(bad, &aside).expect("a folder");
+        fs::create_dir(bad).expect("writable");
+        fs::rename(aside, bad.join("native")).expect("writable");
+    };
+    is_refused("around", around, "holds run folders; name one of them: ");
     let no_bodies = |bad: &Path| fs::remove_file(bad.join("bodies.csv")).expect("a file");
     is_refused("no bodies", no_bodies, "bodies.csv");
     let no_text = |bad: &Path| put(&bad.join("history.csv"), &[0xff, 0xfe, 0]);

@@ -1,7 +1,7 @@
 //! `crossgrain engine`: whether an external engine does what the protocol and the model say. And engines as they are named on the
 //! command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, Subcommand, ValueEnum};
@@ -255,6 +255,9 @@ impl FromStr for Chosen {
             ("native", _) => Ok(Chosen::Native),
             ("yade", _) => Ok(Chosen::Yade),
             (_, Some(path)) => Ok(Chosen::Exec(path)),
+            _ if Path::new(text).is_file() => Err(format!(
+                "a program that is an engine is written exec:{text}"
+            )),
             _ => Err(
                 "an engine is native, yade or exec:PATH, such as exec:adapters/lammps.py"
                     .to_owned(),

@@ -127,17 +127,21 @@ impl Arguments {
             .collect();
         let worse = diff.as_ref().map(|diff| diff.verdict) == Some(Outcome::Fail);
         let verdict = if worse { Outcome::Fail } else { record.verdict };
+        let against = || diff.iter().flat_map(baseline::checks);
         if let Some((_, first)) = documents.into_iter().next() {
             let mut of = Document { verdict, ..first };
-            of.checks.extend(diff.iter().flat_map(baseline::checks));
+            of.checks.extend(against());
             self.files.write(&record.job, &of)?;
         }
         finish(out, &pages, RECORD, &text)?;
-        let mut words = terminal(&reproduction.summary());
+        let mut summary = reproduction.summary();
+        summary.verdict = verdict;
+        summary.checks.extend(against());
         if let Some(diff) = &diff {
-            words += &terminal(&diff.document(false));
+            summary.answer = format!("{} {}", diff.answer(), summary.answer);
+            summary.sections.push(diff.section(false));
         }
-        words += &page_line(out);
+        let words = terminal(&summary) + &page_line(out);
         print(&(words + &what_next(&reproduction, &record, out)))?;
         Ok(verdict.exit_code())
     }

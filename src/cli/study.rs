@@ -316,7 +316,7 @@ fn in_words(summary: &Summary) -> String {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Exit code 0: every claim has a verdict, whichever; 3: the campaign is too small for a claim.\n\nExamples:\n  \
+    after_help = "Exit code 0: every claim could be decided, either way; 3: some claim is undecided.\n\nExamples:\n  \
     crossgrain study claims thousand\n  crossgrain study claims thousand --beside best --out claims"
 )]
 pub struct Claims {

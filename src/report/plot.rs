@@ -27,7 +27,7 @@ pub fn svg(plot: &Plot) -> String {
     let height = match rows {
         0 => HEIGHT,
         rows if is_matrix => SQUARE * rows as f64,
-        rows => ROW * rows.max(3) as f64,
+        rows => (9.0 * at_one_name(plot) as f64).max(ROW) * rows.max(3) as f64,
     };
     let [xs, ys] = ranges(plot);
     let scale = |axis: &Axis, [low, high]: [f64; 2], from: f64, to: f64| Scale {
@@ -86,21 +86,28 @@ pub fn svg(plot: &Plot) -> String {
     whole([total, floor], &plot.caption, &svg)
 }
 
-/// Whether two series have points at one name of an axis.
-fn shares_places(plot: &Plot) -> bool {
+/// Series that stand beside each other: all, if two have points at one name of an axis, else one.
+fn at_one_name(plot: &Plot) -> usize {
     let along = usize::from(plot.x.categories.is_empty());
     let mut taken: Vec<f64> = Vec::new();
-    plot.marks.iter().filter_map(Mark::points).any(|points| {
+    let mut series = plot.marks.iter().filter_map(Mark::points);
+    let share = series.any(|points| {
         let own: Vec<f64> = points.iter().map(|of| [of.x, of.y][along]).collect();
         let shares = own.iter().any(|place| taken.contains(place));
         taken.extend(own);
         shares
-    })
+    });
+    match share {
+        true => plot.marks.iter().filter_map(Mark::points).count(),
+        false => 1,
+    }
 }
 
-/// Names against themselves: squares.
+/// Names against themselves, beside with more words: squares.
 fn is_matrix(plot: &Plot) -> bool {
-    !plot.x.categories.is_empty() && plot.x.categories == plot.y.categories
+    let [x, y] = [&plot.x, &plot.y].map(|of| &of.categories);
+    let mut both = x.iter().zip(y);
+    !x.is_empty() && x.len() == y.len() && both.all(|(short, long)| long.starts_with(short))
 }
 
 /// Places and words of an axis' ticks.
@@ -143,7 +150,11 @@ fn ranges(plot: &Plot) -> [[f64; 2]; 2] {
         }
     }
     let [xs, ys] = all;
-    let mut ranges = [range(&plot.x, &xs), range(&plot.y, &ys)];
+    let points = || plot.marks.iter().filter_map(Mark::points).flatten();
+    let mut ranges = [
+        range(&plot.x, &xs, points().any(|of| of.x == 0.0)),
+        range(&plot.y, &ys, points().any(|of| of.y == 0.0)),
+    ];
     if !plot.x.categories.is_empty() && along == 0 && !is_matrix(plot) {
         // Words in the last place of a map stand on its right as all others do.
         ranges[0][1] += 0.5;
@@ -151,7 +162,8 @@ fn ranges(plot: &Plot) -> [[f64; 2]; 2] {
     ranges
 }
 
-fn range(axis: &Axis, values: &[f64]) -> [f64; 2] {
+/// With `points_at_zero` there is room beyond it, so that no border cuts them.
+fn range(axis: &Axis, values: &[f64], points_at_zero: bool) -> [f64; 2] {
     if let Some(range) = axis.range {
         return range;
     }
@@ -179,7 +191,7 @@ fn range(axis: &Axis, values: &[f64]) -> [f64; 2] {
             };
             // Zero is an end, not a value beyond which there is more.
             let beyond = |end: f64, room: f64| {
-                if end == 0.0 && high > low {
+                if end == 0.0 && high > low && !points_at_zero {
                     0.0
                 } else {
                     end + room
@@ -309,10 +321,7 @@ impl Drawing<'_> {
 
     fn marks(&mut self) {
         let plot = self.plot;
-        let of_points = match shares_places(plot) {
-            true => plot.marks.iter().filter_map(Mark::points).count(),
-            false => 1,
-        };
+        let of_points = at_one_name(plot);
         let mut series = 0;
         for mark in &plot.marks {
             let colour = mark.colour().hex();
@@ -476,7 +485,7 @@ impl Drawing<'_> {
             point,
         } in std::mem::take(&mut self.labels)
         {
-            let free = |place: &&Place| self.is_free(&room(&words, place));
+            let free = |place: &&Place| self.is_free(&with_margin(&words, place));
             if let Some(place) = places.iter().find(free) {
                 let own = room(&words, place);
                 self.taken.push(own);
@@ -502,15 +511,17 @@ impl Drawing<'_> {
                 (to[0] - from[0]).hypot(to[1] - from[1])
             };
             let is_clear = |own: &[f64; 4]| {
-                let crosses = |line: &[[f64; 2]; 2], of: &[f64; 4]| cuts(*line, of);
-                !written.iter().any(|of| crosses(&line_to(own), of))
-                    && !lines.iter().any(|line| crosses(line, own))
+                let to_it = line_to(own);
+                !written.iter().any(|of| cuts(to_it, of))
+                    && !lines
+                        .iter()
+                        .any(|line| cuts(*line, own) || cross(*line, to_it))
             };
             let order = |place: &Place| {
                 let own = room(&words, place);
                 (!is_clear(&own), length(&own))
             };
-            let free = anywhere.filter(|place| self.is_free(&room(&words, place)));
+            let free = anywhere.filter(|place| self.is_free(&with_margin(&words, place)));
             let best = free.min_by(|a, b| {
                 let [a, b] = [order(a), order(b)];
                 a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
@@ -551,6 +562,26 @@ fn room(words: &str, ([x, y], anchor): &Place) -> [f64; 4] {
         _ => x - 0.5 * length,
     };
     [from, y - 11.0, from + length, y + 3.0]
+}
+
+/// The box with room before the words begin and after they end, so that no other point seems to be theirs.
+fn with_margin(words: &str, place: &Place) -> [f64; 4] {
+    let [from, top, to, floor] = room(words, place);
+    let [before, after] = match place.1 {
+        "start" => [0.0, 10.0],
+        "end" => [10.0, 0.0],
+        _ => [0.0, 0.0],
+    };
+    [from - before, top, to + after, floor]
+}
+
+/// Whether two straight lines cross.
+fn cross(one: [[f64; 2]; 2], other: [[f64; 2]; 2]) -> bool {
+    let side = |[from, to]: [[f64; 2]; 2], of: [f64; 2]| {
+        (to[0] - from[0]) * (of[1] - from[1]) - (to[1] - from[1]) * (of[0] - from[0]) > 0.0
+    };
+    let parts = |line, [a, b]: [[f64; 2]; 2]| side(line, a) != side(line, b);
+    parts(one, other) && parts(other, one)
 }
 
 /// Whether a straight line goes through a box.
@@ -735,6 +766,19 @@ mod tests {
                 plot.name
             );
         }
+    }
+
+    #[test]
+    fn no_border_cuts_a_point_and_no_leader_crosses_another() {
+        let x = Axis::linear("x");
+        assert!(range(&x, &[0.0, 1.0], true)[0] < 0.0);
+        assert_eq!(range(&x, &[0.0, 1.0], false)[0], 0.0);
+        let [rising, falling, beyond] = [
+            [[0.0, 0.0], [2.0, 2.0]],
+            [[0.0, 2.0], [2.0, 0.0]],
+            [[3.0, 2.0], [5.0, 0.0]],
+        ];
+        assert!(cross(rising, falling) && !cross(rising, beyond));
     }
 
     #[test]

@@ -92,12 +92,10 @@ impl Reproduction {
                             of.answer
                         ),
                     ),
-                    None => (String::new(), of.answer.clone()),
-                },
-                "candidates" => match first_sentence(&of.answer).split_once(" settings") {
-                    Some((share, rest)) => (share.to_owned(), format!("settings{rest}")),
                     None => halves(&of.answer),
                 },
+                "candidates" => split(first_sentence(&of.answer), " settings"),
+                "claims" => split(&of.answer, " claims"),
                 _ => halves(&of.answer),
             };
             Tile {
@@ -354,6 +352,14 @@ fn capital(words: &str) -> String {
 fn halves(answer: &str) -> (String, String) {
     let (figure, rest) = answer.split_once(": ").unwrap_or(("", answer));
     (figure.to_owned(), rest.to_owned())
+}
+
+/// An answer that begins with a count of what `at` names.
+fn split(answer: &str, at: &str) -> (String, String) {
+    match answer.split_once(at) {
+        Some((count, rest)) => (count.to_owned(), format!("{}{rest}", at.trim_start())),
+        None => halves(answer),
+    }
 }
 
 fn first_sentence(of: &str) -> &str {

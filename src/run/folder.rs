@@ -266,8 +266,7 @@ impl RunFolder {
         };
         let record_path = path.join(RECORD);
         if !record_path.exists() {
-            let why = "it has no run.json; `crossgrain run` writes one";
-            return Err(wrong(why.to_owned()));
+            return Err(wrong(without(path, RECORD)));
         }
         check_sums(path)?;
         let record_text = read_text(&record_path, LARGEST_RECORD)?;
@@ -452,6 +451,24 @@ pub fn write_sums(folder: &Path) -> Result<(), FileError> {
     write_whole(&folder.join(SUMS), sums.as_bytes())
 }
 
+/// Why a folder without this file is no run folder, and what may have been meant.
+fn without(folder: &Path, name: &str) -> String {
+    let Ok(inside) = std::fs::read_dir(folder) else {
+        return "there is no such folder".to_owned();
+    };
+    let inside = inside.filter_map(|entry| Some(entry.ok()?.path()));
+    let runs = inside.filter(|path| path.join(SUMS).is_file() && path.join(RECORD).is_file());
+    let mut runs: Vec<String> = runs.map(|path| path.display().to_string()).collect();
+    runs.sort();
+    match runs.is_empty() {
+        true => format!("it has no {name}; `crossgrain run` writes one"),
+        false => format!(
+            "it holds run folders; name one of them: {}",
+            runs.join(", ")
+        ),
+    }
+}
+
 /// Every file that is listed is there and as it was written, and every file that a run may have is listed.
 fn check_sums(folder: &Path) -> Result<(), FolderError> {
     let wrong = |reason: String| FolderError::Inconsistent {
@@ -460,9 +477,7 @@ fn check_sums(folder: &Path) -> Result<(), FolderError> {
     };
     let path = folder.join(SUMS);
     if path.symlink_metadata().is_err() {
-        return Err(wrong(format!(
-            "it has no {SUMS}; `crossgrain run` writes one"
-        )));
+        return Err(wrong(without(folder, SUMS)));
     }
     let text = read_text(&path, LARGEST_SUMS)?;
     let mut listed = BTreeSet::new();

@@ -135,7 +135,7 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
             .iter()
             .chain(&earlier)
             .all(|claim| claim.verdict.is_some()),
-        verdicts: counted(claims.iter().map(|claim| claim.word().to_owned())),
+        verdicts: counted(claims.iter().map(Claim::word)),
         claims,
         earlier,
         figures: document::data(members, series, means::solid(scene)),
@@ -143,10 +143,10 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
     }
 }
 
-fn counted(words: impl Iterator<Item = String>) -> BTreeMap<String, usize> {
+fn counted<S: Into<String>>(words: impl Iterator<Item = S>) -> BTreeMap<String, usize> {
     let mut counts = BTreeMap::new();
     for word in words {
-        *counts.entry(word).or_insert(0) += 1;
+        *counts.entry(word.into()).or_insert(0) += 1;
     }
     counts
 }
@@ -374,7 +374,6 @@ pub struct Claim {
     pub id: Cow<'static, str>,
     pub place: Cow<'static, str>,
     pub statement: String,
-    /// Its numbers; the first judged one is the headline.
     pub rows: Vec<Row>,
     /// Limits, where they come from, and how the rows make the verdict.
     pub decided_by: String,
@@ -424,6 +423,18 @@ impl Claim {
 
     fn by(self, rule: Rule, rows: Vec<Row>) -> Self {
         self.with(verdict(&rows, rule), rows)
+    }
+
+    /// The first number beyond its limits where the claim does not hold, the first undecided one where it is undecided, else
+    /// the first within its limits. None where other claims decide.
+    fn hangs_on(&self) -> Option<&Row> {
+        let wanted = match self.verdict {
+            None => Outcome::Skipped,
+            Some(Verdict::DoesNotHold) => Outcome::Fail,
+            Some(_) => Outcome::Pass,
+        };
+        let is_it = |row: &&Row| row.judged.is_some_and(|of| of.outcome == wanted);
+        self.rows.iter().find(is_it)
     }
 }
 
@@ -517,6 +528,13 @@ mod tests {
             Some(Verdict::DoesNotHold)
         );
         assert_eq!(of(&[&open, &no], Rule::AnyReading), None);
+        let hangs_on = |rows: [&Row; 3]| {
+            let claim = Claim::of("x", "", "").by(Rule::All, rows.map(Row::clone).to_vec());
+            claim.hangs_on().map(Row::estimate)
+        };
+        assert_eq!(hangs_on([&yes, &open, &no]), Some(no.estimate()));
+        assert_eq!(hangs_on([&yes, &open, &yes]), Some(open.estimate()));
+        assert_eq!(hangs_on([&yes, &yes, &yes]), Some(yes.estimate()));
         assert_eq!(of(&[], Rule::All), None);
     }
 }

@@ -183,7 +183,11 @@ pub fn kind(folder: &Path) -> Result<String, StudyError> {
 fn stored(folder: &Path) -> Result<(serde_json::Value, String), StudyError> {
     let names = [path(folder), folder.join(format!("{NAME}.gz"))];
     let Some(path) = names.into_iter().find(|path| path.is_file()) else {
-        return Err(StudyError::not_a_study(folder, format!("it has no {NAME}")));
+        let why = match folder.exists() {
+            true => format!("it has no {NAME}"),
+            false => "there is no such folder".to_owned(),
+        };
+        return Err(StudyError::not_a_study(folder, why));
     };
     let text = read_text(&path, LARGEST)?;
     let stored: serde_json::Value = serde_json::from_str(&text)

@@ -155,15 +155,19 @@ impl OfBeds for Plan {
 
 /// Implausibilities up to these, and shares from these on, with their colours.
 const LEAST: [(f64, &str, Colour); 4] = [
-    (1.0, "implausibility up to 1", Colour::Blue),
-    (2.0, "up to 2", Colour::Sky),
-    (CUT, "up to 3", Colour::Green),
-    (f64::INFINITY, "beyond: excluded", Colour::Grey),
+    (1.0, "below: implausibility up to 1", Colour::Blue),
+    (2.0, "to 2", Colour::Sky),
+    (CUT, "to 3", Colour::Green),
+    (f64::INFINITY, "beyond, excluded", Colour::Grey),
 ];
 const LEFT: [(f64, &str, Colour); 3] = [
-    (0.1, "a tenth and more is left", Colour::Purple),
-    (0.01, "a hundredth and more", Colour::Vermilion),
-    (1.0e-9, "less", Colour::Ochre),
+    (0.1, "above: a tenth or more is left", Colour::Purple),
+    (
+        0.01,
+        "above: a hundredth or more is left",
+        Colour::Vermilion,
+    ),
+    (1.0e-9, "above: less is left", Colour::Ochre),
 ];
 
 /// Settings in the table of the best.
@@ -207,12 +211,12 @@ impl Search {
             );
         }
         format!(
-            "{} of the space may give all published figures. The least implausible setting has {}: an implausibility of {:.2} after wave \
-             {}, where {CUT} excludes. `study plan candidates` decides by fresh packings.",
+            "{} of the settings looked at may give all published figures: no figure expected of them is {CUT} or more deviations from \
+             the published one. The nearest setting has {}; its farthest figure is {:.2} deviations away. `study plan candidates` decides \
+             by fresh packings.",
             self.share_left(),
             space::told(&best.at),
-            best.implausibility,
-            self.wave
+            best.implausibility
         )
     }
 
@@ -342,14 +346,16 @@ impl Search {
 
     /// A square for each pair of axes: the least implausibility below the diagonal, the share that is left above.
     fn maps(&self) -> Section {
-        let names = || {
-            self.axes
-                .iter()
-                .map(|name| name.split(',').next().unwrap_or(name))
+        let short = |of: &space::Axis| of.name.split(',').next().unwrap_or(of.name);
+        let with_ends = |of: &space::Axis| {
+            let [low, high] = [0.0, 1.0].map(|at| of.scale.words(at));
+            format!("{}: {low} … {high}", of.name)
         };
         let caption = "Each square is a pair of choices, over all others: below the diagonal the least implausibility, above it \
-                       the share of the settings that is left.";
-        let [x, y] = ["", ""].map(|label| Axis::of_names(label, names()));
+                       the share of the settings that is left. In a square values grow to the right and upwards, over the range \
+                       beside the name.";
+        let x = Axis::of_names("", AXES.iter().map(short));
+        let y = Axis::of_names("", AXES.iter().map(with_ends));
         let mut plot = Plot::new("pairs", caption, x, y);
         let place =
             |axis: usize, bin: usize| axis as f64 + 0.9 * ((bin as f64 + 0.5) / BINS as f64 - 0.5);

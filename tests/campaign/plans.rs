@@ -76,9 +76,14 @@ fn a_plan_of_another_version_is_not_run() {
 #[test]
 fn a_folder_without_a_plan_is_no_campaign() {
     let place = &new_folder();
-    for verb in ["run", "status", "merge"] {
-        has(&study(place, 2, verb, &[]).1, ["it has no plan.json"]);
-    }
+    let refused = |why: &str| {
+        for verb in ["run", "status", "merge"] {
+            has(&study(place, 2, verb, &[]).1, [why]);
+        }
+    };
+    refused("there is no such folder");
+    fs::create_dir(place.join("c")).expect("writable");
+    refused("it has no plan.json");
 }
 
 /// What Slurm is told, and by which scripts; that they work is shown where there is a Slurm.

@@ -10,11 +10,12 @@ use super::reasons;
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
 use crate::paper::published::{Of, POINTS, PUBLISHED, Published};
-use crate::study::realization::Setting;
 use crate::study::search::space::{AXES, told};
 
 /// So many settings are named in a sentence.
 const NAMED: usize = 5;
+/// Id of the search's least implausible setting.
+const BEST: &str = "best-1";
 
 const fn word(of: Verdict) -> &'static str {
     match of {
@@ -73,7 +74,7 @@ impl Candidates {
             }
         }
         let table = Table::of("laws", "Which law holds at which depth", rows)
-            .column("setting", |(of, _)| &of.setting.name)
+            .column("setting", |(of, _)| of.name())
             .column("depth, m", |(_, layer)| layer.depth)
             .column("best, or not told from it", |(_, layer)| {
                 let level = layer.level().map(Family::title);
@@ -94,7 +95,7 @@ impl Candidates {
 
     fn named(&self, id: &str) -> &str {
         let found = self.settings.iter().find(|of| of.setting.id == id);
-        found.map_or("", |of| &of.setting.name)
+        found.map_or("", |of| of.name())
     }
 
     fn answer(&self) -> String {
@@ -175,7 +176,7 @@ impl Candidates {
             "Published figures, setting by setting",
             &self.settings,
         )
-        .column("setting", |of| &of.setting.name)
+        .column("setting", |of| of.name())
         .column("come out", |of| of.count(Verdict::ComesOut))
         .column("undecided", Found::open)
         .column("do not come out", |of| of.missed().join(", "))
@@ -190,12 +191,12 @@ impl Candidates {
             |of| of.by_floor,
         );
         let x = Axis::linear("ours over published, 95 %").within(0.0, 2.0);
-        let names = self.settings.iter().map(|of| of.setting.name.clone());
+        let names = self.settings.iter().map(|of| of.name());
         let y = Axis::of_names("", names);
         let last = self.settings.len() as f64 - 0.5;
         let band = [[0.9, -0.5, last], [1.1, -0.5, last]];
-        let caption =
-            "Means of local σ_zz at O, A and B over the published ones, with 95 % intervals.";
+        let caption = "Means of local σ_zz at O, A and B over the published ones, with 95 % intervals. A row without marks: too few punches got \
+             their force.";
         let mut plot = Plot::new("means", caption, x, y).band("a tenth", Colour::Grey, band);
         for ((point, _), colour) in POINTS.iter().zip(Colour::OF_LINES) {
             let id = format!("stress.{point}");
@@ -233,7 +234,7 @@ impl Candidates {
                 of.setting.id.starts_with("rest") && with == wanted && of.bears()
             })
         };
-        let best = self.settings.iter().find(|of| of.setting.id == "best-1");
+        let best = self.settings.iter().find(|of| of.setting.id == BEST);
         let all = [self.settings.first(), slowest(false), slowest(true), best];
         all.into_iter().flatten().collect()
     }
@@ -250,7 +251,7 @@ impl Candidates {
             "Local mean of σ_zz, kPa, with 95 % intervals",
             rows,
         )
-        .column("setting", |(of, _)| &of.setting.name)
+        .column("setting", |(of, _)| of.name())
         .column("point", |(_, part)| &part.point)
         .column("before the load", |(_, part)| kilopascals(part.before))
         .column("theory", move |(_, part)| kilo(part.theory[0]))
@@ -319,7 +320,7 @@ impl Candidates {
                 let found = kilo(found?);
                 Some(Point::at(at, found.estimate).between(found.low, found.high))
             });
-            plot = plot.points(&of.setting.name, colour, points);
+            plot = plot.points(of.name(), colour, points);
         }
         plot
     }
@@ -334,7 +335,7 @@ impl Candidates {
             .enumerate()
             .filter(|(_, of)| of.of == Of::Mean);
         let table = Table::of("changes", "What a choice changes, with 95 % intervals", own)
-            .column("setting", |of| &of.setting.name);
+            .column("setting", |of| of.name());
         let table = means.fold(table, |table, (index, figure)| {
             let heading = match figure.unit {
                 "1" => figure.title.to_owned(),
@@ -403,7 +404,7 @@ impl Candidates {
                 .filter(|of| of.setting.at.len() == AXES.len())
         };
         let mut names = vec!["choice".to_owned()];
-        names.extend(found().map(|of| of.setting.name.clone()));
+        names.extend(found().map(|of| of.name().to_owned()));
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let title = "Choices of the search's settings; number 1 is the least implausible";
         let mut table = Table::new("choices", title, &names);
@@ -428,7 +429,7 @@ impl Candidates {
         let rows = self.settings.iter();
         let rows = rows.flat_map(|of| of.figures.iter().map(move |figure| (of, figure)));
         let table = Table::of("numbers", "Every figure of every setting", rows)
-            .column("setting", |(of, _)| &of.setting.name)
+            .column("setting", |(of, _)| of.name())
             .column("figure", |(_, of)| figure(of).map(|of| of.title))
             .column("published", |(_, of)| figure(of).map(|of| of.value))
             .column("ours (95 %)", |(_, of)| of.value)
@@ -445,12 +446,20 @@ fn figure(of: &Judged) -> Option<&'static Published> {
 }
 
 impl Found {
+    /// Recorded plans call the search's least implausible setting by its number.
+    fn name(&self) -> &str {
+        match self.setting.id.as_str() {
+            BEST => "the search's best setting",
+            _ => &self.setting.name,
+        }
+    }
+
     /// Its name; of a setting of the search, with its choices.
     fn described(&self) -> String {
-        let Setting { name, at, .. } = &self.setting;
+        let (name, at) = (self.name(), &self.setting.at);
         match at.len() == AXES.len() {
             true => format!("{name} ({})", told(at)),
-            false => name.clone(),
+            false => name.to_owned(),
         }
     }
 

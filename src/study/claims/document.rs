@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::laws::{self, Contest};
 use super::means::POINTS;
 use super::sample::{Moment, stress};
-use super::{Claim, Claims, Judged, Row, Verdict, Volume, Volumes};
+use super::{Claim, Claims, Judged, Row, Verdict, Volume, Volumes, counted};
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::plot::Point;
 use crate::document::table::rounded;
@@ -146,7 +146,7 @@ impl Claim {
             None => Outcome::Skipped,
         };
         let found = format!("{}. {}", self.word(), self.reading);
-        let quantity = format!("a verdict on: {}", self.statement);
+        let quantity = format!("decided, either way: {}", self.statement);
         let packings = self.rows.iter().map(|row| row.packings as u64);
         Check {
             n: packings.max().unwrap_or(0),
@@ -164,31 +164,29 @@ const HOW: &str = "A claim is decided by the size of an effect against a limit t
     for this scene; the paper leaves choices open, and the study of candidates says what hangs on them. Among the checks a claim that could be \
     decided passes, whatever its verdict.";
 
-/// A row a claim with the first number that decides; with the same for another scene.
+/// A row a claim with the number that it hangs on; with verdict and the same number for another scene.
 fn table(name: &str, claims: &[Claim], beside: &[Claim]) -> Table {
-    fn decisive(claim: &Claim) -> Option<&Row> {
-        claim.rows.iter().find(|row| row.judged.is_some())
-    }
-    let other = |claim: &Claim| beside.iter().find(|of| of.id == claim.id);
-    let both = claims.iter().map(|claim| (claim, decisive(claim)));
+    let both = claims.iter().map(|claim| (claim, claim.hangs_on()));
     let both: Vec<(&Claim, Option<&Row>)> = both.collect();
+    let other = |claim: &Claim| beside.iter().find(|of| of.id == claim.id);
+    let same = |claim: &Claim, row: &Row| other(claim)?.rows.iter().find(|of| of.what == row.what);
     let all = Table::of(name, "", &both)
         .column("claim", |(claim, _)| Cell::Code(claim.id.to_string()))
         .column("verdict", |(claim, _)| claim.word())
-        .column("first number that decides", |(_, row)| {
-            row.map(|row| match row.unit.as_ref() {
-                "1" => row.what.to_string(),
-                unit => format!("{}, {unit}", row.what),
-            })
+        .column("hangs on", |(_, row)| match row {
+            None => "other claims".to_owned(),
+            Some(row) if row.unit == "1" => row.what.clone(),
+            Some(row) => format!("{}, {}", row.what, row.unit),
         })
         .column("published", |(_, row)| row.and_then(|row| row.published))
         .column("ours (95 %)", |(_, row)| row.and_then(|row| row.ours))
+        .column("limits", |(_, row)| {
+            row.and_then(|row| row.judged).map(limits)
+        })
         .column("beside: verdict", |(claim, _)| {
             other(claim).map(Claim::word)
         })
-        .column("beside (95 %)", |(claim, _)| {
-            other(claim).and_then(decisive).and_then(|row| row.ours)
-        });
+        .column("beside (95 %)", |(claim, row)| same(claim, (*row)?)?.ours);
     Table::from(all).without_empty_columns()
 }
 
@@ -266,13 +264,19 @@ impl Claims {
         ]);
         let all = self.claims.iter().chain(&self.earlier);
         let checks: Vec<Check> = all.map(Claim::check).collect();
+        let holds = Verdict::Holds.words();
+        let mut others = self.verdicts.clone();
+        others.remove(holds);
         Document {
             title: "The paper's claims about its simulations".to_owned(),
             verdict: verdict(&checks),
             answer: format!(
-                "{} claims: {}. {} members of {}: {}.",
+                "{} of {} claims hold; {}. Of the earlier paper's {}: {}. {} members of {}: {}.",
+                self.verdicts.get(holds).unwrap_or(&0),
                 self.claims.len(),
-                listed(&self.verdicts),
+                listed(&others),
+                self.earlier.len(),
+                listed(&counted(self.earlier.iter().map(Claim::word))),
                 self.members,
                 self.origin.engine,
                 listed(&self.endings)
