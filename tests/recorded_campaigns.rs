@@ -51,7 +51,7 @@ fn a_merged_campaign_has_all_of_its_rows_and_its_comparison_is_kept() {
         root("reference_data/campaign-best-yade-sorted-1"),
     );
     let status = format!("study status {}", best.display());
-    tells(folder, 0, &status, ["550 of 550 rows finished, merged"]);
+    tells(folder, 0, &status, ["1000 of 1000 rows finished, merged"]);
     let compared = format!(
         "study compare {} {} --json --out judged",
         best.display(),
