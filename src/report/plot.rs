@@ -485,7 +485,9 @@ impl Drawing<'_> {
             point,
         } in std::mem::take(&mut self.labels)
         {
-            let free = |place: &&Place| self.is_free(&with_margin(&words, place));
+            // In a map of names each has a place for itself, without room to spare.
+            let needed = if point.is_some() { with_margin } else { room };
+            let free = |place: &&Place| self.is_free(&needed(&words, place));
             if let Some(place) = places.iter().find(free) {
                 let own = room(&words, place);
                 self.taken.push(own);
