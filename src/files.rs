@@ -23,7 +23,7 @@ pub enum FileError {
     },
     #[error("{path} is larger than {limit} bytes, the most that such a file may have")]
     TooLarge { path: PathBuf, limit: u64 },
-    #[error("{path} {}", if path.is_dir() { "is a folder; name a file in it, such as the record run.json or report.json" } else { "is not a regular file" })]
+    #[error("{path} {}", if path.is_dir() { "is a folder; name a file in it" } else { "is not a regular file" })]
     NotAFile { path: PathBuf },
     #[error("{path} is not UTF-8 text")]
     NotText { path: PathBuf },

@@ -28,6 +28,27 @@ fn with_a_record() -> Place {
     folder
 }
 
+/// A sound run that lacks a check of its baseline agrees with nothing.
+#[test]
+fn a_job_without_a_check_of_its_baseline_is_incomplete() {
+    let at = &with_a_record();
+    ends(at, 0, "report baseline save run.json main");
+    let (out, _) = ends(
+        at,
+        3,
+        "reproduce --recorded --quiet --out o --baseline main",
+    );
+    has(
+        &out,
+        [
+            "INCOMPLETE: Some of it cannot be told against main",
+            " 0 failed",
+        ],
+    );
+    let page = text_of(at.join("o/report.html"));
+    has(&page, ["Agreed, but incomplete against main"]);
+}
+
 #[test]
 fn a_regression_shows_in_words_files_and_exit_code() {
     let at = &new_folder();

@@ -8,8 +8,8 @@ use super::job_folder::{finish, open, page_line};
 use super::report::{Files, Where};
 use super::run::YadeLimits;
 use super::{json, print};
-use crate::checks::Outcome;
 use crate::checks::record::{self, Found, Record};
+use crate::checks::{self, Outcome};
 use crate::compare::baseline::{self, diff::diff};
 use crate::document::Document;
 use crate::error::Error;
@@ -125,18 +125,23 @@ impl Arguments {
         let pages: Vec<Page> = pages
             .map(|(name, of)| page_against(name, of, against(name)))
             .collect();
-        let worse = diff.as_ref().map(|diff| diff.verdict) == Some(Outcome::Fail);
-        let verdict = if worse { Outcome::Fail } else { record.verdict };
-        let against = || diff.iter().flat_map(baseline::checks);
+        // What a baseline has and this run has not is missing evidence too.
+        let with_baseline = |of: Document| {
+            let mut checks = of.checks;
+            checks.extend(diff.iter().flat_map(baseline::checks));
+            let verdict = checks::verdict(&checks);
+            Document {
+                verdict,
+                checks,
+                ..of
+            }
+        };
         if let Some((_, first)) = documents.into_iter().next() {
-            let mut of = Document { verdict, ..first };
-            of.checks.extend(against());
-            self.files.write(&record.job, &of)?;
+            self.files.write(&record.job, &with_baseline(first))?;
         }
         finish(out, &pages, RECORD, &text)?;
-        let mut summary = reproduction.summary();
-        summary.verdict = verdict;
-        summary.checks.extend(against());
+        let mut summary = with_baseline(reproduction.summary());
+        let verdict = summary.verdict;
         if let Some(diff) = &diff {
             summary.answer = format!("{} {}", diff.answer(), summary.answer);
             summary.sections.push(diff.section(false));

@@ -82,10 +82,12 @@ pub fn page_against(name: &str, document: &Document, diff: Option<&Diff>) -> Pag
         files: Vec::new(),
     };
     let (sections, checks) = (&document.sections, &document.checks);
-    let worse = diff.filter(|diff| diff.verdict == Outcome::Fail);
+    let of_baseline = |wanted| diff.filter(|diff| diff.verdict == wanted);
+    let (worse, untold) = (of_baseline(Outcome::Fail), of_baseline(Outcome::Skipped));
     let class = match document.verdict {
         Outcome::Fail => "bad",
         _ if worse.is_some() => "bad",
+        _ if untold.is_some() => "open",
         Outcome::Pass => "good",
         Outcome::Skipped | Outcome::ExpectedFailure => "open",
     };
@@ -99,6 +101,9 @@ pub fn page_against(name: &str, document: &Document, diff: Option<&Diff>) -> Pag
     let mut heading = said.unwrap_or_default().to_owned();
     if let Some(worse) = worse {
         heading += &format!(", and worse than {}", words(&worse.baseline));
+    }
+    if let Some(untold) = untold {
+        heading += &format!(", but incomplete against {}", words(&untold.baseline));
     }
     if !heading.is_empty() {
         heading = format!("<strong>{heading}</strong>\n");

@@ -453,9 +453,10 @@ pub fn write_sums(folder: &Path) -> Result<(), FileError> {
 
 /// Why a folder without this file is no run folder, and what may have been meant.
 fn without(folder: &Path, name: &str) -> String {
-    let Ok(inside) = std::fs::read_dir(folder) else {
+    if !folder.exists() {
         return "there is no such folder".to_owned();
-    };
+    }
+    let inside = std::fs::read_dir(folder).into_iter().flatten();
     let inside = inside.filter_map(|entry| Some(entry.ok()?.path()));
     let runs = inside.filter(|path| path.join(SUMS).is_file() && path.join(RECORD).is_file());
     let mut runs: Vec<String> = runs.map(|path| path.display().to_string()).collect();

@@ -425,13 +425,13 @@ impl Claim {
         self.with(verdict(&rows, rule), rows)
     }
 
-    /// The first number beyond its limits where the claim does not hold, the first undecided one where it is undecided, else
+    /// The first number beyond its limits where the claim does not hold or cannot be decided, the first undecided one where it is undecided, else
     /// the first within its limits. None where other claims decide.
     fn hangs_on(&self) -> Option<&Row> {
         let wanted = match self.verdict {
             None => Outcome::Skipped,
-            Some(Verdict::DoesNotHold) => Outcome::Fail,
-            Some(_) => Outcome::Pass,
+            Some(Verdict::DoesNotHold | Verdict::CannotBeDecided) => Outcome::Fail,
+            Some(Verdict::Holds | Verdict::HoldsUnderStatedChoices) => Outcome::Pass,
         };
         let is_it = |row: &&Row| row.judged.is_some_and(|of| of.outcome == wanted);
         self.rows.iter().find(is_it)
@@ -535,6 +535,8 @@ mod tests {
         assert_eq!(hangs_on([&yes, &open, &no]), Some(no.estimate()));
         assert_eq!(hangs_on([&yes, &open, &yes]), Some(open.estimate()));
         assert_eq!(hangs_on([&yes, &yes, &yes]), Some(yes.estimate()));
+        let reading = Claim::of("x", "", "").with(Some(Verdict::CannotBeDecided), vec![no.clone()]);
+        assert_eq!(reading.hangs_on().map(Row::estimate), Some(no.estimate()));
         assert_eq!(of(&[], Rule::All), None);
     }
 }

@@ -211,7 +211,7 @@ impl Search {
             );
         }
         format!(
-            "{} of the settings looked at may give all published figures: no figure expected of them is {CUT} or more deviations from \
+            "{} of the settings looked at may give all published figures: no figure expected of them is more than {CUT} deviations from \
              the published one. The nearest setting has {}; its farthest figure is {:.2} deviations away. `study plan candidates` decides \
              by fresh packings.",
             self.share_left(),

@@ -560,7 +560,7 @@ impl Verification {
     /// A row a case, in the order in which they were first run, with an outcome for each part that an engine had.
     fn cases(&self) -> Section {
         let mut answer = "Each case is a small experiment whose outcome is known. All engines run the same cases and are judged by \
-                          the same code: the tested one, and the reference, YADE. Cross-code holds what both made against each other."
+                          the same code. The reference is YADE, where it takes part; cross-code holds its numbers against native's."
             .to_owned();
         let missing = |case: &&CaseResult| case.outcome == Outcome::Skipped && !case.inapplicable;
         if let Some(case) = self.cases.iter().find(missing) {

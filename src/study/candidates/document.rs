@@ -406,7 +406,7 @@ impl Candidates {
         let mut names = vec!["choice".to_owned()];
         names.extend(found().map(|of| of.name().to_owned()));
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let title = "Choices of the search's settings; number 1 is the least implausible";
+        let title = "Choices of the search's settings, the least implausible first";
         let mut table = Table::new("choices", title, &names);
         for (index, axis) in AXES.iter().enumerate() {
             let first = Cell::Text(axis.name.to_owned());

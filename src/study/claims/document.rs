@@ -173,8 +173,9 @@ fn table(name: &str, claims: &[Claim], beside: &[Claim]) -> Table {
     let all = Table::of(name, "", &both)
         .column("claim", |(claim, _)| Cell::Code(claim.id.to_string()))
         .column("verdict", |(claim, _)| claim.word())
-        .column("hangs on", |(_, row)| match row {
-            None => "other claims".to_owned(),
+        .column("hangs on", |(claim, row)| match row {
+            None if claim.rows.is_empty() => "other claims".to_owned(),
+            None => String::new(),
             Some(row) if row.unit == "1" => row.what.clone(),
             Some(row) => format!("{}, {}", row.what, row.unit),
         })
