@@ -13,6 +13,8 @@ def refuse(job, has_friction=False):
     law = job.model["law"]
     if law["friction_angle"] > 0.0 and not has_friction:
         raise Refused("friction")
+    if any(law.get(place) is not None for place in ("wall_friction_angle", "punch_friction_angle")):
+        raise Refused("friction of its own at walls or punch")
     if law["contact"]["viscosity"]["kind"] != "none":
         raise Refused("dashpots")
 

@@ -310,6 +310,8 @@ pub enum Part {
     NormalSpring,
     /// friction
     TangentialSpring,
+    /// friction of its own at walls and punch
+    WallFriction,
     /// rotating grains
     Rotation,
     /// dashpots
@@ -363,6 +365,7 @@ fn of_model(model: &Model) -> Vec<Part> {
     let asked = [
         (Part::NormalSpring, true),
         (Part::TangentialSpring, model.law.has_friction()),
+        (Part::WallFriction, model.law.has_friction_of_walls()),
         (Part::Rotation, model.law.rotates()),
         (Part::Dashpots, model.law.has_dashpots()),
         (Part::LocalDamping, model.alpha != 0.0),

@@ -294,6 +294,8 @@ pub fn springs(modulus: f64) -> Law {
         modulus,
         stiffness_ratio: 1.0,
         friction_angle: 0.0,
+        wall_friction_angle: None,
+        punch_friction_angle: None,
         contact: ContactLaw::default(),
     }
 }

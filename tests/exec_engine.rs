@@ -70,6 +70,11 @@ fn what_an_engine_does_not_have_is_not_asked_of_it() {
     let mut scene = narrow_scene(0.05);
     scene.loading.damping = Some(Damping::Cundall { alpha: 0.5 });
     let folder = &folder_with(&scene);
+    let mut rough = scene.clone();
+    rough.material.wall_friction_angle = Some(0.3);
+    let own = "friction of its own at walls and punch (wall_friction)";
+    let errors = run_in(&folder_with(&rough), 2, &adapter("lammps.py"), &[], "out");
+    has(&errors, [own]);
     let toy = adapter("toy.py");
     let stages = "constants of its own for loading (stages)";
     for (more, missing) in [

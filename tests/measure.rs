@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use assert_approx_eq::assert_approx_eq;
 use grains::measure::porosity::{self, Window};
 use grains::measure::{self, Bed, cells, neighbourhood, stress};
-use grains::scene::{Tension, Viscosity};
+use grains::scene::{Cell, Tension, Viscosity};
 
 use crate::support::*;
 
@@ -110,6 +110,20 @@ fn a_square_packing_has_its_heights_porosities_and_cells() {
     // A bed too low to have an interior has no such porosity.
     let window = Window::interior(&scene, 0.08);
     assert_eq!(porosity::in_window(&bodies, &window), None);
+}
+
+#[test]
+fn grains_of_equal_porosity_share_the_room_of_all_cells_by_their_areas() {
+    let (mut scene, mut bodies, _) = square_packing(30, 20);
+    bodies.radius[0] = 0.0025;
+    let radical = cells::of(&scene, &bodies);
+    assert_eq!(radical, cells::radical(&scene, &bodies));
+    scene.measurement.cell = Cell::EqualPorosity;
+    let equal = cells::of(&scene, &bodies);
+    let sum = |of: &cells::Cells| of.area.iter().sum::<f64>();
+    assert_approx_eq!(sum(&equal), sum(&radical), 1e-12);
+    assert_approx_eq!(equal.area[1], 4.0 * equal.area[0], 1e-15);
+    assert!(radical.area[1] < 4.0 * radical.area[0]);
 }
 
 #[test]

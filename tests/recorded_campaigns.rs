@@ -15,6 +15,7 @@ use evidence::history::CUT;
 use evidence::t_test::Finding;
 use verdict::judge::Verdict;
 
+use crate::candidates::are_sound;
 use crate::support::*;
 
 fn recorded(name: &str) -> Merged {
@@ -170,6 +171,9 @@ fn the_recorded_search_is_that_of_its_rows() {
         assert!(recorded.found_again.is_some_and(|of| of.low > 0.9));
         assert!(recorded.of_impossible.is_some_and(|least| least > CUT));
         if wave == "wave-2" {
+            let around = candidates::Plan::of_choices(false, 3, Some(&recorded));
+            let axes = are_sound(&around, "best-1");
+            assert!(axes.contains("friction of the punch") && !axes.contains("settle rule"));
             let setting = [folder.plan.study.beds.0[0][0].clone()];
             let cloud = setting[0].realizations().next().expect("a cloud");
             let again = of_one_bed(&setting, cloud, search::matching::keep).expect("it runs");

@@ -75,8 +75,14 @@ def compliances_in_series(a, b):
     return 1.0 / (1.0 / a + 1.0 / b)
 
 
+def friction_angles(law):
+    """Between grains, at walls, at the punch."""
+    own = (law.get(place + "_friction_angle") for place in ("wall", "punch"))
+    return [law["friction_angle"]] + [law["friction_angle"] if angle is None else angle for angle in own]
+
+
 def rotates(law):
-    return law["friction_angle"] > 0.0 and law["contact"]["rotation"] == "free"
+    return max(friction_angles(law)) > 0.0 and law["contact"]["rotation"] == "free"
 
 
 class ModelInYade:
@@ -87,8 +93,9 @@ class ModelInYade:
         # Whether grains rotate in any stage.
         self.rotates = "inertia" in grains[0]
         self.radii = [grain["radius"] for grain in grains]
-        self.material = self._material()
-        O.materials.append(self.material)
+        # Of grains, walls and punch: alike but for what touches them.
+        self.materials = [self._material() for _ in range(3)]
+        O.materials.append(self.materials)
         self.grains = len(grains)
         self.states = [self._add_grain(grain) for grain in grains]
         self.masses = [grain["mass"] for grain in grains]
@@ -98,8 +105,10 @@ class ModelInYade:
             position = Vector3(0, 0, 0)
             position[axis] = wall["place"]
             O.bodies.append(
-                utils.wall(position, axis=axis, sense=0, material=self.material, color=GREY)
+                utils.wall(position, axis=axis, sense=0, material=self.materials[1], color=GREY)
             )
+        # Of the first grain, the first wall, and the punch.
+        self.first_ids = [0, self.grains, self.grains + len(model["walls"])]
         self.punch = None
         gravity = model["gravity"]
         # Integration stands first, so that after each step forces and contacts belong to the positions.
@@ -139,14 +148,14 @@ class ModelInYade:
         self.wall_geometry = Ig2_Wall_Sphere_ScGeom()
         geometries = [self.grain_geometry, self.wall_geometry, Ig2_Box_Sphere_ScGeom()]
         if dashpot(self.law) is None:
-            physics = [Ip2_FrictMat_FrictMat_FrictPhys()]
+            self.physics = Ip2_FrictMat_FrictMat_FrictPhys()
             self.contact_law = Law2_ScGeom_FrictPhys_CundallStrack()
         else:
-            physics = [Ip2_ViscElMat_ViscElMat_ViscElPhys()]
+            self.physics = Ip2_ViscElMat_ViscElMat_ViscElPhys()
             self.contact_law = Law2_ScGeom_ViscElPhys_Basic()
         self._choose()
         return InteractionLoop(
-            geometries, physics, [self.contact_law], loopOnSortedInteractions=sorted
+            geometries, [self.physics], [self.contact_law], loopOnSortedInteractions=sorted
         )
 
     def _choose(self):
@@ -157,6 +166,10 @@ class ModelInYade:
         self.wall_geometry.noRatch = corrected
         if dashpot(self.law) is None:
             self.contact_law.sphericalBodies = contact["torque_arms"] == "half_overlap"
+            # By default the smaller angle of two materials holds.
+            angles = zip(self.materials, friction_angles(self.law))
+            matches = [(self.materials[0].id, other.id, angle) for other, angle in angles]
+            self.physics.frictAngle = MatchMaker(matches=matches)
         for state in self.states:
             state.blockedDOFs = "yXZ" if rotates(self.law) else "yXYZ"
 
@@ -168,22 +181,22 @@ class ModelInYade:
                 O.forces.addT(grain, -O.forces.t(grain))
         self.law = model["law"]
         self.newton.damping = model["alpha"]
-        material = self._material()
-        self.material.young = material.young
-        self.material.poisson = material.poisson
-        self.material.frictionAngle = material.frictionAngle
-        c_n = dashpot(self.law)
-        if c_n is not None:
-            self.material.cn = material.cn
+        new, c_n = self._material(), dashpot(self.law)
+        for material in self.materials:
+            material.young, material.poisson, material.frictionAngle = new.young, new.poisson, new.frictionAngle
+            if c_n is not None:
+                material.cn = new.cn
         self._choose()
+        tangents = [math.tan(angle) for angle in friction_angles(self.law)]
         for contact in self.real_contacts():
             # A flat body counts as a grain of the same radius.
             radii = [self.radii[of if of < self.grains else contact.id2] for of in (contact.id1, contact.id2)]
+            kind = next(kind for kind in (2, 1, 0) if max(contact.id1, contact.id2) >= self.first_ids[kind])
             normal = [self.law["modulus"] * radius for radius in radii]
             tangential = [of * self.law["stiffness_ratio"] for of in normal]
             physics = contact.phys
             physics.kn, physics.ks = self._in_series(*normal), self._in_series(*tangential)
-            physics.tangensOfFrictionAngle = math.tan(self.law["friction_angle"])
+            physics.tangensOfFrictionAngle = tangents[kind]
             if c_n is not None:
                 physics.cn = compliances_in_series(2.0 * c_n, 2.0 * c_n)
 
@@ -195,7 +208,7 @@ class ModelInYade:
 
     def _add_grain(self, grain):
         body = utils.sphere(
-            (grain["x"], 0.0, grain["z"]), grain["radius"], material=self.material, color=GREY
+            (grain["x"], 0.0, grain["z"]), grain["radius"], material=self.materials[0], color=GREY
         )
         state = body.state
         state.mass = grain["mass"]
@@ -212,7 +225,7 @@ class ModelInYade:
             (centre[0], 0.0, centre[1]),
             (half_extents[0], PUNCH_HALF_DEPTH, half_extents[1]),
             fixed=True,
-            material=self.material,
+            material=self.materials[2],
             color=GREY,
         )
         body.state.blockedDOFs = "xyzXYZ"

@@ -71,11 +71,12 @@ def model_of(folder, loading):
         sys.exit("crossgrain does not tell the model: %s; put it on the path, or name it by CROSSGRAIN" % error)
     model = json.loads(told)
     law = model["law"]
-    contact, friction = law["contact"], law["friction_angle"] > 0.0
+    contact, angles = law["contact"], import_yade().friction_angles(law)
     kind = contact["viscosity"]["kind"]
     arms = contact["slip_velocity"] == contact["torque_arms"] == "contact_point"
     lacks = kind == "restitution" or kind == "dashpot" and contact["viscosity"]["tension"] == "unclipped"
-    if lacks or friction and (kind == "dashpot" and not arms or contact["new_contact_slip"] == "since_touch"):
+    lacks |= kind == "dashpot" and (max(angles) > 0.0 and not arms or min(angles) < max(angles))
+    if lacks or max(angles) > 0.0 and contact["new_contact_slip"] == "since_touch":
         sys.exit("YADE does not have the contacts of %s; `crossgrain run --engine yade` says what it lacks" % folder)
     return model
 

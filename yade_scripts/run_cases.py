@@ -7,7 +7,7 @@ import os
 import time
 
 import model_in_yade
-from model_in_yade import Tables, beat, case_in_yade, read_json, write_json
+from model_in_yade import Tables, beat, case_in_yade, friction_angles, read_json, write_json
 from yadeimport import *  # noqa: F403
 
 model_in_yade.say_hello()
@@ -25,7 +25,7 @@ def effective(model):
                 "id1": contact.id1,
                 "id2": contact.id2,
                 "k_n": float(physics.kn),
-                "k_s": float(physics.ks) if model.law["friction_angle"] > 0.0 else None,
+                "k_s": float(physics.ks) if max(friction_angles(model.law)) > 0.0 else None,
                 "tan_phi": float(physics.tangensOfFrictionAngle),
                 "c_n": float(getattr(physics, "cn", 0.0)),
             }

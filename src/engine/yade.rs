@@ -140,6 +140,9 @@ pub fn unsupported(model: &Model) -> Option<String> {
             tension: Tension::Unclipped,
             ..
         } => Some("dashpots that pull (contact.viscosity.tension = unclipped)"),
+        Viscosity::Dashpot { .. } if model.law.has_friction_of_walls() => {
+            Some("friction of its own at walls or punch beside dashpots")
+        }
         Viscosity::Dashpot { .. } if !model.law.has_friction() => None,
         Viscosity::Dashpot { .. }
             if contact.slip_velocity != SlipVelocity::ContactPoint

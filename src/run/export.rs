@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 
 use crate::files::{FileError, failed, sha256_hex};
 use crate::run::folder::{FILES, Moment, RunFolder, SUMS, sum_line};
-use grains::measure::cells::radical;
+use grains::measure::cells;
 use grains::measure::stress::{Components, of_grains};
 use grains::scene::Scene;
 use grains::tables::{Bodies, BodyIds, Contact};
@@ -148,9 +148,9 @@ pub fn vtk_files(scene: &Scene, moment: &Moment, prefix: &str) -> [(String, Stri
     ]
 }
 
-/// Σ/V of every grain by its radical cell, Pa, compression positive, and the cells' areas, m².
+/// Σ/V of every grain by its cell, Pa, compression positive, and the cells' areas, m².
 fn stresses(scene: &Scene, moment: &Moment) -> (Vec<Components>, Vec<f64>) {
-    let areas = radical(scene, &moment.bodies).area;
+    let areas = cells::of(scene, &moment.bodies).area;
     let sums = of_grains(moment.bed());
     let over = |(sum, area): (&nalgebra::Matrix2<f64>, &f64)| Components::from(sum / *area);
     (sums.iter().zip(&areas).map(over).collect(), areas)
@@ -230,7 +230,7 @@ fn contacts(moment: &Moment) -> String {
 
 /// A polygon a grain: its radical cell with the stress of the grain.
 fn cells(scene: &Scene, moment: &Moment) -> String {
-    let cells = radical(scene, &moment.bodies);
+    let cells = cells::radical(scene, &moment.bodies);
     let (stress, areas) = stresses(scene, moment);
     let points: Vec<[f64; 2]> = cells.corners.iter().flatten().copied().collect();
     let mut next = 0;

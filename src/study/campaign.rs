@@ -299,7 +299,7 @@ impl Member {
 
 fn fields(scene: &Scene, of: &Snapshot, surface: f64) -> Fields {
     let bed = bed_of(of);
-    let cells = cells::radical(scene, bed.bodies);
+    let cells = cells::of(scene, bed.bodies);
     let extensive = stress::of_grains(bed);
     let places = scene.control_points.iter().map(|point| {
         let place = [scene.punch_axis() + point.offset, surface - point.depth];

@@ -190,6 +190,8 @@ impl OfBeds for Plan {
 }
 
 pub const PRINTED: &str = "as printed";
+/// Id of the search's least implausible setting.
+const BEST: &str = "best-1";
 const SPEED_AND_DAMPING: &str = "punch speed and damping";
 const NEVER_PRINTED: &str = "never printed; R = 5 mm follows from the control volume alone";
 const POURED: &str = "'randomly poured'";
@@ -203,9 +205,11 @@ struct Choice {
     values: &'static [f64],
     /// With `--quick`.
     few: &'static [f64],
+    /// Open, and no axis of the search: varied around its best setting too.
+    is_beside_search: bool,
 }
 
-const CHOICES: [Choice; 11] = [
+const CHOICES: [Choice; 15] = [
     Choice {
         name: "settle rule",
         reason: "'almost completely dissipate'; kinetic energy over its peak, from visible motion to deep rest",
@@ -213,6 +217,7 @@ const CHOICES: [Choice; 11] = [
         change: Settled,
         values: &[1.0e-2, 1.0e-3, 1.0e-5, 1.0e-6],
         few: &[1.0e-2],
+        is_beside_search: false,
     },
     Choice {
         name: "friction of both stages",
@@ -221,6 +226,7 @@ const CHOICES: [Choice; 11] = [
         change: Friction,
         values: &[0.1, 0.3, 0.6],
         few: &[0.3],
+        is_beside_search: false,
     },
     Choice {
         name: "mean diameter, same number of grains",
@@ -229,6 +235,7 @@ const CHOICES: [Choice; 11] = [
         change: |of| Diameter(1.0e-3 * of),
         values: &[9.0, 9.5, 9.8, 10.2, 10.5],
         few: &[9.0],
+        is_beside_search: false,
     },
     Choice {
         name: "mean diameter, same area of grains",
@@ -237,6 +244,7 @@ const CHOICES: [Choice; 11] = [
         change: |of| DiameterSameArea(1.0e-3 * of),
         values: &[8.0],
         few: &[],
+        is_beside_search: false,
     },
     Choice {
         name: "hold after the force",
@@ -245,6 +253,7 @@ const CHOICES: [Choice; 11] = [
         change: Hold,
         values: &[0.01, 0.05, 0.2],
         few: &[0.05],
+        is_beside_search: false,
     },
     Choice {
         name: "columns of the cloud",
@@ -253,6 +262,7 @@ const CHOICES: [Choice; 11] = [
         change: |of| Columns(of as u32),
         values: &[90.0],
         few: &[],
+        is_beside_search: true,
     },
     Choice {
         name: "speed of the cloud",
@@ -261,6 +271,7 @@ const CHOICES: [Choice; 11] = [
         change: CloudSpeed,
         values: &[0.0, 1.0, 3.0],
         few: &[],
+        is_beside_search: true,
     },
     Choice {
         name: "number of grains, over the printed",
@@ -269,6 +280,7 @@ const CHOICES: [Choice; 11] = [
         change: |of| Size(1.0, of),
         values: &[0.5, 2.0],
         few: &[],
+        is_beside_search: false,
     },
     Choice {
         name: "box width",
@@ -277,6 +289,7 @@ const CHOICES: [Choice; 11] = [
         change: |of| Size(of, 1.0),
         values: &[0.5, 2.0],
         few: &[],
+        is_beside_search: false,
     },
     Choice {
         name: "time step",
@@ -285,6 +298,7 @@ const CHOICES: [Choice; 11] = [
         change: Step,
         values: &[0.1, 0.45],
         few: &[],
+        is_beside_search: false,
     },
     Choice {
         name: "mass of a grain",
@@ -293,6 +307,43 @@ const CHOICES: [Choice; 11] = [
         change: |_| Spheres,
         values: &[1.0],
         few: &[],
+        is_beside_search: false,
+    },
+    Choice {
+        name: "dispersion of diameters",
+        reason: "0.05 is printed, of a 'quasi-uniform' distribution; from nearly equal grains to twice and four times as wide",
+        unit: "of the mean",
+        change: Change::Dispersion,
+        values: &[0.01, 0.1, 0.2],
+        few: &[0.1],
+        is_beside_search: true,
+    },
+    Choice {
+        name: "friction of floor and walls",
+        reason: "one friction is printed, that of grains; smooth and rough",
+        unit: "rad",
+        change: Change::WallFriction,
+        values: &[0.0, 0.6],
+        few: &[0.6],
+        is_beside_search: true,
+    },
+    Choice {
+        name: "friction of the punch",
+        reason: "the 'rigid body' has no printed friction; smooth and rough",
+        unit: "rad",
+        change: Change::PunchFriction,
+        values: &[0.0, 0.3],
+        few: &[0.3],
+        is_beside_search: true,
+    },
+    Choice {
+        name: "volume of a grain",
+        reason: "'the particle and the associated void space'; not by its radical cell but with the bed's share of void",
+        unit: "(the bed's porosity)",
+        change: |_| Change::EqualPorosity,
+        values: &[1.0],
+        few: &[],
+        is_beside_search: true,
     },
 ];
 
@@ -307,13 +358,18 @@ pub fn reasons() -> impl Iterator<Item = (&'static str, &'static str)> {
 }
 
 impl Plan {
-    /// The choices that the paper leaves open, one at a time around the printed scene, which is first; settings that pour alike share
-    /// their beds.
-    pub fn of_choices(quick: bool, clouds: u64) -> Self {
-        let base = space::base(quick);
+    /// The choices that the paper leaves open, one at a time around the printed scene; or around the best setting of a search, those
+    /// that are no axes of it. What they are varied around is first; settings that pour alike share their beds.
+    pub fn of_choices(quick: bool, clouds: u64, found: Option<&Search>) -> Self {
+        let best = found.and_then(|of| of.best.first());
+        let printed = space::base(quick);
+        let base = best.map_or(printed.clone(), |of| space::scene(&printed, &of.at));
         let mut beds: Vec<Vec<Setting>> = Vec::new();
         let mut add = |id: &str, name: &str, axis: &str, at: &[f64], changes: &[Change]| {
             let of = Specification::native(changed(base.clone(), changes));
+            if !changes.is_empty() && of.scene == base {
+                return;
+            }
             let mut setting = Setting::new(id, name, axis, of, clouds);
             setting.at = at.to_vec();
             let specification = &setting.specification;
@@ -323,23 +379,25 @@ impl Plan {
                 None => beds.push(vec![setting]),
             }
         };
-        add("printed", PRINTED, PRINTED, &[], &[]);
+        match best {
+            Some(of) => add(BEST, "the search's best setting", BEST, &of.at, &[]),
+            None => add("printed", PRINTED, PRINTED, &[], &[]),
+        }
         let (speeds, alphas): (&[f64], &[f64]) = match quick {
+            _ if found.is_some() => (&[], &[]),
             true => (&[0.05, 0.5], &[0.8]),
             false => (&[0.05, 0.07, 0.1, 0.2, 0.5], &[0.05, 0.1, 0.2, 0.4, 0.8]),
         };
         for alpha in alphas {
             for speed in speeds {
                 let changes = [Alpha(*alpha), Speed(*speed)];
-                if changed(base.clone(), &changes) == base {
-                    continue;
-                }
                 let id = format!("speed-{speed}-alpha-{alpha}");
                 let name = format!("{speed} m/s, α = {alpha}");
                 add(&id, &name, SPEED_AND_DAMPING, &[*speed, *alpha], &changes);
             }
         }
-        for of in &CHOICES {
+        let all = CHOICES.iter();
+        for of in all.filter(|of| found.is_none() || of.is_beside_search) {
             let word = of.name.replace([',', ' '], "-").replace("--", "-");
             for value in if quick { of.few } else { of.values } {
                 let (id, name) = (

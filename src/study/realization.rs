@@ -14,7 +14,9 @@ use grains::measure::{self, Bed, stress};
 use grains::native;
 use grains::native::pouring::{Phase, Softly};
 use grains::native::{NativeError, Trouble};
-use grains::scene::{AfterForce, Cloud, Damping, Scene, Shape, TimeStep, paper_scene, parse_scene};
+use grains::scene::{
+    AfterForce, Cell, Cloud, Damping, Scene, Shape, TimeStep, paper_scene, parse_scene,
+};
 use grains::tables::{Snapshot, Stage, StopReason};
 use grains::task::{Outcome, Task, Until};
 use serde::{Deserialize, Serialize};
@@ -480,6 +482,13 @@ pub enum Change {
     Speed(f64),
     /// Friction angle between grains, rad.
     Friction(f64),
+    /// Of grains on floor and walls, in both stages, rad.
+    WallFriction(f64),
+    /// Of grains on the punch, rad.
+    PunchFriction(f64),
+    /// ΔD/D.
+    Dispersion(f64),
+    EqualPorosity,
     /// The punch stands still for so long after the force, s; at zero it does not wait.
     Hold(f64),
     /// Grains have the mass of spheres.
@@ -525,6 +534,21 @@ impl Change {
             }
             Change::Speed(speed) => scene.loading.speed = speed,
             Change::Friction(angle) => scene.material.friction_angle = angle,
+            Change::WallFriction(angle) => {
+                let loading = scene.loading.material.iter_mut();
+                for material in loading.chain([&mut scene.material]) {
+                    let differs = angle != material.friction_angle;
+                    material.wall_friction_angle = differs.then_some(angle);
+                }
+            }
+            Change::PunchFriction(angle) => {
+                let own = scene.loading.material.as_mut();
+                let material = own.unwrap_or(&mut scene.material);
+                let differs = angle != material.friction_angle;
+                material.punch_friction_angle = differs.then_some(angle);
+            }
+            Change::Dispersion(dispersion) => scene.particles.dispersion = dispersion,
+            Change::EqualPorosity => scene.measurement.cell = Cell::EqualPorosity,
             Change::Hold(seconds) if seconds > 0.0 => {
                 scene.loading.after_force = AfterForce::StandStill { seconds };
             }

@@ -240,7 +240,7 @@ impl AllPairs {
         let two = self.grain(i);
         let [nx, nz] = touch.normal;
         let normal_force = self.normal_force(&touch, one, two);
-        let shear = if self.model.law.friction_angle > 0.0 {
+        let shear = if self.model.law.has_friction() {
             self.shear(ids, &touch, [one, two], normal_force)
         } else {
             [0.0; 2]
@@ -361,7 +361,13 @@ impl AllPairs {
         };
         sx -= share * gx;
         sz -= share * gz;
-        let tan = law.friction_angle.tan();
+        let walls = self.bodies.len() as u32;
+        let own = match ids.0 {
+            body if body < walls => None,
+            body if body < walls + self.model.walls.len() as u32 => law.wall_friction_angle,
+            _ => law.punch_friction_angle,
+        };
+        let tan = own.unwrap_or(law.friction_angle).tan();
         let [fx, fz] = normal_force;
         let limit_squared = (fx * fx + fz * fz) * (tan * tan);
         let squared = sx * sx + sz * sz;

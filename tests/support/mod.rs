@@ -99,6 +99,9 @@ const STAGES: &str = r#"
     friction is switched on ⇒ {"material": {"friction_angle": 0.0}, "loading": {"material": {"friction_angle": 0.4}}} ⇒ no ⇒ yes ⇒ yes
     friction is switched off ⇒ {"loading": {"material": {"friction_angle": 0.0}}} ⇒ yes ⇒ no ⇒ yes
     other springs, friction and damping ⇒ {"loading": {"material": {"youngs_modulus": 7e9, "stiffness_ratio": 0.6, "friction_angle": 0.2}, "damping": {"alpha": 0.5}}} ⇒ yes ⇒ yes ⇒ yes
+    rough walls, then smooth grains under a rough punch ⇒ {"material": {"friction_angle": 0.1, "wall_friction_angle": 0.5}, "loading": {"material": {"friction_angle": 0.0, "wall_friction_angle": 0.1, "punch_friction_angle": 0.6}}} ⇒ yes ⇒ yes ⇒ yes
+    smooth walls and punch ⇒ {"material": {"wall_friction_angle": 0.0, "punch_friction_angle": 0.0}} ⇒ yes ⇒ yes ⇒ yes
+    smooth walls beside dashpots ⇒ {"material": {"wall_friction_angle": 0.0}, "contact": {"viscosity": {"kind": "dashpot", "c_n": 300.0, "tension": "clipped"}, "slip_velocity": "contact_point", "torque_arms": "contact_point"}} ⇒ yes ⇒ yes ⇒ no
     other rules of friction ⇒ {"loading": {"contact": {"slip_velocity": "contact_point", "torque_arms": "contact_point"}}} ⇒ yes ⇒ yes ⇒ yes
     rotation is set free ⇒ {"contact": {"rotation": "blocked"}, "loading": {"contact": {"rotation": "free"}}} ⇒ yes ⇒ yes ⇒ yes
     stronger dashpots ⇒ {"contact": {"viscosity": {"kind": "dashpot", "c_n": 300.0, "tension": "clipped"}, "slip_velocity": "contact_point", "torque_arms": "contact_point"}, "loading": {"contact": {"viscosity": {"c_n": 900.0}}}} ⇒ yes ⇒ yes ⇒ yes

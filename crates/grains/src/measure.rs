@@ -75,7 +75,7 @@ fn bed(scene: &Scene, moment: &str, bed: Bed<'_>, surface: f64) -> Vec<Quantity>
         add(&format!("porosity.from_{name}"), porosity, "1");
     }
     let window = porosity::Window::interior(scene, surface);
-    let cells = cells::radical(scene, bed.bodies);
+    let cells = cells::of(scene, bed.bodies);
     if let Some(value) = porosity::in_window(bed.bodies, &window) {
         add("porosity.in_window", value, "1");
     }

@@ -37,6 +37,12 @@ pub struct Law {
     pub stiffness_ratio: f64,
     /// Friction angle φ, rad.
     pub friction_angle: f64,
+    /// At walls, where it is another one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wall_friction_angle: Option<f64>,
+    /// At the punch likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub punch_friction_angle: Option<f64>,
     /// Dashpots, rotations and the choices that the paper does not print.
     pub contact: ContactLaw,
 }
@@ -83,6 +89,8 @@ impl Model {
                 modulus: scene.material.youngs_modulus,
                 stiffness_ratio: scene.material.stiffness_ratio,
                 friction_angle: scene.material.friction_angle,
+                wall_friction_angle: scene.material.wall_friction_angle,
+                punch_friction_angle: scene.material.punch_friction_angle,
                 contact: scene.contact.clone(),
             },
         }
@@ -92,7 +100,24 @@ impl Model {
 impl Law {
     /// Whether contacts bear tangential forces.
     pub fn has_friction(&self) -> bool {
-        self.friction_angle > 0.0
+        self.friction_angles().iter().any(|angle| *angle > 0.0)
+    }
+
+    /// Friction angles between grains, at walls and at the punch, rad.
+    pub fn friction_angles(&self) -> [f64; 3] {
+        [
+            Some(self.friction_angle),
+            self.wall_friction_angle,
+            self.punch_friction_angle,
+        ]
+        .map(|angle| angle.unwrap_or(self.friction_angle))
+    }
+
+    /// Whether walls or punch have a friction of their own.
+    pub fn has_friction_of_walls(&self) -> bool {
+        self.friction_angles()
+            .iter()
+            .any(|angle| *angle != self.friction_angle)
     }
 
     /// Normal stiffness of two grains, N/m: Eq. 4 of the paper, 2E R_i R_j/(R_i + R_j). Engines have their own.
@@ -183,7 +208,6 @@ impl ModelRecord {
 
     fn of_stage(scene: &Scene, native: bool) -> Self {
         let law = Model::of(scene).law;
-        let angle = law.friction_angle;
         let alpha = scene.damping.alpha();
         let term = |term: &str, computed: bool, reason: String| Term {
             term: term.to_owned(),
@@ -191,7 +215,13 @@ impl ModelRecord {
             reason,
         };
         let friction = if law.has_friction() {
-            format!("friction_angle = {angle} rad")
+            let [grains, walls, punch] = law.friction_angles();
+            match law.has_friction_of_walls() {
+                false => format!("friction_angle = {grains} rad"),
+                true => format!(
+                    "friction {grains} rad between grains, {walls} at walls, {punch} at the punch"
+                ),
+            }
         } else {
             "friction_angle = 0: the Coulomb limit is zero".to_owned()
         };

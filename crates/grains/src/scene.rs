@@ -109,6 +109,14 @@ pub struct Material {
     pub density: f64,
     /// Interparticle friction angle φ in [0, π/2), rad.
     pub friction_angle: f64,
+    /// Friction angle of grains on floor and walls, rad; left out, that between grains.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "f64")]
+    pub wall_friction_angle: Option<f64>,
+    /// Of grains on the punch likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "f64")]
+    pub punch_friction_angle: Option<f64>,
     /// Tangential over normal stiffness, k_s/k_n. Has no effect without friction.
     pub stiffness_ratio: f64,
 }
@@ -277,6 +285,8 @@ pub enum SurfaceHeight {
 pub enum Cell {
     /// The radical (power) Voronoi cell.
     Radical,
+    /// The same share of void for every grain: its area over the solid share of all radical cells.
+    EqualPorosity,
 }
 
 /// A place at which the stress of the nearest grain is read.

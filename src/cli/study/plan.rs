@@ -155,8 +155,9 @@ pub struct CandidatesArguments {
     /// How many of them
     #[arg(long, default_value_t = 2, requires = "search", value_parser = clap::value_parser!(u8).range(1..=12))]
     best: u8,
-    /// Instead, the choices that the paper leaves open, one at a time around the printed scene
-    #[arg(long, conflicts_with = "search")]
+    /// Instead, the choices that the paper leaves open, one at a time around the printed scene; with --search those that are no
+    /// axes of it, around its best setting
+    #[arg(long, conflicts_with = "best")]
     choices: bool,
     /// A small bed
     #[arg(long)]
@@ -171,13 +172,13 @@ pub struct CandidatesArguments {
 impl CandidatesArguments {
     fn execute(self) -> Result<u8, Error> {
         let clouds = self.clouds.unwrap_or(if self.choices { 24 } else { 400 });
+        let found = self.search.as_deref().map(searched).transpose()?;
+        let found = found.as_ref().map(|(_, found)| found);
         let plan = if self.choices {
-            candidates::Plan::of_choices(self.quick, clouds)
+            candidates::Plan::of_choices(self.quick, clouds, found)
         } else {
-            let found = self.search.as_deref().map(searched).transpose()?;
-            let found = found.map(|(_, found)| found);
             let best = usize::from(self.best);
-            candidates::Plan::new(self.quick, clouds, found.as_ref(), best)
+            candidates::Plan::new(self.quick, clouds, found, best)
         };
         let words = format!(
             "{} settings on {} beds of {} clouds each",

@@ -462,6 +462,8 @@ pub fn rested(
         alpha: BRAKE,
         law: Law {
             friction_angle: 0.0,
+            wall_friction_angle: None,
+            punch_friction_angle: None,
             ..model.law.clone()
         },
         ..model.clone()

@@ -6,7 +6,7 @@ use evidence::likelihood;
 use evidence::t_test::Finding;
 
 use super::judge::{Candidates, Found, Halving, Judged, Layer, Parts, Verdict};
-use super::reasons;
+use super::{BEST, reasons};
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
 use crate::paper::published::{Of, POINTS, PUBLISHED, Published};
@@ -14,8 +14,6 @@ use crate::study::search::space::{AXES, told};
 
 /// So many settings are named in a sentence.
 const NAMED: usize = 5;
-/// Id of the search's least implausible setting.
-const BEST: &str = "best-1";
 
 const fn word(of: Verdict) -> &'static str {
     match of {
@@ -343,11 +341,16 @@ impl Candidates {
             };
             table.column(&heading, move |of| of.figures[index].change)
         });
-        let reasons = Table::of("reasons", "Why each choice is varied", reasons())
+        let is_varied = |name: &str| self.settings.iter().any(|of| of.setting.axis == name);
+        let reasons = reasons().filter(|(name, _)| is_varied(name));
+        let reasons = Table::of("reasons", "Why each choice is varied", reasons)
             .column("choice", |of| of.0)
             .column("what the paper says, and the range", |of| of.1);
-        let words = "Each setting is the printed scene but for one choice (punch speed and damping are crossed), on the printed one's clouds. \
-                     A change is the mean of the differences on the same cloud.";
+        let base = self.settings.first().map_or("", |of| of.name());
+        let words = format!(
+            "Each setting is the first one ({base}) but for one choice (punch speed and damping are crossed), on its clouds. A change is the \
+             mean of the differences on the same cloud."
+        );
         Some(
             Section::new("One choice at a time", words)
                 .with(table)

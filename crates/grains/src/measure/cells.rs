@@ -4,8 +4,10 @@
 //! the border is the line at t = (d² + R_i² − R_j²)/2d from grain i. Cells are cut off at floor,
 //! walls and the height of the highest grain, so together they tile that rectangle.
 
-use super::highest_grain;
-use crate::scene::Scene;
+use std::f64::consts::PI;
+
+use super::{highest_grain, porosity};
+use crate::scene::{Cell, Scene};
 use crate::tables::Bodies;
 
 /// The cells of all grains.
@@ -13,8 +15,19 @@ use crate::tables::Bodies;
 pub struct Cells {
     /// Area of each grain's cell, m²; times 1 m of depth it is V_p.
     pub area: Vec<f64>,
-    /// Corners of each cell, counter-clockwise, m.
+    /// Corners of each radical cell, counter-clockwise, m.
     pub corners: Vec<Vec<[f64; 2]>>,
+}
+
+/// The cells that the scene asks for.
+pub fn of(scene: &Scene, bodies: &Bodies) -> Cells {
+    let mut cells = radical(scene, bodies);
+    if scene.measurement.cell == Cell::EqualPorosity {
+        let over_solid = cells.area.iter().sum::<f64>() / porosity::solid_area(bodies);
+        let of_grains = bodies.radius.iter().map(|radius| PI * radius * radius);
+        cells.area = of_grains.map(|grain| grain * over_solid).collect();
+    }
+    cells
 }
 
 /// The radical cell of every grain.

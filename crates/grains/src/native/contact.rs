@@ -217,6 +217,8 @@ pub struct ContactRules {
     pub rotates: bool,
     /// tan²φ.
     pub tan_squared: f64,
+    /// At walls and at the punch.
+    pub tan_squared_at: [f64; 2],
     /// Whether contacts have dashpots.
     pub dashpots: bool,
     /// Whether dashpots may pull.
@@ -236,11 +238,15 @@ pub struct ContactRules {
 impl ContactRules {
     /// The rules of this law at this time step.
     pub fn new(law: &Law, dt: f64) -> Self {
-        let tangent = law.friction_angle.tan();
+        let [grains, walls, punch] = law.friction_angles().map(|angle| {
+            let tangent = angle.tan();
+            tangent * tangent
+        });
         ContactRules {
             friction: law.has_friction(),
             rotates: law.rotates(),
-            tan_squared: tangent * tangent,
+            tan_squared: grains,
+            tan_squared_at: [walls, punch],
             dashpots: law.has_dashpots(),
             tension: match law.contact.viscosity {
                 Viscosity::None => Tension::Clipped,
@@ -253,6 +259,24 @@ impl ContactRules {
             torque_arms: law.contact.torque_arms,
             new_contact_slip: law.contact.new_contact_slip,
             dt,
+        }
+    }
+
+    /// The rules of contacts with walls.
+    pub fn at_walls(&self) -> Self {
+        let [tan_squared, _] = self.tan_squared_at;
+        ContactRules {
+            tan_squared,
+            ..self.clone()
+        }
+    }
+
+    /// The rules of contacts with the punch.
+    pub fn at_punch(&self) -> Self {
+        let [_, tan_squared] = self.tan_squared_at;
+        ContactRules {
+            tan_squared,
+            ..self.clone()
         }
     }
 

@@ -87,6 +87,7 @@ impl Dynamics {
             let rules = ContactRules {
                 dt: 0.0,
                 tan_squared: f64::INFINITY,
+                tan_squared_at: [f64::INFINITY; 2],
                 ..dynamics.rules.clone()
             };
             let rules = std::mem::replace(&mut dynamics.rules, rules);

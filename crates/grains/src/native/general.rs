@@ -19,6 +19,7 @@ pub fn evaluate_forces(
     share
         .pairs
         .sum_forces(state, rules, first, (&mut *force, &mut *torque));
+    let rules = rules.at_walls();
     for ((at, wall), memory) in share.by_wall.iter().zip(&mut share.wall_memory) {
         let (at, wall) = (*at as usize, &constants.walls[*wall as usize]);
         let Some(touch) = state.wall_touch(wall, at) else {
@@ -42,7 +43,7 @@ pub fn punch_contacts(
     let Some(punch) = state.punch else {
         return;
     };
-    let motion = punch_motion(&punch);
+    let (motion, rules) = (punch_motion(&punch), rules.at_punch());
     let mut on_punch = 0.0;
     for (at, memory) in list.by_punch.iter().zip(&mut list.punch_memory) {
         let at = *at as usize;

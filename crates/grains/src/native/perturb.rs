@@ -188,7 +188,14 @@ fn scale(quantity: Quantity, factor: f64, constants: &mut Constants, bodies: &mu
             all(&mut bodies.inertia);
         }
         Quantity::Damping => constants.alpha *= factor,
-        Quantity::Friction => constants.change_law(|law| law.friction_angle *= factor),
+        Quantity::Friction => constants.change_law(|law| {
+            law.friction_angle *= factor;
+            let others = [&mut law.wall_friction_angle, &mut law.punch_friction_angle];
+            others
+                .into_iter()
+                .flatten()
+                .for_each(|angle| *angle *= factor);
+        }),
         Quantity::Dashpot => constants.change_law(|law| match &mut law.contact.viscosity {
             Viscosity::None => {}
             Viscosity::Dashpot { c_n, .. } => *c_n *= factor,

@@ -192,12 +192,18 @@ fn constants(at: &str, stage: &Scene, found: &mut Findings) {
         &place("/material/stiffness_ratio"),
         material.stiffness_ratio,
     );
-    found.unless(
-        (0.0..FRAC_PI_2).contains(&material.friction_angle),
-        &place("/material/friction_angle"),
-        &material.friction_angle,
-        "a number in [0, π/2)",
-    );
+    for (key, angle) in [
+        ("friction_angle", Some(material.friction_angle)),
+        ("wall_friction_angle", material.wall_friction_angle),
+        ("punch_friction_angle", material.punch_friction_angle),
+    ] {
+        found.unless(
+            angle.is_none_or(|angle| (0.0..FRAC_PI_2).contains(&angle)),
+            &place(&format!("/material/{key}")),
+            &angle.unwrap_or_default(),
+            "a number in [0, π/2)",
+        );
+    }
     match stage.contact.viscosity {
         Viscosity::None => {}
         Viscosity::Dashpot { c_n, .. } => found.positive(&place("/contact/viscosity/c_n"), c_n),

@@ -88,6 +88,8 @@ pub fn paper_scene(realization: u64, particles: u32) -> Scene {
             youngs_modulus: 1.0e10,
             density: 2600.0,
             friction_angle: 0.0,
+            wall_friction_angle: None,
+            punch_friction_angle: None,
             stiffness_ratio: 1.0,
         },
         contact: ContactLaw::default(),
