@@ -128,10 +128,10 @@ fn columns(table: &str, a: &[Column<'_>], b: &[Column<'_>]) -> TableBits {
 }
 
 /// Numbers of a contact.
-pub const COLUMNS: usize = 7;
+const COLUMNS: usize = 7;
 
 /// They are compared, with the names of their columns.
-pub fn of_contact(contact: &Contact) -> [(&'static str, f64); COLUMNS] {
+fn of_contact(contact: &Contact) -> [(&'static str, f64); COLUMNS] {
     [
         ("overlap", contact.overlap),
         ("fn", contact.normal_force),
@@ -143,7 +143,8 @@ pub fn of_contact(contact: &Contact) -> [(&'static str, f64); COLUMNS] {
     ]
 }
 
-fn contacts(table: &str, a: &[Contact], b: &[Contact]) -> TableBits {
+/// Every number of every contact; all of them, if the pairs are not the same.
+pub fn contacts(table: &str, a: &[Contact], b: &[Contact]) -> TableBits {
     let numbers = COLUMNS * a.len().max(b.len());
     let ids = |of: &Contact| (of.id1, of.id2);
     let same_pairs = a.iter().map(ids).eq(b.iter().map(ids));

@@ -3,7 +3,7 @@
 //! under the punch, with friction and with dashpots; and the first steps of a recorded run.
 
 use crate::checks::Check;
-use crate::compare::bits::{COLUMNS, of_contact};
+use crate::compare::bits::{self, TableBits};
 use crate::engine::yade::CaseInYade;
 use crate::run::folder::recorded_history;
 use crate::suite::{
@@ -16,7 +16,7 @@ use grains::native::{first_contact_punch, run_case};
 use grains::scene::{
     Cloud, ContactLaw, Rotation, Scene, SlipVelocity, Tension, TorqueArms, Viscosity, paper_scene,
 };
-use grains::tables::{Bodies, BodyIds, Contact, Snapshot, Stage};
+use grains::tables::{BodyIds, Contact, Snapshot, Stage};
 use grains::task::{Case, Load};
 
 /// A case that two engines must agree on.
@@ -76,18 +76,14 @@ impl Place {
 
 /// Compares the native engine's track and loads of a case with YADE's, number by number.
 pub fn judge(of: &CrossCase, native: &Track, loads: &[Vec<Load>], yade: &CaseInYade) -> Vec<Check> {
-    let moments = || native.iter().zip(&yade.track);
-    let mut counts = Vec::new();
-    let motion = moments().map(|(a, b)| differing_motion(&a.bodies, &b.bodies));
-    let columns = native.iter().flat_map(|moment| moment.bodies.motion());
-    let numbers: usize = columns.map(|(_, column)| column.len()).sum();
-    let missing = native.len().abs_diff(yade.track.len());
-    let motion = motion.sum::<usize>() + missing;
-    counts.push(("motion", "positions, velocities and spins", motion, numbers));
-    let contacts = moments().map(|(a, b)| differing_contacts(&a.contacts, &b.contacts));
-    let numbers: usize = native.iter().map(|moment| moment.contacts.len()).sum();
-    let (contacts, numbers) = (contacts.sum(), numbers * COLUMNS);
-    counts.push(("contacts", "numbers of contacts", contacts, numbers));
+    let of_tables = |id, what, table: fn(&Snapshot, &Snapshot) -> TableBits| {
+        let [differing, numbers] = summed(native, &yade.track, table);
+        (id, what, differing, numbers)
+    };
+    let mut counts = vec![
+        of_tables("motion", "positions, velocities and spins", motion),
+        of_tables("contacts", "numbers of contacts", contacts),
+    ];
     if !yade.loads.is_empty() {
         counts.push(differing_loads(of, loads, &yade.loads));
     }
@@ -115,8 +111,11 @@ fn differing_loads(of: &CrossCase, native: &[Vec<Load>], yade: &[Vec<Load>]) -> 
         false => (2, "forces summed on grains"),
     };
     let rows = native.iter().flatten().zip(yade.iter().flatten());
-    let unequal =
-        |(a, b): (&Load, &Load)| (0..parts).filter(|part| !same(a[*part], b[*part])).count();
+    let unequal = |(a, b): (&Load, &Load)| {
+        (0..parts)
+            .filter(|part| a[*part].to_bits() != b[*part].to_bits())
+            .count()
+    };
     let count = |all: &[Vec<Load>]| all.iter().map(Vec::len).sum::<usize>();
     let missing = count(native).abs_diff(count(yade));
     let differing = rows.map(unequal).sum::<usize>() + missing;
@@ -133,52 +132,35 @@ fn contacts_at(place: Place, of: &CrossCase, one: &Track, other: &Track) -> Coun
         let there = |contact: &&Contact| Place::of(contact, moment, ids) == Some(place);
         moment.contacts.iter().filter(there).copied().collect()
     };
-    let (mut differing, mut numbers) = (0, 0);
-    for (a, b) in one.iter().zip(other) {
-        let (a, b) = (pick(a), pick(b));
-        differing += differing_contacts(&a, &b);
-        numbers += a.len().max(b.len()) * COLUMNS;
-    }
+    let [differing, numbers] = summed(one, other, |a, b| bits::contacts("", &pick(a), &pick(b)));
     let [id, words] = place.name();
     (id, words, differing, numbers)
 }
 
+fn motion(a: &Snapshot, b: &Snapshot) -> TableBits {
+    bits::bodies("", &a.bodies, &b.bodies)
+}
+
+fn contacts(a: &Snapshot, b: &Snapshot) -> TableBits {
+    bits::contacts("", &a.contacts, &b.contacts)
+}
+
+/// How many numbers differ over all moments, one that is missing counted as one, and how many there are.
+fn summed(
+    one: &Track,
+    other: &Track,
+    table: impl Fn(&Snapshot, &Snapshot) -> TableBits,
+) -> [usize; 2] {
+    let tables = one.iter().zip(other).map(|(a, b)| table(a, b));
+    tables.fold(
+        [one.len().abs_diff(other.len()), 0],
+        |[differing, numbers], of| [differing + of.differing, numbers + of.numbers],
+    )
+}
+
 /// Whether any number of two moments differs.
 pub fn differ(a: &Snapshot, b: &Snapshot) -> bool {
-    differing_motion(&a.bodies, &b.bodies) + differing_contacts(&a.contacts, &b.contacts) > 0
-}
-
-/// Numbers of motion that have not the same bits.
-fn differing_motion(a: &Bodies, b: &Bodies) -> usize {
-    let columns = a.motion().into_iter().zip(b.motion());
-    let differing = columns.map(|((_, a), (_, b))| {
-        let unequal = a.iter().zip(b).filter(|(a, b)| !same(**a, **b)).count();
-        unequal + a.len().abs_diff(b.len())
-    });
-    differing.sum()
-}
-
-fn differing_contacts(a: &[Contact], b: &[Contact]) -> usize {
-    let key = |contact: &Contact| (contact.id1, contact.id2);
-    let found = |of: &Contact| b.binary_search_by_key(&key(of), key).ok().map(|at| &b[at]);
-    let mut differing = 0;
-    let mut partners = 0;
-    for contact in a {
-        match found(contact) {
-            None => differing += COLUMNS,
-            Some(partner) => {
-                partners += 1;
-                let pairs = of_contact(contact).into_iter().zip(of_contact(partner));
-                differing += pairs.filter(|(a, b)| !same(a.1, b.1)).count();
-            }
-        }
-    }
-    differing + (b.len() - partners) * COLUMNS
-}
-
-/// The same bits; the two zeros are one number.
-fn same(a: f64, b: f64) -> bool {
-    a.to_bits() == b.to_bits() || (a == 0.0 && b == 0.0)
+    !motion(a, b).agrees() || !contacts(a, b).agrees()
 }
 
 /// The native engine against YADE where there is no YADE: the first steps of the recorded run, by the
