@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use self::published::printed;
 use crate::checks::{Check, Outcome, verdict};
-use crate::document::{Document, Section, Table};
+use crate::document::{Cell, Document, Section, Table, rounded};
 
 /// One printed number beside its recomputation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -137,7 +137,12 @@ pub fn document(numbers: &[Number], faults: &[TextFault]) -> Document {
     )
     .column("place", |of| &of.place)
     .column("number", |of| &of.what)
-    .column("published", |of| of.published)
+    .column("published, in brackets if not as a number", |of| {
+        match of.outcome {
+            Outcome::Skipped => Cell::Text(format!("({})", rounded(of.published, 6))),
+            _ => of.published.into(),
+        }
+    })
     .column("recomputed", |of| of.recomputed)
     .column("unit", |of| &of.unit)
     .column("outcome", |of| of.outcome)

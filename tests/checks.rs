@@ -46,7 +46,10 @@ fn a_job_without_a_check_of_its_baseline_is_incomplete() {
         ],
     );
     let page = text_of(at.join("o/report.html"));
-    has(&page, ["Agreed, but incomplete against main"]);
+    let tally = out.lines().find(|line| line.contains(" checks passed, "));
+    let tally = tally.expect("a count");
+    has(&page, ["Agreed, but incomplete against main", tally]);
+    has(&out, [" measured numbers moved. Native against "]);
 }
 
 #[test]

@@ -75,6 +75,15 @@ fn what_an_engine_does_not_have_is_not_asked_of_it() {
     let own = "friction of its own at walls and punch (wall_friction)";
     let errors = run_in(&folder_with(&rough), 2, &adapter("lammps.py"), &[], "out");
     has(&errors, [own]);
+    // A result of before stays where it is, and a campaign is not planned.
+    fs::create_dir(folder.join("before")).expect("a new folder");
+    fs::write(folder.join("before/run.json"), "{}").expect("can be written");
+    run_in(folder, 2, "exec:no-such-engine", &[], "before");
+    assert!(folder.join("before/run.json").exists() && !folder.join("before-2").exists());
+    let plan = "study plan campaign scene.json --members 2 --out c --engine";
+    let (_, errors) = ends(folder, 2, &format!("{plan} {}", adapter("toy.py")));
+    has(&errors, ["stop_rules"]);
+    assert!(!folder.join("c").exists());
     let toy = adapter("toy.py");
     let stages = "constants of its own for loading (stages)";
     for (more, missing) in [

@@ -36,12 +36,8 @@ fn failures(folder: &Path) -> Vec<(String, String)> {
     let failures = failures.filter(|node| node.has_tag_name("failure"));
     let told = |failure: roxmltree::Node<'_, '_>| {
         let case = failure.parent().expect("a test case");
-        let suite = case.parent().expect("a suite");
         let message = failure.attribute("message").unwrap_or_default();
-        (
-            format!("{}/{}", named(suite), named(case)),
-            message.to_owned(),
-        )
+        (named(case), message.to_owned())
     };
     failures.map(told).collect()
 }

@@ -3,6 +3,7 @@
 mod external;
 
 use crossgrain::report;
+use crossgrain::reproduce::record::Beside;
 use crossgrain::study::machine::{Folder, Job, Machine};
 use crossgrain::study::member::{Member, Members};
 use crossgrain::study::realization::Change::{Modulus, Settled, Size, Step};
@@ -215,6 +216,9 @@ fn runs_without_yade_say_so_and_are_not_complete() {
     let report = report.expect("what is there");
     let verdict = report.document.verdict;
     assert_eq!(verdict, crossgrain::checks::Outcome::Skipped);
+    fs::write(folder.join("report.json"), report.text).expect("can be written");
+    let beside = Beside::read(&[folder], false).expect("its record");
+    assert_eq!(beside.stated()[0].job, "tradeoff");
 }
 
 #[test]

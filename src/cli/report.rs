@@ -68,7 +68,7 @@ impl Verb {
 #[command(
     after_help = "The exit code is that of the job: 0 agreed, 1 a check failed, 3 incomplete.\n\nExamples:\n  \
     crossgrain report checks out/reproduce/run.json\n  crossgrain report checks out/reproduce/run.json --junit checks.xml --summary \
-    \"$GITHUB_STEP_SUMMARY\"\n  crossgrain report checks verified/verify.json --all --csv checks.csv"
+    summary.md\n  crossgrain report checks verified/verify.json --all --csv checks.csv"
 )]
 pub struct Checks {
     /// run.json, verify.json or bench.json of a finished job
@@ -208,7 +208,7 @@ impl Checks {
 #[derive(Debug, Args)]
 #[command(
     after_help = "Without CHECK all kinds of checks are named.\n\nExamples:\n  crossgrain report explain faults\n  crossgrain report explain \
-    compare/sorted-recorded/bits-along-the-way --record out/reproduce/run.json"
+    compare/sorted-recorded --record out/reproduce/run.json"
 )]
 pub struct Explain {
     /// A check's id, or the beginning of one, as `report checks --all` prints it
@@ -278,7 +278,7 @@ fn lines(check: &Check) -> String {
 #[derive(Debug, Subcommand)]
 #[command(
     after_help = "A baseline changes only by `save --replace`.\n\nExamples:\n  crossgrain report baseline save out/reproduce/run.json main\n  \
-    crossgrain report baseline list\n  crossgrain report baseline diff out/reproduce-1/run.json main"
+    crossgrain report baseline list\n  crossgrain report baseline diff out/reproduce/run.json main"
 )]
 pub enum Baseline {
     /// Keep the checks of a finished job under a name
@@ -320,7 +320,7 @@ impl Where {
 #[command(
     after_help = "Exit code 0: nothing is worse; 1: a new failure, or slower on the same kind of machine; 3: a check is gone, is no \
     longer made or is defined otherwise, so that nothing can be said of it.\nTimes are compared as ratios to YADE and to native and as \
-    numbers of instructions, never as seconds.\n\nExample:\n  crossgrain report baseline diff out/reproduce-1/run.json main"
+    numbers of instructions, never as seconds.\n\nExample:\n  crossgrain report baseline diff out/reproduce/run.json main"
 )]
 pub struct DiffArguments {
     /// run.json, verify.json or bench.json of a finished job
@@ -528,8 +528,8 @@ impl History {
     after_help = "Each commit is checked out in a temporary place, emptied of ignored files before the command runs; a build that is \
     not to begin anew keeps its files elsewhere (CARGO_TARGET_DIR). A commit where the check cannot be made is skipped.\nExit code 0: the \
     commit was found; 3: several are left that cannot be told apart.\n\nExample:\n  \
-    crossgrain report bisect a-collision/velocity --good v1 --bad HEAD --record out/verify.json -- \
-    crossgrain verify --engine exec:./engine.py --out out"
+    crossgrain report bisect verify/tested/bounce-local-damping/pair/alpha-0/restitution --good v1 \\\n    \
+    --record out/verify.json -- crossgrain verify --engine exec:./engine.py --out out"
 )]
 pub struct Bisect {
     /// Id of a check or a speed, as `report checks --all` prints it

@@ -119,33 +119,36 @@ impl Arguments {
         let kind = Machine::this().kind();
         let (text, record) = record::write("reproduce", &reproduction, kind, found)?;
         let diff = baseline.map(|baseline| diff(&baseline, &record));
-        let documents = reproduction.documents(&runs, &options.beside, diff.as_ref())?;
+        let mut documents = reproduction.documents(&runs, &options.beside, diff.as_ref())?;
+        // What a baseline has and this run has not is missing evidence too; all views count alike.
+        let of_baseline = || diff.iter().flat_map(baseline::checks);
+        if let Some((_, first)) = documents.first_mut() {
+            first.checks.extend(of_baseline());
+        }
         let against = |name: &str| diff.as_ref().filter(|_| name == FIRST);
         let pages = documents.iter();
         let pages: Vec<Page> = pages
             .map(|(name, of)| page_against(name, of, against(name)))
             .collect();
-        // What a baseline has and this run has not is missing evidence too.
-        let with_baseline = |of: Document| {
-            let mut checks = of.checks;
-            checks.extend(diff.iter().flat_map(baseline::checks));
-            let verdict = checks::verdict(&checks);
-            Document {
-                verdict,
-                checks,
-                ..of
-            }
+        let judged = |of: Document| Document {
+            verdict: checks::verdict(&of.checks),
+            answer: match &diff {
+                Some(diff) => format!("{}. {}", diff.answer(), of.answer),
+                None => of.answer,
+            },
+            ..of
         };
         if let Some((_, first)) = documents.into_iter().next() {
-            self.files.write(&record.job, &with_baseline(first))?;
+            self.files.write(&record.job, &judged(first))?;
         }
         finish(out, &pages, RECORD, &text)?;
-        let mut summary = with_baseline(reproduction.summary());
+        let mut summary = reproduction.summary();
+        summary.checks.extend(of_baseline());
+        let mut summary = judged(summary);
         let verdict = summary.verdict;
-        if let Some(diff) = &diff {
-            summary.answer = format!("{} {}", diff.answer(), summary.answer);
-            summary.sections.push(diff.section(false));
-        }
+        summary
+            .sections
+            .extend(diff.iter().map(|of| of.section(false)));
         let words = terminal(&summary) + &page_line(out);
         print(&(words + &what_next(&reproduction, &record, out)))?;
         Ok(verdict.exit_code())

@@ -194,6 +194,15 @@ impl Arguments {
         has_room_for_history(&scene, protocol)?;
         let choice = self.choose_step(&mut scene, &display)?;
         has_room_for_history(&scene, protocol)?;
+        match &engine {
+            Engine::Exec(options) => {
+                let asked = ExternalEngine::ask(options.clone())?;
+                let task = protocol.task(initial_bodies(&scene));
+                exec::check_scene(&asked.description, &scene, &task, &[])?;
+            }
+            Engine::Yade(options) => drop(yade::check_scene(&scene, options)?),
+            Engine::Native(_) => {}
+        }
         let preparation = Preparation {
             step_choice: choice,
             softened: self.deposit(&scene, &engine)?,

@@ -239,8 +239,7 @@ pub fn run_external(
     observer: &mut dyn Observer,
 ) -> Result<ExecRun, ProgramError> {
     let description = &engine.description;
-    let missing = missing_for_scene(description, scene, task);
-    has_all(description, missing.into_iter().collect(), HINT_SCENE)?;
+    check_scene(description, scene, task, &[])?;
     write_scene(work, scene, task, &Value::Null)?;
     engine.check_unchanged()?;
     let took = start(&engine.options, work, observer)?;
@@ -255,8 +254,20 @@ pub fn run_external(
     })
 }
 
-const HINT_SCENE: &str = "take an engine that has it, a scene that does not ask for it, or a shorter part of the run \
-                          (--steps N, --until settled)";
+/// That the engine has all that the task asks for, these parts aside.
+pub fn check_scene(
+    engine: &Description,
+    scene: &Scene,
+    task: &Task,
+    aside: &[Part],
+) -> Result<(), ProgramError> {
+    let missing = missing_for_scene(engine, scene, task).into_iter();
+    let missing = missing.filter(|part| !aside.contains(part));
+    has_all(engine, missing.collect(), HINT_SCENE)
+}
+
+const HINT_SCENE: &str = "take an engine that has it, or a scene that does not ask for it; of `crossgrain run` --until settled \
+                          needs no punch, and --steps N no rules that end a stage either";
 const HINT_CASES: &str = "these experiments ask for it";
 
 fn has_all(

@@ -127,6 +127,12 @@ pub fn lacking(scene: &Scene) -> Option<String> {
     stages.iter().find_map(unsupported).or(one)
 }
 
+/// The YADE that is to run the scene, which has all that it asks for.
+pub fn check_scene(scene: &Scene, options: &Options) -> Result<Installation, ProgramError> {
+    can(lacking(scene))?;
+    find(options.program.as_deref())
+}
+
 /// What the model asks for that YADE does not have, if there is anything.
 pub fn unsupported(model: &Model) -> Option<String> {
     let contact = &model.law.contact;
@@ -180,8 +186,7 @@ pub fn run(
     work: &Path,
     observer: &mut dyn Observer,
 ) -> Result<YadeRun, ProgramError> {
-    can(lacking(scene))?;
-    let yade = find(options.program.as_deref())?;
+    let yade = check_scene(scene, options)?;
     exec::write_scene(work, scene, task, &options.settings())?;
     let version = start(&yade, RUN_SCENE, work, options, observer)?;
     Ok(YadeRun {

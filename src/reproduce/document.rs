@@ -77,6 +77,9 @@ impl Reproduction {
     /// What each of the other pages says.
     fn tiles(&self, others: &[(&'static str, Document)]) -> Vec<Tile> {
         let tile = |(page, of): &(&'static str, Document)| {
+            let mut stated = self.beside.iter();
+            let is_recorded = stated.any(|of| of.job == *page && of.recorded);
+            let recorded = if is_recorded { ", recorded" } else { "" };
             let (figure, words) = match *page {
                 "measures" => self.bits(),
                 "verification" => {
@@ -88,7 +91,7 @@ impl Reproduction {
                     Some(run) => (
                         format!("{:.0} times", run.times_native.unwrap_or(f64::NAN)),
                         format!(
-                            "the time of a native step is what a step of YADE's sorted loop took here. {}",
+                            "the time of a native step is what a step of YADE's sorted loop took here. The trade-off{recorded}: {}",
                             of.answer
                         ),
                     ),
@@ -103,8 +106,8 @@ impl Reproduction {
                     "measures" => "The same bits".to_owned(),
                     "verification" => "Faults found".to_owned(),
                     "tradeoff" => "Speed and accuracy".to_owned(),
-                    "claims" => "Published figures".to_owned(),
-                    "candidates" => "Settings that give them".to_owned(),
+                    "claims" => format!("Published figures{recorded}"),
+                    "candidates" => format!("Settings that give them{recorded}"),
                     _ => of.title.clone(),
                 },
                 figure,

@@ -17,7 +17,7 @@ use crate::run::folder::RunFolder;
 use crate::study::candidates::judge::Candidates;
 use crate::study::claims::{CLAIMS_VERSION, Claims};
 use crate::study::search::matching::Search;
-use crate::study::tradeoff::{TRADEOFF_VERSION, Tradeoff};
+use crate::study::tradeoff::Tradeoff;
 use crate::suite::parameters::{ParameterPair, pair_checks};
 use crate::suite::run::Verification;
 use grains::scene::paper_scene;
@@ -288,7 +288,7 @@ const KINDS: [Kind; 5] = [
         job: "tradeoff",
         made_by: "crossgrain study plan tradeoff",
         file: "report.json",
-        version: TRADEOFF_VERSION,
+        version: crate::checks::record::VERSION,
         recorded: include_bytes!("../../reference_data/tradeoff-1/report.json.gz"),
         document: |text| serde_json::from_str(text).map(|of: Tradeoff| of.document()),
     },

@@ -102,7 +102,8 @@ pub fn distributions(campaign: &Merged) -> Result<Vec<Distribution>, StudyError>
         let values: Vec<f64> = values.copied().collect();
         if values.is_empty() {
             return Err(StudyError::Usage(format!(
-                "no member of the campaign has a stress at {}, so Figure 5 cannot be drawn",
+                "no member of the campaign has a stress under the load at {}, so Figure 5 cannot be drawn: did any punch get its force \
+                 (`study report`), and is the point inside the bed?",
                 point.name
             )));
         }

@@ -574,7 +574,10 @@ fn check_settling(scene: &mut Scene, ratio: f64) {
     scene.settle.max_steps = scaled(scene.settle.max_steps);
 }
 
-const GRAINS: u32 = 5000;
+pub const GRAINS: u32 = 5000;
+/// Before what a study on another bed says of the published figures.
+pub const OTHER_BED: &str =
+    "On a bed that is not the paper's, of which the published figures are not to be expected: ";
 /// dt over √(m/k) of the fast protocol.
 pub const FAST_STEP: f64 = 0.65;
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
 use crate::study::member::{Beds, Members, OfBeds};
-use crate::study::realization::{Setting, Specification};
+use crate::study::realization::{OTHER_BED, Setting, Specification};
 use crate::study::search::matching::{BINS, Expectation, Figure, Observed, Search, keep};
 use crate::study::search::space::{AXES, OF_POURING};
 use crate::study::{Judged, StudyError};
@@ -193,6 +193,12 @@ impl Search {
     }
 
     fn answer(&self) -> String {
+        let own = self.scene_digest != space::base(false).digest();
+        let first = if own { OTHER_BED } else { "" };
+        format!("{first}{}", self.of_the_space())
+    }
+
+    fn of_the_space(&self) -> String {
         let Some(best) = self.best.first() else {
             return "Nothing can be said yet: too few rows are there.".to_owned();
         };

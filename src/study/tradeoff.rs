@@ -81,8 +81,6 @@ impl Study for Plan {
     }
 }
 
-pub const TRADEOFF_VERSION: u32 = 1;
-
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Costs {
     /// Median over the screening realizations of the processor time of the whole protocol, s.

@@ -9,7 +9,7 @@ fn engine_check_finds_the_toy_sound() {
     let check = ["engine", "check", &toy, "--quiet", "--junit", "checks.xml"];
     let (text, _) = ends(folder, 0, &check);
     let junit = text_of(folder.join("checks.xml"));
-    has(&junit, ["name=\"punch\"", "<skipped"]);
+    has(&junit, ["name=\"engine/punch\"", "<skipped"]);
     has(&text, ["Identical: every bit of its first hundred steps"]);
     has(&text, ["skipped engine/punch"]);
 }

@@ -38,7 +38,7 @@ const BISECTED: &str = "
     fall/height ⇒ 5 ⇒ 8 ⇒ 3 ⇒ fall/height changed in one of
     pace ⇒ 0 ⇒ 5 ⇒ 0 ⇒ pace changed in {4} change 4
     fall/height ⇒ 2 ⇒ 3 ⇒ 2 ⇒ give two commits between which it changed
-    fall/depth ⇒ 0 ⇒ 8 ⇒ 2 ⇒ which is to be good: fall/depth was not made
+    fall/depth ⇒ 0 ⇒ 8 ⇒ 2 ⇒ which is to be good: there is no check fall/depth in its record
     fall/height ⇒ 6 ⇒ 8 ⇒ 2 ⇒ no record; the command ended with
 ";
 

@@ -7,6 +7,7 @@ use clap::{Args, Subcommand};
 use crate::cli::engine::{Chosen, Several, beside};
 use crate::cli::print;
 use crate::cli::run::{LoopOrder, YadeLimits};
+use crate::engine::exec::{Part, check_scene};
 use crate::error::{Error, exit};
 use crate::limits::stability::Stability;
 use crate::run::folder::read_scene;
@@ -16,7 +17,9 @@ use crate::study::plan::Program;
 use crate::study::realization::Runner;
 use crate::study::{Study, candidates, create, search, tradeoff};
 use crate::suite::run::Engines;
+use grains::generate::initial_bodies;
 use grains::native::pouring::Softly;
+use grains::task::Task;
 
 #[derive(Debug, Subcommand)]
 #[command(
@@ -348,10 +351,13 @@ impl CampaignArguments {
             (Chosen::Native, _) => (Runner::Native, None),
             (Chosen::Yade, LoopOrder::Sorted) => (Runner::YadeSorted, None),
             (Chosen::Yade, LoopOrder::Ordinary) => (Runner::YadeOrdinary, None),
-            (Chosen::Exec(path), _) => (
-                Runner::External,
-                Some(Program::of(&self.limits.external(path)?)?),
-            ),
+            (Chosen::Exec(path), _) => {
+                let engine = self.limits.external(path)?;
+                let whole = Task::whole(initial_bodies(&scene));
+                // Without a punch it pours and settles.
+                check_scene(&engine.description, &scene, &whole, &[Part::Punch])?;
+                (Runner::External, Some(Program::of(&engine)?))
+            }
         };
         let phases = if self.reduced_stiffness {
             let softly = Softly::tested(&scene).ok_or_else(|| {

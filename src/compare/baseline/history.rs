@@ -441,7 +441,7 @@ impl Bisection<'_> {
                 return Ok(Err(error.to_string().replace(&here, "")));
             }
         };
-        Ok(of.ok_or_else(|| format!("{} was not made", self.id)))
+        Ok(of.ok_or_else(|| format!("there is no check {} in its record; `crossgrain report checks RECORD --all` names the checks", self.id)))
     }
 }
 

@@ -10,6 +10,7 @@ use super::{BEST, reasons};
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
 use crate::paper::published::{Of, POINTS, PUBLISHED, Published};
+use crate::study::realization::{GRAINS, OTHER_BED};
 use crate::study::search::space::{AXES, told};
 
 /// So many settings are named in a sentence.
@@ -110,7 +111,9 @@ impl Candidates {
             }
         };
         let (shown, open) = (of(Some(true)).count(), of(None).count());
-        let mut first = format!(
+        let other = self.grains != GRAINS;
+        let mut first = if other { OTHER_BED } else { "" }.to_owned();
+        first += &format!(
             "{shown} of {} settings were shown to give all published figures",
             self.settings.len()
         );
@@ -130,7 +133,7 @@ impl Candidates {
             format!(
                 " Least is missed by \"{}\": {}.",
                 of.described(),
-                of.missed().join(", ")
+                of.missed().join("; ")
             )
         });
         let mut names: Vec<&str> = self.halvings.iter().map(|of| of.name.as_str()).collect();
@@ -177,7 +180,7 @@ impl Candidates {
         .column("setting", |of| of.name())
         .column("come out", |of| of.count(Verdict::ComesOut))
         .column("undecided", Found::open)
-        .column("do not come out", |of| of.missed().join(", "))
+        .column("do not come out", |of| of.missed().join("; "))
         .column("punches with the force", |of| {
             format!("{} of {}", of.endings.reached, of.endings.all())
         })
@@ -193,8 +196,8 @@ impl Candidates {
         let y = Axis::of_names("", names);
         let last = self.settings.len() as f64 - 0.5;
         let band = [[0.9, -0.5, last], [1.1, -0.5, last]];
-        let caption = "Means of local σ_zz at O, A and B over the published ones, with 95 % intervals. A row without marks: too few punches got \
-             their force.";
+        let caption = "Means of local σ_zz at O, A and B over the published ones, with 95 % intervals; what lies beyond 2 stands at the edge. \
+             A row without marks: too few punches got their force.";
         let mut plot = Plot::new("means", caption, x, y).band("a tenth", Colour::Grey, band);
         for ((point, _), colour) in POINTS.iter().zip(Colour::OF_LINES) {
             let id = format!("stress.{point}");
@@ -206,16 +209,10 @@ impl Candidates {
             });
             plot = plot.points(point, colour, points);
         }
-        let small = match self.grains {
-            5000 => "",
-            _ => {
-                " The bed is not the paper's, nor are its points: what is published is not to be expected of it."
-            }
-        };
         let words = format!(
             "{} clouds of {} grains; every setting has the same ones, and one bed bears all loads that it is poured for. A figure comes \
              out where its interval, of a level that counts all settings and figures, lies within the printed value and its \
-             tolerance, and does not where it lies outside.{small}",
+             tolerance, and does not where it lies outside.",
             self.clouds, self.grains
         );
         Section::new("Which figures come out", words)

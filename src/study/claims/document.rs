@@ -159,25 +159,32 @@ impl Claim {
 
 const HOW: &str = "A claim is decided by the size of an effect against a limit that was set beforehand, with one number a \
     realization: within the limits where the 90 % interval lies within them (two one-sided tests at 5 %), beyond them where it lies \
-    wholly outside, and undecided where it holds a limit. p-values stand after the effects; with many realizations nearly everything has a \
+    wholly outside, and undecided where it holds a limit or there are fewer than 30 realizations. p-values stand after the effects; with many realizations nearly everything has a \
     small one. A claim that does not hold here does not hold \
     for this scene; the paper leaves choices open, and the study of candidates says what hangs on them. Among the checks a claim that could be \
     decided passes, whatever its verdict.";
 
-/// A row a claim with the number that it hangs on; with verdict and the same number for another scene.
+/// What a verdict hangs on, in words.
+fn named(row: &Row) -> String {
+    match row.unit.as_ref() {
+        "1" => row.what.clone(),
+        unit => format!("{}, {unit}", row.what),
+    }
+}
+
+/// A row a claim with the number that it hangs on; with verdict and the number that this one hangs on for another scene.
 fn table(name: &str, claims: &[Claim], beside: &[Claim]) -> Table {
     let both = claims.iter().map(|claim| (claim, claim.hangs_on()));
     let both: Vec<(&Claim, Option<&Row>)> = both.collect();
     let other = |claim: &Claim| beside.iter().find(|of| of.id == claim.id);
-    let same = |claim: &Claim, row: &Row| other(claim)?.rows.iter().find(|of| of.what == row.what);
+    let beside = |claim: &Claim| other(claim)?.hangs_on();
     let all = Table::of(name, "", &both)
         .column("claim", |(claim, _)| Cell::Code(claim.id.to_string()))
         .column("verdict", |(claim, _)| claim.word())
         .column("hangs on", |(claim, row)| match row {
             None if claim.rows.is_empty() => "other claims".to_owned(),
             None => String::new(),
-            Some(row) if row.unit == "1" => row.what.clone(),
-            Some(row) => format!("{}, {}", row.what, row.unit),
+            Some(row) => named(row),
         })
         .column("published", |(_, row)| row.and_then(|row| row.published))
         .column("ours (95 %)", |(_, row)| row.and_then(|row| row.ours))
@@ -187,7 +194,16 @@ fn table(name: &str, claims: &[Claim], beside: &[Claim]) -> Table {
         .column("beside: verdict", |(claim, _)| {
             other(claim).map(Claim::word)
         })
-        .column("beside (95 %)", |(claim, row)| same(claim, (*row)?)?.ours);
+        .column("beside: hangs on", |(claim, own)| {
+            let row = beside(claim)?;
+            let is_same = |own: &Row| own.what == row.what;
+            let limits = row.judged.map(limits).unwrap_or_default();
+            Some(match own.is_some_and(is_same) {
+                true => "the same".to_owned(),
+                false => format!("{}: {limits}", named(row)),
+            })
+        })
+        .column("beside (95 %)", |(claim, _)| beside(claim)?.ours);
     Table::from(all).without_empty_columns()
 }
 

@@ -49,7 +49,7 @@ impl Tradeoff {
                 )
             }
             None if clouds == 0 => {
-                "No method is recommended: equivalence was not tested in this study.".to_owned()
+                "What each method costs, and how wrong it is. Which are equivalent was not tested (--confirm), so none is recommended.".to_owned()
             }
             None => format!(
                 "No method is recommended: no candidate was shown to be equivalent over {clouds} clouds."
@@ -99,22 +99,31 @@ impl Tradeoff {
         worst: impl Fn(&Judgement) -> Option<&Worst>,
     ) -> Plot {
         let caption = format!(
-            "{what} Filled: not dominated; hollow: dominated. Candidates and other engines have names where there is room; all stand in \
-             the table. Bars: the 95 % interval of the quantity with the largest bias. Errors below {LOWEST} are drawn there. \
+            "{what} Filled: not dominated; hollow: dominated. Other engines have names where there is room; all methods stand in the \
+             table. Bars: the 95 % interval of the quantity with the largest bias. Errors below {LOWEST} are drawn there. \
              Dotted: the margin and the null comparison."
         );
         let x = Axis::logarithmic("processor time of one realization, s");
         let y = Axis::logarithmic("largest bias over its margin");
         let mut plot = Plot::new(name, caption, x, y);
+        let chosen = self.recommended.as_ref().and_then(|id| self.point(id));
+        let is_chosen = |of: &Point| chosen.is_some_and(|chosen| chosen.method.id == of.method.id);
+        let recommended = chosen.map_or(String::new(), |of| {
+            format!("recommended: {}", of.method.name)
+        });
         let groups = [
             ("native", Colour::Blue),
             ("other engines", Colour::Green),
-            ("native, friction", Colour::Vermilion),
+            ("native, friction", Colour::Ochre),
             ("other engines, friction", Colour::Purple),
+            (recommended.as_str(), Colour::Vermilion),
         ];
         for (group, (name, colour)) in groups.into_iter().enumerate() {
             for hollow in [false, true] {
-                let own = |of: &&Point| kind(of) == group && of.dominated_by.is_some() == hollow;
+                let own = |of: &&Point| {
+                    let own = if is_chosen(of) { RECOMMENDED } else { kind(of) };
+                    own == group && of.dominated_by.is_some() == hollow
+                };
                 let own = self.points.iter().filter(own);
                 let points = own.filter_map(|point| {
                     let error = worst(&point.screened)?.error;
@@ -126,7 +135,7 @@ impl Tradeoff {
                         false => shown,
                     };
                     let engine = !matches!(point.method.specification.runner, Runner::Native);
-                    Some(match engine || point.confirmed.is_some() {
+                    Some(match engine {
                         true => shown.labelled(point.method.name.clone()),
                         false => shown,
                     })
@@ -135,7 +144,7 @@ impl Tradeoff {
                 plot = plot.group(&format!("{name}{dominated}"), colour, hollow, points);
             }
         }
-        let plot = plot.level("margin", Colour::Ochre, 1.0);
+        let plot = plot.level("margin", Colour::Sky, 1.0);
         let Some(null) = worst(&self.null_comparison) else {
             return plot;
         };
@@ -346,6 +355,9 @@ fn seconds(point: &Point) -> Option<f64> {
 fn row_of<'a>(point: &'a Point, key: &'a str) -> (String, &'a Judgement, &'a str) {
     (point.method.name.clone(), &point.screened, key)
 }
+
+/// Beside the kinds of methods.
+const RECOMMENDED: usize = 4;
 
 fn kind(point: &Point) -> usize {
     let engine = match point.method.specification.runner {

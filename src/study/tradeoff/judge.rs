@@ -207,13 +207,15 @@ const POROSITY: &str = "a fifth of the ±0.01 that the paper gives its porosity"
 const COORDINATION: &str =
     "about 1 % of 4, and less than the difference between a poured and a rested bed";
 const STRESS: &str = "a tenth: within it a mean counts as the one that the paper prints, so a larger bias could change what is said of it";
-const ONE_GRAIN: &str = "one grain's stress varies by three quarters of its mean: no margin that matters could be shown";
+const ONE_GRAIN: &str =
+    "one grain's stress varies by about its mean: no margin that matters could be shown";
 const QUARTER: &str = "a quarter of what parts the settled bed from an exponential";
-const HALF: &str = "half of what parts the settled bed from an exponential";
+const LESS_THAN_HALF: &str = "less than half of what parts the settled bed from an exponential";
+const TWO_THIRDS: &str = "less than two thirds of what parts the settled bed from an exponential";
 const WITH_OTHERS: &str = "goes with the other numbers of the shape";
 const RATTLERS: &str =
     "contacts that open and close at rest's threshold decide it; the paper says nothing of it";
-const DEPTH: &str = "varies by its own size from bed to bed";
+const DEPTH: &str = "varies by nearly half of its size from bed to bed";
 
 pub const QUANTITIES: [Quantity; 18] = [
     height("settled.height.mean_surface", "height, mean surface"),
@@ -258,14 +260,14 @@ pub const QUANTITIES: [Quantity; 18] = [
         "single-grain stress: share above two means",
         "1",
         at(0.008),
-        HALF,
+        LESS_THAN_HALF,
     ),
     of(
         "settled.distribution.gamma_shape",
         "single-grain stress: Gamma shape",
         "1",
         at(0.15),
-        QUARTER,
+        TWO_THIRDS,
     ),
     of(
         "settled.distribution.weibull_shape",

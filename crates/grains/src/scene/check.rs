@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::fill::filled;
 use super::paper_scene::OPEN_CHOICES;
-use super::problem::{Findings, Problem, line_and_column, misfits, remove_unknown, twice};
+use super::problem::{Findings, Problem, line_and_column, misfits, remove, twice};
 use super::*;
 
 /// The widest box, in mean diameters: room for the largest number of grains in a single row.
@@ -41,9 +41,9 @@ fn lines(problems: &[Problem]) -> String {
 
 /// Validates the text of a scene.
 pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
-    let value: Value =
+    let mut given: Value =
         serde_json::from_str(text).map_err(|error| SceneError::Syntax(error.to_string()))?;
-    if let Some(version) = value.get("version")
+    if let Some(version) = given.get("version")
         && version.as_u64() != Some(u64::from(SCENE_VERSION))
     {
         return Err(SceneError::Version {
@@ -54,6 +54,7 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
         for problem in problems.iter_mut().take(LOCATED) {
             problem.at = Some(line_and_column(text, &problem.place));
         }
+        problems.sort_by_key(|of| of.at.unwrap_or((usize::MAX, 0)));
         SceneError::Problems(problems)
     };
     if let Some(place) = twice(text, "") {
@@ -65,15 +66,14 @@ pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
             at: None,
         }]));
     }
-    let mut value = if value.is_object() {
-        filled(&value)
-    } else {
-        value
+    let whole = |given: &Value| match given.is_object() {
+        true => filled(given),
+        false => given.clone(),
     };
-    let mut problems = misfits(&super::whole_schema(), &value);
-    // Beside a key that is not known the values that cannot be meant are named too.
-    remove_unknown(&mut value, &problems);
-    let scene: Scene = match serde_json::from_value(value) {
+    let mut problems = misfits(&super::whole_schema(), &whole(&given));
+    // Beside keys that are not known or have another form, values that cannot be meant are named too.
+    remove(&mut given, &problems);
+    let scene: Scene = match serde_json::from_value(whole(&given)) {
         Ok(scene) => scene,
         Err(error) if problems.is_empty() => return Err(SceneError::Syntax(error.to_string())),
         Err(_) => return Err(located(problems)),

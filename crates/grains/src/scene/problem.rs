@@ -123,9 +123,9 @@ pub fn misfits(schema: &Value, value: &Value) -> Vec<Problem> {
     problems
 }
 
-/// Removes the keys that are not known.
-pub(super) fn remove_unknown(value: &mut Value, problems: &[Problem]) {
-    for of in problems.iter().filter(|of| of.found == UNKNOWN) {
+/// Removes the keys that have these problems.
+pub(super) fn remove(value: &mut Value, problems: &[Problem]) {
+    for of in problems {
         let Some((parent, key)) = of.place.rsplit_once('/') else {
             continue;
         };
