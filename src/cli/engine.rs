@@ -259,7 +259,7 @@ impl FromStr for Chosen {
                 "a program that is an engine is written exec:{text}"
             )),
             _ => Err(
-                "an engine is native, yade or exec:PATH, such as exec:adapters/lammps.py"
+                "an engine is native, yade or exec:PATH, such as exec:adapters/lammps.py or exec:adapters/toy.py"
                     .to_owned(),
             ),
         }
