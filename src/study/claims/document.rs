@@ -160,7 +160,7 @@ impl Claim {
 const HOW: &str = "A claim is decided by the size of an effect against a limit that was set beforehand, with one number a \
     realization: within the limits where the 90 % interval lies within them (two one-sided tests at 5 %), beyond them where it lies \
     wholly outside, and undecided where it holds a limit or there are fewer than 30 realizations. p-values stand after the effects; with many realizations nearly everything has a \
-    small one. A claim that does not hold here does not hold \
+    small one. A dash stands for a number that cannot be had, as a gamma shape where some stresses are below zero. A claim that does not hold here does not hold \
     for this scene; the paper leaves choices open, and the study of candidates says what hangs on them. Among the checks a claim that could be \
     decided passes, whatever its verdict.";
 
