@@ -5,7 +5,7 @@ use crossgrain::study::Study;
 use crossgrain::study::campaign::{Merged, compare::compare, merged};
 use crossgrain::study::candidates::{
     self,
-    judge::{Candidates, Found, Verdict as Excluded},
+    judge::{Candidates, Found, Judged, Verdict as Excluded},
 };
 use crossgrain::study::claims::{self, Claims};
 use crossgrain::study::member::of_one_bed;
@@ -160,6 +160,33 @@ fn the_recorded_choices_are_those_of_their_rows() {
         figure.and_then(|of| of.value).expect("a mean")
     };
     assert!(at_o("hold-after-the-force-0.01").high < at_o("printed").low);
+}
+
+/// Around the search's best setting the choices that its space lacks change no mean but by a grain's volume, and a wide dispersion
+/// has another porosity.
+#[test]
+fn the_recorded_choices_around_the_best_setting_are_those_of_their_rows() {
+    let path = "reference_data/choices-best-1";
+    let (_, recorded) = judged_again::<candidates::Plan, Candidates>(path);
+    assert_eq!(recorded.settings.len(), 13);
+    for of in &recorded.settings {
+        let missed = |of: &&Judged| of.verdict == Excluded::DoesNot;
+        let missed: Vec<&str> = of
+            .figures
+            .iter()
+            .filter(missed)
+            .map(|of| of.id.as_str())
+            .collect();
+        let is_wide = of.setting.id.ends_with("-0.1") || of.setting.id.ends_with("-0.2");
+        assert_eq!(missed.contains(&"porosity"), is_wide, "{missed:?}");
+        let stresses = of.figures.iter().filter(|of| of.id.starts_with("stress."));
+        let moved = |of: &&Judged| of.change.is_some_and(|of| of.low > 0.0 || of.high < 0.0);
+        let moved = stresses.filter(moved).count();
+        assert_eq!(
+            moved,
+            3 * usize::from(of.setting.axis == "volume of a grain")
+        );
+    }
 }
 
 /// Each recorded wave of the search says what its rows say, and a load of the last one comes out again.

@@ -6,7 +6,7 @@ use evidence::likelihood;
 use evidence::t_test::Finding;
 
 use super::judge::{Candidates, Found, Halving, Judged, Layer, Parts, Verdict};
-use super::{BEST, reasons};
+use super::{BEST, SPEED_AND_DAMPING, reasons};
 use crate::checks::{Check, Outcome, verdict};
 use crate::document::{Axis, Cell, Colour, Document, Plot, Point, Section, Table};
 use crate::paper::published::{Of, POINTS, PUBLISHED, Published};
@@ -344,9 +344,13 @@ impl Candidates {
             .column("choice", |of| of.0)
             .column("what the paper says, and the range", |of| of.1);
         let base = self.settings.first().map_or("", |of| of.name());
+        let crossed = match is_varied(SPEED_AND_DAMPING) {
+            true => " (punch speed and damping are crossed)",
+            false => "",
+        };
         let words = format!(
-            "Each setting is the first one ({base}) but for one choice (punch speed and damping are crossed), on its clouds. A change is the \
-             mean of the differences on the same cloud."
+            "Each setting is the first one ({base}) but for one choice{crossed}, on its clouds. A change is the mean of the differences on \
+             the same cloud."
         );
         Some(
             Section::new("One choice at a time", words)
