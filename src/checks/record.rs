@@ -117,8 +117,6 @@ pub fn read(path: &Path) -> Result<Record, RecordError> {
 #[derive(Deserialize)]
 struct Head {
     version: u32,
-    #[serde(default)]
-    job: Option<Value>,
 }
 
 /// Reads a record from text and holds its ids and its verdict against its checks; `path` is for messages.
@@ -127,14 +125,15 @@ pub fn parse(path: &str, text: &str) -> Result<Record, RecordError> {
         path: path.to_owned(),
         reason: error.to_string(),
     };
-    let head = serde_json::from_str::<Head>(text).map_err(malformed)?;
-    let found = head.version;
-    if head.job.is_none() {
+    let any: Value = serde_json::from_str(text).map_err(malformed)?;
+    if any.is_object() && any.get("job").is_none() {
         return Err(RecordError::Malformed {
             path: path.to_owned(),
-            reason: "it names no job, as the run.json of a run folder".to_owned(),
+            reason: "it names no job".to_owned(),
         });
     }
+    let head: Head = serde_json::from_value(any).map_err(malformed)?;
+    let found = head.version;
     if found > VERSION {
         let path = path.to_owned();
         return Err(RecordError::TooNew { path, found });

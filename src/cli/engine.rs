@@ -135,7 +135,7 @@ impl Arguments {
         let mut progress = |name: &str| task.share(0.0, name);
         let asked = match &self.engine {
             Chosen::Exec(program) => format!("exec:{}", program.display()),
-            _ => "yade".to_owned(),
+            _ => format!("yade{}", self.yade.words()),
         };
         let found = match self.engine {
             Chosen::Exec(program) => {

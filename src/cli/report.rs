@@ -71,7 +71,7 @@ impl Verb {
     summary.md\n  crossgrain report checks verified/verify.json --all --csv checks.csv"
 )]
 pub struct Checks {
-    /// run.json, verify.json or bench.json of a finished job
+    /// run.json, verify.json, bench.json, check.json or report.json of a finished job
     #[arg(required_unless_present = "schema")]
     record: Option<PathBuf>,
     /// Print the JSON Schema of what all records have in common
@@ -286,7 +286,7 @@ pub enum Baseline {
         after_help = "Example:\n  crossgrain report baseline save out/reproduce/run.json main"
     )]
     Save {
-        /// run.json, verify.json or bench.json of a finished job
+        /// run.json, verify.json, bench.json, check.json or report.json of a finished job
         record: PathBuf,
         /// Its name as a baseline
         name: String,
@@ -323,7 +323,7 @@ impl Where {
     numbers of instructions, never as seconds.\n\nExample:\n  crossgrain report baseline diff out/reproduce/run.json main"
 )]
 pub struct DiffArguments {
-    /// run.json, verify.json or bench.json of a finished job
+    /// run.json, verify.json, bench.json, check.json or report.json of a finished job
     record: PathBuf,
     /// The baseline's name
     name: String,

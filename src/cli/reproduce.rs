@@ -51,7 +51,8 @@ pub struct Arguments {
     scene: Option<PathBuf>,
     #[command(flatten)]
     limits: YadeLimits,
-    /// Show the record in this folder of a finished tradeoff study, stability or claims job instead of the recorded one
+    /// Show the record in this folder of a finished tradeoff, stability, search, candidates or claims study instead of the recorded
+    /// one
     #[arg(long, value_name = "DIR")]
     with: Vec<PathBuf>,
     /// Put a deliberate fault into the native engine, such as stiffness=1e-3, to see that the job would notice
@@ -167,6 +168,9 @@ impl Arguments {
         }
         if let Some(fault) = &self.perturb {
             command += &format!(" --perturb {fault}");
+        }
+        if let Some(name) = &self.baseline {
+            command += &format!(" --baseline {name}");
         }
         command
     }

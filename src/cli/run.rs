@@ -11,7 +11,7 @@ use super::job_folder::clear;
 use super::print;
 use crate::engine::exec::{ExternalEngine, usual_limits};
 use crate::engine::watch::Limits;
-use crate::engine::{exec, yade};
+use crate::engine::{exec, value_name, yade};
 use crate::error::{Error, exit};
 use crate::files::has_room;
 use crate::limits::stability::time_step;
@@ -24,7 +24,7 @@ use grains::generate::initial_bodies;
 use grains::native::pouring::{Softly, pour};
 use grains::native::{self, Perturbation, Threads};
 use grains::scene::{Scene, parse_scene};
-use grains::tables::{Bodies, StopReason};
+use grains::tables::{Bodies, Stage, StopReason};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LastStage {
@@ -123,6 +123,18 @@ pub struct YadeLimits {
 }
 
 impl YadeArguments {
+    /// The words on the command line of what is not the default and changes results, a space before each.
+    pub fn words(&self) -> String {
+        let mut words = String::new();
+        if self.order != LoopOrder::Sorted {
+            words += &format!(" --loop {}", value_name(&self.order));
+        }
+        if self.verlet_distance != yade::Options::default().verlet_distance {
+            words += &format!(" --verlet-distance {}", self.verlet_distance);
+        }
+        words
+    }
+
     /// As they are given.
     pub fn options(&self) -> Result<yade::Options, Error> {
         let distance = self.verlet_distance;
@@ -305,9 +317,18 @@ fn share(text: &str) -> Result<f64, String> {
 
 /// Says so if the step was beyond the limit of the bed, or near it.
 fn step_in_words(run: &RunFolder) -> Result<String, Error> {
-    let bed = run.settled.as_ref().unwrap_or(&run.last);
-    let share = time_step::share_of_limit(&run.scene, &bed.bodies)?;
-    Ok(match share {
+    let last = run
+        .record
+        .stages
+        .last()
+        .map_or(Stage::Settle, |of| of.stage);
+    let settled = run.settled.iter().map(|bed| (bed, Stage::Settle));
+    let mut largest: Option<f64> = None;
+    for (bed, stage) in settled.chain([(&run.last, last)]) {
+        let share = time_step::share_of_limit(&run.scene.in_stage(stage), &bed.bodies)?;
+        largest = largest.into_iter().chain(share).reduce(f64::max);
+    }
+    Ok(match largest {
         Some(share) if share > 1.0 => format!(
             "the time step is {share:.3} of the largest stable step of this bed: do not rely on it; take a smaller \
              one, or --auto-step\n"

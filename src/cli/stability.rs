@@ -8,7 +8,7 @@ use super::job_folder::clear;
 use super::report::Output;
 use super::run::YadeLimits;
 use super::study::plan::MapArguments;
-use super::study::{engines_of, open, report};
+use super::study::{engines_of, open, report, told};
 use crate::error::Error;
 use crate::files::{has_room, work_folder};
 use crate::progress::Display;
@@ -27,7 +27,8 @@ use crate::workers::cores;
 pub struct Arguments {
     #[command(flatten)]
     map: MapArguments,
-    /// The study's folder, with report.json and report.html in the end; a finished one is kept, with a number after its name
+    /// The study's folder, with report.json and report.html in the end, instead of a temporary one; a finished one is kept, with a
+    /// number after its name
     #[arg(long)]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -60,6 +61,9 @@ impl Arguments {
             Err(error @ StudyError::EnginesFailed { .. }) => display.line(&error.to_string()),
             Err(error) => return Err(error.into()),
         }
-        report(&folder, &self.output.views)
+        match self.out {
+            Some(_) => report(&folder, &self.output.views),
+            None => told(&folder, &self.output.views),
+        }
     }
 }

@@ -291,13 +291,19 @@ impl SlurmArguments {
 
 /// Writes record and page, and says what the checks come to.
 pub fn report(folder: &Path, views: &Views) -> Result<u8, Error> {
+    let code = told(folder, views)?;
+    if !views.json {
+        print(&page_line(folder))?;
+    }
+    Ok(code)
+}
+
+/// The same without a word on where the page is.
+pub fn told(folder: &Path, views: &Views) -> Result<u8, Error> {
     let report = open(folder)?.judge()?;
     page(&report.document).write(folder)?;
     write_whole(&folder.join(RECORD), report.text.as_bytes())?;
     views.tell(&report.record.job, &report.text, &report.document)?;
-    if !views.json {
-        print(&page_line(folder))?;
-    }
     Ok(report.document.verdict.exit_code())
 }
 

@@ -281,7 +281,7 @@ pub fn sections(of: &Judgement) -> Vec<Section> {
         Section::new("Its first hundred steps", &about).with(state_table(of)),
         Section::new(
             "What would have been seen",
-            "A constant that is wrong by this share, everywhere, leaves the replicas.",
+            "A constant that is wrong by this share, everywhere, leaves the replicas; g_x by this share of gravity.",
         )
         .with(Table::from(limits)),
     ];

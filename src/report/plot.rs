@@ -570,8 +570,8 @@ fn room(words: &str, ([x, y], anchor): &Place) -> [f64; 4] {
 fn with_margin(words: &str, place: &Place) -> [f64; 4] {
     let [from, top, to, floor] = room(words, place);
     let [before, after] = match place.1 {
-        "start" => [0.0, 10.0],
-        "end" => [10.0, 0.0],
+        "start" => [0.0, 24.0],
+        "end" => [24.0, 0.0],
         _ => [0.0, 0.0],
     };
     [from - before, top, to + after, floor]

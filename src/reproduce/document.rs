@@ -248,7 +248,7 @@ impl Reproduction {
 
     /// The first steps of YADE's loops, if YADE ran live.
     fn first_steps(&self) -> Option<Section> {
-        let answer = "The ordinary loop, which the paper used, adds forces in another order: only rounding may differ. In a hundred \
+        let answer = "The ordinary loop, which is YADE's default, adds forces in another order: only rounding may differ. In a hundred \
                       steps rounding has a narrow envelope, and a wrong constant leaves it; at the end of a run all differences are \
                       of one size. Four states, each law that YADE has.";
         let mut section = Section::new("First steps of YADE's loops", answer);

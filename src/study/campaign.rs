@@ -176,7 +176,7 @@ impl Study for Campaign {
                 answer,
                 sections: vec![
                     Section::new("Endings", "").with(of_endings),
-                    Section::new("Quantities", "").with(table).as_details(),
+                    Section::new("Quantities", "").with(table),
                 ],
                 checks: Vec::new(),
             },

@@ -200,7 +200,7 @@ impl std::fmt::Display for Tally {
         )?;
         match others {
             0 => Ok(()),
-            others => write!(out, ", {others} of them not for this engine"),
+            others => write!(out, ", {others} of them since an engine lacks the parts"),
         }
     }
 }
@@ -560,8 +560,11 @@ impl Verification {
     /// A row a case, in the order in which they were first run, with an outcome for each part that an engine had.
     fn cases(&self) -> Section {
         let mut answer = "Each case is a small experiment whose outcome is known. All engines run the same cases and are judged by \
-                          the same code. The reference is YADE, where it takes part; cross-code holds its numbers against native's."
+                          the same code."
             .to_owned();
+        if self.cases.iter().any(|of| of.role == Role::Reference) {
+            answer += " The reference is YADE; cross-code holds its numbers against native's.";
+        }
         let missing = |case: &&CaseResult| case.outcome == Outcome::Skipped && !case.inapplicable;
         if let Some(case) = self.cases.iter().find(missing) {
             answer += &format!(" Skipped: {}", case.reason);

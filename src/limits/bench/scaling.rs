@@ -106,7 +106,7 @@ pub fn measure(setup: &Setup<'_>, progress: &Task) -> Result<Scaling, Error> {
 
 /// Engines that compute one bed on two threads or processes, and the name of that way.
 pub const ON_TWO: [(Contender, &str); 3] = [
-    (Contender::Native, "native, two threads"),
+    (Contender::Native, "native, two threads allowed"),
     (Contender::YadeOrdinary, "YADE -j2, ordinary loop"),
     (Contender::Lammps, "LAMMPS gran/hooke, mpirun -np 2"),
 ];

@@ -15,8 +15,6 @@ use evidence::moments::mean;
 use evidence::{Interval, goodness, holm, likelihood, proportion};
 use grains::measure::neighbourhood::SINGLY;
 
-/// Two moments, three points, the nearest grain and several.
-const SAMPLES: usize = 2 * POINTS.len() * 2;
 /// Samples drawn of a law that may be possible.
 const DRAWN: usize = 999;
 /// Laws against each other in one sample.
@@ -227,11 +225,12 @@ pub fn section(contests: &[Contest]) -> Section {
     };
     let counts = Family::OF_STRESSES.map(|of| format!("{} {}", of.title(), best(of)));
     let words = format!(
-        "Of {} samples, of {SAMPLES}, to which all laws could be fitted, each law is the best, or not told from the best, in: {}. Two laws are told apart where packings show which of \
+        "Each law is the best, or not told from the best, in so many of {} samples: {}. Two laws are told apart where packings show which of \
          them is nearer to the truth (Vuong's test with packings as the unit, 5 % over all comparisons). \"Told apart from\" is the number of \
          independent grains of which nine samples in ten would show it if the best law were the truth; where not even that one is \
          possible, samples tell less. A law is possible where drawn samples of it are as often as far from it (Kolmogorov's D, fitted \
-         anew, one grain a packing). A stretched exponential is exp(−xᵃ), a Gaussian tail a power of x times exp(−x²). Grains that bear \
+         anew, one grain a packing; p-values count all tests, so that none is below 0.03). A law with more parameters may be nearer and \
+         yet not possible: its own samples lie nearer still. A stretched exponential is exp(−xᵃ), a Gaussian tail a power of x times exp(−x²). Grains that bear \
          nothing are a share of their own, the same under every law.",
         contests.len(),
         counts.join(", ")
