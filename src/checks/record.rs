@@ -282,7 +282,7 @@ mod tests {
         for (text, words) in [
             ("", "no record"),
             ("[]", "invalid length"),
-            ("{\"version\": -1}", "invalid value"),
+            ("{\"job\": \"x\", \"version\": -1}", "invalid value"),
             (newer.as_str(), "newer crossgrain"),
             ("{\"version\": 4, \"engine\": {}}", "it names no job"),
             ("{\"version\": 1, \"job\": \"verify\"}", "missing field"),
