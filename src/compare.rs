@@ -146,7 +146,8 @@ impl Comparison {
         let mut about =
             "`settled` is the settled bed, `loaded` the one under the punch at the end, `poured` that of a run without loading."
                 .to_owned();
-        if !self.bits_expected {
+        let is_identical = self.verdict() == Verdict::Identical;
+        if !self.bits_expected && !is_identical {
             about += " One realization each, and rounding has made them two: these numbers judge nothing. Whether their distributions are \
              the same, two campaigns say (`crossgrain study compare`).";
         }

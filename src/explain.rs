@@ -16,7 +16,7 @@ pub struct Explanation {
 }
 
 /// All families.
-pub const EXPLANATIONS: [Explanation; 26] = [
+pub const EXPLANATIONS: [Explanation; 28] = [
     Explanation {
         pattern: "compare/*",
         meaning: "Two runs of one scene agree in what is named last in the id.",
@@ -170,6 +170,20 @@ pub const EXPLANATIONS: [Explanation; 26] = [
         breaks: "A watch over the run that looks at less than before, or a way to fail that does not fail any more.",
     },
     Explanation {
+        pattern: "search/*",
+        meaning: "An emulator of the search is as good as it says, so that what it excludes may be believed.",
+        formula: "95 % of the means that were run lie within so many times 1.96 deviations of what the emulator expects without their bed.",
+        source: "docs/sensitivity.md; src/study/search.rs",
+        breaks: "Too few beds for so many choices, or packings whose scatter is estimated from too few: plan the wave with more of both.",
+    },
+    Explanation {
+        pattern: "bench/*",
+        meaning: "The benchmark holds costs of engines against each other and against its goals.",
+        formula: "Ratios of times in one run, and numbers of instructions.",
+        source: "docs/benchmark.md; src/limits/bench/",
+        breaks: "A change of a kernel; another program on the machine.",
+    },
+    Explanation {
         pattern: "bench/bed/*",
         meaning: "An engine that was timed still has the bed that it was given: one that drops grains or contacts is fast for nothing.",
         formula: "Largest displacement, number of contacts and kinetic energy against native's after the same steps.",
@@ -247,6 +261,8 @@ mod tests {
             ("verify/tested/free-fall/dropped/x/100-steps", "verify/*"),
             ("verify", "verify/*"),
             ("bench/bits", "bench/bits"),
+            ("bench", "bench/*"),
+            ("search/emulator/height", "search/*"),
             ("engine/damping", "engine/*"),
             ("campaign/rows", "*/rows"),
             ("parameters/everything/dt", "parameters/*"),

@@ -200,6 +200,7 @@ impl Job<'_> {
         Ok(Some(recorded))
     }
 
+    /// Why YADE does not run live, if it does not.
     fn without_yade(&self) -> Option<String> {
         if self.options.recorded {
             return Some("--recorded leaves it out".to_owned());

@@ -54,10 +54,14 @@ fn an_engine_that_fails_exits_with_4_and_names_step_and_grain() {
 #[test]
 fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
     let folder = &folder_with(&small_scene());
-    let job = "reproduce --scene scene.json --yade /nowhere/yade --out";
+    let job = "reproduce --scene scene.json --recorded --out";
     let job_in = |out: &str, code: i32| ends(folder, code, &format!("{job} {out}"));
     let (out, _) = job_in("o", 3);
-    has(&out, ["YADE is missing", "INCOMPLETE"]);
+    has(&out, ["--recorded leaves it out", "INCOMPLETE"]);
+    // A YADE that was named is meant to be there.
+    let named = "reproduce --scene scene.json --out n --yade /nowhere/yade";
+    let (_, errors) = ends(folder, 4, named);
+    has(&errors, ["YADE is missing"]);
     let page = text_of(folder.join("o/report.html"));
     let page = page.replace("&#39;", "'");
     for part in [
@@ -128,7 +132,7 @@ fn a_main_job_that_compares_nothing_is_incomplete_and_says_so() {
 #[test]
 fn a_main_job_that_is_asked_to_end_is_not_finished() {
     let folder = &new_folder();
-    let command = "reproduce --quiet --out o --yade /nowhere/yade";
+    let command = "reproduce --quiet --out o --recorded";
     let mut child = started(folder, command);
     let recorded = folder.join("o/yade-recorded/run.json");
     let began = Instant::now();
@@ -207,7 +211,7 @@ fn a_main_job_in_a_folder_where_another_is_at_work_is_refused() {
     let folder = &folder_with(&small_scene());
     fs::create_dir(folder.join("o")).expect("writable");
     let lock = crossgrain::files::FolderLock::of(&folder.join("o")).expect("free");
-    let command = "reproduce --scene scene.json --out o --quiet --yade /nowhere/yade";
+    let command = "reproduce --scene scene.json --out o --quiet --recorded";
     tells(folder, 75, command, ["in use by another process"]);
     assert_eq!(there(&folder.join("o")).len(), 1, "the lock");
     drop(lock);

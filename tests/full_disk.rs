@@ -147,7 +147,7 @@ fn a_study_goes_on_whichever_write_fails() {
 #[test]
 fn a_main_job_on_a_full_disk_is_taken_up_again() {
     let folder = &folder_with(&tiny_scene());
-    let job = "reproduce --scene scene.json --quiet --out o --yade /nowhere/yade";
+    let job = "reproduce --scene scene.json --quiet --out o --recorded";
     for kilobytes in [1, 8, 32] {
         let (code, said) = limited(kilobytes, job, folder);
         assert_eq!(code, 75, "{kilobytes}: {said}");
@@ -184,7 +184,7 @@ fn places_that_cannot_be_written_are_named() {
             "report vtk run --out",
             "report archive run --out",
             "report baseline save record main --store",
-            "reproduce --scene scene.json --yade=/nowhere --out",
+            "reproduce --scene scene.json --recorded --out",
             "verify --engine=native --grains=5 --out",
             "study plan campaign scene.json --members=2 --out",
         ] {
@@ -209,7 +209,7 @@ fn a_small_disk_and_one_that_is_read_only() {
         commands() {
             run run scene.json --engine native --steps 2000 --quiet --out disk/o
             run report vtk run --out disk/o
-            run reproduce --scene scene.json --quiet --yade /nowhere --out disk/r
+            run reproduce --scene scene.json --quiet --recorded --out disk/r
             rm -rf disk/r
         }
         commands

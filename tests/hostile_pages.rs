@@ -32,7 +32,7 @@ fn no_markup(name: &str, text: &str) {
 #[test]
 fn pages_and_files_of_a_job_hold_names_as_text() {
     let folder = &folder_with(&scene_of_markup());
-    let arguments = "reproduce --scene scene.json --yade /nowhere/yade --out o --quiet";
+    let arguments = "reproduce --scene scene.json --recorded --out o --quiet";
     let output = crossgrain(arguments, folder);
     nothing_obeyed(folder, &output);
     let (code, _, errors) = told(&output);

@@ -19,7 +19,7 @@ fn program() -> PathBuf {
 
 /// The job once, looked at every few milliseconds.
 fn once(place: &Path, out: &Path) -> (Option<i32>, Taken) {
-    let job = "reproduce --scene scene.json --quiet --yade /nowhere/yade --out";
+    let job = "reproduce --scene scene.json --quiet --recorded --out";
     let mut child = Command::new(program())
         .args(job.words())
         .arg(out)

@@ -12,6 +12,7 @@ use crate::checks::record::{self, Found, Record};
 use crate::checks::{self, Outcome};
 use crate::compare::baseline::{self, diff::diff};
 use crate::document::Document;
+use crate::engine::yade;
 use crate::error::Error;
 use crate::files::write_whole;
 use crate::limits::bench::machine::Machine;
@@ -81,6 +82,10 @@ impl Arguments {
             Some(name) => Some(self.at.store().load(name)?),
             None => None,
         };
+        // Without YADE the job does less; one that was named is meant to be there.
+        if let (Some(program), false) = (self.limits.program(), self.recorded) {
+            yade::find(Some(program))?;
+        }
         // The recorded ones are of the paper's scene.
         let beside = Beside::read(&self.with, self.scene.is_none())?;
         let out = &self.out;

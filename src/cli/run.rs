@@ -161,6 +161,11 @@ impl YadeLimits {
         }
     }
 
+    /// The YADE that was named.
+    pub fn program(&self) -> Option<&Path> {
+        self.yade.as_deref()
+    }
+
     /// The program at this path with these limits.
     pub fn exec(&self, program: PathBuf) -> exec::Options {
         exec::Options {

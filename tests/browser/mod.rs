@@ -74,7 +74,7 @@ fn inspect_words(browser: &mut Browser, name: &str, page: &Path) {
 #[cfg_attr(not(feature = "live"), ignore = "needs Chromium: --features live")]
 fn the_main_jobs_page_reads_well_everywhere_and_asks_for_nothing() {
     let folder = &folder_with(&small_scene());
-    let command = "reproduce --scene scene.json --quiet --out o --yade /nowhere/yade";
+    let command = "reproduce --scene scene.json --quiet --out o --recorded";
     ends(folder, 3, command);
     let mut browser = Browser::start();
     inspect_words(&mut browser, "reproduce", &folder.join("o/report.html"));
