@@ -114,8 +114,10 @@ pub fn read(path: &Path) -> Result<Record, RecordError> {
 }
 
 /// Only what tells whether the rest can be read.
-#[derive(Deserialize)]
+#[derive(Default, Deserialize)]
+#[serde(default)]
 struct Head {
+    job: Option<Value>,
     version: u32,
 }
 
@@ -125,15 +127,14 @@ pub fn parse(path: &str, text: &str) -> Result<Record, RecordError> {
         path: path.to_owned(),
         reason: error.to_string(),
     };
-    let any: Value = serde_json::from_str(text).map_err(malformed)?;
-    if any.is_object() && any.get("job").is_none() {
+    let head: Head = serde_json::from_str(text).map_err(malformed)?;
+    let found = head.version;
+    if head.job.is_none() {
         return Err(RecordError::Malformed {
             path: path.to_owned(),
             reason: "it names no job".to_owned(),
         });
     }
-    let head: Head = serde_json::from_value(any).map_err(malformed)?;
-    let found = head.version;
     if found > VERSION {
         let path = path.to_owned();
         return Err(RecordError::TooNew { path, found });
@@ -281,7 +282,7 @@ mod tests {
         let newer = SOUND.replace("\"version\": 1", "\"version\": 9");
         for (text, words) in [
             ("", "no record"),
-            ("[]", "invalid length"),
+            ("[]", "it names no job"),
             ("{\"job\": \"x\", \"version\": -1}", "invalid value"),
             (newer.as_str(), "newer crossgrain"),
             ("{\"version\": 4, \"engine\": {}}", "it names no job"),
