@@ -17,6 +17,7 @@ pub mod pouring;
 mod springs;
 mod stages;
 pub(crate) mod state;
+mod sweep;
 mod threads;
 pub mod timing;
 

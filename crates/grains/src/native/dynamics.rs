@@ -3,12 +3,13 @@
 
 use multiversion::multiversion;
 
-use super::contact::ContactRules;
+use super::contact::{self, ContactRules};
 use super::general;
 use super::health::Trouble;
 use super::neighbours::{Neighbours, Share, Skin};
-use super::springs;
+use super::springs::{self, At, Sums};
 use super::state::{Constants, State, contact_row};
+use super::sweep;
 use super::threads::{Team, Threads, each};
 use crate::model::Kernel;
 use crate::tables::{Bodies, Contact, Punch, Remembered, Snapshot, Stage};
@@ -48,11 +49,44 @@ pub struct Dynamics {
     /// The punch has just been set on the bed: no forces have been evaluated with it yet, so it has no
     /// contacts, even where rounding makes it touch.
     pub punch_is_new: bool,
+    /// Steps that were done in sweeps.
+    pub swept: u64,
     /// The velocities of the start are taken for those at the start, and the first step is still to come.
     half_step_to_come: bool,
     kernel: Kernel,
     rules: ContactRules,
     team: Team,
+    kept: Kept,
+}
+
+/// Positions, velocities and forces before the first sweep with a list.
+#[derive(Default)]
+struct Kept {
+    columns: [Vec<[f64; 2]>; 3],
+    /// How many lists had been built, and for how many steps this one had held.
+    builds: u64,
+    held: u32,
+}
+
+impl Kept {
+    fn keep(&mut self, state: &State, neighbours: &Neighbours) {
+        if self.builds == neighbours.builds {
+            return;
+        }
+        (self.builds, self.held) = (neighbours.builds, neighbours.held_for());
+        let columns = [&state.position, &state.velocity, &state.force];
+        for (kept, column) in self.columns.iter_mut().zip(columns) {
+            kept.clear();
+            kept.extend_from_slice(column);
+        }
+    }
+
+    fn put_back(&self, state: &mut State) {
+        let columns = [&mut state.position, &mut state.velocity, &mut state.force];
+        for (kept, column) in self.columns.iter().zip(columns) {
+            column.copy_from_slice(kept);
+        }
+    }
 }
 
 impl Dynamics {
@@ -76,7 +110,9 @@ impl Dynamics {
             neighbours: Neighbours::new(skin, threads, bodies.len()),
             team: Team::new(threads),
             punch_is_new: false,
+            swept: 0,
             half_step_to_come: false,
+            kept: Kept::default(),
         };
         if memory.is_empty() {
             dynamics.list_neighbours()?;
@@ -120,6 +156,21 @@ impl Dynamics {
 
     /// The same with a clock that is told which part of the step is under way.
     pub fn step_timed(&mut self, clock: &mut impl Clock) -> Result<(), Trouble> {
+        let fastest = self.advance(clock);
+        let held = clock.time(Part::Integration, || {
+            let punch_height = self.state.punch.map(|punch| punch.centre[1]);
+            let (dt, position) = (self.constants.dt, &self.state.position);
+            self.neighbours.hold(fastest, dt, position, punch_height)
+        });
+        if !held {
+            clock.time(Part::NeighbourLists, || self.list_neighbours())?;
+        }
+        self.evaluate_forces_timed(clock);
+        Ok(())
+    }
+
+    /// Moves grains and punch.
+    fn advance(&mut self, clock: &mut impl Clock) -> Fastest {
         if self.half_step_to_come {
             self.half_a_step_back();
             self.half_step_to_come = false;
@@ -127,11 +178,10 @@ impl Dynamics {
         let Constants {
             dt, gravity, alpha, ..
         } = self.constants;
-        let punch_height = self.state.punch.as_mut().map(|punch| {
+        if let Some(punch) = &mut self.state.punch {
             punch.centre[1] += punch.velocity * dt;
-            punch.centre[1]
-        });
-        let held = clock.time(Part::Integration, || {
+        }
+        clock.time(Part::Integration, || {
             let State {
                 position,
                 velocity,
@@ -153,15 +203,62 @@ impl Dynamics {
             };
             let shares = &mut self.neighbours.shares;
             let all = || each(shares, (moved, turned), &advance, &faster);
-            let fastest = self.team.together(all);
-            let position = &self.state.position;
-            self.neighbours.hold(fastest, dt, position, punch_height)
-        });
-        if !held {
-            clock.time(Part::NeighbourLists, || self.list_neighbours())?;
+            self.team.together(all)
+        })
+    }
+
+    /// So many steps, at which nobody looks but at the last. Where the model allows it several are done in one sweep over
+    /// memory. An error says how many steps were done before it.
+    pub fn steps(&mut self, steps: u64) -> Result<(), (u64, Trouble)> {
+        let team = self.team.clone();
+        team.together(|| {
+            let mut done = 0;
+            while done < steps {
+                done += self
+                    .some_steps(steps - done)
+                    .map_err(|trouble| (done, trouble))?;
+            }
+            Ok(())
+        })
+    }
+
+    /// At least one step and at most so many; says how many it were.
+    fn some_steps(&mut self, most: u64) -> Result<u64, Trouble> {
+        let alone = self.kernel == Kernel::General || self.state.punch.is_some();
+        let ahead = match alone || self.half_step_to_come {
+            true => 1,
+            false => self.neighbours.steps_ahead(most),
+        };
+        if ahead < 2 {
+            self.step()?;
+            return Ok(1);
         }
-        self.evaluate_forces_timed(clock);
-        Ok(())
+        self.kept.keep(&self.state, &self.neighbours);
+        let Dynamics {
+            state,
+            neighbours,
+            constants,
+            ..
+        } = self;
+        let speeds = sweep::sweep(state, neighbours, constants, ahead);
+        if !neighbours.held(&speeds[..ahead], constants.dt) {
+            self.go_back(ahead as u32)?;
+            self.step()?;
+            return Ok(1);
+        }
+        self.swept += ahead as u64;
+        Ok(ahead as u64)
+    }
+
+    /// Takes back a sweep in which grains went further than its list allows.
+    fn go_back(&mut self, steps: u32) -> Result<(), Trouble> {
+        let since = self.neighbours.held_for() - steps - self.kept.held;
+        self.kept.put_back(&mut self.state);
+        for _ in 0..since {
+            self.advance(&mut Untimed);
+            self.evaluate_forces();
+        }
+        self.list_neighbours()
     }
 
     /// Checks every grain and lists the neighbours anew.
@@ -199,7 +296,13 @@ impl Dynamics {
             let sums = (force.as_mut_slice(), torque.as_mut_slice());
             let evaluate = |share: &mut Share, sums: (&mut [[f64; 2]], &mut [f64])| match general {
                 true => general::evaluate_forces(share, seen, sums, constants, rules),
-                false => springs_and_walls(share, seen, sums.0, constants),
+                false => {
+                    let position = (At(0, seen.position.as_slice()), seen.radius.as_slice());
+                    for block in 0..share.rows.blocks() {
+                        let sums = At(share.places.start, &mut *sums.0);
+                        springs_and_walls(share, block, position, sums, constants);
+                    }
+                }
             };
             let both = |(), ()| ();
             self.team.together(|| each(shares, sums, &evaluate, &both));
@@ -337,20 +440,24 @@ impl Dynamics {
     }
 }
 
-/// The summed forces of springs between grains and at walls on the grains of a share. Walls come block by block, while a
-/// block's grains are near at hand.
-fn springs_and_walls(share: &Share, state: &State, force: &mut [[f64; 2]], constants: &Constants) {
-    let first = share.places.start;
-    let mut by_wall = share.by_wall.iter().peekable();
-    for (groups, end) in share.rows.blocks() {
-        springs::sum_forces(&state.position, &share.rows, groups, force);
-        while let Some((at, wall)) = by_wall.next_if(|(at, _)| (*at as usize) < end) {
-            let (at, wall) = (*at as usize, &constants.walls[*wall as usize]);
-            if let Some(touch) = state.wall_touch(wall, at) {
-                let of_wall = touch.spring_force(state.flat_stiffness(constants, at));
-                force[at - first][0] += of_wall[0];
-                force[at - first][1] += of_wall[1];
-            }
+/// The summed forces of springs between grains and at walls on the grains of a block of a share.
+pub fn springs_and_walls(
+    share: &Share,
+    block: usize,
+    (At(first, position), radius): (At<&[[f64; 2]]>, &[f64]),
+    At(from, force): Sums,
+    constants: &Constants,
+) {
+    let (groups, places) = (share.rows.block(block), share.block(block));
+    let seen = At(first, position);
+    springs::sum_forces(seen, &share.rows, groups, At(from, &mut *force));
+    for (at, wall) in share.at_walls(places) {
+        let (at, wall) = (*at as usize, &constants.walls[*wall as usize]);
+        let radius = radius[at];
+        if let Some(touch) = contact::wall(wall.axis, wall.place, position[at - first], radius) {
+            let of_wall = touch.spring_force(constants.stiffness(radius, radius));
+            force[at - from][0] += of_wall[0];
+            force[at - from][1] += of_wall[1];
         }
     }
 }
@@ -362,7 +469,7 @@ const WIDTH: usize = 16;
 pub type Fastest = [f64; 2];
 
 /// The larger ones; not a number where one is not.
-fn faster(a: Fastest, b: Fastest) -> Fastest {
+pub fn faster(a: Fastest, b: Fastest) -> Fastest {
     [0, 1].map(|axis| {
         if a[axis] > b[axis] || a[axis].is_nan() {
             a[axis]
@@ -373,7 +480,7 @@ fn faster(a: Fastest, b: Fastest) -> Fastest {
 }
 
 /// Positions and velocities, forces and masses of a range of places.
-type Moved<'a> = (
+pub type Moved<'a> = (
     (&'a mut [[f64; 2]], &'a mut [[f64; 2]]),
     (&'a [[f64; 2]], &'a [[f64; 2]]),
 );
@@ -384,7 +491,7 @@ type Turned<'a> = (&'a mut [f64], (&'a [f64], &'a [f64]));
 /// Advances velocities and positions: v += dt·a, x += dt·v. With damping the acceleration, gravity
 /// included, is scaled by 1 − α·sign(a·(v + ½dt·a)); without it nothing is computed for it. Where a velocity is not
 /// a number, the fastest is not one either.
-fn integrate(of: Moved, dt: f64, gravity: [f64; 2], alpha: f64) -> Fastest {
+pub fn integrate(of: Moved, dt: f64, gravity: [f64; 2], alpha: f64) -> Fastest {
     if alpha == 0.0 {
         undamped(of, dt, gravity)
     } else {

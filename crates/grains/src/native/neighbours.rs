@@ -10,8 +10,9 @@ use super::contact::Memory;
 use super::dynamics::Fastest;
 use super::general;
 use super::pairs::Pairs;
-use super::springs::Rows;
+use super::springs::{BLOCK, Rows};
 use super::state::{Constants, Spare, State};
+use super::sweep;
 use super::threads::{Team, each};
 use crate::model::Kernel;
 use crate::tables::Remembered;
@@ -21,6 +22,12 @@ use crate::tables::Remembered;
 pub struct Neighbours {
     /// One a thread: who is near the grains of a range of places.
     pub shares: Vec<Share>,
+    /// One less: where they meet.
+    pub borders: Vec<Border>,
+    /// So many [`BLOCK`]s away grains have neighbours at most; of the frictionless kernel.
+    pub reach: usize,
+    /// Sweeps where they do not pay too.
+    pub sweeps_always: bool,
     /// Places of the grains near the punch, in order of number.
     pub by_punch: Vec<u32>,
     /// What contacts with the punch remember; empty for the frictionless kernel.
@@ -38,12 +45,23 @@ pub struct Neighbours {
     displaced: f64,
     /// No grain has gone further since, m.
     gone_since: f64,
+    /// The way of the fastest in the last step, m.
+    pub way: f64,
     /// Steps since the build.
     held: u32,
     /// How often it was built.
     pub builds: u64,
     cells: Cells,
     spare: Spare,
+}
+
+/// Where two shares meet.
+#[derive(Debug)]
+pub struct Border {
+    /// The share to its left.
+    pub left: usize,
+    /// The first place that belongs to it: in the middle of that share, or the first of all.
+    pub start: usize,
 }
 
 /// The grains of a range of places and what is near them.
@@ -176,13 +194,26 @@ fn furthest(position: &[[f64; 2]], reference: &[[f64; 2]]) -> f64 {
 impl Neighbours {
     /// An empty list for so many threads and grains.
     pub fn new(policy: Skin, threads: usize, grains: usize) -> Self {
-        let end = |thread: usize| thread * grains / threads;
+        // Whole blocks, unless they are few: a block of a few grains would lengthen the reach of its neighbours.
+        let few = grains < 8 * BLOCK * threads;
+        let end = |thread: usize| match thread * grains / threads {
+            place if few || thread == threads => place,
+            place => place - place % BLOCK,
+        };
         let share = |thread| Share {
             places: end(thread)..end(thread + 1),
             ..Share::default()
         };
+        let border = |left: usize| Border {
+            left,
+            start: match left {
+                0 => 0,
+                _ => end(left).midpoint(end(left + 1)),
+            },
+        };
         Neighbours {
             shares: (0..threads).map(share).collect(),
+            borders: (0..threads - 1).map(border).collect(),
             policy,
             ..Neighbours::default()
         }
@@ -204,17 +235,61 @@ impl Neighbours {
         if self.held.is_multiple_of(OLD) && self.policy.of(way) < 0.5 * self.skin {
             return false;
         }
-        let punch_moved = punch_height.map_or(0.0, |height| (height - self.punch_reference).abs());
-        // Two grains may approach each other by twice a displacement, a grain and the punch by one each.
-        let limit = (0.5 * self.skin).min(self.skin - punch_moved);
-        // A little less, so that the rounding of distances does not matter.
-        let limit = (1.0 - 1.0e-9) * limit;
+        self.way = way;
+        let limit = self.limit(punch_height);
         if self.displaced + self.gone_since <= limit {
             return true;
         }
         self.displaced = furthest(position, &self.reference);
         self.gone_since = 0.0;
         self.displaced <= limit
+    }
+
+    /// No grain may be further from its reference than this, m.
+    fn limit(&self, punch_height: Option<f64>) -> f64 {
+        let punch_moved = punch_height.map_or(0.0, |height| (height - self.punch_reference).abs());
+        // Two grains may approach each other by twice a displacement, a grain and the punch by one each.
+        let limit = (0.5 * self.skin).min(self.skin - punch_moved);
+        // A little less, so that the rounding of distances does not matter.
+        (1.0 - 1.0e-9) * limit
+    }
+
+    /// So many steps a sweep may go ahead where there is no punch: the list holds if no grain becomes twice as fast.
+    pub fn steps_ahead(&self, most: u64) -> usize {
+        let room = self.limit(None) - self.displaced - self.gone_since;
+        let held = (room / (2.0 * self.way)) as usize;
+        // An old list is looked at.
+        let old = (OLD - 1 - self.held % OLD) as usize;
+        // A step leaves two reaches on each side of a border; no gap goes beyond the middle of a share.
+        let over_gap = match self.sweeps_always {
+            true => 2,
+            false if self.reference.len() < sweep::FEWEST_GRAINS => return 1,
+            false => sweep::BLOCKS_OVER_GAP,
+        };
+        let blocks = self.shares.iter().map(|share| share.rows.blocks()).min();
+        let apart = match self.borders.is_empty() {
+            true => sweep::MOST,
+            false => blocks.unwrap_or(0) / (2 * self.reach * over_gap),
+        };
+        (most.min(sweep::MOST as u64) as usize)
+            .min(held)
+            .min(old)
+            .min(apart)
+    }
+
+    /// Takes note of steps of `dt` seconds that were done; whether every possible contact was in the list.
+    pub fn held(&mut self, fastest: &[Fastest], dt: f64) -> bool {
+        for fastest in fastest {
+            self.way = dt * (fastest[0] + fastest[1]).sqrt();
+            self.gone_since += self.way;
+            self.held += 1;
+        }
+        self.displaced + self.gone_since <= self.limit(None)
+    }
+
+    /// Steps since the build.
+    pub fn held_for(&self) -> u32 {
+        self.held
     }
 
     /// Lists anew what is near what, after putting the grains in memory where their neighbours are. Contacts remember what
@@ -247,14 +322,16 @@ impl Neighbours {
         }
         let (cells, skin, state, remembered) = (&self.cells, self.skin, &*state, remembered);
         let list = |share: &mut Share, ()| {
-            share.list(cells, state, skin, constants);
+            let furthest = share.list(cells, state, skin, constants);
             if general {
                 share.take_over(state, constants, &remembered);
             } else {
                 share.lay_out_rows(state, constants);
             }
+            furthest
         };
-        team.together(|| each(&mut self.shares, (), &list, &|(), ()| ()));
+        let furthest = team.together(|| each(&mut self.shares, (), &list, &u32::max));
+        self.reach = (furthest as usize).div_ceil(BLOCK).max(1);
         self.near_punch(state);
         self.punch_memory.clear();
         if general {
@@ -314,7 +391,20 @@ fn memory(of: &Remembered) -> Memory {
 }
 
 impl Share {
-    fn row(&self, place: usize) -> &[u32] {
+    /// The places of a block of its rows.
+    pub fn block(&self, block: usize) -> Range<usize> {
+        let from = self.places.start + block * BLOCK;
+        from..(from + BLOCK).min(self.places.end)
+    }
+
+    /// Which of these grains is near which wall.
+    pub fn at_walls(&self, places: Range<usize>) -> &[(u32, u32)] {
+        let before = |end: usize| self.by_wall.partition_point(|(at, _)| (*at as usize) < end);
+        &self.by_wall[before(places.start)..before(places.end)]
+    }
+
+    /// The places of a grain's neighbours, in the order in which their forces are added.
+    pub fn row(&self, place: usize) -> &[u32] {
         let at = place - self.places.start;
         &self.other[self.start[at] as usize..self.start[at + 1] as usize]
     }
@@ -328,8 +418,9 @@ impl Share {
         })
     }
 
-    /// Lists who is near whom and near which wall.
-    fn list(&mut self, cells: &Cells, state: &State, skin: f64, constants: &Constants) {
+    /// Lists who is near whom and near which wall. Says how many places away a neighbour is at most where grains lie by place.
+    fn list(&mut self, cells: &Cells, state: &State, skin: f64, constants: &Constants) -> u32 {
+        let mut furthest = 0;
         self.start.clear();
         self.other.clear();
         self.by_wall.clear();
@@ -339,6 +430,8 @@ impl Share {
             let number = state.number[place];
             let mut found = 0;
             for near in cells.around(x, z) {
+                let last = near.last().map_or(0, |last| last.place);
+                furthest = furthest.max(last.saturating_sub(place as u32));
                 if self.row.len() < found + near.len() {
                     self.row.resize(found + near.len(), 0);
                 }
@@ -366,6 +459,7 @@ impl Share {
                 }
             }
         }
+        furthest
     }
 
     fn lay_out_rows(&mut self, state: &State, constants: &Constants) {

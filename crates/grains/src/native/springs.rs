@@ -15,14 +15,8 @@ use std::ops::Range;
 
 use multiversion::multiversion;
 
-/// The summed spring forces on the grains of these groups, N; what was in `force` before, which begins with the first grain
-/// of all rows, is lost.
-pub fn sum_forces(
-    position: &[[f64; 2]],
-    rows: &Rows,
-    groups: Range<usize>,
-    force: &mut [[f64; 2]],
-) {
+/// The summed spring forces on the grains of these groups, N; what was in `force` before is lost.
+pub fn sum_forces(position: At<&[[f64; 2]]>, rows: &Rows, groups: Range<usize>, force: Sums) {
     #[cfg(target_arch = "x86_64")]
     if avx512::available() {
         return avx512::sum_forces(position, rows, groups, force);
@@ -31,22 +25,17 @@ pub fn sum_forces(
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn without_avx512(
-    position: &[[f64; 2]],
-    rows: &Rows,
-    groups: Range<usize>,
-    force: &mut [[f64; 2]],
-) {
+fn without_avx512(position: At<&[[f64; 2]]>, rows: &Rows, groups: Range<usize>, force: Sums) {
     sum_forces_plain(position, rows, groups, force);
 }
 
 /// As any machine can do it.
 #[inline(always)]
 fn sum_forces_plain(
-    position: &[[f64; 2]],
+    position: At<&[[f64; 2]]>,
     rows: &Rows,
     groups: Range<usize>,
-    force: &mut [[f64; 2]],
+    At(first, force): Sums,
 ) {
     let columns = rows.start[groups.start..=groups.end].windows(2);
     for (grain, columns) in rows.grain[groups].iter().zip(columns) {
@@ -55,7 +44,7 @@ fn sum_forces_plain(
             .iter()
             .zip(&rows.reach[columns.clone()])
             .zip(&rows.stiffness[columns]);
-        let (own_x, own_z) = gather(&position[rows.first..], grain);
+        let (own_x, own_z) = gather(position, grain);
         let (mut sum_x, mut sum_z) = ([0.0; LANES], [0.0; LANES]);
         for ((other, reach), stiffness) in neighbours {
             let (x, z) = gather(position, other);
@@ -72,26 +61,33 @@ fn sum_forces_plain(
             }
         }
         for lane in 0..LANES {
-            force[grain[lane] as usize] = [sum_x[lane], sum_z[lane]];
+            force[grain[lane] as usize - first] = [sum_x[lane], sum_z[lane]];
         }
     }
 }
 
 #[inline(always)]
-fn gather(of: &[[f64; 2]], ids: &Lanes<u32>) -> (Lanes<f64>, Lanes<f64>) {
+fn gather(At(first, of): At<&[[f64; 2]]>, ids: &Lanes<u32>) -> (Lanes<f64>, Lanes<f64>) {
     let (mut x, mut z) = ([0.0; LANES], [0.0; LANES]);
     for lane in 0..LANES {
-        [x[lane], z[lane]] = of[ids[lane] as usize];
+        [x[lane], z[lane]] = of[ids[lane] as usize - first];
     }
     (x, z)
 }
+
+/// The values of a range of places, which begins with this one.
+#[derive(Debug, Clone, Copy)]
+pub struct At<T>(pub usize, pub T);
+
+/// Forces that are written.
+pub type Sums<'a> = At<&'a mut [[f64; 2]]>;
 
 /// Grains that are computed together.
 pub const LANES: usize = 16;
 
 /// Rows are sorted by length within blocks of so many grains: long enough that few lanes stay empty,
 /// short enough that a block's grains are near each other in memory.
-const BLOCK: usize = 512;
+pub const BLOCK: usize = 512;
 
 /// A value in each lane.
 pub type Lanes<T> = [T; LANES];
@@ -100,9 +96,7 @@ pub type Lanes<T> = [T; LANES];
 /// holds one neighbour of each of its grains. Reused from build to build.
 #[derive(Debug, Default)]
 pub struct Rows {
-    /// The place of the first grain.
-    first: usize,
-    /// The grains of each group, counted from the first one. Lanes left over in the last one repeat its first grain.
+    /// The places of the grains of each group. Lanes left over in the last one repeat its first grain.
     grain: Vec<Lanes<u32>>,
     /// The first column of each group.
     start: Vec<u32>,
@@ -128,7 +122,6 @@ impl Rows {
         other: &[u32],
         of_pair: impl Fn(usize, usize) -> (f64, f64),
     ) {
-        self.first = first;
         self.sort_by_length(start);
         self.grain.clear();
         self.start.clear();
@@ -159,19 +152,20 @@ impl Rows {
                     self.stiffness[column][lane] = stiffness;
                 }
             }
-            self.grain.push(lanes);
+            self.grain.push(places);
             self.start.push(to as u32);
         }
     }
 
-    /// The groups of each block, and the place after its last grain.
-    pub fn blocks(&self) -> impl Iterator<Item = (Range<usize>, usize)> {
+    /// How many blocks there are.
+    pub fn blocks(&self) -> usize {
+        self.grain.len().div_ceil(BLOCK / LANES)
+    }
+
+    /// The groups of a block.
+    pub fn block(&self, block: usize) -> Range<usize> {
         const GROUPS: usize = BLOCK / LANES;
-        let groups = self.grain.len();
-        (0..groups).step_by(GROUPS).map(move |from| {
-            let to = (from + GROUPS).min(groups);
-            (from..to, self.first + to * LANES)
-        })
+        block * GROUPS..((block + 1) * GROUPS).min(self.grain.len())
     }
 
     /// Grains in blocks, within a block the longest rows first.
@@ -264,16 +258,16 @@ mod tests {
             let mut force = vec![[f64::NAN; 2]; expected.len()];
             let rows = &neighbours.shares[0].rows;
             let groups = 0..rows.grain.len();
-            let (position, all) = (&state.position, || groups.clone());
-            sum_forces(position, rows, all(), &mut force);
+            let (position, all) = (At(0, state.position.as_slice()), || groups.clone());
+            sum_forces(position, rows, all(), At(0, &mut force));
             assert_eq!(
                 bits(&force),
                 bits(&expected),
                 "this machine's widest vectors"
             );
-            sum_forces_plain(position, rows, all(), &mut force);
+            sum_forces_plain(position, rows, all(), At(0, &mut force));
             assert_eq!(bits(&force), bits(&expected), "the plainest machine's code");
-            without_avx512(position, rows, all(), &mut force);
+            without_avx512(position, rows, all(), At(0, &mut force));
             assert_eq!(bits(&force), bits(&expected), "as without 512-bit vectors");
         });
         assert!(touching > 1000, "{touching}");

@@ -178,10 +178,11 @@ impl Runner<'_> {
             if (self.stage, self.step) == (Stage::Load, 0) && self.scene.has_stages() {
                 self.change_constants()?;
             }
+            let steps = self.unseen(exactly);
             self.dynamics
-                .step()
-                .map_err(|trouble| self.error(self.step + 1, trouble))?;
-            self.step += 1;
+                .steps(steps)
+                .map_err(|(done, trouble)| self.error(self.step + done + 1, trouble))?;
+            self.step += steps;
             if let Some(stop) = rule(self) {
                 if exactly.is_none() {
                     break stop;
@@ -216,6 +217,20 @@ impl Runner<'_> {
             return Err(self.error(self.step, Trouble::Interrupted));
         }
         Ok(stop)
+    }
+
+    /// Steps up to the next one that somebody looks at.
+    fn unseen(&self, exactly: Option<u64>) -> u64 {
+        let settle = &self.scene.settle;
+        let every = match self.stage {
+            Stage::Settle => settle.check_every,
+            Stage::Load => 1,
+        };
+        let all = [every, self.scene.measurement.history_every, LOOK_UP_EVERY];
+        let next = all.map(|every| every - self.step % every);
+        let next = next.into_iter().fold(u64::MAX, u64::min);
+        let end = exactly.unwrap_or(u64::MAX).min(settle.max_steps);
+        next.min(end.saturating_sub(self.step)).max(1)
     }
 
     /// Settled when the kinetic energy is at most the scene's share of its peak.

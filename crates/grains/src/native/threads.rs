@@ -1,9 +1,11 @@
 //! One bed on several threads. Each has a range of places of its own, for which alone it writes; what it reads of other ranges
 //! nobody writes meanwhile. A grain's sum is made by one thread in the order of numbers, so the bits are those of one thread.
 
+use std::sync::Arc;
+
 use rayon_core::{ThreadPool, ThreadPoolBuilder, join};
 
-use super::neighbours::Share;
+use super::neighbours::{Border, Share};
 
 /// How many threads may compute a bed. A bed that is too small for several has one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,8 +43,9 @@ impl Default for Threads {
 }
 
 /// The threads of one bed; none but the caller's for one.
+#[derive(Clone)]
 pub struct Team {
-    pool: Option<ThreadPool>,
+    pool: Option<Arc<ThreadPool>>,
 }
 
 impl Team {
@@ -50,7 +53,7 @@ impl Team {
     pub fn new(threads: usize) -> Self {
         let builder = ThreadPoolBuilder::new().num_threads(threads);
         let builder = builder.thread_name(|_| "bed".to_owned());
-        let pool = (threads > 1).then(|| builder.build().ok());
+        let pool = (threads > 1).then(|| builder.build().ok().map(Arc::new));
         Team {
             pool: pool.flatten(),
         }
@@ -65,19 +68,37 @@ impl Team {
     }
 }
 
-/// Does the work for every share with its part of what is by place, beside each other, and puts the results together in
+/// What has a range of places.
+pub trait Ranged: Send {
+    /// The first of them.
+    fn start(&self) -> usize;
+}
+
+impl Ranged for Share {
+    fn start(&self) -> usize {
+        self.places.start
+    }
+}
+
+impl Ranged for Border {
+    fn start(&self) -> usize {
+        self.start
+    }
+}
+
+/// Does the work for every range with its part of what is by place, beside each other, and puts the results together in
 /// their order. Nothing is allocated.
-pub fn each<T: ByPlace, R: Send>(
-    shares: &mut [Share],
+pub fn each<I: Ranged, T: ByPlace, R: Send>(
+    ranges: &mut [I],
     of: T,
-    work: &(impl Fn(&mut Share, T) -> R + Sync),
+    work: &(impl Fn(&mut I, T) -> R + Sync),
     both: &(impl Fn(R, R) -> R + Sync),
 ) -> R {
-    if let [share] = shares {
-        return work(share, of);
+    if let [range] = ranges {
+        return work(range, of);
     }
-    let (left, right) = shares.split_at_mut(shares.len() / 2);
-    let places = right[0].places.start - left[0].places.start;
+    let (left, right) = ranges.split_at_mut(ranges.len() / 2);
+    let places = right[0].start() - left[0].start();
     let (of_left, of_right) = of.split(places);
     let (left, right) = join(
         || each(left, of_left, work, both),

@@ -3,7 +3,7 @@
 use std::arch::x86_64::*;
 use std::ops::Range;
 
-use super::{LANES, Lanes, Rows};
+use super::{At, LANES, Lanes, Rows, Sums};
 
 /// Whether this machine has them.
 pub fn available() -> bool {
@@ -12,12 +12,7 @@ pub fn available() -> bool {
 
 /// See [`super::sum_forces`]; does nothing else where the machine has no such vectors.
 #[allow(unsafe_code)]
-pub fn sum_forces(
-    position: &[[f64; 2]],
-    rows: &Rows,
-    groups: Range<usize>,
-    force: &mut [[f64; 2]],
-) {
+pub fn sum_forces(position: At<&[[f64; 2]]>, rows: &Rows, groups: Range<usize>, force: Sums) {
     assert!(available(), "asked for vectors that this machine lacks");
     // SAFETY: the machine has the features that the function is compiled for, as just asserted; that is
     // all it needs.
@@ -25,8 +20,12 @@ pub fn sum_forces(
 }
 
 #[target_feature(enable = "avx512f,avx512dq")]
-fn in_vectors(position: &[[f64; 2]], rows: &Rows, groups: Range<usize>, force: &mut [[f64; 2]]) {
-    let own = &position[rows.first..];
+fn in_vectors(
+    position: At<&[[f64; 2]]>,
+    rows: &Rows,
+    groups: Range<usize>,
+    At(first, force): Sums,
+) {
     let columns = rows.start[groups.start..=groups.end].windows(2);
     for (grain, columns) in rows.grain[groups].iter().zip(columns) {
         let columns = columns[0] as usize..columns[1] as usize;
@@ -34,7 +33,7 @@ fn in_vectors(position: &[[f64; 2]], rows: &Rows, groups: Range<usize>, force: &
             .iter()
             .zip(&rows.reach[columns.clone()])
             .zip(&rows.stiffness[columns]);
-        let own = [gather::<0>(own, grain), gather::<8>(own, grain)];
+        let own = [gather::<0>(position, grain), gather::<8>(position, grain)];
         let mut sum = [[_mm512_setzero_pd(); 2]; 2];
         for ((other, reach), stiffness) in neighbours {
             let (reach, stiffness) = (halves(*reach), halves(*stiffness));
@@ -43,8 +42,8 @@ fn in_vectors(position: &[[f64; 2]], rows: &Rows, groups: Range<usize>, force: &
             let there = gather::<8>(position, other);
             sum[1] = add_spring(sum[1], own[1], there, reach[1], stiffness[1]);
         }
-        scatter::<0>(sum[0], grain, force);
-        scatter::<8>(sum[1], grain, force);
+        scatter::<0>(sum[0], grain, At(first, &mut *force));
+        scatter::<8>(sum[1], grain, At(first, &mut *force));
     }
 }
 
@@ -76,10 +75,10 @@ fn add_spring(
 /// The pairs of these ids' lanes FROM to FROM + 8, as two vectors, one a component.
 #[inline]
 #[target_feature(enable = "avx512f,avx512dq")]
-fn gather<const FROM: usize>(of: &[[f64; 2]], ids: &Lanes<u32>) -> [__m512d; 2] {
+fn gather<const FROM: usize>(At(first, of): At<&[[f64; 2]]>, ids: &Lanes<u32>) -> [__m512d; 2] {
     let four = |at: usize| {
         let pair = |lane: usize| {
-            let [x, z] = of[ids[FROM + at + lane] as usize];
+            let [x, z] = of[ids[FROM + at + lane] as usize - first];
             _mm_set_pd(z, x)
         };
         let low = _mm256_set_m128d(pair(1), pair(0));
@@ -107,7 +106,7 @@ fn halves(lanes: Lanes<f64>) -> [__m512d; 2] {
 /// Writes the pairs of these ids' lanes FROM to FROM + 8.
 #[inline]
 #[target_feature(enable = "avx512f,avx512dq")]
-fn scatter<const FROM: usize>(from: [__m512d; 2], ids: &Lanes<u32>, to: &mut [[f64; 2]]) {
+fn scatter<const FROM: usize>(from: [__m512d; 2], ids: &Lanes<u32>, At(first, to): Sums) {
     let pairs = [
         _mm512_permutex2var_pd(from[0], _mm512_set_epi64(11, 3, 10, 2, 9, 1, 8, 0), from[1]),
         _mm512_permutex2var_pd(
@@ -124,7 +123,7 @@ fn scatter<const FROM: usize>(from: [__m512d; 2], ids: &Lanes<u32>, to: &mut [[f
             _mm512_extractf64x2_pd::<3>(four),
         ];
         for (lane, pair) in halves.into_iter().enumerate() {
-            to[ids[FROM + 4 * quarter + lane] as usize] = [
+            to[ids[FROM + 4 * quarter + lane] as usize - first] = [
                 _mm_cvtsd_f64(pair),
                 _mm_cvtsd_f64(_mm_unpackhi_pd(pair, pair)),
             ];
