@@ -519,24 +519,26 @@ fn integrate_plain<const DAMPED: bool>(
     alpha: f64,
 ) -> Fastest {
     let pull: [f64; WIDTH] = std::array::from_fn(|lane| gravity[lane % 2]);
-    let mut fastest = [0.0; WIDTH];
-    // A maximum passes over what is not a number, a sum does not.
-    let mut total = [0.0; WIDTH];
+    // Bits of squares are in the order of squares, and those of what is not a number come last.
+    let mut fastest = [0; WIDTH];
     let (positions, last_positions) = positions.as_flattened_mut().as_chunks_mut::<WIDTH>();
     let (velocities, last_velocities) = velocities.as_flattened_mut().as_chunks_mut::<WIDTH>();
     let (forces, last_forces) = forces.as_flattened().as_chunks::<WIDTH>();
     let (masses, last_masses) = masses.as_flattened().as_chunks::<WIDTH>();
     let moving = positions.iter_mut().zip(velocities);
     for ((position, velocity), (force, mass)) in moving.zip(forces.iter().zip(masses)) {
+        // In registers, or the compiler fears that writing one changes another.
+        let (mut x, mut v, force, mass) = (*position, *velocity, *force, *mass);
         for lane in 0..WIDTH {
             advance::<DAMPED>(
-                (&mut position[lane], &mut velocity[lane]),
+                (&mut x[lane], &mut v[lane]),
                 force[lane] / mass[lane] + pull[lane],
                 dt,
                 alpha,
-                (&mut fastest[lane], &mut total[lane]),
+                &mut fastest[lane],
             );
         }
+        (*position, *velocity) = (x, v);
     }
     let moving = last_positions.iter_mut().zip(last_velocities);
     let pushed = last_forces.iter().zip(last_masses);
@@ -547,21 +549,17 @@ fn integrate_plain<const DAMPED: bool>(
             acceleration,
             dt,
             alpha,
-            (&mut fastest[lane], &mut total[lane]),
+            &mut fastest[lane],
         );
-    }
-    if total.iter().any(|total: &f64| total.is_nan()) {
-        return [f64::NAN; 2];
     }
     let of = |axis: usize| {
         fastest
             .iter()
             .skip(axis)
             .step_by(2)
-            .copied()
-            .fold(0.0, f64::max)
+            .fold(0, |a: u64, b| a.max(*b))
     };
-    [of(0), of(1)]
+    [f64::from_bits(of(0)), f64::from_bits(of(1))]
 }
 
 #[inline(always)]
@@ -570,7 +568,7 @@ fn advance<const DAMPED: bool>(
     mut acceleration: f64,
     dt: f64,
     alpha: f64,
-    (fastest, total): (&mut f64, &mut f64),
+    fastest: &mut u64,
 ) {
     if DAMPED {
         let power = acceleration * (*velocity + 0.5 * dt * acceleration);
@@ -580,8 +578,7 @@ fn advance<const DAMPED: bool>(
     *velocity += dt * acceleration;
     *position += dt * *velocity;
     let square = *velocity * *velocity;
-    *total += square;
-    *fastest = if square > *fastest { square } else { *fastest };
+    *fastest = square.to_bits().max(*fastest);
 }
 
 /// The spins, damped and advanced like a velocity component.
