@@ -118,7 +118,8 @@ fn on_two(setup: &Setup<'_>, bed: &Bed, missed: &mut Vec<Missed>) -> Result<Vec<
     timing::write_bed(bed, &native)?;
     let one = |contender: Contender, processes: u32| {
         let window = if contender == Contender::Native {
-            let steps = (NATIVE_GRAIN_STEPS / u64::from(grains)).max(FEWEST_NATIVE_STEPS);
+            // Threads wait for each other now and then, and looks whether the bed is at rest are one thread's.
+            let steps = 4 * NATIVE_GRAIN_STEPS / u64::from(grains);
             let (threads, limit) = (processes as usize, setup.yade.limits.time);
             timing::in_a_process(setup.crossgrain, &native, steps, threads, limit)?.window
         } else {

@@ -156,7 +156,7 @@ const OLD: u32 = 500;
 const WAY_FACTOR: f64 = 64.0;
 
 /// The skin over R is never less: a bed at rest still trembles.
-const LEAST_SKIN: f64 = 0.02;
+const LEAST_SKIN: f64 = 0.005;
 
 /// Nor more: in free flight a few more pairs cost nothing, in a bed they do.
 const LARGEST_SKIN: f64 = 1.0;
