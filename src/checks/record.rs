@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use schemars::JsonSchema;
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -117,7 +118,7 @@ pub fn read(path: &Path) -> Result<Record, RecordError> {
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Head {
-    job: Option<Value>,
+    job: Option<IgnoredAny>,
     version: u32,
 }
 

@@ -361,11 +361,11 @@ impl Bench {
             .column("value", |(_, value, _)| *value)
             .column("unit", |(.., unit)| *unit);
         let answer = "What a step with these bits cannot do without: two divisions and a root for each listed pair, two divisions for \
-                      each grain, the other arithmetic, and passing over pairs and grains once. Each is multiplied by the throughput \
+                      each grain, the other arithmetic, and, of a step alone, passing over pairs and grains once. Each is multiplied by the throughput \
                       measured here on one thread, in vectors of doubles. What no limit of throughput shows: gathering positions by \
                       ids. The native kernel computes each pair twice, once for either grain, so it could come within a factor of two \
-                      of the divisions at best. A step below a limit shows that the machine was busy while it was measured; only below that of \
-                      memory large beds may be, which make several steps in one pass.";
+                      of the divisions at best. A step below a limit shows that the machine was busy while it was measured. Large beds \
+                      alone may be below the limit of memory: they make several steps in one pass.";
         Section::new("How far from what this machine can do", answer)
             .with(table)
             .with(rates)

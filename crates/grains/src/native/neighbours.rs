@@ -26,7 +26,7 @@ pub struct Neighbours {
     pub borders: Vec<Border>,
     /// So many [`BLOCK`]s away grains have neighbours at most; of the frictionless kernel.
     pub reach: usize,
-    /// Sweeps where they do not pay too.
+    /// Sweeps even where they do not pay; for tests.
     pub sweeps_always: bool,
     /// Places of the grains near the punch, in order of number.
     pub by_punch: Vec<u32>,
@@ -256,14 +256,16 @@ impl Neighbours {
 
     /// So many steps a sweep may go ahead where there is no punch: the list holds if no grain becomes twice as fast.
     pub fn steps_ahead(&self, most: u64) -> usize {
+        if self.reference.len() < sweep::FEWEST_GRAINS && !self.sweeps_always {
+            return 1;
+        }
         let room = self.limit(None) - self.displaced - self.gone_since;
         let held = (room / (2.0 * self.way)) as usize;
         // An old list is looked at.
         let old = (OLD - 1 - self.held % OLD) as usize;
-        // A step leaves two reaches on each side of a border; no gap goes beyond the middle of a share.
+        // A step leaves a gap of two reaches on each side of a border; no gap may go beyond the middle of a share.
         let over_gap = match self.sweeps_always {
             true => 2,
-            false if self.reference.len() < sweep::FEWEST_GRAINS => return 1,
             false => sweep::BLOCKS_OVER_GAP,
         };
         let blocks = self.shares.iter().map(|share| share.rows.blocks()).min();
@@ -403,8 +405,7 @@ impl Share {
         &self.by_wall[before(places.start)..before(places.end)]
     }
 
-    /// The places of a grain's neighbours, in the order in which their forces are added.
-    pub fn row(&self, place: usize) -> &[u32] {
+    fn row(&self, place: usize) -> &[u32] {
         let at = place - self.places.start;
         &self.other[self.start[at] as usize..self.start[at + 1] as usize]
     }

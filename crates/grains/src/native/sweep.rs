@@ -21,8 +21,8 @@ pub const MOST: usize = 8;
 /// Below so many grains a bed fits in the caches, and sweeps are a little slower than single steps.
 pub const FEWEST_GRAINS: usize = 20_000;
 
-/// A share has so many blocks for each block of a gap that a step leaves on one side of a border: while a thread fills the gap,
-/// another may wait.
+/// A share has at least so many times the blocks of the gap at one of its borders: one thread fills the gap, and another waits
+/// for it.
 pub const BLOCKS_OVER_GAP: usize = 12;
 
 /// The fastest of each step.
@@ -140,7 +140,7 @@ mod tests {
 
     const SKIN: Skin = Skin::Adaptive { radius: 0.005 };
 
-    /// A pour on so many threads; how a stretch of steps is made is told, and so is what is seen at its end.
+    /// The moments of a pour on so many threads; `go` makes the steps from one to the next.
     fn poured(
         (grains, width): (u32, f64),
         skin: Skin,
@@ -177,7 +177,7 @@ mod tests {
         (0..steps).for_each(|_| dynamics.step().expect("a sound step"));
     }
 
-    /// How many of all steps were done in sweeps is told.
+    /// Counts the steps that were done in sweeps.
     fn in_sweeps(swept: &mut u64) -> impl FnMut(&mut Dynamics, u64) {
         |dynamics, steps| {
             dynamics.steps(steps).expect("sound steps");
