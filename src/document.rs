@@ -6,7 +6,7 @@ pub mod table;
 use std::borrow::Cow;
 
 use crate::checks::{Check, Outcome};
-pub use plot::{Axis, Colour, Mark, Plot, Point};
+pub use plot::{Axis, Colour, Mark, Plot, Point, Shape};
 pub use table::{Cell, Column, Columns, Table, rounded};
 
 /// A job's result for people.
@@ -24,27 +24,21 @@ pub struct Document {
     pub checks: Vec<Check>,
 }
 
-/// A part of a document.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Section {
-    /// A short heading.
     pub title: String,
     /// What is found, in a sentence or two; empty where the blocks say it.
     pub answer: String,
-    /// In order.
     pub blocks: Vec<Block>,
     /// Details, which a page folds away and a terminal leaves out.
     pub details: bool,
 }
 
-/// A piece of a section.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Block {
     /// A heading within the section.
     Heading(String),
-    /// A paragraph.
     Text(String),
-    /// Rows of cells.
     Table(Table),
     /// A chart of numbers against numbers.
     Plot(Plot),
@@ -57,11 +51,9 @@ pub enum Block {
 /// What another page of the same job says, in a few words.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tile {
-    /// What it is about.
     pub title: String,
     /// The figure that one remembers; may be empty.
     pub figure: String,
-    /// The answer.
     pub words: String,
     /// The page's name, without its end.
     pub page: &'static str,
@@ -72,11 +64,9 @@ pub struct Tile {
 pub struct Drawing {
     /// Of its files; unique in its document.
     pub name: String,
-    /// What it shows.
     pub caption: String,
     /// The picture, which needs nothing else.
     pub svg: String,
-    /// The numbers that are drawn.
     pub table: Table,
 }
 
@@ -95,7 +85,6 @@ impl Document {
 }
 
 impl Section {
-    /// Without blocks.
     pub fn new(title: &str, answer: impl Into<String>) -> Self {
         Section {
             title: title.to_owned(),
@@ -105,7 +94,6 @@ impl Section {
         }
     }
 
-    /// With one more block.
     #[must_use]
     pub fn with(mut self, block: impl Into<Block>) -> Self {
         self.blocks.push(block.into());
@@ -118,7 +106,6 @@ impl Section {
         blocks.into_iter().fold(self, Section::with)
     }
 
-    /// As details.
     #[must_use]
     pub fn as_details(mut self) -> Self {
         self.details = true;
@@ -179,13 +166,9 @@ pub fn harmless(text: &str) -> Cow<'_, str> {
     if !text.contains(obeyed) {
         return Cow::Borrowed(text);
     }
-    let mut safe = String::with_capacity(text.len());
-    for letter in text.chars() {
-        if obeyed(letter) {
-            safe.extend(letter.escape_unicode());
-        } else {
-            safe.push(letter);
-        }
-    }
-    Cow::Owned(safe)
+    let written = |letter: char| match obeyed(letter) {
+        true => letter.escape_unicode().to_string(),
+        false => letter.to_string(),
+    };
+    text.chars().map(written).collect()
 }

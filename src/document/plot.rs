@@ -7,17 +7,13 @@ use super::table::{Cell, Table};
 pub struct Plot {
     /// Of its files; unique in its document.
     pub name: String,
-    /// What it shows.
     pub caption: String,
-    /// From left to right.
     pub x: Axis,
-    /// From bottom to top.
     pub y: Axis,
     /// In the order in which they are drawn.
     pub marks: Vec<Mark>,
 }
 
-/// An axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     /// With the unit.
@@ -31,44 +27,34 @@ pub struct Axis {
     pub categories: Vec<String>,
 }
 
-/// What is drawn. A name that is not empty goes into the key.
+/// What is drawn.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Mark {
-    /// A line through points.
+pub struct Mark {
+    /// As in the key; empty where it is not in it.
+    pub name: String,
+    pub colour: Colour,
+    pub shape: Shape,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub enum Shape {
+    /// Through points.
     Line {
-        name: String,
-        colour: Colour,
         dashed: bool,
         points: Vec<[f64; 2]>,
     },
-    /// Points, each with a label (may be empty) and the ends of its vertical bar (none for no bar).
     Points {
-        name: String,
-        colour: Colour,
         hollow: bool,
         points: Vec<Point>,
     },
     /// The area between two lines: x, lower, upper.
-    Band {
-        name: String,
-        colour: Colour,
-        points: Vec<[f64; 3]>,
-    },
+    Band(Vec<[f64; 3]>),
     /// Boxes from the floor: left, right, height.
-    Bars {
-        name: String,
-        colour: Colour,
-        bars: Vec<[f64; 3]>,
-    },
-    /// A value across the whole plot, with its words.
-    Level {
-        name: String,
-        colour: Colour,
-        y: f64,
-    },
+    Bars(Vec<[f64; 3]>),
+    /// A value across the whole plot.
+    Level(f64),
 }
 
-/// A point of a plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
     pub x: f64,
@@ -113,7 +99,6 @@ impl Axis {
         }
     }
 
-    /// In powers of ten.
     pub fn logarithmic(label: &str) -> Self {
         Axis {
             logarithmic: true,
@@ -121,7 +106,6 @@ impl Axis {
         }
     }
 
-    /// Names instead of numbers.
     pub fn of_names(label: &str, names: impl IntoIterator<Item = impl Into<String>>) -> Self {
         Axis {
             categories: names.into_iter().map(Into::into).collect(),
@@ -147,13 +131,11 @@ impl Point {
         }
     }
 
-    /// With words beside it.
     #[must_use]
     pub fn labelled(self, label: String) -> Self {
         Point { label, ..self }
     }
 
-    /// Without interval and label.
     pub fn at(x: f64, y: f64) -> Self {
         Point {
             x,
@@ -165,7 +147,6 @@ impl Point {
 }
 
 impl Plot {
-    /// Without marks.
     pub fn new(name: &str, caption: impl Into<String>, x: Axis, y: Axis) -> Self {
         Plot {
             name: name.to_owned(),
@@ -179,18 +160,14 @@ impl Plot {
     /// With a line through points on top.
     #[must_use]
     pub fn line(
-        mut self,
+        self,
         name: &str,
         colour: Colour,
         points: impl IntoIterator<Item = [f64; 2]>,
     ) -> Self {
-        self.marks.push(Mark::Line {
-            name: name.to_owned(),
-            colour,
-            dashed: false,
-            points: points.into_iter().collect(),
-        });
-        self
+        let points = points.into_iter().collect();
+        let dashed = false;
+        self.with(name, colour, Shape::Line { dashed, points })
     }
 
     /// With points on top, if there are any.
@@ -207,23 +184,17 @@ impl Plot {
     /// With filled or hollow points on top, if there are any.
     #[must_use]
     pub fn group(
-        mut self,
+        self,
         name: &str,
         colour: Colour,
         hollow: bool,
         points: impl IntoIterator<Item = Point>,
     ) -> Self {
         let points: Vec<Point> = points.into_iter().collect();
-        if !points.is_empty() {
-            let name = name.to_owned();
-            self.marks.push(Mark::Points {
-                name,
-                colour,
-                hollow,
-                points,
-            });
+        if points.is_empty() {
+            return self;
         }
-        self
+        self.with(name, colour, Shape::Points { hollow, points })
     }
 
     /// With the area between two lines, x, lower, upper, on top.
@@ -234,11 +205,7 @@ impl Plot {
         colour: Colour,
         points: impl IntoIterator<Item = [f64; 3]>,
     ) -> Self {
-        self.with(Mark::Band {
-            name: name.to_owned(),
-            colour,
-            points: points.into_iter().collect(),
-        })
+        self.with(name, colour, Shape::Band(points.into_iter().collect()))
     }
 
     /// With boxes from the floor, left, right, height, on top.
@@ -249,24 +216,24 @@ impl Plot {
         colour: Colour,
         bars: impl IntoIterator<Item = [f64; 3]>,
     ) -> Self {
-        self.with(Mark::Bars {
-            name: name.to_owned(),
-            colour,
-            bars: bars.into_iter().collect(),
-        })
+        self.with(name, colour, Shape::Bars(bars.into_iter().collect()))
     }
 
     /// With a value across the whole plot.
     #[must_use]
-    pub fn level(self, name: impl Into<String>, colour: Colour, y: f64) -> Self {
-        let name = name.into();
-        self.with(Mark::Level { name, colour, y })
+    pub fn level(self, name: impl Into<String>, colour: Colour, at: f64) -> Self {
+        self.with(name, colour, Shape::Level(at))
     }
 
     /// With another mark on top.
     #[must_use]
-    pub fn with(mut self, mark: Mark) -> Self {
-        self.marks.push(mark);
+    pub fn with(mut self, name: impl Into<String>, colour: Colour, shape: Shape) -> Self {
+        let name = name.into();
+        self.marks.push(Mark {
+            name,
+            colour,
+            shape,
+        });
         self
     }
 
@@ -288,49 +255,42 @@ impl Plot {
             name.map_or(Cell::Number(value), |name| Cell::Text(name.clone()))
         };
         let place = |x: f64, y: f64| [named(&self.x, x), named(&self.y, y)];
-        let none = || Cell::Missing;
-        for mark in &self.marks {
-            let mut row = |[x, y]: [Cell; 2], rest: [Cell; 4]| {
-                table.row(
-                    [Cell::Text(mark.name().to_owned()), x, y]
-                        .into_iter()
-                        .chain(rest),
-                );
+        const NONE: Cell = Cell::Missing;
+        for Mark { name, shape, .. } in &self.marks {
+            let mut row = |place: [Cell; 2], rest: [Cell; 4]| {
+                let cells = place.into_iter().chain(rest);
+                table.row(std::iter::once(name.into()).chain(cells));
             };
-            match mark {
-                Mark::Line { points, .. } => {
+            match shape {
+                Shape::Line { points, .. } => {
                     for [x, y] in points {
-                        row(place(*x, *y), [none(), none(), none(), none()]);
+                        row(place(*x, *y), [NONE; 4]);
                     }
                 }
-                Mark::Points { points, .. } => {
+                Shape::Points { points, .. } => {
                     for point in points {
                         let [low, high] = point.interval.map_or([None; 2], |ends| ends.map(Some));
-                        let label = Some(point.label.clone()).filter(|label| !label.is_empty());
-                        let rest = [low.into(), high.into(), none(), label.into()];
+                        let label = Some(&point.label).filter(|label| !label.is_empty());
+                        let rest = [low.into(), high.into(), NONE, label.into()];
                         row(place(point.x, point.y), rest);
                     }
                 }
-                Mark::Band { points, .. } => {
+                Shape::Band(points) => {
                     for [x, low, high] in points {
-                        let rest = [Cell::Number(*low), Cell::Number(*high), none(), none()];
-                        row([named(&self.x, *x), none()], rest);
+                        let rest = [(*low).into(), (*high).into(), NONE, NONE];
+                        row([named(&self.x, *x), NONE], rest);
                     }
                 }
-                Mark::Bars { bars, .. } => {
+                Shape::Bars(bars) => {
                     for [from, to, height] in bars {
-                        let rest = [none(), none(), Cell::Number(*to), none()];
-                        row([Cell::Number(*from), Cell::Number(*height)], rest);
+                        let rest = [NONE, NONE, (*to).into(), NONE];
+                        row([(*from).into(), (*height).into()], rest);
                     }
                 }
-                Mark::Level { y, .. } => {
-                    let ends = if self.y.categories.is_empty() {
-                        [none(), Cell::Number(*y)]
-                    } else {
-                        [Cell::Number(*y), none()]
-                    };
-                    row(ends, [none(), none(), none(), none()]);
+                Shape::Level(at) if self.y.categories.is_empty() => {
+                    row([NONE, (*at).into()], [NONE; 4]);
                 }
+                Shape::Level(at) => row([(*at).into(), NONE], [NONE; 4]),
             }
         }
         table.without_empty_columns()
@@ -338,33 +298,11 @@ impl Plot {
 }
 
 impl Mark {
-    /// As in the key; empty where it is not in it.
-    pub fn name(&self) -> &str {
-        match self {
-            Mark::Line { name, .. }
-            | Mark::Points { name, .. }
-            | Mark::Band { name, .. }
-            | Mark::Bars { name, .. }
-            | Mark::Level { name, .. } => name,
-        }
-    }
-
     /// None for anything but points.
     pub fn points(&self) -> Option<&[Point]> {
-        match self {
-            Mark::Points { points, .. } => Some(points),
+        match &self.shape {
+            Shape::Points { points, .. } => Some(points),
             _ => None,
-        }
-    }
-
-    /// Of everything that is drawn.
-    pub fn colour(&self) -> Colour {
-        match self {
-            Mark::Line { colour, .. }
-            | Mark::Points { colour, .. }
-            | Mark::Band { colour, .. }
-            | Mark::Bars { colour, .. }
-            | Mark::Level { colour, .. } => *colour,
         }
     }
 }

@@ -11,16 +11,13 @@ pub struct Table {
     pub name: String,
     /// What the rows are.
     pub title: String,
-    /// From left to right.
     pub columns: Vec<Column>,
     /// Each with a cell a column.
     pub rows: Vec<Vec<Cell>>,
 }
 
-/// A column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
-    /// Heading.
     pub title: String,
     /// SI unit; empty for words, counts and ratios.
     pub unit: String,
@@ -29,19 +26,14 @@ pub struct Column {
 /// A value in a table; views choose digits, alignment and colours.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
-    /// There is no value.
     Missing,
-    /// Words.
     Text(String),
     /// A command, key or file name, letter by letter.
     Code(String),
-    /// A count.
     Count(u64),
     /// A number; people see four significant digits, files all.
     Number(f64),
-    /// An estimate with its interval.
     Interval(Interval),
-    /// How a check came out.
     Outcome(Outcome),
 }
 
@@ -91,7 +83,6 @@ impl Table {
         }
     }
 
-    /// Adds a row.
     pub fn row(&mut self, cells: impl IntoIterator<Item = Cell>) {
         self.rows.push(cells.into_iter().collect());
     }
@@ -202,12 +193,8 @@ impl Cell {
             Cell::Count(count) => count.to_string(),
             Cell::Number(value) => short(*value),
             Cell::Interval(of) => {
-                format!(
-                    "{} [{}, {}]",
-                    short(of.estimate),
-                    short(of.low),
-                    short(of.high)
-                )
+                let [mean, low, high] = [of.estimate, of.low, of.high].map(short);
+                format!("{mean} [{low}, {high}]")
             }
             Cell::Outcome(outcome) => outcome.word().to_owned(),
         }

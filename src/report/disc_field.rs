@@ -61,10 +61,8 @@ pub fn inside_a_disc(name: &str, field: &DiscField) -> (Drawing, Plot) {
         ),
         table: table.into(),
     };
-    (
-        drawing,
-        profiles(&format!("{name}-profiles"), field, &scale),
-    )
+    let profiles = profiles(&format!("{name}-profiles"), field, &scale);
+    (drawing, profiles)
 }
 
 /// Along both axes, within the scale of the map, and averages.
@@ -74,28 +72,21 @@ fn profiles(name: &str, field: &DiscField, scale: &Scale) -> Plot {
     let x = document::Axis::linear("distance from the centre, m");
     let y = document::Axis::linear("σ_zz, Pa").within(scale.low(), scale.high());
     let mut plot = Plot::new(name, caption, x, y);
-    let names = ["along the vertical axis", "along the horizontal axis"];
-    for ((axis, name), colour) in AXES
-        .into_iter()
-        .zip(names)
-        .zip([Colour::Blue, Colour::Vermilion])
-    {
+    let lines = [
+        ("along the vertical axis", Colour::Blue),
+        ("along the horizontal axis", Colour::Vermilion),
+    ];
+    for (axis, (name, colour)) in AXES.into_iter().zip(lines) {
         let points = profile(field, axis).map(|[place, value]| [radius * place, value]);
         plot = plot.line(name, colour, points);
     }
     let square = field.average_over_square(radius);
+    let square = square.map_or(f64::NAN, |stress| -stress[1][1]);
+    let cell = -field.average_over_cell(2.0 * radius)[1][1];
     let averages = [
         ("disc", Colour::Grey, -field.contact_average()[1][1]),
-        (
-            "control square",
-            Colour::Green,
-            square.map_or(f64::NAN, |stress| -stress[1][1]),
-        ),
-        (
-            "cell of side 2R",
-            Colour::Purple,
-            -field.average_over_cell(2.0 * radius)[1][1],
-        ),
+        ("control square", Colour::Green, square),
+        ("cell of side 2R", Colour::Purple, cell),
     ];
     for (name, colour, y) in averages {
         let name = format!("average, {name}: {}", printed(y, 4));
@@ -236,12 +227,10 @@ fn outlined(shape: &str) -> String {
 /// What is drawn on the map.
 fn map_key(field: &DiscField, scale: &Scale) -> String {
     let square = outlined("<rect y=\"-11\" width=\"22\" height=\"12\"");
+    let arrow = arrow([[0.0, -4.5], [22.0, -4.5]]);
     let mut entries = vec![
         (square, "control square, side R".to_owned()),
-        (
-            arrow([[0.0, -4.5], [22.0, -4.5]]),
-            "forces on the disc, N/m".to_owned(),
-        ),
+        (arrow, "forces on the disc, N/m".to_owned()),
     ];
     if scale.has_tension() {
         let line = format!(
@@ -297,21 +286,14 @@ fn arrow([from, to]: [[f64; 2]; 2]) -> String {
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
     let length = dx.hypot(dy);
     let (dx, dy) = (dx / length, dy / length);
-    let base = [to[0] - 9.0 * dx, to[1] - 9.0 * dy];
-    format!(
-        "<path stroke=\"#1b1b1b\" stroke-width=\"2.4\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/>\
-         <path d=\"M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z\"/>\n",
-        from[0],
-        from[1],
-        base[0],
-        base[1],
-        to[0],
-        to[1],
-        base[0] - 4.5 * dy,
-        base[1] + 4.5 * dx,
-        base[0] + 4.5 * dy,
-        base[1] - 4.5 * dx
-    )
+    let [x, y] = [to[0] - 9.0 * dx, to[1] - 9.0 * dy];
+    let [left, right] = [[x - 4.5 * dy, y + 4.5 * dx], [x + 4.5 * dy, y - 4.5 * dx]];
+    let path = |places: &[[f64; 2]]| {
+        let places = places.iter().map(|[x, y]| format!("{x:.1} {y:.1}"));
+        format!("M{}", places.collect::<Vec<_>>().join("L"))
+    };
+    let (shaft, head) = (path(&[from, [x, y]]), path(&[to, left, right]));
+    format!("<path stroke=\"#1b1b1b\" stroke-width=\"2.4\" d=\"{shaft}\"/><path d=\"{head}Z\"/>\n")
 }
 
 /// Left edge, top, width and height of the colour bar.
@@ -339,11 +321,9 @@ impl Scale {
     /// From the least to the largest value, but not to outliers: near a force there is no largest.
     fn of(field: &DiscField) -> Self {
         let map = within_the_disc().map(|point| compression(field, point));
-        let axes = AXES
-            .into_iter()
-            .flat_map(|axis| profile(field, axis))
-            .map(|[_, value]| value);
-        let mut values: Vec<f64> = map.chain(axes).filter(|value| value.is_finite()).collect();
+        let axes = AXES.into_iter().flat_map(|axis| profile(field, axis));
+        let all = map.chain(axes.map(|[_, value]| value));
+        let mut values: Vec<f64> = all.filter(|value| value.is_finite()).collect();
         values.sort_by(f64::total_cmp);
         let at = |share: f64| values[((values.len() - 1) as f64 * share) as usize];
         let (low, quarter, three_quarters, high) = (at(0.0), at(0.25), at(0.75), at(1.0));
@@ -486,10 +466,8 @@ mod tests {
     #[test]
     fn only_what_is_clipped_is_hatched() {
         let hatched = |field: &DiscField, name: &str| {
-            inside_a_disc("disc", field)
-                .0
-                .svg
-                .contains(&format!("fill=\"url(#disc-field-{name})\""))
+            let svg = inside_a_disc("disc", field).0.svg;
+            svg.contains(&format!("fill=\"url(#disc-field-{name})\""))
         };
         assert!(hatched(&figure_4().expect("balances"), "above"));
         assert!(!hatched(&figure_4().expect("balances"), "below"));

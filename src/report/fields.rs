@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::svg::{APART, Area, INK, Scale, framed, line, on_white, printed, text, whole};
+use super::svg::{APART, Area, Axes, INK, Scale, framed, line, on_white, printed, text, whole};
 use crate::document::{Colour, Drawing, Table};
 use crate::paper::continuum::table::Setup;
 use crate::paper::continuum::{Field, Model};
@@ -27,10 +27,9 @@ impl Grid {
         let values = (0..nodes * nodes).map(|node| {
             let (column, row) = (node % nodes, node / nodes);
             let value = value(column, row);
-            if outer(column) || outer(row) || value.is_nan() {
-                f64::NEG_INFINITY
-            } else {
-                value
+            match outer(column) || outer(row) || value.is_nan() {
+                true => f64::NEG_INFINITY,
+                false => value,
             }
         });
         Grid {
@@ -89,10 +88,9 @@ impl Grid {
     /// Where the level lies on an edge, by linear interpolation.
     fn crossing(&self, [a, b]: Edge, level: f64) -> [f64; 2] {
         let (low, high) = (self.values[a], self.values[b]);
-        let share = if low.is_infinite() {
-            1.0
-        } else {
-            (level - low) / (high - low)
+        let share = match low.is_infinite() {
+            true => 1.0,
+            false => (level - low) / (high - low),
         };
         let place = |node: usize| [(node % self.nodes) as f64, (node / self.nodes) as f64];
         let (from, to) = (place(a), place(b));
@@ -157,29 +155,19 @@ pub fn bulbs(setup: &Setup) -> Drawing {
         field.stress(x, z.max(1e-9)).zz / setup.load.pressure
     });
     let [left, top, width, height] = AREA;
-    let scale = |low: f64, high: f64, from: f64, to: f64| Scale {
-        low,
-        high,
-        from,
-        to,
-        logarithmic: false,
-    };
-    let x = scale(-SHOWN[0], SHOWN[0], left, left + width);
-    let z = scale(0.0, SHOWN[1], top, top + height);
+    let x = Scale::linear([-SHOWN[0], SHOWN[0]], [left, left + width]);
+    let z = Scale::linear([0.0, SHOWN[1]], [top, top + height]);
     let on = |[at, depth]: [f64; 2]| [x.place(at), z.place(depth)];
     let heads = ["what", "stress of the load over p", "x, m", "depth, m"];
     let mut table = Table::new("figure-1", "", &heads);
     let (mut svg, mut labels) = (String::new(), String::new());
     for (index, level) in LEVELS.iter().enumerate().rev() {
-        let lines: Vec<Vec<[f64; 2]>> = grid
-            .contours(*level)
-            .into_iter()
-            .map(|line| line.into_iter().map(place).collect())
-            .collect();
-        let path: String = lines
-            .iter()
-            .map(|places| line(places.iter().map(|place| on(*place))) + "Z")
-            .collect();
+        let mut lines = grid.contours(*level);
+        for point in lines.iter_mut().flatten() {
+            *point = place(*point);
+        }
+        let closed = |of: &Vec<[f64; 2]>| line(of.iter().map(|place| on(*place))) + "Z";
+        let path: String = lines.iter().map(closed).collect();
         let share = (LEVELS.len() - index) as f64 / LEVELS.len() as f64;
         let fill = colour(&BLUES, share);
         let _ = writeln!(
@@ -203,7 +191,7 @@ pub fn bulbs(setup: &Setup) -> Drawing {
         }
     }
     svg += &on_white(&labels);
-    let axes = [(&x, &x.ticks(APART[0])), (&z, &z.ticks(APART[1]))];
+    let axes: Axes<'_> = [(&x, &x.ticks(APART[0])), (&z, &z.ticks(APART[1]))];
     let words = ["distance from the middle of the load, m", "depth, m"];
     let (mut svg, floor) = framed("bulbs", AREA, &svg, axes, words, left - 46.0);
     svg += &load(setup, &x, top);
@@ -262,10 +250,8 @@ mod tests {
     /// Twice the area within a closed line, with the sign of its sense.
     fn twice_area(line: &[[f64; 2]]) -> f64 {
         let next = line.iter().cycle().skip(1);
-        line.iter()
-            .zip(next)
-            .map(|(a, b)| a[0] * b[1] - a[1] * b[0])
-            .sum()
+        let pairs = line.iter().zip(next);
+        pairs.map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum()
     }
 
     #[test]
@@ -274,14 +260,9 @@ mod tests {
             let [x, z] = [column, row].map(|index| index as f64 - 50.0);
             x.hypot(z)
         };
-        let grid = Grid::new(101, |column, row| {
-            10.0 - (distance(column, row) - 30.0).abs()
-        });
-        let areas: Vec<f64> = grid
-            .contours(0.0)
-            .iter()
-            .map(|line| 0.5 * twice_area(line))
-            .collect();
+        let height = |column, row| 10.0 - (distance(column, row) - 30.0f64).abs();
+        let lines = Grid::new(101, height).contours(0.0);
+        let areas: Vec<f64> = lines.iter().map(|line| 0.5 * twice_area(line)).collect();
         assert_eq!(areas.len(), 2);
         let [outer, inner] = [40f64, 20.0].map(|radius| std::f64::consts::PI * radius * radius);
         let (low, high) = (areas[0].min(areas[1]), areas[0].max(areas[1]));

@@ -1,12 +1,10 @@
 //! Records kept over time, as a page: what changed in which record, and a small chart of each quantity that did.
 
-use std::fmt::Write;
-
 use super::svg::{INK, LETTER, Scale, line, printed, text, whole};
 use crate::checks::record::Record;
 use crate::checks::{Check, verdict};
 use crate::compare::baseline::diff::{Change, Changed, Pace};
-use crate::compare::baseline::history::{History, Series, Step, Value};
+use crate::compare::baseline::history::{History, Series, Value};
 use crate::document::{Cell, Colour, Document, Drawing, Section, Table, rounded};
 
 /// A chart and the room around it.
@@ -20,12 +18,11 @@ const MOST: usize = 24;
 impl History {
     /// With the checks of the newest record; `subject` says what a record is of by its name.
     pub fn document(&self, newest: &Record, subject: impl Fn(&str) -> String) -> Document {
-        let checks_now = newest.checks.iter().cloned().chain([self.slower()]);
-        let checks_now: Vec<Check> = checks_now.collect();
+        let checks_now = [&newest.checks[..], &[self.slower()]].concat();
         let name = |at: usize| Cell::Code(short(&self.names[at]));
         let told = |at: usize| subject(&self.names[at]);
-        let outcomes = self.changes.iter();
-        let outcomes = outcomes.filter(|(_, of)| of.change != Change::Moved);
+        let is_moved = |of: &Changed| of.change == Change::Moved;
+        let outcomes = self.changes.iter().filter(|(_, of)| !is_moved(of));
         let value = |of: &Option<Check>| of.as_ref().and_then(|of| of.value);
         let limit = |of: &Changed, side: fn(&Check) -> Option<f64>| {
             let of = of.after.as_ref().or(of.before.as_ref());
@@ -40,30 +37,26 @@ impl History {
             .column("then", |(_, of)| value(&of.after))
             .column("at least", |(_, of)| limit(of, |of| of.lower))
             .column("at most", |(_, of)| limit(of, |of| of.upper));
-        let next = |of: &Step| match of.confirmed {
-            true => "yes",
-            false => "there is none yet",
-        };
         let steps = Table::of("steps", "Speeds that changed", &self.steps)
             .column("record", |of| name(of.at))
             .column("subject", |of| told(of.at))
             .column("speed", |of| of.pace.words())
             .column("what", |of| &of.what)
             .column("times the cost", |of| rounded(of.cost, 4))
-            .column("seen in the next record", next);
+            .column("seen in the next record", |of| match of.confirmed {
+                true => "yes",
+                false => "there is none yet",
+            });
         let moved = |at: usize| {
             let of = self.changes.iter().filter(|(of, _)| *of == at);
-            of.filter(|(_, of)| of.change == Change::Moved).count()
+            of.filter(|(_, of)| is_moved(of)).count()
         };
         let moves = (0..self.names.len()).filter(|at| moved(*at) > 0);
-        let moves = Table::of(
-            "moves",
-            "Checks whose value moved and outcome did not",
-            moves,
-        )
-        .column("record", name)
-        .column("subject", told)
-        .column("checks", |at| moved(at) as f64);
+        let title = "Checks whose value moved and outcome did not";
+        let moves = Table::of("moves", title, moves)
+            .column("record", name)
+            .column("subject", told)
+            .column("checks", |at| moved(at) as f64);
         let tables = [Table::from(checks), steps.into(), moves.into()];
         let tables = tables.into_iter().filter(|of| !of.rows.is_empty());
         let tables: Vec<Table> = tables.map(Table::without_empty_columns).collect();
@@ -87,44 +80,30 @@ impl History {
     }
 
     fn answer(&self) -> String {
-        let count = |change: Change| {
-            let of = self.changes.iter().filter(|(_, of)| of.change == change);
-            of.count()
-        };
+        let of = self.changes.iter();
+        let changes = |change: Change| of.clone().filter(|(_, of)| of.change == change).count();
         let pace = |pace: Pace| self.steps.iter().filter(|of| of.pace == pace).count();
+        let [failures, repaired] = [Change::NewFailure, Change::Fixed].map(changes);
+        let [slower, faster] = [Pace::Slower, Pace::Faster].map(pace);
         format!(
-            "In {} records: new failures {}, repaired {}, slower {}, faster {}.",
-            self.names.len(),
-            count(Change::NewFailure),
-            count(Change::Fixed),
-            pace(Pace::Slower),
-            pace(Pace::Faster)
+            "In {} records: new failures {failures}, repaired {repaired}, slower {slower}, faster {faster}.",
+            self.names.len()
         )
     }
 
     fn charts(&self) -> Drawing {
-        let mut table = Table::new(
-            "history",
-            "",
-            &["quantity", "record", "value", "from", "to", "changed"],
-        );
-        for of in &self.series {
-            for (at, value) in of.values.iter().enumerate() {
-                let Some(value) = value else { continue };
-                let [low, high] = value.between.map(Cell::from);
-                let changed = if of.changed.contains(&at) { "yes" } else { "" };
-                let name = Cell::Code(self.names[at].clone());
-                let value = Cell::from(value.value);
-                table.row([
-                    of.name.as_str().into(),
-                    name,
-                    value,
-                    low,
-                    high,
-                    changed.into(),
-                ]);
-            }
-        }
+        let values = self.series.iter().flat_map(|of| {
+            let values = of.values.iter().enumerate();
+            values.filter_map(move |(at, value)| Some((of, at, value.as_ref()?)))
+        });
+        let changed = |of: &Series, at: usize| if of.changed.contains(&at) { "yes" } else { "" };
+        let table = Table::of("history", "", values)
+            .column("quantity", |(of, ..)| &of.name)
+            .column("record", |(_, at, _)| Cell::Code(self.names[at].clone()))
+            .column("value", |(.., value)| value.value)
+            .column("from", |(.., value)| value.between[0])
+            .column("to", |(.., value)| value.between[1])
+            .column("changed", |(of, at, _)| changed(of, at));
         let mut svg = String::new();
         let mut below = 0.0;
         for (index, of) in self.series.iter().take(MOST).enumerate() {
@@ -141,7 +120,7 @@ impl History {
                       least to the largest of a speed's rounds"
                 .to_owned(),
             svg: whole([width, below], "Quantities through the records", &svg),
-            table,
+            table: table.into(),
         }
     }
 
@@ -152,21 +131,14 @@ impl History {
         let ends = finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], of| {
             [low.min(of), high.max(of)]
         });
-        let [low, high] = match ends {
+        let ends = match ends {
             [low, high] if low < high => ends,
             [low, _] if low.is_finite() => [low - 1.0, low + 1.0],
             _ => [0.0, 1.0],
         };
-        let linear = |low, high, from, to| Scale {
-            low,
-            high,
-            from,
-            to,
-            logarithmic: false,
-        };
         let last = (self.names.len() - 1).max(1) as f64;
-        let x = linear(0.0, last, left + 8.0, left + PANEL[0] - 8.0);
-        let y = linear(low, high, top + PANEL[1] - 8.0, top + 8.0);
+        let x = Scale::linear([0.0, last], [left + 8.0, left + PANEL[0] - 8.0]);
+        let y = Scale::linear(ends, [top + PANEL[1] - 8.0, top + 8.0]);
         let [grey, blue, red] = [Colour::Grey, Colour::Blue, Colour::Vermilion].map(Colour::hex);
         let mut svg = format!(
             "<rect x=\"{left}\" y=\"{top}\" width=\"{}\" height=\"{}\" fill=\"none\" stroke=\"{INK}\"/>",
@@ -177,18 +149,16 @@ impl History {
         let words = format!("{}{unit}{}", of.name, of.unit);
         let letters = words.chars().count();
         // Ids differ in their last words.
-        let title: String = match letters > fits {
-            true => "…"
-                .chars()
-                .chain(words.chars().skip(letters - fits + 1))
-                .collect(),
-            false => words,
+        let title = match letters.checked_sub(fits) {
+            None | Some(0) => words,
+            Some(more) => format!("…{}", words.chars().skip(more + 1).collect::<String>()),
         };
         svg += &text([left, top - 8.0], "start", &title);
         let made = || {
             let of = of.values.iter().enumerate();
             of.filter_map(|(at, of)| of.map(|of| (at as f64, of)))
         };
+        let shown = || made().filter(|(_, of)| of.value.is_finite());
         for side in [0, 1] {
             let limit = |(at, of): (f64, Value)| {
                 let of = of.between[side].filter(|of| of.is_finite())?;
@@ -196,36 +166,28 @@ impl History {
             };
             if !of.is_speed {
                 let path = line(made().filter_map(limit));
-                let _ = write!(
-                    svg,
+                svg += &format!(
                     "<path fill=\"none\" stroke=\"{grey}\" stroke-dasharray=\"6 4\" d=\"{path}\"/>"
                 );
             }
         }
-        let places = made().filter(|(_, of)| of.value.is_finite());
-        let path = line(places.map(|(at, of)| [x.place(at), y.place(of.value)]));
-        let _ = write!(
-            svg,
-            "<path fill=\"none\" stroke=\"{blue}\" stroke-width=\"1.8\" d=\"{path}\"/>"
-        );
-        for (at, value) in made().filter(|(_, of)| of.value.is_finite()) {
+        let path = line(shown().map(|(at, of)| [x.place(at), y.place(of.value)]));
+        svg +=
+            &format!("<path fill=\"none\" stroke=\"{blue}\" stroke-width=\"1.8\" d=\"{path}\"/>");
+        for (at, value) in shown() {
             let [from, to] = value.between.map(|of| of.map(|of| y.place(of)));
             let at_x = x.place(at);
             if let (true, Some(from), Some(to)) = (of.is_speed, from, to) {
-                let _ = write!(
-                    svg,
-                    "<path stroke=\"{blue}\" d=\"M{at_x:.1} {from:.1}V{to:.1}\"/>"
-                );
+                svg += &format!("<path stroke=\"{blue}\" d=\"M{at_x:.1} {from:.1}V{to:.1}\"/>");
             }
             let at_y = y.place(value.value);
-            let changed = of.changed.contains(&(at as usize));
-            let ring = match changed {
+            let ring = match of.changed.contains(&(at as usize)) {
                 true => format!("r=\"5\" fill=\"#fff\" stroke=\"{red}\" stroke-width=\"2\""),
                 false => format!("r=\"2.2\" fill=\"{blue}\""),
             };
-            let _ = write!(svg, "<circle cx=\"{at_x:.1}\" cy=\"{at_y:.1}\" {ring}/>");
+            svg += &format!("<circle cx=\"{at_x:.1}\" cy=\"{at_y:.1}\" {ring}/>");
         }
-        for end in [low, high] {
+        for end in ends {
             svg += &text([left - 6.0, y.place(end) + 4.5], "end", &printed(end, 4));
         }
         let floor = top + PANEL[1] + 16.0;

@@ -7,7 +7,7 @@ use crate::document::{Colour, Drawing, Table};
 use crate::error::Error;
 use crate::study::figures::LoadedBed;
 use crate::study::realization::bed_of;
-use grains::measure::{self, Bed};
+use grains::measure::{Bed, highest_grain};
 use grains::model::Axis;
 use grains::scene::Scene;
 use grains::tables::{Bodies, Contact, Punch};
@@ -19,23 +19,24 @@ const CLASSES: usize = 8;
 /// Beds of one scene on one scale of forces, each with the height of its punch's bottom, m, if there is a punch, and its words.
 pub fn pictures(scene: &Scene, beds: &[(Bed<'_>, Option<f64>, String)]) -> Vec<Drawing> {
     let strong = strong_force(beds.iter().map(|(bed, ..)| *bed));
-    let highest = beds
-        .iter()
-        .map(|(bed, ..)| measure::highest_grain(bed.bodies));
+    let highest = beds.iter().map(|(bed, ..)| highest_grain(bed.bodies));
     let top = highest.fold(0.0, f64::max) + 0.02;
     let size = [1e3 * scene.container.width + 8.0, 1e3 * top + 8.0];
     let draw = |(index, (bed, bottom, caption)): (usize, &(Bed<'_>, Option<f64>, String))| {
         let name = format!("packing-{}", index + 1);
         let contents = contents(&Around::of(scene, *bottom), *bed, strong, top);
-        let contents = format!("<g transform=\"translate(4 4)\">{contents}</g>\n");
         Drawing {
-            svg: whole(size, caption, &contents),
+            svg: whole(size, caption, &within_margin(&contents)),
             caption: format!("{caption}; the thickest lines bear {strong:.0} N or more."),
             table: table_of(&name, *bed, std::iter::empty()),
             name,
         }
     };
     beds.iter().enumerate().map(draw).collect()
+}
+
+fn within_margin(contents: &str) -> String {
+    format!("<g transform=\"translate(4 4)\">{contents}</g>\n")
 }
 
 /// The grains of an engine's bed that are farther off than rounding takes them though what is wrong is taken into account,
@@ -52,12 +53,12 @@ pub fn grains_left(cause: &Cause) -> Option<Drawing> {
         let ([x, _], [half, _]) = (of.centre, of.half_extents);
         [x - half, x + half, of.bottom()]
     });
-    let strong = strong_force([of].into_iter());
-    let top = measure::highest_grain(of.bodies) + 0.02;
+    let strong = strong_force([of]);
+    let top = highest_grain(of.bodies) + 0.02;
     let mut svg = contents(&Around { width, punch }, of, strong, top);
     let place = |id: usize| [of.bodies.x[id], of.bodies.z[id]];
-    let left = cause.left.iter().filter(|id| **id < of.bodies.len());
-    let left: Vec<usize> = left.copied().collect();
+    let mut left = cause.left.clone();
+    left.retain(|id| *id < of.bodies.len());
     let colour = Colour::Vermilion.hex();
     for id in &left {
         let ([x, z], radius) = (place(*id), of.bodies.radius[*id]);
@@ -80,11 +81,7 @@ pub fn grains_left(cause: &Cause) -> Option<Drawing> {
     let name = format!("left-{}", cause.law.name());
     let rows = left.iter().map(|id| ("left", place(*id), None, None, None));
     Some(Drawing {
-        svg: whole(
-            size,
-            &caption,
-            &format!("<g transform=\"translate(4 4)\">{svg}</g>\n"),
-        ),
+        svg: whole(size, &caption, &within_margin(&svg)),
         table: table_of(&name, of, rows),
         caption,
         name,
@@ -119,13 +116,12 @@ fn contents(around: &Around, bed: Bed<'_>, strong: f64, top: f64) -> String {
         "<path fill=\"none\" stroke=\"#333\" stroke-width=\"2\" d=\"M0 0V{height:.1}H{width:.1}V0\"/>\n<g fill=\"#dfe3e8\">"
     );
     for i in 0..bed.bodies.len() {
+        let (x, z, radius) = (bed.bodies.x[i], bed.bodies.z[i], bed.bodies.radius[i]);
+        let (x, z, radius) = (1e3 * x, flip(z), 1e3 * radius);
         // Writing to a string cannot fail.
         let _ = write!(
             svg,
-            "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{:.1}\"/>",
-            1e3 * bed.bodies.x[i],
-            flip(bed.bodies.z[i]),
-            1e3 * bed.bodies.radius[i]
+            "<circle cx=\"{x:.1}\" cy=\"{z:.1}\" r=\"{radius:.1}\"/>"
         );
     }
     let colour = Colour::Blue.hex();
@@ -143,13 +139,11 @@ fn contents(around: &Around, bed: Bed<'_>, strong: f64, top: f64) -> String {
     }
     svg += "</g>\n";
     if let Some([left, right, bottom]) = around.punch {
+        let (colour, height) = (Colour::Vermilion.hex(), flip(bottom).max(0.0));
+        let [left, width] = [1e3 * left, 1e3 * (right - left)];
         let _ = writeln!(
             svg,
-            "<rect fill=\"{}\" fill-opacity=\".75\" x=\"{:.1}\" y=\"0\" width=\"{:.1}\" height=\"{:.1}\"/>",
-            Colour::Vermilion.hex(),
-            1e3 * left,
-            1e3 * (right - left),
-            flip(bottom).max(0.0)
+            "<rect fill=\"{colour}\" fill-opacity=\".75\" x=\"{left:.1}\" y=\"0\" width=\"{width:.1}\" height=\"{height:.1}\"/>"
         );
     }
     svg
@@ -157,19 +151,15 @@ fn contents(around: &Around, bed: Bed<'_>, strong: f64, top: f64) -> String {
 
 /// A line from centre to centre, or from the contact point where one body is flat.
 fn ends(bodies: &Bodies, contact: &Contact) -> [[f64; 2]; 2] {
-    let end = |id: u32| {
-        let id = id as usize;
-        if id < bodies.len() {
-            [bodies.x[id], bodies.z[id]]
-        } else {
-            contact.point
-        }
-    };
-    [end(contact.id1), end(contact.id2)]
+    [contact.id1, contact.id2].map(|id| match id as usize {
+        id if id < bodies.len() => [bodies.x[id], bodies.z[id]],
+        _ => contact.point,
+    })
 }
 
 /// The force that one contact in a hundred exceeds, N: the thickest line.
-fn strong_force<'a>(beds: impl Iterator<Item = Bed<'a>>) -> f64 {
+fn strong_force<'a>(beds: impl IntoIterator<Item = Bed<'a>>) -> f64 {
+    let beds = beds.into_iter();
     let forces = beds.flat_map(|bed| bed.contacts.iter().map(|contact| contact.normal_force));
     let mut forces: Vec<f64> = forces.collect();
     forces.sort_by(f64::total_cmp);
@@ -192,9 +182,8 @@ pub fn force_chains(bed: &LoadedBed) -> Result<Drawing, Error> {
         ));
     }
     let bottom = bed.last.punch.as_ref().map(Punch::bottom);
-    let highest = measure::highest_grain(of.bodies);
-    let top = highest.max(bottom.unwrap_or(0.0)) + 0.03;
-    let strong = strong_force([of].into_iter());
+    let top = highest_grain(of.bodies).max(bottom.unwrap_or(0.0)) + 0.03;
+    let strong = strong_force([of]);
     let contents = contents(&Around::of(&bed.scene, bottom), of, strong, top);
     let inner = WIDTH - 2.0 * MARGIN;
     let full_width = bed.scene.container.width;
@@ -223,23 +212,14 @@ pub fn force_chains(bed: &LoadedBed) -> Result<Drawing, Error> {
         svg += &window(bed, area, shown, top);
     }
     let size = [WIDTH, second[1] + second[3] + MARGIN];
-    let points: Vec<_> = bed
-        .places()
-        .map(|(name, at)| (format!("point {name}"), at))
-        .collect();
-    let points = points
-        .iter()
-        .map(|(name, at)| (name.as_str(), *at, None, None, None));
+    let points = bed.places().map(|(name, at)| (format!("point {name}"), at));
+    let points: Vec<_> = points.collect();
+    let points = points.iter();
+    let points = points.map(|(name, at)| (name.as_str(), *at, None, None, None));
     let base = bed.last.punch.iter().map(|punch| {
         let [x, half, bottom] = [punch.centre[0], punch.half_extents[0], punch.bottom()];
-        let to = Some([x + half, bottom]);
-        (
-            "base of the punch",
-            [x - half, bottom],
-            to,
-            None,
-            Some(punch.force),
-        )
+        let [from, to] = [[x - half, bottom], [x + half, bottom]];
+        ("base of the punch", from, Some(to), None, Some(punch.force))
     });
     let table = table_of("figure-2", of, points.chain(base));
     Ok(Drawing {

@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use super::svg::{
-    APART, Area, LETTER, Scale, Ticks, framed, grid, key, label, line, whole, widest,
+    APART, Area, Axes, LETTER, Scale, Tick, framed, grid, key, label, line, whole, widest,
 };
 use super::views::escaped;
-use crate::document::{Axis, Colour, Mark, Plot, Point};
+use crate::document::{Axis, Colour, Mark, Plot, Point, Shape};
 
 /// Least width of a drawing.
 const WIDTH: f64 = 640.0;
@@ -30,17 +30,14 @@ pub fn svg(plot: &Plot) -> String {
         rows => (9.0 * at_one_name(plot) as f64).max(ROW) * rows.max(3) as f64,
     };
     let [xs, ys] = ranges(plot);
-    let scale = |axis: &Axis, [low, high]: [f64; 2], from: f64, to: f64| Scale {
-        low,
-        high,
-        from,
-        to,
+    let scale = |axis: &Axis, range: [f64; 2], along: [f64; 2]| Scale {
         logarithmic: axis.logarithmic,
+        ..Scale::linear(range, along)
     };
     // The first name stands on top.
     let upwards = |top: f64| match rows {
-        0 => scale(&plot.y, ys, top + height, top),
-        _ => scale(&plot.y, ys, top, top + height),
+        0 => scale(&plot.y, ys, [top + height, top]),
+        _ => scale(&plot.y, ys, [top, top + height]),
     };
     let beside = ticks(&plot.y, &upwards(0.0), APART[1]);
     let titled = if plot.y.label.is_empty() { 0.0 } else { 20.0 };
@@ -50,12 +47,10 @@ pub fn svg(plot: &Plot) -> String {
         false => WIDTH.max(left + 380.0),
     };
     let width = total - left - 18.0;
-    let entries = entries(plot);
-    let (names, lines) = key([left, total], 20.0, &entries);
-    let lines = if entries.is_empty() { 0 } else { lines };
+    let (names, lines) = key([left, total], 20.0, &entries(plot));
     let top = 14.0 + 20.0 * lines as f64;
     let area = [left, top, width, height];
-    let (x, y) = (scale(&plot.x, xs, left, left + width), upwards(top));
+    let (x, y) = (scale(&plot.x, xs, [left, left + width]), upwards(top));
     let below = ticks(&plot.x, &x, APART[0]);
     let mut drawing = Drawing {
         plot,
@@ -67,21 +62,17 @@ pub fn svg(plot: &Plot) -> String {
         taken: Vec::new(),
     };
     drawing.marks();
+    let axes: Axes<'_> = [(&x, &below), (&y, &beside)];
+    let titles = [plot.x.label.as_str(), &plot.y.label];
+    let (frame, floor) = framed(&plot.name, area, &drawing.marks, axes, titles, 16.0);
     // Names need no lines.
-    let lines = |axis: &Axis, ticks: &Ticks| match axis.categories.len() {
-        0 => ticks.clone(),
-        _ => Ticks::new(),
-    };
-    let of_grid = [lines(&plot.x, &below), lines(&plot.y, &beside)];
-    let (frame, floor) = framed(
-        &plot.name,
-        area,
-        &drawing.marks,
-        [(&x, &below), (&y, &beside)],
-        [&plot.x.label, &plot.y.label],
-        16.0,
-    );
-    let grid = grid(area, [(&x, &of_grid[0]), (&y, &of_grid[1])]);
+    let mut lines = axes;
+    for ((_, ticks), axis) in lines.iter_mut().zip([&plot.x, &plot.y]) {
+        if !axis.categories.is_empty() {
+            *ticks = &[];
+        }
+    }
+    let grid = grid(area, lines);
     let svg = names + &grid + &frame + &drawing.labels();
     whole([total, floor], &plot.caption, &svg)
 }
@@ -90,17 +81,14 @@ pub fn svg(plot: &Plot) -> String {
 fn at_one_name(plot: &Plot) -> usize {
     let along = usize::from(plot.x.categories.is_empty());
     let mut taken: Vec<f64> = Vec::new();
-    let mut series = plot.marks.iter().filter_map(Mark::points);
-    let share = series.any(|points| {
+    let series = || plot.marks.iter().filter_map(Mark::points);
+    let share = series().any(|points| {
         let own: Vec<f64> = points.iter().map(|of| [of.x, of.y][along]).collect();
         let shares = own.iter().any(|place| taken.contains(place));
         taken.extend(own);
         shares
     });
-    match share {
-        true => plot.marks.iter().filter_map(Mark::points).count(),
-        false => 1,
-    }
+    if share { series().count() } else { 1 }
 }
 
 /// Names against themselves, beside with more words: squares.
@@ -111,7 +99,7 @@ fn is_matrix(plot: &Plot) -> bool {
 }
 
 /// Places and words of an axis' ticks.
-fn ticks(axis: &Axis, scale: &Scale, apart: f64) -> Ticks {
+fn ticks(axis: &Axis, scale: &Scale, apart: f64) -> Vec<Tick> {
     if axis.categories.is_empty() {
         return scale.ticks(apart);
     }
@@ -125,37 +113,37 @@ fn ticks(axis: &Axis, scale: &Scale, apart: f64) -> Ticks {
 
 /// From where to where the axes go: as they say, or what the marks need and a little room.
 fn ranges(plot: &Plot) -> [[f64; 2]; 2] {
-    let mut all: [Vec<f64>; 2] = [Vec::new(), Vec::new()];
-    let along = usize::from(plot.y.categories.is_empty());
+    let (mut xs, mut ys) = (Vec::new(), Vec::new());
+    let downwards = !plot.y.categories.is_empty();
     for mark in &plot.marks {
-        match mark {
-            Mark::Line { points, .. } => points.iter().for_each(|[x, y]| {
-                all[0].push(*x);
-                all[1].push(*y);
-            }),
-            Mark::Points { points, .. } => points.iter().for_each(|point| {
-                all[0].push(point.x);
-                all[1].push(point.y);
-                all[along].extend(point.interval.into_iter().flatten());
-            }),
-            Mark::Band { points, .. } => points.iter().for_each(|[x, low, high]| {
-                all[0].push(*x);
-                all[1].extend([low, high]);
-            }),
-            Mark::Bars { bars, .. } => bars.iter().for_each(|[from, to, height]| {
-                all[0].extend([from, to]);
-                all[1].extend([0.0, *height]);
-            }),
-            Mark::Level { y, .. } => all[along].push(*y),
+        let along = if downwards { &mut xs } else { &mut ys };
+        match &mark.shape {
+            Shape::Level(at) => along.push(*at),
+            Shape::Line { points, .. } => {
+                xs.extend(points.iter().map(|of| of[0]));
+                ys.extend(points.iter().map(|of| of[1]));
+            }
+            Shape::Points { points, .. } => {
+                along.extend(points.iter().filter_map(|of| of.interval).flatten());
+                xs.extend(points.iter().map(|of| of.x));
+                ys.extend(points.iter().map(|of| of.y));
+            }
+            Shape::Band(points) => {
+                xs.extend(points.iter().map(|of| of[0]));
+                ys.extend(points.iter().flat_map(|of| [of[1], of[2]]));
+            }
+            Shape::Bars(bars) => {
+                xs.extend(bars.iter().flat_map(|of| [of[0], of[1]]));
+                ys.extend(bars.iter().flat_map(|of| [0.0, of[2]]));
+            }
         }
     }
-    let [xs, ys] = all;
     let points = || plot.marks.iter().filter_map(Mark::points).flatten();
     let mut ranges = [
         range(&plot.x, &xs, points().any(|of| of.x == 0.0)),
         range(&plot.y, &ys, points().any(|of| of.y == 0.0)),
     ];
-    if !plot.x.categories.is_empty() && along == 0 && !is_matrix(plot) {
+    if !plot.x.categories.is_empty() && downwards && !is_matrix(plot) {
         // Words in the last place of a map stand on its right as all others do.
         ranges[0][1] += 0.5;
     }
@@ -170,9 +158,7 @@ fn range(axis: &Axis, values: &[f64], points_at_zero: bool) -> [f64; 2] {
     if !axis.categories.is_empty() {
         return [-0.5, axis.categories.len() as f64 - 0.5];
     }
-    let shown = values
-        .iter()
-        .filter(|value| value.is_finite() && (!axis.logarithmic || **value > 0.0));
+    let shown = values.iter().filter(|value| is_shown(**value, axis));
     let (low, high) = shown.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
         (low.min(*value), high.max(*value))
     });
@@ -184,46 +170,49 @@ fn range(axis: &Axis, values: &[f64], points_at_zero: bool) -> [f64; 2] {
             [low / room, high * room]
         }
         (true, false) => {
-            let room = if high > low {
-                0.04 * (high - low)
-            } else {
-                0.1 * high.abs().max(1e-300)
+            let room = match high > low {
+                true => 0.04 * (high - low),
+                false => 0.1 * high.abs().max(1e-300),
             };
             // Zero is an end, not a value beyond which there is more.
-            let beyond = |end: f64, room: f64| {
-                if end == 0.0 && high > low && !points_at_zero {
-                    0.0
-                } else {
-                    end + room
-                }
+            let beyond = |end: f64, room: f64| match end == 0.0 && high > low && !points_at_zero {
+                true => 0.0,
+                false => end + room,
             };
             [beyond(low, -room), beyond(high, room)]
         }
     }
 }
 
+fn is_shown(value: f64, axis: &Axis) -> bool {
+    value.is_finite() && (!axis.logarithmic || value > 0.0)
+}
+
 /// Symbols and words of the key; marks of one name share theirs.
 fn entries(plot: &Plot) -> Vec<(String, String)> {
     let mut entries: Vec<(String, String)> = Vec::new();
-    for mark in plot.marks.iter().filter(|mark| !mark.name().is_empty()) {
-        let colour = mark.colour().hex();
-        let symbol = match mark {
-            Mark::Level { .. } => format!(
-                "<path stroke=\"{colour}\" stroke-width=\"1.6\" stroke-dasharray=\"2 3\" d=\"M0 -4.5h22\"/>"
-            ),
-            Mark::Line { dashed, .. } => format!(
-                "<path stroke=\"{colour}\" stroke-width=\"2\" stroke-dasharray=\"{}\" d=\"M0 -4.5h22\"/>",
-                dashes(*dashed)
-            ),
-            Mark::Points { hollow, .. } => circle([11.0, -4.5], colour, *hollow, 4.0, 1.0, ""),
-            Mark::Band { .. } | Mark::Bars { .. } => format!(
-                "<rect y=\"-10\" width=\"22\" height=\"11\" fill=\"{colour}\" fill-opacity=\"{}\"/>",
-                opacity(mark)
-            ),
+    for mark in plot.marks.iter().filter(|mark| !mark.name.is_empty()) {
+        let colour = mark.colour.hex();
+        let line = |width: f64, dashes: &str| {
+            format!(
+                "<path stroke=\"{colour}\" stroke-width=\"{width}\" stroke-dasharray=\"{dashes}\" d=\"M0 -4.5h22\"/>"
+            )
         };
-        match entries.iter_mut().find(|(_, words)| words == mark.name()) {
+        let box_of = |opacity: f64| {
+            format!(
+                "<rect y=\"-10\" width=\"22\" height=\"11\" fill=\"{colour}\" fill-opacity=\"{opacity}\"/>"
+            )
+        };
+        let symbol = match mark.shape {
+            Shape::Level(_) => line(1.6, "2 3"),
+            Shape::Line { dashed, .. } => line(2.0, dashes(dashed)),
+            Shape::Points { hollow, .. } => circle([11.0, -4.5], colour, hollow, 4.0, 1.0, ""),
+            Shape::Band(_) => box_of(OF_BAND),
+            Shape::Bars(_) => box_of(OF_BARS),
+        };
+        match entries.iter_mut().find(|(_, words)| *words == mark.name) {
             Some((symbols, _)) => *symbols += &symbol,
-            None => entries.push((symbol, mark.name().to_owned())),
+            None => entries.push((symbol, mark.name.clone())),
         }
     }
     entries
@@ -233,13 +222,9 @@ fn dashes(dashed: bool) -> &'static str {
     if dashed { "6 4" } else { "" }
 }
 
-/// Of an area.
-fn opacity(mark: &Mark) -> f64 {
-    match mark {
-        Mark::Band { .. } => 0.25,
-        _ => 0.45,
-    }
-}
+/// Opacity of areas.
+const OF_BAND: f64 = 0.25;
+const OF_BARS: f64 = 0.45;
 
 fn circle(
     [x, y]: [f64; 2],
@@ -249,15 +234,13 @@ fn circle(
     opacity: f64,
     title: &str,
 ) -> String {
-    let style = if hollow {
-        format!("fill=\"#fff\" stroke=\"{colour}\" stroke-width=\"1.8\"")
-    } else {
-        format!("fill=\"{colour}\" fill-opacity=\"{opacity}\"")
+    let style = match hollow {
+        true => format!("fill=\"#fff\" stroke=\"{colour}\" stroke-width=\"1.8\""),
+        false => format!("fill=\"{colour}\" fill-opacity=\"{opacity}\""),
     };
-    let title = if title.is_empty() {
-        String::new()
-    } else {
-        format!("<title>{}</title>", escaped(title))
+    let title = match title {
+        "" => String::new(),
+        title => format!("<title>{}</title>", escaped(title)),
     };
     format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" {style}>{title}</circle>")
 }
@@ -290,9 +273,7 @@ type Place = ([f64; 2], &'static str);
 
 impl Drawing<'_> {
     fn shown(&self, [x, y]: [f64; 2]) -> bool {
-        let shown =
-            |value: f64, axis: &Axis| value.is_finite() && (!axis.logarithmic || value > 0.0);
-        shown(x, &self.plot.x) && shown(y, &self.plot.y)
+        is_shown(x, &self.plot.x) && is_shown(y, &self.plot.y)
     }
 
     fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
@@ -324,60 +305,47 @@ impl Drawing<'_> {
         let of_points = at_one_name(plot);
         let mut series = 0;
         for mark in &plot.marks {
-            let colour = mark.colour().hex();
-            match mark {
-                Mark::Line { dashed, points, .. } => {
+            let colour = mark.colour.hex();
+            match &mark.shape {
+                Shape::Line { dashed, points } => {
                     let path = self.path(points.iter().copied());
                     let dashes = dashes(*dashed);
-                    let _ = write!(
-                        self.marks,
+                    self.marks += &format!(
                         "<path fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.8\" stroke-linejoin=\"round\" stroke-dasharray=\"{dashes}\" d=\"{path}\"/>"
                     );
                 }
-                Mark::Band { points, .. } => {
-                    let floor = |value: f64| {
-                        if self.plot.y.logarithmic {
-                            value.max(1e-3 * self.y.low)
-                        } else {
-                            value
-                        }
+                Shape::Band(points) => {
+                    let least = match plot.y.logarithmic {
+                        true => 1e-3 * self.y.low,
+                        false => f64::NEG_INFINITY,
                     };
-                    let lower = points.iter().rev().map(|[x, low, _]| [*x, floor(*low)]);
+                    let lower = points.iter().rev().map(|[x, low, _]| [*x, low.max(least)]);
                     let around = points.iter().map(|[x, _, high]| [*x, *high]).chain(lower);
-                    let places = around
-                        .filter(|point| self.shown(*point))
-                        .map(|point| self.place(point));
-                    let path = line(places);
-                    let _ = write!(
-                        self.marks,
-                        "<path fill=\"{colour}\" fill-opacity=\"{}\" d=\"{path}Z\"/>",
-                        opacity(mark)
+                    let shown = around.filter(|point| self.shown(*point));
+                    let path = line(shown.map(|point| self.place(point)));
+                    self.marks += &format!(
+                        "<path fill=\"{colour}\" fill-opacity=\"{OF_BAND}\" d=\"{path}Z\"/>"
                     );
                 }
-                Mark::Bars { bars, .. } => {
-                    for [from, to, height] in bars
-                        .iter()
-                        .filter(|bar| bar.iter().all(|value| value.is_finite()))
-                    {
+                Shape::Bars(bars) => {
+                    let floor = if plot.y.logarithmic { self.y.low } else { 0.0 };
+                    let floor = self.y.place(floor);
+                    let is_finite = |bar: &&[f64; 3]| bar.iter().all(|value| value.is_finite());
+                    for [from, to, height] in bars.iter().filter(is_finite) {
                         let [left, right] = [from, to].map(|value| self.x.place(*value));
-                        let floor = self.y.place(if self.plot.y.logarithmic {
-                            self.y.low
-                        } else {
-                            0.0
-                        });
                         let top = self.y.place(*height);
                         let _ = write!(
                             self.marks,
-                            "<rect x=\"{left:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{colour}\" fill-opacity=\"0.45\" stroke=\"{colour}\" stroke-width=\"0.6\"/>",
+                            "<rect x=\"{left:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{colour}\" fill-opacity=\"{OF_BARS}\" stroke=\"{colour}\" stroke-width=\"0.6\"/>",
                             top.min(floor),
                             (right - left).max(0.0),
                             (floor - top).abs()
                         );
                     }
                 }
-                Mark::Level { y, .. } => self.level(mark.colour(), *y),
-                Mark::Points { hollow, points, .. } => {
-                    self.points(points, mark.colour(), *hollow, [series, of_points]);
+                Shape::Level(at) => self.level(mark.colour, *at),
+                Shape::Points { hollow, points } => {
+                    self.points(points, mark.colour, *hollow, [series, of_points]);
                     series = (series + 1) % of_points;
                 }
             }
@@ -398,10 +366,9 @@ impl Drawing<'_> {
         } else {
             format!("M{:.1} {top}V{floor}", self.x.place(value))
         };
-        let _ = write!(
-            self.marks,
-            "<path stroke=\"{}\" stroke-width=\"1.6\" stroke-dasharray=\"2 3\" d=\"{path}\"/>",
-            colour.hex()
+        let colour = colour.hex();
+        self.marks += &format!(
+            "<path stroke=\"{colour}\" stroke-width=\"1.6\" stroke-dasharray=\"2 3\" d=\"{path}\"/>"
         );
     }
 
@@ -442,10 +409,8 @@ impl Drawing<'_> {
                     self.taken.push([cap, high, x + 3.0, low]);
                     format!("M{x:.1} {low:.1}V{high:.1}M{cap:.1} {low:.1}h6M{cap:.1} {high:.1}h6")
                 };
-                let _ = write!(
-                    self.marks,
-                    "<path stroke=\"{hex}\" stroke-width=\"1.4\" d=\"{path}\"/>"
-                );
+                self.marks +=
+                    &format!("<path stroke=\"{hex}\" stroke-width=\"1.4\" d=\"{path}\"/>");
             }
             self.marks += &circle([x, y], hex, hollow, radius, opacity, &point.label);
             self.taken.push([x - 4.0, y - 4.0, x + 4.0, y + 4.0]);
@@ -478,26 +443,24 @@ impl Drawing<'_> {
         let mut written: Vec<[f64; 4]> = Vec::new();
         let mut lines: Vec<[[f64; 2]; 2]> = Vec::new();
         let mut far_off = Vec::new();
-        for Label {
-            words,
-            colour,
-            places,
-            point,
-        } in std::mem::take(&mut self.labels)
-        {
+        for of in std::mem::take(&mut self.labels) {
             // In a map of names each has a place for itself, without room to spare.
-            let needed = if point.is_some() { with_margin } else { room };
-            let free = |place: &&Place| self.is_free(&needed(&words, place));
-            if let Some(place) = places.iter().find(free) {
-                let own = room(&words, place);
+            let needed = if of.point.is_some() {
+                with_margin
+            } else {
+                room
+            };
+            let free = |place: &&Place| self.is_free(&needed(&of.words, place));
+            if let Some(place) = of.places.iter().find(free) {
+                let own = room(&of.words, place);
                 self.taken.push(own);
                 written.push(own);
-                svg += &label(colour, place.0, place.1, &words);
-            } else if let Some(point) = point {
-                far_off.push((words, colour, point));
+                svg += &label(of.colour, place.0, place.1, &of.words);
+            } else if let Some(point) = of.point {
+                far_off.push((of, point));
             }
         }
-        for (words, colour, [x, y]) in far_off {
+        for (Label { words, colour, .. }, [x, y]) in far_off {
             let rows = (0..=(height / 8.0) as u32).map(|row| top + 8.0 * f64::from(row));
             let anywhere = rows.flat_map(|row| {
                 let columns = (0..=(width / 8.0) as u32).map(|at| left + 8.0 * f64::from(at));
@@ -608,116 +571,57 @@ fn cuts([from, to]: [[f64; 2]; 2], of: &[f64; 4]) -> bool {
 mod tests {
     use super::*;
 
-    fn name(of: &str) -> String {
-        of.to_owned()
-    }
-
     /// Every mark on linear, logarithmic and named axes, with values that cannot be drawn among them.
-    fn plots() -> Vec<Plot> {
+    fn plots() -> [Plot; 6] {
+        let plot = |name: &str, x: Axis, y: Axis| Plot::new(name, "caption", x, y);
         let curve = |of: fn(f64) -> f64| {
-            (0..200)
-                .map(move |i| f64::from(i) / 20.0)
-                .map(move |x| [x, of(x)])
+            let places = (0..200).map(|i| f64::from(i) / 20.0);
+            places.map(move |x| [x, of(x)])
         };
-        let labelled = |x: f64, y: f64, label: &str| Point {
-            interval: Some([0.5 * y, 1.4 * y]),
-            label: name(label),
-            ..Point::at(x, y)
+        let labelled = |x: f64, y: f64, label: &str| {
+            let point = Point::at(x, y).between(0.5 * y, 1.4 * y);
+            point.labelled(label.to_owned())
         };
-        let caption = "Every mark";
-        let x = Axis::linear("depth, mm");
-        let y = Axis::linear("force, N");
-        let linear = Plot::new("linear", caption, x, y)
-            .with(Mark::Band {
-                name: name("a band & <its> name"),
-                colour: Colour::Sky,
-                points: curve(f64::sin)
-                    .map(|[x, y]| [x, 40.0 + 30.0 * y, 60.0 + 30.0 * y])
-                    .collect(),
-            })
-            .with(Mark::Bars {
-                name: name("bars"),
-                colour: Colour::Grey,
-                bars: (0..9)
-                    .map(|i| [f64::from(i), f64::from(i) + 1.0, f64::from(5 * i)])
-                    .collect(),
-            })
-            .line(
-                "the first line with a long name",
-                Colour::Blue,
-                curve(|x| 10.0 * x),
-            )
-            .with(Mark::Line {
-                name: name("dashed"),
-                colour: Colour::Vermilion,
-                dashed: true,
-                points: curve(|x| if x < 5.0 { 90.0 - x * x } else { f64::NAN }).collect(),
-            })
-            .points(
-                "points",
-                Colour::Green,
-                [
-                    labelled(1.0, 60.0, "one"),
-                    labelled(1.1, 61.0, "two"),
-                    labelled(1.2, 60.5, "three"),
-                    labelled(9.9, 20.0, "at the edge"),
-                    Point::at(f64::INFINITY, 1.0),
-                ],
-            )
-            .with(Mark::Points {
-                name: name("hollow"),
-                colour: Colour::Purple,
-                hollow: true,
-                points: vec![Point::at(5.0, 80.0)],
-            })
-            .with(Mark::Level {
-                name: name("a limit"),
-                colour: Colour::Ochre,
-                y: 75.0,
-            })
-            .with(Mark::Level {
-                name: name("another limit"),
-                colour: Colour::Vermilion,
-                y: 76.0,
-            });
-        let caption = "Powers of ten";
-        let x = Axis::logarithmic("step");
-        let y = Axis::logarithmic("separation over R");
-        let powers = Plot::new("powers", caption, x, y)
-            .line(
-                "grows",
-                Colour::Blue,
-                (0..50).map(|i| [f64::from(1 + i), 1e-16 * 2f64.powi(i)]),
-            )
-            .with(Mark::Band {
-                name: name("between"),
-                colour: Colour::Grey,
-                points: (1..50)
-                    .map(|i| [f64::from(i), 0.0, 1e-12 * f64::from(i)])
-                    .collect(),
-            })
-            .points(
-                "zeros are left out",
-                Colour::Vermilion,
-                [Point::at(3.0, 1e-10), Point::at(3.0, 0.0)],
-            );
-        let engines = [
-            "native",
-            "native, shuffled",
-            "YADE, ordinary loop",
-            "LAMMPS",
-            "LIGGGHTS",
+        let sine = curve(f64::sin).map(|[x, y]| [x, 40.0 + 30.0 * y, 60.0 + 30.0 * y]);
+        let steps = (0..9).map(|i| [f64::from(i), f64::from(i) + 1.0, f64::from(5 * i)]);
+        let broken = curve(|x| if x < 5.0 { 90.0 - x * x } else { f64::NAN });
+        let dashed = Shape::Line {
+            dashed: true,
+            points: broken.collect(),
+        };
+        let some = [
+            labelled(1.0, 60.0, "one"),
+            labelled(1.1, 61.0, "two"),
+            labelled(1.2, 60.5, "three"),
+            labelled(9.9, 20.0, "at the edge"),
+            Point::at(f64::INFINITY, 1.0),
         ];
+        let [x, y] = [Axis::linear("depth, mm"), Axis::linear("force, N")];
+        let linear = plot("linear", x, y)
+            .band("a band & <its> name", Colour::Sky, sine)
+            .bars("bars", Colour::Grey, steps)
+            .line("a long name", Colour::Blue, curve(|x| 10.0 * x))
+            .with("dashed", Colour::Vermilion, dashed)
+            .points("points", Colour::Green, some)
+            .group("hollow", Colour::Purple, true, [Point::at(5.0, 80.0)])
+            .level("a limit", Colour::Ochre, 75.0)
+            .level("another limit", Colour::Vermilion, 76.0);
+        let grows = (0..50).map(|i| [f64::from(1 + i), 1e-16 * 2f64.powi(i)]);
+        let between = (1..50).map(|i| [f64::from(i), 0.0, 1e-12 * f64::from(i)]);
+        let zero = [Point::at(3.0, 1e-10), Point::at(3.0, 0.0)];
+        let [x, y] = ["step", "separation over R"].map(Axis::logarithmic);
+        let powers = plot("powers", x, y)
+            .line("grows", Colour::Blue, grows)
+            .band("between", Colour::Grey, between)
+            .points("zeros are left out", Colour::Vermilion, zero);
+        let engines = || Axis::of_names("", ["native", "YADE, ordinary loop", "LIGGGHTS"]);
         let values = |of: f64| {
-            (0..5).map(move |i| Point {
-                interval: Some([of * f64::from(i + 1), of * f64::from(i + 3)]),
-                ..Point::at(f64::from(i), of * f64::from(i + 2))
+            (0..3).map(move |i| {
+                let [low, middle, high] = [1, 2, 3].map(|more| of * f64::from(i + more));
+                Point::at(f64::from(i), middle).between(low, high)
             })
         };
-        let caption = "Names below";
-        let x = Axis::of_names("", engines);
-        let y = Axis::linear("µs a step");
-        let below = Plot::new("below", caption, x, y)
+        let below = plot("below", engines(), Axis::linear("µs a step"))
             .points("small", Colour::Blue, values(1.0))
             .points("large", Colour::Vermilion, values(1.5));
         let across = |of: f64| {
@@ -727,46 +631,26 @@ mod tests {
                 ..point
             })
         };
-        let caption = "Names beside";
-        let x = Axis::logarithmic("µs a step");
-        let y = Axis::of_names("", engines);
-        let beside = Plot::new("beside", caption, x, y)
+        let beside = plot("beside", Axis::logarithmic("µs a step"), engines())
             .points("small", Colour::Blue, across(1.0))
             .points("large", Colour::Vermilion, across(1.5))
-            .with(Mark::Level {
-                name: name("goal"),
-                colour: Colour::Green,
-                y: 4.0,
-            });
-        let caption = "Nothing";
-        let x = Axis::linear("x");
-        let y = Axis::logarithmic("y");
-        let nothing = Plot::new("nothing", caption, x, y);
-        let one = Plot::new("one", "One point", Axis::linear("x"), Axis::linear("y")).points(
+            .level("goal", Colour::Green, 4.0);
+        let nothing = plot("nothing", Axis::linear("x"), Axis::logarithmic("y"));
+        let one = plot("one", Axis::linear("x"), Axis::linear("y")).points(
             "",
             Colour::Blue,
             [Point::at(3.0, 3.0)],
         );
-        vec![linear, powers, below, beside, nothing, one]
+        [linear, powers, below, beside, nothing, one]
     }
 
     #[test]
     fn drawings_have_no_numbers_that_are_none() {
         for plot in plots() {
-            let svg = svg(&plot);
-            if let Some(folder) = std::env::var_os("CROSSGRAIN_DRAWINGS") {
-                let path = std::path::Path::new(&folder).join(format!("{}.svg", plot.name));
-                std::fs::write(path, &svg).expect("a writable folder");
-            }
-            assert!(
-                svg.starts_with("<svg ") && svg.ends_with("</svg>\n"),
-                "{svg}"
-            );
-            assert!(
-                !svg.contains("NaN") && !svg.contains("inf"),
-                "{}",
-                plot.name
-            );
+            let (name, svg) = (&plot.name, svg(&plot));
+            let is_whole = svg.starts_with("<svg ") && svg.ends_with("</svg>\n");
+            assert!(is_whole, "{name}: {svg}");
+            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{name}");
         }
     }
 
@@ -775,11 +659,8 @@ mod tests {
         let x = Axis::linear("x");
         assert!(range(&x, &[0.0, 1.0], true)[0] < 0.0);
         assert_eq!(range(&x, &[0.0, 1.0], false)[0], 0.0);
-        let [rising, falling, beyond] = [
-            [[0.0, 0.0], [2.0, 2.0]],
-            [[0.0, 2.0], [2.0, 0.0]],
-            [[3.0, 2.0], [5.0, 0.0]],
-        ];
+        let rising = [[0.0, 0.0], [2.0, 2.0]];
+        let [falling, beyond] = [[[0.0, 2.0], [2.0, 0.0]], [[3.0, 2.0], [5.0, 0.0]]];
         assert!(cross(rising, falling) && !cross(rising, beyond));
     }
 
@@ -787,13 +668,10 @@ mod tests {
     fn series_stand_beside_each_other_only_where_they_share_a_name() {
         let apart = |second: [f64; 2]| {
             let y = Axis::of_names("", ["a", "b"]);
+            let other = [Point::at(1.0, second[0]), Point::at(2.0, second[1])];
             let plot = Plot::new("rows", "", Axis::linear("x"), y)
                 .points("one", Colour::Blue, [Point::at(1.0, 0.0)])
-                .points(
-                    "other",
-                    Colour::Green,
-                    [Point::at(1.0, second[0]), Point::at(2.0, second[1])],
-                );
+                .points("other", Colour::Green, other);
             let svg = svg(&plot);
             let circles = svg.split("<circle cx=").skip(1);
             let heights = circles.filter_map(|of| of.split("cy=\"").nth(1)?.split('"').next());
@@ -851,47 +729,29 @@ mod tests {
             assert_eq!(cuts(line, &[4.0, 4.0, 6.0, 6.0]), goes_through, "{line:?}");
         }
         // Twenty points near each other, and bars: most names stand far off.
-        let points = (0..20).map(|at| Point {
-            interval: Some([0.4, 1.6]),
-            ..Point::at(
+        let points = (0..20).map(|at| {
+            let [x, y] = [
                 0.8 + 0.03 * f64::from(at),
                 0.5 + 0.1 * f64::from(7 * at % 10),
-            )
-            .labelled(name(&format!("name {at}")))
+            ];
+            let point = Point::at(x, y).between(0.4, 1.6);
+            point.labelled(format!("name {at}"))
         });
-        let range = Some([0.0, 2.0]);
-        let [x, y] = ["s", "error"].map(|label| Axis {
-            range,
-            ..Axis::linear(label)
-        });
+        let [x, y] = ["s", "error"].map(|label| Axis::linear(label).within(0.0, 2.0));
         let svg = svg(&Plot::new("near", "", x, y).points("", Colour::Blue, points));
         let number = |of: &str, key: &str| -> f64 {
             let rest = of.split_once(&format!(" {key}=\"")).expect("a place").1;
-            rest.split_once('"')
-                .expect("a number")
-                .0
-                .parse()
-                .expect("a number")
+            let number = rest.split('"').next().expect("a number");
+            number.parse().expect("a number")
         };
-        let texts = svg.split("<text");
-        let texts = texts.filter(|of| {
-            of.split_once('>')
-                .is_some_and(|of| of.1.starts_with("name "))
-        });
-        let boxes: Vec<[f64; 4]> = texts
-            .map(|of| {
-                let anchor = ["start", "end", "middle"]
-                    .into_iter()
-                    .find(|at| of.contains(at));
-                room(
-                    "name 0",
-                    &(
-                        [number(of, "x"), number(of, "y")],
-                        anchor.unwrap_or("start"),
-                    ),
-                )
-            })
-            .collect();
+        let texts = svg.split("<text").skip(1);
+        let texts = texts.filter(|of| of.contains(">name "));
+        let room_of = |of: &str| {
+            let mut anchors = ["start", "end", "middle"].into_iter();
+            let anchor = anchors.find(|at| of.contains(at)).expect("an anchor");
+            room("name 0", &([number(of, "x"), number(of, "y")], anchor))
+        };
+        let boxes: Vec<[f64; 4]> = texts.map(room_of).collect();
         assert_eq!(boxes.len(), 20);
         let lines = svg.split("<path stroke=\"#").skip(1).filter_map(|of| {
             let path = of.split_once(" d=\"M")?.1.split_once('"')?.0;
@@ -916,19 +776,11 @@ mod tests {
                 interval,
                 ..Point::at(1.1, 5.0)
             };
-            let points = [Point::at(1.0, 1.0).labelled(name("a long name")), bar];
-            let range = Some([0.0, 6.0]);
-            let [x, y] = ["s", "error"].map(|label| Axis {
-                range,
-                ..Axis::linear(label)
-            });
+            let points = [Point::at(1.0, 1.0).labelled("a long name".to_owned()), bar];
+            let [x, y] = ["s", "error"].map(|label| Axis::linear(label).within(0.0, 6.0));
             let svg = svg(&Plot::new("bar", "", x, y).points("", Colour::Blue, points));
-            let before = svg
-                .split_once(">a long name</text>")
-                .map(|(before, _)| before);
-            before
-                .and_then(|of| of.rsplit_once("<text"))
-                .map(|(_, of)| name(of))
+            let (before, _) = svg.split_once(">a long name</text>")?;
+            before.rsplit_once("<text").map(|(_, of)| of.to_owned())
         };
         let [beside, elsewhere] = [[5.0, 5.0], [0.0, 5.0]].map(|ends| place(Some(ends)));
         assert!(beside.is_some() && elsewhere.is_some() && beside != elsewhere);

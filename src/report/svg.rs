@@ -18,8 +18,11 @@ pub const APART: [f64; 2] = [58.0, 32.0];
 /// A rectangle of a drawing: left, top, width, height.
 pub type Area = [f64; 4];
 
-/// Where ticks stand, and their words.
-pub type Ticks = Vec<(f64, String)>;
+/// Where a tick stands, and its words.
+pub type Tick = (f64, String);
+
+/// Scales across and upwards, with their ticks.
+pub type Axes<'a> = [(&'a Scale, &'a [Tick]); 2];
 
 /// From values to places along one side of an area.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +40,16 @@ pub struct Scale {
 }
 
 impl Scale {
+    pub fn linear([low, high]: [f64; 2], [from, to]: [f64; 2]) -> Self {
+        Scale {
+            low,
+            high,
+            from,
+            to,
+            logarithmic: false,
+        }
+    }
+
     /// Where a value is. What lies a little beyond an end is placed there, to be cut off by whoever draws; farther
     /// values stop half a length beyond: numbers without bound do not draw.
     pub fn place(&self, value: f64) -> f64 {
@@ -50,7 +63,7 @@ impl Scale {
 
     /// Round values about so far apart: multiples of 1, 2 or 5 times a power of ten; on a logarithmic scale 1, 2 and 5 times
     /// powers of ten if they have room, else the powers. None on a scale that runs backwards or has no ends.
-    pub fn ticks(&self, apart: f64) -> Ticks {
+    pub fn ticks(&self, apart: f64) -> Vec<Tick> {
         let most = ((self.to - self.from).abs() / apart).max(2.0);
         let (low, high) = (self.low, self.high);
         let values: Vec<f64> =
@@ -158,7 +171,7 @@ pub fn line(places: impl Iterator<Item = [f64; 2]>) -> String {
 }
 
 /// The width of the widest of these words.
-pub fn widest(ticks: &Ticks) -> f64 {
+pub fn widest(ticks: &[Tick]) -> f64 {
     let letters = ticks.iter().map(|(_, words)| words.chars().count()).max();
     LETTER * letters.unwrap_or(0) as f64
 }
@@ -169,7 +182,7 @@ pub fn framed(
     name: &str,
     area: Area,
     contents: &str,
-    [(x, across), (y, upwards)]: [(&Scale, &Ticks); 2],
+    [(x, across), (y, upwards)]: Axes<'_>,
     labels: [&str; 2],
     edge: f64,
 ) -> (String, f64) {
@@ -210,10 +223,7 @@ pub fn framed(
 }
 
 /// Thin lines through an area at ticks.
-pub fn grid(
-    [left, top, width, height]: Area,
-    [(x, across), (y, upwards)]: [(&Scale, &Ticks); 2],
-) -> String {
+pub fn grid([left, top, width, height]: Area, [(x, across), (y, upwards)]: Axes<'_>) -> String {
     let mut path = String::new();
     for (tick, _) in across {
         let _ = write!(path, "M{:.1} {top}v{height}", x.place(*tick));
@@ -241,7 +251,7 @@ pub fn key([left, right]: [f64; 2], top: f64, entries: &[(String, String)]) -> (
         svg += &text([x + 26.0, y], "start", words);
         x += width;
     }
-    (svg, row + 1)
+    (svg, row + usize::from(!entries.is_empty()))
 }
 
 /// A whole drawing of this size that needs nothing else.
@@ -260,11 +270,8 @@ mod tests {
 
     fn scale(low: f64, high: f64, length: f64, logarithmic: bool) -> Scale {
         Scale {
-            low,
-            high,
-            from: 0.0,
-            to: length,
             logarithmic,
+            ..Scale::linear([low, high], [0.0, length])
         }
     }
 

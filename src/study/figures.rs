@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use crate::document::plot::Point as DataPoint;
-use crate::document::{Axis, Colour, Mark, Plot, Table, rounded};
+use crate::document::{Axis, Colour, Plot, Shape, Table, rounded};
 use crate::paper::continuum::table::{Point, Setup};
 use crate::paper::continuum::{Field, Load, Model, Spread, weight};
 use crate::paper::recomputed::piles::{Counted, chance_of_at_least_of_five, table_1};
@@ -301,14 +301,12 @@ impl Distribution {
             // A gamma law of a shape below 1 has no bound at zero.
             points.filter(|point| point[1].is_finite()).collect()
         };
-        let line = |name: &str, colour: Colour, points: Vec<[f64; 2]>| Mark::Line {
-            name: name.to_owned(),
-            colour,
+        let line = |colour: Colour, points: Vec<[f64; 2]>| Shape::Line {
             dashed: colour != Colour::Vermilion,
             points,
         };
         for (name, colour, law) in &laws {
-            histogram = histogram.with(line(name, *colour, curve(*law, Law::density)));
+            histogram = histogram.with(*name, *colour, line(*colour, curve(*law, Law::density)));
         }
         if self.has_both_signs() {
             return vec![histogram];
@@ -336,7 +334,7 @@ impl Distribution {
             let points = curve(*law, Law::survival);
             // What leaves the scale is not shown.
             let shown = points.into_iter().take_while(|point| point[1] >= least);
-            survival = survival.with(line(name, *colour, shown.collect()));
+            survival = survival.with(*name, *colour, line(*colour, shown.collect()));
         }
         vec![histogram, survival]
     }
@@ -413,7 +411,7 @@ mod tests {
         let plots = of.plots();
         assert_eq!(plots.len(), 2);
         // Shares fall as the law's.
-        let Mark::Points { points, .. } = &plots[1].marks[0] else {
+        let Some(points) = plots[1].marks[0].points() else {
             panic!("no points");
         };
         for point in points.iter().filter(|point| point.x < 3.0 * 0.34) {
@@ -459,7 +457,7 @@ mod tests {
             panic!("one plot");
         };
         assert!(plot.caption.contains("deviation") && !plot.caption.contains("theory"));
-        let names: Vec<&str> = plot.marks.iter().map(Mark::name).collect();
+        let names: Vec<&str> = plot.marks.iter().map(|of| of.name.as_str()).collect();
         assert!(names.contains(&"fitted Laplace") && !names.join(" ").contains("exponential"));
         assert!((both_signs.bins().expect("bins").end() - 1.2).abs() < 1e-9);
     }

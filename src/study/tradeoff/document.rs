@@ -6,7 +6,7 @@ use super::judge::{Judgement, MISSED_KEY, MISSED_TITLE, Worst, word};
 use super::plan::is_frictional;
 use super::{Point, Tradeoff};
 use crate::checks::Outcome;
-use crate::document::{Axis, Colour, Document, Mark, Plot, Section, Table, plot};
+use crate::document::{Axis, Colour, Document, Plot, Section, Table, plot};
 use crate::study::figures::in_row;
 use crate::study::realization::{Runner, Specification};
 use evidence::t_test::Finding;
@@ -76,10 +76,7 @@ impl Tradeoff {
             "Loaded bed: local mean stress at O, A and B, and the share of missed loads.",
             |judged| judged.load.as_ref(),
         );
-        let drawn = |plot: &Plot| {
-            let mut marks = plot.marks.iter();
-            marks.any(|mark| matches!(mark, Mark::Points { .. }))
-        };
+        let drawn = |plot: &Plot| plot.marks.iter().any(|mark| mark.points().is_some());
         let section = Section::new("Cost against error", words)
             .with_all([bed, load].into_iter().filter(drawn));
         let section = section.with(self.by_cost());
