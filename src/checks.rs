@@ -249,7 +249,7 @@ pub struct Tally {
 
 impl Tally {
     /// Of these checks.
-    pub fn of(checks: &[Check]) -> Self {
+    pub fn of<'a>(checks: impl IntoIterator<Item = &'a Check>) -> Self {
         let mut tally = Tally::default();
         for check in checks {
             *match check.outcome {
@@ -265,16 +265,11 @@ impl Tally {
 
 impl std::fmt::Display for Tally {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Tally {
-            passed,
-            failed,
-            skipped,
-            expected_failures,
-        } = self;
-        let checks = if *passed == 1 { "check" } else { "checks" };
+        let checks = if self.passed == 1 { "check" } else { "checks" };
         write!(
             out,
-            "{passed} {checks} passed, {failed} failed, {skipped} skipped, {expected_failures} expected failures"
+            "{} {checks} passed, {} failed, {} skipped, {} expected failures",
+            self.passed, self.failed, self.skipped, self.expected_failures
         )
     }
 }
@@ -301,15 +296,13 @@ mod tests {
 
     #[test]
     fn slugs_are_short_and_plain() {
-        assert_eq!(
-            slug("native against YADE's sorted loop, live"),
-            "native-against-yades-sorted-loop-live"
-        );
-        assert_eq!(slug("  σ_zz (x/R) "), "σ_zz-x-r");
-        assert_eq!(
-            slug("settled.height.mean_surface"),
-            "settled.height.mean_surface"
-        );
+        for (words, wanted) in [
+            ("YADE's sorted loop, live", "yades-sorted-loop-live"),
+            ("  σ_zz (x/R) ", "σ_zz-x-r"),
+            ("settled.mean_surface", "settled.mean_surface"),
+        ] {
+            assert_eq!(slug(words), wanted);
+        }
     }
 
     #[test]
@@ -334,13 +327,8 @@ mod tests {
 
     #[test]
     fn what_is_no_number_is_none_and_json_keeps_the_rest() {
-        let check = Check::of_words(
-            "a/b".to_owned(),
-            "overlap",
-            Outcome::Fail,
-            "it is not a number",
-        )
-        .with_limits(f64::NAN, 1.0, Some(f64::INFINITY));
+        let check = Check::of_words("a/b", "overlap", Outcome::Fail, "it is not a number");
+        let check = check.with_limits(f64::NAN, 1.0, Some(f64::INFINITY));
         assert_eq!((check.value, check.lower), (None, None));
         let text = serde_json::to_string(&check).expect("JSON");
         let read: Check = serde_json::from_str(&text).expect("a check");
@@ -350,9 +338,8 @@ mod tests {
     #[test]
     fn a_tally_counts_each_kind() {
         use Outcome::{ExpectedFailure, Fail, Pass, Skipped};
-        let checks: Vec<Check> = [Pass, Pass, Pass, Fail, Skipped, Skipped, ExpectedFailure]
-            .map(|outcome| Check::of_words(String::new(), "", outcome, ""))
-            .into();
+        let checks = [Pass, Pass, Pass, Fail, Skipped, Skipped, ExpectedFailure]
+            .map(|outcome| Check::of_words("", "", outcome, ""));
         let tally = Tally {
             passed: 3,
             failed: 1,
