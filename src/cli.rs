@@ -16,7 +16,7 @@ mod verify;
 
 use clap::{ArgAction, ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use crate::error::{Error, exit};
+use crate::error::Error;
 use report::Files;
 
 /// Pours, settles and presses discs in two engines, and says whether they agree.
@@ -136,8 +136,7 @@ fn print(text: &str) -> Result<(), Error> {
     use std::io::Write;
     let mut out = std::io::stdout().lock();
     out.write_all(crate::document::harmless(text).as_bytes())?;
-    out.flush()?;
-    Ok(())
+    Ok(out.flush()?)
 }
 
 /// A value as pretty JSON with a newline.
@@ -149,25 +148,16 @@ fn json(value: &impl serde::Serialize) -> Result<String, Error> {
 
 /// Prints a record's text, or what it says in words.
 fn tell(as_json: bool, text: &str, words: impl FnOnce() -> String) -> Result<(), Error> {
-    if as_json {
-        print(text)
-    } else {
-        print(&words())
-    }
-}
-
-/// The exit code of a record that may lack something.
-fn exit_code_if(complete: bool) -> u8 {
-    if complete {
-        exit::AGREED
-    } else {
-        exit::INCOMPLETE
+    match as_json {
+        true => print(text),
+        false => print(&words()),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use clap::Command;
+    use clap::error::ErrorKind::DisplayHelp;
 
     use super::*;
 
@@ -176,15 +166,12 @@ mod tests {
         let whole = help.replace("\\\n", " ");
         let lines = whole.lines().map(str::trim_start);
         let commands = lines.filter(|line| line.starts_with("crossgrain "));
-        let ends = |word: &&str| ["#", ">", "|", "&&"].contains(word);
-        commands
-            .map(|line| {
-                let words = line.split_whitespace().take_while(|word| !ends(word));
-                words
-                    .map(|word| word.trim_matches('"').to_owned())
-                    .collect()
-            })
-            .collect()
+        let words = |line: &str| {
+            let words = line.split_whitespace();
+            let words = words.take_while(|word| !["#", ">", "|", "&&"].contains(word));
+            words.map(|of| of.trim_matches('"').to_owned()).collect()
+        };
+        commands.map(words).collect()
     }
 
     /// Looks at the help of a verb and of all verbs below it; the value is how many there are.
@@ -192,24 +179,15 @@ mod tests {
         let after = command.get_after_help().map(ToString::to_string);
         let after = after.unwrap_or_default();
         // A command that the help breaks cannot be pasted.
-        let mut commands = after
-            .lines()
-            .filter(|line| line.starts_with("  crossgrain"));
-        let broken = commands.find(|line| line.chars().count() > 100);
-        assert_eq!(broken, None, "{names:?}");
+        let is_broken = |of: &&str| of.starts_with("  crossgrain") && of.chars().count() > 100;
+        assert_eq!(after.lines().find(is_broken), None, "{names:?}");
         let of_it = examples(&after);
-        assert!(
-            of_it.iter().any(|words| words.starts_with(names)),
-            "{names:?} has no example"
-        );
+        let mut own = of_it.iter().filter(|words| words.starts_with(names));
+        assert!(own.next().is_some(), "{names:?} has no example");
         for flag in ["-h", "--help"] {
             let asked = names.iter().map(String::as_str).chain([flag]);
             let help = Arguments::try_parse_from(asked).expect_err("help ends the parser");
-            assert_eq!(
-                help.kind(),
-                clap::error::ErrorKind::DisplayHelp,
-                "{names:?}"
-            );
+            assert_eq!(help.kind(), DisplayHelp, "{names:?}");
             let help = help.to_string();
             let widest = help.lines().map(|line| line.chars().count()).max();
             let size = (help.lines().count(), widest.unwrap_or(0));
@@ -218,10 +196,11 @@ mod tests {
         for words in of_it {
             let understood = Arguments::try_parse_from(&words);
             // What only prints help ends the parser too.
-            let help = understood
-                .as_ref()
-                .is_err_and(|error| error.kind() == clap::error::ErrorKind::DisplayHelp);
-            assert!(understood.is_ok() || help, "{words:?}: {understood:?}");
+            let ended = understood.as_ref().err().map(clap::Error::kind);
+            assert!(
+                matches!(ended, None | Some(DisplayHelp)),
+                "{words:?}: {understood:?}"
+            );
         }
         let below = command.get_subcommands().map(|verb| {
             let names = [names, &[verb.get_name().to_owned()]].concat();
@@ -276,18 +255,11 @@ mod tests {
         let command = Arguments::command();
         let mut judges = 0;
         for (name, verb) in leaves(&command, "") {
-            let has = |flag: &&str| verb.get_arguments().any(|of| of.get_long() == Some(flag));
-            let flags = ["junit", "csv", "summary"]
-                .iter()
-                .filter(|flag| has(flag))
-                .count();
-            let wanted = if NO_JUDGES.contains(&name.as_str()) {
-                0
-            } else {
-                3
-            };
-            assert_eq!(flags, wanted, "{name}");
-            judges += usize::from(flags > 0);
+            let flags = verb.get_arguments().filter_map(|of| of.get_long());
+            let flags = flags.filter(|of| ["junit", "csv", "summary"].contains(of));
+            let is_judge = !NO_JUDGES.contains(&name.as_str());
+            assert_eq!(flags.count(), if is_judge { 3 } else { 0 }, "{name}");
+            judges += usize::from(is_judge);
         }
         assert_eq!(judges, 15);
     }

@@ -54,13 +54,12 @@ pub struct Options {
     pub command: String,
 }
 
-impl Options {
-    fn native(&self) -> Engine {
-        Engine::Native(native::Options {
-            perturbation: self.fault,
-            ..native::Options::default()
-        })
-    }
+/// The native engine with a fault, if there is one.
+fn native(perturbation: Option<Perturbation>) -> Engine {
+    Engine::Native(native::Options {
+        perturbation,
+        ..native::Options::default()
+    })
 }
 
 /// The runs that the page draws.
@@ -98,16 +97,16 @@ pub fn reproduce(options: &Options, display: &Display) -> Result<(Reproduction, 
         },
     };
     job.compare_facts()?;
-    let native = job.run(&options.scene, "native", &options.native())?;
+    let native = job.run(&options.scene, "native")?;
     let recorded = job.recorded()?;
     if let Some(recorded) = &recorded {
         let compared = compare(&native, recorded, Some(&job.locator()));
-        job.compare(OF_RECORDED, &["native", RECORDED], compared);
+        job.compare(OF_RECORDED, ["native", RECORDED], compared);
     }
     let sorted = job.live(&native)?;
     if native.record.stop() == Some(StopReason::MaxSteps) {
         let why = "the bed did not settle within /settle/max_steps";
-        job.skipped("run/loading", "loading", why).required = true;
+        job.skipped("run/loading", "loading", why, true);
     }
     let Job { mut made, .. } = job;
     let of_native = native.record.seconds_per_step();
@@ -145,31 +144,30 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    fn run(&mut self, scene: &Scene, name: &str, engine: &Engine) -> Result<RunFolder, Error> {
-        let run = run_or_take_over(self.options, self.display, scene, name, engine, &[])?;
+    /// The native engine's run of a scene.
+    fn run(&mut self, scene: &Scene, name: &str) -> Result<RunFolder, Error> {
+        let engine = native(self.options.fault);
+        let run = run_or_take_over(self.options, self.display, scene, name, &engine, &[])?;
         self.made.runs.push(RunSummary::of(name, &run));
         Ok(run)
     }
 
-    fn compare(&mut self, (id, title): Part<'_>, folders: &[&str], comparison: Comparison) {
+    fn compare(&mut self, (id, title): Part<'_>, folders: [&str; 2], comparison: Comparison) {
         self.made.comparisons.push(NamedComparison {
             id: id.to_owned(),
             title: title.to_owned(),
-            folders: folders.iter().map(|name| (*name).to_owned()).collect(),
+            folders: folders.map(str::to_owned).to_vec(),
             comparison,
         });
     }
 
-    fn skipped(&mut self, id: &str, what: &str, why: &str) -> &mut Skipped {
-        let skipped = &mut self.made.skipped;
-        skipped.push(Skipped {
+    fn skipped(&mut self, id: &str, what: &str, why: &str, required: bool) {
+        self.made.skipped.push(Skipped {
             id: id.to_owned(),
             what: what.to_owned(),
             why: why.to_owned(),
-            required: false,
+            required,
         });
-        let last = skipped.len() - 1;
-        &mut skipped[last]
     }
 
     fn locator(&self) -> Locator {
@@ -193,7 +191,7 @@ impl Job<'_> {
         let recorded = RunFolder::read(&folder)?;
         if recorded.record.scene_digest != self.options.scene.digest() {
             let why = "the recorded run is of the paper's scene, this is another";
-            self.skipped(OF_RECORDED.0, OF_RECORDED.1, why);
+            self.skipped(OF_RECORDED.0, OF_RECORDED.1, why, false);
             return Ok(None);
         }
         self.made.runs.push(RunSummary::of(RECORDED, &recorded));
@@ -224,20 +222,19 @@ impl Job<'_> {
     }
 
     fn skipped_of_suite(&mut self) {
-        let (id, what, why) = if self.options.suite {
-            (
+        let [id, what, why] = match self.options.suite {
+            true => [
                 "verify/5000-grains",
                 "trajectories and rounding errors of 5,000 grains",
                 "crossgrain verify makes them; here up to 500 grains",
-            )
-        } else {
-            (
+            ],
+            false => [
                 "verify/all",
                 "the verification suite",
                 "made with the paper's scene only; crossgrain verify makes it alone",
-            )
+            ],
         };
-        self.skipped(id, what, why);
+        self.skipped(id, what, why, false);
     }
 }
 
@@ -278,7 +275,7 @@ impl Job<'_> {
         if let Some(why) = why_not {
             let what =
                 "YADE live: its parameters, the whole experiment, first steps, the suite's cases";
-            self.skipped(OF_LIVE.0, what, &why);
+            self.skipped(OF_LIVE.0, what, &why, false);
             self.made.faults = faults(scene, display)?;
             self.made.suite = suite(options, Engines::Native, display)?;
             return Ok(None);
@@ -297,26 +294,26 @@ impl Job<'_> {
         (self.made.first_steps, self.made.faults, self.made.suite) = others?;
         self.made.runs.push(RunSummary::of("yade-sorted", &sorted));
         let compared = compare(native, &sorted, Some(&self.locator()));
-        self.compare(OF_LIVE, &["native", "yade-sorted"], compared);
+        self.compare(OF_LIVE, ["native", "yade-sorted"], compared);
         if options.full {
             self.further_realizations()?;
         } else {
             let what = "further realizations, whole, against YADE's sorted loop";
             let why = "asked for with --full only";
-            self.skipped("compare/further-realizations", what, why);
+            self.skipped("compare/further-realizations", what, why, false);
         }
         Ok(Some(sorted))
     }
 
     fn further_realizations(&mut self) -> Result<(), Error> {
         let (options, display) = (self.options, self.display);
-        let first = self.options.scene.realization.saturating_add(1);
+        let first = options.scene.realization.saturating_add(1);
         let further = first..first.saturating_add(FURTHER_REALIZATIONS);
-        let further = further.map(|realization| Scene {
+        let scene = |realization| Scene {
             realization,
             ..options.scene.clone()
-        });
-        let realizations: Vec<Scene> = further.collect();
+        };
+        let realizations: Vec<Scene> = further.map(scene).collect();
         let name = |engine: &str, scene: &Scene| format!("{engine}-{}", scene.realization);
         let sorted: Vec<Result<RunFolder, Error>> = thread::scope(|scope| {
             let start = |scene| {
@@ -328,14 +325,14 @@ impl Job<'_> {
         });
         for (scene, sorted) in realizations.iter().zip(sorted) {
             let (native_name, sorted_name) = (name("native", scene), name("yade-sorted", scene));
-            let native = self.run(scene, &native_name, &options.native())?;
+            let native = self.run(scene, &native_name)?;
             let sorted = sorted?;
             self.made.runs.push(RunSummary::of(&sorted_name, &sorted));
             let (id, title) = OF_LIVE;
             let id = format!("{id}-{}", scene.realization);
             let title = format!("{title}, realization {}", scene.realization);
             let compared = compare(&native, &sorted, Some(&self.locator()));
-            self.compare((&id, &title), &[&native_name, &sorted_name], compared);
+            self.compare((&id, &title), [&native_name, &sorted_name], compared);
         }
         Ok(())
     }
@@ -398,11 +395,10 @@ fn faults(scene: &Scene, display: &Display) -> Result<Vec<FaultCheck>, Error> {
     let sound = pour(scene, None, FAULT_STEPS)?;
     let mut checks = Vec::new();
     for (done, fault) in FAULTS.into_iter().enumerate() {
-        let (verdict, found) = if fault.changes(scene) {
-            find(scene, &sound, fault)?
-        } else {
-            let why = "it changes nothing in this scene";
-            (Outcome::Skipped, why.to_owned())
+        let why = "it changes nothing in this scene";
+        let (verdict, found) = match fault.changes(scene) {
+            true => find(scene, &sound, fault)?,
+            false => (Outcome::Skipped, why.to_owned()),
         };
         checks.push(FaultCheck {
             fault: fault.to_string(),
@@ -430,10 +426,10 @@ fn find(scene: &Scene, sound: &RunFolder, fault: Perturbation) -> Result<(Outcom
             Err(error) => return Err(error.into()),
         }
     };
-    let shortened = match &ended {
-        Some(_) => Some(pour(scene, None, faulty.record.stages[0].steps)?),
-        None => None,
-    };
+    let shortened = ended
+        .as_ref()
+        .map(|_| pour(scene, None, faulty.record.stages[0].steps));
+    let shortened = shortened.transpose()?;
     let sound = shortened.as_ref().unwrap_or(sound);
     let comparison = compare(sound, &faulty, Some(&Locator::default()));
     let differs = comparison.verdict() == Verdict::Different;
@@ -457,11 +453,7 @@ fn pour(
     perturbation: Option<Perturbation>,
     steps: u64,
 ) -> Result<RunFolder, EngineError> {
-    let engine = Engine::Native(native::Options {
-        perturbation,
-        ..native::Options::default()
-    });
-    in_memory(scene, &engine, Protocol::Steps { steps })
+    in_memory(scene, &native(perturbation), Protocol::Steps { steps })
 }
 
 /// A run of the native engine, which leaves nothing in its work folder.
@@ -473,10 +465,8 @@ fn in_memory(scene: &Scene, engine: &Engine, protocol: Protocol) -> Result<RunFo
 
 /// What a thread returned; its panic is this one's.
 fn joined<T>(handle: thread::ScopedJoinHandle<'_, T>) -> T {
-    match handle.join() {
-        Ok(value) => value,
-        Err(panic) => std::panic::resume_unwind(panic),
-    }
+    let joined = handle.join();
+    joined.unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
 
 /// The first steps of both loops of YADE, held against the same replicas.

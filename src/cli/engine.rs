@@ -13,7 +13,7 @@ use super::run::{YadeArguments, YadeLimits};
 use crate::checks::Outcome;
 use crate::checks::record::{self, Found};
 use crate::compare::first_steps::{Beds, OfBed};
-use crate::document::{Drawing, Section};
+use crate::document::Section;
 use crate::engine::value_name;
 use crate::error::{Error, exit};
 use crate::limits::bench::machine::Machine;
@@ -102,10 +102,11 @@ struct Checked<'a> {
 
 /// Grains of a bed that stays a bed.
 fn dispersion(text: &str) -> Result<f64, String> {
-    let of: f64 = text.parse().map_err(|_| "it is a number".to_owned())?;
-    let fits = (0.0..=0.3).contains(&of);
-    fits.then_some(of)
-        .ok_or_else(|| "it is 0 to 0.3".to_owned())
+    match text.parse::<f64>() {
+        Ok(of) if (0.0..=0.3).contains(&of) => Ok(of),
+        Ok(_) => Err("it is 0 to 0.3".to_owned()),
+        Err(_) => Err("it is a number".to_owned()),
+    }
 }
 
 impl Verb {
@@ -152,12 +153,13 @@ impl Arguments {
             self.grains, self.dispersion
         );
         let mut made = format!("crossgrain {VERSION}: `{command}`.");
-        let bed = found.first_steps.as_ref().map(|of| of.grains);
-        if let Some(bed) = bed.filter(|bed| *bed < self.grains as usize) {
-            made += &format!(
-                " The engine refused a bed of {} grains and was given {bed}.",
-                self.grains
-            );
+        let (bed, asked_for) = (found.first_steps.as_ref(), self.grains);
+        if let Some(bed) = bed
+            .map(|of| of.grains)
+            .filter(|bed| *bed < asked_for as usize)
+        {
+            made +=
+                &format!(" The engine refused a bed of {asked_for} grains and was given {bed}.");
         }
         let own = Checked {
             crossgrain: VERSION,
@@ -170,16 +172,12 @@ impl Arguments {
         };
         let (text, _) = record::write("engine check", &own, Machine::this().kind(), checks)?;
         let mut document = found.document();
-        let causes = found.first_steps.iter().flat_map(|of| &of.causes);
-        let pictures: Vec<Drawing> = causes.filter_map(grains_left).collect();
-        if !pictures.is_empty() {
-            let section = Section::new("Where", "").with_all(pictures);
-            document.sections.push(section);
-        }
         document.title += &format!(" ({asked})");
-        document
-            .sections
-            .push(Section::new("How this was made", made));
+        let causes = found.first_steps.iter().flat_map(|of| &of.causes);
+        let places = Section::new("Where", "").with_all(causes.filter_map(grains_left));
+        let made = Section::new("How this was made", made);
+        let more = [places].into_iter().filter(|of| !of.blocks.is_empty());
+        document.sections.extend(more.chain([made]));
         self.output.views.tell("engine check", &text, &document)?;
         self.results.write(&document, &[(CHECK, &text)])?;
         Ok(match found.outcome() {

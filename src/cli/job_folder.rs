@@ -77,19 +77,14 @@ impl Results {
 /// Makes room for a result and says what became of the earlier one.
 pub fn clear(folder: &Path, record: &str) -> Result<(), FileError> {
     if let Some(kept) = make_room(folder, record)? {
-        say(&format!(
-            "what was in {} is in {} now",
-            folder.display(),
-            kept.display()
-        ));
+        let [was, is] = [folder, &kept].map(Path::display);
+        say(&format!("what was in {was} is in {is} now"));
     }
     Ok(())
 }
 
 /// Where the page is, as a line.
 pub fn page_line(folder: &Path) -> String {
-    format!(
-        "report: {}\n",
-        folder.join(format!("{FIRST}.html")).display()
-    )
+    let page = folder.join(format!("{FIRST}.html"));
+    format!("report: {}\n", page.display())
 }

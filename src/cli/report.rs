@@ -135,10 +135,8 @@ impl Files {
 
     /// An error if a folder of theirs is missing; to be asked before the work.
     pub fn check(&self) -> Result<(), Error> {
-        for path in [&self.junit, &self.csv, &self.summary]
-            .into_iter()
-            .flatten()
-        {
+        let paths = [&self.junit, &self.csv, &self.summary];
+        for path in paths.into_iter().flatten() {
             let folder = path.parent().filter(|of| !of.as_os_str().is_empty());
             if let Some(folder) = folder.filter(|of| !of.is_dir()) {
                 return Err(Error::Usage(format!(
@@ -174,11 +172,10 @@ impl Files {
             write_named(path, report::junit_of_error(name, error).as_bytes(), false)?;
         }
         if let Some(path) = &self.summary {
-            let answer = format!("It ended with exit code {}: {error}", error.exit_code());
             let document = Document {
                 title: name.to_owned(),
                 verdict: Outcome::Skipped,
-                answer,
+                answer: format!("It ended with exit code {}: {error}", error.exit_code()),
                 sections: Vec::new(),
                 checks: Vec::new(),
             };
@@ -381,13 +378,14 @@ impl DiffArguments {
                 self.name, baseline.record.job, record.job
             )));
         }
-        let mut found = diff(&baseline, &record);
-        if self.bits {
-            found = found.demanding_bits();
-        }
-        let document = found.document(self.all);
-        let (name, text) = ("report baseline diff", json(&found)?);
-        self.views.tell(name, &text, &document)?;
+        let found = diff(&baseline, &record);
+        let found = if self.bits {
+            found.demanding_bits()
+        } else {
+            found
+        };
+        let (text, document) = (json(&found)?, found.document(self.all));
+        self.views.tell("report baseline diff", &text, &document)?;
         Ok(found.verdict.exit_code())
     }
 }
@@ -475,22 +473,17 @@ impl History {
         let mut names = store.names()?;
         let mut subjects = BTreeMap::new();
         if let Some(repository) = &self.repository {
-            let commits = git(
-                repository,
-                &["log", "--reverse", "--topo-order", "--format=%H %s"],
-            )?;
-            let commits = commits.lines().filter_map(|line| line.split_once(' '));
-            let all = names.len();
+            let log = ["log", "--reverse", "--topo-order", "--format=%H %s"];
+            let log = git(repository, &log)?;
             let mut in_order = Vec::new();
-            for (commit, subject) in commits {
-                if let Some(name) = names
-                    .iter()
-                    .find(|of| of.len() >= 7 && commit.starts_with(*of))
-                {
+            for (commit, subject) in log.lines().filter_map(|line| line.split_once(' ')) {
+                let is_of = |name: &&String| name.len() >= 7 && commit.starts_with(*name);
+                if let Some(name) = names.iter().find(is_of) {
                     in_order.push(name.clone());
                     subjects.insert(name.clone(), subject.to_owned());
                 }
             }
+            let all = names.len();
             names = in_order;
             if names.len() < all {
                 say(&format!(
@@ -499,8 +492,8 @@ impl History {
                 ));
             }
         }
-        let records = names.iter().map(|name| store.load(name));
-        let records: Vec<_> = records.collect::<Result<_, _>>()?;
+        let records: Result<Vec<_>, _> = names.iter().map(|name| store.load(name)).collect();
+        let records = records?;
         let [_, .., last] = &records[..] else {
             return Err(Error::Usage(format!(
                 "a history needs two records, and there are {}; crossgrain report baseline save keeps one",
@@ -515,8 +508,7 @@ impl History {
         }
         let kept = history::History::of(&records);
         let subject = |name: &str| subjects.get(name).cloned().unwrap_or_default();
-        let document = kept.document(&last.record, subject);
-        let text = json(&kept)?;
+        let (text, document) = (json(&kept)?, kept.document(&last.record, subject));
         self.views.tell("report history", &text, &document)?;
         self.results.write(&document, &[(RECORD, &text)])?;
         Ok(document.verdict.exit_code())
@@ -587,11 +579,8 @@ impl Bisect {
                 );
             }
             let line = git(&self.repository, &["log", "-1", "--format=%h %s", first]);
-            format!(
-                "{} changed in {}\n",
-                self.id,
-                line.as_ref().unwrap_or(first)
-            )
+            let line = line.as_ref().unwrap_or(first);
+            format!("{} changed in {line}\n", self.id)
         };
         tell(self.json, &json(&found)?, words)?;
         Ok(match found.commits.len() {

@@ -78,12 +78,12 @@ impl Arguments {
             None => paper_scene(1, 5000),
         };
         // A name that is wrong is said before hours of work, not after.
-        let baseline = match &self.baseline {
-            Some(name) => Some(self.at.store().load(name)?),
-            None => None,
-        };
+        let baseline = self.baseline.as_ref();
+        let baseline = baseline
+            .map(|name| self.at.store().load(name))
+            .transpose()?;
         // Without YADE the job does less; one that was named is meant to be there.
-        if let (Some(program), false) = (self.limits.program(), self.recorded) {
+        if let (Some(program), false) = (self.limits.yade.as_deref(), self.recorded) {
             yade::find(Some(program))?;
         }
         // The recorded ones are of the paper's scene.
@@ -113,10 +113,8 @@ impl Arguments {
         if asked_to_end() {
             return Err(Error::Interrupted);
         }
-        write_whole(
-            &out.join("scene.json"),
-            json(&runs.native.scene)?.as_bytes(),
-        )?;
+        let scene = json(&runs.native.scene)?;
+        write_whole(&out.join("scene.json"), scene.as_bytes())?;
         let found = Found {
             checks: reproduction.checks(),
             measured: measured(&runs.native),
@@ -132,10 +130,8 @@ impl Arguments {
             first.checks.extend(of_baseline());
         }
         let against = |name: &str| diff.as_ref().filter(|_| name == FIRST);
-        let pages = documents.iter();
-        let pages: Vec<Page> = pages
-            .map(|(name, of)| page_against(name, of, against(name)))
-            .collect();
+        let page = |(name, of): &(&str, Document)| page_against(name, of, against(name));
+        let pages: Vec<Page> = documents.iter().map(page).collect();
         let judged = |of: Document| Document {
             verdict: checks::verdict(&of.checks),
             answer: match &diff {

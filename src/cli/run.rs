@@ -107,7 +107,7 @@ pub struct YadeArguments {
 pub struct YadeLimits {
     /// YADE: the program, instead of the one on the path (or CROSSGRAIN_YADE)
     #[arg(long, value_name = "FILE")]
-    yade: Option<PathBuf>,
+    pub yade: Option<PathBuf>,
     /// YADE and exec: longest time for a run, s
     #[arg(long, value_name = "S", default_value_t = usual_limits().time.as_secs())]
     time_limit: u64,
@@ -159,11 +159,6 @@ impl YadeLimits {
             program: self.yade.clone(),
             ..yade::Options::default()
         }
-    }
-
-    /// The YADE that was named.
-    pub fn program(&self) -> Option<&Path> {
-        self.yade.as_deref()
     }
 
     /// The program at this path with these limits.
@@ -281,8 +276,7 @@ impl Arguments {
         let mut phases = softly.phases(scene);
         phases.pop();
         let began = ThreadTime::of(options.threads.of(cloud.len()));
-        let poured = pour(scene, &phases, options, cloud)?;
-        let Some(poured) = poured else {
+        let Some(poured) = pour(scene, &phases, options, cloud)? else {
             return usage("has no phases");
         };
         let softened = Softened {
@@ -322,11 +316,8 @@ fn share(text: &str) -> Result<f64, String> {
 
 /// Says so if the step was beyond the limit of the bed, or near it.
 fn step_in_words(run: &RunFolder) -> Result<String, Error> {
-    let last = run
-        .record
-        .stages
-        .last()
-        .map_or(Stage::Settle, |of| of.stage);
+    let last = run.record.stages.last();
+    let last = last.map_or(Stage::Settle, |of| of.stage);
     let settled = run.settled.iter().map(|bed| (bed, Stage::Settle));
     let mut largest: Option<f64> = None;
     for (bed, stage) in settled.chain([(&run.last, last)]) {

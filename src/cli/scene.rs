@@ -72,11 +72,8 @@ impl Verb {
             }
             Verb::Check { file } => {
                 let scene = read_scene(&file)?;
-                print(&format!(
-                    "{}: a valid scene, digest {}\n",
-                    file.display(),
-                    scene.digest()
-                ))?;
+                let (file, digest) = (file.display(), scene.digest());
+                print(&format!("{file}: a valid scene, digest {digest}\n"))?;
             }
             Verb::Model { file, loading } => {
                 let stage = if loading { Stage::Load } else { Stage::Settle };
@@ -146,8 +143,7 @@ impl Parameters {
             .column("unit", |pair| pair.native.unit)
             .column("", |pair| if pair.agrees() { "" } else { "DIFFERENT" });
         tell(self.json, &json(&pairs)?, || Table::from(table).text())?;
-        let agree = pairs.iter().all(ParameterPair::agrees);
-        Ok(Outcome::pass_if(agree).exit_code())
+        Ok(Outcome::pass_if(pairs.iter().all(ParameterPair::agrees)).exit_code())
     }
 }
 

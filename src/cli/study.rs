@@ -10,7 +10,7 @@ use super::engine::beside;
 use super::job_folder::{Results, page_line};
 use super::report::{Files, Views};
 use super::run::YadeLimits;
-use super::{exit_code_if, json, print, tell};
+use super::{json, print, tell};
 use crate::checks::Outcome;
 use crate::document::{Document, Section};
 use crate::error::{Error, exit};
@@ -163,7 +163,10 @@ impl Verb {
             } => {
                 let status = open(&folder)?.status()?;
                 tell(wanted, &json(&status)?, || of_status(&status))?;
-                Ok(exit_code_if(status.finished == status.rows))
+                Ok(match status.finished == status.rows {
+                    true => exit::AGREED,
+                    false => exit::INCOMPLETE,
+                })
             }
             Verb::Merge { folder } => {
                 print(&in_words(&open(&folder)?.merge()?))?;
@@ -237,17 +240,15 @@ pub fn engines_of(
     named: Option<&Path>,
     limits: &YadeLimits,
 ) -> Result<Engines, Error> {
-    let external = match (study.program(), named) {
-        (Some(program), named) => Some(limits.external(named.unwrap_or(&program.path))?),
-        (None, Some(_)) => {
-            let why = "no external engine is planned here";
-            return Err(Error::Usage(why.to_owned()));
-        }
-        (None, None) => None,
-    };
+    let planned = study.program();
+    if planned.is_none() && named.is_some() {
+        let why = "no external engine is planned here";
+        return Err(Error::Usage(why.to_owned()));
+    }
+    let place = planned.map(|program| named.unwrap_or(&program.path));
     Ok(Engines {
         yade: limits.options(),
-        external,
+        external: place.map(|place| limits.external(place)).transpose()?,
     })
 }
 
@@ -344,11 +345,10 @@ const COMPARED: &str = "compare.json";
 impl Claims {
     fn execute(self) -> Result<u8, Error> {
         self.results.check(CLAIMS)?;
-        let beside = self.beside.iter();
-        let beside: String = beside
-            .map(|of| format!(" --beside {}", of.display()))
-            .collect();
-        let command = format!("crossgrain study claims {}{beside}", self.folder.display());
+        let mut command = format!("crossgrain study claims {}", self.folder.display());
+        if let Some(of) = &self.beside {
+            command += &format!(" --beside {}", of.display());
+        }
         let read = |folder: &PathBuf| {
             let of = merged(folder)?;
             let origin = Origin {
@@ -392,29 +392,18 @@ impl Figures {
     fn execute(self) -> Result<u8, Error> {
         // Before anything is run or written.
         let campaign = self.campaign.as_deref().map(merged).transpose()?;
-        let scene = match &campaign {
-            Some(campaign) => {
-                let mut scene = campaign.plan.study.scene.clone();
-                scene.realization = campaign.plan.study.realization(1);
-                scene
-            }
-            None => paper_scene(1, 5000),
-        };
-        // First, as it runs nothing and may have nothing to draw.
-        let fifth = match &campaign {
-            Some(campaign) => {
-                let all = distributions(campaign)?;
-                let plots = all.iter().flat_map(Distribution::plots);
-                plots.fold(
-                    Section::new("Figure 5", "Distributions at O, A and B."),
-                    Section::with,
-                )
-            }
-            None => Section::new(
-                "Figure 5",
-                "It is of a campaign's members: name one with --campaign.",
-            ),
-        };
+        let mut scene = paper_scene(1, 5000);
+        let mut words = "It is of a campaign's members: name one with --campaign.";
+        let mut members = Vec::new();
+        if let Some(campaign) = &campaign {
+            scene = campaign.plan.study.scene.clone();
+            scene.realization = campaign.plan.study.realization(1);
+            words = "Distributions at O, A and B.";
+            // First, as it runs nothing and may have nothing to draw.
+            members = distributions(campaign)?;
+        }
+        let plots = members.iter().flat_map(Distribution::plots);
+        let fifth = Section::new("Figure 5", words).with_all(plots);
         let chains = force_chains(&loaded_bed(&scene)?)?;
         let (table, shares) = sharings();
         let disc = Section {

@@ -94,14 +94,11 @@ impl Arguments {
         if let Several::Exec(_) = self.engine {
             return format!("crossgrain verify --engine {engine}");
         }
-        let limits = if self.detection_limits {
-            " --detection-limits"
-        } else {
-            ""
+        let limits = match self.detection_limits {
+            true => " --detection-limits",
+            false => "",
         };
-        format!(
-            "crossgrain verify --engine {engine} --grains {}{limits}",
-            self.grains
-        )
+        let grains = self.grains;
+        format!("crossgrain verify --engine {engine} --grains {grains}{limits}")
     }
 }

@@ -44,21 +44,23 @@ impl Reproduction {
         let (glance, more): (Vec<Tile>, Vec<Tile>) = tiles
             .into_iter()
             .partition(|of| AT_A_GLANCE.contains(&of.page));
-        let mut sections: Vec<Section> = diff.map(|diff| diff.section(false)).into_iter().collect();
         let run = &runs.native;
         let words = format!("{}: {}", run.record.engine.label(), run.stages_in_words());
         let loaded = (run.last.bed(), punch_bottom(run), words);
         let glance = Section::new("At a glance", self.origin()).with(glance);
-        sections.push(glance.with_all(pictures(&run.scene, &[loaded])));
-        sections.push(self.compared());
-        sections.extend(self.first_steps());
-        sections.push(self.faults());
-        sections.extend(self.skipped());
-        sections.push(Section::new("More", "").with(more));
-        sections.push(choices(&runs.native).as_details());
-        sections.push(self.runs().as_details());
+        let sections = [
+            diff.map(|diff| diff.section(false)),
+            Some(glance.with_all(pictures(&run.scene, &[loaded]))),
+            Some(self.compared()),
+            self.first_steps(),
+            Some(self.faults()),
+            self.skipped(),
+            Some(Section::new("More", "").with(more)),
+            Some(choices(run).as_details()),
+            Some(self.runs().as_details()),
+        ];
         let first = Document {
-            sections,
+            sections: sections.into_iter().flatten().collect(),
             ..self.summary()
         };
         Ok(std::iter::once((FIRST, first)).chain(others).collect())
@@ -88,14 +90,15 @@ impl Reproduction {
                     (figure, words)
                 }
                 "tradeoff" => match self.runs.iter().find(|run| run.folder == "yade-sorted") {
-                    Some(run) => (
-                        format!("{:.0} times", run.times_native.unwrap_or(f64::NAN)),
-                        format!(
+                    None => halves(&of.answer),
+                    Some(run) => {
+                        let figure = format!("{:.0} times", run.times_native.unwrap_or(f64::NAN));
+                        let words = format!(
                             "the time of a native step is what a step of YADE's sorted loop took here. The trade-off{recorded}: {}",
                             of.answer
-                        ),
-                    ),
-                    None => halves(&of.answer),
+                        );
+                        (figure, words)
+                    }
                 },
                 "candidates" => split(first_sentence(&of.answer), " settings"),
                 "claims" => split(&of.answer, " claims"),
@@ -172,18 +175,14 @@ impl Reproduction {
             let verdict = of.judgement.verdict().in_words();
             verdicts += &format!("First steps of {}: {verdict}. ", of.title);
         }
-        let live = match (&self.yade, self.comparisons.is_empty()) {
-            (Some(version), _) => format!("YADE {version} ran live."),
-            (None, false) => {
-                "YADE did not run live; the native engine is compared with a recorded run."
-                    .to_owned()
-            }
-            (None, true) => "Nothing could be compared: YADE did not run live, and the recorded run is of another scene."
-                .to_owned(),
-        };
-        let mut sections = vec![self.compared(), self.faults()];
-        sections.extend(self.skipped());
-        sections.push(self.runs());
+        let ran = self.yade.as_ref();
+        let ran = ran.map(|version| format!("YADE {version} ran live."));
+        let live = ran.as_deref().unwrap_or(match self.comparisons.is_empty() {
+            false => "YADE did not run live; the native engine is compared with a recorded run.",
+            true => "Nothing could be compared: YADE did not run live, and the recorded run is of another scene.",
+        });
+        let sections = [Some(self.compared()), Some(self.faults()), self.skipped()];
+        let sections = sections.into_iter().chain([Some(self.runs())]);
         Document {
             title: "The paper's experiment in two engines".to_owned(),
             verdict: self.verdict,
@@ -192,7 +191,7 @@ impl Reproduction {
                 self.found(),
                 self.faults.len()
             ),
-            sections,
+            sections: sections.flatten().collect(),
             checks: self.checks(),
         }
     }
@@ -206,8 +205,8 @@ impl Reproduction {
             let folders = named.folders.join(", ");
             let words = format!("A: {}. B: {}. Folders: {folders}.", of.a, of.b);
             let heading = format!("{}: {}", named.title, of.verdict().in_words());
-            section = section.with(Block::Heading(heading)).with(words);
-            section = section.with(of.check_table());
+            section = section.with(Block::Heading(heading));
+            section = section.with(words).with(of.check_table());
         }
         section
     }
@@ -431,8 +430,7 @@ fn histories(runs: &Runs) -> Section {
     let caption = "Settling: mean net force on a grain over mean contact force";
     let unbalanced = over_time("unbalanced-force", caption, "unbalanced force");
     let caption = "Loading: the force of the grains on the punch";
-    let x = Axis::linear("punch depth, mm");
-    let y = Axis::linear("force on the punch, N");
+    let [x, y] = ["punch depth, mm", "force on the punch, N"].map(Axis::linear);
     let punch = Plot::new("punch-force", caption, x, y);
     let section = Section::new("Histories", "")
         .with(draw(energy, Stage::Settle, |row| {
@@ -468,8 +466,7 @@ fn quantiles(runs: &Runs) -> Option<Plot> {
     // Below a ten-thousandth of the strongest there are but a few.
     let low = low.max(1.0e-4 * high);
     let caption = "Normal forces of the last moment, quantile by quantile: the same distribution lies on the line, the same bits do so exactly.";
-    let x = Axis::logarithmic("normal force in native, N");
-    let y = Axis::logarithmic("in YADE, N");
+    let [x, y] = ["normal force in native, N", "in YADE, N"].map(Axis::logarithmic);
     let pairs = native.iter().zip(yade);
     let shown = pairs.filter(|(x, y)| **x >= low && *y >= low);
     let shown = shown.map(|(x, y)| Point::at(*x, y));

@@ -63,12 +63,10 @@ impl Reproduction {
         let what = "at least one comparison with another engine agrees";
         let compared = Check::of_words("compare/made", what, outcome, found);
         let mut checks = vec![compared.required()];
-        for named in &self.comparisons {
-            checks.extend(named.comparison.all_checks(&named.id));
-        }
-        for of in &self.first_steps {
-            checks.extend(first_steps::checks(&of.judgement, &of.id));
-        }
+        let compared = self.comparisons.iter();
+        checks.extend(compared.flat_map(|of| of.comparison.all_checks(&of.id)));
+        let first_steps = self.first_steps.iter();
+        checks.extend(first_steps.flat_map(|of| first_steps::checks(&of.judgement, &of.id)));
         for fault in &self.faults {
             let id = format!("faults/{}", fault.fault.replace('=', "-"));
             let check = Check::of_words(id, &fault.fault, fault.verdict, &fault.found);
@@ -235,17 +233,20 @@ pub fn claims(run: &RunFolder) -> Vec<Claim> {
     let heights = HEIGHTS.map(|(key, words)| claim(format!("H, {words}"), key, "bed/height"));
     let porosities =
         POROSITIES.map(|(key, words)| claim(format!("n, {words}"), key, "bed/porosity"));
+    let at_points = [
+        ("local mean σ_zz", "local_zz", "stress"),
+        (
+            "Σ_zz of V_c, nearest grain",
+            "control_volume_zz",
+            "extensive",
+        ),
+    ];
     let stresses = scene.control_points.iter().flat_map(|point| {
-        let at = |what: &str, key: &str, column: &str| {
+        at_points.map(|(what, key, column)| {
             let key = format!("loaded.stress.{}.{key}", point.name);
             let id = format!("table-4/{column}/{}", point.name);
             claim(format!("{what} at {}", point.name), &key, &id)
-        };
-        let extensive = "Σ_zz of V_c, nearest grain";
-        [
-            at("local mean σ_zz", "local_zz", "stress"),
-            at(extensive, "control_volume_zz", "extensive"),
-        ]
+        })
     });
     let all = heights.into_iter().chain(porosities).chain(stresses);
     all.flatten().collect()
@@ -443,21 +444,12 @@ mod tests {
         let beside = Beside::read(&[], true).expect("the recorded records are read");
         let stated = beside.stated();
         let jobs: Vec<&str> = stated.iter().map(|of| of.job).collect();
-        assert_eq!(
-            jobs,
-            ["tradeoff", "stability", "search", "candidates", "claims"]
-        );
-        assert!(
-            stated
-                .iter()
-                .all(|of| of.recorded && !of.command.is_empty())
-        );
-        assert!(
-            Beside::read(&[], false)
-                .expect("nothing")
-                .stated()
-                .is_empty()
-        );
+        let wanted = ["tradeoff", "stability", "search", "candidates", "claims"];
+        assert_eq!(jobs, wanted);
+        let mut stated = stated.iter();
+        assert!(stated.all(|of| of.recorded && !of.command.is_empty()));
+        let none = Beside::read(&[], false).expect("nothing");
+        assert!(none.stated().is_empty());
     }
 
     #[test]
@@ -476,10 +468,8 @@ mod tests {
         ] {
             std::fs::write(&path, text).expect("can be written");
             let said = said(read());
-            assert!(
-                said.contains(words) && said.contains("report.json"),
-                "{said}"
-            );
+            let names_both = said.contains(words) && said.contains("report.json");
+            assert!(names_both, "{said}");
         }
     }
 }

@@ -177,18 +177,12 @@ impl CandidatesArguments {
         let clouds = self.clouds.unwrap_or(if self.choices { 24 } else { 400 });
         let found = self.search.as_deref().map(searched).transpose()?;
         let found = found.as_ref().map(|(_, found)| found);
-        let plan = if self.choices {
-            candidates::Plan::of_choices(self.quick, clouds, found)
-        } else {
-            let best = usize::from(self.best);
-            candidates::Plan::new(self.quick, clouds, found, best)
+        let plan = match self.choices {
+            true => candidates::Plan::of_choices(self.quick, clouds, found),
+            false => candidates::Plan::new(self.quick, clouds, found, self.best.into()),
         };
-        let words = format!(
-            "{} settings on {} beds of {} clouds each",
-            plan.beds.settings().count(),
-            plan.beds.0.len(),
-            clouds
-        );
+        let (settings, beds) = (plan.beds.settings().count(), plan.beds.0.len());
+        let words = format!("{settings} settings on {beds} beds of {clouds} clouds each");
         self.place.create(plan, None, &words)
     }
 }
@@ -221,12 +215,10 @@ impl SearchArguments {
                 })?
             }
         };
+        let (wave, beds, loads) = (plan.wave, plan.beds.0.len(), plan.beds.settings().count());
+        let clouds = size.clouds;
         let words = format!(
-            "wave {}: {} beds, {} loads on them, {} realizations of each",
-            plan.wave,
-            plan.beds.0.len(),
-            plan.beds.settings().count(),
-            size.clouds
+            "wave {wave}: {beds} beds, {loads} loads on them, {clouds} realizations of each"
         );
         self.place.create(plan, None, &words)
     }
@@ -274,11 +266,10 @@ impl TradeoffArguments {
                 )));
             }
         }
-        let mut plan = if self.quick {
-            tradeoff::plan::Plan::quick(clouds, self.yade_clouds)
-        } else {
-            let confirm = self.confirm.unwrap_or(300);
-            tradeoff::plan::Plan::full(clouds, confirm, self.yade_clouds)
+        let confirm = self.confirm.unwrap_or(300);
+        let mut plan = match self.quick {
+            true => tradeoff::plan::Plan::quick(clouds, self.yade_clouds),
+            false => tradeoff::plan::Plan::full(clouds, confirm, self.yade_clouds),
         };
         let mut program = None;
         if let Some(path) = &self.engine {
@@ -303,14 +294,12 @@ impl Kind {
             Kind::Tradeoff(arguments) => arguments.execute(),
             Kind::Search(arguments) => arguments.execute(),
             Kind::Candidates(arguments) => arguments.execute(),
-            Kind::Stability(arguments) => {
-                let StabilityArguments { map, limits, place } = arguments;
+            Kind::Stability(StabilityArguments { map, limits, place }) => {
                 let (plan, program) = map.plan(&limits)?;
+                let (scenes, grains, failures) =
+                    (plan.scenes.len(), plan.grains, plan.failures.len());
                 let words = format!(
-                    "{} scenes, beds of {} grains, and {} failure modes",
-                    plan.scenes.len(),
-                    plan.grains,
-                    plan.failures.len()
+                    "{scenes} scenes, beds of {grains} grains, and {failures} failure modes"
                 );
                 place.create(plan, program, &words)
             }
@@ -330,10 +319,8 @@ impl Place {
             0 => String::new(),
             rows => format!("{rows} rows taken over\n"),
         };
-        let out = self.out.display();
-        print(&format!(
-            "{words}\n{reused}run it: crossgrain study run {out}\n"
-        ))?;
+        let next = format!("crossgrain study run {}", self.out.display());
+        print(&format!("{words}\n{reused}run it: {next}\n"))?;
         Ok(exit::AGREED)
     }
 }
@@ -343,9 +330,8 @@ impl CampaignArguments {
         let scene = read_scene(&self.scene)?;
         let is_native = matches!(self.engine, Chosen::Native);
         if !is_native && self.reduced_stiffness {
-            return Err(Error::Usage(
-                "--reduced-stiffness is of the native engine".to_owned(),
-            ));
+            let why = "--reduced-stiffness is of the native engine";
+            return Err(Error::Usage(why.to_owned()));
         }
         let (runner, program) = match (&self.engine, self.order) {
             (Chosen::Native, _) => (Runner::Native, None),
@@ -359,23 +345,17 @@ impl CampaignArguments {
                 (Runner::External, Some(Program::of(&engine)?))
             }
         };
-        let phases = if self.reduced_stiffness {
-            let softly = Softly::tested(&scene).ok_or_else(|| {
-                Error::Usage("--reduced-stiffness needs /time_step as a fraction".to_owned())
-            })?;
-            softly.phases(&scene)
-        } else {
-            Vec::new()
-        };
+        let mut phases = Vec::new();
+        if self.reduced_stiffness {
+            let why = "--reduced-stiffness needs /time_step as a fraction";
+            let softly = Softly::tested(&scene).ok_or_else(|| Error::Usage(why.to_owned()))?;
+            phases = softly.phases(&scene);
+        }
         let campaign = Campaign::new(&scene, runner, phases, self.members, self.seed);
         let last = self.seed.saturating_add(self.members.saturating_sub(1));
-        let words = format!(
-            "{} members of {:?} in {}, realizations {} to {last}",
-            self.members,
-            scene.name,
-            runner.name(),
-            self.seed
-        );
+        let (members, name, engine, first) = (self.members, &scene.name, runner.name(), self.seed);
+        let words =
+            format!("{members} members of {name:?} in {engine}, realizations {first} to {last}");
         self.place.create(campaign, program, &words)
     }
 }
