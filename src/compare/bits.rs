@@ -46,6 +46,21 @@ impl TableBits {
         self.differing == 0
     }
 
+    /// Holds two numbers against each other.
+    pub fn hold(&mut self, id: impl Fn() -> String, key: &'static str, a: f64, b: f64) {
+        if a.to_bits() != b.to_bits() {
+            self.differing += 1;
+            let ulps = ulps_between(a, b);
+            self.first.get_or_insert_with(|| NumberPair {
+                id: id(),
+                key,
+                a,
+                b,
+                ulps,
+            });
+        }
+    }
+
     /// Passed if every bit is the same and there is at least one.
     pub fn verdict(&self) -> Outcome {
         match (self.differing, self.numbers) {
@@ -105,33 +120,25 @@ type Column<'a> = (&'static str, &'a [f64]);
 
 fn columns(table: &str, a: &[Column<'_>], b: &[Column<'_>]) -> TableBits {
     let length = |of: &[Column<'_>]| of.iter().map(|(_, column)| column.len()).sum::<usize>();
-    let numbers = length(a).max(length(b));
-    let mut first: Option<(usize, NumberPair)> = None;
-    let mut differing = length(a).abs_diff(length(b));
-    for ((key, of_a), (_, of_b)) in a.iter().zip(b) {
-        for (id, (in_a, in_b)) in of_a.iter().zip(*of_b).enumerate() {
-            if in_a.to_bits() == in_b.to_bits() {
-                continue;
-            }
-            differing += 1;
-            if first.as_ref().is_none_or(|(lowest, _)| id < *lowest) {
-                first = Some((id, pair(format!("grain {id}"), key, *in_a, *in_b)));
+    let mut result = TableBits {
+        table: table.to_owned(),
+        numbers: length(a).max(length(b)),
+        differing: length(a).abs_diff(length(b)),
+        first: None,
+    };
+    let rows = a.iter().map(|(_, column)| column.len()).max();
+    for id in 0..rows.unwrap_or(0) {
+        for ((key, of_a), (_, of_b)) in a.iter().zip(b) {
+            if let (Some(in_a), Some(in_b)) = (of_a.get(id), of_b.get(id)) {
+                result.hold(|| format!("grain {id}"), key, *in_a, *in_b);
             }
         }
     }
-    TableBits {
-        table: table.to_owned(),
-        numbers,
-        differing,
-        first: first.map(|(_, pair)| pair),
-    }
+    result
 }
 
-/// Numbers of a contact.
-const COLUMNS: usize = 7;
-
-/// They are compared, with the names of their columns.
-fn of_contact(contact: &Contact) -> [(&'static str, f64); COLUMNS] {
+/// The numbers of a contact that are compared, with the names of their columns.
+fn of_contact(contact: &Contact) -> [(&'static str, f64); 7] {
     [
         ("overlap", contact.overlap),
         ("fn", contact.normal_force),
@@ -145,7 +152,7 @@ fn of_contact(contact: &Contact) -> [(&'static str, f64); COLUMNS] {
 
 /// Every number of every contact; all of them, if the pairs are not the same.
 pub fn contacts(table: &str, a: &[Contact], b: &[Contact]) -> TableBits {
-    let numbers = COLUMNS * a.len().max(b.len());
+    let numbers = 7 * a.len().max(b.len());
     let ids = |of: &Contact| (of.id1, of.id2);
     let same_pairs = a.iter().map(ids).eq(b.iter().map(ids));
     let mut result = TableBits {
@@ -154,33 +161,15 @@ pub fn contacts(table: &str, a: &[Contact], b: &[Contact]) -> TableBits {
         differing: if same_pairs { 0 } else { numbers },
         first: None,
     };
-    if !same_pairs {
-        return result;
-    }
-    for (a, b) in a.iter().zip(b) {
+    for (a, b) in a.iter().zip(b).filter(|_| same_pairs) {
         for ((key, in_a), (_, in_b)) in of_contact(a).into_iter().zip(of_contact(b)) {
             // A zero of either sign is the same absence of a tangential force.
-            let no_force = key == "ft" && in_a == 0.0 && in_b == 0.0;
-            if in_a.to_bits() != in_b.to_bits() && !no_force {
-                result.differing += 1;
-                result.first.get_or_insert_with(|| {
-                    pair(format!("contact {}-{}", a.id1, a.id2), key, in_a, in_b)
-                });
+            if key != "ft" || in_a != 0.0 || in_b != 0.0 {
+                result.hold(|| format!("contact {}-{}", a.id1, a.id2), key, in_a, in_b);
             }
         }
     }
     result
-}
-
-/// A number that differs, with its distance.
-pub fn pair(id: String, key: &'static str, a: f64, b: f64) -> NumberPair {
-    NumberPair {
-        id,
-        key,
-        a,
-        b,
-        ulps: ulps_between(a, b),
-    }
 }
 
 /// How many steps of the floating-point number line lie between two finite numbers.

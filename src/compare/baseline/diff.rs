@@ -373,43 +373,41 @@ impl SpeedPair {
 }
 
 /// All speeds of either; judged on machines of one kind only.
-pub fn speeds(before: &[Speed], after: &[Speed], same_machine: bool) -> Vec<SpeedPair> {
-    let find = |list: &[Speed], id: &str| list.iter().find(|speed| speed.id == id).cloned();
-    let gone = before.iter().filter(|of| find(after, &of.id).is_none());
-    let all = after.iter().chain(gone);
-    let pair = |speed: &Speed| {
-        let (old, new) = (find(before, &speed.id), find(after, &speed.id));
-        let both = old.as_ref().zip(new.as_ref());
-        let cost = both.map(|(old, new)| match new.less_is_better {
-            true => new.value / old.value,
-            false => old.value / new.value,
-        });
-        let scatter = both.map_or(SINGLE_ROUND, |(old, new)| scatter(old, new));
-        SpeedPair {
-            id: speed.id.clone(),
-            what: speed.what.clone(),
-            unit: speed.unit.clone(),
-            before: old.as_ref().map(|speed| speed.value),
-            after: new.as_ref().map(|speed| speed.value),
-            cost,
-            scatter,
-            pace: match cost {
-                Some(cost) if same_machine && cost.is_finite() => pace(cost, scatter),
-                _ => Pace::NotJudged,
-            },
-        }
-    };
-    all.map(pair).collect()
+fn speeds(before: &[Speed], after: &[Speed], same_machine: bool) -> Vec<SpeedPair> {
+    fn find<'a>(list: &'a [Speed], of: &Speed) -> Option<&'a Speed> {
+        list.iter().find(|speed| speed.id == of.id)
+    }
+    let now = after.iter().map(|new| (find(before, new), Some(new)));
+    let gone = before.iter().filter(|old| find(after, old).is_none());
+    let all = now.chain(gone.map(|old| (Some(old), None)));
+    all.filter_map(|(old, new)| pair(old, new, same_machine))
+        .collect()
 }
 
-fn pace(cost: f64, scatter: f64) -> Pace {
-    if cost > scatter {
-        Pace::Slower
-    } else if cost < 1.0 / scatter {
-        Pace::Faster
-    } else {
-        Pace::Same
-    }
+/// What one speed became; none without any.
+pub fn pair(old: Option<&Speed>, new: Option<&Speed>, same_machine: bool) -> Option<SpeedPair> {
+    let speed = new.or(old)?;
+    let both = old.zip(new);
+    let cost = both.map(|(old, new)| match new.less_is_better {
+        true => new.value / old.value,
+        false => old.value / new.value,
+    });
+    let scatter = both.map_or(SINGLE_ROUND, |(old, new)| scatter(old, new));
+    Some(SpeedPair {
+        id: speed.id.clone(),
+        what: speed.what.clone(),
+        unit: speed.unit.clone(),
+        before: old.map(|speed| speed.value),
+        after: new.map(|speed| speed.value),
+        cost,
+        scatter,
+        pace: match cost.filter(|cost| same_machine && cost.is_finite()) {
+            Some(cost) if cost > scatter => Pace::Slower,
+            Some(cost) if cost < 1.0 / scatter => Pace::Faster,
+            Some(_) => Pace::Same,
+            None => Pace::NotJudged,
+        },
+    })
 }
 
 /// Rounds that overlap say nothing, however far their medians are apart.

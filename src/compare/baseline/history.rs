@@ -4,13 +4,12 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::slice;
 
 use serde::Serialize;
 use thiserror::Error;
 
 use super::Baseline;
-use super::diff::{Change, Changed, Pace, diff, speeds};
+use super::diff::{Change, Changed, Pace, diff, pair};
 use crate::checks::record::{Record, RecordError, read};
 use crate::checks::{Check, Outcome, Speed};
 use crate::child::Group;
@@ -121,7 +120,7 @@ fn of_speeds(records: &[Baseline]) -> Vec<Vec<(usize, &Speed)>> {
 
 /// One speed against another, of one kind of machine: the pace and the cost.
 fn held(from: &Speed, to: &Speed) -> (Pace, f64) {
-    let pair = speeds(slice::from_ref(from), slice::from_ref(to), true).pop();
+    let pair = pair(Some(from), Some(to), true);
     pair.map_or((Pace::NotJudged, 1.0), |of| {
         (of.pace, of.cost.unwrap_or(1.0))
     })
