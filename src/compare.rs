@@ -16,7 +16,7 @@ use crate::run::folder::RunFolder;
 use crate::run::folder::record::EngineRecord;
 use bits::TableBits;
 use first_difference::{FirstDifference, Locator};
-use first_steps::{Asked, OfBed};
+use first_steps::{Asked, Beds};
 use grains::measure::Quantity;
 use grains::native;
 use verdict::judge::{Judgement, Verdict};
@@ -368,11 +368,8 @@ fn of_first_steps(run: &RunFolder, locator: &Locator) -> Result<Option<Judgement
             Asked::Exec(&described, options)
         }
     };
-    let bed = OfBed {
-        grains: GRAINS,
-        dispersion: run.scene.particles.dispersion,
-    };
-    let judged = first_steps::first_steps(asked, &bed.into(), &mut |_| ());
+    let beds = Beds::new(GRAINS, run.scene.particles.dispersion);
+    let judged = first_steps::first_steps(asked, &beds, &mut |_| ());
     judged.map(Some).map_err(|error| error.to_string())
 }
 

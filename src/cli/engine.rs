@@ -12,7 +12,7 @@ use super::report::Output;
 use super::run::{YadeArguments, YadeLimits};
 use crate::checks::Outcome;
 use crate::checks::record::{self, Found};
-use crate::compare::first_steps::{Beds, OfBed};
+use crate::compare::first_steps::Beds;
 use crate::document::Section;
 use crate::engine::value_name;
 use crate::error::{Error, exit};
@@ -129,10 +129,7 @@ impl Arguments {
         self.results.check(CHECK)?;
         let display = Display::new(self.output.quiet);
         let task = display.task("engine check");
-        let beds = Beds::from(OfBed {
-            grains: self.grains,
-            dispersion: self.dispersion,
-        });
+        let beds = Beds::new(self.grains, self.dispersion);
         let mut progress = |name: &str| task.share(0.0, name);
         let asked = match &self.engine {
             Chosen::Exec(program) => format!("exec:{}", program.display()),

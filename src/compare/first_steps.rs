@@ -57,25 +57,23 @@ impl Asked<'_> {
     }
 }
 
-/// The bed that an engine starts from.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OfBed {
-    pub grains: u32,
-    /// How much their radii differ, as a share of the mean radius.
-    pub dispersion: f64,
-}
-
-/// Such a bed and the small one, with what is known of them; made when an engine asks for them, once for all engines.
+/// A bed and a small one, with what is known of them; made when an engine asks for them, once for all engines.
 #[derive(Debug)]
 pub struct Beds {
-    of: OfBed,
+    grains: u32,
+    dispersion: f64,
     made: [OnceCell<Reference>; 2],
 }
 
-impl From<OfBed> for Beds {
-    fn from(of: OfBed) -> Self {
+impl Beds {
+    /// Of so many grains, whose radii differ by this share of the mean radius.
+    pub fn new(grains: u32, dispersion: f64) -> Self {
         let made = Default::default();
-        Beds { of, made }
+        Beds {
+            grains,
+            dispersion,
+            made,
+        }
     }
 }
 
@@ -85,21 +83,20 @@ pub fn first_steps(
     beds: &Beds,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Judgement, EngineError> {
-    let OfBed { grains, dispersion } = beds.of;
     let mut from = |bed: &OnceCell<Reference>, grains| -> Result<Judgement, EngineError> {
         let reference = match bed.get() {
             Some(known) => known,
             None => {
-                let made = Reference::new(grains, dispersion, progress)?;
+                let made = Reference::new(grains, beds.dispersion, progress)?;
                 bed.get_or_init(|| made)
             }
         };
         from_bed(reference, engine, progress)
     };
     let [usual, small] = &beds.made;
-    let found = from(usual, grains)?;
+    let found = from(usual, beds.grains)?;
     let refused = found.starts.iter().all(|of| of.skipped.is_some());
-    if !refused || grains <= SMALL {
+    if !refused || beds.grains <= SMALL {
         return Ok(found);
     }
     from(small, SMALL)

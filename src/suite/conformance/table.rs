@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::{Conformance, conformance, of_yade};
 use crate::checks::{Check, Outcome, slug, verdict};
-use crate::compare::first_steps::{self, Beds, OfBed};
+use crate::compare::first_steps::{self, Beds};
 use crate::document::{Document, Section, Table};
 use crate::engine::exec::{self, Adapter, Part};
 use crate::engine::{ProgramError, yade};
@@ -137,7 +137,7 @@ pub fn table(
         let dispersion = options.dispersion.unwrap_or(candidate.dispersion());
         if !beds.iter().any(|(of, _)| *of == dispersion) {
             let grains = options.grains;
-            beds.push((dispersion, OfBed { grains, dispersion }.into()));
+            beds.push((dispersion, Beds::new(grains, dispersion)));
         }
         let of_bed = beds.iter().find(|(of, _)| *of == dispersion);
         let Some((_, beds)) = of_bed else { continue };
