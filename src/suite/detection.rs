@@ -13,11 +13,11 @@ use super::{CaseGroup, Evidence, Figures, Track, outcome};
 use crate::checks::{Check, Outcome};
 use crate::engine::yade::CaseInYade;
 use crate::workers::asked_to_end;
+use evidence::in_parallel;
 use evidence::random::Source;
 use grains::native::perturb::{Quantity, Switch};
 use grains::native::{CaseOptions, Perturbation, watch_case};
 use grains::task::Case;
-use verdict::envelope::in_parallel;
 
 /// Sizes are looked for between 10 to the power of these.
 const DECADES: [f64; 2] = [-16.0, -0.3];

@@ -33,14 +33,17 @@ pub struct Expected {
 /// A fitted Gaussian process. In units of the observed means' deviation, about their mean.
 #[derive(Debug, Clone)]
 pub struct Emulator {
-    observed: Vec<Observation>,
+    /// What it was fitted to.
+    pub observed: Vec<Observation>,
     centre: f64,
     unit: f64,
     law: Law,
     factor: Cholesky<f64, Dyn>,
     /// K⁻¹y.
     weights: DVector<f64>,
-    inflation: f64,
+    /// By how much all deviations are larger than the process has them, so that 95 % of the observed means are within 1.96
+    /// deviations of what is expected of them from the other groups.
+    pub inflation: f64,
 }
 
 /// The process before anything is observed.
@@ -127,14 +130,9 @@ impl Emulator {
         let fitted = |law: &Law| {
             let factor = law.of_observed(&observed, &noise).cholesky()?;
             let weights = factor.solve(&y);
-            let likelihood = -0.5 * (y.dot(&weights) + y.len() as f64 * TAU.ln()) - {
-                factor
-                    .l_dirty()
-                    .diagonal()
-                    .iter()
-                    .map(|of| of.ln())
-                    .sum::<f64>()
-            };
+            let diagonal = factor.l_dirty().diagonal();
+            let determinant: f64 = diagonal.iter().map(|of| of.ln()).sum();
+            let likelihood = -0.5 * (y.dot(&weights) + y.len() as f64 * TAU.ln()) - determinant;
             Some((likelihood + law.expected(), factor, weights))
         };
         let axes = observed[0].at.len();
@@ -172,25 +170,13 @@ impl Emulator {
         };
         let left_out = emulator.left_out();
         let off = left_out.iter().zip(&emulator.observed);
-        let mut off: Vec<f64> = off
-            .map(|(of, own)| (of.mean - own.mean).abs() / of.variance.sqrt())
-            .collect();
+        let off = off.map(|(of, own)| (of.mean - own.mean).abs() / of.variance.sqrt());
+        let mut off: Vec<f64> = off.collect();
         off.sort_by(f64::total_cmp);
         let nineteen_in_twenty = (0.95 * off.len() as f64).ceil() as usize;
         let within = off.get(nineteen_in_twenty.saturating_sub(1));
         emulator.inflation = within.map_or(1.0, |of| (of / 1.96).max(1.0));
         Some(emulator)
-    }
-
-    /// By how much all deviations are larger than the process has them, so that 95 % of the observed means are within 1.96 deviations of
-    /// what is expected of them from the other groups.
-    pub fn inflation(&self) -> f64 {
-        self.inflation
-    }
-
-    /// What it was fitted to.
-    pub fn observed(&self) -> &[Observation] {
-        &self.observed
     }
 
     /// What is expected at a setting that need not be observed.
@@ -217,10 +203,9 @@ impl Emulator {
         let inverse = self.factor.inverse();
         let own = |index: usize| -> Option<Expected> {
             let group = self.observed[index].group;
-            let members = 0..self.observed.len();
-            let members: Vec<usize> = members
-                .filter(|of| self.observed[*of].group == group)
-                .collect();
+            let all = 0..self.observed.len();
+            let members = all.filter(|of| self.observed[*of].group == group);
+            let members: Vec<usize> = members.collect();
             let block = inverse.select_rows(&members).select_columns(&members);
             let weights = self.weights.select_rows(&members);
             let block = block.cholesky()?;
@@ -315,10 +300,9 @@ mod tests {
             .of_observed(&others, &noise)
             .cholesky()
             .expect("sound");
-        let y = others
-            .iter()
-            .map(|of| (of.mean - whole.centre) / whole.unit);
-        let weights = factor.solve(&DVector::from_iterator(others.len(), y));
+        let y = others.iter().map(|of| of.mean - whole.centre);
+        let y = DVector::from_iterator(others.len(), y) / whole.unit;
+        let weights = factor.solve(&y);
         let part = Emulator {
             observed: others,
             factor,
@@ -340,14 +324,11 @@ mod tests {
         let all = observed(&mut Source::new(&KEY, 1), 1);
         assert!(Emulator::of(all[..2].to_vec(), 0.5).is_none());
         let equal = |variance: f64| {
-            let mean = 1.0;
-            let all = all.iter().cloned();
-            let all = all.map(|of| Observation {
-                mean,
-                variance,
-                ..of
-            });
-            Emulator::of(all.collect(), 0.5)
+            let mut all = all.clone();
+            for of in &mut all {
+                (of.mean, of.variance) = (1.0, variance);
+            }
+            Emulator::of(all, 0.5)
         };
         assert!(equal(0.0).is_none());
         let found = equal(0.01).expect("noise").at(&[0.5; 3]);

@@ -54,6 +54,10 @@ pub mod t_test;
 pub mod two_samples;
 pub mod zeros;
 
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -123,10 +127,38 @@ fn halved([mut low, mut high]: [f64; 2], times: u32, holds: impl Fn(f64) -> bool
     (low * high).sqrt()
 }
 
-/// So many of so many trials are of this probability, as far as Wilson's interval of this level tells.
+/// The results of `work` for 0 … count−1 in order, worked out by as many threads as there are processors.
+pub fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let processors = thread::available_parallelism().map_or(1, usize::from);
+    on_threads(processors, count, work)
+}
+
+fn on_threads<T: Send>(threads: usize, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let next = AtomicUsize::new(0);
+    let share = || {
+        let indices = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
+        let mine = indices.take_while(|index| *index < count);
+        mine.map(|index| (index, work(index))).collect::<Vec<_>>()
+    };
+    let mut results: Vec<(usize, T)> = thread::scope(|scope| {
+        let others = (1..threads.min(count)).map(|_| scope.spawn(share));
+        let others: Vec<_> = others.collect();
+        let mut all = share();
+        for other in others {
+            all.extend(other.join().unwrap_or_else(|panic| resume_unwind(panic)));
+        }
+        all
+    });
+    results.sort_by_key(|(index, _)| *index);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+/// As many of these trials hold as have this probability, as far as Wilson's interval of this level tells.
 #[cfg(test)]
-fn assert_share(hits: usize, trials: usize, level: f64, probability: f64) {
-    let share = proportion::wilson(hits, trials, level).expect("trials");
+fn assert_share(trials: impl IntoIterator<Item = bool>, level: f64, probability: f64) {
+    let trials: Vec<bool> = trials.into_iter().collect();
+    let hits = trials.iter().filter(|holds| **holds).count();
+    let share = proportion::wilson(hits, trials.len(), level).expect("trials");
     let within = share.low < probability && share.high > probability;
     assert!(within, "{probability}: {share:?}");
 }

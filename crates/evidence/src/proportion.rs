@@ -8,11 +8,8 @@ use super::moments::{mean, standard_deviation};
 
 /// Wilson's interval for `hits` of `of` at this level (Wilson 1927); none of nothing.
 pub fn wilson(hits: usize, of: usize, level: f64) -> Option<Interval> {
-    if of == 0 {
-        return None;
-    }
     let (n, p) = (of as f64, hits as f64 / of as f64);
-    Some(score(p, n, level))
+    (of > 0).then(|| score(p, n, level))
 }
 
 /// The share of values above so many times their own mean, e^{−multiple} for an exponential. Large values raise share and limit at
@@ -46,19 +43,12 @@ fn score(p: f64, n: f64, level: f64) -> Interval {
     let scale = 1.0 + z * z / n;
     let centre = (p + 0.5 * z * z / n) / scale;
     let reach = z / scale * (p * (1.0 - p) / n + 0.25 * z * z / (n * n)).sqrt();
+    let (low, high) = ((centre - reach).max(0.0), (centre + reach).min(1.0));
     Interval {
         estimate: p,
         // Both ends are exact where none or all were hit; rounding would leave 10⁻¹⁸.
-        low: if p == 0.0 {
-            0.0
-        } else {
-            (centre - reach).max(0.0)
-        },
-        high: if p == 1.0 {
-            1.0
-        } else {
-            (centre + reach).min(1.0)
-        },
+        low: if p == 0.0 { 0.0 } else { low },
+        high: if p == 1.0 { 1.0 } else { high },
     }
 }
 
@@ -166,10 +156,8 @@ mod tests {
                     found.iter().filter(|one| of(one)).count() as f64 / trials as f64
                 };
                 let own = share(|one| one.0);
-                assert!(
-                    own > 0.93 && own < 0.985,
-                    "{multiple} {shape} {count} {own}"
-                );
+                let within = own > 0.93 && own < 0.985;
+                assert!(within, "{multiple} {shape} {count} {own}");
                 if multiple == 2.0 && shape == 1.0 && count >= 200 {
                     assert!(share(|one| one.1) > 0.99);
                     let widths: Vec<f64> = found.iter().map(|one| one.2).collect();
@@ -195,11 +183,8 @@ mod tests {
         let found = bins.densities(&values, 0.95);
         let shares: Vec<f64> = found.iter().map(|of| of.estimate * 0.5 * 8.0).collect();
         assert_eq!(shares, [2.0, 1.0, 2.0, 1.0]);
-        assert!(
-            found
-                .iter()
-                .all(|of| of.low < of.estimate && of.estimate < of.high)
-        );
+        let is_inside = |of: &Interval| of.low < of.estimate && of.estimate < of.high;
+        assert!(found.iter().all(is_inside));
         assert!(bins.densities(&[], 0.95).is_empty());
     }
 }

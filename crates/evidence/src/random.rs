@@ -1,12 +1,10 @@
 //! Random numbers of the resampling: ChaCha8 under a named key, one stream a replicate, so that a replicate
 //! does not depend on how many threads there are or in which order they come to it.
 
-use std::num::NonZero;
-use std::ops::Range;
-use std::thread;
-
 use chacha20::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
+
+use super::in_parallel;
 
 /// Key of the random numbers of one purpose.
 pub type Key = [u8; 32];
@@ -79,41 +77,8 @@ pub fn replicates<T: Send>(
     count: usize,
     of: impl Fn(&mut Source) -> T + Sync,
 ) -> Vec<T> {
-    replicates_on(processors(), key, 0..count, of)
-}
-
-fn processors() -> usize {
-    thread::available_parallelism().map_or(1, NonZero::get)
-}
-
-/// The same for a range of them, on so many threads; the result does not depend on these.
-fn replicates_on<T: Send>(
-    threads: usize,
-    key: &Key,
-    range: Range<usize>,
-    of: impl Fn(&mut Source) -> T + Sync,
-) -> Vec<T> {
-    let share = range.len().div_ceil(threads.max(1)).max(1);
-    let run = |start: usize| -> Vec<T> {
-        (start..range.end.min(start + share))
-            .map(|replicate| of(&mut Source::new(key, replicate as u64)))
-            .collect()
-    };
-    if range.len() <= share {
-        return run(range.start);
-    }
-    thread::scope(|scope| {
-        let run = &run;
-        let shares: Vec<_> = range
-            .clone()
-            .step_by(share)
-            .map(|start| scope.spawn(move || run(start)))
-            .collect();
-        let finished = shares.into_iter().map(|share| match share.join() {
-            Ok(values) => values,
-            Err(panic) => std::panic::resume_unwind(panic),
-        });
-        finished.flatten().collect()
+    in_parallel(count, |replicate| {
+        of(&mut Source::new(key, replicate as u64))
     })
 }
 
@@ -134,7 +99,9 @@ pub fn p_values<const N: usize>(
     let mut hits = [0; N];
     let mut found = [None; N];
     for start in (0..most).step_by(BLOCK) {
-        let block = replicates_on(processors(), key, start..most.min(start + BLOCK), &extreme);
+        let block = in_parallel(BLOCK.min(most - start), |replicate| {
+            extreme(&mut Source::new(key, (start + replicate) as u64))
+        });
         for (replicate, of) in (start..).zip(block) {
             for which in (0..N).filter(|which| of[*which]) {
                 hits[which] += 1;
@@ -155,17 +122,18 @@ pub fn p_values<const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::assert_share;
     use crate::moments::{mean, standard_deviation};
+    use crate::{assert_share, on_threads};
 
     const KEY: Key = *b"crossgrain: tests of the sources";
 
     #[test]
     fn threads_change_nothing() {
         let of = |source: &mut Source| (source.uniform(), source.below(7), source.gamma(0.4));
-        let one = replicates_on(1, &KEY, 0..103, of);
+        let on = |threads| on_threads(threads, 103, |at| of(&mut Source::new(&KEY, at as u64)));
+        let one = on(1);
         for threads in [2, 3, 8, 200] {
-            assert_eq!(replicates_on(threads, &KEY, 0..103, of), one);
+            assert_eq!(on(threads), one);
         }
         assert_eq!(replicates(&KEY, 103, of), one);
         assert_ne!(one[0], one[1]);
@@ -185,8 +153,7 @@ mod tests {
             p
         });
         for level in [0.5, 0.05, 0.001] {
-            let hits = found.iter().filter(|p| **p <= level).count();
-            assert_share(hits, trials, 0.999, level);
+            assert_share(found.iter().map(|p| *p <= level), 0.999, level);
         }
         assert_eq!(p_values(&KEY, 4999, |_| [false, true]), [2.0e-4, 1.0]);
     }

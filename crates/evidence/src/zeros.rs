@@ -51,10 +51,8 @@ mod tests {
         let parted = Parted::of(&values);
         let share = parted.share_of_zeros(0.99).expect("values");
         assert!(share.low < 0.1 && share.high > 0.1, "{share:?}");
-        let p = |values: &[f64]| {
-            let fit = goodness::fitted(Family::Exponential, values, 999).expect("a fit");
-            fit.anderson_darling_p
-        };
+        let fit = |values: &[f64]| goodness::fitted(Family::Exponential, values, 999);
+        let p = |values: &[f64]| fit(values).expect("a fit").anderson_darling_p;
         assert!(p(&parted.others) > 0.01);
         assert!((coefficient_of_variation(&parted.others) - 1.0).abs() < 0.08);
         assert_eq!(p(&values), 1.0e-3);

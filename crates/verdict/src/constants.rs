@@ -6,6 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use evidence::in_parallel;
 use evidence::moments::median;
 use grains::tables::Snapshot;
 use grains::task::Case;
@@ -13,7 +14,7 @@ use grains::variant::{self, Constant, Form, Variant};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-use crate::envelope::{Resolution, in_parallel};
+use crate::envelope::Resolution;
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Fitted {
@@ -235,9 +236,14 @@ impl<'a> Search<'a> {
 
     /// Fits these constants, from a variant that is known already.
     pub fn fit(&self, known: &Variant, free: &[Constant]) -> Fit {
+        let unfitted = |constant: &Constant| Fitted {
+            constant: *constant,
+            larger: 0.0,
+            error: 0.0,
+        };
         let mut fit = Fit {
             variant: known.clone(),
-            fitted: free.iter().map(|of| unfitted(*of)).collect(),
+            fitted: free.iter().map(unfitted).collect(),
             tied: Vec::new(),
             responses: DMatrix::zeros(0, 0),
         };
@@ -382,14 +388,6 @@ const ZOOMS: usize = 4;
 fn least(count: usize, of: impl Fn(usize) -> f64 + Sync) -> Option<usize> {
     let all = in_parallel(count, of);
     (0..count).min_by(|a, b| all[*a].total_cmp(&all[*b]))
-}
-
-fn unfitted(constant: Constant) -> Fitted {
-    Fitted {
-        constant,
-        larger: 0.0,
-        error: 0.0,
-    }
 }
 
 /// Which columns to leave out so that the others can be told, highest index first: of constants that cannot be told apart

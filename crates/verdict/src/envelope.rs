@@ -1,10 +1,7 @@
 //! How far runs part that are the same but for rounding, and whether another engine's run lies among them. And how coarsely
 //! that engine computes, by its answers to small changes of its start.
 
-use std::panic::resume_unwind;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
-
+use evidence::in_parallel;
 use serde::Serialize;
 
 use crate::Answer;
@@ -313,28 +310,6 @@ fn largest(of: &[Snapshot]) -> (f64, f64) {
     first.map_or((0.0, 0.0), |of| {
         (largest([&of.x, &of.z]), largest([&of.vx, &of.vz]))
     })
-}
-
-/// The results of `work` for 0 … count−1 in order, worked out by as many threads as there are processors.
-pub fn in_parallel<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let next = AtomicUsize::new(0);
-    let share = || {
-        let indices = std::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed));
-        let mine = indices.take_while(|index| *index < count);
-        mine.map(|index| (index, work(index))).collect::<Vec<_>>()
-    };
-    let threads = thread::available_parallelism().map_or(1, usize::from);
-    let mut results: Vec<(usize, T)> = thread::scope(|scope| {
-        let others = (1..threads.min(count)).map(|_| scope.spawn(share));
-        let others: Vec<_> = others.collect();
-        let mut all = share();
-        for other in others {
-            all.extend(other.join().unwrap_or_else(|panic| resume_unwind(panic)));
-        }
-        all
-    });
-    results.sort_by_key(|(index, _)| *index);
-    results.into_iter().map(|(_, result)| result).collect()
 }
 
 /// The smallest change, over a metre or over a velocity: about the last bit of a number in double precision.

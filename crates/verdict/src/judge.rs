@@ -4,6 +4,7 @@
 use std::collections::{BTreeSet, HashSet};
 use std::sync::OnceLock;
 
+use evidence::in_parallel;
 use grains::model::Wall;
 use grains::native::NativeError;
 use grains::tables::Snapshot;
@@ -12,7 +13,7 @@ use grains::variant::{self, Constant, Form, Variant};
 use serde::Serialize;
 
 use crate::constants::{Fit, Fitted, Observed, Search, until};
-use crate::envelope::{Envelope, Farthest, Resolution, in_parallel};
+use crate::envelope::{Envelope, Farthest, Resolution};
 use crate::forms;
 use crate::starts::{Bed, LawKind, Start};
 use crate::{Answer, Engine};
@@ -262,9 +263,17 @@ const MOST_FORMS: usize = 3;
 /// The native engine's side of a judgement: made once, for any number of engines.
 #[derive(Debug, Clone)]
 pub struct Reference {
-    cases: Vec<(LawKind, Start, Case)>,
+    states: Vec<State>,
+}
+
+/// A start under a law.
+#[derive(Debug, Clone)]
+struct State {
+    law: LawKind,
+    start: Start,
+    case: Case,
     /// For engines in double precision, made when the first engine has answered the case.
-    double: Vec<OnceLock<Native>>,
+    double: OnceLock<Native>,
 }
 
 /// What is known of one case.
@@ -272,6 +281,29 @@ pub struct Reference {
 struct Native {
     envelope: Envelope,
     limits: Vec<(Constant, f64)>,
+}
+
+/// A state with what is known of it and what an engine made of it.
+struct Answered {
+    law: LawKind,
+    start: Start,
+    native: Native,
+    answer: Answer,
+}
+
+impl Answered {
+    fn case(&self) -> &Case {
+        &self.native.envelope.case
+    }
+
+    /// Nothing where the engine refused.
+    fn theirs(&self) -> &[Snapshot] {
+        self.answer.as_deref().unwrap_or(&[])
+    }
+
+    fn farthest(&self) -> Option<Farthest> {
+        self.native.envelope.farthest(self.theirs())
+    }
 }
 
 impl Native {
@@ -297,13 +329,18 @@ impl Reference {
     ) -> Result<Self, NativeError> {
         progress("pouring a bed");
         let bed = Bed::new(grains, dispersion)?;
-        let cases = LawKind::ALL.into_iter().flat_map(|law| {
+        let states = LawKind::ALL.into_iter().flat_map(|law| {
             let of = bed.cases(law).into_iter();
-            of.map(move |(start, case)| (law, start, case))
+            of.map(move |(start, case)| State {
+                law,
+                start,
+                case,
+                double: OnceLock::new(),
+            })
         });
-        let cases: Vec<(LawKind, Start, Case)> = cases.collect();
-        let double = vec![OnceLock::new(); cases.len()];
-        Ok(Reference { cases, double })
+        Ok(Reference {
+            states: states.collect(),
+        })
     }
 
     /// Judges an engine; `lacks` says what it has not that a case asks for, and such a case is not handed to it.
@@ -313,33 +350,30 @@ impl Reference {
         engine: &mut Engine<'_, E>,
         progress: &mut dyn FnMut(&str),
     ) -> Result<Judgement, E> {
-        let (mut cases, mut double, mut not_asked) = (Vec::new(), Vec::new(), Vec::new());
-        for (of, native) in self.cases.iter().zip(&self.double) {
-            let (law, start, case) = of.clone();
-            match lacks(&case) {
+        let (mut states, mut not_asked) = (Vec::new(), Vec::new());
+        for of in &self.states {
+            match lacks(&of.case) {
                 Some(lacking) => not_asked.push(NotAsked {
-                    law,
-                    start,
+                    law: of.law,
+                    start: of.start,
                     lacking,
                 }),
-                None => {
-                    cases.push((law, start, case));
-                    double.push(native);
-                }
+                None => states.push(of),
             }
         }
         // The punch is large, so that numbers that are small differences of its own are coarser there.
-        let is_probed = |of: &&(LawKind, Start, Case)| {
-            of.0 == LawKind::Springs && [Start::Pouring, Start::UnderPunch].contains(&of.1)
+        let is_probed = |of: &&State| {
+            of.law == LawKind::Springs && [Start::Pouring, Start::UnderPunch].contains(&of.start)
         };
-        let probed: Vec<&Case> = cases.iter().filter(is_probed).map(|of| &of.2).collect();
+        let cases: Vec<&Case> = states.iter().map(|of| &of.case).collect();
+        let probed = states.iter().copied().filter(is_probed);
+        let probed: Vec<&Case> = probed.map(|of| &of.case).collect();
         let probes: Vec<Vec<Case>> = probed.iter().map(|case| Resolution::cases(case)).collect();
         progress("the engine runs");
-        let of_probes = probes.iter().flatten();
-        let asked: Vec<&Case> = of_probes.chain(cases.iter().map(|of| &of.2)).collect();
+        let asked: Vec<&Case> = probes.iter().flatten().chain(cases).collect();
         let mut of_cases = engine(&asked)?;
         let mut judgement = Judgement {
-            grains: cases.first().map_or(0, |of| of.2.bodies.len()),
+            grains: states.first().map_or(0, |of| of.case.bodies.len()),
             resolution: Resolution::DOUBLE,
             starts: Vec::new(),
             not_asked,
@@ -349,10 +383,10 @@ impl Reference {
         if of_cases.iter().all(Result::is_err) {
             // Nothing need be known of it.
             let answers = of_cases.into_iter().skip(probes.iter().flatten().count());
-            let starts = cases.into_iter().zip(answers);
-            let refused = starts.map(|((law, start, _), answer)| OfStart {
-                law,
-                start,
+            let refused = states.into_iter().zip(answers);
+            let refused = refused.map(|(of, answer)| OfStart {
+                law: of.law,
+                start: of.start,
                 verdict: Verdict::Undecided,
                 skipped: answer.err(),
                 farthest: None,
@@ -367,43 +401,51 @@ impl Reference {
             let measured = Resolution::measured(case, &answers);
             resolution = measured.map_or(resolution, |of| resolution.coarser(of));
         }
-        let mut natives = Vec::with_capacity(cases.len());
-        for ((_, _, case), known) in cases.iter().zip(double) {
-            progress(&format!("replicas: {}", case.name));
-            natives.push(match known.get() {
-                Some(native) if resolution == Resolution::DOUBLE => native.clone(),
-                _ if resolution == Resolution::DOUBLE => {
-                    let native = Native::new(case, resolution)?;
-                    known.get_or_init(|| native).clone()
-                }
-                _ => Native::new(case, resolution)?,
+        let mut all = Vec::with_capacity(states.len());
+        for (of, answer) in states.into_iter().zip(of_cases) {
+            progress(&format!("replicas: {}", of.case.name));
+            let is_double = resolution == Resolution::DOUBLE;
+            let native = match of.double.get() {
+                Some(native) if is_double => native.clone(),
+                _ => Native::new(&of.case, resolution)?,
+            };
+            if is_double {
+                of.double.get_or_init(|| native.clone());
+            }
+            all.push(Answered {
+                law: of.law,
+                start: of.start,
+                native,
+                answer,
             });
         }
-        let starts = cases.iter().zip(&natives).zip(&of_cases);
-        let starts = starts.map(|(((law, start, _), native), answer)| {
-            of_start(*law, *start, &native.envelope, answer)
-        });
-        judgement.starts = starts.collect();
-        judgement.limits = limits(&judgement.starts, &natives);
+        judgement.starts = all.iter().map(of_start).collect();
+        judgement.limits = limits(&judgement.starts, &all);
         judgement.resolution = resolution;
         if judgement.verdict() == Verdict::Different {
-            judgement.causes = causes(&cases, &natives, &of_cases, resolution, progress);
+            judgement.causes = causes(&all, resolution, progress);
         }
         Ok(judgement)
     }
 }
 
 /// For each constant the smallest fault that any of the states that were looked at shows.
-fn limits(starts: &[OfStart], natives: &[Native]) -> Vec<Limit> {
+fn limits(starts: &[OfStart], all: &[Answered]) -> Vec<Limit> {
     let mut limits: Vec<Limit> = Vec::new();
-    let looked_at = starts.iter().zip(natives);
-    for (of, native) in looked_at.filter(|(of, _)| of.skipped.is_none()) {
-        limits.extend(native.limits.iter().map(|(constant, smallest)| Limit {
-            constant: constant.symbol(),
-            smallest: *smallest,
-            law: of.law,
-            start: of.start,
-        }));
+    let looked_at = starts.iter().zip(all);
+    for (of, answered) in looked_at.filter(|(of, _)| of.skipped.is_none()) {
+        limits.extend(
+            answered
+                .native
+                .limits
+                .iter()
+                .map(|(constant, smallest)| Limit {
+                    constant: constant.symbol(),
+                    smallest: *smallest,
+                    law: of.law,
+                    start: of.start,
+                }),
+        );
     }
     // The first of several that are as small.
     limits.sort_by(|a, b| a.smallest.total_cmp(&b.smallest));
@@ -412,15 +454,16 @@ fn limits(starts: &[OfStart], natives: &[Native]) -> Vec<Limit> {
     limits
 }
 
-fn of_start(law: LawKind, start: Start, native: &Envelope, answer: &Answer) -> OfStart {
+fn of_start(of: &Answered) -> OfStart {
     let why = "it wrote other moments than were asked for";
-    let (verdict, skipped, farthest) = match answer.as_ref().map(|of| (of, native.farthest(of))) {
-        Err(reason) => (Verdict::Undecided, Some(reason.clone()), None),
-        Ok((_, None)) => (Verdict::Different, Some(why.to_owned()), None),
-        Ok((theirs, Some(of))) => {
+    let own = &of.native.envelope.own;
+    let (verdict, skipped, farthest) = match (&of.answer, of.farthest()) {
+        (Err(reason), _) => (Verdict::Undecided, Some(reason.clone()), None),
+        (Ok(_), None) => (Verdict::Different, Some(why.to_owned()), None),
+        (Ok(theirs), Some(of)) => {
             // By their bits: == takes −0 for 0.
             let same = |(a, b): (&Snapshot, &Snapshot)| a.digest() == b.digest();
-            let verdict = match theirs.iter().zip(&native.own).all(same) {
+            let verdict = match theirs.iter().zip(own).all(same) {
                 true => Verdict::Identical,
                 false if of.is_rounding() => Verdict::EqualToRounding,
                 false => Verdict::Different,
@@ -429,8 +472,8 @@ fn of_start(law: LawKind, start: Start, native: &Envelope, answer: &Answer) -> O
         }
     };
     OfStart {
-        law,
-        start,
+        law: of.law,
+        start: of.start,
         verdict,
         skipped,
         farthest,
@@ -438,44 +481,29 @@ fn of_start(law: LawKind, start: Start, native: &Envelope, answer: &Answer) -> O
 }
 
 /// Law by law: the constants and forms of one are taken for known under the next.
-fn causes(
-    cases: &[(LawKind, Start, Case)],
-    natives: &[Native],
-    answers: &[Answer],
-    resolution: Resolution,
-    progress: &mut dyn FnMut(&str),
-) -> Vec<Cause> {
+fn causes(all: &[Answered], resolution: Resolution, progress: &mut dyn FnMut(&str)) -> Vec<Cause> {
     let mut causes: Vec<Cause> = Vec::new();
     let mut known = Variant::default();
     let mut fitted: Vec<Constant> = Vec::new();
     let mut judged: Vec<Form> = Vec::new();
     for law in LawKind::ALL {
         let ruled_out = judged.clone();
-        let of_law: Vec<usize> = (0..cases.len())
-            .filter(|at| cases[*at].0 == law && answers[*at].is_ok())
-            .collect();
+        let of_law = all.iter().filter(|of| of.law == law && of.answer.is_ok());
+        let of_law: Vec<&Answered> = of_law.collect();
         if of_law.is_empty() {
             continue;
         }
         progress(&format!("what is wrong: {}", law.name()));
+        let left_after = of_law.iter().filter_map(|of| of.farthest()?.left_after);
+        let until = left_after.min().unwrap_or(0).max(EXPLAINED_UNTIL);
+        judged.extend(of_law.iter().flat_map(|of| forms::candidates(of.case())));
         let tried = Tried {
-            cases,
-            natives,
-            answers,
             of_law,
             law,
             resolution,
-            until: EXPLAINED_UNTIL,
+            until,
             ruled_out: &ruled_out,
         };
-        let left_after = tried.of_law.iter().filter_map(|at| {
-            let farthest = natives[*at].envelope.farthest(tried.answer(*at));
-            farthest.and_then(|of| of.left_after)
-        });
-        let until = left_after.min().unwrap_or(0).max(EXPLAINED_UNTIL);
-        let tried = Tried { until, ..tried };
-        let of_law = tried.of_law.iter();
-        judged.extend(of_law.flat_map(|at| forms::candidates(&cases[*at].2)));
         if tried.is_explained(&known) {
             continue;
         }
@@ -501,36 +529,32 @@ fn same_kinds(a: &[Form], b: &[Form]) -> bool {
 }
 
 struct Tried<'a> {
-    cases: &'a [(LawKind, Start, Case)],
-    natives: &'a [Native],
-    answers: &'a [Answer],
-    of_law: Vec<usize>,
+    of_law: Vec<&'a Answered>,
     law: LawKind,
     resolution: Resolution,
+    /// The step that first steps go to.
     until: u64,
     /// Forms that would have shown under a law before.
     ruled_out: &'a [Form],
 }
 
 impl Tried<'_> {
-    fn answer(&self, at: usize) -> &[Snapshot] {
-        self.answers[at].as_deref().unwrap_or(&[])
-    }
-
-    /// The first steps of a case, with the answer cut to them.
-    fn first_steps(&self, at: usize) -> (Case, &[Snapshot]) {
-        let case = until(&self.cases[at].2, self.until);
-        let answer = self.answer(at);
-        let count = case.moments.len().min(answer.len());
-        (case, &answer[..count])
+    /// The first steps with this variant, and the answer cut to them.
+    fn first_steps<'a>(
+        &self,
+        of: &'a Answered,
+        variant: &Variant,
+    ) -> (Vec<Snapshot>, &'a [Snapshot]) {
+        let case = until(of.case(), self.until);
+        let count = case.moments.len().min(of.theirs().len());
+        (variant::run(&case, variant), &of.theirs()[..count])
     }
 
     fn farthest(&self, variant: &Variant) -> Vec<Option<Farthest>> {
-        in_parallel(self.of_law.len(), |index| {
-            let at = self.of_law[index];
-            let (case, answer) = self.first_steps(at);
-            let own = variant::run(&case, variant);
-            self.natives[at].envelope.farthest_from(&own, answer)
+        in_parallel(self.of_law.len(), |at| {
+            let of = self.of_law[at];
+            let (own, theirs) = self.first_steps(of, variant);
+            of.native.envelope.farthest_from(&own, theirs)
         })
     }
 
@@ -543,7 +567,7 @@ impl Tried<'_> {
     fn free(&self, fitted: &[Constant]) -> Vec<Constant> {
         let plays_a_part = |constant: &Constant| {
             let mut of_law = self.of_law.iter();
-            of_law.any(|at| constant.is_in(&self.cases[*at].2)) && !fitted.contains(constant)
+            of_law.any(|of| constant.is_in(of.case())) && !fitted.contains(constant)
         };
         Constant::ALL.into_iter().filter(plays_a_part).collect()
     }
@@ -551,12 +575,9 @@ impl Tried<'_> {
     /// `more` forms may be taken besides the best one, if all together explain the law.
     fn search(&self, known: &Variant, fitted: &[Constant], more: usize) -> Cause {
         // States in which nothing differs have nothing to say.
-        let differs = |at: &&usize| {
-            let farthest = self.natives[**at].envelope.farthest(self.answer(**at));
-            !farthest.is_some_and(|of| of.is_rounding())
-        };
+        let differs = |of: &&&Answered| !of.farthest().is_some_and(|of| of.is_rounding());
         let differing = self.of_law.iter().filter(differs);
-        let observed = differing.map(|at| (&self.cases[*at].2, self.answer(*at)));
+        let observed = differing.map(|of| (of.case(), of.theirs()));
         let observed: Vec<Observed<'_>> = observed.collect();
         let free = self.free(fitted);
         let search = Search::new(&observed, self.resolution, self.until);
@@ -624,14 +645,13 @@ impl Tried<'_> {
         let ratio = |of: &Option<Farthest>| of.as_ref().map_or(0.0, |of| of.ratio);
         let worst = (0..farthest.len())
             .max_by(|a, b| ratio(&farthest[*a]).total_cmp(&ratio(&farthest[*b])));
-        let at = self.of_law[worst.unwrap_or(0)];
+        let of = self.of_law[worst.unwrap_or(0)];
         let left = if explained {
             Vec::new()
         } else {
-            let (case, answer) = self.first_steps(at);
-            let own = variant::run(&case, &fit.variant);
-            let both: Vec<Snapshot> = own.iter().chain(answer).cloned().collect();
-            around_one(self.natives[at].envelope.outside(&own, answer), &both)
+            let (own, theirs) = self.first_steps(of, &fit.variant);
+            let outside = of.native.envelope.outside(&own, theirs);
+            around_one(outside, own.iter().chain(theirs))
         };
         Cause {
             law: self.law,
@@ -642,18 +662,21 @@ impl Tried<'_> {
             explained,
             also,
             left,
-            left_in: self.cases[at].1,
-            state: self.natives[at].envelope.own.first().cloned(),
-            walls: self.cases[at].2.model.walls.clone(),
+            left_in: of.start,
+            state: of.native.envelope.own.first().cloned(),
+            walls: of.case().model.walls.clone(),
         }
     }
 }
 
 /// Of grains that are one and those that it touches that one alone: what is wrong with it moves them. Where it may be more
 /// than one of them, all.
-fn around_one(left: Vec<usize>, runs: &[Snapshot]) -> Vec<usize> {
+fn around_one<'a>(
+    left: Vec<usize>,
+    runs: impl Iterator<Item = &'a Snapshot> + Clone,
+) -> Vec<usize> {
     let touch = |a: usize, b: usize| {
-        let mut contacts = runs.iter().flat_map(|of| &of.contacts);
+        let mut contacts = runs.clone().flat_map(|of| &of.contacts);
         contacts.any(|of| [(a, b), (b, a)].contains(&(of.id1 as usize, of.id2 as usize)))
     };
     let few = left.len() <= MOST_NEIGHBOURS;

@@ -2,13 +2,14 @@
 
 use std::sync::LazyLock;
 
+use evidence::in_parallel;
 use grains::model::Kernel;
 use grains::native::{NativeError, Perturbation, run_case};
 use grains::tables::Bodies;
 use grains::task::Case;
 use grains::variant::{self, Constant, Form, Variant};
 use verdict::constants::Fitted;
-use verdict::envelope::{Resolution, in_parallel};
+use verdict::envelope::Resolution;
 use verdict::forms;
 use verdict::judge::{Cause, Judgement, Reference, Verdict};
 use verdict::starts::{Bed, DISPERSION, LawKind, Start};

@@ -279,7 +279,7 @@ impl Search {
             found.first().map_or(f64::INFINITY, worse)
         };
         for (index, (figure, (_, emulator))) in self.figures.iter_mut().zip(fitted).enumerate() {
-            figure.inflation = emulator.inflation();
+            figure.inflation = emulator.inflation;
             let deviations = all
                 .iter()
                 .take(500)
@@ -361,7 +361,7 @@ impl Map {
 fn found_again(fitted: &Fitted) -> Option<Interval> {
     let mut left: BTreeMap<Vec<u64>, bool> = BTreeMap::new();
     for (_, emulator) in fitted {
-        for (of, own) in emulator.left_out().iter().zip(emulator.observed()) {
+        for (of, own) in emulator.left_out().iter().zip(&emulator.observed) {
             let at = own.at.iter().map(|at| at.to_bits()).collect();
             let near = (of.mean - own.mean).abs() <= CUT * of.variance.sqrt();
             *left.entry(at).or_insert(true) &= near;
