@@ -12,7 +12,7 @@ use crate::study::realization::Change::{
     self, Alpha, CloudSpeed, Columns, Diameter, DiameterSameArea, Friction, Hold, Settled, Size,
     Speed, Spheres, Step,
 };
-use crate::study::realization::{LAWS, Setting, Specification, changed, small_scene, whole_scene};
+use crate::study::realization::{LAWS, Setting, Specification, changed};
 use crate::study::search::matching::{Search, keep};
 use crate::study::search::space;
 use crate::study::{Judged, StudyError};
@@ -53,11 +53,7 @@ pub struct Ladder {
 impl Plan {
     /// The printed scene, the way to its quasi-static limit, and the best settings of a search.
     pub fn new(quick: bool, clouds: u64, found: Option<&Search>, best: usize) -> Self {
-        let printed = match quick {
-            true => small_scene(),
-            false => whole_scene(),
-        };
-        let printed = with_lines(space::on_both_sides(printed));
+        let printed = with_lines(space::printed(quick));
         let base = with_lines(space::base(quick));
         let setting = |id: &str, name: &str, scene: Scene| {
             Setting::new(id, name, "candidates", Specification::native(scene), clouds)
@@ -196,155 +192,124 @@ const SPEED_AND_DAMPING: &str = "punch speed and damping";
 const NEVER_PRINTED: &str = "never printed; R = 5 mm follows from the control volume alone";
 const POURED: &str = "'randomly poured'";
 
-/// A choice: what the paper says and why the range is what it is, the unit of its values, and what a value changes.
+/// A choice, the unit of its values, what the paper says and why the range is what it is, and what a value changes.
 struct Choice {
     name: &'static str,
-    reason: &'static str,
     unit: &'static str,
-    change: fn(f64) -> Change,
+    reason: &'static str,
     values: &'static [f64],
     /// With `--quick`.
     few: &'static [f64],
+    change: fn(f64) -> Change,
     /// Open, and no axis of the search: varied around its best setting too.
     is_beside_search: bool,
 }
 
-const CHOICES: [Choice; 15] = [
+const fn choice(name: &'static str, unit: &'static str) -> Choice {
     Choice {
-        name: "settle rule",
-        reason: "'almost completely dissipate'; kinetic energy over its peak, from visible motion to deep rest",
-        unit: "of the peak",
+        name,
+        unit,
+        reason: "",
+        values: &[],
+        few: &[],
         change: Settled,
-        values: &[1.0e-2, 1.0e-3, 1.0e-5, 1.0e-6],
-        few: &[1.0e-2],
         is_beside_search: false,
-    },
-    Choice {
-        name: "friction of both stages",
-        reason: "Table 2 prints zero; to 0.6 rad = 34 degrees, a sand's. A friction coefficient is its tangent",
-        unit: "rad",
-        change: Friction,
-        values: &[0.1, 0.3, 0.6],
-        few: &[0.3],
-        is_beside_search: false,
-    },
-    Choice {
-        name: "mean diameter, same number of grains",
-        reason: NEVER_PRINTED,
-        unit: "mm",
-        change: |of| Diameter(1.0e-3 * of),
-        values: &[9.0, 9.5, 9.8, 10.2, 10.5],
-        few: &[9.0],
-        is_beside_search: false,
-    },
-    Choice {
-        name: "mean diameter, same area of grains",
-        reason: NEVER_PRINTED,
-        unit: "mm",
-        change: |of| DiameterSameArea(1.0e-3 * of),
-        values: &[8.0],
-        few: &[],
-        is_beside_search: false,
-    },
-    Choice {
-        name: "hold after the force",
-        reason: "'until the force was equal to 2ap'; a hold is not mentioned",
-        unit: "s",
-        change: Hold,
-        values: &[0.01, 0.05, 0.2],
-        few: &[0.05],
-        is_beside_search: false,
-    },
-    Choice {
-        name: "columns of the cloud",
-        reason: POURED,
-        unit: "columns",
-        change: |of| Columns(of as u32),
-        values: &[90.0],
-        few: &[],
-        is_beside_search: true,
-    },
-    Choice {
-        name: "speed of the cloud",
-        reason: POURED,
-        unit: "m/s",
-        change: CloudSpeed,
-        values: &[0.0, 1.0, 3.0],
-        few: &[],
-        is_beside_search: true,
-    },
-    Choice {
-        name: "number of grains, over the printed",
-        reason: "5,000 is printed; shows what the floor does",
-        unit: "times",
-        change: |of| Size(1.0, of),
-        values: &[0.5, 2.0],
-        few: &[],
-        is_beside_search: false,
-    },
-    Choice {
-        name: "box width",
-        reason: "1 m is printed; shows what the walls do",
-        unit: "m",
-        change: |of| Size(of, 1.0),
-        values: &[0.5, 2.0],
-        few: &[],
-        is_beside_search: false,
-    },
-    Choice {
-        name: "time step",
-        reason: "not printed; in units of √(m/k)",
-        unit: "√(m/k)",
-        change: Step,
-        values: &[0.1, 0.45],
-        few: &[],
-        is_beside_search: false,
-    },
-    Choice {
-        name: "mass of a grain",
-        reason: "'spherical' particles, but weights of discs one metre long",
-        unit: "(a sphere's)",
-        change: |_| Spheres,
-        values: &[1.0],
-        few: &[],
-        is_beside_search: false,
-    },
-    Choice {
-        name: "dispersion of diameters",
-        reason: "0.05 is printed, of a 'quasi-uniform' distribution; from nearly equal grains to twice and four times as wide",
-        unit: "of the mean",
-        change: Change::Dispersion,
-        values: &[0.01, 0.1, 0.2],
-        few: &[0.1],
-        is_beside_search: true,
-    },
-    Choice {
-        name: "friction of floor and walls",
-        reason: "one friction is printed, that of grains; smooth and rough",
-        unit: "rad",
-        change: Change::WallFriction,
-        values: &[0.0, 0.6],
-        few: &[0.6],
-        is_beside_search: true,
-    },
-    Choice {
-        name: "friction of the punch",
-        reason: "the 'rigid body' has no printed friction; smooth and rough",
-        unit: "rad",
-        change: Change::PunchFriction,
-        values: &[0.0, 0.3],
-        few: &[0.3],
-        is_beside_search: true,
-    },
-    Choice {
-        name: "volume of a grain",
-        reason: "'the particle and the associated void space'; not by its radical cell but with the bed's share of void",
-        unit: "(the bed's porosity)",
-        change: |_| Change::EqualPorosity,
-        values: &[1.0],
-        few: &[],
-        is_beside_search: true,
-    },
+    }
+}
+
+impl Choice {
+    const fn because(self, reason: &'static str) -> Self {
+        Choice { reason, ..self }
+    }
+
+    const fn over(
+        self,
+        values: &'static [f64],
+        few: &'static [f64],
+        change: fn(f64) -> Change,
+    ) -> Self {
+        Choice {
+            values,
+            few,
+            change,
+            ..self
+        }
+    }
+
+    const fn beside_search(self) -> Self {
+        Choice {
+            is_beside_search: true,
+            ..self
+        }
+    }
+}
+
+const CHOICES: [Choice; 15] = [
+    choice("settle rule", "of the peak")
+        .because(
+            "'almost completely dissipate'; kinetic energy over its peak, from visible motion to \
+             deep rest",
+        )
+        .over(&[1.0e-2, 1.0e-3, 1.0e-5, 1.0e-6], &[1.0e-2], Settled),
+    choice("friction of both stages", "rad")
+        .because(
+            "Table 2 prints zero; to 0.6 rad = 34 degrees, a sand's. A friction coefficient is \
+             its tangent",
+        )
+        .over(&[0.1, 0.3, 0.6], &[0.3], Friction),
+    choice("mean diameter, same number of grains", "mm")
+        .because(NEVER_PRINTED)
+        .over(&[9.0, 9.5, 9.8, 10.2, 10.5], &[9.0], |of| {
+            Diameter(1.0e-3 * of)
+        }),
+    choice("mean diameter, same area of grains", "mm")
+        .because(NEVER_PRINTED)
+        .over(&[8.0], &[], |of| DiameterSameArea(1.0e-3 * of)),
+    choice("hold after the force", "s")
+        .because("'until the force was equal to 2ap'; a hold is not mentioned")
+        .over(&[0.01, 0.05, 0.2], &[0.05], Hold),
+    choice("columns of the cloud", "columns")
+        .because(POURED)
+        .over(&[90.0], &[], |of| Columns(of as u32))
+        .beside_search(),
+    choice("speed of the cloud", "m/s")
+        .because(POURED)
+        .over(&[0.0, 1.0, 3.0], &[], CloudSpeed)
+        .beside_search(),
+    choice("number of grains, over the printed", "times")
+        .because("5,000 is printed; shows what the floor does")
+        .over(&[0.5, 2.0], &[], |of| Size(1.0, of)),
+    choice("box width", "m")
+        .because("1 m is printed; shows what the walls do")
+        .over(&[0.5, 2.0], &[], |of| Size(of, 1.0)),
+    choice("time step", "√(m/k)")
+        .because("not printed; in units of √(m/k)")
+        .over(&[0.1, 0.45], &[], Step),
+    choice("mass of a grain", "(a sphere's)")
+        .because("'spherical' particles, but weights of discs one metre long")
+        .over(&[1.0], &[], |_| Spheres),
+    choice("dispersion of diameters", "of the mean")
+        .because(
+            "0.05 is printed, of a 'quasi-uniform' distribution; from nearly equal grains to \
+             twice and four times as wide",
+        )
+        .over(&[0.01, 0.1, 0.2], &[0.1], Change::Dispersion)
+        .beside_search(),
+    choice("friction of floor and walls", "rad")
+        .because("one friction is printed, that of grains; smooth and rough")
+        .over(&[0.0, 0.6], &[0.6], Change::WallFriction)
+        .beside_search(),
+    choice("friction of the punch", "rad")
+        .because("the 'rigid body' has no printed friction; smooth and rough")
+        .over(&[0.0, 0.3], &[0.3], Change::PunchFriction)
+        .beside_search(),
+    choice("volume of a grain", "(the bed's porosity)")
+        .because(
+            "'the particle and the associated void space'; not by its radical cell but with the \
+             bed's share of void",
+        )
+        .over(&[1.0], &[], |_| Change::EqualPorosity)
+        .beside_search(),
 ];
 
 /// What the paper says of a choice, and why its range is what it is.

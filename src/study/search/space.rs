@@ -198,13 +198,14 @@ pub fn scene(base: &Scene, at: &[f64]) -> Scene {
 /// dt over √(m/k) of all settings. The default of 0.45 is beyond the largest stable step where grains with friction can turn.
 pub const STEP: f64 = 0.3;
 
-/// The paper's scene, or a small one, with a step that is stable for all settings and A and B on both sides of the punch.
+/// The paper's scene, or a small one, with A and B on both sides of the punch.
+pub fn printed(quick: bool) -> Scene {
+    on_both_sides(if quick { small_scene() } else { whole_scene() })
+}
+
+/// The same with a step that is stable for all settings.
 pub fn base(quick: bool) -> Scene {
-    let scene = match quick {
-        true => small_scene(),
-        false => whole_scene(),
-    };
-    on_both_sides(changed(scene, &[Change::Step(STEP)]))
+    changed(printed(quick), &[Change::Step(STEP)])
 }
 
 /// With the points beside the punch on its other side too.
