@@ -102,11 +102,6 @@ impl Field {
     }
 }
 
-/// σ_g,zz = ρ_s g (1−n) z, Pa: the same in all models, as smooth walls carry nothing of it.
-pub fn weight(density: f64, gravity: f64, porosity: f64, z: f64) -> f64 {
-    density * gravity * (1.0 - porosity) * z
-}
-
 /// [σ_zz, σ_xx, σ_xz] in Pa. With F(w) = (1/π)∫p(s)/(w−s)ds they are −Im F + z Re F′, −Im F − z Re F′ and
 /// z Im F′; for a line load this is Flamant's solution.
 fn on_half_space(pressure: &Pressure, x: f64, z: f64) -> Vector3<f64> {

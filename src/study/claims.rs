@@ -120,8 +120,8 @@ pub fn of(scene: &Scene, members: &[Member], origin: Origin) -> Claims {
             .replace("NaN %", "unknown")
             .replace("NaN", "unknown");
     }
-    adjust(&mut claims);
-    adjust(&mut earlier);
+    adjust_claims(&mut claims);
+    adjust_claims(&mut earlier);
     let endings = members.iter();
     Claims {
         version: CLAIMS_VERSION,
@@ -151,17 +151,20 @@ fn counted<S: Into<String>>(words: impl Iterator<Item = S>) -> BTreeMap<String, 
     counts
 }
 
-/// Holm over the tests of all claims.
-fn adjust(claims: &mut [Claim]) {
-    let mut all: Vec<&mut Probability> = claims
-        .iter_mut()
-        .flat_map(|claim| &mut claim.rows)
-        .flat_map(|row| &mut row.probabilities)
-        .collect();
-    let given: Vec<f64> = all.iter().map(|one| one.p).collect();
-    for (one, adjusted) in all.iter_mut().zip(holm::adjusted(&given)) {
-        one.adjusted = adjusted;
+/// Holm's correction for all of these p-values.
+fn adjust<'a>(all: impl Iterator<Item = &'a mut f64>) {
+    let all: Vec<&mut f64> = all.collect();
+    let given: Vec<f64> = all.iter().map(|p| **p).collect();
+    for (p, adjusted) in all.into_iter().zip(holm::adjusted(&given)) {
+        *p = adjusted;
     }
+}
+
+/// Over the tests of all these claims.
+fn adjust_claims(claims: &mut [Claim]) {
+    let rows = claims.iter_mut().flat_map(|claim| &mut claim.rows);
+    let tests = rows.flat_map(|row| &mut row.probabilities);
+    adjust(tests.map(|test| &mut test.adjusted));
 }
 
 /// What of the scene is not the default, without its name, realization and words.
@@ -196,11 +199,8 @@ fn leaves(scene: &Scene) -> BTreeMap<String, String> {
         match value {
             Value::Object(map) => open.extend(map.into_iter().map(|(key, of)| (below(&key), of))),
             Value::Array(list) => {
-                open.extend(
-                    (0..)
-                        .zip(list)
-                        .map(|(index, of): (usize, _)| (below(&index), of)),
-                );
+                let all = list.into_iter().enumerate();
+                open.extend(all.map(|(index, of)| (below(&index), of)));
             }
             leaf => {
                 leaves.insert(path, leaf.to_string());
@@ -343,7 +343,7 @@ impl Row {
             test: test.into(),
             statistic,
             p,
-            adjusted: f64::NAN,
+            adjusted: p,
         });
         self
     }
@@ -360,11 +360,6 @@ impl Row {
 
     pub fn estimate(&self) -> f64 {
         self.ours.map_or(f64::NAN, |ours| ours.estimate)
-    }
-
-    /// Whether it is judged and within its limits.
-    pub fn holds(&self) -> bool {
-        self.judged.is_some_and(|of| of.outcome == Outcome::Pass)
     }
 }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::document::plot::Point as DataPoint;
 use crate::document::{Axis, Colour, Plot, Shape, Table, rounded};
 use crate::paper::continuum::table::{Point, Setup};
-use crate::paper::continuum::{Field, Load, Model, Spread, weight};
+use crate::paper::continuum::{Field, Load, Model, Spread};
 use crate::paper::recomputed::piles::{Counted, chance_of_at_least_of_five, table_1};
 use crate::study::StudyError;
 use crate::study::campaign::Merged;
@@ -107,8 +107,7 @@ pub fn distributions(campaign: &Merged) -> Result<Vec<Distribution>, StudyError>
                 point.name
             )));
         }
-        let of_weight = weight(setup.density, setup.gravity, setup.porosity, point.depth);
-        let stress = of_weight + field.stress(point.offset, point.depth).zz;
+        let stress = setup.weight(point.depth) + field.stress(point.offset, point.depth).zz;
         let (words, name) = (["figure-5", "Σ_zz", "J"], &point.name);
         let theory = Some(stress * volume);
         Ok(Distribution::new(
@@ -253,19 +252,16 @@ impl Distribution {
         let theory = self.theory.map(|mean| Law::Exponential { mean });
         let own = (!self.has_both_signs()).then(|| mean(&self.values));
         let own = own.map(|mean| Law::Exponential { mean });
-        let name = |law: Law| match law {
-            Law::Exponential { .. } => "exponential",
-            Law::Gamma { .. } => "fitted gamma",
-            Law::Weibull { .. } => "fitted Weibull",
-            Law::Laplace { .. } => "fitted Laplace",
-            Law::StretchedExponential { .. } => "fitted stretched exponential",
-            Law::GaussianTail { .. } => "fitted Gaussian tail",
-            Law::Normal { .. } => "fitted normal law",
+        // Of the two families that are fitted.
+        let name = if self.has_both_signs() {
+            "fitted Laplace"
+        } else {
+            "fitted gamma"
         };
         let laws = [
             theory.map(|law| ("theory's exponential", Colour::Vermilion, law)),
             own.map(|law| ("exponential of the same mean", Colour::Grey, law)),
-            self.fitted.map(|law| (name(law), Colour::Green, law)),
+            self.fitted.map(|law| (name, Colour::Green, law)),
         ];
         laws.into_iter().flatten().collect()
     }

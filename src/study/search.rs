@@ -384,10 +384,8 @@ impl Search {
                 }
             }
         }
-        for (points, (_, name, colour)) in least.into_iter().zip(LEAST) {
-            plot = plot.points(name, colour, points);
-        }
-        for (points, (_, name, colour)) in left.into_iter().zip(LEFT) {
+        let least = least.into_iter().zip(LEAST);
+        for (points, (_, name, colour)) in least.chain(left.into_iter().zip(LEFT)) {
             plot = plot.points(name, colour, points);
         }
         Section::new("What is left", "").with(plot)

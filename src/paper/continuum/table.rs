@@ -8,7 +8,7 @@ use crate::document::{Document, Section, Table};
 use crate::paper::published::{HEIGHT, POINTS, POROSITY, PRESSURE};
 use crate::paper::recomputed::{DENSITY, DEPTH, GRAVITY, HALF_WIDTH};
 
-use super::{Field, Load, Model, Spread, beneath, weight, within};
+use super::{Field, Load, Model, Spread, beneath, within};
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Point {
@@ -39,6 +39,11 @@ pub struct Setup {
 }
 
 impl Setup {
+    /// σ_g,zz = ρ_s g (1−n) z, Pa: the same in all models, as smooth walls carry nothing of it.
+    pub fn weight(&self, z: f64) -> f64 {
+        self.density * self.gravity * (1.0 - self.porosity) * z
+    }
+
     /// The published load, bed and control points. The bed's height is section 4.2's.
     pub fn published() -> Self {
         Setup {
@@ -122,7 +127,7 @@ fn add_case(
             None | Some(Above::Nothing) => field.stress(x, z - sunk).zz,
             Some(Above::Elastic { poisson }) => within(load, sunk, poisson, x, z),
         };
-        let of_weight = weight(setup.density, setup.gravity, setup.porosity, z);
+        let of_weight = setup.weight(z);
         let usual = reference.stress(x, z).zz;
         rows.push(Row {
             point: point.name.clone(),

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Plan;
-use crate::paper::continuum::{Field, Model, weight};
+use crate::paper::continuum::{Field, Model};
 use crate::paper::published::{Of, POINTS, PUBLISHED, Published};
 use crate::study::figures::setup_of;
 use crate::study::member::{Endings, MIRRORED, Member, Members, values};
@@ -218,7 +218,7 @@ fn parts(setting: &Setting, rows: &[&Member]) -> Vec<Parts> {
             before: of(0),
             added: of(1),
             theory: [
-                weight(setup.density, setup.gravity, setup.porosity, point.depth),
+                setup.weight(point.depth),
                 field.stress(point.offset, point.depth).zz,
             ],
         }

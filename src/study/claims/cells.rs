@@ -11,7 +11,7 @@ use super::means::POINTS;
 use super::sample::{self, Moment, Number, nearest, together};
 use super::shapes::SAMPLES;
 use super::{Claim, FEWEST, LEVEL, Row, Rule};
-use crate::paper::continuum::{Field, Model, weight};
+use crate::paper::continuum::{Field, Model};
 use crate::study::campaign::Member;
 use crate::study::figures::setup_of;
 use evidence::distribution::Family;
@@ -50,8 +50,7 @@ pub struct Volume {
 /// Growing volumes about a point at a moment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Volumes {
-    /// `loaded` or `settled`.
-    pub moment: Cow<'static, str>,
+    pub moment: Moment,
     pub point: Cow<'static, str>,
     pub volumes: Vec<Volume>,
     /// CV ∝ N^exponent, all of the volumes.
@@ -78,7 +77,7 @@ pub fn continuum(scene: &Scene, moment: Moment, offset: f64, depth: f64, area: f
     const RINGS: u32 = 12;
     const SPOKES: u32 = 24;
     let setup = setup_of(scene);
-    let weight = weight(setup.density, setup.gravity, setup.porosity, depth);
+    let weight = setup.weight(depth);
     if moment == Moment::Settled {
         return weight;
     }
@@ -185,7 +184,7 @@ pub fn all(scene: &Scene, members: &[Member]) -> Vec<Volumes> {
                 .filter_map(|cells| volume(scene, members, moment, point, *cells, single))
                 .collect();
             series.push(Volumes {
-                moment: moment.key().into(),
+                moment,
                 point: point.into(),
                 exponent: exponent(&table(members, moment, point), LEVEL),
                 enough: enough(&volumes),
@@ -273,15 +272,6 @@ const FACTOR: f64 = 1.25;
 /// Numbers of cells at which the law is judged.
 const JUDGED: [usize; 3] = [4, 16, 64];
 
-fn of_moments(series: &[Volumes]) -> impl Iterator<Item = (Moment, &Volumes)> {
-    let moment = |of: &Volumes| {
-        Moment::BOTH
-            .into_iter()
-            .find(|moment| moment.key() == of.moment)
-    };
-    series.iter().filter_map(move |of| Some((moment(of)?, of)))
-}
-
 fn last_estimate(rows: &[Row]) -> f64 {
     rows.last().map_or(f64::NAN, Row::estimate)
 }
@@ -289,7 +279,7 @@ fn last_estimate(rows: &[Row]) -> f64 {
 pub fn square_root(members: &[Member], series: &[Volumes], moment: Moment) -> Claim {
     let mut rows = Vec::new();
     let mut found = Vec::new();
-    for (_, of) in of_moments(series).filter(|(of, _)| *of == moment) {
+    for of in series.iter().filter(|of| of.moment == moment) {
         let table = table(members, moment, &of.point);
         let name = format!("{}: exponent of N", of.point);
         let limits = [-0.5 - EXPONENT, -0.5 + EXPONENT];
@@ -334,10 +324,10 @@ pub fn erlang(members: &[Member], series: &[Volumes]) -> Claim {
     let mut rows = Vec::new();
     let mut found = Vec::new();
     let limits = [1.0 / (FACTOR * FACTOR), FACTOR * FACTOR];
-    for (moment, of) in of_moments(series) {
-        let (point, words) = (&of.point, moment.words());
+    for of in series {
+        let (point, words) = (&of.point, of.moment.words());
         for cells in JUDGED {
-            let sums = sums(members, moment, point, cells);
+            let sums = sums(members, of.moment, point, cells);
             let shape = sample::law_shape(Family::Gamma, &Parted::of(&sums).others);
             let name = format!("{point}, {words}: gamma shape over N of {cells} cells");
             rows.push(Row::judged(name, limits, shape.over(cells as f64)).against(1.0));
@@ -358,16 +348,16 @@ pub fn erlang(members: &[Member], series: &[Volumes]) -> Claim {
 pub fn good_enough(members: &[Member], series: &[Volumes]) -> Claim {
     let mut rows = Vec::new();
     let mut found = Vec::new();
-    for (moment, of) in of_moments(series) {
+    for of in series {
         let Some(last) = of.volumes.last() else {
             continue;
         };
-        let (point, words, cells) = (&of.point, moment.words(), last.cells);
+        let (point, words, cells) = (&of.point, of.moment.words(), last.cells);
         let name = |what: &str| format!("{point}, {words}: {what} of {cells} cells");
-        let sums = sums(members, moment, point, cells);
+        let sums = sums(members, of.moment, point, cells);
         let variation = sample::variation(&sums);
         rows.push(Row::judged(name("CV"), [0.0, GOOD_ENOUGH], variation).against(0.0));
-        let stress = stresses(&together(members, moment, point, cells));
+        let stress = stresses(&together(members, of.moment, point, cells));
         let over = sample::mean(&stress).over(last.continuum);
         let limits = [1.0 - GOOD_ENOUGH, 1.0 + GOOD_ENOUGH];
         rows.push(Row::judged(name("mean over the continuum's"), limits, over).against(1.0));

@@ -453,8 +453,7 @@ impl Claims {
                 let section = Section::new(title, "Line: independent exponential cells.");
                 section.with_all(Moment::BOTH.into_iter().filter_map(|moment| {
                     let all = self.figures.volumes.iter();
-                    let series: Vec<&Volumes> =
-                        all.filter(|of| of.moment == moment.key()).collect();
+                    let series: Vec<&Volumes> = all.filter(|of| of.moment == moment).collect();
                     let cells = series.iter().flat_map(|of| &of.volumes);
                     let most = cells.map(|one| one.cells).max()?;
                     let name = format!("{name}-{}", moment.key());

@@ -5,14 +5,14 @@ use std::borrow::Cow;
 
 use serde::{Deserialize, Serialize};
 
-use super::LEVEL;
 use super::means::POINTS;
 use super::sample::{self, Moment};
+use super::{LEVEL, adjust};
 use crate::document::{Axis, Colour, Plot, Point, Section, Table};
 use crate::study::campaign::Member;
 use evidence::distribution::{Distribution, Family};
 use evidence::moments::mean;
-use evidence::{Interval, goodness, holm, likelihood, proportion};
+use evidence::{Interval, goodness, likelihood, proportion};
 use grains::measure::neighbourhood::SINGLY;
 
 /// Samples drawn of a law that may be possible.
@@ -20,8 +20,7 @@ const DRAWN: usize = 999;
 /// Laws against each other in one sample.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Contest {
-    /// `loaded` or `settled`.
-    pub moment: Cow<'static, str>,
+    pub moment: Moment,
     pub point: Cow<'static, str>,
     /// Grains of each packing, the nearest to the point.
     pub grains: usize,
@@ -86,16 +85,10 @@ pub fn contests(members: &[Member]) -> Vec<Contest> {
             }
         }
     }
-    let of_laws = |all: &mut [Contest], p: fn(&mut Contender) -> Option<&mut f64>| {
-        let laws = all.iter_mut().flat_map(|of| of.laws.iter_mut());
-        let open: Vec<&mut f64> = laws.filter_map(p).collect();
-        let given: Vec<f64> = open.iter().map(|p| **p).collect();
-        for (p, adjusted) in open.into_iter().zip(holm::adjusted(&given)) {
-            *p = adjusted;
-        }
-    };
-    of_laws(&mut all, |of| of.as_near.as_mut());
-    of_laws(&mut all, |of| of.possible.as_mut());
+    let laws = all.iter_mut().flat_map(|of| &mut of.laws);
+    adjust(laws.filter_map(|of| of.as_near.as_mut()));
+    let laws = all.iter_mut().flat_map(|of| &mut of.laws);
+    adjust(laws.filter_map(|of| of.possible.as_mut()));
     all
 }
 
@@ -139,7 +132,7 @@ fn contest(
     let laws = fits.iter().map(contender).collect();
     pooled.sort_by(f64::total_cmp);
     Some(Contest {
-        moment: moment.key().into(),
+        moment,
         point: point.into(),
         grains,
         packings: around.len(),
@@ -151,15 +144,11 @@ fn contest(
 
 impl Contest {
     fn title(&self) -> String {
-        let moments = Moment::BOTH.into_iter();
-        let words = moments
-            .filter(|of| of.key() == self.moment)
-            .map(Moment::words);
         let grains = match self.grains {
             1 => "nearest grain".to_owned(),
             many => format!("{many} nearest grains"),
         };
-        format!("{}, {grains}, {}", self.point, words.collect::<String>())
+        format!("{}, {grains}, {}", self.point, self.moment.words())
     }
 
     /// The best law and those that are not told from it, for people.
@@ -181,7 +170,7 @@ impl Contest {
         const UP_TO: f64 = 6.0;
         let n = self.values.len();
         let title = self.title();
-        let name = format!("tail-{}-{}", self.moment, self.point.to_lowercase());
+        let name = format!("tail-{}-{}", self.moment.key(), self.point.to_lowercase());
         let caption = format!("{title}: share of {n} stresses above multiples of their mean");
         let x = Axis::linear("stress over its mean");
         let y = Axis::logarithmic("share above");

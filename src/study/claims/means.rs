@@ -166,79 +166,65 @@ pub fn with_theorys_rate(members: &[Member]) -> Option<Claim> {
 /// Above this share of members that do not get the force, what becomes of them matters to every mean.
 const NEGLIGIBLE: f64 = 0.01;
 
-fn definitions(members: &[Member], of: &Published, keys: &[(&str, &str)]) -> Vec<Row> {
+fn which_hold(rows: &[Row]) -> String {
+    let named = |wanted: Outcome| -> Vec<&str> {
+        let is_it = |row: &&Row| row.judged.is_some_and(|of| of.outcome == wanted);
+        let rows = rows.iter().filter(is_it);
+        rows.map(|row| row.what.as_str()).collect()
+    };
+    let (names, open) = (
+        or_none(&named(Outcome::Pass).join("; ")),
+        named(Outcome::Skipped),
+    );
+    match open.is_empty() {
+        true => names,
+        false => format!("{names}; undecided: {}", open.join("; ")),
+    }
+}
+
+fn or_none(names: &str) -> String {
+    if names.is_empty() { "none" } else { names }.to_owned()
+}
+
+/// H = 0.46 ± 0.01 m.
+pub fn height(members: &[Member]) -> Option<Claim> {
+    let varies = standard_deviation(&measured(members, HEIGHTS[0].0));
+    let (scatter, open) = ("± 0.01 m", "how a height is taken");
+    let varies = format!("; from bed to bed it varies by {varies:.4} m");
+    let says = "The height of the packing after pouring is H = 0.46 ± 0.01 m.";
+    let claim = by_definition(members, "height", &HEIGHTS, [scatter, open, &varies])?;
+    Some(claim.says(says))
+}
+
+/// n = 0.17 ± 0.01.
+pub fn porosity(members: &[Member]) -> Option<Claim> {
+    let words = ["± 0.01", "where a porosity is taken", ""];
+    let says = "That height corresponds to an average porosity of n = 0.17 ± 0.01.";
+    Some(by_definition(members, "porosity", &POROSITIES, words)?.says(says))
+}
+
+fn by_definition(
+    members: &[Member],
+    id: &'static str,
+    keys: &[(&str, &str)],
+    [scatter, open, more]: [&str; 3],
+) -> Option<Claim> {
+    let of = published(id)?;
     let row = |(key, words): &(&str, &str)| {
         let values = measured(members, key);
         let row = Row::judged(*words, of.limits(), sample::mean(&values)).in_unit(of.unit);
         row.against(of.value)
     };
-    keys.iter().map(row).collect()
-}
-
-fn which_hold(rows: &[Row]) -> String {
-    let names = rows.iter().filter(|row| row.holds());
-    let open = rows
-        .iter()
-        .filter(|row| row.judged.is_some_and(|of| of.outcome == Outcome::Skipped));
-    let open: Vec<&str> = open.map(|row| row.what.as_str()).collect();
-    let none = or_none(names.map(|row| row.what.clone()).collect());
-    match open.is_empty() {
-        true => none,
-        false => format!("{none}; undecided: {}", open.join("; ")),
-    }
-}
-
-fn or_none(names: Vec<String>) -> String {
-    match names.as_slice() {
-        [] => "none".to_owned(),
-        names => names.join("; "),
-    }
-}
-
-/// H = 0.46 ± 0.01 m.
-pub fn height(members: &[Member]) -> Option<Claim> {
-    let of = published("height")?;
-    let rows = definitions(members, of, &HEIGHTS);
-    let claim = Claim::of("height", of.place, "plane")
-        .says("The height of the packing after pouring is H = 0.46 ± 0.01 m.")
-        .found(format!(
-            "Mean height within the printed ± 0.01 m by: {}; from bed to bed it varies by {:.4} m.",
-            which_hold(&rows),
-            standard_deviation(&measured(members, HEIGHTS[0].0))
-        ));
-    Some(by_definition(
-        claim,
-        "± 0.01 m",
-        "how a height is taken",
-        rows,
-    ))
-}
-
-/// n = 0.17 ± 0.01.
-pub fn porosity(members: &[Member]) -> Option<Claim> {
-    let of = published("porosity")?;
-    let rows = definitions(members, of, &POROSITIES);
-    let claim = Claim::of("porosity", of.place, "plane")
-        .says("That height corresponds to an average porosity of n = 0.17 ± 0.01.")
-        .found(format!(
-            "Mean porosity within the printed ± 0.01 by: {}.",
-            which_hold(&rows)
-        ));
-    Some(by_definition(
-        claim,
-        "± 0.01",
-        "where a porosity is taken",
-        rows,
-    ))
-}
-
-fn by_definition(claim: Claim, scatter: &str, open: &str, rows: Vec<Row>) -> Claim {
-    claim
+    let rows: Vec<Row> = keys.iter().map(row).collect();
+    let found = which_hold(&rows);
+    let claim = Claim::of(id, of.place, "plane")
+        .found(format!("Mean {id} within the printed {scatter} by: {found}{more}."))
         .decided_by(format!(
             "Mean over settled members within the printed {scatter}. The paper does not say {open}, so each definition is a \
              reading."
         ))
-        .by(Rule::AnyReading, rows)
+        .by(Rule::AnyReading, rows);
+    Some(claim)
 }
 
 /// Both at once: they are tied by the area of the grains, n = 1 − S/(L·H).
@@ -279,7 +265,7 @@ pub fn both(scene: &Scene, members: &[Member]) -> Option<Claim> {
             height.value,
             porosity.value,
             solid / (1.0 - porosity.value),
-            or_none(mixed)
+            or_none(&mixed.join("; "))
         ))
         .decided_by("With one definition for both, half of the beds or more within both printed ± 0.01; a mean height and \
                      a mean porosity of different definitions count as a reading.")

@@ -1,5 +1,6 @@
 //! Samples, one number a realization, out of a campaign's members, and intervals of them as functions of the level.
 
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::study::campaign::{Fields, Member};
@@ -10,7 +11,8 @@ use evidence::{Interval, bootstrap, moments, proportion};
 use grains::measure::neighbourhood::{Neighbour, Neighbourhood, Together};
 
 /// When the bed is looked at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Moment {
     /// Under gravity alone.
     Settled,

@@ -169,19 +169,17 @@ impl Search {
             0.02,
         );
         let means = published().map(|of| (of.id, of.title, of.unit, of.value, deviation(of)));
-        let figures = means.chain([reached]).map(|of| {
-            let (id, title, unit, value, deviation) = of;
-            Figure {
-                id: id.to_owned(),
-                title: title.to_owned(),
-                unit: unit.to_owned(),
-                value,
-                deviation,
-                correlation: correlations.get(id).copied().unwrap_or(0.0),
-                inflation: f64::INFINITY,
-                uncertainty: f64::INFINITY,
-                least: 0.0,
-            }
+        let all = means.chain([reached]);
+        let figures = all.map(|(id, title, unit, value, deviation)| Figure {
+            id: id.to_owned(),
+            title: title.to_owned(),
+            unit: unit.to_owned(),
+            value,
+            deviation,
+            correlation: correlations.get(id).copied().unwrap_or(0.0),
+            inflation: f64::INFINITY,
+            uncertainty: f64::INFINITY,
+            least: 0.0,
         });
         let mut search = Search {
             wave: plan.wave,
