@@ -135,34 +135,26 @@ impl ProgramError {
     pub fn is_no_fault_of_it(&self) -> bool {
         matches!(
             self,
-            ProgramError::NotStarted { .. } | ProgramError::Interrupted | ProgramError::File(_)
+            Self::NotStarted { .. } | Self::Interrupted | Self::File(_)
         )
     }
 
     /// Whether the engine was understood, though its run is of no use.
     pub fn was_understood(&self) -> bool {
-        matches!(
-            self,
-            ProgramError::Nonsense(_) | ProgramError::WentWrong { .. }
-        )
+        matches!(self, Self::Nonsense(_) | Self::WentWrong { .. })
     }
 
     /// Whether the engine is not installed here, or too old.
     pub fn is_missing(&self) -> bool {
-        matches!(
-            self,
-            ProgramError::Missing { .. } | ProgramError::TooOld { .. }
-        )
+        matches!(self, Self::Missing { .. } | Self::TooOld { .. })
     }
 
     /// Whether the engine ran and failed, which it may not do another time.
     pub fn is_failure(&self) -> bool {
+        use ProgramError::{Crashed, Hung, Nonsense, TooMuch};
         matches!(
             self,
-            ProgramError::Crashed { .. }
-                | ProgramError::Hung { .. }
-                | ProgramError::TooMuch { .. }
-                | ProgramError::Nonsense(_)
+            Crashed { .. } | Hung { .. } | TooMuch { .. } | Nonsense(_)
         )
     }
 }
@@ -211,10 +203,35 @@ pub struct Description {
 impl Description {
     /// Reads what `path` printed when it was asked what it is.
     pub fn parse(path: &Path, text: &str) -> Result<Self, ProgramError> {
-        parse(text, &|reason| ProgramError::Undescribed {
-            path: path.to_owned(),
-            reason,
-        })
+        let broken = |error: serde_json::Error| {
+            let printed: String = text.chars().take(200).collect();
+            undescribed(path)(format!("{error}; it printed {printed:?}"))
+        };
+        let Versioned { protocol } = serde_json::from_str(text).map_err(broken)?;
+        if protocol != u64::from(PROTOCOL) {
+            return Err(ProgramError::OtherProtocol { found: protocol });
+        }
+        let description: Description = serde_json::from_str(text).map_err(broken)?;
+        let words = [&description.name, &description.version];
+        let is_odd = |word: &&String| {
+            word.chars().count() > LONGEST_WORDS || word.chars().any(char::is_control)
+        };
+        let odd = words
+            .into_iter()
+            .chain(&description.approximations)
+            .find(is_odd);
+        let wrong = if let Some(word) = odd {
+            format!(
+                "names and notes are at most {LONGEST_WORDS} characters without line breaks, and it says {word:?}"
+            )
+        } else if description.name.trim().is_empty() {
+            "its name is empty".to_owned()
+        } else if !description.has(Part::NormalSpring) {
+            "it has no normal_spring, without which there is nothing to ask".to_owned()
+        } else {
+            return Ok(description);
+        };
+        Err(undescribed(path)(wrong))
     }
 
     pub fn has(&self, part: Part) -> bool {
@@ -239,6 +256,13 @@ const LONGEST_WORDS: usize = 400;
 /// A description takes no longer.
 const TIME: Duration = Duration::from_secs(30);
 
+fn undescribed(path: &Path) -> impl Fn(String) -> ProgramError {
+    move |reason| ProgramError::Undescribed {
+        path: path.to_owned(),
+        reason,
+    }
+}
+
 pub fn describe(options: &Options) -> Result<Description, ProgramError> {
     let work = work_folder()?;
     let limits = Limits {
@@ -251,10 +275,7 @@ pub fn describe(options: &Options) -> Result<Description, ProgramError> {
         program: options.program.clone(),
         limits,
     };
-    let undescribed = |reason: String| ProgramError::Undescribed {
-        path: options.program.clone(),
-        reason,
-    };
+    let undescribed = undescribed(&options.program);
     exec::ask(&asked, work.path()).map_err(|error| match error {
         ProgramError::Crashed { status, log } => {
             undescribed(format!("it ended with {status}\n{log}"))
@@ -266,39 +287,6 @@ pub fn describe(options: &Options) -> Result<Description, ProgramError> {
     let text = read_text(&work.path().join(exec::SAID), LONGEST)
         .map_err(|error| undescribed(error.to_string()))?;
     Description::parse(&options.program, &text)
-}
-
-fn parse(
-    text: &str,
-    undescribed: &dyn Fn(String) -> ProgramError,
-) -> Result<Description, ProgramError> {
-    let broken = |error: serde_json::Error| {
-        let printed: String = text.chars().take(200).collect();
-        undescribed(format!("{error}; it printed {printed:?}"))
-    };
-    let Versioned { protocol } = serde_json::from_str(text).map_err(broken)?;
-    if protocol != u64::from(PROTOCOL) {
-        return Err(ProgramError::OtherProtocol { found: protocol });
-    }
-    let description: Description = serde_json::from_str(text).map_err(broken)?;
-    let words = [&description.name, &description.version];
-    for word in words.into_iter().chain(&description.approximations) {
-        let length = word.chars().count();
-        if length > LONGEST_WORDS || word.chars().any(char::is_control) {
-            return Err(undescribed(format!(
-                "names and notes are at most {LONGEST_WORDS} characters without line breaks, and it says {word:?}"
-            )));
-        }
-    }
-    if description.name.trim().is_empty() {
-        return Err(undescribed("its name is empty".to_owned()));
-    }
-    if !description.has(Part::NormalSpring) {
-        return Err(undescribed(
-            "it has no normal_spring, without which there is nothing to ask".to_owned(),
-        ));
-    }
-    Ok(description)
 }
 
 /// What an engine may have; the vocabulary of version 1 of the protocol.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 pub use crate::engine::EngineError;
-use crate::engine::exec::{self, log};
+use crate::engine::exec::{self, ExternalEngine, log};
 use crate::engine::{ProgramError, yade};
 use crate::files::{FileError, folder_aside, keep_folder, write_beside};
 use crate::progress::{self, Display, say};
@@ -61,10 +61,11 @@ pub fn bare(
             Ok((run.outcome, record, run.log))
         }
         Engine::Exec(options) => {
-            let run = exec::run(scene, task, options, work, observer)?;
+            let engine = ExternalEngine::ask(options.clone())?;
+            let run = exec::run(scene, task, &engine, work, observer)?;
             let record = EngineRecord::Exec {
-                described: run.description,
-                digest: run.digest,
+                described: engine.description,
+                digest: engine.digest,
             };
             Ok((run.outcome, record, run.log))
         }

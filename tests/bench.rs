@@ -12,6 +12,7 @@ use crossgrain::limits::bench::machine::{Machine, Throughput, Work};
 use crossgrain::limits::bench::scaling::Point;
 use crossgrain::limits::bench::{BedRecord, Bench, Distance, Missed, Plan, Setup, timing};
 use crossgrain::report::page;
+use crossgrain::study::realization::Engines;
 use crossgrain::tables::write_bodies;
 
 use crate::support::*;
@@ -293,7 +294,7 @@ fn what_is_not_installed_is_not_a_failure_and_what_crashes_is() {
     let log = String::new();
     assert!(of(ProgramError::Crashed { status, log }.into()).failed);
     assert!(Missed::of("x", "x", false, ProgramError::Interrupted.into()).is_err());
-    assert!(Contender::YadeOrdinary.known().needed && !Contender::Lammps.known().needed);
+    assert!(Contender::YadeOrdinary.needed() && !Contender::Lammps.needed());
 }
 
 #[test]
@@ -341,6 +342,10 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
         program: Some("/nowhere/yade".into()),
         ..yade::Options::default()
     };
+    let engines = Engines {
+        yade,
+        external: None,
+    };
     let setup = Setup {
         plan: Plan {
             rounds: 2,
@@ -351,21 +356,16 @@ fn a_benchmark_without_other_engines_is_incomplete_and_draws_what_there_is() {
         },
         bed: &bed,
         with_friction: &with_friction,
-        yade: &yade,
-        external: None,
+        engines: &engines,
         crossgrain: Path::new(env!("CARGO_BIN_EXE_crossgrain")),
         work: &work,
     };
     let task = Display::new(true).task("a round");
-    let rounds = contender::rounds(&setup, &task);
-    let contender::Rounds {
-        mut contests,
-        sorted_bits,
-        friction_bits,
-        mut missed,
-    } = rounds.expect("a round");
+    let mut missed = Vec::new();
+    let rounds = contender::rounds(&setup, &task, &mut missed);
+    let (mut contests, [sorted_bits, friction_bits]) = rounds.expect("a round");
     // Whatever else this machine has.
-    contests.retain(|of| of.contender.known().native);
+    contests.retain(|of| of.contender.is_native());
     missed.retain(|of| of.what.starts_with("YADE"));
     let clocked = timing::clocked(&bed, 100).expect("the bits of the engine");
     let throughput = Throughput::measure();

@@ -338,8 +338,8 @@ fn the_settle_rule_counts_the_energy_that_was_seen_before() {
             },
             ..initial_bodies(&scene).into()
         };
-        let options = Options::new(adapter_path(name));
-        let run = exec::run(&scene, &Task::settle(start), &options, work, &mut ());
+        let engine = ExternalEngine::ask(Options::new(adapter_path(name))).expect("an engine");
+        let run = exec::run(&scene, &Task::settle(start), &engine, work, &mut ());
         let stages = run.expect("a run").outcome.stages;
         assert_eq!(stages[0].steps, scene.settle.check_every, "{name}");
     }

@@ -15,6 +15,7 @@ use crate::files::failed;
 use crate::limits::bench::{self, Options, timing};
 use crate::progress::Display;
 use crate::report::{page, terminal};
+use crate::study::realization::Engines;
 
 /// The file of the record.
 const RECORD: &str = "bench.json";
@@ -61,7 +62,10 @@ impl Arguments {
         }
         let external = self.engine.as_deref();
         let external = external.map(|program| self.limits.external(program));
-        let external = external.transpose()?;
+        let engines = Engines {
+            yade: self.limits.options(),
+            external: external.transpose()?,
+        };
         let _lock = open(&self.out, RECORD)?;
         let crossgrain =
             std::env::current_exe().map_err(failed("find", Path::new("this program")))?;
@@ -69,8 +73,7 @@ impl Arguments {
             out: self.out.clone(),
             quick: self.quick,
             rounds: self.rounds,
-            yade: self.limits.options(),
-            external,
+            engines,
             crossgrain,
             command: self.command(),
         };

@@ -49,8 +49,8 @@ impl Asked<'_> {
                 cases.iter().map(run).collect()
             }
             Asked::Yade(options) => {
-                let run = yade::run_cases(cases, options, work, &mut ())?;
-                Ok(run.cases.into_iter().map(|of| Ok(of.track)).collect())
+                let (made, _) = yade::run_cases(cases, options, work, &mut ())?;
+                Ok(made.into_iter().map(|of| Ok(of.track)).collect())
             }
             Asked::Exec(engine, options) => Ok(exec::run_cases(cases, engine, options, work)?),
         }

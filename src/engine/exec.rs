@@ -14,7 +14,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::read::{self, Timed, TimedSteps};
-use super::watch::{self, Beats, Done, Ended, Limits, end_of, length, watch};
+use super::watch::{self, Beats, Done, Limits, end_of, length, watch};
 pub use super::{Description, Part, describe, missing_for_case, missing_for_scene};
 use super::{ProgramError, nonsense};
 use crate::child::{Group, on_path};
@@ -207,12 +207,11 @@ impl Adapter {
     }
 }
 
+/// A run of an engine that is a program.
 #[derive(Debug)]
-pub struct ExecRun {
+pub struct ProgramRun {
     pub outcome: Outcome,
-    pub description: Description,
-    /// [`program_digest`].
-    pub digest: String,
+    pub version: String,
     pub log: String,
     /// What the job took, its start and its tables included, as this program has seen it.
     pub took: Done,
@@ -222,33 +221,18 @@ pub struct ExecRun {
 pub fn run(
     scene: &Scene,
     task: &Task,
-    options: &Options,
-    work: &Path,
-    observer: &mut dyn Observer,
-) -> Result<ExecRun, ProgramError> {
-    let engine = ExternalEngine::ask(options.clone())?;
-    run_external(scene, task, &engine, work, observer)
-}
-
-/// Runs the task in an engine that was asked what it is before.
-pub fn run_external(
-    scene: &Scene,
-    task: &Task,
     engine: &ExternalEngine,
     work: &Path,
     observer: &mut dyn Observer,
-) -> Result<ExecRun, ProgramError> {
-    let description = &engine.description;
-    check_scene(description, scene, task, &[])?;
+) -> Result<ProgramRun, ProgramError> {
+    check_scene(&engine.description, scene, task, &[])?;
     write_scene(work, scene, task, &Value::Null)?;
     engine.check_unchanged()?;
     let took = start(&engine.options, work, observer)?;
     engine.check_unchanged()?;
-    let outcome = read::scene(work, scene, task, observer)?;
-    Ok(ExecRun {
-        outcome,
-        description: description.clone(),
-        digest: engine.digest.clone(),
+    Ok(ProgramRun {
+        outcome: read::scene(work, scene, task, observer)?,
+        version: engine.description.version.clone(),
         log: log(work),
         took,
     })
@@ -293,10 +277,12 @@ pub fn run_cases(
     options: &Options,
     work: &Path,
 ) -> Result<Vec<Answer>, ProgramError> {
-    let missing = cases
-        .iter()
-        .flat_map(|case| missing_for_case(description, case));
-    has_all(description, missing.collect(), HINT_CASES)?;
+    let missing = |case: &&Case| missing_for_case(description, case);
+    has_all(
+        description,
+        cases.iter().flat_map(missing).collect(),
+        HINT_CASES,
+    )?;
     write_cases(work, cases, &Value::Null)?;
     start(options, work, &mut ())?;
     let results = read::cases(work, cases)?.into_iter();
@@ -313,12 +299,9 @@ pub fn time(
     under: &[String],
     work: &Path,
 ) -> Result<Timed, ProgramError> {
-    let missing = (!engine.description.has(Part::Timing)).then_some(Part::Timing);
-    has_all(
-        &engine.description,
-        missing.into_iter().collect(),
-        HINT_CASES,
-    )?;
+    let description = &engine.description;
+    let missing = (!description.has(Part::Timing)).then_some(Part::Timing);
+    has_all(description, missing.into_iter().collect(), HINT_CASES)?;
     write_timing(work, model, bodies, steps, under, &Value::Null)?;
     start(&engine.options, work, &mut ())?;
     read::timed(work, model, bodies, steps)
@@ -351,10 +334,8 @@ fn start(
 pub(super) fn ask(options: &Options, work: &Path) -> Result<(), ProgramError> {
     let mut command = program(options)?;
     command.arg("describe");
-    let limits = &options.limits;
-    finish(&mut command, COMPLAINED, limits, work, &mut (), &mut || {
-        true
-    })?;
+    let (limits, fits) = (&options.limits, &mut || true);
+    finish(&mut command, COMPLAINED, limits, work, &mut (), fits)?;
     Ok(())
 }
 
@@ -410,7 +391,7 @@ pub fn finish(
         }
         fits().then(|| length(&said) + written.bytes())
     };
-    let done = watch(child, limits, &mut look, &|| written.bytes());
+    let done = watch(child, limits, &mut look, &|| written.bytes(), work);
     let log = || end_of(&[log(work), watch::log(&work.join(COMPLAINED))].concat());
     match done {
         Ok(done) if done.status.success() => Ok(done),
@@ -418,11 +399,8 @@ pub fn finish(
             status: done.status.to_string(),
             log: log(),
         }),
-        Err(Ended::Interrupted) => Err(ProgramError::Interrupted),
-        Err(Ended::Hung(reason)) => Err(ProgramError::Hung { reason, log: log() }),
-        Err(Ended::TooMuch(reason)) => Err(ProgramError::TooMuch { reason }),
-        Err(Ended::Io(error)) => Err(failed("wait for", work)(error).into()),
-        Err(Ended::RuledOut) => Err(nonsense("what it says of itself rules it out")),
+        Err(ProgramError::Hung { reason, .. }) => Err(ProgramError::Hung { reason, log: log() }),
+        Err(error) => Err(error),
     }
 }
 
@@ -497,9 +475,10 @@ pub fn write_scene(
         },
         ..punch
     });
-    let until_step = match task.until {
-        Until::Step(step) => Some(step),
-        Until::EndOfSettling | Until::EndOfLoading => None,
+    let until_step = if let Until::Step(step) = task.until {
+        Some(step)
+    } else {
+        None
     };
     let mut job = json!({
         "kind": "scene",

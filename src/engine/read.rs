@@ -92,17 +92,10 @@ pub fn scene(
     observer: &mut dyn Observer,
 ) -> Result<Outcome, ProgramError> {
     let start = &task.start.bodies;
-    let given = Given {
-        bodies: start,
-        ids: BodyIds::of_box(start.len() as u32),
-        half_extents: [scene.loading.half_width, 0.5 * scene.loading.punch_height],
-        dt: scene.time_step_seconds(),
-    };
+    let half_extents = [scene.loading.half_width, 0.5 * scene.loading.punch_height];
+    let given = Given::of(&Model::of(scene), start, half_extents);
     let mut numbers = Numbers::new(work);
-    let list = list(work, "")?;
-    if let Some(reason) = refusal(&list)? {
-        return Err(ProgramError::Refused(reason));
-    }
+    let list = list(work, "")?.map_err(ProgramError::Refused)?;
     let mut stages: Vec<StageReport> = Vec::new();
     let mut settled = None;
     let mut last: Option<Snapshot> = None;
@@ -137,10 +130,14 @@ pub fn scene(
     }
     numbers.at_end("")?;
     let last = last.ok_or_else(|| nonsense("moments.jsonl has not one moment of the run"))?;
-    let done: DoneFile = done(work)?;
+    let DoneFile { steps: counted } = done(work)?;
     check_stages(task, &stages)?;
     check_moments(scene, task, &stages, &seen)?;
-    check_own_count(task, &stages, done.steps)?;
+    let own = |of: &StageReport| of.steps.saturating_sub(first_step(task, of.stage));
+    let steps: u64 = stages.iter().map(own).sum();
+    ensure(counted == steps, || {
+        format!("it counts {counted} steps, its stages have {steps}")
+    })?;
     // A bed that was settled at the very end of a run without loading is its last moment anyway.
     let loaded = stages.iter().any(|stage| stage.stage == Stage::Load);
     Ok(Outcome {
@@ -170,36 +167,25 @@ pub fn cases(work: &Path, cases: &[&Case]) -> Result<Vec<Result<CaseRun, String>
 
 fn read_case(folder: &Path, case: &Case) -> Result<Result<CaseRun, String>, ProgramError> {
     let name = format!("case {}: ", case.name);
-    let given = Given {
-        bodies: &case.bodies,
-        ids: BodyIds {
-            grains: case.bodies.len() as u32,
-            walls: case.model.walls.len() as u32,
-        },
-        half_extents: case.punch.map_or([0.0; 2], |punch| punch.half_extents),
-        dt: case.model.dt,
+    let half_extents = case.punch.map_or([0.0; 2], |punch| punch.half_extents);
+    let given = Given::of(&case.model, &case.bodies, half_extents);
+    let list = match list(folder, &name)? {
+        Ok(list) => list,
+        Err(reason) => return Ok(Err(reason)),
     };
-    let list = list(folder, &name)?;
-    if let Some(reason) = refusal(&list)? {
-        return Ok(Err(reason));
-    }
-    let effective = folder.join("effective.json");
-    let read = || {
-        read_json(
-            &effective,
-            LONGEST_PARAMETERS,
-            &format!("{name}effective.json"),
-        )
-    };
+    let (effective, named) = (
+        folder.join("effective.json"),
+        format!("{name}effective.json"),
+    );
+    let read = || read_json(&effective, LONGEST_PARAMETERS, &named);
     let effective = effective.exists().then(read).transpose()?;
     let mut numbers = Numbers::new(folder);
     let mut track = Vec::with_capacity(case.moments.len());
     let mut loads = Vec::new();
     let mut lines = list.lines();
     for &step in &case.moments {
-        let line = lines
-            .next()
-            .ok_or_else(|| nonsense(format!("{name}moments.jsonl ends before step {step}")))?;
+        let ends = || nonsense(format!("{name}moments.jsonl ends before step {step}"));
+        let line = lines.next().ok_or_else(ends)?;
         let (moment, of_moment) = given.moment(folder, &mut numbers, line, &name)?;
         let found = (moment.stage, moment.step);
         ensure(found == (Stage::Settle, step), || {
@@ -249,6 +235,18 @@ pub struct Timed {
     pub shares: Vec<Share>,
 }
 
+impl Timed {
+    /// Without an account of memory and parts.
+    pub fn plain(window: Window, last: Snapshot) -> Self {
+        Timed {
+            window,
+            last,
+            peak_memory: None,
+            shares: Vec::new(),
+        }
+    }
+}
+
 /// `done.json` of a timed bed.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -275,19 +273,8 @@ pub fn timed(
     start: &Bodies,
     steps: TimedSteps,
 ) -> Result<Timed, ProgramError> {
-    let list = list(work, "")?;
-    if let Some(reason) = refusal(&list)? {
-        return Err(ProgramError::Refused(reason));
-    }
-    let given = Given {
-        bodies: start,
-        ids: BodyIds {
-            grains: start.len() as u32,
-            walls: model.walls.len() as u32,
-        },
-        half_extents: [0.0; 2],
-        dt: model.dt,
-    };
+    let list = list(work, "")?.map_err(ProgramError::Refused)?;
+    let given = Given::of(model, start, [0.0; 2]);
     let mut numbers = Numbers::new(work);
     let (last, _) = given.moment(work, &mut numbers, list.trim_end(), "")?;
     numbers.at_end("")?;
@@ -328,28 +315,25 @@ fn own(folder: &Path, name: &str) -> Result<PathBuf, FileError> {
     }
 }
 
-/// The lines of `moments.jsonl`.
-fn list(folder: &Path, name: &str) -> Result<String, ProgramError> {
+/// The lines of `moments.jsonl`, or why it refused the job.
+fn list(folder: &Path, name: &str) -> Result<Result<String, String>, ProgramError> {
     let text = own(folder, "moments.jsonl").and_then(|path| read_text(&path, LONGEST_LIST));
-    text.map_err(|error| {
+    let list = text.map_err(|error| {
         nonsense(format!(
             "{name}it ended well, but its list of moments is not there: {error}"
         ))
-    })
+    })?;
+    if !has_key(&list, "refused") {
+        return Ok(Ok(list));
+    }
+    let line: RefusedLine = parsed(list.trim_end(), "moments.jsonl")?;
+    Ok(Err(line.refused.chars().take(400).collect()))
 }
 
 /// Whether a line is an object with this key, at any place in it.
 fn has_key(line: &str, key: &str) -> bool {
     type Object = serde_json::Map<String, serde_json::Value>;
     line.contains(key) && serde_json::from_str::<Object>(line).is_ok_and(|of| of.contains_key(key))
-}
-
-fn refusal(list: &str) -> Result<Option<String>, ProgramError> {
-    if !has_key(list, "refused") {
-        return Ok(None);
-    }
-    let line: RefusedLine = parsed(list.trim_end(), "moments.jsonl")?;
-    Ok(Some(line.refused.chars().take(400).collect()))
 }
 
 /// `done.json`, with the engine's own count of steps.
@@ -360,7 +344,19 @@ fn done<T: DeserializeOwned>(work: &Path) -> Result<T, ProgramError> {
     parsed(&text, "done.json")
 }
 
-impl Given<'_> {
+impl<'a> Given<'a> {
+    fn of(model: &Model, bodies: &'a Bodies, half_extents: [f64; 2]) -> Self {
+        Given {
+            bodies,
+            ids: BodyIds {
+                grains: bodies.len() as u32,
+                walls: model.walls.len() as u32,
+            },
+            half_extents,
+            dt: model.dt,
+        }
+    }
+
     fn moment(
         &self,
         folder: &Path,
@@ -645,14 +641,12 @@ fn check_moments(
             )
         })?;
     }
-    let wanted: Vec<(Stage, u64)> = stages
-        .iter()
-        .flat_map(|stage| {
-            let from = first_step(task, stage.stage);
-            let steps = moments(from, stage.steps.max(from), every);
-            steps.into_iter().map(move |step| (stage.stage, step))
-        })
-        .collect();
+    let of_stage = |of: &StageReport| {
+        let (stage, from) = (of.stage, first_step(task, of.stage));
+        let steps = moments(from, of.steps.max(from), every).into_iter();
+        steps.map(move |step| (stage, step))
+    };
+    let wanted: Vec<(Stage, u64)> = stages.iter().flat_map(of_stage).collect();
     let odd = wanted.iter().zip(seen).position(|(want, see)| want != see);
     let at = odd.unwrap_or(wanted.len().min(seen.len()));
     let moment = |of: Option<&(Stage, u64)>| {
@@ -663,15 +657,6 @@ fn check_moments(
     ensure(wanted == seen, || {
         let (wanted, seen) = (moment(wanted.get(at)), moment(seen.get(at)));
         format!("moment {at} of the run should be {wanted} and is {seen}")
-    })
-}
-
-/// The engine's own count of steps is that of the stages.
-fn check_own_count(task: &Task, stages: &[StageReport], counted: u64) -> Result<(), ProgramError> {
-    let own = |of: &StageReport| of.steps.saturating_sub(first_step(task, of.stage));
-    let steps: u64 = stages.iter().map(own).sum();
-    ensure(counted == steps, || {
-        format!("it counts {counted} steps, its stages have {steps}")
     })
 }
 

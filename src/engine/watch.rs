@@ -2,14 +2,15 @@
 //! it takes. Whoever goes beyond a limit is ended with all that it has started.
 
 use std::fs;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 use std::process::ExitStatus;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use super::{ProgramError, nonsense};
 use crate::child::{Group, LOOK_EVERY};
-use crate::files::regular;
+use crate::files::{failed, regular};
 use crate::workers::asked_to_end;
 use grains::tables::Stage;
 
@@ -17,7 +18,6 @@ use grains::tables::Stage;
 const LONGEST_LOG: u64 = 1 << 20;
 /// Lines of a log that a message shows.
 const LINES_SHOWN: usize = 12;
-
 /// The most of a line that a message shows, characters.
 const LONGEST_SHOWN: usize = 400;
 
@@ -34,21 +34,6 @@ pub struct Limits {
     pub output: u64,
 }
 
-/// Why a program was ended, or could not be watched.
-#[derive(Debug, thiserror::Error)]
-pub enum Ended {
-    #[error("it was asked to end")]
-    Interrupted,
-    #[error("{0}")]
-    Hung(String),
-    #[error("{0}")]
-    TooMuch(String),
-    #[error("what it says of itself rules it out")]
-    RuledOut,
-    #[error("it cannot be waited for: {0}")]
-    Io(#[from] io::Error),
-}
-
 /// How a program ended, and what it took.
 #[derive(Debug, Clone, Copy)]
 pub struct Done {
@@ -63,19 +48,24 @@ pub struct Done {
 const WEIGH_EVERY: u32 = 4;
 
 /// Waits for its end. `look` is called now and then and says how much it has done by some count that grows, or nothing
-/// if there is no use in going on; what it has written is counted by `written`.
+/// if there is no use in going on; what it has written in `work` is counted by `written`. Errors are without the log.
 pub fn watch(
     mut child: Group,
     limits: &Limits,
     look: &mut dyn FnMut() -> Option<u64>,
     written: &dyn Fn() -> u64,
-) -> Result<Done, Ended> {
+    work: &Path,
+) -> Result<Done, ProgramError> {
+    let hung = |reason: String| ProgramError::Hung {
+        reason,
+        log: String::new(),
+    };
     let began = Instant::now();
     let mut done = 0;
     let mut moved = Instant::now();
     for looks in 0u32.. {
-        let ended = child.status()?;
-        let now = look().ok_or(Ended::RuledOut)?;
+        let ended = child.status().map_err(failed("wait for", work))?;
+        let now = look().ok_or_else(|| nonsense("what it says of itself rules it out"))?;
         if looks.is_multiple_of(WEIGH_EVERY) || ended.is_some() {
             weigh(&child, limits, written)?;
         }
@@ -91,29 +81,28 @@ pub fn watch(
             moved = Instant::now();
         }
         if asked_to_end() {
-            return Err(Ended::Interrupted);
+            return Err(ProgramError::Interrupted);
         }
         if began.elapsed() > limits.time {
-            return Err(Ended::Hung(format!("not done within {:?}", limits.time)));
+            return Err(hung(format!("not done within {:?}", limits.time)));
         }
         if moved.elapsed() > limits.stall {
-            let stall = limits.stall;
-            return Err(Ended::Hung(format!("no sign of life for {stall:?}")));
+            return Err(hung(format!("no sign of life for {:?}", limits.stall)));
         }
         thread::sleep(LOOK_EVERY);
     }
-    Err(Ended::Hung("it never ended".to_owned()))
+    Err(hung("it never ended".to_owned()))
 }
 
-fn weigh(child: &Group, limits: &Limits, written: &dyn Fn() -> u64) -> Result<(), Ended> {
+fn weigh(child: &Group, limits: &Limits, written: &dyn Fn() -> u64) -> Result<(), ProgramError> {
     let check = |what: &str, is: &dyn Fn() -> u64, limit: u64| {
         let is = if limit < u64::MAX { is() } else { 0 };
         if is <= limit {
             return Ok(());
         }
         let (is, limit) = (is >> 20, limit >> 20);
-        let message = format!("{is} MB of {what}, and {limit} MB is its limit");
-        Err(Ended::TooMuch(message))
+        let reason = format!("{is} MB of {what}, and {limit} MB is its limit");
+        Err(ProgramError::TooMuch { reason })
     };
     check("memory", &|| child.memory(), limits.memory)?;
     check("output", written, limits.output)
@@ -141,13 +130,11 @@ pub fn log(path: &Path) -> String {
 pub fn end_of(log: &str) -> String {
     let lines: Vec<&str> = log.lines().collect();
     let last = &lines[lines.len().saturating_sub(LINES_SHOWN)..];
-    let cut = last
-        .iter()
-        .map(|line| match line.char_indices().nth(LONGEST_SHOWN) {
-            Some((end, _)) => format!("{} …", &line[..end]),
-            None => (*line).to_owned(),
-        });
-    cut.collect::<Vec<String>>().join("\n")
+    let cut = |line: &&str| match line.char_indices().nth(LONGEST_SHOWN) {
+        Some((end, _)) => format!("{} …", &line[..end]),
+        None => (*line).to_owned(),
+    };
+    last.iter().map(cut).collect::<Vec<String>>().join("\n")
 }
 
 /// Lines `STAGE STEP SHARE` in a file that grows.

@@ -12,17 +12,16 @@ use std::process::Command;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::exec::{SAID, finish, usual_limits};
+use super::exec::{ProgramRun, SAID, finish, usual_limits};
 use super::read::{Timed, TimedSteps};
-use super::watch::Limits;
+use super::watch::{Done, Limits};
 use super::{ProgramError, ensure, exec, nonsense, read, read_json};
 use crate::child::on_path;
 use crate::files::{failed, sha256_hex, write_whole};
 use grains::model::Model;
 use grains::scene::{NewContactSlip, Scene, SlipVelocity, Tension, TorqueArms, Viscosity};
 use grains::tables::{Bodies, Snapshot};
-use grains::task::{Case, Effective, Load};
-use grains::task::{Observer, Outcome, Task};
+use grains::task::{Case, Effective, Load, Observer, Task};
 
 /// The oldest YADE whose options this driver relies on.
 pub const OLDEST_VERSION: (u32, u32) = (2023, 2);
@@ -117,14 +116,12 @@ fn hinted(error: ProgramError) -> ProgramError {
 
 /// What the scene asks for that YADE does not have, if there is anything.
 pub fn lacking(scene: &Scene) -> Option<String> {
-    let stages: Vec<Model> = scene
-        .stages()
-        .map(|of| Model::in_stage(scene, of))
-        .collect();
+    let stages = scene.stages().map(|of| Model::in_stage(scene, of));
+    let stages: Vec<Model> = stages.collect();
     let dashpots = stages.iter().filter(|of| of.law.has_dashpots()).count();
-    let one =
-        (0 < dashpots && dashpots < stages.len()).then(|| "dashpots in one stage only".to_owned());
-    stages.iter().find_map(unsupported).or(one)
+    let in_one = 0 < dashpots && dashpots < stages.len();
+    let in_one = in_one.then(|| "dashpots in one stage only".to_owned());
+    stages.iter().find_map(unsupported).or(in_one)
 }
 
 /// The YADE that is to run the scene, which has all that it asks for.
@@ -149,10 +146,10 @@ pub fn unsupported(model: &Model) -> Option<String> {
         Viscosity::Dashpot { .. } if model.law.has_friction_of_walls() => {
             Some("friction of its own at walls or punch beside dashpots")
         }
-        Viscosity::Dashpot { .. } if !model.law.has_friction() => None,
         Viscosity::Dashpot { .. }
-            if contact.slip_velocity != SlipVelocity::ContactPoint
-                || contact.torque_arms != TorqueArms::ContactPoint =>
+            if model.law.has_friction()
+                && (contact.slip_velocity != SlipVelocity::ContactPoint
+                    || contact.torque_arms != TorqueArms::ContactPoint) =>
         {
             Some(
                 "dashpots with friction other than by contact.slip_velocity = contact_point and \
@@ -167,39 +164,23 @@ pub fn unsupported(model: &Model) -> Option<String> {
         .map(str::to_owned)
 }
 
-/// What YADE wrote on its standard output and error; of a very long log the end.
-pub use super::exec::log;
-
-#[derive(Debug)]
-pub struct YadeRun {
-    pub outcome: Outcome,
-    pub version: String,
-    pub log: String,
-}
-
-/// Runs the task in YADE. `work` is an empty folder on a disk with room for about 1 MB a moment
-/// of history.
+/// Runs the task in YADE. `work` is an empty folder on a disk with room for about 1 MB a moment of history.
 pub fn run(
     scene: &Scene,
     task: &Task,
     options: &Options,
     work: &Path,
     observer: &mut dyn Observer,
-) -> Result<YadeRun, ProgramError> {
+) -> Result<ProgramRun, ProgramError> {
     let yade = check_scene(scene, options)?;
     exec::write_scene(work, scene, task, &options.settings())?;
-    let version = start(&yade, RUN_SCENE, work, options, observer)?;
-    Ok(YadeRun {
+    let (took, version) = start(&yade, RUN_SCENE, work, options, observer)?;
+    Ok(ProgramRun {
         outcome: read::scene(work, scene, task, observer).map_err(hinted)?,
         version,
-        log: log(work),
+        log: exec::log(work),
+        took,
     })
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct CasesInYade {
-    pub version: String,
-    pub cases: Vec<CaseInYade>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -214,13 +195,13 @@ pub struct CaseInYade {
 /// Grains of the largest case whose summed forces and torques are written too.
 const MOST_LOADED: usize = 200;
 
-/// Runs the cases in one start of YADE, in order; `work` is an empty folder.
+/// Runs the cases in one start of YADE, in order, and its version; `work` is an empty folder.
 pub fn run_cases(
     cases: &[&Case],
     options: &Options,
     work: &Path,
     observer: &mut dyn Observer,
-) -> Result<CasesInYade, ProgramError> {
+) -> Result<(Vec<CaseInYade>, String), ProgramError> {
     let version = start_cases(cases, RUN_CASES, options, work, observer)?;
     let runs = read::cases(work, cases).map_err(hinted)?;
     let complete = |(case, run): (&&Case, Result<read::CaseRun, String>)| {
@@ -236,10 +217,7 @@ pub fn run_cases(
         })
     };
     let cases: Result<_, ProgramError> = cases.iter().zip(runs).map(complete).collect();
-    Ok(CasesInYade {
-        version,
-        cases: cases?,
-    })
+    Ok((cases?, version))
 }
 
 /// Starts the script on these cases, and returns YADE's version.
@@ -257,7 +235,7 @@ fn start_cases(
     let mut settings = options.settings();
     settings["loads_up_to"] = MOST_LOADED.into();
     exec::write_cases(work, cases, &settings)?;
-    start(&yade, script, work, options, observer)
+    Ok(start(&yade, script, work, options, observer)?.1)
 }
 
 /// What YADE would choose, s.
@@ -305,7 +283,7 @@ pub fn time(
         let threads = format!("OMP_NUM_THREADS={}", steps.processes);
         options.under.extend(["env".to_owned(), threads]);
     }
-    let version = start(&yade, TIME_STEPS, work, &options, &mut ())?;
+    let (_, version) = start(&yade, TIME_STEPS, work, &options, &mut ())?;
     let timed = read::timed(work, model, bodies, steps).map_err(hinted)?;
     Ok((timed, version))
 }
@@ -314,14 +292,14 @@ fn can(lacking: Option<String>) -> Result<(), ProgramError> {
     lacking.map_or(Ok(()), |what| Err(lacks(what)))
 }
 
-/// Runs the script on the job in `work` to its end, or ends it; returns YADE's version.
+/// Runs the script on the job in `work` to its end, or ends it; what it took, and YADE's version.
 fn start(
     yade: &Installation,
     script: Script,
     work: &Path,
     options: &Options,
     observer: &mut dyn Observer,
-) -> Result<String, ProgramError> {
+) -> Result<(Done, String), ProgramError> {
     let work = &fs::canonicalize(work).map_err(failed("find", work))?;
     // YADE ends with an error of its own where its home is not text.
     if work.to_str().is_none() {
@@ -355,27 +333,22 @@ fn start(
         }
         version.is_ok()
     };
-    let done = finish(
-        &mut command,
-        SAID,
-        &options.limits,
-        work,
-        observer,
-        &mut fits,
-    );
+    let limits = &options.limits;
+    let done = finish(&mut command, SAID, limits, work, observer, &mut fits);
     let version = version.and_then(|version| match version {
         Some(_) => Ok(version),
         None => hello(work),
     });
     let version = version.map_err(hinted)?;
-    done.map_err(|error| match error {
+    let done = done.map_err(|error| match error {
         ProgramError::NotStarted { reason, .. } => missing(format!(
             "{} cannot be started: {reason}",
             yade.interpreter.display()
         )),
         other => other,
     })?;
-    version.ok_or_else(|| hinted(nonsense("it ended well without saying its version")))
+    let silent = || hinted(nonsense("it ended well without saying its version"));
+    Ok((done, version.ok_or_else(silent)?))
 }
 
 /// The version, once the script has said it.

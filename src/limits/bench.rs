@@ -14,18 +14,18 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::compare::bits::TableBits;
-use crate::engine::exec::ExternalEngine;
-use crate::engine::{EngineError, ProgramError, yade};
+use crate::engine::{EngineError, ProgramError};
 use crate::error::Error;
 use crate::files::work_folder;
 use crate::progress::{Display, StageObserver};
+use crate::study::realization::Engines;
 use grains::native::timing::Share;
 
 use bed::{Bed, PAPER};
 use contender::{Contender, Contest};
 use document::Goal;
 use machine::{Bound, Instructions, Machine, Throughput, Work};
-use scaling::{Point, Scaling, SpeedUp};
+use scaling::{Point, SpeedUp};
 use timing::Spread;
 
 /// What came back makes no sense.
@@ -75,9 +75,8 @@ pub struct Options {
     /// Few rounds and small sizes only.
     pub quick: bool,
     pub rounds: Option<u32>,
-    pub yade: yade::Options,
-    /// One more engine, an external one.
-    pub external: Option<ExternalEngine>,
+    /// One more engine may be among them, an external one.
+    pub engines: Engines,
     /// This program, for the parts that need a process of their own.
     pub crossgrain: PathBuf,
     pub command: String,
@@ -136,8 +135,7 @@ pub struct Setup<'a> {
     /// The paper's.
     pub bed: &'a Bed,
     pub with_friction: &'a Bed,
-    pub yade: &'a yade::Options,
-    pub external: Option<&'a ExternalEngine>,
+    pub engines: &'a Engines,
     /// This program, for the parts that need a process of their own.
     pub crossgrain: &'a Path,
     /// A folder for the processes.
@@ -234,16 +232,16 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
         },
         bed: &bed,
         with_friction: &with_friction,
-        yade: &options.yade,
-        external: options.external.as_ref(),
+        engines: &options.engines,
         crossgrain: &options.crossgrain,
         work: work.path(),
     };
     let plan = &setup.plan;
     let task = display.task("engines side by side");
-    let rounds = contender::rounds(&setup, &task)?;
+    let mut missed = Vec::new();
+    let (contests, bits) = contender::rounds(&setup, &task, &mut missed)?;
+    let [sorted_bits, friction_bits] = bits;
     task.done(&format!("{} rounds", plan.rounds));
-    let mut missed = rounds.missed;
 
     let task = display.task("stages and limits");
     let clocked = timing::clocked(&bed, CLOCKED_STEPS)?;
@@ -255,15 +253,10 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
     task.done("counted");
 
     let task = display.task("cost against size");
-    let Scaling {
-        points: scaling,
-        speed_ups,
-        missed: not_scaled,
-    } = scaling::measure(&setup, &task)?;
-    missed.extend(not_scaled);
+    let (scaling, speed_ups) = scaling::measure(&setup, &task, &mut missed)?;
     task.done(&format!("{} sizes", plan.sizes.len()));
 
-    let friction_cost = friction_cost(&rounds.contests);
+    let friction_cost = friction_cost(&contests);
     let pairs_a_grain = clocked.listed_pairs as f64 / f64::from(PAPER);
     Ok(Bench {
         crossgrain: env!("CARGO_PKG_VERSION").to_owned(),
@@ -283,17 +276,12 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
         instructions,
         distances: distances(&scaling, pairs_a_grain, &throughput),
         throughput,
-        goals: document::goals(
-            &rounds.contests,
-            friction_cost.as_ref(),
-            &scaling,
-            &speed_ups,
-        ),
+        goals: document::goals(&contests, friction_cost.as_ref(), &scaling, &speed_ups),
         friction_cost,
-        disturbed: disturbed(&rounds.contests),
-        contests: rounds.contests,
-        sorted_bits: rounds.sorted_bits,
-        friction_bits: rounds.friction_bits,
+        disturbed: disturbed(&contests),
+        contests,
+        sorted_bits,
+        friction_bits,
         scaling,
         speed_ups,
         missed,
@@ -311,10 +299,7 @@ fn friction_cost(contests: &[Contest]) -> Option<Spread> {
 fn distances(points: &[Point], pairs_a_grain: f64, throughput: &Throughput) -> Vec<Distance> {
     let native = |point: &&Point| point.name == "native" && point.grains >= PAPER;
     let of: Vec<&Point> = points.iter().filter(native).collect();
-    let ends = of
-        .first()
-        .into_iter()
-        .chain(of.last().filter(|_| of.len() > 1));
+    let ends = of.iter().take(1).chain(of.iter().skip(1).last());
     ends.map(|point| {
         let grains = f64::from(point.grains);
         let work = Work {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::engine::exec::{ExternalEngine, Part, missing_for_scene, run_external};
+use crate::engine::exec::{self, ExternalEngine, Part, missing_for_scene};
 use crate::engine::{ProgramError, yade};
 use crate::files::sha256_hex;
 use crate::run::EngineError;
@@ -192,10 +192,10 @@ fn in_external(
     if only_poured {
         task.until = Until::EndOfSettling;
     }
-    let run = run_external(scene, &task, engine, work, &mut ())?;
+    let run = exec::run(scene, &task, engine, work, &mut ())?;
     let told = run.outcome.stages.iter().map(|stage| stage.cpu_seconds);
     let elsewhere = run.took.processor_seconds.unwrap_or_else(|| told.sum());
-    let mut made = whole(run.outcome, elsewhere, run.description.label());
+    let mut made = whole(run.outcome, elsewhere, engine.description.label());
     if only_poured && made.ending != Ending::NotSettled {
         made.ending = Ending::Poured;
         made.outcome.settled = Some(made.outcome.last.clone());

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::checks::{Check, Outcome};
 use crate::compare::first_steps::{self, Asked, Beds};
 use crate::document::{Document, Section};
-use crate::engine::exec::{self, Description, Options, Part};
+use crate::engine::exec::{self, Description, ExternalEngine, Options, Part};
 use crate::engine::{ProgramError, yade};
 use crate::files::work_folder;
 use crate::run::EngineError;
@@ -161,7 +161,7 @@ pub fn of_yade(
     progress: &mut dyn FnMut(&str),
 ) -> Result<Conformance, EngineError> {
     let work = work_folder().map_err(ProgramError::File)?;
-    let version = yade::run_cases(&[], options, work.path(), &mut ())?.version;
+    let (_, version) = yade::run_cases(&[], options, work.path(), &mut ())?;
     let order = if options.sorted { "sorted" } else { "ordinary" };
     let judgement = first_steps::first_steps(Asked::Yade(options), beds, progress)?;
     Ok(Conformance {
@@ -250,7 +250,8 @@ fn in_native(job: &Job) -> Result<Story, NativeError> {
 fn in_engine(options: &Options, job: &Job) -> Result<Story, ProgramError> {
     let mut story = Story::default();
     let work = work_folder()?;
-    let run = exec::run(&job.scene, &job.task, options, work.path(), &mut story)?;
+    let engine = ExternalEngine::ask(options.clone())?;
+    let run = exec::run(&job.scene, &job.task, &engine, work.path(), &mut story)?;
     story.stages = run.outcome.stages;
     Ok(story)
 }

@@ -96,8 +96,8 @@ pub fn of_yade(
     work: &std::path::Path,
 ) -> Result<Vec<Parameter>, ProgramError> {
     let case = probe(scene);
-    let run = yade::run_cases(&[&case], options, work, &mut ())?;
-    let first = run.cases.first();
+    let (cases, _) = yade::run_cases(&[&case], options, work, &mut ())?;
+    let first = cases.first();
     Ok(first.map_or(Vec::new(), |of| list(&case, &of.effective)))
 }
 
@@ -336,8 +336,8 @@ pub fn apart(of: &Snapshot, truth: &Snapshot) -> impl Iterator<Item = f64> {
 
 fn in_yade(case: &Case, options: yade::Options) -> Result<Track, ProgramError> {
     let work = work_folder()?;
-    let run = run_cases(&[case], &options, work.path(), &mut ())?;
-    Ok(run.cases.into_iter().flat_map(|case| case.track).collect())
+    let (cases, _) = run_cases(&[case], &options, work.path(), &mut ())?;
+    Ok(cases.into_iter().flat_map(|case| case.track).collect())
 }
 
 fn largest_error(of: &Snapshot, truth: &Snapshot) -> f64 {

@@ -322,8 +322,8 @@ impl Suite {
         let alone = cases.len() - scenes.len();
         cases.extend(self.cross.iter().map(|of| &of.case));
         let work = work_folder().map_err(ProgramError::File)?;
-        let run = run_cases(&cases, options, work.path(), observer)?;
-        let mut rest = run.cases.into_iter();
+        let (made, version) = run_cases(&cases, options, work.path(), observer)?;
+        let mut rest = made.into_iter();
         let answers = scenes.iter().zip(rest.by_ref());
         let answers = answers.map(|((name, probe), of)| Answer {
             name,
@@ -333,7 +333,7 @@ impl Suite {
         let answers = answers.collect();
         let tracks: Vec<Track> = rest.by_ref().take(alone).map(|of| of.track).collect();
         Ok(RunInYade {
-            version: run.version,
+            version,
             tracks: tracks.into_iter(),
             answers,
             cross: rest.collect(),

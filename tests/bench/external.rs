@@ -1,11 +1,12 @@
 //! An external engine on the settled bed.
 
 use crossgrain::engine::exec::{ExternalEngine, Options};
-use crossgrain::engine::yade;
 use crossgrain::error::Error;
 use crossgrain::limits::bench::bed::{self, Bed};
-use crossgrain::limits::bench::contender::{Contender, Sanity, Tolerance, Turn};
+use crossgrain::limits::bench::contender::{Contender, Sanity, Tolerance};
 use crossgrain::limits::bench::{Missed, Plan, Setup, timing};
+use crossgrain::study::realization::Engines;
+use grains::native::timing::Window;
 
 use crate::support::*;
 
@@ -17,22 +18,25 @@ const PLAN: Plan = Plan {
 };
 
 /// A turn of the engine on this bed.
-fn turn(bed: &Bed, external: &ExternalEngine) -> Result<(Turn, Sanity, String), Error> {
-    let yade = yade::Options::default();
+fn turn(bed: &Bed, external: &ExternalEngine) -> Result<(Window, Sanity, String), Error> {
+    let engines = Engines {
+        external: Some(external.clone()),
+        ..Engines::default()
+    };
     let work = new_folder();
     let setup = Setup {
         plan: PLAN,
         bed,
         with_friction: bed,
-        yade: &yade,
-        external: Some(external),
+        engines: &engines,
         crossgrain: &work,
         work: &work,
     };
-    let turn = Contender::External.run(&setup)?;
+    let (timed, version) = Contender::External.run(&setup)?;
+    assert_eq!(version, external.description.version);
     let native = timing::after(bed, PLAN.compared_after())?;
-    let sanity = Contender::External.check(&turn, &setup, &native)?;
-    Ok((turn, sanity, setup.name_of(Contender::External)))
+    let sanity = Contender::External.check(&timed.last, &setup, &native);
+    Ok((timed.window, sanity, setup.name_of(Contender::External)))
 }
 
 fn small_bed(grains: u32) -> Bed {
@@ -49,8 +53,7 @@ fn toy(from: &str, to: &str) -> (Place, ExternalEngine) {
 #[test]
 fn its_steps_are_timed_by_two_runs_and_its_bed_is_held_against_native() {
     let external = ExternalEngine::ask(Options::new(adapter_path("toy.py"))).expect("the toy");
-    let (turn, sanity, name) = turn(&small_bed(60), &external).expect("a turn");
-    let window = turn.window;
+    let (window, sanity, name) = turn(&small_bed(60), &external).expect("a turn");
     // As long as it takes until the two differ by a second.
     assert!(window.steps.is_multiple_of(PLAN.compared_after()));
     let seconds = window.cpu_seconds;
@@ -58,7 +61,8 @@ fn its_steps_are_timed_by_two_runs_and_its_bed_is_held_against_native() {
     assert!(sanity.holds && sanity.steps == 30, "{sanity:?}");
     // The toy has the native engine's bits.
     assert_eq!(sanity.displacement, 0.0);
-    assert_eq!((name.as_str(), turn.version.as_str()), ("exec:toy", "1"));
+    assert_eq!(name, "exec:toy");
+    assert_eq!(external.description.version, "1");
 }
 
 #[test]
@@ -80,7 +84,7 @@ fn what_it_says_of_itself_widens_what_is_allowed() {
 fn a_bed_that_it_cannot_take_is_not_made_with_its_reason() {
     let missed = |external: &ExternalEngine, grains| {
         let error = turn(&small_bed(grains), external).expect_err("not made");
-        let needed = Contender::External.known().needed;
+        let needed = Contender::External.needed();
         let missed = Missed::of("external", "exec:toy", needed, error);
         missed.expect("no interruption")
     };
@@ -101,7 +105,7 @@ fn a_bed_that_it_cannot_take_is_not_made_with_its_reason() {
 #[cfg_attr(not(feature = "live"), ignore = "needs LAMMPS and LIGGGHTS")]
 fn lammps_takes_the_bed() {
     let external = ExternalEngine::ask(Options::new(adapter_path("lammps.py"))).expect("LAMMPS");
-    let (turn, sanity, name) = turn(&small_bed(500), &external).expect("a turn");
+    let (window, sanity, name) = turn(&small_bed(500), &external).expect("a turn");
     assert!(sanity.holds, "{sanity:?}");
-    assert!(turn.window.steps >= 30 && name == "exec:LAMMPS");
+    assert!(window.steps >= 30 && name == "exec:LAMMPS");
 }

@@ -9,9 +9,9 @@ use super::bed::Bed;
 use super::timing::{self, Spread};
 use super::{Missed, Plan, Setup, nonsense};
 use crate::compare::bits::{self, TableBits};
-use crate::engine::exec::{self, Adapter, ExecRun, ExternalEngine, run_external};
+use crate::engine::exec::{self, Adapter, Description, ExternalEngine, ProgramRun};
 use crate::engine::read::{Timed, TimedSteps};
-use crate::engine::{ProgramError, yade};
+use crate::engine::yade;
 use crate::error::Error;
 use crate::progress;
 use crate::study::realization::unobserved;
@@ -53,6 +53,18 @@ pub const ALL: [Contender; 9] = [
     Contender::LammpsFriction,
 ];
 
+/// What computes it.
+#[derive(Clone, Copy, PartialEq)]
+enum Program {
+    /// A part of this program, so timed longer and without a process of its own.
+    Native,
+    Yade {
+        sorted: bool,
+    },
+    Adapter(Adapter),
+    External,
+}
+
 impl Setup<'_> {
     /// What it computes.
     pub fn bed_of(&self, contender: Contender) -> &Bed {
@@ -62,63 +74,25 @@ impl Setup<'_> {
         }
     }
 
+    /// What the external engine says of itself.
+    fn described(&self, contender: Contender) -> Option<&Description> {
+        let external = self.engines.external.as_ref();
+        let external = external.filter(|_| contender == Contender::External);
+        external.map(|of| &of.description)
+    }
+
     /// For tables. An external engine may have the name of one that takes part anyway.
     pub fn name_of(&self, contender: Contender) -> String {
-        match (contender, self.external) {
-            (Contender::External, Some(of)) => format!("exec:{}", of.description.name),
-            _ => contender.known().name.to_owned(),
+        match self.described(contender) {
+            Some(of) => format!("exec:{}", of.name),
+            None => contender.name().to_owned(),
         }
     }
 
     /// Where it says that it does something else than the model says.
     fn approximations_of(&self, contender: Contender) -> Vec<String> {
-        match (contender, self.external) {
-            (Contender::External, Some(of)) => of.description.approximations.clone(),
-            _ => Vec::new(),
-        }
-    }
-}
-
-#[derive(Debug)]
-pub struct Turn {
-    pub window: Window,
-    /// The bed after [`Plan::compared_after`] steps, and its contacts between grains; a native engine is not asked
-    /// here, because its window is longer.
-    pub bed: Option<(Bodies, usize)>,
-    pub version: String,
-    /// Largest resident memory of its process, where that is known.
-    pub peak_memory: Option<u64>,
-    /// Its own account of where the time goes.
-    pub shares: Vec<Share>,
-}
-
-/// Goals: how many times native's time a step of YADE's ordinary loop is to take, and one of LAMMPS; the same with friction.
-pub const YADE_OVER_NATIVE: f64 = 30.0;
-pub const LAMMPS_OVER_NATIVE: f64 = 7.0;
-pub const YADE_OVER_NATIVE_FRICTION: f64 = 25.0;
-pub const LAMMPS_OVER_NATIVE_FRICTION: f64 = 4.0;
-
-pub struct Known {
-    /// In ids of checks, unique.
-    pub id: &'static str,
-    pub name: &'static str,
-    /// Part of this program, so timed longer and without a process of its own.
-    pub native: bool,
-    tolerance: Tolerance,
-    pub needed: bool,
-    /// How many times native's time a step of it is to take, where that is a goal.
-    pub goal: Option<f64>,
-}
-
-impl Turn {
-    fn new(window: Window, version: String, bed: Option<&Snapshot>) -> Self {
-        Turn {
-            window,
-            bed: bed.map(|last| (last.bodies.clone(), between_grains(last))),
-            version,
-            peak_memory: None,
-            shares: Vec::new(),
-        }
+        let described = self.described(contender);
+        described.map_or(Vec::new(), |of| of.approximations.clone())
     }
 }
 
@@ -132,127 +106,115 @@ impl Contender {
         )
     }
 
-    fn sorted(self) -> bool {
-        matches!(self, Contender::YadeSorted | Contender::YadeSortedFriction)
-    }
-
-    pub fn known(self) -> Known {
-        use Tolerance as Within;
-        let other = |id, name, tolerance| Known {
-            id,
-            name,
-            native: false,
-            tolerance,
-            needed: true,
-            goal: None,
-        };
-        let native = |id, name| Known {
-            native: true,
-            ..other(id, name, Within::ROUNDING)
-        };
+    fn program(self) -> Program {
+        use Contender::{YadeOrdinary, YadeOrdinaryFriction, YadeSorted, YadeSortedFriction};
         match self {
-            Contender::Native => native("native", "native"),
-            Contender::YadeOrdinary => Known {
-                goal: Some(YADE_OVER_NATIVE),
-                ..other("ordinary-loop", "YADE -j1, ordinary loop", Within::ROUNDING)
-            },
-            Contender::YadeSorted => {
-                other("sorted-loop", "YADE -j1, sorted loop", Within::ROUNDING)
-            }
-            Contender::Lammps => Known {
-                needed: false,
-                goal: Some(LAMMPS_OVER_NATIVE),
-                ..other("gran-hooke", "LAMMPS gran/hooke", Within::OTHER_LAW)
-            },
-            Contender::Liggghts => Known {
-                needed: false,
-                ..other(
-                    "hooke-stiffness",
-                    "LIGGGHTS hooke/stiffness",
-                    Within::OTHER_LAW,
-                )
-            },
-            Contender::NativeFriction => native("native-friction", "native, friction"),
-            Contender::YadeOrdinaryFriction => Known {
-                goal: Some(YADE_OVER_NATIVE_FRICTION),
-                ..other(
-                    "ordinary-loop-friction",
-                    "YADE -j1, ordinary loop, friction",
-                    Within::ROUNDING,
-                )
-            },
-            Contender::YadeSortedFriction => other(
-                "sorted-loop-friction",
-                "YADE -j1, sorted loop, friction",
-                Within::ROUNDING,
-            ),
-            Contender::LammpsFriction => Known {
-                needed: false,
-                goal: Some(LAMMPS_OVER_NATIVE_FRICTION),
-                ..other(
-                    "gran-hooke-history",
-                    "LAMMPS gran/hooke/history, friction",
-                    Within::OTHER_LAW,
-                )
-            },
-            Contender::External => other("external", "exec", Within::OTHER_OPERATIONS),
+            Contender::Native | Contender::NativeFriction => Program::Native,
+            YadeOrdinary | YadeOrdinaryFriction => Program::Yade { sorted: false },
+            YadeSorted | YadeSortedFriction => Program::Yade { sorted: true },
+            Contender::Lammps | Contender::LammpsFriction => Program::Adapter(Adapter::LAMMPS),
+            Contender::Liggghts => Program::Adapter(Adapter::LIGGGHTS),
+            Contender::External => Program::External,
         }
     }
 
-    /// Times its window on the bed.
-    pub fn run(self, setup: &Setup<'_>) -> Result<Turn, Error> {
-        let (bed, plan) = (setup.bed_of(self), &setup.plan);
-        let folder = timing::folder(setup.work, "turn")?;
-        if self.known().native {
-            let window = timing::time(bed, plan.native, 1)?;
-            return Ok(Turn::new(
-                window,
-                env!("CARGO_PKG_VERSION").to_owned(),
-                None,
-            ));
+    fn id_and_name(self) -> [&'static str; 2] {
+        match self {
+            Contender::Native => ["native", "native"],
+            Contender::YadeOrdinary => ["ordinary-loop", "YADE -j1, ordinary loop"],
+            Contender::YadeSorted => ["sorted-loop", "YADE -j1, sorted loop"],
+            Contender::Lammps => ["gran-hooke", "LAMMPS gran/hooke"],
+            Contender::Liggghts => ["hooke-stiffness", "LIGGGHTS hooke/stiffness"],
+            Contender::NativeFriction => ["native-friction", "native, friction"],
+            Contender::YadeOrdinaryFriction => [
+                "ordinary-loop-friction",
+                "YADE -j1, ordinary loop, friction",
+            ],
+            Contender::YadeSortedFriction => {
+                ["sorted-loop-friction", "YADE -j1, sorted loop, friction"]
+            }
+            Contender::LammpsFriction => {
+                ["gran-hooke-history", "LAMMPS gran/hooke/history, friction"]
+            }
+            Contender::External => ["external", "exec"],
         }
-        if self == Contender::External {
-            let engine = setup.external.ok_or_else(|| {
-                ProgramError::Refused("none was named: --engine exec:PATH".to_owned())
-            })?;
-            return by_two_runs(bed, plan, engine, &folder);
-        }
-        // Only YADE has an account of its own.
-        let is_yade = !matches!(
-            self,
-            Contender::Lammps | Contender::Liggghts | Contender::LammpsFriction
-        );
-        let steps = TimedSteps {
-            warm_up: plan.warm_up,
-            timed: plan.other,
-            shares: if is_yade { plan.shares } else { 0 },
-            processes: 1,
-        };
-        let (timed, version) = timed(self, bed, steps, setup.yade, &folder)?;
-        Ok(Turn {
-            peak_memory: timed.peak_memory,
-            shares: timed.shares,
-            ..Turn::new(timed.window, version, Some(&timed.last))
+    }
+
+    /// In ids of checks, unique.
+    pub fn id(self) -> &'static str {
+        self.id_and_name()[0]
+    }
+
+    pub fn name(self) -> &'static str {
+        self.id_and_name()[1]
+    }
+
+    pub fn is_native(self) -> bool {
+        self.program() == Program::Native
+    }
+
+    pub fn is_sorted(self) -> bool {
+        self.program() == Program::Yade { sorted: true }
+    }
+
+    /// Whether a benchmark without it is incomplete.
+    pub fn needed(self) -> bool {
+        !matches!(self.program(), Program::Adapter(_))
+    }
+
+    /// How many times native's time a step of it is to take, where that is a goal, and what the goal is.
+    pub fn goal(self) -> Option<(f64, &'static str)> {
+        Some(match self {
+            Contender::YadeOrdinary => (30.0, "native against YADE's ordinary loop"),
+            Contender::Lammps => (7.0, "native against LAMMPS gran/hooke"),
+            Contender::YadeOrdinaryFriction => {
+                (25.0, "with friction, native against YADE's ordinary loop")
+            }
+            Contender::LammpsFriction => (
+                4.0,
+                "with friction, native against LAMMPS gran/hooke/history",
+            ),
+            _ => return None,
         })
     }
 
-    /// Holds its bed against the native one after the same steps.
-    pub fn check(self, turn: &Turn, setup: &Setup<'_>, native: &Snapshot) -> Result<Sanity, Error> {
-        let (known, bed) = (self.known(), setup.bed_of(self));
-        let own;
-        let (bodies, contacts) = match &turn.bed {
-            Some((bodies, contacts)) => (bodies, *contacts),
-            None => {
-                own = timing::after(bed, native.step)?;
-                (&own.bodies, between_grains(&own))
+    /// Times its window on the bed, with the bed after [`Plan::compared_after`] steps; and its version.
+    pub fn run(self, setup: &Setup<'_>) -> Result<(Timed, String), Error> {
+        let (bed, plan) = (setup.bed_of(self), &setup.plan);
+        let folder = timing::folder(setup.work, "turn")?;
+        match self.program() {
+            Program::Native => {
+                let window = timing::time(bed, plan.native, 1)?;
+                let last = timing::after(bed, plan.compared_after())?;
+                let version = env!("CARGO_PKG_VERSION").to_owned();
+                Ok((Timed::plain(window, last), version))
             }
+            Program::External => by_two_runs(bed, plan, setup.engines.external()?, &folder),
+            of => {
+                // Only YADE has an account of its own.
+                let is_yade = matches!(of, Program::Yade { .. });
+                let steps = TimedSteps {
+                    warm_up: plan.warm_up,
+                    timed: plan.other,
+                    shares: if is_yade { plan.shares } else { 0 },
+                    processes: 1,
+                };
+                timed(self, bed, steps, &setup.engines.yade, &folder)
+            }
+        }
+    }
+
+    /// Holds its bed against the native one after the same steps.
+    pub fn check(self, last: &Snapshot, setup: &Setup<'_>, native: &Snapshot) -> Sanity {
+        let tolerance = match self.program() {
+            _ if !setup.approximations_of(self).is_empty() => Tolerance::OTHER_LAW,
+            Program::Native | Program::Yade { .. } => Tolerance::ROUNDING,
+            Program::Adapter(_) => Tolerance::OTHER_LAW,
+            Program::External => Tolerance::OTHER_OPERATIONS,
         };
-        let mean_radius = 0.5 * bed.scene.particles.mean_diameter;
-        let tolerance = match setup.approximations_of(self).is_empty() {
-            true => known.tolerance,
-            false => Tolerance::OTHER_LAW,
-        };
-        Ok(Sanity::of(bodies, contacts, native, mean_radius, tolerance))
+        let mean_radius = 0.5 * setup.bed.scene.particles.mean_diameter;
+        let contacts = between_grains(last);
+        Sanity::of(&last.bodies, contacts, native, mean_radius, tolerance)
     }
 }
 
@@ -266,14 +228,12 @@ pub fn timed(
     work: &Path,
 ) -> Result<(Timed, String), Error> {
     let model = Model::of(&bed.scene);
-    let options = yade::Options {
-        sorted: contender.sorted(),
-        ..options.clone()
-    };
-    let adapter = match contender {
-        Contender::Lammps | Contender::LammpsFriction => Adapter::LAMMPS,
-        Contender::Liggghts => Adapter::LIGGGHTS,
-        _ => return Ok(yade::time(&model, &bed.bodies, steps, &options, work)?),
+    let Program::Adapter(adapter) = contender.program() else {
+        let options = yade::Options {
+            sorted: contender.is_sorted(),
+            ..options.clone()
+        };
+        return Ok(yade::time(&model, &bed.bodies, steps, &options, work)?);
     };
     let engine = adapter.place(work, &options.limits)?;
     let job = timing::folder(work, "job")?;
@@ -294,16 +254,14 @@ fn by_two_runs(
     plan: &Plan,
     engine: &ExternalEngine,
     work: &Path,
-) -> Result<Turn, Error> {
+) -> Result<(Timed, String), Error> {
     let mut steps = plan.compared_after();
     let first = run(bed, steps, engine, work)?;
     let mut before = first.took;
     for _ in 0..MOST_ROUNDS {
         let after = run(bed, 2 * steps, engine, work)?.took;
-        let cpu_seconds = after
-            .processor_seconds
-            .zip(before.processor_seconds)
-            .map(|(after, before)| after - before);
+        let both = after.processor_seconds.zip(before.processor_seconds);
+        let cpu_seconds = both.map(|(after, before)| after - before);
         let window = Window {
             steps,
             wall_seconds: after.wall_seconds - before.wall_seconds,
@@ -311,8 +269,8 @@ fn by_two_runs(
         };
         let seconds = cpu_seconds.unwrap_or(window.wall_seconds);
         if seconds >= LONG_ENOUGH {
-            let version = first.description.version;
-            return Ok(Turn::new(window, version, Some(&first.outcome.last)));
+            let timed = Timed::plain(window, first.outcome.last);
+            return Ok((timed, engine.description.version.clone()));
         }
         // A little more than it should take.
         let longer = 1.2 * LONG_ENOUGH / seconds.max(f64::MIN_POSITIVE);
@@ -324,11 +282,11 @@ fn by_two_runs(
     )))
 }
 
-fn run(bed: &Bed, steps: u64, engine: &ExternalEngine, work: &Path) -> Result<ExecRun, Error> {
+fn run(bed: &Bed, steps: u64, engine: &ExternalEngine, work: &Path) -> Result<ProgramRun, Error> {
     // Its first moment and its last.
     let (scene, task) = (unobserved(&bed.scene), bed.task(steps));
     let folder = timing::folder(work, "job")?;
-    Ok(run_external(&scene, &task, engine, &folder, &mut ())?)
+    Ok(exec::run(&scene, &task, engine, &folder, &mut ())?)
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -455,101 +413,105 @@ pub struct Contest {
     pub sanity: Sanity,
 }
 
-#[derive(Debug)]
-pub struct Rounds {
-    /// The engines that ran in every round.
-    pub contests: Vec<Contest>,
-    /// Native against YADE's sorted loop after the same steps: every position and velocity.
-    pub sorted_bits: Option<TableBits>,
-    /// The same with friction: spins too.
-    pub friction_bits: Option<TableBits>,
-    pub missed: Vec<Missed>,
+/// What an engine has shown so far.
+struct Entrant {
+    contender: Contender,
+    windows: Vec<Window>,
+    /// Its last turn, and its version.
+    last: Option<(Timed, String)>,
 }
 
-/// Lets every engine take its turn in every round; every second round goes backwards.
-pub fn rounds(setup: &Setup<'_>, progress: &progress::Task) -> Result<Rounds, Error> {
+impl Entrant {
+    fn spread(&self) -> Option<Spread> {
+        let seconds = self.windows.iter().map(|of| of.seconds_per_step());
+        Spread::of(seconds.collect())
+    }
+}
+
+/// Native against YADE's sorted loop after the same steps: every position and velocity, and with friction every spin too.
+pub type SortedBits = [Option<TableBits>; 2];
+
+/// Lets every engine take its turn in every round; every second round goes backwards. The engines that ran in every
+/// round.
+pub fn rounds(
+    setup: &Setup<'_>,
+    progress: &progress::Task,
+    missed: &mut Vec<Missed>,
+) -> Result<(Vec<Contest>, SortedBits), Error> {
     let rounds = setup.plan.rounds;
-    let mut turns: Vec<(Contender, Vec<Turn>)> = ALL.map(|of| (of, Vec::new())).into();
-    turns.extend(setup.external.map(|_| (Contender::External, Vec::new())));
-    let mut missed: Vec<Missed> = Vec::new();
+    let external = setup.engines.external.as_ref();
+    let all = ALL.into_iter().chain(external.map(|_| Contender::External));
+    let entrants = all.map(|contender| Entrant {
+        contender,
+        windows: Vec::new(),
+        last: None,
+    });
+    let mut entrants: Vec<Entrant> = entrants.collect();
     for round in 0..rounds {
-        let mut order: Vec<usize> = (0..turns.len()).collect();
+        let mut order: Vec<&mut Entrant> = entrants.iter_mut().collect();
         if round % 2 == 1 {
             order.reverse();
         }
         let turns_a_round = order.len();
-        for (turn, index) in order.into_iter().enumerate() {
-            let (contender, of) = &mut turns[index];
-            let (known, name) = (contender.known(), setup.name_of(*contender));
+        for (turn, of) in order.into_iter().enumerate() {
+            let (contender, name) = (of.contender, setup.name_of(of.contender));
             let of_round = turn as f64 / turns_a_round as f64;
             progress.share(
                 (f64::from(round) + of_round) / f64::from(rounds),
                 &format!("round {}, {name}", round + 1),
             );
             match contender.run(setup) {
-                Ok(turn) => of.push(turn),
-                Err(error) => missed.push(Missed::of(known.id, &name, known.needed, error)?),
+                Ok(turn) => {
+                    of.windows.push(turn.0.window);
+                    of.last = Some(turn);
+                }
+                Err(error) => {
+                    let needed = contender.needed();
+                    missed.push(Missed::of(contender.id(), &name, needed, error)?);
+                }
             }
         }
         // What has failed once does not run again.
-        turns.retain(|(contender, _)| missed.iter().all(|of| of.id != contender.known().id));
+        entrants.retain(|entrant| missed.iter().all(|of| of.id != entrant.contender.id()));
     }
     let after = setup.plan.compared_after();
-    let native_bed = timing::after(setup.bed, after)?;
-    let friction_bed = timing::after(setup.with_friction, after)?;
-    let of = |wanted: Contender| {
-        let found = turns.iter().find(|(contender, _)| *contender == wanted);
-        found.map(|(_, turns)| turns.as_slice())
+    let beds = [
+        timing::after(setup.bed, after)?,
+        timing::after(setup.with_friction, after)?,
+    ];
+    let of = |wanted: Contender| entrants.iter().find(|of| of.contender == wanted);
+    let bases = [Contender::Native, Contender::NativeFriction].map(|base| of(base)?.spread());
+    let bits_of = |sorted, name, native: &Snapshot| {
+        let (timed, _) = of(sorted)?.last.as_ref()?;
+        Some(bits::bodies(name, &native.bodies, &timed.last.bodies))
     };
-    let bases = [Contender::Native, Contender::NativeFriction];
-    let [native, friction] = bases.map(|base| of(base).and_then(spread));
-    let mut contests = Vec::new();
-    for (contender, of) in &turns {
-        let (Some(seconds_per_step), Some(last)) = (spread(of), of.last()) else {
-            continue;
-        };
-        let (native, native_bed) = match contender.friction() {
-            true => (&friction, &friction_bed),
-            false => (&native, &native_bed),
-        };
-        let over_native = native.as_ref();
-        let over_native = over_native.and_then(|native| Spread::ratio(&seconds_per_step, native));
-        let shares = of.iter().filter_map(|turn| turn.window.processor_share());
-        contests.push(Contest {
-            contender: *contender,
-            name: setup.name_of(*contender),
-            version: last.version.clone(),
+    let [plain, friction] = [
+        "positions and velocities",
+        "positions, velocities and spins",
+    ];
+    let bits = [
+        bits_of(Contender::YadeSorted, plain, &beds[0]),
+        bits_of(Contender::YadeSortedFriction, friction, &beds[1]),
+    ];
+    let contest = |of: Entrant| {
+        let (contender, seconds_per_step) = (of.contender, of.spread()?);
+        let (last, version) = of.last?;
+        let way = usize::from(contender.friction());
+        let native = bases[way].as_ref();
+        let shares = of.windows.iter().filter_map(|of| of.processor_share());
+        Some(Contest {
+            contender,
+            name: setup.name_of(contender),
+            version,
             steps: last.window.steps,
             processor_share: shares.min_by(f64::total_cmp),
-            over_native,
+            over_native: native.and_then(|native| Spread::ratio(&seconds_per_step, native)),
             peak_memory: last.peak_memory,
-            shares: last.shares.clone(),
-            approximations: setup.approximations_of(*contender),
-            sanity: contender.check(last, setup, native_bed)?,
+            approximations: setup.approximations_of(contender),
+            sanity: contender.check(&last.last, setup, &beds[way]),
+            shares: last.shares,
             seconds_per_step,
-        });
-    }
-    let bits_of = |sorted, name, native: &Snapshot| {
-        let (bodies, _) = of(sorted)?.last()?.bed.as_ref()?;
-        Some(bits::bodies(name, &native.bodies, bodies))
+        })
     };
-    Ok(Rounds {
-        sorted_bits: bits_of(
-            Contender::YadeSorted,
-            "positions and velocities",
-            &native_bed,
-        ),
-        friction_bits: bits_of(
-            Contender::YadeSortedFriction,
-            "positions, velocities and spins",
-            &friction_bed,
-        ),
-        contests,
-        missed,
-    })
-}
-
-fn spread(turns: &[Turn]) -> Option<Spread> {
-    let windows = turns.iter().map(|turn| turn.window);
-    Spread::of(windows.map(|of| of.seconds_per_step()).collect())
+    Ok((entrants.into_iter().filter_map(contest).collect(), bits))
 }

@@ -4,10 +4,7 @@ use serde::Serialize;
 
 use super::Bench;
 use super::bed::PAPER;
-use super::contender::{
-    Contender, Contest, LAMMPS_OVER_NATIVE, LAMMPS_OVER_NATIVE_FRICTION, YADE_OVER_NATIVE,
-    YADE_OVER_NATIVE_FRICTION,
-};
+use super::contender::{ALL, Contender, Contest};
 use super::machine::Instructions;
 use super::scaling::{ON_TWO, Point as Size, SpeedUp};
 use super::timing::Spread;
@@ -15,6 +12,7 @@ use crate::checks::{Check, Outcome, Speed, verdict};
 use crate::document::plot::Point;
 use crate::document::{Axis, Colour, Document, Plot, Section, Table, rounded};
 use evidence::Interval;
+use grains::native::timing::Share;
 
 /// A goal and what was measured of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -38,84 +36,53 @@ pub fn goals(
     points: &[Size],
     speed_ups: &[SpeedUp],
 ) -> Vec<Goal> {
-    let of = |wanted: Contender| contests.iter().find(|of| of.contender == wanted);
-    let over_native = |wanted| of(wanted).and_then(|contest| contest.over_native.clone());
-    let goal = |goal: &str, at_least: bool, bound: f64, of: Option<Spread>| {
-        let of = of.as_ref();
+    let goal = |goal: &str, at_least: bool, bound: f64, of: Option<&Spread>| {
+        let interval = of.and_then(Spread::median_interval);
         Goal {
             goal: goal.to_owned(),
             bound,
             at_least,
             measured: of.map(|of| of.median),
-            interval: of.and_then(Spread::median_interval),
-            met: of
-                .and_then(Spread::median_interval)
+            met: interval
                 .filter(|of| bound <= of.low || of.high <= bound)
                 .map(|of| at_least == (bound <= of.low)),
+            interval,
         }
     };
-    let faster =
-        |who: &str, bound, of| goal(&format!("{who}, times as fast a step"), true, bound, of);
-    let yade = over_native(Contender::YadeOrdinary);
-    let lammps = over_native(Contender::Lammps);
-    let growth = |grains| growth("native", points, grains);
-    let on_two = |grains: u32| {
-        let native = ON_TWO[0].1;
-        let of = |of: &&SpeedUp| of.name == native && of.grains == grains;
-        speed_ups.iter().find(of).map(|of| of.times.clone())
+    let faster = |contender: Contender| {
+        let (times, what) = contender.goal()?;
+        let contest = contests.iter().find(|of| of.contender == contender);
+        let over = contest.and_then(|of| of.over_native.as_ref());
+        let what = format!("{what}, times as fast a step");
+        Some(goal(&what, true, times, over))
     };
-    vec![
-        faster(
-            "native against YADE's ordinary loop",
-            YADE_OVER_NATIVE,
-            yade,
-        ),
-        faster(
-            "native against LAMMPS gran/hooke",
-            LAMMPS_OVER_NATIVE,
-            lammps,
-        ),
-        faster(
-            "with friction, native against YADE's ordinary loop",
-            YADE_OVER_NATIVE_FRICTION,
-            over_native(Contender::YadeOrdinaryFriction),
-        ),
-        faster(
-            "with friction, native against LAMMPS gran/hooke/history",
-            LAMMPS_OVER_NATIVE_FRICTION,
-            over_native(Contender::LammpsFriction),
-        ),
+    let with_friction = "native, a step with friction over one without";
+    let with_friction = goal(with_friction, false, 3.0, friction_cost);
+    let at_size = [("100,000", 100_000, 1.2), ("1,000,000", 1_000_000, 1.4)];
+    let at_size = at_size.map(|(name, grains, bound)| {
+        let what = format!("native, cost of a grain at {name} grains over that at 5,000");
         goal(
-            "native, a step with friction over one without",
+            &what,
             false,
-            3.0,
-            friction_cost.cloned(),
-        ),
-        goal(
-            "native, cost of a grain at 100,000 grains over that at 5,000",
-            false,
-            1.2,
-            growth(100_000),
-        ),
-        goal(
-            "native, cost of a grain at 1,000,000 grains over that at 5,000",
-            false,
-            1.4,
-            growth(1_000_000),
-        ),
-        goal(
-            "native, times as fast on two threads at 100,000 grains",
-            true,
-            1.7,
-            on_two(100_000),
-        ),
-        goal(
-            "native, times as fast where two threads are allowed at 5,000 grains",
-            true,
-            0.99,
-            on_two(PAPER),
-        ),
-    ]
+            bound,
+            growth("native", points, grains).as_ref(),
+        )
+    });
+    let on_two = [
+        ("on two threads at 100,000 grains", 100_000, 1.7),
+        ("where two threads are allowed at 5,000 grains", PAPER, 0.99),
+    ];
+    let on_two = on_two.map(|(way, grains, bound)| {
+        let of = |of: &&SpeedUp| of.name == ON_TWO[0].1 && of.grains == grains;
+        let times = speed_ups.iter().find(of).map(|of| &of.times);
+        goal(&format!("native, times as fast {way}"), true, bound, times)
+    });
+    let over_others = ALL.into_iter().filter_map(faster);
+    over_others
+        .chain([with_friction])
+        .chain(at_size)
+        .chain(on_two)
+        .collect()
 }
 
 /// Cost of a grain in so large a bed over that at the paper's 5,000, repeat by repeat.
@@ -134,16 +101,11 @@ impl Bench {
     /// Every check: beds, bits, and what was missed. No time counts.
     pub fn checks(&self) -> Vec<Check> {
         let mut checks: Vec<Check> = self.contests.iter().flat_map(of_bed).collect();
-        let tables = [
-            ("bench/bits", "", &self.sorted_bits),
-            (
-                "bench/bits-friction",
-                ", with friction",
-                &self.friction_bits,
-            ),
-        ];
-        for (id, with, bits) in tables {
-            let Some(bits) = bits else { continue };
+        let plain = self.sorted_bits.iter();
+        let plain = plain.map(|bits| ("bench/bits", "", bits));
+        let friction = self.friction_bits.iter();
+        let friction = friction.map(|bits| ("bench/bits-friction", ", with friction", bits));
+        for (id, with, bits) in plain.chain(friction) {
             let what = format!("native against YADE's sorted loop{with}");
             let outcome = Outcome::pass_if(bits.agrees());
             let check = Check::of_words(id, &what, outcome, &bits.to_string());
@@ -157,10 +119,7 @@ impl Bench {
             ));
         }
         checks.extend(self.missed.iter().map(|missed| {
-            let outcome = match missed.failed {
-                true => Outcome::Fail,
-                false => Outcome::Skipped,
-            };
+            let outcome = [Outcome::Skipped, Outcome::Fail][usize::from(missed.failed)];
             let id = format!("bench/missed/{}", missed.id);
             Check {
                 required: missed.needed,
@@ -170,21 +129,22 @@ impl Bench {
         checks
     }
 
+    /// The other engines that were timed beside native, with their times over its.
+    fn others_over_native(&self) -> impl Iterator<Item = (&Contest, &Spread)> {
+        let others = self.contests.iter().filter(|of| !of.contender.is_native());
+        others.filter_map(|contest| Some((contest, contest.over_native.as_ref()?)))
+    }
+
     /// Times over native's, and instructions.
     pub fn speeds(&self) -> Vec<Speed> {
-        let others = self.contests.iter();
-        let others = others.filter(|contest| !contest.contender.known().native);
-        let ratios = others.filter_map(|contest| {
-            let over = contest.over_native.as_ref()?;
-            // What others take longer is to native's credit.
-            Some(Speed {
-                id: format!("time/{}", contest.contender.known().id),
-                what: format!("time a step of {} over native", contest.name),
-                unit: "times native".to_owned(),
-                value: over.median,
-                range: Some([over.least, over.most]),
-                less_is_better: false,
-            })
+        // What others take longer is to native's credit.
+        let ratios = self.others_over_native().map(|(contest, over)| Speed {
+            id: format!("time/{}", contest.contender.id()),
+            what: format!("time a step of {} over native", contest.name),
+            unit: "times native".to_owned(),
+            value: over.median,
+            range: Some([over.least, over.most]),
+            less_is_better: false,
         });
         let friction = self.friction_cost.as_ref().map(|cost| Speed {
             id: "time/friction".to_owned(),
@@ -195,7 +155,7 @@ impl Bench {
             less_is_better: true,
         });
         let instructions = self.instructions.iter().map(|of| Speed {
-            id: format!("instructions/{}", of.contender.known().id),
+            id: format!("instructions/{}", of.contender.id()),
             what: format!("instructions a step of {}", of.name),
             unit: "instructions a step".to_owned(),
             value: of.per_step,
@@ -282,11 +242,7 @@ impl Bench {
 
     /// Each round's ratio to native, and the median with the middle half.
     fn ratios(&self) -> Option<Plot> {
-        let others = self.contests.iter();
-        let others = others.filter(|contest| !contest.contender.known().native);
-        let rows: Vec<_> = others
-            .filter_map(|contest| Some((contest, contest.over_native.as_ref()?)))
-            .collect();
+        let rows: Vec<_> = self.others_over_native().collect();
         let rounds = rows.iter().enumerate().flat_map(|(row, (_, over))| {
             let points = over.all.iter();
             points.map(move |ratio| Point::at(*ratio, row as f64))
@@ -297,8 +253,8 @@ impl Bench {
                 .labelled(format!("{} ×", rounded(over.median, 3)))
         });
         let goals = rows.iter().enumerate().filter_map(|(row, (contest, _))| {
-            let goal = contest.contender.known().goal?;
-            Some(Point::at(goal, row as f64))
+            let (times, _) = contest.contender.goal()?;
+            Some(Point::at(times, row as f64))
         });
         let names = rows.iter().map(|(contest, _)| contest.name.as_str());
         let caption = "Time a step over native's in the same round: a dot a round, and the median with half of the rounds";
@@ -321,9 +277,8 @@ impl Bench {
             self.bed.listed_pairs, self.bed.touching_pairs, self.bed.steps_per_build
         );
         for of in self.contests.iter().filter(|of| !of.shares.is_empty()) {
-            let parts = of.shares.iter();
-            let parts = parts.map(|of| format!("{} {:.0} %", of.stage, 100.0 * of.share));
-            let parts: Vec<String> = parts.collect();
+            let part = |of: &Share| format!("{} {:.0} %", of.stage, 100.0 * of.share);
+            let parts: Vec<String> = of.shares.iter().map(part).collect();
             answer += &format!(" {} by its own account: {}.", of.name, parts.join(", "));
         }
         Section::new("Where the time of a step goes", answer).with(table)
@@ -498,7 +453,7 @@ fn of_bed(contest: &Contest) -> [Check; 3] {
         ),
     ];
     ways.map(|(part, quantity, value, [expected, lower, upper], unit)| {
-        let id = format!("bench/bed/{}/{part}", contest.contender.known().id);
+        let id = format!("bench/bed/{}/{part}", contest.contender.id());
         let what = format!("{quantity} of the bed of {}", contest.name);
         let outcome = Outcome::pass_if(lower <= value && value <= upper);
         Check {

@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::contender::{self, ALL, Contender, Known};
+use super::contender::{self, ALL, Contender};
 use super::{Missed, Setup, nonsense, timing};
 use crate::child::on_path;
 use crate::engine::ProgramError;
@@ -246,20 +246,12 @@ pub fn instructions(
 ) -> Result<Vec<Instructions>, Error> {
     let mut all: Vec<Instructions> = Vec::new();
     for (index, contender) in ALL.into_iter().enumerate() {
-        let Known {
-            id, name, native, ..
-        } = contender.known();
-        let counts = native || setup.plan.counts_others;
+        let name = contender.name();
+        let counts = contender.is_native() || setup.plan.counts_others;
         let base = all.first().map(|base| base.per_step);
         // Without native there is nothing to hold it against.
         let lacks = base.is_none() && contender != Contender::Native;
-        if !counts
-            || lacks
-            || matches!(
-                contender,
-                Contender::YadeSorted | Contender::YadeSortedFriction
-            )
-        {
+        if !counts || lacks || contender.is_sorted() {
             continue;
         }
         progress.share(index as f64 / ALL.len() as f64, name);
@@ -276,7 +268,7 @@ pub fn instructions(
             Err(error) => missed.push(Missed {
                 failed: false,
                 ..Missed::of(
-                    &format!("instructions/{id}"),
+                    &format!("instructions/{}", contender.id()),
                     &format!("instructions of {name}"),
                     false,
                     error,
@@ -294,7 +286,7 @@ fn count(setup: &Setup<'_>, contender: Contender) -> Result<(f64, Vec<(String, f
         reason: "there is no such program on the path".to_owned(),
         package: "valgrind",
     })?;
-    let [few, many] = match contender.known().native {
+    let [few, many] = match contender.is_native() {
         true => NATIVE_STEPS,
         false => OTHER_STEPS,
     };
@@ -330,15 +322,15 @@ fn profile(
         "--tool=callgrind".to_owned(),
         format!("--callgrind-out-file={}", out.display()),
     ];
-    let limit = setup.yade.limits.time;
-    let done = if contender.known().native {
+    let limit = setup.engines.yade.limits.time;
+    let done = if contender.is_native() {
         timing::write_bed(setup.bed_of(contender), &folder)?;
         let mut command = Command::new(valgrind);
         let command = command.args(&under).arg(setup.crossgrain);
         let command = command.args(timing::arguments(&folder, steps, 1));
         timing::said(&timing::run(command, &folder, limit)?)?.steps
     } else {
-        let mut options = setup.yade.clone();
+        let mut options = setup.engines.yade.clone();
         options.under = [&[valgrind.display().to_string()], &under[..]].concat();
         options.limits.stall = limit;
         let steps = TimedSteps {

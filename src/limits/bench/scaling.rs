@@ -56,15 +56,11 @@ pub struct SpeedUp {
     pub over_native: Option<Spread>,
 }
 
-/// All that was measured against size.
-#[derive(Debug)]
-pub struct Scaling {
-    pub points: Vec<Point>,
-    pub speed_ups: Vec<SpeedUp>,
-    pub missed: Vec<Missed>,
-}
-
-pub fn measure(setup: &Setup<'_>, progress: &Task) -> Result<Scaling, Error> {
+pub fn measure(
+    setup: &Setup<'_>,
+    progress: &Task,
+    missed: &mut Vec<Missed>,
+) -> Result<(Vec<Point>, Vec<SpeedUp>), Error> {
     let mut beds = Vec::new();
     for &size in setup.plan.sizes {
         progress.share(0.0, &format!("a bed of {size} grains"));
@@ -75,7 +71,6 @@ pub fn measure(setup: &Setup<'_>, progress: &Task) -> Result<Scaling, Error> {
         });
     }
     let mut points = native_points(setup, &beds, progress)?;
-    let mut missed = Vec::new();
     let of_others = |bed: &&Bed| bed.bodies.len() as u32 <= LARGEST_OF_OTHERS;
     for bed in beds.iter().filter(of_others) {
         let grains = bed.bodies.len() as u32;
@@ -94,14 +89,10 @@ pub fn measure(setup: &Setup<'_>, progress: &Task) -> Result<Scaling, Error> {
         let grains = bed.bodies.len() as u32;
         if [PAPER, LARGEST_OF_OTHERS].contains(&grains) {
             progress.share(0.8, &format!("two threads, {grains} grains"));
-            speed_ups.extend(on_two(setup, bed, &mut missed)?);
+            speed_ups.extend(on_two(setup, bed, missed)?);
         }
     }
-    Ok(Scaling {
-        points,
-        speed_ups,
-        missed,
-    })
+    Ok((points, speed_ups))
 }
 
 /// Engines that compute one bed on two threads or processes, and the name of that way.
@@ -120,15 +111,13 @@ fn on_two(setup: &Setup<'_>, bed: &Bed, missed: &mut Vec<Missed>) -> Result<Vec<
         let window = if contender == Contender::Native {
             // Threads wait for each other now and then, and looks whether the bed is at rest are one thread's.
             let steps = 4 * NATIVE_GRAIN_STEPS / u64::from(grains);
-            let (threads, limit) = (processes as usize, setup.yade.limits.time);
+            let (threads, limit) = (processes as usize, setup.engines.yade.limits.time);
             timing::in_a_process(setup.crossgrain, &native, steps, threads, limit)?.window
         } else {
             let folder = timing::folder(setup.work, "turn")?;
-            let steps = TimedSteps {
-                processes,
-                ..few_steps(grains)
-            };
-            contender::timed(contender, bed, steps, setup.yade, &folder)?
+            let steps = few_steps(grains, processes);
+            let yade = &setup.engines.yade;
+            contender::timed(contender, bed, steps, yade, &folder)?
                 .0
                 .window
         };
@@ -137,8 +126,7 @@ fn on_two(setup: &Setup<'_>, bed: &Bed, missed: &mut Vec<Missed>) -> Result<Vec<
     let mut all = ON_TWO.map(|_| [Vec::new(), Vec::new()]);
     for _ in 0..setup.plan.repeats {
         for ((contender, name), times) in ON_TWO.iter().zip(&mut all) {
-            let known = contender.known();
-            let id = format!("two/{}", known.id);
+            let id = format!("two/{}", contender.id());
             let wanted = *contender == Contender::Native || grains == LARGEST_OF_OTHERS;
             if !wanted || missed.iter().any(|of| of.id == id) {
                 continue;
@@ -170,13 +158,13 @@ fn on_two(setup: &Setup<'_>, bed: &Bed, missed: &mut Vec<Missed>) -> Result<Vec<
 }
 
 /// Steps of another engine.
-fn few_steps(grains: u32) -> TimedSteps {
+fn few_steps(grains: u32, processes: u32) -> TimedSteps {
     let timed = (YADE_GRAIN_STEPS / u64::from(grains)).max(FEWEST_STEPS);
     TimedSteps {
         warm_up: timed.div_ceil(4),
         timed,
         shares: 0,
-        processes: 1,
+        processes,
     }
 }
 
@@ -206,7 +194,7 @@ fn native_points(setup: &Setup<'_>, beds: &[Bed], progress: &Task) -> Result<Vec
             );
             let steps = (NATIVE_GRAIN_STEPS / grains).max(FEWEST_NATIVE_STEPS);
             for (way, folder) in folders[at].iter().enumerate() {
-                let limit = setup.yade.limits.time;
+                let limit = setup.engines.yade.limits.time;
                 let one = timing::in_a_process(setup.crossgrain, folder, steps, 1, limit)?;
                 let (all, memory) = &mut times[at * NATIVE.len() + way];
                 all.push(one.window.seconds_per_step());
@@ -225,11 +213,12 @@ fn native_points(setup: &Setup<'_>, beds: &[Bed], progress: &Task) -> Result<Vec
 
 fn in_yade(setup: &Setup<'_>, bed: &Bed) -> Result<Point, Error> {
     let grains = bed.bodies.len() as u32;
-    let steps = few_steps(grains);
+    let steps = few_steps(grains, 1);
     let folder = timing::folder(setup.work, "yade")?;
-    let (run, _) = contender::timed(Contender::YadeOrdinary, bed, steps, setup.yade, &folder)?;
-    let all = vec![run.window.seconds_per_step()];
-    let spread = Spread::of(all).ok_or_else(|| nonsense("no time"))?;
+    let (yade, contender) = (&setup.engines.yade, Contender::YadeOrdinary);
+    let (run, _) = contender::timed(contender, bed, steps, yade, &folder)?;
+    let spread = Spread::of(vec![run.window.seconds_per_step()]);
+    let spread = spread.ok_or_else(|| nonsense("no time"))?;
     Ok(point(YADE, grains, spread, run.peak_memory))
 }
 
