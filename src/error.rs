@@ -6,7 +6,7 @@ use crate::compare::baseline::history::BisectError;
 use crate::engine::{EngineError, ProgramError};
 use crate::files::FileError;
 use crate::run::KeptError;
-use crate::run::folder::{FolderError, SceneFileError};
+use crate::run::folder::FolderError;
 use crate::study::StudyError;
 use crate::suite::run::VerifyError;
 use crate::tables::TableError;
@@ -17,8 +17,6 @@ pub use crate::exit;
 /// Any failure of the program.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    #[error(transparent)]
-    Scene(#[from] SceneFileError),
     #[error(transparent)]
     Folder(#[from] FolderError),
     #[error(transparent)]
@@ -111,7 +109,6 @@ impl Error {
             Error::Usage(_) => exit::USAGE,
             Error::Study(error) => error.exit_code(),
             Error::Record(error) => error.exit_code(),
-            Error::Scene(error) => error.exit_code(),
             Error::Folder(error) => error.exit_code(),
             Error::Engine(error) => error.exit_code(),
             Error::File(error) => error.exit_code(),

@@ -44,19 +44,12 @@ impl FileError {
     pub fn exit_code(&self) -> u8 {
         use std::io::ErrorKind::{AlreadyExists, InvalidFilename, NotADirectory};
         match self {
-            FileError::Busy { .. } => exit::TRY_AGAIN,
-            FileError::Io { source, .. }
-                if matches!(
-                    source.kind(),
-                    NotADirectory | AlreadyExists | InvalidFilename
-                ) =>
-            {
-                exit::USAGE
-            }
-            FileError::Io { action, .. } if !matches!(*action, "open" | "read" | "find") => {
-                exit::TRY_AGAIN
-            }
-            FileError::NotRead { .. } => exit::TRY_AGAIN,
+            FileError::Io { action, source, .. } => match (source.kind(), *action) {
+                (NotADirectory | AlreadyExists | InvalidFilename, _) => exit::USAGE,
+                (_, "open" | "read" | "find") => exit::USAGE,
+                _ => exit::TRY_AGAIN,
+            },
+            FileError::Busy { .. } | FileError::NotRead { .. } => exit::TRY_AGAIN,
             _ => exit::USAGE,
         }
     }
@@ -94,24 +87,18 @@ pub fn work_folder() -> Result<tempfile::TempDir, FileError> {
 pub fn read_text(path: &Path, limit: u64) -> Result<String, FileError> {
     let file = regular(path)?;
     let mut bytes = Vec::new();
-    let mut bounded: Box<dyn Read> = if path.extension().is_some_and(|end| end == "gz") {
+    let file: Box<dyn Read> = match path.extension().is_some_and(|end| end == "gz") {
         // Of all that was packed, one after the other; what follows and is not packed is an error.
-        Box::new(flate2::read::MultiGzDecoder::new(file).take(limit.saturating_add(1)))
-    } else {
-        Box::new(file.take(limit.saturating_add(1)))
+        true => Box::new(flate2::read::MultiGzDecoder::new(file)),
+        false => Box::new(file),
     };
-    bounded
-        .read_to_end(&mut bytes)
-        .map_err(failed("read", path))?;
+    let read = file.take(limit.saturating_add(1)).read_to_end(&mut bytes);
+    read.map_err(failed("read", path))?;
+    let path = path.to_owned();
     if bytes.len() as u64 > limit {
-        return Err(FileError::TooLarge {
-            path: path.to_owned(),
-            limit,
-        });
+        return Err(FileError::TooLarge { path, limit });
     }
-    String::from_utf8(bytes).map_err(|_| FileError::NotText {
-        path: path.to_owned(),
-    })
+    String::from_utf8(bytes).map_err(|_| FileError::NotText { path })
 }
 
 /// The most bytes of a file whose digest is taken.
@@ -120,11 +107,9 @@ const LARGEST_DIGESTED: u64 = 1 << 30;
 /// Opens a regular file for reading. It is asked before it is opened, since opening a device may do something, and once more
 /// afterwards, since another may stand in its place by then; opening a pipe does not wait for a writer.
 pub fn regular(path: &Path) -> Result<fs::File, FileError> {
-    let of_kind = |is_file: bool| match is_file {
-        true => Ok(()),
-        false => Err(FileError::NotAFile {
-            path: path.to_owned(),
-        }),
+    let of_kind = |is_file: bool| {
+        let path = path.to_owned();
+        is_file.then_some(()).ok_or(FileError::NotAFile { path })
     };
     let open = || failed("open", path);
     of_kind(fs::metadata(path).map_err(open())?.is_file())?;
@@ -138,11 +123,8 @@ pub fn regular(path: &Path) -> Result<fs::File, FileError> {
 
 /// The text that these packed bytes hold; `path` says where they come from.
 pub fn unpacked(path: &Path, bytes: &[u8]) -> Result<String, FileError> {
-    let mut text = String::new();
-    flate2::read::GzDecoder::new(bytes)
-        .read_to_string(&mut text)
-        .map_err(failed("read", path))?;
-    Ok(text)
+    let read = std::io::read_to_string(flate2::read::GzDecoder::new(bytes));
+    read.map_err(failed("read", path))
 }
 
 /// Writes a file aside and renames it into place, so that a reader sees all of it or none.
@@ -209,46 +191,45 @@ pub fn into_place(aside: tempfile::NamedTempFile, path: &Path) -> Result<(), Fil
 
 /// Writes a file under this name, or under the next free one with a number after it, and says which.
 pub fn write_beside(wanted: &Path, bytes: &[u8]) -> Result<PathBuf, FileError> {
-    let path = free_name(wanted, |path| path.symlink_metadata().is_ok());
+    let path = free_name(wanted);
     write_whole(&path, bytes)?;
     Ok(path)
 }
 
 /// Gives a temporary folder this name, or the next free one with a number after it, and says which.
 pub fn keep_folder(folder: tempfile::TempDir, wanted: &Path) -> Result<PathBuf, FileError> {
-    let path = free_name(wanted, |path| path.symlink_metadata().is_ok());
-    readable_by_all(folder.path());
-    fs::rename(folder.path(), &path).map_err(failed("rename into place", &path))?;
-    // It is in its place; under its old name there is nothing left to remove.
-    let _ = folder.keep();
+    let path = free_name(wanted);
+    folder_into_place(folder, &path).map_err(failed("rename into place", &path))?;
     Ok(path)
 }
 
+fn folder_into_place(aside: tempfile::TempDir, path: &Path) -> std::io::Result<()> {
+    readable_by_all(aside.path());
+    fs::rename(aside.path(), path)?;
+    // It is in its place; under its old name there is nothing left to remove.
+    let _ = aside.keep();
+    Ok(())
+}
+
 /// `wanted`, `wanted-2`, `wanted-3`, …: the first that is not taken.
-fn free_name(wanted: &Path, taken: impl Fn(&Path) -> bool) -> PathBuf {
-    let numbered = |number: u64| {
-        let mut name = wanted.as_os_str().to_owned();
-        name.push(format!("-{number}"));
-        PathBuf::from(name)
-    };
+fn free_name(wanted: &Path) -> PathBuf {
     let mut path = wanted.to_owned();
-    for number in 2.. {
-        if !taken(&path) {
+    for number in 2u64.. {
+        if path.symlink_metadata().is_err() {
             break;
         }
-        path = numbered(number);
+        let mut name = wanted.as_os_str().to_owned();
+        name.push(format!("-{number}"));
+        path = name.into();
     }
     path
 }
 
 /// Opens a file for adding to it, made if it is not there. No other process can open it so as long as the file is open.
 pub fn locked(path: &Path) -> Result<fs::File, FileError> {
-    let file = fs::OpenOptions::new()
-        .create(true)
-        .read(true)
-        .append(true)
-        .open(path)
-        .map_err(failed("open for writing", path))?;
+    let mut options = fs::OpenOptions::new();
+    let opened = options.create(true).read(true).append(true).open(path);
+    let file = opened.map_err(failed("open for writing", path))?;
     match file.try_lock() {
         Ok(()) => Ok(file),
         Err(fs::TryLockError::WouldBlock) => Err(FileError::Busy {
@@ -287,15 +268,11 @@ pub fn write_folder<E: From<FileError>>(
     refuse_existing(path)?;
     let aside = folder_aside(path)?;
     fill(aside.path())?;
-    readable_by_all(aside.path());
-    fs::rename(aside.path(), path).map_err(|error| match refuse_existing(path) {
+    folder_into_place(aside, path).map_err(|error| match refuse_existing(path) {
         // Another program was faster.
-        Err(taken) => taken,
-        Ok(()) => failed("rename into place", path)(error),
-    })?;
-    // It is in its place; under its old name there is nothing left to remove.
-    let _ = aside.keep();
-    Ok(())
+        Err(taken) => taken.into(),
+        Ok(()) => failed("rename into place", path)(error).into(),
+    })
 }
 
 /// An error if something is there already, or nothing can be: a name that is too long, a file where a folder should be.
@@ -330,7 +307,7 @@ pub fn make_room(path: &Path, record: &str) -> Result<Option<PathBuf>, FileError
     if !holds(path, record) {
         return Ok(None);
     }
-    let numbered = free_name(path, |path| path.symlink_metadata().is_ok());
+    let numbered = free_name(path);
     fs::rename(path, &numbered).map_err(failed("rename", path))?;
     Ok(Some(numbered))
 }
@@ -339,10 +316,8 @@ pub fn make_room(path: &Path, record: &str) -> Result<Option<PathBuf>, FileError
 pub fn file_digest(path: &Path) -> Result<String, FileError> {
     let file = regular(path)?;
     if file.metadata().is_ok_and(|of| of.len() > LARGEST_DIGESTED) {
-        return Err(FileError::TooLarge {
-            path: path.to_owned(),
-            limit: LARGEST_DIGESTED,
-        });
+        let (path, limit) = (path.to_owned(), LARGEST_DIGESTED);
+        return Err(FileError::TooLarge { path, limit });
     }
     digest_of(path, file)
 }

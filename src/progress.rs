@@ -4,9 +4,10 @@ use std::io::IsTerminal;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::document::harmless;
+use crate::workers::lock;
 use grains::tables::{Snapshot, Stage};
 use grains::task::Observer;
 
@@ -24,16 +25,10 @@ pub struct Display {
 impl Display {
     /// Bars if standard error is a terminal, lines if not, nothing if `quiet`.
     pub fn new(quiet: bool) -> Self {
-        let bars = std::io::stderr().is_terminal().then(MultiProgress::new);
-        if quiet && let Some(bars) = &bars {
-            bars.set_draw_target(indicatif::ProgressDrawTarget::hidden());
-        }
-        let bars = if quiet {
-            Some(bars.unwrap_or_else(|| {
-                MultiProgress::with_draw_target(indicatif::ProgressDrawTarget::hidden())
-            }))
-        } else {
-            bars
+        let hidden = || MultiProgress::with_draw_target(ProgressDrawTarget::hidden());
+        let bars = match quiet {
+            true => Some(hidden()),
+            false => std::io::stderr().is_terminal().then(MultiProgress::new),
         };
         Display { bars }
     }
@@ -81,8 +76,7 @@ pub struct Task {
 }
 
 impl Task {
-    /// A run's stage and the share of it that is done. Settling counts as three quarters of the
-    /// whole, which is about what it takes.
+    /// A run's stage and the share of it that is done; settling takes about three quarters of the whole.
     pub fn run(&self, stage: Stage, step: u64, share: f64) {
         let whole = match stage {
             Stage::Settle => 0.75 * share,
@@ -102,10 +96,7 @@ impl Task {
                 bar.set_message(at.to_owned());
             }
             None => {
-                let mut said = match self.said.lock() {
-                    Ok(said) => said,
-                    Err(poisoned) => poisoned.into_inner(),
-                };
+                let mut said = lock(&self.said);
                 let share = share.max(said.1);
                 said.1 = share;
                 if said.0.elapsed() >= LINE_EVERY {
@@ -138,22 +129,13 @@ impl Task {
 
 /// Shows how far an engine is as the share of a piece of work.
 #[derive(Debug)]
-pub struct StageObserver<'a> {
-    task: &'a Task,
-}
-
-impl<'a> StageObserver<'a> {
-    /// Shows it on this piece of work.
-    pub fn new(task: &'a Task) -> Self {
-        StageObserver { task }
-    }
-}
+pub struct StageObserver<'a>(pub &'a Task);
 
 impl Observer for StageObserver<'_> {
     fn snapshot(&mut self, _: &Snapshot) {}
 
     fn progress(&mut self, _: Stage, step: u64, share: f64) {
-        self.task.share(share, &format!("step {step}"));
+        self.0.share(share, &format!("step {step}"));
     }
 }
 

@@ -17,7 +17,7 @@ use crate::files::work_folder;
 use crate::progress::Display;
 use crate::run::folder::record::{EngineRecord, Protocol};
 use crate::run::folder::{RECORDED, RunFolder, is_recorded, unpack_recorded};
-use crate::run::{Engine, EngineError, parts, recorded, to_folder};
+use crate::run::{Engine, EngineError, Preparation, parts, prepared, recorded};
 use crate::suite::parameters;
 use crate::suite::run::{Engines, Verification, verify};
 use crate::{paper, suite};
@@ -350,7 +350,10 @@ fn run_or_take_over(
     let folder = options.out.join(name);
     if !folder.exists() {
         return Ok(match cuts {
-            [] => to_folder(scene, engine, Protocol::Whole, &folder, display)?,
+            [] => {
+                let nothing = Preparation::default();
+                prepared(scene, nothing, engine, Protocol::Whole, &folder, display)?
+            }
             cuts => parts::to_folder(scene, engine, cuts, &folder, display)?,
         });
     }

@@ -296,18 +296,6 @@ pub enum KeptError {
     },
 }
 
-/// Runs the scene and writes its folder. When YADE fails, its log is kept beside.
-pub fn to_folder(
-    scene: &Scene,
-    engine: &Engine,
-    protocol: Protocol,
-    out: &Path,
-    display: &Display,
-) -> Result<RunFolder, KeptError> {
-    let nothing = Preparation::default();
-    prepared(scene, nothing, engine, protocol, out, display)
-}
-
 /// What was done before a run, for its record.
 #[derive(Debug, Default)]
 pub struct Preparation {
@@ -321,7 +309,7 @@ pub struct Preparation {
     pub before: Option<(RunFolder, PathBuf)>,
 }
 
-/// The same after a preparation.
+/// Runs the scene after a preparation and writes its folder. When YADE fails, its log is kept beside.
 pub fn prepared(
     scene: &Scene,
     preparation: Preparation,
@@ -332,6 +320,7 @@ pub fn prepared(
 ) -> Result<RunFolder, KeptError> {
     has_room_for_history(scene, protocol)?;
     let task = display.task(&name(engine));
+    let mut progress = |stage, step, share| task.run(stage, step, share);
     let work = folder_aside(out)?;
     if let Some((before, path)) = preparation.before {
         let not_resumed = |reason| KeptError::NotResumed { path, reason };
@@ -341,7 +330,6 @@ pub fn prepared(
         };
         let rest = parts::rest(&before, scene, options, protocol);
         let (rest, made) = rest.map_err(not_resumed)?;
-        let mut progress = |stage, step, share| task.run(stage, step, share);
         let rest = followed(scene, engine, &rest, work.path(), &mut progress);
         let made = made.and(rest.inspect_err(|_| task.done("failed"))?);
         let mut run = made.folder(scene, engine, protocol, before.initial);
@@ -350,10 +338,8 @@ pub fn prepared(
         run.record.softened = before.record.softened;
         return kept(run, out, &task);
     }
-    let (softened, bodies) = match preparation.softened {
-        Some((softened, bodies)) => (Some(softened), bodies),
-        None => (None, initial_bodies(scene)),
-    };
+    let (softened, poured) = preparation.softened.unzip();
+    let bodies = poured.unwrap_or_else(|| initial_bodies(scene));
     let start = Start {
         seen: Seen {
             energy: softened.as_ref().map_or(0.0, |of| of.energy_seen),
@@ -361,7 +347,6 @@ pub fn prepared(
         },
         ..bodies.into()
     };
-    let mut progress = |stage, step, share| task.run(stage, step, share);
     let bodies = start.bodies.clone();
     let task_of = protocol.task(start);
     let made = followed(scene, engine, &task_of, work.path(), &mut progress);
@@ -369,14 +354,11 @@ pub fn prepared(
         true => made,
         false => made.and_then(Made::whole),
     };
-    let mut run = match made.map(|made| made.folder(scene, engine, protocol, bodies)) {
-        Ok(run) => run,
-        Err(error) => {
-            task.done("failed");
-            keep_evidence(engine, &error, work, out);
-            return Err(error.into());
-        }
-    };
+    let made = made.inspect_err(|error| {
+        task.done("failed");
+        keep_evidence(engine, error, work, out);
+    })?;
+    let mut run = made.folder(scene, engine, protocol, bodies);
     run.record.step_choice = preparation.step_choice;
     if softened.is_some() {
         let command = &mut run.record.command;

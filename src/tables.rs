@@ -1,5 +1,6 @@
 //! The tables as CSV text: the shortest decimal that reads back to the same bits.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
@@ -106,23 +107,15 @@ pub fn read_bodies(path: &Path, count: u32) -> Result<Bodies, TableError> {
             return bad("id", of.id.to_string(), "the row's number, from 0 on");
         }
         let spin = of.spin.unwrap_or(0.0);
-        for (key, value) in [
-            ("x", of.x),
-            ("z", of.z),
-            ("vx", of.vx),
-            ("vz", of.vz),
-            ("spin", spin),
-        ] {
+        let values = [of.x, of.z, of.vx, of.vz, spin];
+        for (key, value) in ["x", "z", "vx", "vz", "spin"].into_iter().zip(values) {
             if !value.is_finite() {
                 return bad(key, value.to_string(), "finite");
             }
         }
         let inertia = of.inertia.unwrap_or(1.0);
-        for (key, value) in [
-            ("radius", of.radius),
-            ("mass", of.mass),
-            ("inertia", inertia),
-        ] {
+        let values = [of.radius, of.mass, inertia];
+        for (key, value) in ["radius", "mass", "inertia"].into_iter().zip(values) {
             if !(value.is_finite() && value > 0.0) {
                 return bad(key, value.to_string(), "finite and above 0");
             }
@@ -164,7 +157,9 @@ fn bad_value(
     }
 }
 
-/// Writes contacts with the columns `id1,id2,overlap,fn,ft,nx,nz,x,z`.
+const CONTACT_COLUMNS: [&str; 9] = ["id1", "id2", "overlap", "fn", "ft", "nx", "nz", "x", "z"];
+
+/// Writes contacts with these columns.
 pub fn write_contacts(path: &Path, contacts: &[Contact]) -> Result<(), TableError> {
     let rows = contacts.iter().map(|contact| ContactRow {
         id1: contact.id1,
@@ -177,11 +172,7 @@ pub fn write_contacts(path: &Path, contacts: &[Contact]) -> Result<(), TableErro
         x: contact.point[0],
         z: contact.point[1],
     });
-    write_rows(
-        path,
-        &["id1", "id2", "overlap", "fn", "ft", "nx", "nz", "x", "z"],
-        rows,
-    )
+    write_rows(path, &CONTACT_COLUMNS, rows)
 }
 
 /// More contacts than a plane bed of so many grains can have: six a grain, twice over, and walls.
@@ -209,16 +200,8 @@ pub fn read_contacts(path: &Path, ids: BodyIds) -> Result<Vec<Contact>, TableErr
                 );
             }
         }
-        let numbers = [
-            ("overlap", of.overlap),
-            ("fn", of.r#fn),
-            ("ft", of.ft),
-            ("nx", of.nx),
-            ("nz", of.nz),
-            ("x", of.x),
-            ("z", of.z),
-        ];
-        for (key, value) in numbers {
+        let values = [of.overlap, of.r#fn, of.ft, of.nx, of.nz, of.x, of.z];
+        for (key, value) in CONTACT_COLUMNS[2..].iter().zip(values) {
             if !value.is_finite() {
                 return bad(key, value.to_string(), "finite");
             }
@@ -271,24 +254,29 @@ pub fn write_memory(path: &Path, memory: &[Remembered]) -> Result<(), TableError
 /// Reads what these contacts remember, in their order and with their normals.
 pub fn read_memory(path: &Path, contacts: &[Contact]) -> Result<Vec<Remembered>, TableError> {
     let rows: Vec<MemoryRow> = read_rows(path, room_for(contacts.len() as u64))?;
-    let memory = rows.iter().map(|of| Remembered {
+    let remembered = |of: &MemoryRow| Remembered {
         id1: of.id1,
         id2: of.id2,
         normal: [of.nx, of.nz],
         shear: [of.sx, of.sz],
-    });
-    let memory: Vec<Remembered> = memory.collect();
+    };
+    let memory: Vec<Remembered> = rows.iter().map(remembered).collect();
     let fits = |(of, contact): (&Remembered, &Contact)| {
         (of.id1, of.id2, of.normal) == (contact.id1, contact.id2, contact.normal)
             && of.shear.iter().all(|force| force.is_finite())
     };
     if memory.len() != contacts.len() || !memory.iter().zip(contacts).all(fits) {
-        return Err(TableError::Format {
-            path: path.to_owned(),
-            reason: "it does not belong to the table of contacts".to_owned(),
-        });
+        let why = "it does not belong to the table of contacts";
+        return Err(format_error(path, &why));
     }
     Ok(memory)
+}
+
+fn format_error(path: &Path, reason: &dyn Display) -> TableError {
+    TableError::Format {
+        path: path.to_owned(),
+        reason: reason.to_string(),
+    }
 }
 
 /// Writes rows under this header, which has their field names in order.
@@ -297,25 +285,16 @@ pub fn write_rows<T: Serialize>(
     header: &[&str],
     rows: impl Iterator<Item = T>,
 ) -> Result<(), TableError> {
-    let format = |error: String| TableError::Format {
-        path: path.to_owned(),
-        reason: error,
-    };
+    let format = |error: &dyn Display| format_error(path, error);
     // The header by hand: left to the writer, a table without rows would have none.
     let mut writer = csv::WriterBuilder::new()
         .has_headers(false)
         .from_writer(Vec::new());
-    writer
-        .write_record(header)
-        .map_err(|error| format(error.to_string()))?;
+    writer.write_record(header).map_err(|of| format(&of))?;
     for row in rows {
-        writer
-            .serialize(row)
-            .map_err(|error| format(error.to_string()))?;
+        writer.serialize(row).map_err(|of| format(&of))?;
     }
-    let bytes = writer
-        .into_inner()
-        .map_err(|error| format(error.to_string()))?;
+    let bytes = writer.into_inner().map_err(|of| format(&of))?;
     Ok(write_whole(path, &bytes)?)
 }
 
@@ -326,20 +305,15 @@ pub fn read_rows<T: DeserializeOwned>(path: &Path, limit: u64) -> Result<Vec<T>,
 
 /// The rows of this text; `path` says where it comes from.
 pub fn parse_rows<T: DeserializeOwned>(path: &Path, text: &str) -> Result<Vec<T>, TableError> {
-    let format = |reason: String| TableError::Format {
-        path: path.to_owned(),
-        reason,
-    };
     let mut reader = csv::Reader::from_reader(text.as_bytes());
-    let mut rows = Vec::new();
-    for row in reader.deserialize() {
-        rows.push(row.map_err(|error: csv::Error| format(error.to_string()))?);
-    }
+    let rows = reader.deserialize().collect::<Result<Vec<T>, _>>();
+    let rows = rows.map_err(|error| format_error(path, &error))?;
     // A file cut inside its last number would still parse.
-    if !text.ends_with('\n') {
-        return Err(format(
-            "its last line has no end; it was cut off".to_owned(),
-        ));
+    match text.ends_with('\n') {
+        true => Ok(rows),
+        false => Err(format_error(
+            path,
+            &"its last line has no end; it was cut off",
+        )),
     }
-    Ok(rows)
 }

@@ -17,7 +17,7 @@ use crate::files::has_room;
 use crate::limits::stability::time_step;
 use crate::progress::Display;
 use crate::run::folder::record::{Protocol, Softened, StepChoice};
-use crate::run::folder::{RECORD, RunFolder, SceneFileError, has_room_for_history, read_scene};
+use crate::run::folder::{FolderError, RECORD, RunFolder, has_room_for_history, read_scene};
 use crate::run::{Engine, Preparation, prepared};
 use crate::workers::cores;
 use grains::generate::initial_bodies;
@@ -246,7 +246,7 @@ impl Arguments {
         *scene = time_step::with_step(scene, &choice);
         // A step that was chosen may be against another rule of scenes.
         let text = serde_json::to_string(scene).unwrap_or_default();
-        parse_scene(&text).map_err(|source| SceneFileError::Scene {
+        parse_scene(&text).map_err(|source| FolderError::Scene {
             path: self.scene.clone(),
             source,
         })?;

@@ -216,7 +216,7 @@ pub fn bench(options: &Options, display: &Display) -> Result<Bench, Error> {
     let machine = Machine::this();
     let work = work_folder()?;
     let task = display.task("the paper's bed");
-    let bed = bed::settled_or_kept(&options.out, PAPER, &mut StageObserver::new(&task))?;
+    let bed = bed::settled_or_kept(&options.out, PAPER, &mut StageObserver(&task))?;
     task.done("settled");
 
     let usual = if options.quick {

@@ -33,18 +33,21 @@ pub fn pack_archive(
 ) -> Result<(), FileError> {
     let mut members: Vec<(String, Vec<u8>)> = Vec::new();
     let mut parts = Vec::new();
-    for (file, kind, words) in FILES {
-        let packed = (format!("{file}.gz"), "application/gzip");
-        for (file, kind) in [(file.to_owned(), kind), packed] {
+    for (file, words) in FILES {
+        for file in [file.to_owned(), format!("{file}.gz")] {
             let path = folder.join(&file);
+            let kind = match path.extension().and_then(|end| end.to_str()) {
+                Some("json") => "application/json",
+                Some("csv") => "text/csv",
+                Some("gz") => "application/gzip",
+                _ => "text/plain",
+            };
             let Ok(about) = fs::metadata(&path) else {
                 continue;
             };
             if about.len() > LONGEST {
-                return Err(FileError::TooLarge {
-                    path: path.clone(),
-                    limit: LONGEST,
-                });
+                let limit = LONGEST;
+                return Err(FileError::TooLarge { path, limit });
             }
             let bytes = fs::read(&path).map_err(failed("read", &path))?;
             parts.push(json!({
@@ -106,14 +109,6 @@ fn description(run: &RunFolder, name: &str, parts: Vec<Value>) -> Value {
     ];
     graph.extend(parts);
     json!({"@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph})
-}
-
-/// What the elements of a file are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Elements {
-    Vertices,
-    Lines,
-    Polygons,
 }
 
 /// A column of numbers, one or three an element.
@@ -195,8 +190,7 @@ fn grains(scene: &Scene, moment: &Moment) -> String {
         columns.push(scalar("spin", bodies.spin.clone()));
     }
     columns.extend(stress_columns(&stress));
-    let elements: Vec<Vec<usize>> = (0..points.len()).map(|point| vec![point]).collect();
-    poly_data(&points, &columns, Elements::Vertices, &elements, &[])
+    poly_data(&points, &columns, "Verts", &vec![1; points.len()], &[])
 }
 
 /// A line a contact, from centre to centre, or from the contact point to the centre where one side is a wall or the punch.
@@ -223,9 +217,7 @@ fn contacts(moment: &Moment) -> String {
         vector("force_on_id2", of.iter().map(|contact| contact.force())),
         vector("contact_point", of.iter().map(|contact| contact.point)),
     ];
-    let elements = (0..of.len()).map(|line| vec![2 * line, 2 * line + 1]);
-    let elements: Vec<Vec<usize>> = elements.collect();
-    poly_data(&points, &[], Elements::Lines, &elements, &columns)
+    poly_data(&points, &[], "Lines", &vec![2; of.len()], &columns)
 }
 
 /// A polygon a grain: its radical cell with the stress of the grain.
@@ -233,36 +225,31 @@ fn cells(scene: &Scene, moment: &Moment) -> String {
     let cells = cells::radical(scene, &moment.bodies);
     let (stress, areas) = stresses(scene, moment);
     let points: Vec<[f64; 2]> = cells.corners.iter().flatten().copied().collect();
-    let mut next = 0;
-    let elements = cells.corners.iter().map(|corners| {
-        let first = next;
-        next += corners.len();
-        (first..next).collect()
-    });
-    let elements: Vec<Vec<usize>> = elements.collect();
+    let corners: Vec<usize> = cells.corners.iter().map(Vec::len).collect();
     let mut columns = vec![
         scalar("id", (0..cells.corners.len()).map(|id| id as f64).collect()),
         scalar("area", areas),
     ];
     columns.extend(stress_columns(&stress));
-    poly_data(&points, &[], Elements::Polygons, &elements, &columns)
+    poly_data(&points, &[], "Polys", &corners, &columns)
 }
 
+/// Elements of this kind with so many points each, one after the other.
 fn poly_data(
     points: &[[f64; 2]],
     of_points: &[Column],
-    kind: Elements,
-    elements: &[Vec<usize>],
+    kind: &str,
+    sizes: &[usize],
     of_elements: &[Column],
 ) -> String {
-    let count = |wanted: Elements| if kind == wanted { elements.len() } else { 0 };
+    let count = |wanted: &str| if kind == wanted { sizes.len() } else { 0 };
     let mut text = format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\">\n<PolyData>\n\
          <Piece NumberOfPoints=\"{}\" NumberOfVerts=\"{}\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n",
         points.len(),
-        count(Elements::Vertices),
-        count(Elements::Lines),
-        count(Elements::Polygons)
+        count("Verts"),
+        count("Lines"),
+        count("Polys")
     );
     let places = vector("points", points.iter().copied());
     text += "<Points>\n";
@@ -272,20 +259,14 @@ fn poly_data(
     text += "</PointData>\n<CellData>\n";
     of_elements.iter().for_each(|of| column(&mut text, of));
     text += "</CellData>\n";
-    let tag = match kind {
-        Elements::Vertices => "Verts",
-        Elements::Lines => "Lines",
-        Elements::Polygons => "Polys",
-    };
-    text += &format!("<{tag}>\n");
-    let points = elements.iter().flatten().copied();
-    whole_numbers(&mut text, "connectivity", points);
-    let ends = elements.iter().scan(0, |end, element| {
-        *end += element.len();
+    text += &format!("<{kind}>\n");
+    whole_numbers(&mut text, "connectivity", 0..points.len());
+    let ends = sizes.iter().scan(0, |end, size| {
+        *end += size;
         Some(*end)
     });
     whole_numbers(&mut text, "offsets", ends);
-    text + &format!("</{tag}>\n</Piece>\n</PolyData>\n</VTKFile>\n")
+    text + &format!("</{kind}>\n</Piece>\n</PolyData>\n</VTKFile>\n")
 }
 
 fn column(text: &mut String, of: &Column) {

@@ -70,8 +70,8 @@ pub struct RunFolder {
 pub enum FolderError {
     #[error(transparent)]
     File(#[from] FileError),
-    #[error(transparent)]
-    Scene(#[from] SceneFileError),
+    #[error("{path}: {source}")]
+    Scene { path: PathBuf, source: SceneError },
     #[error(transparent)]
     Table(#[from] TableError),
     #[error(
@@ -97,62 +97,44 @@ impl FolderError {
         match self {
             FolderError::File(error) => error.exit_code(),
             FolderError::Table(error) => error.exit_code(),
-            FolderError::Scene(error) => error.exit_code(),
-            FolderError::Changed { .. }
-            | FolderError::TooLong { .. }
-            | FolderError::Inconsistent { .. }
-            | FolderError::Interrupted { .. } => exit::USAGE,
+            _ => exit::USAGE,
         }
     }
 }
 
 /// Files of a run folder, and what they are.
-pub const FILES: [(&str, &str, &str); 13] = [
-    ("scene.json", "application/json", "The scene that was run"),
+pub const FILES: [(&str, &str); 13] = [
+    ("scene.json", "The scene that was run"),
     (
-        "run.json",
-        "application/json",
+        RECORD,
         "Provenance: engine, versions, digests, time step, stages, measures, command",
     ),
     (
         "initial.csv",
-        "text/csv",
         "Grains at the start: id, position, velocity, radius, mass",
     ),
-    ("bodies.csv", "text/csv", "Grains at the end"),
+    ("bodies.csv", "Grains at the end"),
     (
         "contacts.csv",
-        "text/csv",
         "Contacts at the end: overlap, forces, normal, point",
     ),
     (
         "memory.csv",
-        "text/csv",
         "What contacts with friction remember at the end",
     ),
-    (
-        "settled-bodies.csv",
-        "text/csv",
-        "Grains of the settled bed",
-    ),
-    (
-        "settled-contacts.csv",
-        "text/csv",
-        "Contacts of the settled bed",
-    ),
+    ("settled-bodies.csv", "Grains of the settled bed"),
+    ("settled-contacts.csv", "Contacts of the settled bed"),
     (
         "settled-memory.csv",
-        "text/csv",
         "What contacts with friction remember in the settled bed",
     ),
     (
         "history.csv",
-        "text/csv",
         "Energies, unbalanced force, contacts, punch, and a digest of the state, along the way",
     ),
-    ("trace.csv", "text/csv", "Paths of marked grains"),
-    ("yade.log", "text/plain", "What YADE printed"),
-    ("engine.log", "text/plain", "What the engine printed"),
+    ("trace.csv", "Paths of marked grains"),
+    ("yade.log", "What YADE printed"),
+    ("engine.log", "What the engine printed"),
 ];
 
 /// The digests of the other files, as `sha256sum` writes and checks them.
@@ -331,24 +313,19 @@ impl RunFolder {
         ensure(rows <= MOST_MOMENTS, &otherwise)?;
         let room = text::room_for(rows);
         let history: Vec<HistoryRow> = text::read_rows(&packed(path, "history.csv"), room)?;
-        if let Some(HistoryRow { stage, step, .. }) = history.iter().find(|row| !row.is_finite()) {
-            let at = format!("{} {step}", stage.name());
-            return Err(wrong(format!(
-                "history.csv has a number that is not finite at {at}"
-            )));
+        if let Some(row) = history.iter().find(|row| !row.is_finite()) {
+            let at = format!("{} {}", row.stage.name(), row.step);
+            let why = format!("history.csv has a number that is not finite at {at}");
+            return Err(wrong(why));
         }
         let room = text::room_for(rows * MOST_MARKED);
         let trace: Vec<TraceRow> = text::read_rows(&packed(path, "trace.csv"), room)?;
         if let Some(TraceRow { id, .. }) = trace.iter().find(|row| !(row.x + row.z).is_finite()) {
-            let grain = format!("grain {id}");
-            return Err(wrong(format!(
-                "trace.csv has a place of {grain} that is not finite"
-            )));
+            let why = format!("trace.csv has a place of grain {id} that is not finite");
+            return Err(wrong(why));
         }
-        let mut logs = ["yade.log", "engine.log"]
-            .map(|name| packed(path, name))
-            .into_iter();
-        let log = logs.find(|log| log.is_file());
+        let logs = ["yade.log", "engine.log"].map(|name| packed(path, name));
+        let log = logs.into_iter().find(|log| log.is_file());
         let log = log.map(|log| read_text(&log, LARGEST_RECORD)).transpose()?;
         let run = RunFolder {
             scene,
@@ -499,12 +476,11 @@ fn check_sums(folder: &Path) -> Result<(), FolderError> {
         }
         // Who packs a table afterwards leaves its text as it is.
         let unpacks = path != folder.join(name);
-        if (if unpacks {
-            unpacked_digest(&path)
-        } else {
-            file_digest(&path)
-        })? != digest
-        {
+        let found = match unpacks {
+            true => unpacked_digest(&path)?,
+            false => file_digest(&path)?,
+        };
+        if found != digest {
             return Err(FolderError::Changed { path });
         }
         listed.insert(name);
@@ -519,38 +495,19 @@ fn check_sums(folder: &Path) -> Result<(), FolderError> {
 
 /// The table under its name or packed.
 fn packed(folder: &Path, name: &str) -> PathBuf {
-    let plain = folder.join(name);
-    let packed = folder.join(format!("{name}.gz"));
-    if !plain.exists() && packed.exists() {
-        packed
-    } else {
-        plain
+    let [plain, packed] = [folder.join(name), folder.join(format!("{name}.gz"))];
+    match !plain.exists() && packed.exists() {
+        true => packed,
+        false => plain,
     }
 }
 
 /// A scene file larger than this is not one of ours.
 const LARGEST_SCENE: u64 = 1 << 20;
 
-#[derive(Debug, thiserror::Error)]
-pub enum SceneFileError {
-    #[error(transparent)]
-    File(#[from] FileError),
-    #[error("{path}: {source}")]
-    Scene { path: PathBuf, source: SceneError },
-}
-
-impl SceneFileError {
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            SceneFileError::File(error) => error.exit_code(),
-            SceneFileError::Scene { .. } => exit::USAGE,
-        }
-    }
-}
-
-pub fn read_scene(path: &Path) -> Result<Scene, SceneFileError> {
+pub fn read_scene(path: &Path) -> Result<Scene, FolderError> {
     let text = read_text(path, LARGEST_SCENE)?;
-    parse_scene(&text).map_err(|source| SceneFileError::Scene {
+    parse_scene(&text).map_err(|source| FolderError::Scene {
         path: path.to_owned(),
         source,
     })
@@ -593,12 +550,10 @@ pub fn unpack_recorded(folder: &Path) -> Result<(), FileError> {
 }
 
 pub fn recorded_history() -> Result<Vec<HistoryRow>, FolderError> {
-    let path = Path::new("history.csv.gz");
-    let packed = RECORDED_FILES
-        .iter()
-        .find(|(name, _)| Path::new(name) == path);
-    let text = unpacked(path, packed.map_or(&[], |(_, bytes)| *bytes))?;
-    Ok(parse_rows(path, &text)?)
+    let wanted = "history.csv.gz";
+    let packed = RECORDED_FILES.iter().find(|(name, _)| *name == wanted);
+    let text = unpacked(wanted.as_ref(), packed.map_or(&[], |(_, bytes)| *bytes))?;
+    Ok(parse_rows(wanted.as_ref(), &text)?)
 }
 
 /// Whether a folder holds exactly the recorded run.

@@ -296,11 +296,9 @@ pub(super) fn rest(
         return Err("it was made with another --perturb".to_owned());
     }
     if !scene.pours_like(&before.scene) {
-        return Err(
-            "its scene is poured in another way; only /loading, /measurement but for history_every, \
-             and /control_points may differ"
-                .to_owned(),
-        );
+        let why = "its scene is poured in another way; only /loading, /measurement but for history_every, \
+                   and /control_points may differ";
+        return Err(why.to_owned());
     }
     let (Some(Restart { punch, seen }), Some(last)) = (record.restart, record.stages.last()) else {
         return Err("its run.json does not have the state; run it again".to_owned());
@@ -346,15 +344,12 @@ pub(super) fn rest(
         }
     } else {
         let is_settled = last.stop == StopReason::Settled;
-        let Some(bed) = before
+        let at_end = is_settled.then_some(&before.last);
+        let bed = before
             .settled
             .as_ref()
-            .or(is_settled.then_some(&before.last))
-        else {
-            return Err(
-                "its bed never settled; raise /settle/max_steps and run it again".to_owned(),
-            );
-        };
+            .or(at_end)
+            .ok_or("its bed never settled; raise /settle/max_steps and run it again")?;
         if is_same && !is_settled {
             return Err("it is at its end; give a scene with another load".to_owned());
         }

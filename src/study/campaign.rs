@@ -167,20 +167,19 @@ impl Study for Campaign {
             of.seed,
             of.realization(of.members)
         );
-        Ok(Judged {
-            own: json!({"scene_digest": of.scene_digest, "endings": endings, "quantities": measured}),
-            measured: Vec::new(),
-            document: Document {
-                title: "Campaign".to_owned(),
-                verdict: Outcome::Skipped,
-                answer,
-                sections: vec![
-                    Section::new("Endings", "").with(of_endings),
-                    Section::new("Quantities", "").with(table),
-                ],
-                checks: Vec::new(),
-            },
-        })
+        let digest = &of.scene_digest;
+        let own = json!({"scene_digest": digest, "endings": endings, "quantities": measured});
+        let document = Document {
+            title: "Campaign".to_owned(),
+            verdict: Outcome::Skipped,
+            answer,
+            sections: vec![
+                Section::new("Endings", "").with(of_endings),
+                Section::new("Quantities", "").with(table),
+            ],
+            checks: Vec::new(),
+        };
+        Judged::of(Self::KIND, &own, document)
     }
 }
 

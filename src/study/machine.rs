@@ -211,13 +211,12 @@ impl<S: Study> Folder<S> {
             return Err(damaged(format!("{SUMMARY} is of another plan")));
         }
         let names = [ROWS.to_owned(), format!("{ROWS}.gz")].map(|name| self.path.join(name));
-        let path = names.into_iter().find(|path| path.is_file());
+        let path = names.iter().find(|path| path.is_file());
         let path = path.ok_or_else(|| damaged(format!("{ROWS} is not there")))?;
-        let file = regular(&path)?;
-        let file: Box<dyn Read> = if path.extension().is_some_and(|end| end == "gz") {
-            Box::new(flate2::read::GzDecoder::new(file))
-        } else {
-            Box::new(file)
+        let file = regular(path)?;
+        let file: Box<dyn Read> = match *path == names[0] {
+            true => Box::new(file),
+            false => Box::new(flate2::read::GzDecoder::new(file)),
         };
         let mut lines = BufReader::new(file);
         let (mut read, mut hash, mut line) = (0, Sha256::new(), String::new());
@@ -226,7 +225,7 @@ impl<S: Study> Folder<S> {
             line.clear();
             let mut bounded = (&mut lines).take(LONGEST_LINE);
             let bytes = bounded.read_line(&mut line);
-            if bytes.map_err(failed("read", &path))? == 0 {
+            if bytes.map_err(failed("read", path))? == 0 {
                 break;
             }
             hash.update(line.as_bytes());
@@ -240,9 +239,8 @@ impl<S: Study> Folder<S> {
             return Err(damaged(format!("{ROWS} is not what {SUMMARY} says")));
         }
         if text != self.summary(outlines, hash).text() {
-            return Err(damaged(format!(
-                "{SUMMARY} says something else than {ROWS}"
-            )));
+            let why = format!("{SUMMARY} says something else than {ROWS}");
+            return Err(damaged(why));
         }
         Ok(summary)
     }
@@ -260,10 +258,9 @@ impl<S: Study> Folder<S> {
 
     fn row(&self, number: u64, json: &str) -> Result<S::Row, String> {
         let row = serde_json::from_str(json).map_err(|error| error.to_string())?;
-        if self.plan.study.belongs(number, &row) {
-            Ok(row)
-        } else {
-            Err("it is of another row".to_owned())
+        match self.plan.study.belongs(number, &row) {
+            true => Ok(row),
+            false => Err("it is of another row".to_owned()),
         }
     }
 
@@ -428,10 +425,8 @@ impl<S: Study> Machine for Folder<S> {
                 });
             }
         }
-        let mut outlines = Outlines::default();
-        let mut hash = Sha256::new();
-        let mut rows = Aside::new(&self.path)?;
-        let mut table = Aside::new(&self.path)?;
+        let (mut outlines, mut hash) = (Outlines::default(), Sha256::new());
+        let (mut rows, mut table) = (Aside::new(&self.path)?, Aside::new(&self.path)?);
         table.row(columns.iter().map(String::as_str))?;
         for (number, place) in &index.places {
             let (json, outline) = outline(&mut reader, *number, place)?;
@@ -593,24 +588,19 @@ fn hex(hash: Sha256) -> String {
 }
 
 /// A file that is written aside, of any size.
-struct Aside {
-    file: BufWriter<tempfile::NamedTempFile>,
-}
+struct Aside(BufWriter<tempfile::NamedTempFile>);
 
 impl Aside {
     fn new(folder: &Path) -> Result<Self, FileError> {
-        let file = tempfile::Builder::new()
-            .prefix(".crossgrain.partial-")
-            .tempfile_in(folder)
-            .map_err(failed("write into", folder))?;
-        Ok(Aside {
-            file: BufWriter::new(file),
-        })
+        let mut named = tempfile::Builder::new();
+        let file = named.prefix(".crossgrain.partial-").tempfile_in(folder);
+        let file = file.map_err(failed("write into", folder))?;
+        Ok(Aside(BufWriter::new(file)))
     }
 
     fn line(&mut self, text: &str) -> Result<(), FileError> {
-        let written = writeln!(self.file, "{text}");
-        written.map_err(failed("write", self.file.get_ref().path()))
+        let written = writeln!(self.0, "{text}");
+        written.map_err(failed("write", self.0.get_ref().path()))
     }
 
     /// As a line of CSV: control points may have any names.
@@ -623,10 +613,8 @@ impl Aside {
     }
 
     fn into_place(self, path: &Path) -> Result<(), FileError> {
-        let file = self
-            .file
-            .into_inner()
-            .map_err(|error| failed("write", path)(error.into_error()))?;
+        let file = self.0.into_inner();
+        let file = file.map_err(|error| failed("write", path)(error.into_error()))?;
         files::into_place(file, path)
     }
 }

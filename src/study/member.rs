@@ -121,15 +121,10 @@ impl Member {
                     EngineError::Program(error) if error.is_failure() => error.to_string(),
                     error => went_wrong(error)?,
                 };
-                let own = of.runner.is_native();
-                let cost = Cost {
-                    cpu_seconds: if own {
-                        clock.elapsed().as_secs_f64()
-                    } else {
-                        0.0
-                    },
-                    measuring_seconds: 0.0,
-                };
+                let mut cost = Cost::default();
+                if of.runner.is_native() {
+                    cost.cpu_seconds = clock.elapsed().as_secs_f64();
+                }
                 return Ok(Member {
                     cost: Some(cost),
                     ..Member::without(of, realization, Ending::Failed(reason))
@@ -137,15 +132,12 @@ impl Member {
             }
         };
         let measuring = ThreadTime::now();
-        let member = Member::measured(of, &scene, &run, keep);
-        let cost = Cost {
+        let mut member = Member::measured(of, &scene, &run, keep);
+        member.cost = Some(Cost {
             cpu_seconds: clock.elapsed().as_secs_f64() + run.elsewhere,
             measuring_seconds: measuring.elapsed().as_secs_f64(),
-        };
-        Ok(Member {
-            cost: Some(cost),
-            ..member
-        })
+        });
+        Ok(member)
     }
 
     /// For a table, under the id of its setting.
@@ -183,7 +175,7 @@ impl Member {
     }
 
     /// One that gave nothing.
-    fn without(of: &Specification, realization: u64, ending: Ending) -> Self {
+    pub(super) fn without(of: &Specification, realization: u64, ending: Ending) -> Self {
         Member {
             specification: of.digest(),
             realization,
@@ -314,10 +306,9 @@ impl Beds {
         }
         sound(self.settings())?;
         let clouds = self.clouds();
-        if !self
-            .settings()
-            .all(|of| of.clouds.len() == 1 && of.realizations().count() as u64 == clouds)
-        {
+        let as_many =
+            |of: &Setting| of.clouds.len() == 1 && of.realizations().count() as u64 == clouds;
+        if !self.settings().all(as_many) {
             return Err("beds have different numbers of clouds".to_owned());
         }
         for bed in &self.0 {
@@ -325,10 +316,8 @@ impl Beds {
             let pours_like = |of: &Setting| of.specification.pours_like(&first.specification);
             let other = |of: &&Setting| of.clouds != first.clouds || !pours_like(of);
             if let Some(other) = bed.iter().find(other) {
-                return Err(format!(
-                    "{} does not load the beds of {}",
-                    other.id, first.id
-                ));
+                let (other, first) = (&other.id, &first.id);
+                return Err(format!("{other} does not load the beds of {first}"));
             }
         }
         Ok(())

@@ -59,9 +59,8 @@ impl Shard {
         let count = number("SLURM_ARRAY_TASK_COUNT")?.ok_or_else(|| {
             format!("SLURM_ARRAY_TASK_COUNT is not set, and neither is {TASKS_VARIABLE}")
         })?;
-        let place = task
-            .checked_sub(first)
-            .ok_or_else(|| format!("task {task} stands before the array's first, {first}"))?;
+        let before = || format!("task {task} stands before the array's first, {first}");
+        let place = task.checked_sub(first).ok_or_else(before)?;
         if place % step != 0 || place / step >= count {
             return Err(format!(
                 "task {task} is not one of {count} from {first} in steps of {step}: number the array without gaps, as \
@@ -234,36 +233,28 @@ mod tests {
         }
     }
 
-    fn slurm(variables: &[(&str, &str)]) -> Result<Shard, String> {
-        Shard::from_slurm(|name| {
-            let found = variables.iter().find(|(of, _)| *of == name);
-            found.map(|(_, value)| (*value).to_owned())
-        })
-    }
-
     #[test]
     fn tasks_of_an_array_are_shards() {
-        let from_zero = [
-            ("SLURM_ARRAY_TASK_ID", "9"),
-            ("SLURM_ARRAY_TASK_MIN", "0"),
-            ("SLURM_ARRAY_TASK_COUNT", "10"),
-        ];
-        assert_eq!(slurm(&from_zero), Ok(Shard { index: 10, of: 10 }));
+        let slurm = |task, first, count, tasks: Option<u64>| {
+            Shard::from_slurm(|name| {
+                let of: Option<u64> = match name {
+                    "SLURM_ARRAY_TASK_ID" => task,
+                    "SLURM_ARRAY_TASK_MIN" => first,
+                    "SLURM_ARRAY_TASK_COUNT" => count,
+                    TASKS_VARIABLE => tasks,
+                    _ => None,
+                };
+                of.map(|of| of.to_string())
+            })
+        };
+        let from_zero = slurm(Some(9), Some(0), Some(10), None);
+        assert_eq!(from_zero, Ok(Shard { index: 10, of: 10 }));
         // One task again: to Slurm an array of one.
-        let again = [
-            ("SLURM_ARRAY_TASK_ID", "3"),
-            ("SLURM_ARRAY_TASK_MIN", "3"),
-            ("SLURM_ARRAY_TASK_COUNT", "1"),
-            (TASKS_VARIABLE, "8"),
-        ];
-        assert_eq!(slurm(&again), Ok(Shard { index: 3, of: 8 }));
-        assert!(slurm(&[]).is_err());
-        let with_gaps = [
-            ("SLURM_ARRAY_TASK_ID", "7"),
-            ("SLURM_ARRAY_TASK_MIN", "1"),
-            ("SLURM_ARRAY_TASK_COUNT", "3"),
-        ];
-        assert!(slurm(&with_gaps).is_err());
+        let again = slurm(Some(3), Some(3), Some(1), Some(8));
+        assert_eq!(again, Ok(Shard { index: 3, of: 8 }));
+        assert!(slurm(None, None, None, None).is_err());
+        let with_gaps = slurm(Some(7), Some(1), Some(3), None);
+        assert!(with_gaps.is_err());
     }
 
     #[test]

@@ -7,7 +7,8 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
@@ -22,11 +23,7 @@ pub const LONGEST_LINE: u64 = 4_000_000;
 const MOST_DAMAGED: usize = 10_000;
 
 fn check(plan: &str, number: u64, json: &str) -> String {
-    let mut hash = Sha256::new();
-    for part in [plan, " ", &number.to_string(), " ", json] {
-        hash.update(part.as_bytes());
-    }
-    short_hex(hash)
+    short_hex(Sha256::new_with_prefix(format!("{plan} {number} {json}")))
 }
 
 /// The line of a row, without its end.
@@ -56,13 +53,12 @@ impl Writer {
     pub fn open(folder: &Path, shard: Shard) -> Result<Self, FileError> {
         let name = format!("shard-{}-of-{}.jsonl", shard.index, shard.of);
         let path = records_folder(folder).join(name);
-        let mut file = locked(&path)?;
+        let file = locked(&path)?;
         let length = file.metadata().map_err(failed("find", &path))?.len();
         let torn = length > 0 && {
             let mut last = [0];
-            file.seek(SeekFrom::Start(length - 1))
-                .and_then(|_| file.read_exact(&mut last))
-                .map_err(failed("read", &path))?;
+            let read = file.read_exact_at(&mut last, length - 1);
+            read.map_err(failed("read", &path))?;
             last != *b"\n"
         };
         Ok(Writer { path, file, torn })
@@ -123,9 +119,8 @@ impl Index {
         let records = records_folder(folder);
         let mut index = Index::default();
         let entries = match std::fs::read_dir(&records) {
-            Ok(entries) => entries,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(index),
-            Err(error) => return Err(failed("read", &records)(error)),
+            found => found.map_err(failed("read", &records))?,
         };
         for entry in entries {
             let path = entry.map_err(failed("read", &records))?.path();
@@ -220,12 +215,10 @@ impl<'a> Reader<'a> {
             Entry::Vacant(free) => free.insert(File::open(path).map_err(failed("open", path))?),
         };
         let mut bytes = vec![0; place.length as usize];
-        file.seek(SeekFrom::Start(place.offset))
-            .and_then(|_| file.read_exact(&mut bytes))
-            .map_err(failed("read", path))?;
-        String::from_utf8(bytes).map_err(|_| FileError::NotText {
-            path: path.to_owned(),
-        })
+        let read = file.read_exact_at(&mut bytes, place.offset);
+        read.map_err(failed("read", path))?;
+        let path = path.to_owned();
+        String::from_utf8(bytes).map_err(|_| FileError::NotText { path })
     }
 }
 

@@ -447,7 +447,7 @@ pub fn verify(options: &Options, display: &Display) -> Result<Verification, Veri
     let role = if both { Role::Reference } else { Role::Tested };
     if options.engine != Engines::Native {
         let task = display.task("all cases in YADE");
-        match suite.run_yade(&options.yade, &mut StageObserver::new(&task)) {
+        match suite.run_yade(&options.yade, &mut StageObserver(&task)) {
             Ok(run) => {
                 task.done("done");
                 cases.extend(suite.of_yade(run.tracks, role));

@@ -24,7 +24,6 @@ use evidence::random::{Key, replicates};
 use evidence::t_test::{self, Finding, LEVEL, Welch};
 use evidence::two_samples::{self, TwoSamples};
 use evidence::{Interval, holm, proportion};
-use grains::scene::Scene;
 
 /// Exchanges of packings for the p of two samples.
 const PERMUTATIONS: usize = 2000;
@@ -153,13 +152,9 @@ impl Packings {
 /// Compares two merged campaigns, whose scenes must be the same but for the realizations.
 pub fn compare(first: &Merged, second: &Merged) -> Result<Comparison, StudyError> {
     let scene = |of: &Merged| {
-        let scene = of.plan.study.scene.clone();
-        let realization = 0;
-        Scene {
-            realization,
-            ..scene
-        }
-        .digest()
+        let mut scene = of.plan.study.scene.clone();
+        scene.realization = 0;
+        scene.digest()
     };
     if scene(first) != scene(second) {
         let why = "the campaigns are of different scenes, so their packings cannot be compared";
@@ -174,9 +169,7 @@ pub fn compare(first: &Merged, second: &Merged) -> Result<Comparison, StudyError
         packings: [first.rows.len(), second.rows.len()],
         bits,
         power: if same { None } else { power(&sides) },
-        verdict: judged
-            .as_ref()
-            .map_or(Verdict::Identical, Judgement::verdict),
+        verdict: (judged.as_ref()).map_or(Verdict::Identical, Judgement::verdict),
         judged,
     })
 }
@@ -201,9 +194,8 @@ fn bits(first: &[Member], second: &[Member]) -> Bits {
 
 /// Compares packings of two campaigns; what judges nothing is left out, see [`Judgement::complete`].
 pub fn judge(first: &Packings, second: &Packings) -> Judgement {
-    let mut quantities: Vec<Compared> = (0..QUANTITIES.len())
-        .map(|index| quantity(index, first, second))
-        .collect();
+    let all = (0..QUANTITIES.len()).map(|index| quantity(index, first, second));
+    let mut quantities: Vec<Compared> = all.collect();
     correct(&mut quantities, |of| &mut of.difference_p);
     for of in &mut quantities {
         of.finding = of.margin.map(|_| finding(of));

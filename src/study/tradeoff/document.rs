@@ -126,15 +126,13 @@ impl Tradeoff {
                     let error = worst(&point.screened)?.error;
                     let [y, low, high] =
                         [error.estimate, error.low, error.high].map(|of| of.max(LOWEST));
-                    let shown = plot::Point::at(seconds(point)?, y);
-                    let shown = match !hollow || point.confirmed.is_some() {
-                        true => shown.between(low, high),
-                        false => shown,
-                    };
-                    let engine = !matches!(point.method.specification.runner, Runner::Native);
-                    Some(match engine {
-                        true => shown.labelled(point.method.name.clone()),
-                        false => shown,
+                    let mut shown = plot::Point::at(seconds(point)?, y);
+                    if !hollow || point.confirmed.is_some() {
+                        shown = shown.between(low, high);
+                    }
+                    Some(match point.method.specification.runner {
+                        Runner::Native => shown,
+                        _ => shown.labelled(point.method.name.clone()),
                     })
                 });
                 let dominated = if hollow { ", dominated" } else { "" };
@@ -292,11 +290,8 @@ impl Tradeoff {
             let name = format!("bias-of-{}", of.key.replace(['.', '_'], "-"));
             let (title, reason) = (&of.title, &of.reason);
             let caption = format!("Bias of {title} over its margin. The margin: {reason}.");
-            section.with(forest(
-                &name,
-                &caption,
-                self.points.iter().map(row).collect(),
-            ))
+            let rows = self.points.iter().map(row).collect();
+            section.with(forest(&name, &caption, rows))
         })
     }
 
@@ -357,11 +352,8 @@ fn row_of<'a>(point: &'a Point, key: &'a str) -> (String, &'a Judgement, &'a str
 const RECOMMENDED: usize = 4;
 
 fn kind(point: &Point) -> usize {
-    let engine = match point.method.specification.runner {
-        Runner::Native => 0,
-        Runner::YadeOrdinary | Runner::YadeSorted | Runner::External => 1,
-    };
-    engine + 2 * usize::from(is_frictional(&point.method))
+    let is_other = !point.method.specification.runner.is_native();
+    usize::from(is_other) + 2 * usize::from(is_frictional(&point.method))
 }
 
 /// What went wrong, and what the engine says of itself.

@@ -123,13 +123,16 @@ pub fn judge(pairs: &[(&Member, &Member)], comparable: impl Fn(&str) -> bool) ->
         (endings.missed(), endings.all()),
         1.0 - 2.0 * t_test::LEVEL,
     );
-    let worsts: Vec<Worst> = differences.iter().filter_map(worst).collect();
-    let of = |moment: &str| larger(worsts.iter().filter(|worst| worst.key.starts_with(moment)));
-    let (bed, load) = (of("settled.").cloned(), of("loaded.").cloned());
-    let by_chance = missed.map(|interval| Worst {
-        error: interval.over(MISSED).absolute(),
-        key: MISSED_KEY.to_owned(),
-    });
+    let worst = |key: &str, bias: Interval, margin| Worst {
+        error: bias.over(margin).absolute(),
+        key: key.to_owned(),
+    };
+    let of = |moment: &str| {
+        let all = differences.iter().filter(|of| of.key.starts_with(moment));
+        larger(all.filter_map(|of| Some(worst(&of.key, of.paired.difference, of.margin?))))
+    };
+    let by_chance = missed.map(|interval| worst(MISSED_KEY, interval, MISSED));
+    let (bed, load) = (of("settled."), of("loaded."));
     Judgement {
         clouds: pairs.len(),
         endings,
@@ -137,19 +140,11 @@ pub fn judge(pairs: &[(&Member, &Member)], comparable: impl Fn(&str) -> bool) ->
         missed_finding: missed.map(|interval| t_test::finding(&interval, MISSED)),
         differences,
         bed,
-        load: larger(load.iter().chain(&by_chance)).cloned(),
+        load: larger(load.into_iter().chain(by_chance)),
     }
 }
 
-fn worst(difference: &Difference) -> Option<Worst> {
-    let bias = difference.paired.difference;
-    Some(Worst {
-        error: bias.over(difference.margin?).absolute(),
-        key: difference.key.clone(),
-    })
-}
-
-fn larger<'a>(worsts: impl Iterator<Item = &'a Worst>) -> Option<&'a Worst> {
+fn larger(worsts: impl Iterator<Item = Worst>) -> Option<Worst> {
     worsts.max_by(|a, b| a.error.estimate.total_cmp(&b.error.estimate))
 }
 
@@ -202,20 +197,10 @@ impl Margin {
 }
 
 const HEIGHT: &str = "a fifth of the ±0.01 m that the paper gives its height";
-const HIGHEST: &str = "one grain, and it is an extreme: a grain's radius";
 const POROSITY: &str = "a fifth of the ±0.01 that the paper gives its porosity";
-const COORDINATION: &str =
-    "about 1 % of 4, and less than the difference between a poured and a rested bed";
 const STRESS: &str = "a tenth: within it a mean counts as the one that the paper prints, so a larger bias could change what is said of it";
 const ONE_GRAIN: &str =
     "one grain's stress varies by about its mean: no margin that matters could be shown";
-const QUARTER: &str = "a quarter of what parts the settled bed from an exponential";
-const LESS_THAN_HALF: &str = "less than half of what parts the settled bed from an exponential";
-const TWO_THIRDS: &str = "less than two thirds of what parts the settled bed from an exponential";
-const WITH_OTHERS: &str = "goes with the other numbers of the shape";
-const RATTLERS: &str =
-    "contacts that open and close at rest's threshold decide it; the paper says nothing of it";
-const DEPTH: &str = "varies by nearly half of its size from bed to bed";
 
 pub const QUANTITIES: [Quantity; 18] = [
     height("settled.height.mean_surface", "height, mean surface"),
@@ -228,7 +213,7 @@ pub const QUANTITIES: [Quantity; 18] = [
         "height, highest grain",
         "m",
         at(0.005),
-        HIGHEST,
+        "one grain, and it is an extreme: a grain's radius",
     ),
     porosity(
         "settled.porosity.from_mean_surface",
@@ -240,7 +225,7 @@ pub const QUANTITIES: [Quantity; 18] = [
         "coordination without rattlers",
         "1",
         at(0.05),
-        COORDINATION,
+        "about 1 % of 4, and less than the difference between a poured and a rested bed",
     ),
     stress("loaded.stress.O.local_zz", "local mean stress at O"),
     stress("loaded.stress.A.local_zz", "local mean stress at A"),
@@ -253,42 +238,42 @@ pub const QUANTITIES: [Quantity; 18] = [
         "single-grain stress: deviation over mean",
         "1",
         at(0.05),
-        QUARTER,
+        "a quarter of what parts the settled bed from an exponential",
     ),
     of(
         "settled.distribution.above_two_means",
         "single-grain stress: share above two means",
         "1",
         at(0.008),
-        LESS_THAN_HALF,
+        "less than half of what parts the settled bed from an exponential",
     ),
     of(
         "settled.distribution.gamma_shape",
         "single-grain stress: Gamma shape",
         "1",
         at(0.15),
-        TWO_THIRDS,
+        "less than two thirds of what parts the settled bed from an exponential",
     ),
     of(
         "settled.distribution.weibull_shape",
         "single-grain stress: Weibull shape",
         "1",
         None,
-        WITH_OTHERS,
+        "goes with the other numbers of the shape",
     ),
     of(
         "settled.coordination.rattlers",
         "share of rattlers",
         "1",
         None,
-        RATTLERS,
+        "contacts that open and close at rest's threshold decide it; the paper says nothing of it",
     ),
     of(
         "loaded.punch.depth",
         "depth of the punch at the force",
         "m",
         None,
-        DEPTH,
+        "varies by nearly half of its size from bed to bed",
     ),
 ];
 
@@ -376,15 +361,12 @@ fn converged(
     error_of: &str,
     error: impl Fn(f64) -> Result<f64, NativeError>,
 ) -> Result<Convergence, NativeError> {
-    let mut points = Vec::new();
-    for step in STEPS {
-        points.push((step, error(step / FREQUENCY)?));
-    }
-    let fitted: Vec<(f64, f64)> = points
+    let points = STEPS
         .iter()
-        .filter(|(step, error)| *step <= 0.45 && *error > 0.0)
-        .map(|(step, error)| (step.ln(), error.ln()))
-        .collect();
+        .map(|step| Ok((*step, error(step / FREQUENCY)?)));
+    let points = points.collect::<Result<Vec<(f64, f64)>, NativeError>>()?;
+    let fitted = points.iter().filter(|of| of.0 <= 0.45 && of.1 > 0.0);
+    let fitted: Vec<(f64, f64)> = fitted.map(|of| (of.0.ln(), of.1.ln())).collect();
     Ok(Convergence {
         title: title.to_owned(),
         error_of: error_of.to_owned(),
@@ -497,32 +479,24 @@ fn damped_swing() -> Result<Convergence, NativeError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::realization::Ending;
+    use crate::study::realization::{Ending, Specification, whole_scene};
 
     /// Members whose every quantity is 1 with a little that differs from cloud to cloud, times `factor`.
     fn members(factor: f64, missed: u64) -> Vec<Member> {
         (1..=100)
             .map(|realization| {
                 let noise = 1.0e-4 * (realization as f64 * 0.7).sin();
-                let ending = if realization <= missed {
-                    Ending::TargetLoadNotReached
-                } else {
-                    Ending::Reached
+                let (reached, all) = (realization > missed, QUANTITIES.iter());
+                let ending = match reached {
+                    true => Ending::Reached,
+                    false => Ending::TargetLoadNotReached,
                 };
-                let keys = QUANTITIES
-                    .iter()
-                    .filter(|of| ending == Ending::Reached || !of.key.starts_with("loaded."));
+                let keys = all.filter(|of| reached || !of.key.starts_with("loaded."));
+                let measured = keys.map(|of| (of.key.to_owned(), factor * (1.0 + noise)));
+                let of = Specification::native(whole_scene());
                 Member {
-                    specification: "m".to_owned(),
-                    realization,
-                    measured: keys
-                        .map(|of| (of.key.to_owned(), factor * (1.0 + noise)))
-                        .collect(),
-                    ending,
-                    pour_steps: 1,
-                    load_steps: 1,
-                    cost: None,
-                    loaded_state: None,
+                    measured: measured.collect(),
+                    ..Member::without(&of, realization, ending)
                 }
             })
             .collect()
@@ -536,10 +510,8 @@ mod tests {
     #[test]
     fn a_bias_beyond_the_smallest_margin_is_found_and_named() {
         let reference = members(1.0, 0);
-        assert_eq!(
-            judged(&reference, &members(1.0005, 0)).finding(),
-            Finding::Equivalent
-        );
+        let equal = judged(&reference, &members(1.0005, 0));
+        assert_eq!(equal.finding(), Finding::Equivalent);
         let found = judged(&reference, &members(1.004, 0));
         assert_eq!(found.finding(), Finding::Different);
         let worst = found.bed.expect("there are margins");
@@ -585,12 +557,8 @@ mod tests {
     fn orders_are_what_theory_says() {
         for case in convergence().expect("cases run") {
             let order = case.order.expect("seven steps");
-            assert!(
-                (order.estimate - case.expected).abs() < 0.35,
-                "{}: {order:?} {:?}",
-                case.title,
-                case.points
-            );
+            let off = (order.estimate - case.expected).abs();
+            assert!(off < 0.35, "{case:?}");
         }
     }
 }

@@ -177,8 +177,7 @@ impl Plan {
     /// Adds a method, on a share of the clouds.
     pub fn add(&mut self, id: &str, name: &str, axis: &str, of: Specification, share: u64) {
         let clouds = self.screening.div_ceil(share);
-        let method = Setting::new(id, name, axis, of, clouds);
-        self.methods.push(method);
+        self.methods.push(Setting::new(id, name, axis, of, clouds));
     }
 
     /// Makes a candidate of the method that was added last.
@@ -265,21 +264,16 @@ impl Plan {
         let (softer, until, _) = DEPOSITIONS[0];
         let softly = softly(softer, softer.sqrt(), until, FRICTIONAL_STEP);
         let of = Specification::soft(&scene, &softly);
-        self.add(
-            "friction-soft-10",
-            "friction, step 0.3, poured at E/10 until 1e-3",
-            FRICTIONAL,
-            of,
-            1,
-        );
+        let name = "friction, step 0.3, poured at E/10 until 1e-3";
+        self.add("friction-soft-10", name, FRICTIONAL, of, 1);
     }
 
     /// The scenes that other engines run, with the beginnings of their ids and the ends of their names.
     fn references(&self) -> Vec<(&'static str, &'static str, Specification)> {
+        let mut all = vec![("", "", self.reference.specification.clone())];
         let frictional = self.methods.iter().find(|of| of.id == FRICTIONAL);
-        let frictional = frictional.map(|of| ("friction-", ", friction", &of.specification));
-        let all = std::iter::once(("", "", &self.reference.specification)).chain(frictional);
-        all.map(|(id, name, of)| (id, name, of.clone())).collect()
+        all.extend(frictional.map(|of| ("friction-", ", friction", of.specification.clone())));
+        all
     }
 
     /// What a method's results are held against; the reference with friction is its own.
@@ -307,9 +301,11 @@ impl Plan {
     pub fn with_external(mut self, engine: &Description, digest: &str, clouds: u64) -> Self {
         let label = engine.label();
         let all = self.references().into_iter();
-        let wanted =
-            |base: &str, of: &Specification| base.is_empty() || can_pour(engine, &of.scene);
-        for (base, of_base, of) in all.filter(|of| wanted(of.0, &of.2)) {
+        let can_pour = |scene: &Scene| {
+            let task = Task::settle(initial_bodies(scene));
+            missing_for_scene(engine, scene, &task).is_empty()
+        };
+        for (base, of_base, of) in all.filter(|of| of.0.is_empty() || can_pour(&of.2.scene)) {
             for step in [None, Some(SHORT_STEP), Some(FAST_STEP)] {
                 let mut of = Specification {
                     runner: Runner::External,
@@ -357,12 +353,6 @@ impl Plan {
     }
 }
 
-/// Whether it has what pouring and settling the scene takes.
-fn can_pour(engine: &Description, scene: &Scene) -> bool {
-    let task = Task::settle(initial_bodies(scene));
-    missing_for_scene(engine, scene, &task).is_empty()
-}
-
 /// Poured softer by this factor until this share of the largest kinetic energy, and stiffened in steps of `ratio`.
 fn softly(softer: f64, ratio: f64, until: f64, step: f64) -> Softly {
     Softly {
@@ -390,15 +380,10 @@ mod tests {
             assert_eq!(plan.methods.len(), methods);
             let (mut digests, mut ids) = (BTreeSet::new(), BTreeSet::new());
             for setting in plan.settings() {
-                let text = serde_json::to_string(&setting.specification.scene).expect("a scene");
-                let read = parse_scene(&text);
-                assert!(read.is_ok(), "{}: {read:?}", setting.name);
-                assert!(
-                    digests.insert(setting.specification.digest()),
-                    "{}",
-                    setting.id
-                );
-                assert!(ids.insert(&setting.id), "{}", setting.id);
+                let (id, of) = (&setting.id, &setting.specification);
+                let read = parse_scene(&serde_json::to_string(&of.scene).expect("a scene"));
+                assert!(read.is_ok(), "{id}: {read:?}");
+                assert!(digests.insert(of.digest()) && ids.insert(id), "{id}");
             }
         }
     }
